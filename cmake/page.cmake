@@ -1,0 +1,35 @@
+# Copies www/, scenarios/ and api/ from SOURCE to BINARY, and the page's libraries from node_modules to www/vendor/.
+# Run with cmake -DSOURCE=... -DBINARY=... -P page.cmake
+
+set(modules ${SOURCE}/node_modules)
+set(vendor ${BINARY}/www/vendor)
+
+foreach(folder IN ITEMS www scenarios api)
+    file(REMOVE_RECURSE ${BINARY}/${folder})
+    if(IS_DIRECTORY ${SOURCE}/${folder})
+        file(COPY ${SOURCE}/${folder} DESTINATION ${BINARY})
+    endif()
+endforeach()
+
+# The source map comment goes: the maps are not shipped and a browser's console would complain.
+function(vendor_file from to)
+    if(NOT EXISTS ${modules}/${from})
+        message(FATAL_ERROR "node_modules/${from} is missing: run `npm ci --ignore-scripts` (./dev build does)")
+    endif()
+    file(READ ${modules}/${from} text)
+    string(REGEX REPLACE "\n//# sourceMappingURL=[^\n]*" "" text "${text}")
+    file(WRITE ${vendor}/${to} "${text}")
+endfunction()
+
+vendor_file(lit-html/lit-html.js lit-html.js)
+vendor_file(@preact/signals-core/dist/signals-core.mjs signals-core.js)
+vendor_file(uplot/dist/uPlot.esm.js uplot.js)
+vendor_file(uplot/dist/uPlot.min.css uplot.css)
+
+file(WRITE ${vendor}/LICENSES.txt "The libraries in this folder and their licences.\n")
+foreach(package IN ITEMS lit-html @preact/signals-core uplot)
+    file(READ ${modules}/${package}/package.json manifest)
+    string(JSON version GET "${manifest}" version)
+    file(READ ${modules}/${package}/LICENSE licence)
+    file(APPEND ${vendor}/LICENSES.txt "\n==== ${package} ${version} ====\n\n${licence}")
+endforeach()

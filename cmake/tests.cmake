@@ -1,0 +1,83 @@
+# tests/<room>/test_*.c  -> one cmocka program each, ctest name <room>.<name>, label <room>
+# tests/fuzz/fuzz_*.c    -> a replay of tests/fuzz/corpus/<name>/, or a libFuzzer with LAGLAB_FUZZ
+# tests/structure/       -> what the sources may include and call
+# The target tests_<room> builds the tests of one room. Every test runs in the source folder.
+
+set(test_environment "LAGLAB_BIN=${PROJECT_BINARY_DIR}/laglab")
+set(tests_dir ${PROJECT_SOURCE_DIR}/tests)
+
+pkg_check_modules(CMOCKA REQUIRED IMPORTED_TARGET cmocka)
+
+file(GLOB support_sources CONFIGURE_DEPENDS ${tests_dir}/support/*.c)
+if(support_sources)
+    add_library(laglab_test_support STATIC ${support_sources})
+    target_compile_definitions(laglab_test_support PRIVATE _GNU_SOURCE)
+    target_include_directories(laglab_test_support PUBLIC ${tests_dir})
+    target_link_libraries(laglab_test_support PUBLIC laglab_daemon laglab_engine PkgConfig::CMOCKA)
+endif()
+
+function(laglab_test_program name source room)
+    add_executable(${name} ${source})
+    set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests/${room})
+    target_compile_definitions(${name} PRIVATE _GNU_SOURCE)
+    target_include_directories(${name} PRIVATE ${tests_dir})
+    target_link_libraries(${name} PRIVATE $<TARGET_NAME_IF_EXISTS:laglab_test_support>)
+    if(room STREQUAL "daemon" OR room STREQUAL "fuzz")
+        target_link_libraries(${name} PRIVATE laglab_daemon)
+    endif()
+    target_link_libraries(${name} PRIVATE laglab_engine PkgConfig::CMOCKA Threads::Threads)
+    if(NOT TARGET tests_${room})
+        add_custom_target(tests_${room})
+        # Some tests start the binary.
+        if(TARGET laglab)
+            add_dependencies(tests_${room} laglab)
+        endif()
+    endif()
+    add_dependencies(tests_${room} ${name})
+endfunction()
+
+function(laglab_test name labels)
+    add_test(NAME ${name} COMMAND ${ARGN} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${name} PROPERTIES LABELS "${labels}" TIMEOUT 300 ENVIRONMENT "${test_environment}")
+endfunction()
+
+# ---- unit tests, mirroring src ----
+file(GLOB test_sources CONFIGURE_DEPENDS ${tests_dir}/*/test_*.c)
+foreach(source IN LISTS test_sources)
+    get_filename_component(folder ${source} DIRECTORY)
+    get_filename_component(room ${folder} NAME)
+    get_filename_component(name ${source} NAME_WE)
+    string(REGEX REPLACE "^test_" "" name ${name})
+    laglab_test_program(test_${room}_${name} ${source} ${room})
+    set(labels ${room})
+    if(room STREQUAL "daemon")
+        list(APPEND labels threads) # what the thread sanitizer runs
+    endif()
+    laglab_test(${room}.${name} "${labels}" test_${room}_${name})
+endforeach()
+
+# ---- fuzzing ----
+file(GLOB fuzz_sources CONFIGURE_DEPENDS ${tests_dir}/fuzz/fuzz_*.c)
+foreach(source IN LISTS fuzz_sources)
+    get_filename_component(program ${source} NAME_WE)
+    string(REGEX REPLACE "^fuzz_" "" name ${program})
+    laglab_test_program(${program} ${source} fuzz)
+    # libFuzzer's entry has no header that declares it.
+    target_compile_options(${program} PRIVATE -Wno-missing-prototypes)
+    if(LAGLAB_FUZZ)
+        target_link_options(${program} PRIVATE -fsanitize=fuzzer)
+        laglab_test(fuzz.${name} fuzz ${program} -runs=0 ${tests_dir}/fuzz/corpus/${name})
+    else()
+        target_sources(${program} PRIVATE ${tests_dir}/fuzz/replay.c)
+        laglab_test(fuzz.${name} fuzz ${program} ${tests_dir}/fuzz/corpus/${name})
+    endif()
+endforeach()
+
+# ---- structure ----
+find_program(NODE_PROGRAM NAMES node nodejs)
+if(NODE_PROGRAM)
+    laglab_test(structure.rooms structure ${NODE_PROGRAM} tests/structure/check.mjs .)
+    laglab_test(structure.selftest structure ${NODE_PROGRAM} tests/structure/selftest.mjs)
+else()
+    message(WARNING "node was not found: the structure tests are left out")
+endif()
