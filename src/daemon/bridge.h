@@ -11,11 +11,16 @@
 
 typedef struct ll_bridge ll_bridge;
 struct MHD_Response;
+struct ll_upgrade;
 
 ll_bridge *ll_bridge_new(ll_ws *ws); /* NULL without memory */
 
-/* A 101 for a valid upgrade, to be queued by the caller with status 101; NULL when the bridge is full or has no memory. */
-struct MHD_Response *ll_bridge_response(ll_bridge *bridge, const char *session, ll_frame_format format, const char *key);
+/* An upgrade that was promised to a client; freed by ll_bridge_forget when the request has ended, whatever became of it. */
+typedef struct ll_bridge_offer ll_bridge_offer;
+
+/* A 101 for a valid upgrade, to be queued by the caller with status 101; NULL when the bridge is stopping or has no memory. */
+struct MHD_Response *ll_bridge_response(ll_bridge *bridge, const struct ll_upgrade *upgrade, ll_bridge_offer **offer);
+void ll_bridge_forget(ll_bridge_offer *offer); /* NULL is fine */
 
 uint64_t ll_bridge_count(ll_bridge *bridge); /* since the start */
 

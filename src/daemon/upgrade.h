@@ -49,11 +49,11 @@ bool ll_stream_path(ll_text target, char id[65]);
 typedef struct ll_upgrade {
     char session[65];
     ll_frame_format format;
-    char key[25];
+    char key[25]; /* Sec-WebSocket-Key */
 } ll_upgrade;
 
-/* Whether `head` is an upgrade that the stream side may take. The HTTP status to refuse it with is in `http_status` (400, 403, 404,
- * 405, 421, 426). That the session exists is not looked at. */
+/* Whether `head`, whose target is a stream's path, is an upgrade that the stream side may take. The HTTP status to refuse it with is
+ * in `http_status` (400, 403, 405, 421, 426). That the session exists is not looked at. */
 ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrade *upgrade, int *http_status);
 
 extern const char *const ll_stream_protocols[2]; /* by ll_frame_format */

@@ -108,12 +108,13 @@ void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason);
 struct ll_door_config;
 struct ll_gate;
 struct ll_gate_pass;
+struct ll_upgrade;
 
 ll_status ll_ws_start(const struct ll_door_config *config, const ll_ws_hooks *hooks, struct ll_gate *gate, ll_ws **ws);
 bool ll_ws_knows(ll_ws *ws, const char *session_id);
 
-/* Hands over a socket on which a valid upgrade request for `session_id` waits to be read; owns `fd` and `pass` from here on. */
-void ll_ws_adopt(ll_ws *ws, const char *session_id, int fd, const struct ll_gate_pass *pass);
+/* Hands over a socket whose upgrade request was valid and has been read: the 101 is written here. Owns `fd` and `pass` from here on. */
+void ll_ws_adopt(ll_ws *ws, const struct ll_upgrade *upgrade, int fd, const struct ll_gate_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);
 void ll_ws_drain(ll_ws *ws, double seconds); /* 1001 to all, joins the threads */
