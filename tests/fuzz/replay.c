@@ -1,7 +1,7 @@
 /* Feeds files to a fuzz target without libFuzzer: every argument is a file, or a folder of files.
  *
- * So the corpus is an ordinary test on every compiler. A call with nothing to feed fails: a corpus that was lost must
- * not look like one that passed. */
+ * So the corpus is an ordinary test on every compiler. A call with nothing to feed fails: a corpus that was
+ * lost must not look like one that passed. */
 #include <dirent.h>
 #include <stdint.h>
 #include <stdio.h>
