@@ -1,0 +1,17 @@
+/* Asserts of two levels.
+ *
+ * LL_ASSERT is cheap and stays on in release builds: a broken invariant stops the program at its cause.
+ * LL_VALIDATE calls a whole-structure check and is on in debug builds and under the sanitizers only. */
+#pragma once
+
+#include <stdbool.h>
+
+_Noreturn void ll_assert_failed(const char *expression, const char *file, int line);
+
+#define LL_ASSERT(expression) ((expression) ? (void)0 : ll_assert_failed(#expression, __FILE__, __LINE__))
+
+#ifdef LAGLAB_VALIDATE
+#define LL_VALIDATE(expression) LL_ASSERT(expression)
+#else
+#define LL_VALIDATE(expression) ((void)0)
+#endif

@@ -1,0 +1,12 @@
+/* Elementary functions whose results are the same bits everywhere.
+ *
+ * libm's differ between versions and machines, so nothing in simulated state may call them. These use only
+ * + - * / and sqrt, which IEEE 754 fixes. Errors are measured by tests/base/test_detmath.c against
+ * long double: at most 1 ulp for exp and log, 1 ulp for sin and cos with |x| <= 1e6 away from their zeros. */
+#pragma once
+
+double ll_sin(double x); /* |x| <= 1e6, otherwise the error grows with |x| */
+double ll_cos(double x);
+double ll_exp(double x); /* 0 below -745, infinite above 709.8 */
+double ll_log(double x); /* x > 0; NaN otherwise (-inf for 0) */
+double ll_sqrt(double x);

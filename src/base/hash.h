@@ -1,0 +1,8 @@
+/* A 64-bit hash for state: the same on every machine and compiler, for equality and not for secrecy. */
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+uint64_t ll_hash(uint64_t seed, const void *bytes, size_t size);
+uint64_t ll_hash_u64(uint64_t seed, uint64_t value);

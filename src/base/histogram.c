@@ -1,0 +1,94 @@
+#include "base/histogram.h"
+
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/detmath.h"
+
+#define LINEAR 32 /* also the buckets of an octave */
+
+/* Buckets are those of v = value / unit + 1/2: with it the linear ones are centred on whole multiples of the
+ * unit, so that a metric that counts things comes out whole.
+ *
+ * From 32 on, the exponent of v and the five bits after it are one number that counts buckets, and it stands
+ * in the double as it is: no logarithm. */
+static int bucket_of(double v)
+{
+    if (v < LINEAR)
+        return (int)v;
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    uint64_t i = (bits >> 47) - ((1023 + 5) * LINEAR) + LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
+    return i < LL_HISTOGRAM_BUCKETS ? (int)i : LL_HISTOGRAM_BUCKETS - 1;
+}
+
+/* Middle of bucket `i`, in units. */
+static double middle_of(int i)
+{
+    if (i < LINEAR)
+        return i;
+    double width = (double)(INT64_C(1) << (i / LINEAR - 1));
+    return width * (LINEAR + i % LINEAR + 0.5) - 0.5;
+}
+
+void ll_histogram_init(ll_histogram *h, double unit)
+{
+    LL_ASSERT(unit > 0);
+    memset(h, 0, sizeof *h);
+    h->unit = unit;
+}
+
+void ll_histogram_add(ll_histogram *h, double value)
+{
+    LL_ASSERT(value >= 0); /* a NaN fails too */
+    if (value > h->max || h->count == 0)
+        h->max = value;
+    if (value < h->min || h->count == 0)
+        h->min = value;
+    h->sum += value;
+    h->sum_squares += value * value;
+    h->count++;
+    h->bucket[bucket_of(value / h->unit + 0.5)]++;
+}
+
+/* 1-based rank of the smallest value that at least the share `q` of all values does not exceed. */
+static int64_t rank_of(double q, int64_t count)
+{
+    double exact = q * (double)count;
+    int64_t rank = (int64_t)exact;
+    if (exact - (double)rank > 1e-9) /* 0.07 * 100 is 7 and a rounding error */
+        rank++;
+    return rank < 1 ? 1 : rank > count ? count : rank;
+}
+
+double ll_histogram_quantile(const ll_histogram *h, double q)
+{
+    if (h->count == 0)
+        return 0;
+    int64_t rank = rank_of(q, h->count);
+    if (rank == 1)
+        return h->min;
+    if (rank == h->count)
+        return h->max;
+    int i = 0;
+    for (int64_t seen = h->bucket[0]; seen < rank && i < LL_HISTOGRAM_BUCKETS - 1; seen += h->bucket[i])
+        i++;
+    double value = middle_of(i) * h->unit;
+    return value < h->min ? h->min : value > h->max ? h->max : value;
+}
+
+ll_summary ll_histogram_summary(const ll_histogram *h)
+{
+    if (h->count == 0)
+        return (ll_summary){0};
+    double n = (double)h->count;
+    return (ll_summary){
+        .mean = h->sum / n,
+        .rms = ll_sqrt(h->sum_squares / n),
+        .p50 = ll_histogram_quantile(h, 0.5),
+        .p95 = ll_histogram_quantile(h, 0.95),
+        .p99 = ll_histogram_quantile(h, 0.99),
+        .max = h->max,
+        .count = h->count,
+    };
+}

@@ -1,0 +1,30 @@
+/* A distribution of non-negative values in constant memory.
+ *
+ * Count, mean, rms and maximum are exact. Quantiles (of the smallest value that the share q of all does not
+ * exceed) come from log-linear buckets: 32 of one unit, centred on whole multiples of it, then 32 an octave.
+ * Hence they are at most half a unit off below 32 units and at most 1/63 above, and exact for whole multiples
+ * below 63 units. They lie within [min, max]; the smallest and the largest value are exact. Beyond 2^18 units
+ * all values share the last bucket.
+ */
+#pragma once
+
+#include <stdint.h>
+
+#define LL_HISTOGRAM_BUCKETS 448 /* 32 linear, then 13 octaves of 32 */
+
+typedef struct ll_histogram {
+    double unit; /* width of the linear buckets, in the metric's own unit */
+    double sum, sum_squares, min, max;
+    int64_t count;
+    uint32_t bucket[LL_HISTOGRAM_BUCKETS]; /* the last also takes what is beyond */
+} ll_histogram;
+
+typedef struct ll_summary {
+    double mean, rms, p50, p95, p99, max;
+    int64_t count;
+} ll_summary;
+
+void ll_histogram_init(ll_histogram *h, double unit);
+void ll_histogram_add(ll_histogram *h, double value);          /* value >= 0 */
+double ll_histogram_quantile(const ll_histogram *h, double q); /* q in [0, 1]; 0 when empty */
+ll_summary ll_histogram_summary(const ll_histogram *h);        /* all zero when empty */

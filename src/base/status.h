@@ -1,0 +1,36 @@
+/* What went wrong, told so that a person can act on it.
+ *
+ * Functions that can fail for reasons outside of the program return an ll_status by value: a code for
+ * machines and a sentence for people that names the field, the allowed range and the value. Inside, broken
+ * invariants are asserted (base/assert.h), never reported. */
+#pragma once
+
+#include <stdbool.h>
+
+typedef enum ll_code {
+    LL_OK = 0,
+    LL_BAD_INPUT, /* the caller's text or value is wrong; `field` names where */
+    LL_NOT_FOUND, /* no such scenario, session, player or path */
+    LL_FORBIDDEN, /* the key does not allow it */
+    LL_CONFLICT,  /* right in itself, not in the present state */
+    LL_LIMIT,     /* a configured limit was reached */
+    LL_IO,        /* a file, a socket or the database failed */
+    LL_NO_MEMORY,
+    LL_DIVERGED, /* a simulation produced a value that is not finite */
+} ll_code;
+
+typedef struct ll_status {
+    ll_code code;
+    char field[64]; /* dotted path of the offending field (`players.1.lag_ms`), or empty */
+    char text[256]; /* one sentence */
+} ll_status;
+
+ll_status ll_ok(void);
+ll_status ll_error(ll_code code, const char *format, ...) __attribute__((format(printf, 2, 3)));
+ll_status ll_field_error(ll_code code, const char *field, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+static inline bool ll_failed(const ll_status *s)
+{
+    return s->code != LL_OK;
+}
