@@ -1,0 +1,94 @@
+/* Gambetta: the rule of the live demo "Fast-Paced Multiplayer", kept for comparison: an input moves its entity by speed x
+ * time, and nothing else does. Axis 0 is the direction. There is no velocity and no contact, so replayed inputs are always right. */
+#include "game/games.h"
+
+typedef struct gambetta_params {
+    double speed, width;
+} gambetta_params;
+
+static const ll_param rows[] = {
+    {.name = "speed_mps", .type = LL_PARAM_REAL, .offset = offsetof(gambetta_params, speed), .min = 0.01, .max = 1000,
+     .standard = 2, .unit = "m/s", .help = "Speed while a key is down."},
+    {.name = "width_m", .type = LL_PARAM_REAL, .offset = offsetof(gambetta_params, width), .min = 1, .max = 1000,
+     .standard = 10, .unit = "m", .help = "What a view shows."},
+};
+
+const ll_param_table ll_gambetta_table = {.name = "gambetta", .help = "Parameters of the demo's rule.", .rows = rows,
+                                          .count = sizeof rows / sizeof rows[0], .size = sizeof(gambetta_params)};
+
+static const gambetta_params *params_of(const ll_game_env *env)
+{
+    return (const gambetta_params *)env->params;
+}
+
+static size_t tail(int players)
+{
+    (void)players;
+    return 0;
+}
+
+static void prepare(ll_game_env *env, const void *params)
+{
+    *(gambetta_params *)env->params = *(const gambetta_params *)params;
+}
+
+static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
+{
+    for (int i = 0; i < world->players; i++) {
+        world->entity[i].x = params_of(env)->width * (0.4 + 0.2 * (i % 2)); /* 4 and 6 of 10 */
+        world->entity[i].y = lanes[i];
+    }
+}
+
+static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
+{
+    ll_entity *e = &world->entity[player];
+    e->vx = action->axis[0] * params_of(env)->speed;
+    e->x += e->vx * env->dt;
+}
+
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+{
+    (void)now;
+    for (int i = 0; i < world->players; i++)
+        step_own(world, env, i, &actions[i]);
+}
+
+static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+{
+    ll_action a = {{0, 0}, 0};
+    (void)world;
+    (void)env;
+    ll_time phase = (t + player * 700 * LL_MS) % (4 * LL_SECOND);
+    if (script == LL_SCRIPT_STEADY)
+        a.axis[0] = phase < 2 * LL_SECOND ? 1 : -1;
+    else if (script == LL_SCRIPT_VARIED) /* out, wait, back, wait: bursts of inputs, as from keys */
+        a.axis[0] = phase < 1500 * LL_MS ? 1 : phase < 2 * LL_SECOND ? 0 : phase < 3500 * LL_MS ? -1 : 0;
+    return a;
+}
+
+static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
+{
+    (void)env;
+    values[0] = world->entity[player].vx;
+}
+
+static ll_scene scene(const ll_game_env *env, int players)
+{
+    return (ll_scene){.x_max = params_of(env)->width, .y_min = -1, .y_max = players, .entity_length_m = 0.5};
+}
+
+const ll_game ll_game_gambetta = {
+    .name = "gambetta",
+    .help = "The live demo's rule: inputs move, nothing else does.",
+    .params = &ll_gambetta_table,
+    .values = {"speed_mps"},
+    .tail = tail,
+    .prepare = prepare,
+    .init = init,
+    .step = step,
+    .step_own = step_own,
+    .drive = drive,
+    .describe = describe,
+    .scene = scene,
+};

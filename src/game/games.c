@@ -1,0 +1,11 @@
+#include "game/game.h"
+
+#include "game/games.h"
+
+const ll_game *const ll_games[] = {&ll_game_race, &ll_game_cannon, &ll_game_gambetta, NULL};
+
+/* In the order of ll_games; a test holds the three arrays against each other. */
+const char *const ll_game_names[] = {"race", "cannon", "gambetta", NULL};
+const ll_param_table *const ll_game_tables[] = {&ll_race_table, &ll_cannon_table, &ll_gambetta_table, NULL};
+
+const char *const ll_script_names[] = {"varied", "steady", "idle", NULL};

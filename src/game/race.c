@@ -1,0 +1,200 @@
+/* Race: cars on parallel lanes of a lap track.
+ *
+ * Axis 0 is the pedal: throttle when positive, brake when negative. Between inputs a car moves under constant force and linear drag, which
+ * is solved exactly. Two cars in one lane touch: they are pushed apart and exchange momentum. Only the server sees that contact in
+ * full, so a client that predicts its own car alone is then corrected. */
+#include "base/detmath.h"
+#include "base/rng.h"
+#include "game/games.h"
+
+typedef struct race_params {
+    double acceleration, brake, drag, top_speed, lap, laps, car_length, lane_width, restitution;
+} race_params;
+
+typedef struct race_tail {
+    double finish_s[LL_PLAYERS_MAX]; /* 0: on the way */
+    int64_t finished;
+} race_tail;
+
+static const ll_param rows[] = {
+    {.name = "acceleration_mps2", .type = LL_PARAM_REAL, .offset = offsetof(race_params, acceleration), .min = 0.1,
+     .max = 100, .standard = 6, .unit = "m/s2", .help = "Acceleration at full throttle."},
+    {.name = "brake_mps2", .type = LL_PARAM_REAL, .offset = offsetof(race_params, brake), .min = 0.1, .max = 100,
+     .standard = 9, .unit = "m/s2", .help = "Deceleration at full brake."},
+    {.name = "drag_per_s", .type = LL_PARAM_REAL, .offset = offsetof(race_params, drag), .min = 0, .max = 10,
+     .standard = 0.3, .unit = "1/s", .help = "Linear drag: the share of its speed that a coasting car loses per second."},
+    {.name = "top_speed_mps", .type = LL_PARAM_REAL, .offset = offsetof(race_params, top_speed), .min = 0.1, .max = 500,
+     .standard = 16, .unit = "m/s", .help = "No car goes faster."},
+    {.name = "lap_m", .type = LL_PARAM_REAL, .offset = offsetof(race_params, lap), .min = 10, .max = 100000,
+     .standard = 100, .unit = "m", .help = "Length of a lap; a view shows one lap."},
+    {.name = "laps", .type = LL_PARAM_REAL, .offset = offsetof(race_params, laps), .min = 0.01, .max = 10000,
+     .standard = 6, .help = "The finish line lies after so many laps."},
+    {.name = "car_length_m", .type = LL_PARAM_REAL, .offset = offsetof(race_params, car_length), .min = 0.1,
+     .max = 100, .standard = 4, .unit = "m", .help = "Length of a car: cars of one lane that come nearer touch."},
+    {.name = "lane_width_m", .type = LL_PARAM_REAL, .offset = offsetof(race_params, lane_width), .min = 0.1, .max = 100,
+     .standard = 3, .unit = "m", .help = "Distance between lanes."},
+    {.name = "restitution", .type = LL_PARAM_REAL, .offset = offsetof(race_params, restitution), .min = 0, .max = 1,
+     .standard = 0.3, .help = "Share of the closing speed that a contact gives back."},
+};
+
+const ll_param_table ll_race_table = {.name = "race", .help = "Parameters of the race.", .rows = rows,
+                                      .count = sizeof rows / sizeof rows[0], .size = sizeof(race_params)};
+
+static const race_params *params_of(const ll_game_env *env)
+{
+    return (const race_params *)env->params;
+}
+
+static const ll_drag *drag_of(const ll_game_env *env)
+{
+    return (const ll_drag *)env->derived;
+}
+
+static size_t tail(int players)
+{
+    (void)players;
+    return sizeof(race_tail);
+}
+
+static void prepare(ll_game_env *env, const void *params)
+{
+    *(race_params *)env->params = *(const race_params *)params;
+    *(ll_drag *)env->derived = ll_drag_over(params_of(env)->drag, env->dt);
+}
+
+static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
+{
+    const race_params *p = params_of(env);
+    for (int i = 0; i < world->players; i++) {
+        int ahead = 0; /* who shares a lane starts behind one another */
+        for (int j = 0; j < i; j++)
+            ahead += lanes[j] == lanes[i];
+        world->entity[i].x = -ahead * (p->car_length + 1);
+        world->entity[i].y = lanes[i] * p->lane_width;
+    }
+}
+
+static void move(ll_entity *car, const ll_game_env *env, double pedal)
+{
+    const race_params *p = params_of(env);
+    double a = pedal > 0 ? pedal * p->acceleration : car->vx > 0 ? pedal * p->brake : 0;
+    double x = car->x, v = car->vx;
+    ll_drag_move(drag_of(env), a, &car->x, &car->vx);
+    if (car->vx > p->top_speed) {
+        car->vx = p->top_speed;
+        car->x = x + env->dt * (v + p->top_speed) / 2;
+    } else if (car->vx < 0) { /* brakes hold a car, they do not reverse it */
+        car->vx = 0;
+        car->x = x + v * v / (2 * -a);
+    }
+}
+
+static void touch(ll_entity *rear, ll_entity *front, double length, double restitution)
+{
+    double overlap = length - (front->x - rear->x);
+    rear->x -= overlap / 2;
+    front->x += overlap / 2;
+    double closing = rear->vx - front->vx;
+    if (closing > 0) {
+        double impulse = (1 + restitution) / 2 * closing; /* equal masses */
+        rear->vx -= impulse;
+        front->vx += impulse;
+    }
+}
+
+static void contacts(ll_world *world, const race_params *p)
+{
+    for (int i = 0; i < world->players; i++)
+        for (int j = i + 1; j < world->players; j++) {
+            ll_entity *a = &world->entity[i], *b = &world->entity[j];
+            double gap = b->x - a->x;
+            if (a->y != b->y || gap >= p->car_length || gap <= -p->car_length)
+                continue;
+            if (gap >= 0)
+                touch(a, b, p->car_length, p->restitution);
+            else
+                touch(b, a, p->car_length, p->restitution);
+        }
+}
+
+static void finish(ll_world *world, const race_params *p, ll_time now)
+{
+    race_tail *t = ll_world_tail(world);
+    double line = p->lap * p->laps;
+    for (int i = 0; i < world->players; i++) {
+        ll_entity *car = &world->entity[i];
+        if (car->x < line || (car->flags & LL_ENTITY_FINISHED))
+            continue;
+        car->flags |= LL_ENTITY_FINISHED;
+        t->finished++;
+        t->finish_s[i] = ll_to_s(now) - (car->vx > 0 ? (car->x - line) / car->vx : 0);
+    }
+}
+
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+{
+    const race_params *p = params_of(env);
+    for (int i = 0; i < world->players; i++)
+        move(&world->entity[i], env, actions[i].axis[0]);
+    contacts(world, p);
+    finish(world, p, now);
+}
+
+static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
+{
+    move(&world->entity[player], env, action->axis[0]);
+}
+
+static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+{
+    static const float pedal[] = {1, 1, 0.8f, 0.6f, 0.3f, -0.4f};
+    ll_action a = {{0, 0}, 0};
+    (void)env;
+    if (script == LL_SCRIPT_IDLE)
+        return a;
+    if (world->entity[player].flags & LL_ENTITY_FINISHED)
+        a.axis[0] = -1;
+    else if (script == LL_SCRIPT_STEADY || t < 2 * LL_SECOND)
+        a.axis[0] = 1;
+    else
+        a.axis[0] = pedal[ll_rng_u64(0x72616365, (uint64_t)player, (uint64_t)(t / (LL_SECOND * 3 / 4))) % 6];
+    return a;
+}
+
+static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
+{
+    const race_tail *t = ll_world_tail_const(world);
+    const race_params *p = params_of(env);
+    int place = 1;
+    for (int i = 0; i < world->players; i++) {
+        bool earlier = t->finish_s[i] > 0 && (t->finish_s[player] == 0 || t->finish_s[i] < t->finish_s[player]);
+        bool further = t->finish_s[i] == 0 && t->finish_s[player] == 0 && world->entity[i].x > world->entity[player].x;
+        place += earlier || further;
+    }
+    values[0] = t->finish_s[player];
+    values[1] = place;
+    values[2] = world->entity[player].x < 0 ? 0 : (double)(int64_t)(world->entity[player].x / p->lap);
+    values[3] = world->entity[player].vx;
+}
+
+static ll_scene scene(const ll_game_env *env, int players)
+{
+    const race_params *p = params_of(env);
+    return (ll_scene){.x_min = 0, .x_max = p->lap, .y_min = -p->lane_width, .y_max = p->lane_width * players,
+                      .wraps = true, .finish_m = p->lap * p->laps, .entity_length_m = p->car_length};
+}
+
+const ll_game ll_game_race = {
+    .name = "race",
+    .help = "Cars with throttle and brake on a lap track; cars in one lane touch.",
+    .params = &ll_race_table,
+    .values = {"finish_s", "place", "laps", "speed_mps"},
+    .tail = tail,
+    .prepare = prepare,
+    .init = init,
+    .step = step,
+    .step_own = step_own,
+    .drive = drive,
+    .describe = describe,
+    .scene = scene,
+};

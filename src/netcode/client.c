@@ -1,0 +1,248 @@
+#include "netcode/client.h"
+
+#include <string.h>
+
+static size_t round8(size_t n)
+{
+    return (n + 7) & ~(size_t)7;
+}
+
+size_t ll_client_size(size_t world_size)
+{
+    return round8(sizeof(ll_client)) + 2 * world_size + LL_STATE_RING * (sizeof(ll_received) + world_size);
+}
+
+void ll_client_init(ll_client *c, int self, size_t world_size, const ll_world *start)
+{
+    memset(c, 0, ll_client_size(world_size));
+    c->self = self;
+    c->world_size = (int64_t)world_size;
+    c->latest_offset = (int64_t)round8(sizeof(ll_client));
+    c->predicted_offset = c->latest_offset + c->world_size;
+    c->states_offset = c->predicted_offset + c->world_size;
+    memcpy(ll_client_latest(c), start, world_size);
+    memcpy(ll_client_predicted(c), start, world_size);
+}
+
+/* How many steps the client runs ahead of the server: what its packets need, as measured by the handshake. */
+static int64_t lead(const ll_client_setup *s, ll_time period)
+{
+    const ll_link_params *up = &s->config->link.up;
+    ll_time way = ll_ms(s->config->lag_ms + up->delay_ms + up->jitter_ms);
+    int64_t ticks = (way + period - 1) / period;
+    return (ticks < 1 ? 1 : ticks) + s->config->slack_ticks;
+}
+
+void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_freq freq, int64_t step,
+                     const ll_world *world, ll_time now)
+{
+    c->epoch = epoch;
+    c->clock = (ll_clock){now, 0, freq};
+    c->frame = 0;
+    c->period = ll_tick_time(1, freq);
+    c->seq = c->acked = 0;
+    c->tick = s->sync->drains ? 0 : s->sync->leads ? step + lead(s, c->period) - 1 : step;
+    c->debt = 0;
+    c->settle = 0;
+    c->spare = LL_SLACK_UNKNOWN;
+    c->spare_since = now;
+    c->newest = c->fresh = 0;
+    c->newest_tick = -1;
+    c->latest_time = now;
+    c->has_render = c->held_now = 0;
+    c->offset_quarter = -1;
+    c->predicting = 0;
+    memcpy(ll_client_latest(c), world, (size_t)c->world_size);
+    for (int i = 0; i < world->players; i++) {
+        c->shown.entity[i] = world->entity[i];
+        c->shown.time[i] = now;
+    }
+}
+
+/* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and slowly, by the
+ * least of a second, when they come earlier than wanted. Waits for the effect before it looks again. */
+static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
+{
+    if (m->slack == LL_SLACK_UNKNOWN || m->head.seq < c->settle)
+        return;
+    int32_t want = (int32_t)s->config->slack_ticks, change = 0;
+    if (m->slack < c->spare)
+        c->spare = m->slack;
+    if (m->slack < want) {
+        change = want - m->slack;
+    } else if (now - c->spare_since >= LL_SECOND) {
+        if (c->spare > want + 1)
+            change = want - c->spare;
+        c->spare = LL_SLACK_UNKNOWN;
+        c->spare_since = now;
+    }
+    if (change == 0)
+        return;
+    c->debt += change;
+    c->settle = c->seq + (uint32_t)(change > 0 ? change : 0) + 1;
+    c->spare = LL_SLACK_UNKNOWN;
+    c->spare_since = now;
+}
+
+static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, ll_time now)
+{
+    ll_state_message m;
+    memcpy(&m, packet, sizeof m);
+    if (s->sync->drops_stale && m.tick <= c->newest_tick) {
+        c->stale++;
+        return LL_OUTCOME_STALE;
+    }
+    ll_received *r = ll_client_state(c, c->newest++);
+    *r = (ll_received){m.tick, m.time, now, m.head.seq, 0};
+    memcpy(ll_received_world(r), packet + sizeof m, (size_t)c->world_size);
+    c->newest_tick = m.tick;
+    c->update_hz = (double)m.update_hz;
+    ll_interpolate_heard(c, r);
+    if (s->sync->leads)
+        follow_slack(c, s, &m, now);
+    return LL_OUTCOME_APPLIED;
+}
+
+int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet, ll_time now)
+{
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    if (head.epoch != c->epoch)
+        return LL_OUTCOME_STALE;
+    if (head.type == LL_MESSAGE_STATE)
+        return receive_state(c, s, packet, now);
+    c->refused++; /* the server put another input in its place: the next state corrects the prediction */
+    return LL_OUTCOME_REFUSED;
+}
+
+/* Notes what the newest state acknowledges. `now` is the frame that draws it. */
+static void acknowledge(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+{
+    uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
+    for (uint32_t seq = c->acked + 1; seq <= upto; seq++) {
+        ll_pending *p = ll_client_pending(c, seq);
+        ll_measure(s->instruments, LL_METRIC_ACK_RTT, now, ll_to_ms(state->arrived - p->made));
+        if (!p->shown)
+            ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
+        p->shown = 1;
+    }
+    if (upto > c->acked || !s->sync->drops_stale)
+        c->acked = upto;
+}
+
+static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_received *state = ll_client_state(c, c->newest - 1);
+    c->fresh = c->newest;
+    c->latest_time = state->time;
+    acknowledge(c, s, state, now);
+    memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
+    if (s->config->prediction)
+        ll_reconcile(c, s, state, now);
+}
+
+static ll_action control(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_player_config *config = s->config;
+    ll_action a = c->held;
+    if (config->control == LL_CONTROL_SCRIPT)
+        a = s->game->drive(ll_client_latest(c), s->env, c->self, (ll_script)config->script, now);
+    if (config->cheat == LL_CHEAT_MAGNITUDE)
+        a.axis[0] *= 1.5f;
+    return a;
+}
+
+static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action)
+{
+    int n = s->config->cheat == LL_CHEAT_RATE ? 2 : 1;
+    if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0)
+        return 0;
+    if (c->debt > 0) {
+        c->debt--;
+        n++;
+    } else if (c->debt < 0) {
+        c->debt++;
+        n--;
+    }
+    int room = LL_PENDING_MAX - (int)(c->seq - c->acked);
+    return n < room ? n : room;
+}
+
+static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+{
+    ll_pending *p = ll_client_pending(c, ++c->seq);
+    c->tick++;
+    *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
+    if (s->config->prediction) {
+        ll_predict_input(c, s, p);
+        p->shown = 1;
+        ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, 0);
+    }
+}
+
+/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other packet starts with the
+ * oldest that is open instead, if they are too many for one. */
+static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_input_message *m)
+{
+    uint32_t open = c->seq - c->acked;
+    if (open == 0 || (made == 0 && !s->sync->waits))
+        return 0;
+    uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : (uint32_t)made + (uint32_t)s->config->redundancy;
+    uint32_t count = wanted < open ? wanted : open;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    uint32_t first = c->seq - count + 1;
+    if (s->sync->waits && open > count && (c->frame & 1))
+        first = c->acked + 1;
+    m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
+    m->tick = c->tick - (int64_t)(c->seq - first);
+    if (s->config->cheat == LL_CHEAT_BUDGET)
+        m->tick += 1000;
+    for (uint32_t i = 0; i < count; i++)
+        m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
+    return ll_input_message_size((int)count);
+}
+
+static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_world *latest = ll_client_latest(c);
+    bool interpolate = s->config->interpolation && c->newest > 0;
+    for (int i = 0; i < latest->players; i++) {
+        if (interpolate && i != c->self)
+            continue;
+        c->shown.entity[i] = latest->entity[i];
+        c->shown.time[i] = c->latest_time;
+        c->shown.flags[i] = 0;
+    }
+    if (interpolate) {
+        s->sync->interpolate(c, s, now);
+    } else {
+        c->has_render = 0;
+        c->shown.alpha = 1;
+        c->shown.buffer_ms = 0;
+    }
+    if (s->config->prediction) {
+        c->shown.entity[c->self] = ll_client_predicted(c)->entity[c->self];
+        c->shown.time[c->self] = now;
+        c->shown.flags[c->self] = LL_SHOWN_PREDICTED;
+    }
+}
+
+int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *message)
+{
+    c->frame++;
+    if (c->newest > c->fresh)
+        take_newest_state(c, s, now);
+    if (s->config->prediction && !c->predicting)
+        ll_predict_again(c, s, ll_client_latest(c));
+    c->predicting = s->config->prediction;
+
+    ll_action action = control(c, s, now);
+    int made = inputs_due(c, s, &action);
+    for (int i = 0; i < made; i++)
+        make_input(c, s, &action, now);
+    ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+
+    draw(c, s, now);
+    return compose(c, s, made, message);
+}

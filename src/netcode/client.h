@@ -1,0 +1,155 @@
+/* A client: sends its player's inputs, and draws the world from what it has received.
+ *
+ * It knows of the server only what packets say. Part of a simulation's block: rings behind the struct, reached by offsets. */
+#pragma once
+
+#include "base/event.h"
+#include "netcode/config.h"
+#include "netcode/instruments.h"
+#include "netcode/sync.h"
+#include "netcode/wire.h"
+
+#define LL_PENDING_RING 256 /* inputs that are not acknowledged: at most LL_PENDING_MAX of them */
+#define LL_PENDING_MAX 240
+#define LL_STATE_RING 64 /* states kept for interpolation: 2 s at 30 updates a second */
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
+#define LL_OFFSET_WINDOW 8 /* quarters of a second over which the fastest packet counts */
+
+/* An input that was made, and where it had put the player's own entity. */
+typedef struct ll_pending {
+    uint32_t seq;
+    uint32_t shown; /* its effect has been drawn */
+    ll_time made;
+    ll_entity after;
+    ll_action action;
+    uint32_t reserved;
+} ll_pending;
+
+/* A state as received; its world follows in the ring. */
+typedef struct ll_received {
+    int64_t tick;
+    ll_time time;    /* server's clock */
+    ll_time arrived; /* client's clock */
+    uint32_t acked;
+    uint32_t reserved;
+} ll_received;
+
+typedef enum ll_shown_flag { LL_SHOWN_PREDICTED = 2, LL_SHOWN_INTERPOLATED = 4, LL_SHOWN_HELD = 8 } ll_shown_flag;
+
+/* What the client draws: in `entity` poses, and of which server time they are. */
+typedef struct ll_shown {
+    ll_entity entity[LL_PLAYERS_MAX];
+    ll_time time[LL_PLAYERS_MAX];
+    uint32_t flags[LL_PLAYERS_MAX]; /* ll_shown_flag */
+    double alpha;                   /* between the two states that are interpolated */
+    double buffer_ms;               /* newest state - drawn time */
+} ll_shown;
+
+typedef struct ll_client {
+    int32_t self;
+    uint16_t epoch;
+    uint8_t predicting;
+    uint8_t reserved;
+    ll_clock clock; /* of frames; a frame is a tick of the client */
+    int64_t frame;  /* number of the next frame */
+    ll_time period; /* of a frame */
+
+    /* inputs */
+    int64_t tick;         /* the server's step that the newest input is meant for */
+    uint32_t seq, acked;  /* newest made, newest acknowledged */
+    int32_t debt;         /* inputs to make beyond one a frame, or (negative) to leave out */
+    uint32_t settle;      /* slack is read again once this input is acknowledged */
+    int32_t spare;        /* least slack since `spare_since` */
+    int32_t reserved1;
+    ll_time spare_since;
+    ll_action held;       /* the player's controls */
+    uint32_t reserved3;
+    int64_t refused;
+
+    /* states */
+    int64_t newest;   /* how many were received: the newest is at newest - 1 modulo the ring */
+    int64_t fresh;    /* of these, how many a frame has taken */
+    int64_t newest_tick;
+    int64_t stale;
+    ll_time latest_time; /* server's clock, of the state that was taken last */
+    double update_hz;
+    int64_t world_size;
+    int64_t states_offset, latest_offset, predicted_offset; /* from the start of this struct */
+
+    /* interpolation */
+    ll_time offset;      /* server's clock - client's clock when the fastest recent packet came */
+    ll_time render;      /* server time that is drawn; moves forward only */
+    uint8_t has_render, held_now;
+    uint8_t reserved2[6];
+    ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
+    int64_t offset_quarter;
+
+    ll_shown shown;
+    ll_pending pending[LL_PENDING_RING];
+} ll_client;
+
+#pragma GCC diagnostic pop
+
+/* What a client is set up with; the same for its whole life but for `config`, which may change between frames. */
+typedef struct ll_client_setup {
+    const ll_game *game;
+    const ll_game_env *env;
+    const ll_sync *sync;
+    const ll_player_config *config;
+    ll_instruments *instruments;
+    const ll_recorder *recorder;
+} ll_client_setup;
+
+size_t ll_client_size(size_t world_size); /* a multiple of 8 */
+void ll_client_init(ll_client *client, int self, size_t world_size, const ll_world *start);
+
+/* Starts, or starts again at `now` in a new epoch. `step` is the server's step now and `world` its state (the handshake). */
+void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_freq freq, int64_t step,
+                     const ll_world *world, ll_time now);
+
+/* A packet of the server has come. Returns its ll_outcome. */
+int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, ll_time now);
+
+/* One frame: takes what has come, makes inputs, decides what to draw. Fills `message` and returns its size, 0 when there is
+ * nothing to send. */
+int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now, ll_input_message *message);
+
+/* ---- between the client's files ---- */
+
+static inline ll_received *ll_client_state(ll_client *c, int64_t index)
+{
+    return (ll_received *)((char *)c + c->states_offset + (index & (LL_STATE_RING - 1)) * (int64_t)(sizeof(ll_received) + (size_t)c->world_size));
+}
+
+static inline ll_world *ll_received_world(ll_received *r)
+{
+    return (ll_world *)(r + 1);
+}
+
+static inline ll_world *ll_client_latest(ll_client *c)
+{
+    return (ll_world *)((char *)c + c->latest_offset);
+}
+
+static inline ll_world *ll_client_predicted(ll_client *c)
+{
+    return (ll_world *)((char *)c + c->predicted_offset);
+}
+
+static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
+{
+    return &c->pending[seq & (LL_PENDING_RING - 1)];
+}
+
+/* predict.c: the own entity */
+void ll_predict_input(ll_client *client, const ll_client_setup *setup, ll_pending *input);
+void ll_reconcile(ll_client *client, const ll_client_setup *setup, ll_received *state, ll_time now);
+void ll_predict_again(ll_client *client, const ll_client_setup *setup, const ll_world *from); /* replays what is not acked */
+
+/* interpolate.c: the entities of others */
+void ll_interpolate_heard(ll_client *client, const ll_received *state); /* a state came: follow the server's clock */
+void ll_interpolate_server_time(ll_client *client, const ll_client_setup *setup, ll_time now);
+void ll_blend(ll_client *client, const ll_received *a, const ll_received *b, double alpha);

@@ -1,0 +1,45 @@
+/* What can be set of a server and of a player; the tables give names, ranges, defaults and help. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "link/link.h"
+#include "param/param.h"
+
+#define LL_NAME_MAX 24
+
+typedef struct ll_server_config {
+    double update_hz;
+    int32_t sync; /* index into ll_syncs */
+    int32_t reserved;
+} ll_server_config;
+
+typedef enum ll_control { LL_CONTROL_SCRIPT, LL_CONTROL_PERSON } ll_control;
+
+/* A client that does not play by the rules, to try the server's validation. */
+typedef enum ll_cheat { LL_CHEAT_NONE, LL_CHEAT_MAGNITUDE, LL_CHEAT_RATE, LL_CHEAT_BUDGET } ll_cheat;
+
+typedef struct ll_link_pair {
+    ll_link_params up, down;
+} ll_link_pair;
+
+typedef struct ll_player_config {
+    char name[LL_NAME_MAX + 8];
+    double lag_ms; /* one way, both directions */
+    ll_link_pair link;
+    double interpolation_ratio, jitter_margin_ms;
+    int64_t slack_ticks;
+    int64_t redundancy;
+    int64_t lane; /* -1: the player's own */
+    int32_t control, script, cheat;
+    bool prediction, reconciliation, interpolation;
+    uint8_t reserved;
+} ll_player_config;
+
+extern const ll_param_table ll_server_table;
+extern const ll_param_table ll_player_table;
+
+/* Reconciliation on turns prediction on; prediction off turns reconciliation off. `before` is the configuration before the
+ * change, so that the row that was touched wins. */
+void ll_player_settle(ll_player_config *now, const ll_player_config *before);

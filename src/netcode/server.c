@@ -1,0 +1,111 @@
+#include "netcode/server.h"
+
+#include <string.h>
+
+size_t ll_server_size(int players, size_t world_size)
+{
+    return sizeof(ll_server) + (size_t)players * sizeof(ll_seat) + world_size;
+}
+
+void ll_server_init(ll_server *server, int players)
+{
+    memset(server, 0, ll_server_size(players, 0));
+    server->players = players;
+}
+
+static void empty_seat(ll_seat *seat, ll_time now)
+{
+    for (int i = 0; i < LL_INPUT_RING; i++)
+        seat->slots[i].tick = -1;
+    seat->held = (ll_action){{0, 0}, 0};
+    seat->acked = 0;
+    seat->newest = -1;
+    seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
+    seat->allowance = (ll_allowance){LL_RATE_BURST, now};
+}
+
+void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
+                     ll_time now)
+{
+    server->epoch = epoch;
+    server->clock = (ll_clock){now, server->step, step_freq};
+    server->updates = (ll_clock){now, 0, update_freq};
+    server->update = 1;
+    server->stepped = now;
+    server->client_freq = client_freq;
+    for (int i = 0; i < server->players; i++)
+        empty_seat(&server->seats[i], now);
+}
+
+/* Where an input belongs: `false` when it has been seen before. */
+static bool is_new(const ll_seat *seat, int64_t tick)
+{
+    if (tick <= seat->newest - LL_INPUT_RING)
+        return false; /* so old that its slot is another's */
+    return seat->slots[tick & (LL_INPUT_RING - 1)].tick != tick;
+}
+
+/* The step, or for a draining server the input, that everything up to is done with. */
+static int64_t done(const ll_server *server, const ll_sync *sync, const ll_seat *seat)
+{
+    return sync->drains ? (int64_t)seat->acked : server->step;
+}
+
+static void measure_slack(ll_seat *seat, int64_t ahead)
+{
+    seat->last_slack = (int32_t)(ahead - 1);
+    if (seat->slack == LL_SLACK_UNKNOWN || seat->last_slack < seat->slack)
+        seat->slack = seat->last_slack;
+}
+
+int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message, ll_time now,
+                      ll_verdict verdicts[LL_INPUTS_MAX])
+{
+    ll_seat *seat = &server->seats[player];
+    int count = 0;
+    if (message->head.epoch != server->epoch)
+        return 0;
+    for (int i = 0; i < message->head.count; i++) {
+        int64_t tick = message->tick + i;
+        if (tick < 1 || !is_new(seat, tick)) {
+            seat->duplicate++;
+            continue;
+        }
+        int64_t ahead = tick - done(server, sync, seat);
+        ll_verdict *verdict = &verdicts[count++];
+        *verdict = (ll_verdict){.seq = message->head.seq + (uint32_t)i};
+        ll_rule rule = ll_validate(&message->inputs[i], ahead, &seat->allowance, server->client_freq, now);
+        if (rule != LL_RULE_NONE) {
+            seat->refused[rule]++;
+            verdict->outcome = LL_OUTCOME_REFUSED;
+            verdict->rule = (uint8_t)rule;
+            if (rule == LL_RULE_BUDGET)
+                continue; /* there is no slot so far ahead */
+        } else if (ahead <= 0 && !sync->drains) {
+            seat->late++;
+            verdict->outcome = LL_OUTCOME_LATE;
+        } else {
+            seat->accepted++;
+        }
+        const ll_action *action = rule == LL_RULE_NONE ? &message->inputs[i] : &seat->held;
+        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, *action, verdict->seq};
+        seat->seq_minus_tick = (int64_t)verdict->seq - tick;
+        if (tick > seat->newest) {
+            seat->newest = tick;
+            measure_slack(seat, ahead);
+        }
+    }
+    return count;
+}
+
+ll_state_message ll_server_state(ll_server *server, int player)
+{
+    ll_seat *seat = &server->seats[player];
+    ll_state_message m = {.head = {.type = LL_MESSAGE_STATE, .epoch = server->epoch, .seq = seat->acked},
+                          .tick = server->step,
+                          .time = server->stepped,
+                          .update_hz = (float)server->updates.freq / 1000.0f,
+                          .slack = seat->slack};
+    seat->slack = LL_SLACK_UNKNOWN;
+    return m;
+}

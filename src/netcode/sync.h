@@ -1,0 +1,40 @@
+/* How server and clients keep in step: one row, and one file, per way. */
+#pragma once
+
+#include <stdbool.h>
+
+#include "base/vtime.h"
+#include "game/game.h"
+
+struct ll_server;
+struct ll_client;
+struct ll_client_setup;
+
+typedef struct ll_sync {
+    const char *name;
+    const char *help;
+    bool server_steps_at_update_hz; /* otherwise at tick_hz */
+    bool client_steps_at_update_hz; /* otherwise at tick_hz */
+    bool leads;                     /* clients run ahead, so that an input arrives for the step that it is meant for */
+    bool drains;                    /* the server applies inputs as they have come, not by their step */
+    bool waits;                     /* the server does not go on without an input: clients repeat all that is open */
+    bool sends_idle;                /* an input for every tick, also when no control is touched */
+    bool tells_refusals;            /* a refused input is answered */
+    bool drops_stale;               /* a client ignores a state that is older than the one it has */
+
+    /* When the server's next step is due; LL_NEVER while it waits. */
+    ll_time (*due)(const struct ll_server *server);
+
+    /* One step of the server's world by the inputs it has. */
+    void (*step)(struct ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now);
+
+    /* Puts the entities of others where the client draws them at `now` with interpolation on. */
+    void (*interpolate)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now);
+} ll_sync;
+
+extern const ll_sync ll_sync_free;
+extern const ll_sync ll_sync_lockstep;
+extern const ll_sync ll_sync_gambetta;
+
+extern const ll_sync *const ll_syncs[]; /* NULL-terminated; the index is the choice `sync` */
+extern const char *const ll_sync_names[];

@@ -1,0 +1,41 @@
+/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. A missing input is replaced
+ * by the one before it; one that comes after its step is late and is not applied. Clients run ahead by their lag, so that this is
+ * rare. */
+#include "netcode/client.h"
+#include "netcode/server.h"
+
+static ll_time due(const ll_server *server)
+{
+    return ll_clock_time(&server->clock, server->step + 1);
+}
+
+static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now)
+{
+    ll_action actions[LL_PLAYERS_MAX];
+    int64_t k = ++server->step;
+    for (int i = 0; i < server->players; i++) {
+        ll_seat *seat = &server->seats[i];
+        const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
+        if (slot->tick == k)
+            seat->held = slot->action;
+        else if (seat->newest >= 0)
+            seat->starved++;
+        actions[i] = seat->held;
+        if (seat->newest >= 0 && k + seat->seq_minus_tick > 0)
+            seat->acked = (uint32_t)(k + seat->seq_minus_tick);
+    }
+    game->step(ll_server_world(server), env, actions, now);
+    server->stepped = now;
+}
+
+const ll_sync ll_sync_free = {
+    .name = "free",
+    .help = "The server steps on its own clock; clients run ahead of it.",
+    .leads = true,
+    .sends_idle = true,
+    .tells_refusals = true,
+    .drops_stale = true,
+    .due = due,
+    .step = step,
+    .interpolate = ll_interpolate_server_time,
+};

@@ -1,0 +1,8 @@
+#include "netcode/sync.h"
+
+#include <stddef.h>
+
+const ll_sync *const ll_syncs[] = {&ll_sync_free, &ll_sync_lockstep, &ll_sync_gambetta, NULL};
+
+/* In the order of ll_syncs; a test holds them against each other. */
+const char *const ll_sync_names[] = {"free", "lockstep", "gambetta", NULL};

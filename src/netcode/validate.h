@@ -1,0 +1,29 @@
+/* The server's rules on inputs. A refused input is not applied and is answered with the rule that refused it. */
+#pragma once
+
+#include <stdint.h>
+
+#include "base/vtime.h"
+#include "game/game.h"
+
+#define LL_BUDGET_TICKS 128 /* inputs may be at most so many steps ahead of the server */
+#define LL_RATE_BURST 160.0 /* inputs that may come at once, after a link that stalled */
+#define LL_RATE_FACTOR 1.25 /* inputs per client tick in the long run: a client that catches up makes up to two a frame */
+
+typedef enum ll_rule {
+    LL_RULE_NONE = 0,
+    LL_RULE_MAGNITUDE, /* an axis outside of [-1, 1], or not a number */
+    LL_RULE_RATE,      /* more inputs than time allows */
+    LL_RULE_BUDGET,    /* an input for a step too far ahead */
+    LL_RULES,
+} ll_rule;
+
+extern const char *const ll_rule_names[LL_RULES];
+
+/* A bucket that fills with time: the long-run rate that a client may send at. */
+typedef struct ll_allowance {
+    double tokens;
+    ll_time filled;
+} ll_allowance;
+
+ll_rule ll_validate(const ll_action *action, int64_t ticks_ahead, ll_allowance *allowance, ll_freq client_freq, ll_time now);

@@ -1,0 +1,143 @@
+/* Operations on a session's clock: one row each. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "session/internal.h"
+
+typedef struct control_args {
+    int64_t ticks, tick;
+    double time_s, speed;
+    bool reset, has_tick, has_time;
+} control_args;
+
+static ll_status do_pause(ll_session *s, ll_time wall, const control_args *a)
+{
+    (void)wall;
+    (void)a;
+    if (s->status == LL_SESSION_PLAYING) {
+        s->status = LL_SESSION_PAUSED;
+        ll_session_line(s, "pause");
+    }
+    return ll_ok();
+}
+
+static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
+{
+    (void)a;
+    if (s->status == LL_SESSION_FAILED)
+        return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
+    if (s->tick >= s->end)
+        ll_session_move_to(s, 0);
+    if (s->status != LL_SESSION_PLAYING) {
+        s->status = LL_SESSION_PLAYING;
+        ll_session_line(s, "play");
+    }
+    ll_session_anchor(s, wall);
+    return ll_ok();
+}
+
+static ll_status go_to(ll_session *s, int64_t tick)
+{
+    if (s->status != LL_SESSION_FAILED)
+        s->status = LL_SESSION_PAUSED;
+    int64_t clamped = tick < 0 ? 0 : tick > s->end ? s->end : tick;
+    if (clamped != s->tick)
+        ll_session_move_to(s, clamped);
+    ll_session_line(s, "pause");
+    return ll_ok();
+}
+
+static ll_status do_step(ll_session *s, ll_time wall, const control_args *a)
+{
+    (void)wall;
+    return go_to(s, s->tick + a->ticks);
+}
+
+static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
+{
+    (void)wall;
+    if (a->has_tick == a->has_time)
+        return ll_field_error(LL_BAD_INPUT, "tick", "seek takes either tick or time_s");
+    int64_t tick = a->has_tick ? a->tick : ll_tick_at((ll_time)llround(a->time_s * 1e9), s->freq);
+    if (tick > s->end)
+        return ll_field_error(LL_BAD_INPUT, a->has_tick ? "tick" : "time_s", "the scenario ends at tick %lld; got %lld",
+                              (long long)s->end, (long long)tick);
+    return go_to(s, tick);
+}
+
+static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)
+{
+    s->speed = a->speed;
+    ll_session_anchor(s, wall);
+    if (s->status == LL_SESSION_PLAYING)
+        ll_session_line(s, "play");
+    return ll_ok();
+}
+
+static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
+{
+    void *base = malloc(s->scenario.kind->table->size);
+    if (!base)
+        return ll_error(LL_NO_MEMORY, "no memory to restart");
+    memcpy(base, a->reset ? s->scenario.config : s->config, s->scenario.kind->table->size);
+    ll_session_rebase(s, base);
+    free(base);
+    if (a->reset)
+        s->speed = 1;
+    ll_session_anchor(s, wall);
+    ll_session_emit_restart(s);
+    return ll_ok();
+}
+
+static const struct {
+    const char *name;
+    ll_status (*run)(ll_session *s, ll_time wall, const control_args *a);
+} operations[] = {
+    {"pause", do_pause}, {"play", do_play},   {"step", do_step},
+    {"seek", do_seek},   {"speed", do_speed}, {"restart", do_restart},
+};
+
+static const ll_param control_rows[] = {
+    {.name = "ticks", .type = LL_PARAM_INT, .offset = offsetof(control_args, ticks), .min = -1e9, .max = 1e9,
+     .standard = 1, .unit = "ticks", .help = "How far to step; negative steps back."},
+    {.name = "tick", .type = LL_PARAM_INT, .offset = offsetof(control_args, tick), .max = 1e12, .unit = "ticks",
+     .help = "Where to seek."},
+    {.name = "time_s", .type = LL_PARAM_REAL, .offset = offsetof(control_args, time_s), .max = 1e6, .unit = "s",
+     .help = "Where to seek, as virtual time."},
+    {.name = "speed", .type = LL_PARAM_REAL, .offset = offsetof(control_args, speed), .min = 0.1, .max = 10,
+     .standard = 1, .help = "Virtual seconds per second."},
+    {.name = "reset", .type = LL_PARAM_BOOL, .offset = offsetof(control_args, reset),
+     .help = "Restart with the parameters that the session was created with."},
+};
+
+static const ll_param_table control_table = {.name = "control", .help = "An operation on a session's clock.",
+                                             .rows = control_rows,
+                                             .count = sizeof control_rows / sizeof control_rows[0],
+                                             .size = sizeof(control_args)};
+
+ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
+{
+    ll_status status = ll_session_wake(s);
+    if (ll_failed(&status))
+        return status;
+    const cJSON *op = cJSON_GetObjectItemCaseSensitive(control, "op");
+    if (!cJSON_IsString(op))
+        return ll_field_error(LL_BAD_INPUT, "op", "op must be one of pause, play, step, seek, speed, restart");
+    control_args args = {0};
+    cJSON *rest = cJSON_Duplicate(control, true);
+    cJSON_DeleteItemFromObjectCaseSensitive(rest, "op");
+    ll_param_defaults(&control_table, &args);
+    status = ll_param_parse(&control_table, rest, &args);
+    cJSON_Delete(rest);
+    if (ll_failed(&status))
+        return status;
+    args.has_tick = cJSON_HasObjectItem(control, "tick");
+    args.has_time = cJSON_HasObjectItem(control, "time_s");
+    for (size_t i = 0; i < sizeof operations / sizeof operations[0]; i++)
+        if (strcmp(op->valuestring, operations[i].name) == 0)
+            return operations[i].run(s, wall, &args);
+    return ll_field_error(LL_BAD_INPUT, "op", "op must be one of pause, play, step, seek, speed, restart; got %.20s",
+                          op->valuestring);
+}

@@ -1,0 +1,86 @@
+/* Inside of a session; for the files of this room. */
+#pragma once
+
+#include "session/scenario.h"
+#include "session/session.h"
+
+#define LL_EVENT_RING 2048 /* events kept for views: 4 s of two players */
+#define LL_SNAPSHOTS 2     /* kept of a run: at a third and two thirds of its duration */
+
+typedef enum ll_op { LL_OP_SET, LL_OP_INPUT } ll_op;
+
+/* A command of the log: takes effect when the state of `tick` is reached. */
+typedef struct ll_entry {
+    int64_t tick;
+    ll_op op;
+    int32_t player;
+    ll_action action;
+    char *values; /* LL_OP_SET: {"players.1.lag_ms":250}, owned */
+} ll_entry;
+
+typedef struct ll_log {
+    ll_entry *entries;
+    size_t count, capacity, text_bytes;
+} ll_log;
+
+typedef struct ll_snapshot {
+    void *block;
+    void *config;
+    int64_t tick; /* -1: none */
+    size_t next;  /* entry that comes next */
+} ll_snapshot;
+
+struct ll_session {
+    ll_scenario scenario;   /* as created: what a reset goes back to */
+    void *base;             /* configuration at tick 0 of the present log */
+    void *config;           /* at the present tick */
+    ll_log log;
+    size_t next;            /* the first entry that is not applied yet */
+    int64_t tick, head, end;
+    ll_freq freq;
+
+    void *block; /* NULL: parked */
+    size_t block_size;
+    ll_snapshot snapshots[LL_SNAPSHOTS];
+    ll_event *events; /* ring; NULL: parked */
+    uint32_t event_count;
+
+    ll_session_status status;
+    ll_status error;
+    double speed;
+    ll_time anchor_wall; /* the wall time at which ... */
+    ll_time anchor_time; /* ... this virtual time was shown */
+    uint32_t params_version, generation;
+    int64_t cpu_ns, cpu_ticks;
+
+    ll_log_line *on_line;
+    void *line_context;
+};
+
+static inline ll_scenario_head *ll_session_head(const ll_session *s)
+{
+    return (ll_scenario_head *)s->config;
+}
+
+/* ---- log.c ---- */
+
+ll_status ll_log_append(ll_log *log, const ll_entry *entry); /* copies `values` */
+void ll_log_truncate(ll_log *log, size_t count);
+void ll_log_free(ll_log *log);
+
+void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context);
+void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context);
+void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line, void *context); /* rewind, head, play, pause */
+
+void ll_session_emit_restart(const ll_session *s);
+
+/* ---- session.c ---- */
+
+void ll_session_line(const ll_session *s, const char *op); /* to the session's own listener */
+void ll_session_move_to(ll_session *s, int64_t tick);
+void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is the present tick */
+
+ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context, ll_session **session);
+ll_status ll_session_wake(ll_session *s);
+void ll_session_apply_values(ll_session *s, void *config, const char *values); /* of an entry, whose text was validated */
+void ll_session_rebase(ll_session *s, const void *base); /* a new log that starts from `base` */

@@ -1,0 +1,270 @@
+/* The log of a session in memory and as lines of JSON.
+ *
+ * Lines are appended only: {"op":"rewind"} and {"op":"restart"} tell that what came after a tick, or everything, no longer holds. Restoring
+ * folds them. */
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "session/internal.h"
+
+#define LOG_FORMAT 1
+
+ll_status ll_log_append(ll_log *log, const ll_entry *entry)
+{
+    if (log->count == log->capacity) {
+        size_t capacity = log->capacity ? 2 * log->capacity : 16;
+        ll_entry *entries = realloc(log->entries, capacity * sizeof *entries);
+        if (!entries)
+            return ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+        log->entries = entries;
+        log->capacity = capacity;
+    }
+    ll_entry copy = *entry;
+    if (entry->values) {
+        size_t length = strlen(entry->values) + 1;
+        copy.values = malloc(length);
+        if (!copy.values)
+            return ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+        memcpy(copy.values, entry->values, length);
+        log->text_bytes += length;
+    }
+    log->entries[log->count++] = copy;
+    return ll_ok();
+}
+
+void ll_log_truncate(ll_log *log, size_t count)
+{
+    while (log->count > count) {
+        ll_entry *e = &log->entries[--log->count];
+        if (e->values)
+            log->text_bytes -= strlen(e->values) + 1;
+        free(e->values);
+    }
+}
+
+void ll_log_free(ll_log *log)
+{
+    ll_log_truncate(log, 0);
+    free(log->entries);
+    *log = (ll_log){0};
+}
+
+/* ---- writing ---- */
+
+static void emit(cJSON *object, ll_log_line *line, void *context)
+{
+    char *text = cJSON_PrintUnformatted(object);
+    if (text)
+        line(context, text, strlen(text));
+    cJSON_free(text);
+    cJSON_Delete(object);
+}
+
+void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", "create");
+    cJSON_AddNumberToObject(o, "laglab_log", LOG_FORMAT);
+    cJSON_AddItemToObject(o, "scenario", ll_param_write(s->scenario.kind->table, s->base));
+    emit(o, line, context);
+}
+
+void ll_session_emit_restart(const ll_session *s)
+{
+    if (!s->on_line)
+        return;
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", "restart");
+    cJSON_AddItemToObject(o, "scenario", ll_param_write(s->scenario.kind->table, s->base));
+    emit(o, s->on_line, s->line_context);
+}
+
+void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", entry->op == LL_OP_SET ? "set" : "input");
+    cJSON_AddNumberToObject(o, "tick", (double)entry->tick);
+    if (entry->op == LL_OP_SET) {
+        cJSON_AddItemToObject(o, "values", cJSON_Parse(entry->values));
+    } else {
+        double axes[2] = {(double)entry->action.axis[0], (double)entry->action.axis[1]};
+        cJSON_AddNumberToObject(o, "player", entry->player);
+        cJSON_AddItemToObject(o, "axes", cJSON_CreateDoubleArray(axes, 2));
+        cJSON_AddNumberToObject(o, "buttons", entry->action.buttons);
+    }
+    emit(o, line, context);
+}
+
+void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line, void *context)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", op);
+    cJSON_AddNumberToObject(o, "tick", (double)s->tick);
+    if (strcmp(op, "play") == 0)
+        cJSON_AddNumberToObject(o, "speed", s->speed);
+    emit(o, line, context);
+}
+
+void ll_session_log(const ll_session *s, ll_log_line *line, void *context)
+{
+    ll_session_emit_create(s, line, context);
+    for (size_t i = 0; i < s->log.count; i++)
+        ll_session_emit_entry(&s->log.entries[i], line, context);
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", "head");
+    cJSON_AddNumberToObject(o, "tick", (double)s->head);
+    emit(o, line, context);
+}
+
+/* ---- reading ---- */
+
+static ll_status bad_line(size_t number, const char *what)
+{
+    return ll_error(LL_BAD_INPUT, "line %zu of the log: %s", number, what);
+}
+
+static bool read_tick(const cJSON *o, int64_t *tick)
+{
+    const cJSON *t = cJSON_GetObjectItemCaseSensitive(o, "tick");
+    if (!cJSON_IsNumber(t) || !(t->valuedouble >= 0 && t->valuedouble <= 1e15))
+        return false;
+    *tick = (int64_t)t->valuedouble;
+    return true;
+}
+
+static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *on_line, void *context)
+{
+    const cJSON *format = cJSON_GetObjectItemCaseSensitive(o, "laglab_log");
+    if (!cJSON_IsNumber(format) || format->valueint != LOG_FORMAT)
+        return bad_line(1, "is not the header of a laglab log of format 1");
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
+    if (ll_failed(&status))
+        return status;
+    return ll_session_new(&scenario, scenario.config, on_line, context, session);
+}
+
+static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
+    if (!ll_failed(&status) && scenario.kind != s->scenario.kind)
+        status = bad_line(number, "restarts with another kind");
+    if (!ll_failed(&status))
+        ll_session_rebase(s, scenario.config);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
+static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t number)
+{
+    const cJSON *values = cJSON_GetObjectItemCaseSensitive(o, "values"), *v;
+    if (!cJSON_IsObject(values))
+        return bad_line(number, "has no values");
+    size_t size = s->scenario.kind->table->size;
+    void *probe = malloc(size);
+    char *text = cJSON_PrintUnformatted(values);
+    ll_status status = probe && text ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+    if (probe)
+        memcpy(probe, s->config, size);
+    cJSON_ArrayForEach(v, values)
+    {
+        char *value = cJSON_PrintUnformatted(v);
+        if (!ll_failed(&status))
+            status = ll_param_set(s->scenario.kind->table, probe, v->string, value ? value : "", true);
+        cJSON_free(value);
+    }
+    if (!ll_failed(&status))
+        status = ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text});
+    cJSON_free(text);
+    free(probe);
+    return status;
+}
+
+static ll_status read_input(ll_session *s, const cJSON *o, int64_t tick, size_t number)
+{
+    const cJSON *player = cJSON_GetObjectItemCaseSensitive(o, "player");
+    const cJSON *axes = cJSON_GetObjectItemCaseSensitive(o, "axes");
+    const cJSON *buttons = cJSON_GetObjectItemCaseSensitive(o, "buttons");
+    const cJSON *x = cJSON_GetArrayItem(axes, 0), *y = cJSON_GetArrayItem(axes, 1);
+    if (!cJSON_IsNumber(player) || !cJSON_IsNumber(x) || !cJSON_IsNumber(y) || !cJSON_IsNumber(buttons) ||
+        !(buttons->valuedouble >= 0 && buttons->valuedouble <= UINT32_MAX) || player->valueint < 0 ||
+        player->valueint >= LL_PLAYERS_MAX)
+        return bad_line(number, "is not an input");
+    ll_entry e = {.tick = tick, .op = LL_OP_INPUT, .player = player->valueint};
+    e.action = (ll_action){{(float)x->valuedouble, (float)y->valuedouble}, (uint32_t)buttons->valuedouble};
+    return ll_log_append(&s->log, &e);
+}
+
+static void rewind_to(ll_session *s, int64_t tick)
+{
+    size_t keep = s->log.count;
+    while (keep > 0 && s->log.entries[keep - 1].tick > tick)
+        keep--;
+    ll_log_truncate(&s->log, keep);
+    s->head = tick;
+}
+
+static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line, void *context)
+{
+    const cJSON *name = cJSON_GetObjectItemCaseSensitive(o, "op");
+    const char *op = cJSON_IsString(name) ? name->valuestring : "";
+    int64_t tick;
+    if (!*session)
+        return strcmp(op, "create") == 0 ? read_create(session, o, on_line, context)
+                                         : bad_line(number, "comes before the header");
+    ll_session *s = *session;
+    if (strcmp(op, "restart") == 0)
+        return read_restart(s, o, number);
+    if (!read_tick(o, &tick))
+        return bad_line(number, "has no tick");
+    if (tick > s->end)
+        return bad_line(number, "lies behind the end of the scenario");
+    bool command = strcmp(op, "set") == 0 || strcmp(op, "input") == 0;
+    if (command && s->log.count > 0 && s->log.entries[s->log.count - 1].tick > tick)
+        return bad_line(number, "is stamped earlier than the line before it");
+    if (tick > s->head && strcmp(op, "rewind") != 0)
+        s->head = tick;
+    if (strcmp(op, "set") == 0)
+        return read_set(s, o, tick, number);
+    if (strcmp(op, "input") == 0)
+        return read_input(s, o, tick, number);
+    if (strcmp(op, "rewind") == 0)
+        rewind_to(s, tick);
+    else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0 && strcmp(op, "hash") != 0)
+        return bad_line(number, "has an unknown op");
+    return ll_ok();
+}
+
+ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context, ll_session **session)
+{
+    ll_status status = ll_ok();
+    *session = NULL;
+    size_t number = 0;
+    for (const char *p = log, *end = log + length; p < end && !ll_failed(&status);) {
+        const char *newline = memchr(p, '\n', (size_t)(end - p));
+        size_t size = newline ? (size_t)(newline - p) : (size_t)(end - p);
+        cJSON *o = NULL;
+        number++;
+        if (size > 0) {
+            status = ll_json_parse(p, size, &o);
+            if (ll_failed(&status))
+                status = bad_line(number, status.text);
+            else
+                status = read_line(session, o, number, on_line, context);
+        }
+        cJSON_Delete(o);
+        p += size + 1;
+    }
+    if (!ll_failed(&status) && !*session)
+        status = ll_error(LL_BAD_INPUT, "the log is empty");
+    if (ll_failed(&status)) {
+        ll_session_destroy(*session);
+        *session = NULL;
+    } else {
+        (*session)->tick = (*session)->head;
+    }
+    return status;
+}

@@ -1,0 +1,245 @@
+/* What is told of a session. */
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "session/internal.h"
+
+static size_t snapshot_bytes(const ll_session *s)
+{
+    size_t bytes = 0;
+    for (int i = 0; i < LL_SNAPSHOTS; i++)
+        if (s->snapshots[i].block)
+            bytes += s->block_size + s->scenario.kind->table->size;
+    return bytes;
+}
+
+static size_t event_bytes(const ll_session *s)
+{
+    return s->events ? LL_EVENT_RING * sizeof *s->events : 0;
+}
+
+static size_t log_bytes(const ll_session *s)
+{
+    return s->log.capacity * sizeof(ll_entry) + s->log.text_bytes;
+}
+
+static size_t block_bytes(const ll_session *s)
+{
+    return s->block ? s->block_size : 0;
+}
+
+static size_t all_bytes(const ll_session *s)
+{
+    return sizeof *s + 3 * s->scenario.kind->table->size + block_bytes(s) + snapshot_bytes(s) + event_bytes(s) + log_bytes(s);
+}
+
+ll_session_info ll_session_get_info(const ll_session *s)
+{
+    const ll_scenario_head *head = ll_session_head(s);
+    return (ll_session_info){
+        .status = s->status,
+        .parked = s->block == NULL,
+        .tick = s->tick,
+        .head_tick = s->head,
+        .end_tick = s->end,
+        .time = ll_tick_time(s->tick, s->freq),
+        .head = ll_tick_time(s->head, s->freq),
+        .duration = ll_tick_time(s->end, s->freq),
+        .tick_freq = s->freq,
+        .speed = s->speed,
+        .seed = head->seed,
+        .params_version = s->params_version,
+        .generation = s->generation,
+        .bytes = all_bytes(s),
+        .log_entries = s->log.count,
+        .title = head->title,
+        .kind = s->scenario.kind->name,
+    };
+}
+
+const ll_status *ll_session_error(const ll_session *s)
+{
+    return &s->error;
+}
+
+uint64_t ll_session_hash(ll_session *s)
+{
+    ll_status status = ll_session_wake(s);
+    return ll_failed(&status) ? 0 : s->scenario.kind->hash(s->block);
+}
+
+cJSON *ll_session_params(ll_session *s)
+{
+    return ll_param_write(s->scenario.kind->table, s->config);
+}
+
+static cJSON *report(ll_session *s, const char *name, cJSON *(*what)(const void *block))
+{
+    char hash[17];
+    cJSON *o = cJSON_CreateObject();
+    snprintf(hash, sizeof hash, "%016" PRIx64, ll_session_hash(s));
+    cJSON_AddNumberToObject(o, "tick", (double)s->tick);
+    cJSON_AddNumberToObject(o, "time_s", ll_to_s(ll_tick_time(s->tick, s->freq)));
+    cJSON_AddStringToObject(o, "hash", hash);
+    if (s->block)
+        cJSON_AddItemToObject(o, name, what(s->block));
+    return o;
+}
+
+cJSON *ll_session_state(ll_session *s)
+{
+    return report(s, "state", s->scenario.kind->state);
+}
+
+cJSON *ll_session_metrics(ll_session *s)
+{
+    return report(s, "metrics", s->scenario.kind->metrics);
+}
+
+cJSON *ll_session_cost(const ll_session *s)
+{
+    cJSON *o = cJSON_CreateObject();
+    double simulated = ll_to_s(ll_tick_time(s->cpu_ticks, s->freq));
+    cJSON_AddNumberToObject(o, "ns_per_sim_s", simulated > 0 ? (double)(int64_t)((double)s->cpu_ns / simulated) : 0);
+    cJSON_AddNumberToObject(o, "bytes", (double)all_bytes(s));
+    cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
+    cJSON_AddNumberToObject(o, "snapshot_bytes", (double)snapshot_bytes(s));
+    cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
+    cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
+    return o;
+}
+
+/* ---- copies ---- */
+
+/* A session of its own with the commands up to `tick`, at tick 0. */
+static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, void *context, ll_session **out)
+{
+    cJSON *json = ll_param_write(s->scenario.kind->table, s->scenario.config);
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(json, &scenario);
+    cJSON_Delete(json);
+    if (ll_failed(&status))
+        return status;
+    status = ll_session_new(&scenario, s->base, on_line, context, out);
+    for (size_t i = 0; !ll_failed(&status) && i < s->log.count && s->log.entries[i].tick <= tick; i++) {
+        status = ll_log_append(&(*out)->log, &s->log.entries[i]);
+        if (on_line && !ll_failed(&status))
+            ll_session_emit_entry(&s->log.entries[i], on_line, context);
+    }
+    if (ll_failed(&status)) {
+        ll_session_destroy(*out);
+        *out = NULL;
+    }
+    return status;
+}
+
+ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll_session **out)
+{
+    ll_status status = copy(s, s->tick, on_line, context, out);
+    if (ll_failed(&status))
+        return status;
+    ll_session *c = *out;
+    c->tick = c->head = s->tick;
+    c->speed = s->speed;
+    status = ll_session_wake(c);
+    if (ll_failed(&status)) {
+        ll_session_destroy(c);
+        *out = NULL;
+        return status;
+    }
+    if (on_line)
+        ll_session_emit_op(c, "pause", on_line, context);
+    return status;
+}
+
+ll_status ll_session_state_at(ll_session *s, int64_t tick, cJSON **state)
+{
+    ll_session *scratch;
+    *state = NULL;
+    if (tick < 0 || tick > s->head)
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld", (long long)s->head, (long long)tick);
+    ll_status status = copy(s, tick, NULL, NULL, &scratch);
+    if (ll_failed(&status))
+        return status;
+    status = ll_session_run_to(scratch, tick);
+    if (!ll_failed(&status))
+        *state = ll_session_state(scratch);
+    ll_session_destroy(scratch);
+    return status;
+}
+
+/* ---- trace ---- */
+
+enum { COLUMNS_MAX = 128 };
+
+typedef struct csv {
+    void (*write)(void *context, const char *text, size_t length);
+    void *context;
+    char text[16384];
+    size_t used;
+} csv;
+
+static void flush(csv *out)
+{
+    out->write(out->context, out->text, out->used);
+    out->used = 0;
+}
+
+static void put(csv *out, const char *format, double value)
+{
+    if (out->used + 32 > sizeof out->text)
+        flush(out);
+    out->used += (size_t)snprintf(out->text + out->used, 32, format, value);
+}
+
+static void put_text(csv *out, const char *text)
+{
+    size_t length = strlen(text);
+    if (out->used + length > sizeof out->text)
+        flush(out);
+    memcpy(out->text + out->used, text, length);
+    out->used += length;
+}
+
+static void put_row(csv *out, const ll_session *s)
+{
+    double values[COLUMNS_MAX];
+    int n = s->scenario.kind->trace_row(s->block, values, COLUMNS_MAX);
+    put(out, "%.9g", ll_to_s(ll_tick_time(s->tick, s->freq)));
+    put(out, ",%.0f", (double)s->tick);
+    for (int i = 0; i < n; i++)
+        put(out, ",%.9g", values[i]);
+    put_text(out, "\r\n");
+}
+
+ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
+                           void (*write)(void *context, const char *text, size_t length), void *context)
+{
+    ll_session *scratch;
+    csv out = {.write = write, .context = context};
+    if (from < 0 || from > to || to > s->head)
+        return ll_field_error(LL_BAD_INPUT, "to_s", "a trace covers ticks from 0 to %lld in order; got %lld to %lld",
+                              (long long)s->head, (long long)from, (long long)to);
+    ll_status status = copy(s, to, NULL, NULL, &scratch);
+    if (ll_failed(&status))
+        return status;
+    char names[COLUMNS_MAX][48];
+    int n = s->scenario.kind->trace_columns(s->config, names, COLUMNS_MAX);
+    put_text(&out, "time_s,tick");
+    for (int i = 0; i < n; i++) {
+        put_text(&out, ",");
+        put_text(&out, names[i]);
+    }
+    put_text(&out, "\r\n");
+    for (int64_t tick = from; tick <= to && !ll_failed(&status); tick++) {
+        status = ll_session_run_to(scratch, tick);
+        if (!ll_failed(&status))
+            put_row(&out, scratch);
+    }
+    flush(&out);
+    ll_session_destroy(scratch);
+    return status;
+}

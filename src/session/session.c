@@ -1,0 +1,423 @@
+#include "session/session.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "session/internal.h"
+
+#define EVENT_WINDOW (4 * LL_SECOND)
+
+const char *const ll_session_status_names[] = {"paused", "playing", "ended", "failed"};
+
+static size_t config_size(const ll_session *s)
+{
+    return s->scenario.kind->table->size;
+}
+
+void ll_session_line(const ll_session *s, const char *op)
+{
+    if (s->on_line)
+        ll_session_emit_op(s, op, s->on_line, s->line_context);
+}
+
+/* ---- life ---- */
+
+ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context, ll_session **session)
+{
+    ll_session *s = calloc(1, sizeof *s);
+    size_t size = scenario->kind->table->size;
+    *session = NULL;
+    if (s) {
+        s->base = malloc(size);
+        s->config = malloc(size);
+    }
+    if (!s || !s->base || !s->config) {
+        ll_scenario mine = *scenario;
+        ll_scenario_free(&mine);
+        ll_session_destroy(s);
+        return ll_error(LL_NO_MEMORY, "no memory for a session");
+    }
+    memcpy(s->base, base, size);
+    memcpy(s->config, base, size);
+    s->scenario = *scenario;
+    s->freq = scenario->kind->tick_freq(base);
+    s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
+    s->block_size = scenario->kind->size(base);
+    s->speed = 1;
+    for (int i = 0; i < LL_SNAPSHOTS; i++)
+        s->snapshots[i].tick = -1;
+    s->on_line = on_line;
+    s->line_context = context;
+    *session = s;
+    if (on_line)
+        ll_session_emit_create(s, on_line, context);
+    return ll_ok();
+}
+
+ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_line, void *context, ll_session **session)
+{
+    ll_scenario scenario = {0};
+    *session = NULL;
+    ll_status status = ll_scenario_parse(json, &scenario);
+    if (ll_failed(&status))
+        return status;
+    if (seed >= 0)
+        ((ll_scenario_head *)scenario.config)->seed = seed;
+    status = ll_session_new(&scenario, scenario.config, on_line, context, session);
+    if (!ll_failed(&status))
+        status = ll_session_wake(*session);
+    if (ll_failed(&status)) {
+        ll_session_destroy(*session);
+        *session = NULL;
+    }
+    return status;
+}
+
+static void drop_snapshots(ll_session *s, int64_t from)
+{
+    for (int i = 0; i < LL_SNAPSHOTS; i++) {
+        ll_snapshot *shot = &s->snapshots[i];
+        if (shot->tick < from)
+            continue;
+        free(shot->block);
+        free(shot->config);
+        *shot = (ll_snapshot){.tick = -1};
+    }
+}
+
+void ll_session_park(ll_session *s)
+{
+    drop_snapshots(s, -1);
+    free(s->block);
+    free(s->events);
+    s->block = NULL;
+    s->events = NULL;
+}
+
+void ll_session_destroy(ll_session *s)
+{
+    if (!s)
+        return;
+    ll_session_park(s);
+    ll_log_free(&s->log);
+    ll_scenario_free(&s->scenario);
+    free(s->base);
+    free(s->config);
+    free(s);
+}
+
+/* ---- the engine ---- */
+
+static void keep_event(void *context, const ll_event *event)
+{
+    ll_session *s = context;
+    ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
+    *slot = *event;
+    slot->id = s->event_count++;
+}
+
+void ll_session_apply_values(ll_session *s, void *config, const char *values)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    void *before = malloc(kind->table->size);
+    cJSON *json = cJSON_Parse(values), *v;
+    LL_ASSERT(before && json);
+    memcpy(before, config, kind->table->size);
+    cJSON_ArrayForEach(v, json)
+    {
+        char *text = cJSON_PrintUnformatted(v);
+        ll_status status = ll_param_set(kind->table, config, v->string, text, true);
+        LL_ASSERT(!ll_failed(&status)); /* validated when the command was taken */
+        cJSON_free(text);
+    }
+    kind->settle(config, before);
+    cJSON_Delete(json);
+    free(before);
+}
+
+static void apply_entry(ll_session *s, const ll_entry *e)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    if (e->op == LL_OP_SET) {
+        ll_session_apply_values(s, s->config, e->values);
+        kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
+        s->params_version++;
+    } else {
+        kind->input(s->block, e->player, &e->action);
+    }
+}
+
+static void apply_due(ll_session *s)
+{
+    while (s->next < s->log.count && s->log.entries[s->next].tick <= s->tick)
+        apply_entry(s, &s->log.entries[s->next++]);
+}
+
+/* A snapshot is taken when its tick is left, so that it holds all commands of that tick. */
+static void maybe_snapshot(ll_session *s)
+{
+    int64_t every = s->end / (LL_SNAPSHOTS + 1);
+    if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_SNAPSHOTS)
+        return;
+    ll_snapshot *shot = &s->snapshots[s->tick / every - 1];
+    if (shot->tick == s->tick)
+        return;
+    if (!shot->block) {
+        shot->block = malloc(s->block_size);
+        shot->config = malloc(config_size(s));
+    }
+    if (!shot->block || !shot->config) { /* only a convenience: without it seeking takes longer */
+        drop_snapshots(s, s->tick);
+        return;
+    }
+    memcpy(shot->block, s->block, s->block_size);
+    memcpy(shot->config, s->config, config_size(s));
+    shot->tick = s->tick;
+    shot->next = s->next;
+}
+
+/* The next tick at which something must be done besides running: a command, or a snapshot. */
+static int64_t next_stop(const ll_session *s, int64_t to)
+{
+    int64_t stop = to;
+    int64_t every = s->end / (LL_SNAPSHOTS + 1);
+    if (s->next < s->log.count && s->log.entries[s->next].tick < stop)
+        stop = s->log.entries[s->next].tick;
+    if (every > 0) {
+        int64_t mark = (s->tick / every + 1) * every;
+        stop = mark < stop ? mark : stop;
+    }
+    return stop;
+}
+
+static void run(ll_session *s, int64_t to, bool record)
+{
+    ll_recorder recorder = {keep_event, s};
+    while (s->tick < to && s->status != LL_SESSION_FAILED) {
+        maybe_snapshot(s);
+        int64_t stop = next_stop(s, to);
+        ll_status status = s->scenario.kind->advance(s->block, ll_tick_time(stop, s->freq), record ? &recorder : NULL);
+        if (ll_failed(&status)) {
+            s->status = LL_SESSION_FAILED;
+            s->error = status;
+            break;
+        }
+        s->tick = stop;
+        apply_due(s);
+    }
+    if (s->tick > s->head)
+        s->head = s->tick;
+}
+
+static void start_from(ll_session *s, const ll_snapshot *shot)
+{
+    const void *config = shot ? shot->config : s->base;
+    memcpy(s->config, config, config_size(s));
+    if (shot)
+        memcpy(s->block, shot->block, s->block_size);
+    else
+        s->scenario.kind->init(s->block, s->base);
+    s->tick = shot ? shot->tick : 0;
+    s->next = shot ? shot->next : 0;
+    if (s->status == LL_SESSION_FAILED)
+        s->status = LL_SESSION_PAUSED;
+    apply_due(s);
+}
+
+/* Makes the state of `tick` from the nearest that is kept, with the events of the last seconds before it. */
+static void make_state(ll_session *s, int64_t tick)
+{
+    int64_t quiet = tick - ll_tick_at(EVENT_WINDOW, s->freq);
+    const ll_snapshot *best = NULL;
+    for (int i = 0; i < LL_SNAPSHOTS; i++)
+        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet && (!best || s->snapshots[i].tick > best->tick))
+            best = &s->snapshots[i];
+    start_from(s, best);
+    s->generation++;
+    if (quiet > s->tick)
+        run(s, quiet, false);
+    run(s, tick, true);
+}
+
+ll_status ll_session_wake(ll_session *s)
+{
+    if (s->block)
+        return ll_ok();
+    int64_t head = s->head;
+    ll_session_status status = s->status;
+    s->block = malloc(s->block_size);
+    s->events = calloc(LL_EVENT_RING, sizeof *s->events);
+    if (!s->block || !s->events) {
+        ll_session_park(s);
+        return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
+    }
+    make_state(s, s->tick);
+    s->head = head;
+    if (s->status != LL_SESSION_FAILED)
+        s->status = status;
+    return ll_ok();
+}
+
+/* ---- driving ---- */
+
+void ll_session_anchor(ll_session *s, ll_time wall)
+{
+    s->anchor_wall = wall;
+    s->anchor_time = ll_tick_time(s->tick, s->freq);
+}
+
+static void end_if_over(ll_session *s)
+{
+    if (s->tick >= s->end && s->status == LL_SESSION_PLAYING)
+        s->status = LL_SESSION_ENDED;
+}
+
+int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
+{
+    ll_status status = ll_session_wake(s);
+    if (ll_failed(&status) || s->status != LL_SESSION_PLAYING)
+        return 0;
+    ll_time due = s->anchor_time + (ll_time)((double)(wall - s->anchor_wall) * s->speed);
+    int64_t target = due > 0 ? ll_tick_at(due, s->freq) : 0;
+    if (target > s->end)
+        target = s->end;
+    int64_t to = target - s->tick > max_ticks ? s->tick + max_ticks : target;
+    if (to > s->tick)
+        run(s, to, true);
+    end_if_over(s);
+    return s->status == LL_SESSION_PLAYING ? target - s->tick : 0;
+}
+
+void ll_session_move_to(ll_session *s, int64_t tick)
+{
+    if (tick < s->tick)
+        make_state(s, tick);
+    else
+        run(s, tick, true);
+    s->params_version++;
+}
+
+ll_status ll_session_run_to(ll_session *s, int64_t tick)
+{
+    ll_status status = ll_session_wake(s);
+    if (ll_failed(&status))
+        return status;
+    if (tick < 0 || tick > s->end)
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld", (long long)s->end, (long long)tick);
+    if (tick != s->tick)
+        ll_session_move_to(s, tick);
+    return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
+}
+
+/* A command belongs to the present tick: what the log said of later ones no longer holds. */
+static void take_over(ll_session *s)
+{
+    drop_snapshots(s, s->tick);
+    if (s->head == s->tick)
+        return;
+    ll_log_truncate(&s->log, s->next);
+    s->head = s->tick;
+    ll_session_line(s, "rewind");
+}
+
+static ll_status append(ll_session *s, const ll_entry *entry)
+{
+    take_over(s);
+    ll_status status = ll_log_append(&s->log, entry);
+    if (ll_failed(&status))
+        return status;
+    apply_due(s);
+    if (s->on_line)
+        ll_session_emit_entry(entry, s->on_line, s->line_context);
+    return ll_ok();
+}
+
+static ll_status collect(void *context, const char *path, const char *value)
+{
+    cJSON *json = cJSON_Parse(value);
+    if (!json)
+        return ll_error(LL_NO_MEMORY, "no memory for a patch");
+    cJSON_AddItemToObject(context, path, json);
+    return ll_ok();
+}
+
+ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
+{
+    (void)wall;
+    ll_status status = ll_session_wake(s);
+    if (ll_failed(&status))
+        return status;
+    if (s->status == LL_SESSION_FAILED)
+        return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
+    void *probe = malloc(config_size(s));
+    cJSON *values = cJSON_CreateObject();
+    char *text = NULL;
+    if (!probe || !values) {
+        status = ll_error(LL_NO_MEMORY, "no memory for a patch");
+        goto cleanup;
+    }
+    memcpy(probe, s->config, config_size(s));
+    status = ll_param_patch(s->scenario.kind->table, patch, probe, collect, values);
+    if (ll_failed(&status) || cJSON_GetArraySize(values) == 0)
+        goto cleanup;
+    text = cJSON_PrintUnformatted(values);
+    status = append(s, &(ll_entry){.tick = s->tick, .op = LL_OP_SET, .values = text});
+cleanup:
+    cJSON_free(text);
+    cJSON_Delete(values);
+    free(probe);
+    return status;
+}
+
+static const ll_entry *last_input(const ll_session *s, int player)
+{
+    for (size_t i = s->next; i-- > 0;)
+        if (s->log.entries[i].op == LL_OP_INPUT && s->log.entries[i].player == player)
+            return &s->log.entries[i];
+    return NULL;
+}
+
+ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_action *action)
+{
+    (void)wall;
+    ll_status status = ll_session_wake(s);
+    if (ll_failed(&status))
+        return status;
+    if (s->status == LL_SESSION_FAILED || s->tick >= s->end)
+        return ll_error(LL_CONFLICT, "the session is over");
+    if (!s->scenario.kind->input)
+        return ll_error(LL_CONFLICT, "nobody can drive in a scenario of kind %s", s->scenario.kind->name);
+    status = s->scenario.kind->accepts(s->config, player, action);
+    if (ll_failed(&status))
+        return status;
+    const ll_entry *last = last_input(s, player);
+    const ll_action none = {{0, 0}, 0}, *held = last ? &last->action : &none;
+    if (memcmp(held, action, sizeof *action) == 0)
+        return ll_ok();
+    return append(s, &(ll_entry){.tick = s->tick, .op = LL_OP_INPUT, .player = player, .action = *action});
+}
+
+void ll_session_rebase(ll_session *s, const void *base)
+{
+    drop_snapshots(s, -1);
+    ll_log_truncate(&s->log, 0);
+    memcpy(s->base, base, config_size(s));
+    memcpy(s->config, base, config_size(s));
+    s->next = 0;
+    s->tick = s->head = 0;
+    s->error = ll_ok();
+    if (s->status == LL_SESSION_FAILED || s->status == LL_SESSION_ENDED)
+        s->status = LL_SESSION_PAUSED;
+    s->params_version++;
+    if (s->block)
+        make_state(s, 0);
+}
+
+void ll_session_account(ll_session *s, int64_t cpu_ns, int64_t ticks)
+{
+    s->cpu_ns += cpu_ns;
+    s->cpu_ticks += ticks;
+}

@@ -1,0 +1,400 @@
+#include "sim/netgame.h"
+
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/hash.h"
+
+#define UP_ARENA 16384
+#define LINK_SECONDS 1.6 /* of packets at full rate that a link holds; what is beyond is a full queue */
+
+/* ---- layout ---- */
+
+static int up_slots(const ll_netgame_config *c)
+{
+    return (int)(c->tick_hz * LINK_SECONDS) + 32;
+}
+
+static int down_slots(const ll_netgame_config *c)
+{
+    (void)c;
+    return (int)(120 * LINK_SECONDS);
+}
+
+static int state_size(const ll_netgame_config *c)
+{
+    return (int)sizeof(ll_state_message) + (int)ll_world_size(ll_games[c->game], c->player_count);
+}
+
+/* Places the parts one behind the other; with a NULL block only counts. */
+static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
+{
+    int n = c->player_count;
+    size_t world = ll_world_size(ll_games[c->game], n);
+    ll_netgame counted, *at = g ? g : &counted;
+    int64_t end = (int64_t)sizeof(ll_netgame);
+    at->server = end;
+    end += (int64_t)ll_server_size(n, world);
+    at->truth = end;
+    end += (int64_t)ll_truth_size(n);
+    for (int i = 0; i < n; i++) {
+        at->at[i].client = end;
+        end += (int64_t)ll_client_size(world);
+        at->at[i].up = end;
+        end += (int64_t)ll_link_size(up_slots(c), UP_ARENA);
+        at->at[i].down = end;
+        end += (int64_t)ll_link_size(down_slots(c), down_slots(c) * state_size(c));
+        at->at[i].instruments = end;
+        end += (int64_t)sizeof(ll_instruments);
+    }
+    return end;
+}
+
+static size_t size(const void *config)
+{
+    return (size_t)lay_out(NULL, config);
+}
+
+/* ---- start ---- */
+
+static ll_freq rate(const ll_netgame *g, bool at_update_hz)
+{
+    return ll_freq_from_hz(at_update_hz ? g->config.server.update_hz : g->config.tick_hz);
+}
+
+static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
+{
+    return (ll_client_setup){ll_netgame_game(g),      &g->env, ll_netgame_sync(g), &g->config.players[i],
+                             ll_netgame_instruments(g, i), recorder};
+}
+
+/* Everybody meets: clocks start anew, and what is in flight is void. */
+static void meet(ll_netgame *g, ll_time now)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    ll_freq client_freq = rate(g, sync->client_steps_at_update_hz);
+    g->epoch++;
+    g->env.dt = 1000.0 / (double)client_freq;
+    g->env.dt_ns = ll_tick_time(1, client_freq);
+    ll_netgame_game(g)->prepare(&g->env, g->config.params);
+    ll_server_start(server, (uint16_t)g->epoch, rate(g, sync->server_steps_at_update_hz), rate(g, true), client_freq, now);
+    for (int i = 0; i < server->players; i++) {
+        ll_client_setup s = setup(g, i, NULL);
+        ll_client_start(ll_netgame_client(g, i), &s, (uint16_t)g->epoch, client_freq, server->step,
+                        ll_server_world(server), now);
+    }
+}
+
+static void init(void *block, const void *config)
+{
+    ll_netgame *g = block;
+    const ll_netgame_config *c = config;
+    int n = c->player_count;
+    memset(block, 0, size(config));
+    g->config = *c;
+    g->size = lay_out(g, c);
+
+    const ll_game *game = ll_netgame_game(g);
+    size_t world_size = ll_world_size(game, n);
+    ll_server *server = ll_netgame_server(g);
+    ll_server_init(server, n);
+    ll_world *world = ll_server_world(server);
+    int32_t lanes[LL_PLAYERS_MAX];
+    for (int i = 0; i < n; i++)
+        lanes[i] = c->players[i].lane < 0 ? i : (int32_t)c->players[i].lane;
+    world->players = n;
+    world->tail = (int32_t)game->tail(n);
+    g->env.dt = 1 / c->tick_hz;
+    game->prepare(&g->env, c->params);
+    game->init(world, &g->env, lanes);
+    ll_truth_init(ll_netgame_truth(g), n);
+    ll_truth_add(ll_netgame_truth(g), 0, world);
+    for (int i = 0; i < n; i++) {
+        uint64_t stream = (uint64_t)i * 2;
+        ll_client_init(ll_netgame_client(g, i), i, world_size, world);
+        ll_link_init(ll_netgame_up(g, i), up_slots(c), UP_ARENA, (uint64_t)c->head.seed, stream);
+        ll_link_init(ll_netgame_down(g, i), down_slots(c), down_slots(c) * state_size(c), (uint64_t)c->head.seed, stream + 1);
+        ll_instruments_init(ll_netgame_instruments(g, i), (ll_time)(c->warmup_s * 1e9));
+    }
+    meet(g, 0);
+}
+
+static ll_freq tick_freq(const void *config)
+{
+    return ll_freq_from_hz(((const ll_netgame_config *)config)->tick_hz);
+}
+
+static void settle(void *config, const void *before)
+{
+    ll_netgame_config *c = config;
+    const ll_netgame_config *b = before;
+    for (int i = 0; i < c->player_count; i++) {
+        ll_player_settle(&c->players[i], &b->players[i]);
+        if (c->players[i].name[0] == '\0')
+            c->players[i].name[0] = (char)('A' + i);
+    }
+}
+
+/* ---- packets ---- */
+
+static void record(const ll_recorder *r, ll_event event)
+{
+    if (r)
+        r->record(r->context, &event);
+}
+
+static void send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r)
+{
+    const ll_player_config *config = &g->config.players[player];
+    ll_link *link = up ? ll_netgame_up(g, player) : ll_netgame_down(g, player);
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    ll_sending s = ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);
+
+    ll_instruments *in = ll_netgame_instruments(g, player);
+    if (g->now >= in->from) {
+        in->bytes[head.type] += bytes;
+        in->packets[head.type]++;
+    }
+    if (!r)
+        return;
+    ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
+    e.end = s.fate == LL_FATE_DELIVERED ? s.due : g->now;
+    e.number = head.seq;
+    if (head.type == LL_MESSAGE_STATE)
+        e.number = (uint32_t)ll_netgame_server(g)->step;
+    else if (head.type == LL_MESSAGE_INPUT)
+        e.number += head.count - 1u; /* its newest */
+    record(r, e);
+    if (s.duplicated) {
+        e.end = s.copy_due;
+        record(r, e);
+    }
+}
+
+static void update(ll_netgame *g, const ll_recorder *r)
+{
+    ll_server *server = ll_netgame_server(g);
+    const ll_world *world = ll_server_world(server);
+    size_t world_size = ll_world_size(ll_netgame_game(g), server->players);
+    struct {
+        ll_state_message message;
+        char world[sizeof(ll_world) + LL_PLAYERS_MAX * sizeof(ll_entity) + 256];
+    } packet;
+    LL_ASSERT(world_size <= sizeof packet.world);
+    memcpy(packet.world, world, world_size);
+    for (int i = 0; i < server->players; i++) {
+        packet.message = ll_server_state(server, i);
+        send(g, i, false, &packet, (int)(sizeof packet.message + world_size), r);
+    }
+}
+
+static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+{
+    ll_verdict verdicts[LL_INPUTS_MAX];
+    const ll_sync *sync = ll_netgame_sync(g);
+    int n = ll_server_receive(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
+    for (int i = 0; i < n; i++) {
+        record(r, (ll_event){.type = LL_EVENT_VERDICT, .player = (uint8_t)player, .outcome = verdicts[i].outcome,
+                             .begin = g->now, .end = g->now, .number = verdicts[i].seq});
+        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
+            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, (uint16_t)g->epoch, verdicts[i].seq};
+            send(g, player, false, &refusal, (int)sizeof refusal, r);
+        }
+    }
+}
+
+static void client_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    ll_client_setup s = setup(g, player, r);
+    int outcome = ll_client_receive(client, &s, packet, g->now);
+    if (!r)
+        return;
+    const ll_state_message *m = packet;
+    if (m->head.type != LL_MESSAGE_STATE)
+        return;
+    const ll_world *world = ll_received_world(ll_client_state(client, client->newest - 1));
+    record(r, (ll_event){.type = LL_EVENT_APPLIED, .player = (uint8_t)player, .outcome = (uint8_t)outcome, .begin = g->now,
+                         .end = g->now, .number = (uint32_t)m->tick,
+                         .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
+}
+
+static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
+{
+    _Alignas(8) char packet[1024];
+    ll_time sent, due;
+    int bytes = ll_link_receive(up ? ll_netgame_up(g, player) : ll_netgame_down(g, player), g->now, packet,
+                                (int)sizeof packet, &sent, &due);
+    LL_ASSERT(bytes >= (int)sizeof(ll_message_head));
+    if (up)
+        server_receives(g, player, packet, r);
+    else
+        client_receives(g, player, packet, r);
+}
+
+/* ---- time ---- */
+
+static bool finite_world(const ll_world *world, int *player)
+{
+    for (int i = 0; i < world->players; i++) {
+        const ll_entity *e = &world->entity[i];
+        double sum = e->x + e->y + e->vx + e->vy;
+        if (sum - sum != 0) { /* true for an infinity and for a NaN */
+            *player = i;
+            return false;
+        }
+    }
+    return true;
+}
+
+static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    int player;
+    sync->step(server, ll_netgame_game(g), &g->env, g->now);
+    if (!finite_world(ll_server_world(server), &player))
+        return ll_error(LL_DIVERGED, "the position or speed of player %s is not finite at step %lld (%.6f s)",
+                        g->config.players[player].name, (long long)server->step, ll_to_s(g->now));
+    ll_truth_add(ll_netgame_truth(g), g->now, ll_server_world(server));
+    if (r)
+        record(r, (ll_event){.type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
+    if (sync->server_steps_at_update_hz)
+        update(g, r);
+    return ll_ok();
+}
+
+static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    ll_client_setup s = setup(g, player, r);
+    ll_input_message message;
+    int bytes = ll_client_frame(client, &s, g->now, &message);
+    if (bytes > 0)
+        send(g, player, true, &message, bytes, r);
+    ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_truth(g), g->now, g->env.dt);
+}
+
+/* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and the clients: so a packet that
+ * arrives at a tick counts for it. */
+typedef enum actor { ACTOR_UP, ACTOR_DOWN, ACTOR_STEP, ACTOR_UPDATE, ACTOR_CLIENT } actor;
+
+typedef struct turn {
+    ll_time time;
+    actor actor;
+    int player;
+} turn;
+
+static void consider(turn *next, ll_time time, actor who, int player)
+{
+    if (time < next->time || (time == next->time && who < next->actor))
+        *next = (turn){time, who, player};
+}
+
+static turn next_turn(const ll_netgame *g, const ll_sync *sync)
+{
+    const ll_server *server = ll_netgame_server(g);
+    turn next = {LL_NEVER, ACTOR_CLIENT, 0};
+    consider(&next, sync->due(server), ACTOR_STEP, 0);
+    if (!sync->server_steps_at_update_hz)
+        consider(&next, ll_clock_time(&server->updates, server->update), ACTOR_UPDATE, 0);
+    for (int i = 0; i < server->players; i++) {
+        const ll_client *client = ll_netgame_client(g, i);
+        consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
+        consider(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN, i);
+        consider(&next, ll_clock_time(&client->clock, client->frame), ACTOR_CLIENT, i);
+    }
+    return next;
+}
+
+static ll_status advance(void *block, ll_time until, const ll_recorder *r)
+{
+    ll_netgame *g = block;
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_status status = ll_ok();
+    while (!ll_failed(&status)) {
+        turn next = next_turn(g, sync);
+        if (next.time > until)
+            break;
+        g->now = next.time;
+        switch (next.actor) {
+        case ACTOR_UP: deliver(g, next.player, true, r); break;
+        case ACTOR_DOWN: deliver(g, next.player, false, r); break;
+        case ACTOR_STEP: status = server_steps(g, r); break;
+        case ACTOR_UPDATE:
+            update(g, r);
+            ll_netgame_server(g)->update++;
+            break;
+        case ACTOR_CLIENT: client_frames(g, next.player, r); break;
+        }
+    }
+    if (!ll_failed(&status))
+        g->now = until;
+    return status;
+}
+
+/* ---- commands ---- */
+
+static void change(void *block, const void *config, ll_time now)
+{
+    ll_netgame *g = block;
+    ll_server_config before = g->config.server;
+    g->config = *(const ll_netgame_config *)config;
+    const ll_sync *sync = ll_netgame_sync(g);
+    bool other_rate = before.update_hz != g->config.server.update_hz;
+    if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {
+        meet(g, now);
+    } else if (other_rate) {
+        ll_server *server = ll_netgame_server(g);
+        server->updates = (ll_clock){now, 0, rate(g, true)};
+        server->update = 1;
+    }
+}
+
+static ll_status accepts(const void *config, int player, const ll_action *action)
+{
+    const ll_netgame_config *c = config;
+    if (player < 0 || player >= c->player_count)
+        return ll_field_error(LL_BAD_INPUT, "player", "player must be between 0 and %d; got %d", c->player_count - 1, player);
+    for (int i = 0; i < 2; i++)
+        if (!(action->axis[i] >= -1 && action->axis[i] <= 1))
+            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g", (double)action->axis[i]);
+    if (c->players[player].control != LL_CONTROL_PERSON)
+        return ll_error(LL_CONFLICT, "player %s is driven by a script; set players.%d.control to person first",
+                        c->players[player].name, player);
+    return ll_ok();
+}
+
+static void input(void *block, int player, const ll_action *action)
+{
+    ll_netgame_client(block, player)->held = *action;
+}
+
+static uint64_t hash(const void *block)
+{
+    return ll_hash(0, block, (size_t)((const ll_netgame *)block)->size);
+}
+
+const ll_sim_kind ll_sim_netgame = {
+    .name = "netgame",
+    .help = "A game over a network: server, clients and links.",
+    .table = &ll_netgame_table,
+    .size = size,
+    .init = init,
+    .settle = settle,
+    .tick_freq = tick_freq,
+    .advance = advance,
+    .change = change,
+    .accepts = accepts,
+    .input = input,
+    .hash = hash,
+    .state = ll_netgame_state,
+    .metrics = ll_netgame_metrics,
+    .layout = ll_netgame_layout,
+    .sections = ll_netgame_sections,
+    .sections_json = ll_netgame_sections_json,
+    .trace_columns = ll_netgame_trace_columns,
+    .trace_row = ll_netgame_trace_row,
+};

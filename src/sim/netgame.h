@@ -1,0 +1,90 @@
+/* Simulations of kind `netgame`: a server, its clients and the links between them, under one virtual clock.
+ *
+ * The actors share nothing: only packets pass between them. This room carries the packets, keeps the clocks, and, since it holds
+ * everybody, measures every view against the truth. */
+#pragma once
+
+#include "netcode/client.h"
+#include "netcode/config.h"
+#include "netcode/instruments.h"
+#include "netcode/server.h"
+#include "sim/sim.h"
+
+typedef struct ll_netgame_config {
+    ll_scenario_head head;
+    double tick_hz, warmup_s;
+    int32_t game; /* index into ll_games */
+    int32_t player_count;
+    double params[16]; /* the game's */
+    ll_server_config server;
+    ll_player_config players[LL_PLAYERS_MAX];
+} ll_netgame_config;
+
+extern const ll_param_table ll_netgame_table;
+extern const ll_sim_kind ll_sim_netgame;
+
+/* The start of a block. Offsets are from here. */
+typedef struct ll_netgame {
+    int64_t size;
+    ll_netgame_config config;
+    ll_game_env env;
+    ll_time now;
+    uint32_t epoch;
+    uint32_t reserved;
+    int64_t server, truth;
+    struct {
+        int64_t client, up, down, instruments;
+    } at[LL_PLAYERS_MAX];
+} ll_netgame;
+
+static inline ll_server *ll_netgame_server(const ll_netgame *g)
+{
+    return (ll_server *)((char *)g + g->server);
+}
+
+static inline ll_truth *ll_netgame_truth(const ll_netgame *g)
+{
+    return (ll_truth *)((char *)g + g->truth);
+}
+
+static inline ll_client *ll_netgame_client(const ll_netgame *g, int i)
+{
+    return (ll_client *)((char *)g + g->at[i].client);
+}
+
+static inline ll_link *ll_netgame_up(const ll_netgame *g, int i)
+{
+    return (ll_link *)((char *)g + g->at[i].up);
+}
+
+static inline ll_link *ll_netgame_down(const ll_netgame *g, int i)
+{
+    return (ll_link *)((char *)g + g->at[i].down);
+}
+
+static inline ll_instruments *ll_netgame_instruments(const ll_netgame *g, int i)
+{
+    return (ll_instruments *)((char *)g + g->at[i].instruments);
+}
+
+static inline const ll_game *ll_netgame_game(const ll_netgame *g)
+{
+    return ll_games[g->config.game];
+}
+
+static inline const ll_sync *ll_netgame_sync(const ll_netgame *g)
+{
+    return ll_syncs[g->config.server.sync];
+}
+
+/* netgame_report.c: what is told of a block */
+struct cJSON *ll_netgame_state(const void *block);
+struct cJSON *ll_netgame_metrics(const void *block);
+struct cJSON *ll_netgame_layout(const void *config);
+int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
+int ll_netgame_trace_row(const void *block, double *values, int capacity);
+
+/* netgame_frame.c: what is streamed of a block */
+void ll_netgame_sections(const void *block, void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+                         void *context);
+void ll_netgame_sections_json(const void *block, struct cJSON *frame);

@@ -1,0 +1,177 @@
+/* What is streamed of a netgame: the sections of session/frame.h. */
+#include <cjson/cJSON.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "sim/netgame.h"
+
+enum { SECTION_VIEWS = 1, SECTION_GAME = 3 };
+
+enum {
+    VIEW_PREDICTION = 1,
+    VIEW_RECONCILIATION = 2,
+    VIEW_INTERPOLATION = 4,
+    VIEW_UNDERRUN = 8,
+    VIEW_STALLED = 16,
+    VIEW_PERSON = 32,
+};
+
+typedef struct view_entity {
+    float x, y, vx, vy, age_ms;
+    uint32_t flags;
+} view_entity;
+
+typedef struct view {
+    uint8_t view, entities;
+    uint16_t flags;
+    uint32_t input_seq, acked_seq, unacked;
+    float lag_ms, view_age_ms, own_error_m, remote_error_m, buffer_ms, slack_ticks;
+    uint32_t corrections;
+    float correction_m;
+    uint32_t refused;
+    float alpha;
+    double shown_s;
+    view_entity entity[LL_PLAYERS_MAX];
+} view;
+
+_Static_assert(offsetof(view, entity) == 64 && sizeof(view_entity) == 24, "the layout of session/frame.h");
+
+static view_entity entity(const ll_entity *e, ll_time age, uint32_t flags)
+{
+    return (view_entity){(float)e->x, (float)e->y, (float)e->vx, (float)e->vy, (float)ll_to_ms(age),
+                         (uint32_t)e->flags | flags};
+}
+
+static view server_view(const ll_netgame *g)
+{
+    const ll_server *server = ll_netgame_server(g);
+    const ll_world *world = ll_server_world_const(server);
+    view v = {.entities = (uint8_t)world->players, .shown_s = ll_to_s(server->stepped), .alpha = 1};
+    v.input_seq = (uint32_t)server->step;
+    v.flags = ll_netgame_sync(g)->due(server) == LL_NEVER ? VIEW_STALLED : 0;
+    for (int i = 0; i < world->players; i++)
+        v.entity[i] = entity(&world->entity[i], g->now - server->stepped, 0);
+    return v;
+}
+
+static view player_view(const ll_netgame *g, int i)
+{
+    const ll_client *c = ll_netgame_client(g, i);
+    const ll_player_config *config = &g->config.players[i];
+    const ll_instruments *in = ll_netgame_instruments(g, i);
+    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
+    view v = {.view = (uint8_t)(i + 1), .entities = (uint8_t)g->config.player_count};
+    int flags = (config->prediction ? VIEW_PREDICTION : 0) | (config->reconciliation ? VIEW_RECONCILIATION : 0) |
+                (config->interpolation ? VIEW_INTERPOLATION : 0) | (c->held_now ? VIEW_UNDERRUN : 0) |
+                (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0);
+    v.flags = (uint16_t)flags;
+    v.input_seq = c->seq;
+    v.acked_seq = c->acked;
+    v.unacked = c->seq - c->acked;
+    v.lag_ms = (float)config->lag_ms;
+    v.view_age_ms = (float)in->view_age;
+    v.own_error_m = (float)in->own_error;
+    v.remote_error_m = (float)in->remote_error;
+    v.buffer_ms = (float)c->shown.buffer_ms;
+    v.slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? 0 : (float)seat->last_slack;
+    v.corrections = (uint32_t)in->corrections;
+    v.correction_m = (float)in->last_correction;
+    v.refused = (uint32_t)c->refused;
+    v.alpha = (float)c->shown.alpha;
+    int other = i == 0 && g->config.player_count > 1 ? 1 : 0;
+    v.shown_s = ll_to_s(c->shown.time[other]);
+    for (int k = 0; k < g->config.player_count; k++)
+        v.entity[k] = entity(&c->shown.entity[k], g->now - c->shown.time[k], c->shown.flags[k]);
+    return v;
+}
+
+static view view_of(const ll_netgame *g, int index)
+{
+    return index == 0 ? server_view(g) : player_view(g, index - 1);
+}
+
+static int game_values(const ll_netgame *g, int player, double *values)
+{
+    const ll_game *game = ll_netgame_game(g);
+    int n = 0;
+    game->describe(ll_server_world_const(ll_netgame_server(g)), &g->env, player, values);
+    while (game->values[n])
+        n++;
+    return n;
+}
+
+void ll_netgame_sections(const void *block, void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+                         void *context)
+{
+    const ll_netgame *g = block;
+    int n = g->config.player_count;
+    size_t stride = offsetof(view, entity) + (size_t)n * sizeof(view_entity);
+    char views[(LL_PLAYERS_MAX + 1) * sizeof(view)];
+    for (int i = 0; i <= n; i++) {
+        view v = view_of(g, i);
+        memcpy(views + (size_t)i * stride, &v, stride);
+    }
+    section(context, SECTION_VIEWS, n + 1, views, (size_t)(n + 1) * stride);
+
+    double values[LL_PLAYERS_MAX * LL_GAME_VALUES], own[LL_GAME_VALUES];
+    int columns = 0, count = 0;
+    for (int i = 0; i < n; i++) {
+        columns = game_values(g, i, own);
+        for (int k = 0; k < columns; k++)
+            values[count++] = own[k];
+    }
+    section(context, SECTION_GAME, n, values, (size_t)count * sizeof(double));
+}
+
+static void number(cJSON *object, const char *name, double value)
+{
+    cJSON_AddNumberToObject(object, name, value);
+}
+
+static cJSON *view_json(const view *v)
+{
+    cJSON *o = cJSON_CreateObject(), *entities = cJSON_AddArrayToObject(o, "entities");
+    number(o, "view", v->view);
+    number(o, "flags", v->flags);
+    number(o, "input_seq", v->input_seq);
+    number(o, "acked_seq", v->acked_seq);
+    number(o, "unacked", v->unacked);
+    number(o, "lag_ms", (double)v->lag_ms);
+    number(o, "view_age_ms", (double)v->view_age_ms);
+    number(o, "own_error_m", (double)v->own_error_m);
+    number(o, "remote_error_m", (double)v->remote_error_m);
+    number(o, "buffer_ms", (double)v->buffer_ms);
+    number(o, "slack_ticks", (double)v->slack_ticks);
+    number(o, "corrections", v->corrections);
+    number(o, "correction_m", (double)v->correction_m);
+    number(o, "refused", v->refused);
+    number(o, "alpha", (double)v->alpha);
+    number(o, "shown_s", v->shown_s);
+    for (int i = 0; i < v->entities; i++) {
+        const view_entity *e = &v->entity[i];
+        cJSON *item = cJSON_CreateObject();
+        number(item, "x", (double)e->x);
+        number(item, "y", (double)e->y);
+        number(item, "vx", (double)e->vx);
+        number(item, "vy", (double)e->vy);
+        number(item, "age_ms", (double)e->age_ms);
+        number(item, "flags", e->flags);
+        cJSON_AddItemToArray(entities, item);
+    }
+    return o;
+}
+
+void ll_netgame_sections_json(const void *block, cJSON *frame)
+{
+    const ll_netgame *g = block;
+    cJSON *views = cJSON_AddArrayToObject(frame, "views"), *game = cJSON_AddArrayToObject(frame, "game");
+    for (int i = 0; i <= g->config.player_count; i++) {
+        view v = view_of(g, i);
+        cJSON_AddItemToArray(views, view_json(&v));
+    }
+    for (int i = 0; i < g->config.player_count; i++) {
+        double values[LL_GAME_VALUES];
+        int n = game_values(g, i, values);
+        cJSON_AddItemToArray(game, cJSON_CreateDoubleArray(values, n));
+    }
+}

@@ -1,0 +1,272 @@
+/* What is told of a netgame: state, metrics, layout and the columns of a trace. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+
+#include "base/detmath.h"
+#include "sim/netgame.h"
+
+static void number(cJSON *object, const char *name, double value)
+{
+    cJSON_AddNumberToObject(object, name, value);
+}
+
+static cJSON *entity_json(const ll_entity *e)
+{
+    cJSON *o = cJSON_CreateObject();
+    number(o, "x", e->x);
+    number(o, "y", e->y);
+    number(o, "vx", e->vx);
+    number(o, "vy", e->vy);
+    number(o, "flags", (double)e->flags);
+    return o;
+}
+
+cJSON *ll_netgame_state(const void *block)
+{
+    const ll_netgame *g = block;
+    const ll_server *server = ll_netgame_server(g);
+    const ll_game *game = ll_netgame_game(g);
+    cJSON *state = cJSON_CreateObject(), *s = cJSON_AddObjectToObject(state, "server");
+    number(s, "step", (double)server->step);
+    number(s, "stepped_s", ll_to_s(server->stepped));
+    cJSON *entities = cJSON_AddArrayToObject(s, "entities"), *players = cJSON_AddArrayToObject(state, "players");
+    for (int i = 0; i < server->players; i++) {
+        const ll_client *c = ll_netgame_client(g, i);
+        cJSON_AddItemToArray(entities, entity_json(&ll_server_world_const(server)->entity[i]));
+        cJSON *p = cJSON_CreateObject(), *shown = cJSON_CreateArray();
+        cJSON_AddStringToObject(p, "name", g->config.players[i].name);
+        number(p, "input_seq", c->seq);
+        number(p, "acked_seq", c->acked);
+        number(p, "unacked", c->seq - c->acked);
+        for (int k = 0; k < server->players; k++) {
+            cJSON *e = entity_json(&c->shown.entity[k]);
+            number(e, "age_ms", ll_to_ms(g->now - c->shown.time[k]));
+            cJSON_AddItemToArray(shown, e);
+        }
+        cJSON_AddItemToObject(p, "entities", shown);
+        double values[LL_GAME_VALUES];
+        game->describe(ll_server_world_const(server), &g->env, i, values);
+        for (int k = 0; game->values[k]; k++)
+            number(p, game->values[k], values[k]);
+        cJSON_AddItemToArray(players, p);
+    }
+    return state;
+}
+
+static void summary(cJSON *object, const char *name, const ll_histogram *h)
+{
+    ll_summary s = ll_histogram_summary(h);
+    cJSON *o = cJSON_AddObjectToObject(object, name);
+    number(o, "mean", s.mean);
+    number(o, "rms", s.rms);
+    number(o, "p50", s.p50);
+    number(o, "p95", s.p95);
+    number(o, "p99", s.p99);
+    number(o, "max", s.max);
+    number(o, "count", (double)s.count);
+}
+
+static double ratio(double a, double b)
+{
+    return b > 0 ? a / b : 0;
+}
+
+static void smoothness(cJSON *player, const ll_netgame *g, int self)
+{
+    const ll_instruments *in = ll_netgame_instruments(g, self);
+    double acceleration = 0, jerk = 0, frames = 0, moving = 0, frozen = 0, reversals = 0, step = 0, ideal = 0;
+    for (int i = 0; i < g->config.player_count; i++) {
+        const ll_smoothness *s = &in->smooth[i];
+        acceleration += s->acceleration;
+        jerk += s->jerk;
+        frames += (double)s->frames;
+        moving += (double)s->moving;
+        frozen += (double)s->frozen;
+        reversals += (double)s->reversals;
+        step = s->step_max > step ? s->step_max : step;
+        ideal += s->truth_step_sum;
+    }
+    double seconds = frames * g->env.dt;
+    cJSON *o = cJSON_AddObjectToObject(player, "smoothness");
+    number(o, "acceleration_rms_mps2", ll_sqrt(ratio(acceleration, frames)));
+    number(o, "jerk_rms_mps3", ll_sqrt(ratio(jerk, frames)));
+    number(o, "freeze_ratio", ratio(frozen, moving));
+    number(o, "reversals_per_s", ratio(reversals, seconds));
+    number(o, "step_max_m", step);
+    number(o, "step_max_over_mean", ratio(step, ratio(ideal, moving)));
+}
+
+static void bandwidth(cJSON *player, const ll_netgame *g, int self)
+{
+    static const char *const names[] = {NULL, "input", "state", "refusal"};
+    const ll_instruments *in = ll_netgame_instruments(g, self);
+    double seconds = ll_to_s(g->now - in->from), up = 0, down = 0;
+    cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
+    for (int type = LL_MESSAGE_INPUT; type <= LL_MESSAGE_REFUSAL; type++) {
+        double wire = (double)in->bytes[type] + LL_UDP_OVERHEAD * (double)in->packets[type];
+        cJSON *m = cJSON_AddObjectToObject(o, names[type]);
+        number(m, "packets_per_s", seconds > 0 ? (double)in->packets[type] / seconds : 0);
+        number(m, "payload_bytes_per_s", seconds > 0 ? (double)in->bytes[type] / seconds : 0);
+        number(m, "wire_bytes_per_s", seconds > 0 ? wire / seconds : 0);
+        *(type == LL_MESSAGE_INPUT ? &up : &down) += wire;
+    }
+    number(o, "up_bytes_per_s", seconds > 0 ? up / seconds : 0);
+    number(o, "down_bytes_per_s", seconds > 0 ? down / seconds : 0);
+}
+
+static void link_report(cJSON *player, const char *name, const ll_link *link)
+{
+    const ll_link_stats *s = ll_link_get_stats(link);
+    double drawn = (double)(s->sent - s->lost - s->overflowed + s->duplicated);
+    double mean = ratio(s->delay_sum_ms, drawn);
+    double variance = ratio(s->delay_sum_squares, drawn) - mean * mean;
+    cJSON *o = cJSON_AddObjectToObject(player, name);
+    number(o, "sent", (double)s->sent);
+    number(o, "delivered", (double)s->delivered);
+    number(o, "lost", (double)s->lost);
+    number(o, "loss_pct", 100 * ratio((double)s->lost, (double)s->sent));
+    number(o, "duplicated", (double)s->duplicated);
+    number(o, "overflowed", (double)s->overflowed);
+    number(o, "reordered", (double)s->reordered);
+    number(o, "delay_mean_ms", mean);
+    number(o, "delay_sd_ms", variance > 0 ? ll_sqrt(variance) : 0);
+    number(o, "delay_min_ms", drawn > 0 ? s->delay_min_ms : 0);
+    number(o, "delay_max_ms", drawn > 0 ? s->delay_max_ms : 0);
+}
+
+static cJSON *player_metrics(const ll_netgame *g, int i)
+{
+    const ll_instruments *in = ll_netgame_instruments(g, i);
+    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
+    double seconds = ll_to_s(g->now - in->from);
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "name", g->config.players[i].name);
+    for (int m = 0; m < LL_METRICS; m++)
+        summary(o, ll_metric_rows[m].name, &in->histogram[m]);
+    number(o, "corrections", (double)in->corrections);
+    number(o, "corrections_per_s", seconds > 0 ? (double)in->corrections / seconds : 0);
+    smoothness(o, g, i);
+    cJSON *buffer = cJSON_AddObjectToObject(o, "buffer");
+    number(buffer, "underruns", (double)in->underruns);
+    number(buffer, "held_ratio", ratio((double)in->held_frames, (double)in->frames));
+    number(buffer, "stale_states", (double)ll_netgame_client(g, i)->stale);
+    cJSON *inputs = cJSON_AddObjectToObject(o, "inputs");
+    number(inputs, "accepted", (double)seat->accepted);
+    number(inputs, "duplicate", (double)seat->duplicate);
+    number(inputs, "late", (double)seat->late);
+    number(inputs, "starved_steps", (double)seat->starved);
+    number(inputs, "slack_ticks", seat->last_slack == LL_SLACK_UNKNOWN ? 0 : seat->last_slack);
+    cJSON *refused = cJSON_AddObjectToObject(inputs, "refused");
+    for (int rule = 1; rule < LL_RULES; rule++)
+        number(refused, ll_rule_names[rule], (double)seat->refused[rule]);
+    bandwidth(o, g, i);
+    link_report(o, "link_up", ll_netgame_up(g, i));
+    link_report(o, "link_down", ll_netgame_down(g, i));
+    double values[LL_GAME_VALUES];
+    const ll_game *game = ll_netgame_game(g);
+    game->describe(ll_server_world_const(ll_netgame_server(g)), &g->env, i, values);
+    cJSON *own = cJSON_AddObjectToObject(o, "game");
+    for (int k = 0; game->values[k]; k++)
+        number(own, game->values[k], values[k]);
+    return o;
+}
+
+cJSON *ll_netgame_metrics(const void *block)
+{
+    const ll_netgame *g = block;
+    const ll_server *server = ll_netgame_server(g);
+    cJSON *metrics = cJSON_CreateObject(), *s = cJSON_AddObjectToObject(metrics, "server");
+    cJSON_AddStringToObject(s, "sync", ll_netgame_sync(g)->name);
+    number(s, "steps", (double)server->step);
+    number(s, "steps_per_s", ratio((double)server->step, ll_to_s(g->now)));
+    number(s, "stalled_s", ll_to_s(server->stalled));
+    cJSON *players = cJSON_AddArrayToObject(metrics, "players");
+    for (int i = 0; i < server->players; i++)
+        cJSON_AddItemToArray(players, player_metrics(g, i));
+    return metrics;
+}
+
+cJSON *ll_netgame_layout(const void *config)
+{
+    const ll_netgame_config *c = config;
+    const ll_game *game = ll_games[c->game];
+    ll_game_env env = {.dt = 1 / c->tick_hz};
+    game->prepare(&env, c->params);
+    ll_scene scene = game->scene(&env, c->player_count);
+    cJSON *layout = cJSON_CreateObject();
+    cJSON_AddStringToObject(layout, "game", game->name);
+    cJSON *players = cJSON_AddArrayToObject(layout, "players"), *values = cJSON_AddArrayToObject(layout, "game_values");
+    for (int i = 0; i < c->player_count; i++) {
+        cJSON *p = cJSON_CreateObject();
+        cJSON_AddStringToObject(p, "name", c->players[i].name);
+        cJSON_AddItemToArray(players, p);
+    }
+    for (int k = 0; game->values[k]; k++)
+        cJSON_AddItemToArray(values, cJSON_CreateString(game->values[k]));
+    cJSON *s = cJSON_AddObjectToObject(layout, "scene");
+    number(s, "x_min", scene.x_min);
+    number(s, "x_max", scene.x_max);
+    number(s, "y_min", scene.y_min);
+    number(s, "y_max", scene.y_max);
+    cJSON_AddBoolToObject(s, "wraps", scene.wraps);
+    number(s, "finish_m", scene.finish_m);
+    number(s, "target_x", scene.target_x);
+    number(s, "target_y", scene.target_y);
+    number(s, "target_radius", scene.target_radius);
+    number(s, "entity_length_m", scene.entity_length_m);
+    return layout;
+}
+
+/* ---- trace ---- */
+
+static const char *const player_columns[] = {"own_x_m", "own_y_m", "own_error_m", "remote_error_m", "view_age_ms",
+                                             "buffer_ms", "unacked", "corrections", "lag_ms"};
+enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
+
+int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)
+{
+    const ll_netgame_config *c = config;
+    int n = 0;
+    if (capacity < 1 + c->player_count * (3 + PLAYER_COLUMNS))
+        return 0;
+    snprintf(names[n++], 48, "server_step");
+    for (int i = 0; i < c->player_count; i++) {
+        snprintf(names[n++], 48, "server_%d_x_m", i);
+        snprintf(names[n++], 48, "server_%d_y_m", i);
+        snprintf(names[n++], 48, "server_%d_vx_mps", i);
+    }
+    for (int i = 0; i < c->player_count; i++)
+        for (int k = 0; k < PLAYER_COLUMNS; k++)
+            snprintf(names[n++], 48, "player_%d_%s", i, player_columns[k]);
+    return n;
+}
+
+int ll_netgame_trace_row(const void *block, double *values, int capacity)
+{
+    const ll_netgame *g = block;
+    const ll_server *server = ll_netgame_server(g);
+    const ll_world *world = ll_server_world_const(server);
+    int n = 0;
+    if (capacity < 1 + server->players * (3 + PLAYER_COLUMNS))
+        return 0;
+    values[n++] = (double)server->step;
+    for (int i = 0; i < server->players; i++) {
+        values[n++] = world->entity[i].x;
+        values[n++] = world->entity[i].y;
+        values[n++] = world->entity[i].vx;
+    }
+    for (int i = 0; i < server->players; i++) {
+        const ll_client *c = ll_netgame_client(g, i);
+        const ll_instruments *in = ll_netgame_instruments(g, i);
+        values[n++] = c->shown.entity[i].x;
+        values[n++] = c->shown.entity[i].y;
+        values[n++] = in->own_error;
+        values[n++] = in->remote_error;
+        values[n++] = in->view_age;
+        values[n++] = c->shown.buffer_ms;
+        values[n++] = c->seq - c->acked;
+        values[n++] = (double)in->corrections;
+        values[n++] = g->config.players[i].lag_ms;
+    }
+    return n;
+}
