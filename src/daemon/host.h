@@ -1,0 +1,110 @@
+/* Hosting: all sessions of the daemon, the threads that pace them, and who may change them.
+ *
+ * A session is found by its id and held by a counted reference (ll_host_find ... ll_hosted_release). Its engine object is used between
+ * ll_hosted_enter and ll_hosted_leave only, which lock it, load it from the store when it was not used since the start, and
+ * bring it to the present. Changes go through ll_host_command, which also keeps the rules of durability: a command
+ * is applied only when the store works, and answered only when its line is stored.
+ *
+ * Each session belongs to one worker thread, which steps it at 60 Hz of wall time while somebody looks, encodes each frame once and
+ * publishes it. A session that nobody looks at is parked after `park_after_s` and costs no CPU until it is asked for.
+ *
+ * Any thread, but for create, stop and free. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+#include "base/vtime.h"
+#include "daemon/store.h"
+#include "daemon/ws.h"
+#include "session/session.h"
+
+/* Every setting is a row of ll_host_table: `park_after_s` is `--park-after-s` on the command line. */
+typedef struct ll_host_config {
+    char data[512];      /* folder of the database; `memory` keeps nothing */
+    char scenarios[512]; /* folder of the library */
+    char api[512];       /* folder of openapi.yaml and asyncapi.yaml */
+    int64_t threads;     /* that step sessions; 0: one per core */
+    int64_t max_sessions;
+    double max_new_sessions_per_min; /* by one address */
+    double max_code_lookups_per_min; /* by one address */
+    double max_commands_per_s;       /* to one session; twice that in a burst */
+    int64_t max_body_bytes;
+    double park_after_s;
+    double session_ttl_s; /* without viewer or request */
+    double save_every_s;  /* the clock of a playing session */
+} ll_host_config;
+
+extern const ll_param_table ll_host_table;
+
+typedef struct ll_host ll_host;
+typedef struct ll_hosted ll_hosted;
+
+typedef struct ll_host_stats {
+    int64_t sessions;                                  /* all */
+    int64_t playing, paused, ended, failed;            /* of those in memory */
+    int64_t parked, unloaded;                          /* unloaded: on disk only since the start */
+    uint64_t created, deleted, expired, ticks, frames; /* since the start; frames published */
+    uint64_t commands, inputs;
+    uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
+} ll_host_stats;
+
+/* Registers the stored sessions. `store` may be NULL (in memory only) and is not owned. */
+ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host **host);
+
+/* The hooks of the streams, and what they need; before any session is made or found. */
+ll_ws_hooks ll_host_hooks(ll_host *host);
+ll_status ll_host_start(ll_host *host, ll_ws *ws); /* opens the streams of stored sessions, starts the workers and the caretaker */
+
+void ll_host_stop(ll_host *host); /* joins the workers: nothing is published after it */
+void ll_host_save(ll_host *host); /* queues the clocks of all sessions; after stop */
+void ll_host_free(ll_host *host); /* after the door was closed */
+
+ll_time ll_host_now(void); /* monotonic */
+const ll_host_config *ll_host_get_config(const ll_host *host);
+ll_host_stats ll_host_get_stats(ll_host *host);
+
+/* ---- sessions ---- */
+
+typedef struct ll_host_made {
+    ll_hosted *hosted; /* a reference of the caller's */
+    char owner_key[LL_KEY_LENGTH + 1];
+    char player_keys[LL_PLAYERS_MAX][LL_KEY_LENGTH + 1];
+    int players;
+} ll_host_made;
+
+typedef struct ll_host_order {
+    const struct cJSON *scenario; /* or */
+    ll_hosted *origin;            /* whose log is forked */
+    int64_t seed;                 /* < 0: the scenario's */
+    bool paused;
+    double speed;
+    const char *peer; /* who asks, for the rate */
+} ll_host_order;
+
+/* Makes a session, stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or what the engine says. */
+ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *made);
+
+ll_hosted *ll_host_find(ll_host *host, const char *id); /* NULL when there is none */
+ll_hosted *ll_host_find_code(ll_host *host, const char *code);
+void ll_hosted_release(ll_hosted *hosted);
+
+ll_status ll_host_delete(ll_host *host, ll_hosted *hosted);
+bool ll_host_allows_lookup(ll_host *host, const char *peer);
+
+const char *ll_hosted_id(const ll_hosted *hosted);
+const char *ll_hosted_code(const ll_hosted *hosted);
+int ll_hosted_viewers(const ll_hosted *hosted);
+
+/* Whose key it is: LL_ROLE_OWNER, a player's number, or LL_ROLE_NONE. */
+enum { LL_ROLE_NONE = -2, LL_ROLE_OWNER = -1 };
+int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length);
+
+/* Locks the session, brings it to the present and gives it. On an error nothing is locked. `was_parked` may be NULL. */
+ll_status ll_hosted_enter(ll_hosted *hosted, ll_session **session, bool *was_parked);
+void ll_hosted_leave(ll_hosted *hosted);
+
+/* `change` is called with the session locked and up to date; it changes, and reads what it wants to answer. */
+typedef ll_status ll_host_change(void *context, ll_session *session, ll_time wall);
+ll_status ll_host_command(ll_host *host, ll_hosted *hosted, ll_host_change *change, void *context);

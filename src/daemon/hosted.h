@@ -1,0 +1,143 @@
+/* Inside of hosting: what host.c, make.c, worker.c and viewers.c share. Nobody else includes it.
+ *
+ * Locks, in the order in which they may be taken: hosted.lock, then one of hosted.inbox_lock, worker.lock, host.lock,
+ * host.replies_lock. The store's and the streams' own locks come last. */
+#pragma once
+
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "daemon/host.h"
+#include "daemon/rates.h"
+
+enum { LL_SLOTS = 4 }; /* of a frame's 16.7 ms: sessions wake in groups, so that threads wake seldom */
+
+typedef struct ll_viewer {
+    struct ll_viewer *next;
+    ll_ws_viewer id;
+    ll_frame_format format;
+    int role; /* since its {"auth":...} */
+    bool greeted;
+} ll_viewer;
+
+typedef struct ll_stream_input {
+    struct ll_stream_input *next;
+    ll_ws_viewer viewer;
+    int player;
+    ll_action action;
+    char reply_id[40]; /* JSON of the message's `id`, or empty */
+} ll_stream_input;
+
+typedef struct ll_reply {
+    struct ll_reply *next;
+    uint64_t ticket; /* send it when this is durable */
+    ll_ws_viewer viewer;
+    char *good;      /* message to send then */
+    char id[40];     /* for the error when the store fails */
+} ll_reply;
+
+struct ll_hosted {
+    ll_host *host;
+    char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
+    int64_t created_ms;
+    int key_count;
+    ll_key_hash keys[LL_STORE_KEYS];
+    int worker, slot;
+    ll_ws_stream *stream;
+    atomic_int references;
+    _Atomic ll_time touched;  /* last request or viewer */
+    _Atomic int status;       /* ll_session_status as last seen, or -1: not in memory; for the statistics */
+    atomic_bool parked;
+    atomic_bool pending; /* something to do for the worker */
+    ll_hosted *next_by_id, *next_by_code; /* host.lock */
+    bool active;                          /* worker.lock: in the worker's list */
+
+    pthread_mutex_t lock; /* all below, and the calls that publish */
+    ll_session *session;  /* NULL while unloaded */
+    ll_stored stored;     /* the row as last queued */
+    bool deleted, restoring;
+    int64_t lines;
+    uint64_t ticket; /* of the last queued line or row */
+    ll_time wall, saved_wall, published_wall;
+    double tick_ns; /* running mean cost */
+    bool behind;
+    uint32_t seq, published_params, published_generation;
+    int64_t published_tick;
+    ll_session_status published_status;
+    int published_viewers;
+    ll_bucket commands;
+
+    pthread_mutex_t inbox_lock; /* what the stream's thread left for the worker */
+    ll_viewer *viewers;
+    ll_stream_input *inputs, **inputs_end;
+};
+
+typedef struct ll_worker {
+    ll_host *host;
+    int index;
+    pthread_t thread;
+    bool started;
+    pthread_mutex_t lock;
+    pthread_cond_t wake;
+    ll_hosted **active; /* each with a reference */
+    int count, capacity;
+    bool stopping;
+    ll_buffer buffer[LL_WS_VARIANTS];
+} ll_worker;
+
+enum { LL_HOST_BUCKETS = 4096 };
+
+struct ll_host {
+    ll_host_config config;
+    ll_store *store;
+    ll_ws *ws;
+    ll_time started;
+    ll_worker *workers;
+    int worker_count;
+    ll_rates *creations, *lookups;
+
+    pthread_t caretaker;
+    bool caretaker_started;
+
+    pthread_mutex_t lock; /* the registry */
+    pthread_cond_t stop;
+    bool stopping;
+    ll_hosted *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
+    int64_t sessions;
+    unsigned next_place; /* spreads sessions over workers and slots */
+
+    pthread_mutex_t replies_lock;
+    ll_reply *replies, **replies_end;
+
+    _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
+    _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
+};
+
+/* ---- host.c ---- */
+
+ll_hosted *ll_hosted_new(ll_host *host); /* one reference; not registered */
+void ll_hosted_retain(ll_hosted *hosted);
+bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
+bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket); /* false when it was done before */
+void ll_host_unregister(ll_host *host, ll_hosted *hosted);
+void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
+void ll_hosted_save(ll_hosted *hosted); /* queues the row; locked */
+ll_status ll_host_storable(ll_host *host); /* LL_IO while the store fails */
+ll_status ll_hosted_load(ll_hosted *hosted); /* locked */
+void ll_hosted_note(ll_hosted *hosted);      /* status for the statistics; locked */
+/* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
+int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
+
+/* ---- worker.c ---- */
+
+ll_status ll_worker_start(ll_host *host, ll_worker *worker, int index);
+void ll_worker_stop(ll_worker *worker);
+void ll_hosted_nudge(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
+
+/* ---- viewers.c ---- */
+
+void ll_viewers_greet(ll_hosted *hosted);               /* hellos to those who wait; locked */
+void ll_viewers_apply(ll_hosted *hosted, ll_time wall); /* their inputs; locked */
+bool ll_viewers_any(ll_hosted *hosted);
+void ll_viewers_forget(ll_hosted *hosted); /* at the end */
+void ll_host_send_replies(void *host);     /* those that are durable; the store's hook */

@@ -1,0 +1,29 @@
+/* Names that cannot be guessed: session ids, keys and class codes.
+ *
+ * A key is shown once, to who made the session; what is kept is a salted hash of it (ll_key_hash), compared in
+ * constant time. All functions may be called from any thread; randomness is the kernel's. */
+#pragma once
+
+#include <stdbool.h>
+#include <stddef.h>
+
+#define LL_ID_LENGTH 26   /* 130 bits */
+#define LL_KEY_LENGTH 32  /* 160 bits */
+#define LL_CODE_LENGTH 4  /* said aloud in a class room; short-lived and rate-limited, never a secret */
+#define LL_KEY_SALT 16
+#define LL_KEY_RECORD (LL_KEY_SALT + 32)
+
+typedef struct ll_key_hash {
+    unsigned char bytes[LL_KEY_RECORD]; /* salt, SHA-256 of salt and key */
+} ll_key_hash;
+
+/* Fill `text` (length + 1 bytes). False when the kernel gives no randomness. */
+bool ll_new_id(char text[LL_ID_LENGTH + 1]);
+bool ll_new_key(char text[LL_KEY_LENGTH + 1]);
+bool ll_new_code(char text[LL_CODE_LENGTH + 1]);
+
+bool ll_is_id(const char *text);
+bool ll_is_code(const char *text);
+
+bool ll_key_hash_make(const char *key, ll_key_hash *hash);
+bool ll_key_matches(const ll_key_hash *hash, const char *key, size_t length);

@@ -1,0 +1,59 @@
+#include "daemon/rates.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+
+enum { BUCKETS = 4096 };
+
+struct ll_rates {
+    double per_s, burst;
+    pthread_mutex_t lock;
+    ll_bucket bucket[BUCKETS];
+};
+
+bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
+{
+    if (bucket->filled == 0)
+        bucket->tokens = burst;
+    else if (now > bucket->filled)
+        bucket->tokens += (double)(now - bucket->filled) * 1e-9 * per_s;
+    if (bucket->tokens > burst)
+        bucket->tokens = burst;
+    if (now > bucket->filled)
+        bucket->filled = now;
+    if (bucket->tokens < 1)
+        return false;
+    bucket->tokens -= 1;
+    return true;
+}
+
+ll_rates *ll_rates_new(double per_s, double burst)
+{
+    ll_rates *rates = calloc(1, sizeof *rates);
+    if (!rates)
+        return NULL;
+    rates->per_s = per_s;
+    rates->burst = burst;
+    pthread_mutex_init(&rates->lock, NULL);
+    return rates;
+}
+
+void ll_rates_free(ll_rates *rates)
+{
+    if (!rates)
+        return;
+    pthread_mutex_destroy(&rates->lock);
+    free(rates);
+}
+
+bool ll_rates_take(ll_rates *rates, const char *name, ll_time now)
+{
+    uint64_t hash = ll_hash(0, name, strlen(name));
+    pthread_mutex_lock(&rates->lock);
+    bool taken = ll_bucket_take(&rates->bucket[hash % BUCKETS], rates->per_s, rates->burst, now);
+    pthread_mutex_unlock(&rates->lock);
+    return taken;
+}

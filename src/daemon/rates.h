@@ -1,0 +1,23 @@
+/* Token buckets: how often something may happen, with a burst.
+ *
+ * ll_bucket is one, guarded by its owner. ll_rates holds one per name (an address) in a table of fixed size: names
+ * whose hashes meet share a bucket, so that strangers cannot make it grow. Time is an argument (monotonic ns). */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/vtime.h"
+
+typedef struct ll_bucket {
+    double tokens;
+    ll_time filled; /* 0: never used, full */
+} ll_bucket;
+
+bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now);
+
+typedef struct ll_rates ll_rates;
+
+ll_rates *ll_rates_new(double per_s, double burst); /* NULL without memory */
+void ll_rates_free(ll_rates *rates);
+bool ll_rates_take(ll_rates *rates, const char *name, ll_time now); /* any thread */
