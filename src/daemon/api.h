@@ -1,0 +1,66 @@
+/* The REST side of the daemon: what its handlers share. Each routes_*.c holds the handlers of one subject; routes.c has the table.
+ *
+ * Handlers run on threads of the front door. They find a session, take what they need under its lock and write a response;
+ * they fail only by a problem document. */
+#pragma once
+
+#include <stdatomic.h>
+#include <stdbool.h>
+
+#include "daemon/door.h"
+#include "daemon/host.h"
+#include "daemon/http.h"
+#include "daemon/store.h"
+
+struct cJSON;
+
+typedef enum ll_api_phase { LL_API_STARTING, LL_API_READY, LL_API_DRAINING } ll_api_phase;
+
+typedef struct ll_api_idempotency ll_api_idempotency;
+
+typedef struct ll_api {
+    ll_host *host;
+    ll_store *store;
+    _Atomic(ll_door *) door; /* set when it is open */
+    const char *scenarios, *documents; /* folders */
+    atomic_int phase;
+    ll_time started;
+    ll_http_route *routes; /* the table with the configured body limit */
+    int route_count;
+    ll_api_idempotency *idempotency;
+    _Atomic uint64_t answers[6];     /* by class of status: 1xx .. 5xx; 0 is anything else */
+    _Atomic uint64_t duration_us[6]; /* summed */
+} ll_api;
+
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store);
+void ll_api_end(ll_api *api);
+void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status, double seconds);
+
+/* ---- helpers of handlers ---- */
+
+/* The session of the path's first parameter; NULL when a 404 was answered. */
+ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
+
+/* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted, int player);
+
+/* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
+struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
+
+/* A problem with the status that fits the API: LL_IO is 507, LL_LIMIT 429 with Retry-After. */
+void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
+
+/* 400 unless all keys of `object` are in the NULL-terminated list. */
+ll_status ll_api_only(const struct cJSON *object, const char *const *names);
+
+void ll_api_hash_text(uint64_t hash, char text[17]);
+void ll_api_links(struct cJSON *json, const char *id); /* adds `links` */
+const char *ll_api_status_name(const ll_session_info *info);
+
+/* ---- handlers ---- */
+
+ll_http_handler ll_get_scenarios, ll_get_scenario, ll_get_schema, ll_get_openapi, ll_get_asyncapi;
+ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_fork, ll_get_code;
+ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
+ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_log;
+ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

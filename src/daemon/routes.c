@@ -1,0 +1,86 @@
+/* The table of routes. The front door answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each row. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/api.h"
+#include "daemon/idempotency.h"
+#include "daemon/log.h"
+
+#define JSON_TYPE "application/json"
+#define PATCH_TYPES "application/merge-patch+json, application/json"
+#define V1 "/api/v1"
+
+enum { BODY = 1 }; /* becomes --max-body-bytes */
+
+/* `slow`: may compute for long, or waits until its change is stored. */
+static const ll_http_route table[] = {
+    {.method = "GET", .pattern = V1 "/scenarios", .handler = ll_get_scenarios, .slow = true},
+    {.method = "GET", .pattern = V1 "/scenarios/{id*}", .handler = ll_get_scenario},
+    {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema},
+    {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
+    {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
+    {.method = "POST", .pattern = V1 "/sessions", .handler = ll_post_sessions, .body_limit = BODY, .types = JSON_TYPE, .slow = true},
+    {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .slow = true},
+    {.method = "DELETE", .pattern = V1 "/sessions/{id}", .handler = ll_delete_session, .slow = true},
+    {.method = "PATCH", .pattern = V1 "/sessions/{id}/params", .handler = ll_patch_params, .body_limit = BODY,
+     .types = PATCH_TYPES, .slow = true},
+    {.method = "POST", .pattern = V1 "/sessions/{id}/control", .handler = ll_post_control, .body_limit = BODY,
+     .types = JSON_TYPE, .slow = true},
+    {.method = "POST", .pattern = V1 "/sessions/{id}/input", .handler = ll_post_input, .body_limit = BODY, .types = JSON_TYPE,
+     .slow = true},
+    {.method = "POST", .pattern = V1 "/sessions/{id}/fork", .handler = ll_post_fork, .body_limit = BODY, .types = JSON_TYPE,
+     .slow = true},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/state", .handler = ll_get_state, .slow = true},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/metrics", .handler = ll_get_metrics, .slow = true},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/trace", .handler = ll_get_trace, .slow = true},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .slow = true},
+    {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code},
+    {.method = "GET", .pattern = "/healthz", .handler = ll_get_healthz},
+    {.method = "GET", .pattern = "/readyz", .handler = ll_get_readyz},
+    {.method = "GET", .pattern = "/metrics", .handler = ll_get_prometheus},
+};
+
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store)
+{
+    memset(api, 0, sizeof *api);
+    const ll_host_config *config = ll_host_get_config(host);
+    api->host = host;
+    api->store = store;
+    api->scenarios = config->scenarios;
+    api->documents = config->api;
+    api->started = ll_host_now();
+    api->route_count = (int)(sizeof table / sizeof table[0]);
+    api->routes = malloc(sizeof table);
+    api->idempotency = ll_api_idempotency_new();
+    if (!api->routes || !api->idempotency) {
+        ll_api_end(api);
+        return ll_error(LL_NO_MEMORY, "There is no memory for the routes.");
+    }
+    memcpy(api->routes, table, sizeof table);
+    for (int i = 0; i < api->route_count; i++) {
+        if (api->routes[i].body_limit == BODY)
+            api->routes[i].body_limit = (size_t)config->max_body_bytes;
+    }
+    return ll_ok();
+}
+
+void ll_api_end(ll_api *api)
+{
+    free(api->routes);
+    api->routes = NULL;
+    ll_api_idempotency_free(api->idempotency);
+    api->idempotency = NULL;
+}
+
+void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status, double seconds)
+{
+    ll_api *api = context;
+    int class = status >= 100 && status < 600 ? status / 100 : 0;
+    atomic_fetch_add_explicit(&api->answers[class], 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&api->duration_us[class], (uint64_t)(seconds * 1e6), memory_order_relaxed);
+    if (status < 500)
+        return;
+    /* The pattern and not the path: paths hold session ids. */
+    ll_log("error", "request failed", "%s %s answered %d after %.1f ms, request %s", request ? request->method : "?",
+           route ? route->pattern : "(file)", status, seconds * 1e3, request ? request->id : "?");
+}

@@ -1,0 +1,125 @@
+/* Changes of a session: parameters, control, inputs. Each is answered when its line of the log is stored. */
+#include <stdlib.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/action.h"
+#include "daemon/api.h"
+#include "daemon/problem.h"
+
+typedef struct order {
+    const cJSON *body;
+    int player;
+    ll_action action;
+    cJSON *answer;
+} order;
+
+static void add_time(cJSON *json, const ll_session_info *info)
+{
+    cJSON_AddNumberToObject(json, "tick", (double)info->tick);
+    cJSON_AddNumberToObject(json, "time_s", (double)info->time / 1e9);
+}
+
+static ll_status patch(void *context, ll_session *session, ll_time wall)
+{
+    order *o = context;
+    ll_status status = ll_session_patch(session, wall, o->body);
+    if (ll_failed(&status))
+        return status;
+    ll_session_info info = ll_session_get_info(session);
+    o->answer = cJSON_CreateObject();
+    add_time(o->answer, &info);
+    cJSON_AddNumberToObject(o->answer, "params_version", info.params_version);
+    cJSON_AddItemToObject(o->answer, "params", ll_session_params(session));
+    return status;
+}
+
+static ll_status control(void *context, ll_session *session, ll_time wall)
+{
+    order *o = context;
+    ll_status status = ll_session_control(session, wall, o->body);
+    if (ll_failed(&status))
+        return status;
+    ll_session_info info = ll_session_get_info(session);
+    char hash[17];
+    ll_api_hash_text(ll_session_hash(session), hash);
+    o->answer = cJSON_CreateObject();
+    cJSON_AddStringToObject(o->answer, "status", ll_api_status_name(&info));
+    add_time(o->answer, &info);
+    cJSON_AddNumberToObject(o->answer, "head_s", (double)info.head / 1e9);
+    cJSON_AddNumberToObject(o->answer, "speed", info.speed);
+    cJSON_AddNumberToObject(o->answer, "generation", info.generation);
+    cJSON_AddStringToObject(o->answer, "hash", hash);
+    return status;
+}
+
+static ll_status input(void *context, ll_session *session, ll_time wall)
+{
+    order *o = context;
+    ll_status status = ll_session_input(session, wall, o->player, &o->action);
+    if (ll_failed(&status))
+        return status;
+    ll_session_info info = ll_session_get_info(session);
+    o->answer = cJSON_CreateObject();
+    add_time(o->answer, &info);
+    return status;
+}
+
+static void command(ll_api *api, const ll_http_request *request, ll_http_response *response, ll_hosted *hosted,
+                    ll_host_change *change, order *o)
+{
+    ll_status status = ll_host_command(api->host, hosted, change, o);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        ll_http_json(response, 200, o->answer);
+    cJSON_Delete(o->answer);
+}
+
+static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response, ll_host_change *change)
+{
+    ll_hosted *hosted = ll_api_session(api, request, response);
+    if (!hosted)
+        return;
+    if (ll_api_permits(request, response, hosted, -1)) {
+        cJSON *body = ll_api_body(request, response);
+        order o = {.body = body};
+        if (body)
+            command(api, request, response, hosted, change, &o);
+        cJSON_Delete(body);
+    }
+    ll_hosted_release(hosted);
+}
+
+void ll_patch_params(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    owner_command(context, request, response, patch);
+}
+
+void ll_post_control(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    owner_command(context, request, response, control);
+}
+
+/* The body says which player it is for, hence whose key will do. Without any key nothing is read. */
+void ll_post_input(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_hosted *hosted = ll_api_session(context, request, response);
+    if (!hosted)
+        return;
+    cJSON *body = NULL;
+    if (ll_http_header(request, "Authorization"))
+        body = ll_api_body(request, response);
+    else
+        ll_api_permits(request, response, hosted, 0);
+    if (body) {
+        order o = {0};
+        ll_status status = ll_action_parse(body, "", &o.player, &o.action);
+        if (ll_failed(&status))
+            ll_problem(response, request, &status);
+        else if (ll_api_permits(request, response, hosted, o.player))
+            command(context, request, response, hosted, input, &o);
+    }
+    cJSON_Delete(body);
+    ll_hosted_release(hosted);
+}

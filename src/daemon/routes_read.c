@@ -1,0 +1,138 @@
+/* Reading of a session: state, metrics, trace, log. */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/api.h"
+#include "daemon/problem.h"
+
+enum { TRACE_ROWS = 100000 }; /* of one answer: what is made is held in memory */
+
+/* `fill` writes the answer with the session locked. */
+typedef ll_status fill(ll_session *session, const ll_http_request *request, ll_http_response *response);
+
+static void reading(ll_api *api, const ll_http_request *request, ll_http_response *response, fill *write)
+{
+    ll_hosted *hosted = ll_api_session(api, request, response);
+    if (!hosted)
+        return;
+    ll_session *session;
+    ll_status status = ll_hosted_enter(hosted, &session, NULL);
+    if (!ll_failed(&status)) {
+        status = write(session, request, response);
+        ll_hosted_leave(hosted);
+    }
+    if (ll_failed(&status)) {
+        ll_http_clear(response);
+        ll_api_problem(response, request, &status);
+    }
+    ll_hosted_release(hosted);
+}
+
+/* A number of the query in [low, high]; absent: stays as it is. */
+static ll_status query_number(const ll_http_request *request, const char *name, double low, double high, double *value)
+{
+    const char *text = ll_http_query(request, name);
+    if (!text)
+        return ll_ok();
+    char *end = NULL;
+    errno = 0;
+    double number = strtod(text, &end);
+    if (end == text || *end || !isfinite(number) || number < low || number > high)
+        return ll_field_error(LL_BAD_INPUT, name, "%s must be a number from %g to %g; it is `%.40s`.", name, low, high, text);
+    *value = number;
+    return ll_ok();
+}
+
+static ll_status fill_state(ll_session *session, const ll_http_request *request, ll_http_response *response)
+{
+    double tick = -1;
+    ll_session_info info = ll_session_get_info(session);
+    ll_status status = query_number(request, "tick", 0, (double)info.head_tick, &tick);
+    if (!ll_failed(&status) && tick >= 0 && tick != floor(tick))
+        status = ll_field_error(LL_BAD_INPUT, "tick", "tick must be a whole number from 0 to %lld.", (long long)info.head_tick);
+    if (ll_failed(&status))
+        return status;
+    cJSON *json = NULL;
+    if (tick < 0 || (int64_t)tick == info.tick)
+        json = ll_session_state(session);
+    else
+        status = ll_session_state_at(session, (int64_t)tick, &json);
+    if (!ll_failed(&status))
+        ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+static ll_status fill_metrics(ll_session *session, const ll_http_request *request, ll_http_response *response)
+{
+    (void)request;
+    cJSON *json = ll_session_metrics(session);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    return ll_ok();
+}
+
+static void append(void *context, const char *text, size_t length)
+{
+    ll_http_append(context, text, length);
+}
+
+static ll_status fill_trace(ll_session *session, const ll_http_request *request, ll_http_response *response)
+{
+    ll_session_info info = ll_session_get_info(session);
+    double head_s = (double)info.head / 1e9, from_s = 0, to_s = head_s;
+    ll_status status = query_number(request, "from_s", 0, 1e9, &from_s);
+    if (!ll_failed(&status))
+        status = query_number(request, "to_s", 0, 1e9, &to_s);
+    if (!ll_failed(&status) && from_s > to_s)
+        status = ll_field_error(LL_BAD_INPUT, "from_s", "from_s (%g) must not be beyond to_s (%g).", from_s, to_s);
+    if (ll_failed(&status))
+        return status;
+    int64_t from = ll_tick_at((ll_time)(fmin(from_s, head_s) * 1e9 + 0.5), info.tick_freq);
+    int64_t to = ll_tick_at((ll_time)(fmin(to_s, head_s) * 1e9 + 0.5), info.tick_freq);
+    if (to > info.head_tick)
+        to = info.head_tick;
+    if (to - from >= TRACE_ROWS)
+        return ll_field_error(LL_BAD_INPUT, "to_s", "from_s to %g holds %lld ticks; an answer has at most %d.", to_s,
+                              (long long)(to - from + 1), TRACE_ROWS);
+    memcpy(response->type, "text/csv; charset=utf-8", sizeof "text/csv; charset=utf-8");
+    return ll_session_trace(session, from, to, append, response);
+}
+
+static void append_line(void *context, const char *line, size_t length)
+{
+    ll_http_append(context, line, length);
+    ll_http_append(context, "\n", 1);
+}
+
+static ll_status fill_log(ll_session *session, const ll_http_request *request, ll_http_response *response)
+{
+    (void)request;
+    ll_session_log(session, append_line, response);
+    memcpy(response->type, "application/x-ndjson", sizeof "application/x-ndjson");
+    return ll_ok();
+}
+
+void ll_get_state(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_state);
+}
+
+void ll_get_metrics(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_metrics);
+}
+
+void ll_get_trace(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_trace);
+}
+
+void ll_get_log(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_log);
+}
