@@ -25,11 +25,13 @@ void ll_client_init(ll_client *c, int self, size_t world_size, const ll_world *s
 }
 
 /* How many steps the client runs ahead of the server: what its packets need, as measured by the handshake. */
-static int64_t lead(const ll_client_setup *s, ll_time period)
+static int64_t lead(const ll_client_setup *s, ll_freq freq)
 {
     const ll_link_params *up = &s->config->link.up;
     ll_time way = ll_ms(s->config->lag_ms + up->delay_ms + up->jitter_ms);
-    int64_t ticks = (way + period - 1) / period;
+    int64_t ticks = ll_tick_at(way, freq);
+    if (ll_tick_time(ticks, freq) < way)
+        ticks++;
     return (ticks < 1 ? 1 : ticks) + s->config->slack_ticks;
 }
 
@@ -41,7 +43,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->frame = 0;
     c->period = ll_tick_time(1, freq);
     c->seq = c->acked = 0;
-    c->tick = s->sync->drains ? 0 : s->sync->leads ? step + lead(s, c->period) - 1 : step;
+    c->tick = s->sync->drains ? 0 : s->sync->leads ? step + lead(s, freq) - 1 : step;
     c->debt = 0;
     c->settle = 0;
     c->spare = LL_SLACK_UNKNOWN;

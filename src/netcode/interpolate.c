@@ -38,7 +38,7 @@ void ll_blend(ll_client *c, const ll_received *a, const ll_received *b, double a
         const ll_entity *p = &wa->entity[i], *q = &wb->entity[i];
         ll_entity *e = &c->shown.entity[i];
         *e = *p;
-        if (p->flags == q->flags) { /* otherwise it began or ended in between: nothing lies between the two */
+        if (((p->flags ^ q->flags) & LL_ENTITY_ACTIVE) == 0) { /* otherwise a flight began or ended in between */
             e->x += alpha * (q->x - p->x);
             e->y += alpha * (q->y - p->y);
             e->vx += alpha * (q->vx - p->vx);

@@ -16,12 +16,13 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
     for (int i = 0; i < server->players; i++) {
         ll_seat *seat = &server->seats[i];
         const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
+        bool begun = seat->newest >= 0 && k + seat->seq_minus_tick > 0;
         if (slot->tick == k)
             seat->held = slot->action;
-        else if (seat->newest >= 0)
+        else if (begun)
             seat->starved++;
         actions[i] = seat->held;
-        if (seat->newest >= 0 && k + seat->seq_minus_tick > 0)
+        if (begun)
             seat->acked = (uint32_t)(k + seat->seq_minus_tick);
     }
     game->step(ll_server_world(server), env, actions, now);

@@ -106,7 +106,7 @@ void ll_netgame_sections(const void *block, void (*section)(void *context, int t
     const ll_netgame *g = block;
     int n = g->config.player_count;
     size_t stride = offsetof(view, entity) + (size_t)n * sizeof(view_entity);
-    char views[(LL_PLAYERS_MAX + 1) * sizeof(view)];
+    char views[(LL_PLAYERS_MAX + 1) * sizeof(view)] = {0};
     for (int i = 0; i <= n; i++) {
         view v = view_of(g, i);
         memcpy(views + (size_t)i * stride, &v, stride);
