@@ -1,0 +1,41 @@
+// REST calls of the daemon; a refused one throws a Problem (RFC 9457).
+
+/** @typedef {{field: string, detail: string}} FieldError */
+
+export class Problem extends Error {
+  /** @param {number} status @param {any} body */
+  constructor(status, body) {
+    super(String(body?.detail ?? body?.title ?? `The daemon answered ${status}`));
+    this.status = status;
+    /** @type {FieldError[]} */
+    this.errors = Array.isArray(body?.errors) ? body.errors : [];
+  }
+}
+
+/** The address of an API path.
+ * @param {string} path @returns {URL} */
+export function address(path) {
+  return new URL(`../api/v1/${path}`, import.meta.url);
+}
+
+/** @param {string} method @param {string} path @param {{body?: unknown, key?: string}} [more]
+ * @returns {Promise<any>} the JSON of the answer; null when it has none */
+export async function call(method, path, more = {}) {
+  /** @type {Record<string, string>} */
+  const headers = { Accept: 'application/json' };
+  if (more.body !== undefined) headers['Content-Type'] = 'application/json';
+  if (more.key) headers.Authorization = `Bearer ${more.key}`;
+  const answer = await fetch(address(path), {
+    method, headers, body: more.body === undefined ? null : JSON.stringify(more.body), cache: 'no-store',
+  });
+  const text = await answer.text();
+  /** @type {any} */
+  let body = null;
+  try {
+    body = text === '' ? null : JSON.parse(text);
+  } catch {
+    if (answer.ok) throw new Problem(answer.status, { detail: 'The daemon answered something that is not JSON' });
+  }
+  if (!answer.ok) throw new Problem(answer.status, body);
+  return body;
+}

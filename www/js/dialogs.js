@@ -1,0 +1,125 @@
+// One dialog at a time: help, all settings of a player or the server, links to share, a chart's table.
+import { html, nothing, render } from '../vendor/lit-html.js';
+import { effect, signal } from '../vendor/signals-core.js';
+import { address } from './api.js';
+import { control, sync } from './controls.js';
+import { link } from './early.js';
+import { fixed, letter } from './format.js';
+import { DRIVING_HELP, KEYS, opens, setTheme } from './keys.js';
+import { memory } from './lab.js';
+import { THEMES, writeQuery } from './link.js';
+import { find, livePaths, valueAt } from './schema.js';
+import { layout, locked, params, schema, session, setSingleKeys, singleKeys, theme, unit } from './state.js';
+import { bufferCurves, errorCurves, rowsOf } from './views/chart.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {{kind: 'help'} | {kind: 'player', player: number} | {kind: 'server'} | {kind: 'share'} | {kind: 'table', which: 'error' | 'buffer'}} Page */
+
+/** @type {import('@preact/signals-core').Signal<Page | null>} */
+const page = signal(null);
+
+/** @param {Page} next */
+export function open(next) {
+  page.value = next;
+}
+
+export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawing loop */
+
+/** @returns {Template} */
+function help() {
+  const row = (/** @type {{shown: string, help: string}} */ key) => html`<tr><th scope="row"><kbd>${key.shown}</kbd></th><td>${key.help}</td></tr>`;
+  return html`<label class="toggle"><input type="checkbox" .checked=${singleKeys.value}
+      @change=${(/** @type {Event} */ event) => setSingleKeys(/** @type {HTMLInputElement} */ (event.target).checked)}><span>Single-key
+      shortcuts</span></label>
+    <label class="field choice"><span>Colours</span><select .value=${theme.value}
+      @change=${(/** @type {Event} */ event) => setTheme(/** @type {HTMLSelectElement} */ (event.target).value)}>
+      ${THEMES.map((name) => html`<option value=${name} ?selected=${name === theme.value}>${name}</option>`)}</select></label>
+    <div class="columns"><table class="keys"><caption>Keys</caption><tbody>${KEYS.map(row)}</tbody></table>
+    <div><table class="keys"><caption>Driving</caption><tbody>${DRIVING_HELP.map(row)}</tbody></table>
+    <h3>Reading the views</h3>
+    <ul><li>Solid mark: what this player sees. Dashed hollow mark: where the server has it now.</li>
+    <li>Spring with a cross: the player's own car was moved by the server.</li>
+    <li>Messages: the flatter the line, the longer the way. A cross: lost.</li>
+    <li>Filled cells: inputs that the server has not acknowledged yet.</li></ul></div></div>`;
+}
+
+/** @param {string} path @returns {Template} */
+function settings(path) {
+  const paths = livePaths(schema.value, path).filter((p) => valueAt(params.value, p) !== undefined);
+  return html`<fieldset class="sheet" ?disabled=${locked.value !== ''}>
+    <legend class="unseen">All settings</legend>
+    ${locked.value ? html`<p class="reason">${locked.value}</p>` : nothing}
+    ${paths.map((p) => {
+      const row = find(schema.value, p);
+      return html`<div class="setting">${control(p, { slider: row?.type === 'number' && row.unit === 'ms' })}<p>${row?.help ?? ''}</p></div>`;
+    })}</fieldset>`;
+}
+
+/** @param {string} label @param {string} text @returns {Template} */
+function address_(label, text) {
+  return html`<label class="address"><span>${label}</span><input readonly .value=${text}
+    @focus=${(/** @type {Event} */ event) => /** @type {HTMLInputElement} */ (event.target).select()}></label>`;
+}
+
+/** @returns {Template} */
+function share() {
+  const base = `${location.origin}${location.pathname}`;
+  const id = session.value?.id ?? '';
+  const local = /^(localhost|127\.|\[::1\])/.test(location.hostname);
+  return html`${local ? html`<p class="reason">This address works on this computer only: others need its address on the network.</p>` : nothing}
+    ${address_('The same set-up, a session of one\'s own', base + (writeQuery(link) || '?scenario=race'))}
+    ${address_('To watch this session (read-only)', `${base}#s=${id}`)}
+    <p><a href=${address(`sessions/${id}/trace`).href} download="laglab.csv">Numbers of this run as CSV</a></p>
+    <p>By program: <code>curl ${address(`sessions/${id}`).href}</code></p>`;
+}
+
+/** @param {'error' | 'buffer'} which @returns {Template} */
+function table(which) {
+  const players = layout.value?.players.length ?? 0;
+  const curves = which === 'error' ? errorCurves(players, unit.value, scale.pxPerMetre) : bufferCurves(players);
+  const rows = rowsOf(memory, curves, 25);
+  return html`<div class="scroll" tabindex="0" role="region" aria-label="Table"><table class="data"><thead><tr><th scope="col">Time (s)</th>
+    ${curves.map((curve) => html`<th scope="col">${curve.label}</th>`)}</tr></thead>
+    <tbody>${rows.map((row) => html`<tr><th scope="row">${fixed(row.t, 2)}</th>
+      ${row.values.map((value) => html`<td>${value === null ? '–' : fixed(value, unit.value === 'm' && which === 'error' ? 3 : 1)}</td>`)}</tr>`)}
+    </tbody></table></div>
+    <button type="button" @click=${() => draw()}>Refresh</button>`;
+}
+
+/** @param {Page} at @returns {[string, Template]} */
+function content(at) {
+  switch (at.kind) {
+    case 'help': return ['Help', help()];
+    case 'player': return [`All settings of player ${letter(at.player)}`, settings(`players.${at.player}`)];
+    case 'server': return ['Server and game', html`${settings('server')}${settings('params')}`];
+    case 'share': return ['Share', share()];
+    default: return [at.which === 'error' ? `Error against the server (${unit.value})` : 'Interpolation buffer (ms)', table(at.which)];
+  }
+}
+
+const dialog = document.createElement('dialog');
+dialog.setAttribute('aria-labelledby', 'dialog-title');
+
+function draw() {
+  const at = page.value;
+  if (at === null) return;
+  const [title, body] = content(at);
+  render(html`<header><h2 id="dialog-title">${title}</h2><button type="button" class="close" @click=${() => dialog.close()}>Close</button></header>
+    <div class="body">${body}</div>`, dialog);
+  sync(dialog);
+}
+
+export function listen() {
+  document.body.append(dialog);
+  opens.help = () => open({ kind: 'help' });
+  dialog.addEventListener('close', () => {
+    page.value = null;
+  });
+  dialog.addEventListener('click', (event) => {
+    if (event.target === dialog) dialog.close();
+  });
+  effect(() => {
+    draw();
+    if (page.value !== null && !dialog.open) dialog.showModal();
+  });
+}

@@ -1,0 +1,30 @@
+// Numbers as people read them: three significant digits, a true minus sign, always a unit.
+
+/** @param {number} value @param {number} digits after the point @returns {string} */
+export function fixed(value, digits) {
+  if (!Number.isFinite(value)) return '–';
+  const text = Math.abs(value).toFixed(digits);
+  return value < 0 && Number(text) !== 0 ? `−${text}` : text;
+}
+
+/** Three significant digits. @param {number} value @returns {string} */
+export function short(value) {
+  const size = Math.abs(value);
+  return fixed(value, size >= 100 ? 0 : size >= 10 ? 1 : 2);
+}
+
+/** With a sign on both sides of zero. @param {number} value @param {number} digits @returns {string} */
+export function signed(value, digits) {
+  const text = fixed(value, digits);
+  return value > 0 && Number(text) !== 0 ? `+${text}` : text;
+}
+
+/** A number of a text field, without noise of binary fractions. @param {number} value @returns {string} */
+export function plain(value) {
+  return String(Number(value.toPrecision(6)));
+}
+
+/** @param {number} player @returns {string} A, B, C, ... */
+export function letter(player) {
+  return String.fromCharCode(65 + player);
+}

@@ -1,0 +1,116 @@
+// Decodes a binary frame of the stream `laglab.v1.bin`.
+
+export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16; /* flags of a frame */
+export const PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32; /* of a view */
+export const E_FINISHED = 1, E_PREDICTED = 2, E_INTERPOLATED = 4, E_HELD = 8, E_ACTIVE = 16; /* of an entity */
+export const INPUT = 1, STATE = 2, REFUSAL = 3, VERDICT = 16, APPLIED = 17, CORRECTION = 18, STEP = 19; /* events */
+export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
+
+/** @typedef {{x: number, y: number, vx: number, vy: number, age: number, flags: number}} Entity */
+
+/**
+ * @typedef {object} View
+ * @property {number} view  0 is the server, 1 + p player p
+ * @property {number} flags
+ * @property {number} inputSeq
+ * @property {number} ackedSeq
+ * @property {number} unacked
+ * @property {number} lag          ms, one way
+ * @property {number} viewAge      ms, of the remote entities
+ * @property {number} ownError     m, drawn minus truth
+ * @property {number} remoteError  m, the largest
+ * @property {number} buffer       ms, newest snapshot minus drawn time
+ * @property {number} slack        ticks that an input arrives early
+ * @property {number} corrections
+ * @property {number} correction   m, the last one
+ * @property {number} refused
+ * @property {number} alpha        between the two snapshots
+ * @property {number} shown        s, server time of the remote entities as drawn
+ * @property {Entity[]} entities
+ */
+
+/** @typedef {{id: number, type: number, player: number, fate: number, outcome: number, begin: number, end: number,
+ *   number: number, value: number}} Event */
+
+/**
+ * @typedef {object} Frame
+ * @property {number} flags
+ * @property {number} seq
+ * @property {number} time      s
+ * @property {number} head      s, the furthest time of the log
+ * @property {number} duration  s
+ * @property {number} tick
+ * @property {number} speed
+ * @property {number} paramsVersion
+ * @property {number} generation
+ * @property {number} viewers
+ * @property {View[]} views
+ * @property {Event[]} events
+ * @property {number[][]} game  the game's own values by player
+ */
+
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 24, EVENT = 32;
+
+/** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
+function view(d, at, stride) {
+  const count = Math.min(d.getUint8(at + 1), Math.floor((stride - VIEW) / ENTITY));
+  const entities = [];
+  for (let i = 0; i < count; i++) {
+    const e = at + VIEW + i * ENTITY;
+    entities.push({
+      x: d.getFloat32(e, true), y: d.getFloat32(e + 4, true), vx: d.getFloat32(e + 8, true),
+      vy: d.getFloat32(e + 12, true), age: d.getFloat32(e + 16, true), flags: d.getUint32(e + 20, true),
+    });
+  }
+  return {
+    view: d.getUint8(at), flags: d.getUint16(at + 2, true), inputSeq: d.getUint32(at + 4, true),
+    ackedSeq: d.getUint32(at + 8, true), unacked: d.getUint32(at + 12, true), lag: d.getFloat32(at + 16, true),
+    viewAge: d.getFloat32(at + 20, true), ownError: d.getFloat32(at + 24, true), remoteError: d.getFloat32(at + 28, true),
+    buffer: d.getFloat32(at + 32, true), slack: d.getFloat32(at + 36, true), corrections: d.getUint32(at + 40, true),
+    correction: d.getFloat32(at + 44, true), refused: d.getUint32(at + 48, true), alpha: d.getFloat32(at + 52, true),
+    shown: d.getFloat64(at + 56, true), entities,
+  };
+}
+
+/** @param {DataView} d @param {number} at @returns {Event} */
+function event(d, at) {
+  return {
+    id: d.getUint32(at, true), type: d.getUint8(at + 4), player: d.getUint8(at + 5), fate: d.getUint8(at + 6),
+    outcome: d.getUint8(at + 7), begin: d.getFloat64(at + 8, true), end: d.getFloat64(at + 16, true),
+    number: d.getUint32(at + 24, true), value: d.getFloat32(at + 28, true),
+  };
+}
+
+/** @param {ArrayBuffer} bytes @returns {Frame | null} null when the bytes are no frame */
+export function decode(bytes) {
+  const d = new DataView(bytes);
+  if (bytes.byteLength < HEADER || d.getUint16(0, true) !== 1) return null;
+  /** @type {Frame} */
+  const frame = {
+    flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
+    duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
+    paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
+    views: [], events: [], game: [],
+  };
+  let at = HEADER;
+  for (let sections = d.getUint32(68, true); sections > 0; sections--) {
+    if (at + SECTION > bytes.byteLength) return null;
+    const type = d.getUint16(at, true), count = d.getUint16(at + 2, true), size = d.getUint32(at + 4, true);
+    at += SECTION;
+    if (at + size > bytes.byteLength) return null;
+    const stride = count > 0 ? size / count : 0;
+    if (type === 1 && stride >= VIEW) {
+      for (let i = 0; i < count; i++) frame.views.push(view(d, at + i * stride, stride));
+    } else if (type === 2 && stride >= EVENT) {
+      for (let i = 0; i < count; i++) frame.events.push(event(d, at + i * stride));
+    } else if (type === 3) {
+      for (let i = 0; i < count; i++) {
+        const values = [];
+        for (let k = 0; k + 8 <= stride; k += 8) values.push(d.getFloat64(at + i * stride + k, true));
+        frame.game.push(values);
+      }
+    }
+    at += size;
+  }
+  return frame;
+}

@@ -1,0 +1,75 @@
+// The head of the page: labs, scenario, the state chip.
+import { html, nothing } from '../vendor/lit-html.js';
+import { open } from './dialogs.js';
+import { fixed } from './format.js';
+import { choose, fork, shownScenario } from './lab.js';
+import { behind, connection, failure, layout, readOnly, scenarios, status } from './state.js';
+import { backToLive } from './time.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+/** @param {import('./state.js').ScenarioRow} row @returns {string} */
+function titleOf(row) {
+  return row.paper ? `${row.paper}: ${row.title}` : row.title;
+}
+
+/** @returns {Template} */
+function chooser() {
+  const now = shownScenario();
+  const rows = scenarios.value.filter((row) => row.kind === 'netgame');
+  const group = (/** @type {string} */ label, /** @type {import('./state.js').ScenarioRow[]} */ list) => (list.length === 0 ? nothing
+    : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`);
+  return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario"
+    @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
+    ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'a session of another page' : 'loading'}</option>` : nothing}
+    ${group('Games', rows.filter((row) => !row.id.startsWith('paper/')))}
+    ${group('Figures of the paper', rows.filter((row) => row.id.startsWith('paper/')))}</select></label>`;
+}
+
+/** @returns {Template} */
+function labs() {
+  const cannon = layout.value?.game === 'cannon';
+  const lab = (/** @type {string} */ id, /** @type {string} */ name, /** @type {boolean} */ current) => html`<button type="button"
+    class="lab" aria-current=${current ? 'page' : 'false'} @click=${() => { if (!current) choose(id); }}>${name}</button>`;
+  return html`<nav aria-label="Labs">${lab('race', 'Race', !cannon)}${lab('cannon', 'Cannon', cannon)}</nav>`;
+}
+
+const SYMBOLS = {
+  live: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><circle cx="6" cy="6" r="5"></circle></svg>`,
+  paused: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M2 1h3v10H2zM7 1h3v10H7z"></path></svg>`,
+  replay: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M6 1v10L0 6zM12 1v10L6 6z"></path></svg>`,
+  ended: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M1 1h10v10H1z"></path></svg>`,
+  lost: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d="M6 0l6 11H0z"></path></svg>`,
+};
+
+/** @returns {Template} */
+function state() {
+  const { state: way, attempt } = connection.value;
+  if (way === 'lost') return html`${SYMBOLS.lost}<span>Connection lost – retrying (${attempt})</span>`;
+  if (status.value === 'waiting') return html`<span>Connecting</span>`;
+  if (status.value === 'failed') return html`${SYMBOLS.lost}<span>Stopped: ${failure.value}</span>`;
+  if (status.value === 'ended') return html`${SYMBOLS.ended}<span>Ended</span>`;
+  if (behind.value) {
+    return html`${SYMBOLS.replay}<span>${status.value === 'paused' ? 'Paused at' : 'Replaying'} <span id="replayed"></span></span>
+      ${readOnly.value ? nothing : html`<button type="button" class="small" @click=${() => backToLive()}>Back to live</button>`}`;
+  }
+  return status.value === 'paused' ? html`${SYMBOLS.paused}<span>Paused</span>` : html`${SYMBOLS.live}<span>Live</span>`;
+}
+
+/** @returns {Template} */
+export function header() {
+  const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
+  return html`<header class="top"><h1>laglab</h1>${labs()}${chooser()}
+    <div class="chip" id="chip" data-kind=${kind}>${state()}</div>
+    ${readOnly.value ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
+      @click=${() => fork()}>Make my copy</button></div>` : nothing}
+    <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>
+    <button type="button" class="help" aria-label="Help" title="Help ( ? )" @click=${() => open({ kind: 'help' })}>?</button>
+    </header>`;
+}
+
+/** @param {import('./frame.js').Frame} now */
+export function showReplay(now) {
+  const place = document.getElementById('replayed');
+  if (place) place.textContent = `${fixed(now.time, 1)} s of ${fixed(now.head, 1)} s`;
+}

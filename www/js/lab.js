@@ -1,0 +1,175 @@
+// The session that the page shows: joined, made, copied or made again, and its stream.
+import { batch } from '../vendor/signals-core.js';
+import { call } from './api.js';
+import { create, keep, link } from './early.js';
+import { CORRECTION, FAILED } from './frame.js';
+import { Memory } from './memory.js';
+import { Stream } from './net.js';
+import { reread, seen, showAddress } from './params.js';
+import { connection, failure, frame, layout, locked, overlays, params, scenarios, session, tell } from './state.js';
+
+/** @typedef {import('./state.js').Layout} Layout */
+
+/** Counted for tests and for the curious: see window.laglab. */
+export const counts = { received: 0, drawn: 0, acked: 0, hellos: 0 };
+
+/** @type {Stream | null} */
+let stream = null;
+export let memory = new Memory('race', 0);
+/** The newest received frame, not yet drawn. @type {import('./frame.js').Frame | null} */
+let newest = null;
+
+/** @param {any} hello @returns {Layout} */
+function layoutOf(hello) {
+  const given = hello.layout ?? {};
+  const players = given.players ?? (hello.params?.players ?? []);
+  const scene = given.scene ?? {};
+  return {
+    game: given.game ?? hello.params?.game ?? 'race',
+    players: players.map((/** @type {any} */ player, /** @type {number} */ p) => ({ name: player.name || String.fromCharCode(65 + p) })),
+    game_values: given.game_values ?? [],
+    scene: {
+      x_min: 0, x_max: 100, y_min: 0, y_max: 1, wraps: false, finish_m: 0, target_x: 0, target_y: 0, target_radius: 0,
+      entity_length_m: 1, ...scene,
+    },
+  };
+}
+
+/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own */
+export function show(id, key, own) {
+  stream?.close();
+  newest = null;
+  batch(() => {
+    session.value = { id, key, own };
+    connection.value = { state: 'connecting', attempt: 0 };
+    frame.value = null;
+    failure.value = '';
+  });
+  seen.version = -1;
+  let wasLost = false;
+  stream = new Stream(id, key, {
+    hello(hello) {
+      counts.hellos++;
+      const next = layoutOf(hello);
+      memory = new Memory(next.game, -1);
+      batch(() => {
+        layout.value = next;
+        if (hello.params) params.value = hello.params;
+        if (counts.hellos === 1 || frame.value === null) {
+          overlays.value = { ...overlays.value, dots: next.game === 'cannon' };
+        }
+      });
+      document.title = `${hello.params?.title || next.game} – laglab`;
+    },
+    frame(next) {
+      counts.received++;
+      if (next.generation !== memory.generation) memory = new Memory(memory.game, next.generation);
+      memory.take(next);
+      newest = next;
+      if (next.flags & FAILED && failure.value === '') why(id);
+    },
+    state(state, attempt) {
+      connection.value = { state, attempt };
+      if (state === 'open' && wasLost) tell('Reconnected');
+      wasLost = state === 'lost';
+    },
+    gone() {
+      tell('Session expired – made again from the address');
+      again();
+    },
+    refused(detail) {
+      tell(`Refused: ${detail}`);
+    },
+  });
+  showAddress();
+}
+
+/** @param {string} id */
+async function why(id) {
+  failure.value = 'The simulation stopped';
+  try {
+    const now = await call('GET', `sessions/${id}`);
+    failure.value = String(now.error?.detail ?? now.error?.title ?? failure.value);
+  } catch { /* the plain sentence stays */ }
+}
+
+/** The next frame to draw: the newest, once. */
+export function takeNewest() {
+  const next = newest;
+  newest = null;
+  return next;
+}
+
+/** Tells the daemon what was really drawn. @param {number} seq */
+export function drawn(seq) {
+  counts.drawn++;
+  counts.acked = seq;
+  stream?.send({ ack: seq });
+}
+
+/** @param {unknown} message */
+export function send(message) {
+  stream?.send(message);
+}
+
+/** A session of its own from the address, after the former one was lost or another scenario was chosen. */
+export async function again() {
+  try {
+    link.session = '';
+    link.problems = [];
+    const made = await create();
+    show(made.id, made.key, true);
+    if (link.problems.length > 0) tell(link.problems.join('. '));
+  } catch (error) {
+    tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
+    setTimeout(again, 1000 + Math.random() * 1000);
+  }
+}
+
+/** Another scenario, with nothing changed. @param {string} id */
+export async function choose(id) {
+  const before = session.value;
+  link.scenario = id;
+  link.set = {};
+  link.seed = null;
+  await again();
+  if (before?.own && before.key) call('DELETE', `sessions/${before.id}`, { key: before.key }).catch(() => {});
+}
+
+/** A copy of the session at this moment, under a key of one's own. */
+export async function fork() {
+  const now = session.value;
+  if (now === null) return;
+  try {
+    const copy = await call('POST', `sessions/${now.id}/fork`);
+    keep(copy.id, copy.owner_key, false);
+    show(copy.id, copy.owner_key, false);
+    tell('This is your own copy now');
+  } catch (error) {
+    tell(`No copy: ${error instanceof Error ? error.message : 'the daemon does not answer'}`);
+  }
+}
+
+/** @returns {string} the id of the scenario shown, as far as it is known */
+export function shownScenario() {
+  const now = session.value;
+  if (now?.own) return link.scenario;
+  const title = params.value?.title;
+  return scenarios.value.find((row) => row.title === title)?.id ?? '';
+}
+
+/** Read-only facts for tests and for the curious. */
+export function hook() {
+  return Object.freeze({
+    get frame() { return frame.value; },
+    get session() { return session.value && { id: session.value.id, owner: session.value.key !== '' }; },
+    get params() { return structuredClone(params.value); },
+    get connection() { return { ...connection.value }; },
+    get locked() { return locked.value; },
+    get counts() { return { ...counts, patches: seen.patches }; },
+    get messages() { return [...memory.events.values()]; },
+    get corrections() { return memory.corrections.map((list) => list.length); },
+    get dots() { return memory.dots.map((list) => list.length); },
+    CORRECTION,
+  });
+}

@@ -1,0 +1,192 @@
+// The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
+import { showTime } from './bar.js';
+import { scale } from './dialogs.js';
+import { INTERPOLATION, PLAYING, STALLED } from './frame.js';
+import { fixed, letter } from './format.js';
+import { showReplay } from './header.js';
+import { counts, drawn, memory, takeNewest } from './lab.js';
+import { reread } from './params.js';
+import { showSide } from './side.js';
+import { frame, layout, overlays, unit } from './state.js';
+import { palette } from './theme.js';
+import { drawCannon } from './views/cannon.js';
+import { drawGauge } from './views/gauge.js';
+import { besideInput, drawLanes, nearestInput, windowOf } from './views/lanes.js';
+import { drawText } from './views/marks.js';
+import { drawRace } from './views/race.js';
+import { drawRibbon } from './views/ribbon.js';
+import { scaleX } from './views/scene.js';
+import { Surface } from './views/surface.js';
+
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./views/scene.js').Picture} Picture */
+
+const LABEL_MS = 2000; /* names of pictures follow at this pace */
+
+/** @type {WeakMap<HTMLCanvasElement, Surface>} */
+const surfaces = new WeakMap();
+let dirty = true;
+let asked = false;
+let named = 0;
+/** @type {number | null} */
+let selected = null;
+/** @type {[number, number]} */
+let shownLanes = [0, 1];
+/** Script time of the last drawings, ms. */
+export const costs = /** @type {number[]} */ ([]);
+
+/** @param {HTMLCanvasElement} canvas */
+function surfaceOf(canvas) {
+  const known = surfaces.get(canvas) ?? new Surface(canvas);
+  surfaces.set(canvas, known);
+  return known;
+}
+
+/** What a view shows, in words. @param {Frame} now @param {number} view @returns {string} */
+function words(now, view) {
+  const v = now.views[view];
+  if (!v) return '';
+  const list = v.entities.map((e, i) => `${letter(i)} at ${fixed(e.x, 1)} m`).join(', ');
+  const error = view > 0 ? `; own error ${fixed(v.ownError, 2)} m, others ${fixed(v.viewAge, 0)} ms old` : '';
+  return `${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
+}
+
+/** @param {HTMLCanvasElement} canvas @param {Frame} now @param {boolean} name */
+function drawView(canvas, now, name) {
+  const view = Number(canvas.dataset.view);
+  const surface = surfaceOf(canvas);
+  const shape = layout.value;
+  if (!shape || !now.views[view] || !surface.begin()) return;
+  const colours = palette();
+  const strip = view > 0 ? Math.round(colours.text * 1.7) : 0;
+  /** @type {Picture} */
+  const at = {
+    pen: surface.pen, width: surface.width, height: surface.height - strip, colours, frame: now, memory, layout: shape, view,
+    overlays: overlays.value, unit: unit.value,
+  };
+  if (shape.game === 'cannon') drawCannon(at);
+  else drawRace(at);
+  scale.pxPerMetre = scaleX(at);
+  const v = now.views[view];
+  if (view > 0 && v) {
+    const { pen } = surface;
+    pen.fillStyle = colours.grid;
+    pen.fillRect(0, at.height, at.width, 1);
+    const gauge = (v.flags & INTERPOLATION) !== 0;
+    const ribbon = gauge ? at.width * 0.56 : at.width;
+    drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);
+    if (gauge) drawGauge(at, ribbon + 4, at.width - ribbon - 8, at.height + 1, strip - 2);
+    if (v.flags & STALLED) {
+      drawText(pen, colours, 'lockstep: waits for inputs', 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
+    }
+  }
+  if (name) canvas.setAttribute('aria-label', words(now, view));
+}
+
+/** @param {Surface} surface @param {Frame} now */
+function laneOf(surface, now) {
+  const players = layout.value?.players ?? [];
+  return {
+    pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory,
+    names: players.map((player) => player.name), shown: /** @type {[number, number]} */ ([Math.min(shownLanes[0], players.length - 1), Math.min(shownLanes[1], players.length - 1)]),
+    labels: overlays.value.labels, selected,
+  };
+}
+
+/** @param {Frame} now @param {boolean} name */
+function drawMessages(now, name) {
+  const canvas = document.getElementById('lane');
+  if (!(canvas instanceof HTMLCanvasElement)) return;
+  const surface = surfaceOf(canvas);
+  if (!surface.begin() || now.views.length < 2) return;
+  const { thinned, text } = drawLanes(laneOf(surface, now));
+  const facts = document.getElementById('lane-facts');
+  const said = text !== '' ? text : `last ${fixed(windowOf(now), 2)} s${thinned > 1 ? ` · drawn: 1 of ${thinned}` : ''}`;
+  if (facts && facts.textContent !== said) facts.textContent = said;
+  if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
+}
+
+/** @param {Frame} now */
+function showFacts(now) {
+  const facts = document.getElementById('facts');
+  if (!facts) return;
+  const said = `tick ${now.tick} · ${now.viewers} watching`;
+  if (facts.textContent !== said) facts.textContent = said;
+}
+
+function draw() {
+  asked = false;
+  const next = takeNewest();
+  const now = next ?? frame.value;
+  if (now === null || (next === null && !dirty)) return;
+  const from = performance.now();
+  dirty = false;
+  if (next) frame.value = next;
+  const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
+  const name = settled || from - named > LABEL_MS;
+  if (name) named = from;
+  for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
+  drawMessages(now, name);
+  showTime(now);
+  showReplay(now);
+  showFacts(now);
+  showSide(now, settled);
+  if (next) {
+    if (counts.drawn === 0) performance.mark('laglab-first-frame');
+    drawn(next.seq);
+    reread(next.paramsVersion);
+  }
+  costs.push(performance.now() - from);
+  if (costs.length > 600) costs.splice(0, 300);
+}
+
+function tick() {
+  draw();
+  ask();
+}
+
+function ask() {
+  if (asked) return;
+  asked = true;
+  requestAnimationFrame(tick);
+}
+
+/** Draw again although no frame came. */
+export function touch() {
+  dirty = true;
+}
+
+/** @param {number | null} id */
+function select(id) {
+  selected = id;
+  touch();
+}
+
+export function listen() {
+  addEventListener('resize', touch);
+  new ResizeObserver(touch).observe(document.documentElement);
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', touch);
+  document.addEventListener('click', (event) => {
+    const canvas = event.target;
+    if (!(canvas instanceof HTMLCanvasElement) || canvas.id !== 'lane' || frame.value === null) return;
+    select(nearestInput(laneOf(surfaceOf(canvas), frame.value), event.offsetX, event.offsetY));
+  });
+  document.addEventListener('keydown', (event) => {
+    const box = event.target instanceof HTMLElement ? event.target.closest('[data-arrows]') : null;
+    const canvas = box?.querySelector('canvas');
+    if (!canvas || frame.value === null) return;
+    if (event.code === 'Escape') select(null);
+    const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
+    if (step === 0) return;
+    event.preventDefault();
+    select(besideInput(laneOf(surfaceOf(canvas), frame.value), step));
+  });
+  ask();
+}
+
+/** Which two players the lane shows. @param {number} upper @param {number} lower */
+export function showLanes(upper, lower) {
+  shownLanes = [upper, lower];
+  touch();
+}
+

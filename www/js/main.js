@@ -1,0 +1,39 @@
+// Wires the page together.
+import * as announce from './announce.js';
+import { call } from './api.js';
+import * as controls from './controls.js';
+import * as dialogs from './dialogs.js';
+import { link, opened } from './early.js';
+import * as keys from './keys.js';
+import { again, hook, show } from './lab.js';
+import * as loop from './loop.js';
+import * as page from './page.js';
+import { scenarios, schema, tell } from './state.js';
+
+page.listen(loop.touch);
+controls.listen();
+dialogs.listen();
+keys.listen();
+announce.listen();
+loop.listen();
+
+call('GET', 'schema').then((answer) => {
+  schema.value = answer;
+}).catch(() => tell('The controls could not be loaded: load the page again'));
+call('GET', 'scenarios').then((answer) => {
+  scenarios.value = answer.scenarios ?? [];
+}).catch(() => {});
+
+if (matchMedia('(prefers-reduced-motion: reduce)').matches) document.getElementById('play')?.focus();
+
+opened.then((made) => {
+  show(made.id, made.key, made.own);
+  const notes = [made.note, ...link.problems].filter((text) => text !== '');
+  if (notes.length > 0) tell(notes.join('. '));
+}).catch((error) => {
+  tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
+  setTimeout(again, 1000);
+});
+
+/* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
+Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });

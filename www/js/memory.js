@@ -1,0 +1,167 @@
+// What a view shows of the past, gathered from the frames: messages, arrival dots, trails, corrections, curves.
+import { APPLIED, CORRECTION, E_ACTIVE, RECONCILIATION, VERDICT } from './frame.js';
+
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./frame.js').Event} Event */
+/** @typedef {{t: number, entity: number, x: number, y: number}} Dot */
+/** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
+/** @typedef {{x: number, y: number}[]} Trail */
+
+const EVENTS_S = 5;     /* of messages */
+const DOTS = 60;        /* per view */
+const CURVE_POINTS = 4000;
+const CORRECTIONS_S = 1;
+
+/** Curves of one player beside a common time axis. */
+export class Curves {
+  constructor() {
+    /** @type {number[]} */ this.own = [];
+    /** @type {number[]} */ this.remote = [];
+    /** @type {number[]} */ this.ownAge = [];
+    /** @type {number[]} */ this.remoteAge = [];
+    /** @type {(number | null)[]} */ this.buffer = [];
+  }
+}
+
+/** Of one stretch of time: where time jumps, a new one begins. */
+export class Memory {
+  /** @param {string} game @param {number} generation */
+  constructor(game, generation) {
+    this.game = game;
+    this.generation = generation;
+    /** @type {Frame | null} */
+    this.last = null;
+    /** @type {Map<number, Event & {index: number}>} */
+    this.events = new Map();
+    /** @type {Map<number, number>} messages so far by type and player: thinning draws every k-th of them */
+    this.counts = new Map();
+    /** @type {Dot[][]} by view */
+    this.dots = [];
+    /** @type {Trail[][]} by view, by entity: of the present or last flight */
+    this.trails = [];
+    /** @type {Correction[][]} by player */
+    this.corrections = [];
+    /** @type {number[]} largest correction by player, m */
+    this.largest = [];
+    /** @type {Set<number>[]} refused inputs by player */
+    this.refused = [];
+    /** @type {number[]} */
+    this.times = [];
+    /** @type {Curves[]} by player */
+    this.curves = [];
+    this.highest = 0; /* m, of what has been drawn */
+  }
+
+  /** @param {Frame} frame */
+  take(frame) {
+    const players = frame.views.length - 1;
+    for (let v = 0; v <= players; v++) {
+      this.dots[v] ??= [];
+      this.trails[v] ??= [];
+    }
+    for (let p = 0; p < players; p++) {
+      this.corrections[p] ??= [];
+      this.largest[p] ??= 0;
+      this.refused[p] ??= new Set();
+      this.curves[p] ??= new Curves();
+    }
+    for (const event of frame.events) {
+      if (!this.events.has(event.id)) this.meet(frame, event);
+    }
+    if (this.last === null || frame.time > this.last.time) {
+      this.follow(frame);
+      this.plot(frame);
+    }
+    this.forget(frame.time);
+    this.last = frame;
+  }
+
+  /** @param {Frame} frame @param {Event} event */
+  meet(frame, event) {
+    const slot = event.type * 256 + event.player;
+    const index = this.counts.get(slot) ?? 0;
+    this.counts.set(slot, index + 1);
+    this.events.set(event.id, { ...event, index });
+    const fresh = this.last !== null && event.begin > this.last.time - 0.001; /* else nobody knows where it was drawn */
+    if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event);
+    if (event.type === VERDICT && fresh) this.dot(frame, 0, event);
+    if (event.type === VERDICT && event.outcome === 1) this.refused[event.player]?.add(event.number);
+    if (event.type === CORRECTION) {
+      const view = frame.views[1 + event.player];
+      const car = view?.entities[event.player];
+      this.largest[event.player] = Math.max(this.largest[event.player] ?? 0, Math.abs(event.value));
+      if (view && car && fresh) {
+        this.corrections[event.player]?.push({
+          t: event.begin, x: car.x, y: car.y, dx: event.value, replayed: (view.flags & RECONCILIATION) !== 0,
+        });
+      }
+    }
+  }
+
+  /** @param {Frame} frame @param {number} v @param {Event} event */
+  dot(frame, v, event) {
+    const dots = this.dots[v];
+    if (!dots) return;
+    frame.views[v]?.entities.forEach((e, entity) => {
+      const wanted = this.game === 'cannon' ? (e.flags & E_ACTIVE) !== 0 : entity === event.player;
+      if (wanted && (this.game !== 'cannon' || v > 0 || entity === event.player)) {
+        dots.push({ t: event.begin, entity, x: e.x, y: e.y });
+      }
+    });
+    if (dots.length > DOTS) dots.splice(0, dots.length - DOTS);
+  }
+
+  /** Flights: a trail grows while its entity is active. @param {Frame} frame */
+  follow(frame) {
+    frame.views.forEach((view, v) => view.entities.forEach((e, i) => {
+      this.highest = Math.max(this.highest, e.y);
+      const trails = this.trails[v];
+      if (!trails || (e.flags & E_ACTIVE) === 0) return;
+      const before = this.last?.views[v]?.entities[i];
+      if (!before || (before.flags & E_ACTIVE) === 0) {
+        trails[i] = [];
+        this.dots[v] = (this.dots[v] ?? []).filter((dot) => dot.entity !== i || dot.t >= frame.time - 0.02);
+      }
+      const trail = trails[i] ??= [];
+      const end = trail[trail.length - 1];
+      if (!end || end.x !== e.x || end.y !== e.y) trail.push({ x: e.x, y: e.y });
+    }));
+  }
+
+  /** @param {Frame} frame */
+  plot(frame) {
+    this.times.push(frame.time);
+    this.curves.forEach((curve, p) => {
+      const view = frame.views[1 + p];
+      curve.own.push(view?.ownError ?? 0);
+      curve.remote.push(view?.remoteError ?? 0);
+      curve.ownAge.push(view?.entities[p]?.age ?? 0);
+      curve.remoteAge.push(view?.viewAge ?? 0);
+      curve.buffer.push(view?.buffer ?? null);
+    });
+    if (this.times.length > CURVE_POINTS) {
+      const drop = CURVE_POINTS / 4;
+      this.times.splice(0, drop);
+      for (const curve of this.curves) {
+        for (const values of [curve.own, curve.remote, curve.ownAge, curve.remoteAge, curve.buffer]) values.splice(0, drop);
+      }
+    }
+  }
+
+  /** @param {number} now */
+  forget(now) {
+    for (const [id, event] of this.events) {
+      if (Math.max(event.begin, event.end) >= now - EVENTS_S) break; /* ids are in the order of time */
+      this.events.delete(id);
+    }
+    for (const list of this.corrections) {
+      while (list.length > 0 && /** @type {Correction} */ (list[0]).t < now - CORRECTIONS_S) list.shift();
+    }
+    for (const set of this.refused) {
+      for (const number of set) {
+        if (set.size <= 64) break;
+        set.delete(number);
+      }
+    }
+  }
+}

@@ -1,0 +1,126 @@
+// The stream of one session: hello, frames, replies; reconnects by itself until it is closed.
+import { Problem, address, call } from './api.js';
+import { decode } from './frame.js';
+
+const SILENCE_MS = 2000; /* then ask for a sign of life */
+const DEAD_MS = 5000;
+const BACKOFF_MS = 200, BACKOFF_MAX_MS = 2000;
+
+/**
+ * @typedef {object} Handlers
+ * @property {(hello: any) => void} hello
+ * @property {(frame: import('./frame.js').Frame) => void} frame
+ * @property {(state: import('./state.js').LinkState, attempt: number) => void} state
+ * @property {() => void} gone       the daemon does not know the session any more
+ * @property {(detail: string) => void} refused  an input was refused
+ */
+
+export class Stream {
+  /** @param {string} id @param {string} key @param {Handlers} on */
+  constructor(id, key, on) {
+    this.id = id;
+    this.key = key;
+    this.on = on;
+    this.attempt = 0;
+    this.closed = false;
+    this.heard = 0; /* when the last message came, ms */
+    /** @type {WebSocket | null} */
+    this.socket = null;
+    /** @type {ReturnType<typeof setTimeout> | undefined} */
+    this.timer = undefined;
+    this.watch = setInterval(() => this.check(), 1000);
+    this.open();
+  }
+
+  open() {
+    const url = address(`sessions/${this.id}/stream`);
+    url.protocol = url.protocol.replace('http', 'ws');
+    const socket = new WebSocket(url, ['laglab.v1.bin']);
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    this.heard = performance.now();
+    socket.onopen = () => {
+      if (this.key) this.send({ auth: this.key, id: 0 });
+    };
+    socket.onmessage = (message) => {
+      if (socket !== this.socket) return;
+      this.heard = performance.now();
+      if (typeof message.data === 'string') this.text(message.data);
+      else this.binary(message.data);
+    };
+    socket.onclose = () => {
+      if (socket === this.socket) this.lost();
+    };
+  }
+
+  /** @param {string} data */
+  text(data) {
+    const message = JSON.parse(data);
+    if (message.type === 'hello') {
+      this.attempt = 0;
+      this.on.hello(message);
+      this.on.state('open', 0);
+    } else if (message.type === 'error') {
+      this.on.refused(String(message.problem?.detail ?? message.problem?.title ?? 'refused'));
+    }
+  }
+
+  /** @param {ArrayBuffer} data */
+  binary(data) {
+    const frame = decode(data);
+    if (frame) this.on.frame(frame);
+  }
+
+  /** Asks for a sign of life after a silence, gives the socket up after a longer one. */
+  check() {
+    if (this.socket === null || document.hidden) return;
+    const silence = performance.now() - this.heard;
+    if (silence > DEAD_MS) this.lost();
+    else if (silence > SILENCE_MS) this.send({ ping: Math.round(performance.now()) });
+  }
+
+  lost() {
+    const socket = this.socket;
+    this.socket = null;
+    if (socket) {
+      socket.onclose = socket.onmessage = null;
+      socket.close();
+    }
+    if (this.closed) return;
+    this.attempt++;
+    this.on.state('lost', this.attempt);
+    const backoff = Math.min(BACKOFF_MAX_MS, BACKOFF_MS * 2 ** (this.attempt - 1));
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.retry(), backoff * (0.5 + Math.random() / 2));
+  }
+
+  async retry() {
+    try {
+      await call('GET', `sessions/${this.id}`);
+    } catch (error) {
+      if (this.closed) return;
+      if (error instanceof Problem && (error.status === 404 || error.status === 410)) {
+        this.close();
+        this.on.gone();
+      } else {
+        this.lost();
+      }
+      return;
+    }
+    if (!this.closed) this.open();
+  }
+
+  /** @param {unknown} message */
+  send(message) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  close() {
+    this.closed = true;
+    clearTimeout(this.timer);
+    clearInterval(this.watch);
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+  }
+}

@@ -1,0 +1,30 @@
+// Touch pads: held with a finger, they push like keys.
+import { html, nothing } from '../vendor/lit-html.js';
+import { byPerson, fire, push } from './drive.js';
+import { icons } from './icons.js';
+import { nameOf } from './panels.js';
+import { layout, locked } from './state.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+/** @param {number} player @param {import('./drive.js').Push} way @param {string} label @param {Template} icon @returns {Template} */
+function pad(player, way, label, icon) {
+  const down = (/** @type {PointerEvent} */ event) => {
+    /** @type {Element} */ (event.currentTarget).setPointerCapture(event.pointerId);
+    push(player, way, true);
+  };
+  const up = () => push(player, way, false);
+  return html`<button type="button" class="pad" aria-label=${label} ?disabled=${locked.value !== ''} @pointerdown=${down} @pointerup=${up}
+    @pointercancel=${up} @lostpointercapture=${up}>${icon}</button>`;
+}
+
+/** @param {number} player @returns {Template | typeof nothing} */
+export function pads(player) {
+  if (!byPerson(player)) return nothing;
+  if (layout.value?.game === 'cannon') {
+    return html`<div class="pads" data-player=${player % 8}><button type="button" class="pad" ?disabled=${locked.value !== ''}
+      aria-label=${`Fire, ${nameOf(player)}`} @click=${() => fire(player)}>${icons.fire}</button></div>`;
+  }
+  return html`<div class="pads" data-player=${player % 8}>
+    ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;
+}

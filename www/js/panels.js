@@ -1,0 +1,89 @@
+// The controls beside each view.
+import { html, nothing } from '../vendor/lit-html.js';
+import { control } from './controls.js';
+import { aim, byPerson, fire, setAim } from './drive.js';
+import { fixed, letter } from './format.js';
+import { icons } from './icons.js';
+import { open } from './dialogs.js';
+import { layout, locked, overlays, params } from './state.js';
+import { toggleOverlay } from './keys.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+
+const COLOURS = ['green', 'red', 'sky', 'pink', 'orange', 'yellow', 'blue', 'grey'];
+
+/** The player's mark as an image. @param {number} player @returns {Template} */
+export function mark(player) {
+  const shapes = [
+    'M9 1a8 8 0 1 0 .01 0z', 'M2 1.5L17 9 2 16.5z', 'M2 2h14v14H2z', 'M9 1l8 6-3 10H4L1 7z', 'M5 2h8l4 7-4 7H5L1 9z',
+    'M1 2h16L9 17z', 'M6 1h6l5 5v6l-5 5H6l-5-5V6z', 'M3 4h12a2 2 0 0 1 2 2v6a2 2 0 0 1-2 2H3a2 2 0 0 1-2-2V6a2 2 0 0 1 2-2z',
+  ];
+  return html`<svg class="mark" data-player=${player % 8} viewBox="0 0 18 18" aria-hidden="true"><path d=${shapes[player % 8]}></path></svg>`;
+}
+
+/** @param {number} player @returns {string} */
+export function nameOf(player) {
+  const name = layout.value?.players[player]?.name ?? letter(player);
+  return name.length === 1 ? `Player ${name}` : name;
+}
+
+/** @param {number} player @returns {Template} */
+function aiming(player) {
+  const [angle = 0, speed = 0] = aim.value[player] ?? [];
+  const top = Number(params.value?.params?.muzzle_speed_mps ?? 30);
+  const set = (/** @type {'angle' | 'speed'} */ what) => (/** @type {Event} */ event) => {
+    const value = /** @type {HTMLInputElement} */ (event.target).valueAsNumber;
+    if (!Number.isFinite(value)) return;
+    if (what === 'angle') setAim(player, value / 90, speed);
+    else setAim(player, angle, value / top);
+  };
+  return html`<div class="pair aim">
+    <label class="field"><span>Angle</span><input type="number" min="0" max="90" step="1" .value=${fixed(angle * 90, 0)}
+      @change=${set('angle')}><span class="unit">°</span></label>
+    <label class="field"><span>Speed</span><input type="number" min="0" max=${top} step="any" .value=${String(Number((speed * top).toFixed(1)))}
+      @change=${set('speed')}><span class="unit">m/s</span></label>
+    <button type="button" class="fire" @click=${() => fire(player)}>${icons.fire}<span>Fire</span></button></div>`;
+}
+
+/** @param {number} player @returns {Template} */
+export function playerPanel(player) {
+  const at = `players.${player}`;
+  const lag = params.value?.players?.[player]?.lag_ms;
+  const shooting = layout.value?.game === 'cannon' && byPerson(player);
+  return html`<fieldset class="panel" data-player=${player % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+    <legend class="unseen">${nameOf(player)}</legend>
+    <div class="head"><h2>${mark(player)} ${nameOf(player)} <small>(${COLOURS[player % 8]})</small></h2>
+      <button type="button" class="quiet" aria-label=${`All settings of ${nameOf(player)}`} title="All settings"
+        @click=${() => open({ kind: 'player', player })}>${icons.settings}</button></div>
+    <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>
+    <div class="toggles">${control(`${at}.prediction`)}${control(`${at}.interpolation`)}${control(`${at}.reconciliation`)}
+      ${control(`${at}.control`, { label: 'Driver' })}</div>
+    ${shooting ? aiming(player) : html`<div class="pair minor">
+      ${control(`${at}.link.up.jitter_ms`, { also: `${at}.link.down.jitter_ms`, label: 'Jitter' })}
+      ${control(`${at}.link.up.loss_pct`, { also: `${at}.link.down.loss_pct`, label: 'Loss' })}</div>`}
+  </fieldset>`;
+}
+
+/** @returns {Template} */
+export function serverPanel() {
+  return html`<fieldset class="panel server" ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+    <legend class="unseen">Server</legend>
+    <div class="head"><h2><svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
+      Server (truth)</h2>
+      <button type="button" class="quiet" aria-label="All settings of the server and the game" title="All settings"
+        @click=${() => open({ kind: 'server' })}>${icons.settings}</button></div>
+    <div class="lag">${control('server.update_hz', { slider: true })}</div>
+    ${control('server.sync')}
+    <p class="facts" id="facts"></p>
+  </fieldset>`;
+}
+
+/** @returns {Template} */
+export function messagesPanel() {
+  const now = overlays.value;
+  const box = (/** @type {'ghosts' | 'messages' | 'dots' | 'labels'} */ name, /** @type {string} */ label) => html`<label
+    class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
+  return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
+    <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
+    <p class="facts" id="lane-facts"></p></div>`;
+}

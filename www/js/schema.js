@@ -1,0 +1,97 @@
+// Finds the row of a parameter in the daemon's JSON Schema: its type, range, unit and help.
+
+/**
+ * @typedef {object} Row
+ * @property {string} name
+ * @property {'number' | 'integer' | 'boolean' | 'choice' | 'text'} type
+ * @property {number} min
+ * @property {number} max
+ * @property {string[]} choices
+ * @property {string} unit
+ * @property {string} help
+ * @property {boolean} live
+ */
+
+/** Follows references and picks the branch of a union that has the key wanted.
+ * @param {any} root @param {any} node @param {string} [key] @returns {any} */
+function open(root, node, key) {
+  let at = node;
+  for (let hops = 0; at && typeof at.$ref === 'string' && hops < 16; hops++) {
+    at = at.$ref.split('/').slice(1).reduce(
+      (/** @type {any} */ place, /** @type {string} */ part) => place?.[part.replaceAll('~1', '/').replaceAll('~0', '~')], root);
+  }
+  if (!at) return undefined;
+  const branches = [...(at.oneOf ?? []), ...(at.anyOf ?? []), ...(at.allOf ?? [])];
+  if (branches.length > 0 && (key === undefined || !at.properties?.[key])) {
+    for (const branch of branches) {
+      const found = open(root, branch, key);
+      if (found && (key === undefined || found.properties?.[key])) return found;
+    }
+  }
+  return at;
+}
+
+/** @param {any} root @param {string} path such as players.0.link.up.jitter_ms @returns {any} the schema of the value */
+function nodeOf(root, path) {
+  let at = root;
+  for (const part of path.split('.')) {
+    if (/^[0-9]+$/.test(part)) {
+      at = open(root, at)?.items;
+    } else {
+      at = open(root, at, part)?.properties?.[part];
+    }
+    if (!at) return undefined;
+  }
+  return at;
+}
+
+/** @param {string} name @param {any} node its own words @param {any} type the place with its type @returns {Row} */
+function rowOf(name, node, type) {
+  const choices = node.enum ?? type.enum;
+  const kind = choices ? 'choice' : type.type === 'boolean' ? 'boolean' : type.type === 'integer' ? 'integer'
+    : type.type === 'number' ? 'number' : 'text';
+  return {
+    name, type: kind, min: node.minimum ?? type.minimum ?? 0, max: node.maximum ?? type.maximum ?? 1,
+    choices: (choices ?? []).map(String), unit: node['x-unit'] ?? type['x-unit'] ?? '',
+    help: node.description ?? type.description ?? '', live: (node['x-live'] ?? type['x-live'] ?? false) === true,
+  };
+}
+
+/** @param {any} root @param {string} path @returns {Row | null} */
+export function find(root, path) {
+  const node = root && nodeOf(root, path);
+  if (!node) return null;
+  return rowOf(path.slice(path.lastIndexOf('.') + 1), node, open(root, node));
+}
+
+/** Every live value below a path, in the tables' order.
+ * @param {any} root @param {string} path @returns {string[]} */
+export function livePaths(root, path) {
+  const object = root && open(root, nodeOf(root, path));
+  /** @type {string[]} */
+  const paths = [];
+  for (const [name, node] of Object.entries(object?.properties ?? {})) {
+    const inner = open(root, node);
+    if (inner?.properties) paths.push(...livePaths(root, `${path}.${name}`));
+    else if (inner && rowOf(name, node, inner).live) paths.push(`${path}.${name}`);
+  }
+  return paths;
+}
+
+const LABELS = /** @type {Record<string, string>} */ ({
+  lag_ms: 'One-way lag', update_hz: 'Updates per second', sync: 'Synchronisation', control: 'Driven by',
+  jitter_ms: 'Jitter', loss_pct: 'Loss', delay_ms: 'Extra delay', duplicate_pct: 'Duplicates',
+});
+
+/** The visible name of a parameter. @param {string} path @returns {string} */
+export function labelOf(path) {
+  const name = path.slice(path.lastIndexOf('.') + 1);
+  const words = LABELS[name] ?? name.replace(/_(ms|s|hz|pct|m|mps|mps2|per_s)$/, '').replaceAll('_', ' ');
+  const direction = path.includes('.link.up.') ? ' up' : path.includes('.link.down.') ? ' down' : '';
+  return words.charAt(0).toUpperCase() + words.slice(1) + direction;
+}
+
+/** The value at a path. @param {any} object @param {string} path @returns {any} */
+export function valueAt(object, path) {
+  return path.split('.').reduce((at, part) => at?.[part], object);
+}

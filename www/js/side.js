@@ -1,0 +1,97 @@
+// The side column: what the scenario is about, the charts, and the numbers of now.
+import { html, nothing } from '../vendor/lit-html.js';
+import { open, scale } from './dialogs.js';
+import { INTERPOLATION } from './frame.js';
+import { fixed, letter, signed } from './format.js';
+import { memory } from './lab.js';
+import { layout, params, unit } from './state.js';
+import { Chart, bufferCurves, errorCurves } from './views/chart.js';
+
+/** @typedef {import('lit-html').TemplateResult} Template */
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {import('./frame.js').View} View */
+
+const DASHES = ['', '6 3', '2 2', '8 3 2 3', '12 4', '1 3', '4 2 1 2', '10 2'];
+
+/** @param {number} player @param {boolean} dotted @param {string} text @returns {Template} */
+function sample(player, dotted, text) {
+  return html`<span class="sample"><svg data-player=${player % 8} viewBox="0 0 28 8" aria-hidden="true"><line x1="0" x2="28" y1="4" y2="4"
+    stroke-dasharray=${dotted ? '1.5 3' : DASHES[player % 8]}></line></svg>${text}</span>`;
+}
+
+/** @returns {Template} */
+function units() {
+  return html`<span class="units" role="group" aria-label="Unit of the error">${(/** @type {const} */ (['px', 'm', 'ms'])).map((name) => html`<button
+    type="button" aria-pressed=${unit.value === name} @click=${() => { unit.value = name; }}>${name}</button>`)}</span>`;
+}
+
+/** @typedef {{name: string, unit: string, of: (view: View, player: number) => string}} Row */
+
+/** @returns {Row[]} */
+function rows() {
+  const way = unit.value === 'm' ? 'm' : 'px';
+  const size = way === 'm' ? 1 : scale.pxPerMetre;
+  const error = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
+  return [
+    { name: 'Own, error', unit: way, of: (view) => error(view.ownError) },
+    { name: 'Own, age', unit: 'ms', of: (view, p) => fixed(view.entities[p]?.age ?? 0, 0) },
+    { name: 'Others, error', unit: way, of: (view) => error(view.remoteError) },
+    { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.viewAge, 0) },
+    { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer, 0) : 'off') },
+    { name: 'Un-acked inputs', unit: '', of: (view) => String(view.unacked) },
+    { name: 'Corrections', unit: '', of: (view) => String(view.corrections) },
+    { name: 'Refused inputs', unit: '', of: (view) => String(view.refused) },
+    { name: 'Early at server', unit: 'ticks', of: (view) => signed(view.slack, 1) },
+  ];
+}
+
+/** @returns {Template} */
+export function side() {
+  const players = layout.value?.players ?? [];
+  const p = params.value;
+  return html`<aside class="side" aria-label="Charts and numbers">
+    <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}</div>
+    <section class="chart"><div class="head"><h3>Error against the server</h3>${units()}</div>
+      <div class="plot" id="error-chart" role="img" aria-label="Curve of the errors over time; the table has the numbers"></div>
+      <div class="key">${players.map((_, i) => html`${sample(i, false, `${letter(i)} own`)}${sample(i, true, `${letter(i)} others`)}`)}
+        <button type="button" class="small" aria-label="Table of the error" @click=${() => open({ kind: 'table', which: 'error' })}>Table</button></div></section>
+    <section class="chart"><div class="head"><h3>Interpolation buffer (ms)</h3></div>
+      <div class="plot" id="buffer-chart" role="img" aria-label="Curve of the buffers over time; the table has the numbers"></div>
+      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}
+        <button type="button" class="small" aria-label="Table of the buffer" @click=${() => open({ kind: 'table', which: 'buffer' })}>Table</button></div></section>
+    <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map((_, i) => html`<th scope="col">${letter(i)}</th>`)}<td></td></tr></thead>
+      <tbody>${rows().map((row) => html`<tr><th scope="row">${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
+        <td class="unit">${row.unit}</td></tr>`)}</tbody></table>
+  </aside>`;
+}
+
+/** @type {{error: Chart, buffer: Chart} | null} */
+let charts = null;
+let shown = 0;
+const NOW_MS = 200;
+
+/** @param {Frame} frame @param {boolean} settled nothing more will come soon: draw all of it */
+export function showSide(frame, settled) {
+  const error = document.getElementById('error-chart'), buffer = document.getElementById('buffer-chart');
+  if (!error || !buffer) return;
+  const players = frame.views.length - 1;
+  charts ??= {
+    error: new Chart(error, () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
+    buffer: new Chart(buffer, () => bufferCurves(layout.value?.players.length ?? 0)),
+  };
+  if (memory.curves.length === players) {
+    charts.error.draw(memory, settled);
+    charts.buffer.draw(memory, settled);
+  }
+  const time = performance.now();
+  if (!settled && time - shown < NOW_MS) return;
+  shown = time;
+  for (const row of rows()) {
+    for (let p = 0; p < players; p++) {
+      const cell = document.querySelector(`[data-now="${row.name}/${p}"]`);
+      const view = frame.views[1 + p];
+      if (cell && view) cell.textContent = row.of(view, p);
+    }
+  }
+}
+

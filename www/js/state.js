@@ -1,0 +1,86 @@
+// What the page knows, as signals. Modules read and write these; nothing else is shared.
+import { computed, signal } from '../vendor/signals-core.js';
+import { BEHIND, ENDED, FAILED, PLAYING } from './frame.js';
+import { link } from './early.js';
+
+/** @typedef {import('./frame.js').Frame} Frame */
+/** @typedef {{x_min: number, x_max: number, y_min: number, y_max: number, wraps: boolean, finish_m: number,
+ *   target_x: number, target_y: number, target_radius: number, entity_length_m: number}} Scene */
+/** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene}} Layout */
+/** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
+/** @typedef {{id: string, title: string, paper: string, kind: string, text: string}} ScenarioRow */
+/** @typedef {'connecting' | 'open' | 'lost'} LinkState */
+/** @typedef {'all' | 'charts' | 'messages' | `view${number}`} Tab */
+
+/** @type {import('@preact/signals-core').Signal<Session | null>} */
+export const session = signal(null);
+/** The whole scenario with its present values. @type {import('@preact/signals-core').Signal<any>} */
+export const params = signal(null);
+/** @type {import('@preact/signals-core').Signal<Layout | null>} */
+export const layout = signal(null);
+/** @type {import('@preact/signals-core').Signal<any>} */
+export const schema = signal(null);
+/** @type {import('@preact/signals-core').Signal<ScenarioRow[]>} */
+export const scenarios = signal([]);
+/** @type {import('@preact/signals-core').Signal<{state: LinkState, attempt: number}>} */
+export const connection = signal({ state: 'connecting', attempt: 0 });
+/** The newest drawn frame. @type {import('@preact/signals-core').Signal<Frame | null>} */
+export const frame = signal(null);
+/** Why the session stopped by itself. */
+export const failure = signal('');
+/** What a person must read now; empty when there is nothing. */
+export const notice = signal('');
+export const theme = signal(link.theme);
+/** @type {import('@preact/signals-core').Signal<Tab>} of a phone */
+export const tab = signal('all');
+/** @type {import('@preact/signals-core').Signal<'px' | 'm' | 'ms'>} */
+export const unit = signal('px');
+
+/** What is drawn over the views. */
+export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true });
+
+/** Kept in the browser, not in the address: a person's habit. */
+export const singleKeys = signal(readSingleKeys());
+
+function readSingleKeys() {
+  try {
+    return localStorage.getItem('laglab.keys') !== 'off';
+  } catch {
+    return true;
+  }
+}
+
+/** @param {boolean} on */
+export function setSingleKeys(on) {
+  singleKeys.value = on;
+  try {
+    localStorage.setItem('laglab.keys', on ? 'on' : 'off');
+  } catch { /* the choice then lasts as long as the page */ }
+}
+
+/** @typedef {'waiting' | 'playing' | 'paused' | 'ended' | 'failed'} Status */
+
+export const status = computed(() => {
+  /** @type {Status} */
+  let now = 'waiting';
+  const flags = frame.value?.flags;
+  if (flags !== undefined) {
+    now = flags & FAILED ? 'failed' : flags & ENDED ? 'ended' : flags & PLAYING ? 'playing' : 'paused';
+  }
+  return now;
+});
+export const behind = computed(() => frame.value !== null && (frame.value.flags & BEHIND) !== 0);
+export const speed = computed(() => frame.value?.speed ?? 1);
+export const readOnly = computed(() => session.value !== null && session.value.key === '');
+
+/** Why nothing can be changed now; empty when it can. */
+export const locked = computed(() => {
+  if (session.value === null) return 'No session yet';
+  if (connection.value.state === 'lost') return 'Connection lost: wait until it is back';
+  return readOnly.value ? 'Read-only: the owner of this session has the controls' : '';
+});
+
+/** Tells a person something; spoken too. @param {string} text */
+export function tell(text) {
+  notice.value = text;
+}

@@ -1,0 +1,83 @@
+// Operations on a session's time. One seek at a time: while dragging, the last place wins.
+import { call, Problem } from './api.js';
+import { link } from './early.js';
+import { reread, showAddress } from './params.js';
+import { behind, frame, locked, session, speed, status, tell } from './state.js';
+
+export const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+/** @param {Record<string, unknown>} op @returns {Promise<any>} null when it was refused */
+export async function control(op) {
+  const now = session.value;
+  if (now === null || locked.value !== '') return null;
+  try {
+    return await call('POST', `sessions/${now.id}/control`, { body: op, key: now.key });
+  } catch (error) {
+    tell(error instanceof Problem ? `Not done: ${error.message}` : 'Not done: the daemon did not answer');
+    return null;
+  }
+}
+
+export function playOrPause() {
+  return control({ op: status.value === 'playing' ? 'pause' : 'play' });
+}
+
+/** @type {Promise<any> | null} */
+let stepping = null;
+
+/** @param {number} ticks */
+export function step(ticks) {
+  stepping ??= control({ op: 'step', ticks }).finally(() => {
+    stepping = null;
+  });
+  return stepping;
+}
+
+/** @param {number} value */
+export function setSpeed(value) {
+  return control({ op: 'speed', speed: value });
+}
+
+/** @param {number} direction */
+export function nextSpeed(direction) {
+  const place = SPEEDS.reduce((best, s, i) => (
+    Math.abs(Math.log(s / speed.value)) < Math.abs(Math.log((SPEEDS[best] ?? 1) / speed.value)) ? i : best), 0);
+  const value = SPEEDS[Math.max(0, Math.min(SPEEDS.length - 1, place + direction))] ?? 1;
+  return setSpeed(value);
+}
+
+/** From the start: the same seed, scenario and inputs. */
+export function restart() {
+  return control({ op: 'restart', reset: false });
+}
+
+/** Everything as the scenario has it, speed too. */
+export async function reset() {
+  if (await control({ op: 'restart', reset: true }) === null) return;
+  link.set = {};
+  await setSpeed(1);
+  if (frame.value) await reread(-2); /* whatever the version, the parameters are others now */
+  showAddress();
+}
+
+export async function backToLive() {
+  const head = frame.value?.head;
+  if (head === undefined || !behind.value) return;
+  if (await control({ op: 'seek', time_s: head }) !== null) await control({ op: 'play' });
+}
+
+let goal = -1;
+let seeking = false;
+
+/** @param {number} time s */
+export async function seek(time) {
+  goal = time;
+  if (seeking) return;
+  seeking = true;
+  while (goal >= 0) {
+    const next = goal;
+    goal = -1;
+    await control({ op: 'seek', time_s: next });
+  }
+  seeking = false;
+}

@@ -1,0 +1,100 @@
+// One view of the cannon: flights with one dot per arrived packet, and the target (Figures 8 and 9).
+import { E_ACTIVE } from '../frame.js';
+import { fixed, signed } from '../format.js';
+import { paintOf } from '../theme.js';
+import { dots, drawGrid, gapLabel, ghost, toX } from './scene.js';
+import { drawMark, drawText } from './marks.js';
+
+/** @typedef {import('./scene.js').Picture} Picture */
+
+const GROUND = 12; /* px below the ground line */
+
+/** The height that a view shows: little more than was ever flown. @param {Picture} at @returns {number} m */
+function ceiling(at) {
+  return Math.max(at.layout.scene.y_max * 0.3, at.memory.highest * 1.2, 1);
+}
+
+/** @param {Picture} at @param {number} y m @returns {number} px */
+function toY(at, y) {
+  const top = at.colours.text * 1.4;
+  return at.height - GROUND - (y / ceiling(at)) * (at.height - GROUND - top);
+}
+
+/** @param {Picture} at */
+function ground(at) {
+  const { pen, colours } = at;
+  const y = Math.round(toY(at, 0)) + 0.5;
+  pen.setLineDash([]);
+  pen.strokeStyle = colours.edge;
+  pen.lineWidth = 1.5;
+  pen.beginPath();
+  pen.moveTo(0, y);
+  pen.lineTo(at.width, y);
+  pen.stroke();
+}
+
+/** @param {Picture} at */
+function target(at) {
+  const { target_x: x, target_y: y, target_radius: radius } = at.layout.scene;
+  if (!(radius > 0)) return;
+  const { pen, colours } = at;
+  const r = Math.max(5, toX(at, x + radius) - toX(at, x));
+  for (const [part, colour] of /** @type {[number, string][]} */ ([[1, colours.truth], [0.66, colours.paper], [0.33, colours.snap]])) {
+    pen.beginPath();
+    pen.arc(toX(at, x), toY(at, y), r * part, 0, 2 * Math.PI);
+    pen.fillStyle = colour;
+    pen.fill();
+  }
+  drawText(pen, colours, 'target', toX(at, x), toY(at, y) - r - colours.text * 0.8, { align: 'center', colour: colours.faint });
+}
+
+/** @param {Picture} at @param {number} player */
+function trail(at, player) {
+  const points = at.memory.trails[at.view]?.[player] ?? [];
+  const { pen, colours } = at;
+  pen.beginPath();
+  for (const point of points) pen.lineTo(toX(at, point.x), toY(at, point.y));
+  pen.strokeStyle = paintOf(colours, player).text;
+  pen.lineWidth = Math.max(1, colours.line - 1);
+  pen.setLineDash(paintOf(colours, player).dash);
+  pen.stroke();
+  pen.setLineDash([]);
+}
+
+/** @param {Picture} at */
+function score(at) {
+  const names = at.layout.game_values;
+  at.frame.game.forEach((values, p) => {
+    const value = (/** @type {string} */ name) => values[names.indexOf(name)] ?? 0;
+    const shots = value('shots');
+    const miss = shots > 0 ? ` · last ${signed(value('miss_m'), 1)} m` : '';
+    const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · to fire' : ''}`;
+    drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p),
+      { align: 'right', colour: paintOf(at.colours, p).text });
+  });
+}
+
+/** @param {Picture} at */
+export function drawCannon(at) {
+  const view = at.frame.views[at.view], truth = at.frame.views[0];
+  if (!view || !truth) return;
+  const { pen, colours, overlays } = at;
+  const size = colours.marker * 0.8;
+  const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, x), y: toY(at, y) });
+  drawGrid(at);
+  ground(at);
+  target(at);
+  view.entities.forEach((_, i) => trail(at, i));
+  if (overlays.dots) dots(at, place, () => true);
+  view.entities.forEach((shell, i) => {
+    const real = truth.entities[i];
+    const flying = (shell.flags & E_ACTIVE) !== 0, reallyFlying = real !== undefined && (real.flags & E_ACTIVE) !== 0;
+    const { x, y } = place(shell.x, shell.y);
+    if (at.view > 0 && overlays.ghosts && real && reallyFlying) {
+      const g = place(real.x, real.y);
+      ghost(at, i, flying ? x : g.x, flying ? y : g.y, g.x, g.y, size, flying ? gapLabel(at, shell.x - real.x, shell.age) : '');
+    }
+    if (flying || (at.memory.trails[at.view]?.[i]?.length ?? 0) > 0) drawMark(pen, colours, i, x, y, size);
+  });
+  if (at.view === 0 && overlays.labels) score(at);
+}

@@ -1,0 +1,121 @@
+// Curves over time by uPlot: errors against the server, and the depth of the buffers.
+import uPlot from '../../vendor/uplot.js';
+import { palette, paletteVersion, paintOf } from '../theme.js';
+import { letter } from '../format.js';
+
+/** @typedef {import('../memory.js').Memory} Memory */
+/** @typedef {{label: string, player: number, dotted: boolean, values: (memory: Memory) => (number | null)[] | undefined, scale: number}} Curve */
+
+const SPAN_S = 12;
+const REDRAW_MS = 120;
+
+export class Chart {
+  /** @param {HTMLElement} box @param {() => Curve[]} curves */
+  constructor(box, curves) {
+    this.box = box;
+    this.curves = curves;
+    /** @type {uPlot | null} */
+    this.plot = null;
+    this.made = '';
+    this.drawn = 0;
+  }
+
+  /** Made anew when players, colours or size class change. @param {Curve[]} curves @param {number} width @param {number} height */
+  make(curves, width, height) {
+    this.plot?.destroy();
+    const colours = palette();
+    const axis = {
+      stroke: () => palette().faint, font: `${colours.text}px ${colours.font}`, grid: { stroke: () => palette().grid, width: 1 },
+      ticks: { stroke: () => palette().grid, width: 1, size: 4 }, gap: 3,
+    };
+    this.plot = new uPlot({
+      width, height, legend: { show: false }, cursor: { points: { show: false }, drag: { setScale: false } }, padding: [6, 8, 0, 0],
+      scales: {
+        x: { time: false, range: (_, min, max) => [Math.min(min, max - SPAN_S), max] },
+        y: { range: (_, min, max) => padded(min, max) },
+      },
+      axes: [
+        { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
+        { ...axis, size: colours.text * 3.4, space: 26, values: (_, ticks) => ticks.map((tick) => String(tick).replace('-', '−')) },
+      ],
+      series: [{}, ...curves.map((curve) => ({
+        label: curve.label, stroke: () => paintOf(palette(), curve.player).text,
+        width: curve.dotted ? Math.max(1, colours.line - 1) : colours.line - 0.5,
+        dash: curve.dotted ? [1.5, 3] : paintOf(colours, curve.player).dash, points: { show: false },
+      }))],
+    }, [[], ...curves.map(() => [])], this.box);
+    for (const part of this.box.querySelectorAll('canvas')) part.setAttribute('aria-hidden', 'true');
+  }
+
+  /** @param {Memory} memory @param {boolean} now draw even if the last drawing is young */
+  draw(memory, now) {
+    const time = performance.now();
+    const width = this.box.clientWidth, height = this.box.clientHeight;
+    if (width < 40 || height < 40 || (!now && time - this.drawn < REDRAW_MS)) return;
+    this.drawn = time;
+    const curves = this.curves();
+    const key = `${curves.map((c) => c.label).join()}|${paletteVersion()}`;
+    if (key !== this.made) {
+      this.make(curves, width, height);
+      this.made = key;
+    }
+    const plot = this.plot;
+    if (!plot) return;
+    if (plot.width !== width || plot.height !== height) plot.setSize({ width, height });
+    const end = memory.times[memory.times.length - 1] ?? 0;
+    let from = memory.times.length;
+    while (from > 0 && (memory.times[from - 1] ?? 0) > end - SPAN_S) from--;
+    plot.setData([
+      memory.times.slice(from),
+      ...curves.map((curve) => (curve.values(memory) ?? []).slice(from).map((v) => (v === null ? null : v * curve.scale))),
+    ]);
+  }
+}
+
+/** @param {number | null} min @param {number | null} max @returns {[number, number]} */
+function padded(min, max) {
+  const low = Math.min(0, min ?? 0), high = Math.max(0, max ?? 0);
+  const room = Math.max(1e-3, high - low) * 0.08;
+  return high - low < 1e-9 ? [-1, 1] : [low < 0 ? low - room : 0, high > 0 ? high + room : 0];
+}
+
+/** @param {number} players @param {'px' | 'm' | 'ms'} unit @param {number} pxPerMetre @returns {Curve[]} */
+export function errorCurves(players, unit, pxPerMetre) {
+  const scale = unit === 'px' ? pxPerMetre : 1;
+  /** @type {Curve[]} */
+  const list = [];
+  for (let p = 0; p < players; p++) {
+    list.push(
+      { label: `${letter(p)} own car (${unit})`, player: p, dotted: false, scale,
+        values: (memory) => (unit === 'ms' ? memory.curves[p]?.ownAge : memory.curves[p]?.own) },
+      { label: `${letter(p)} others (${unit})`, player: p, dotted: true, scale,
+        values: (memory) => (unit === 'ms' ? memory.curves[p]?.remoteAge : memory.curves[p]?.remote) });
+  }
+  return list;
+}
+
+/** @param {number} players @returns {Curve[]} */
+export function bufferCurves(players) {
+  return Array.from({ length: players }, (_, p) => ({
+    label: `${letter(p)} buffer (ms)`, player: p, dotted: false, scale: 1,
+    values: (/** @type {Memory} */ memory) => memory.curves[p]?.buffer,
+  }));
+}
+
+/** The same numbers as rows: the last `count`, every half second. @param {Memory} memory @param {Curve[]} curves @param {number} count
+ * @returns {{t: number, values: (number | null)[]}[]} */
+export function rowsOf(memory, curves, count) {
+  /** @type {{t: number, values: (number | null)[]}[]} */
+  const rows = [];
+  let before = Infinity;
+  for (let i = memory.times.length - 1; i >= 0 && rows.length < count; i--) {
+    const t = /** @type {number} */ (memory.times[i]);
+    if (before - t < 0.5) continue;
+    before = t;
+    rows.push({ t, values: curves.map((curve) => {
+      const value = curve.values(memory)?.[i];
+      return value === null || value === undefined ? null : value * curve.scale;
+    }) });
+  }
+  return rows;
+}

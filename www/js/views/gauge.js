@@ -1,0 +1,68 @@
+// The interpolation buffer: snapshots on a track of server time, the needle where the view draws, and between which two.
+import { STATE, UNDERRUN } from '../frame.js';
+import { fixed } from '../format.js';
+import { drawText } from './marks.js';
+import { paintOf } from '../theme.js';
+
+/** @typedef {import('./scene.js').Picture} Picture */
+
+/** @param {Picture} at @param {number} left @param {number} width @param {number} top @param {number} height */
+export function drawGauge(at, left, width, top, height) {
+  const view = at.frame.views[at.view];
+  if (!view) return;
+  const { pen, colours, frame } = at;
+  const player = at.view - 1;
+  const dry = (view.flags & UNDERRUN) !== 0;
+  const words = dry ? 'under-run: held' : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer, 0)} ms`;
+  pen.font = `${colours.text}px ${colours.font}`;
+  const room = width - pen.measureText('α = 0.00 · 0000 ms').width - 12;
+  if (room < 40) {
+    drawText(pen, colours, words, left, top + height / 2, { colour: colours.faint });
+    return;
+  }
+  const arrived = [];
+  for (const event of at.memory.events.values()) {
+    if (event.type === STATE && event.player === player && event.fate === 0 && event.end <= frame.time) arrived.push(event.begin);
+  }
+  arrived.sort((a, b) => a - b);
+  const newest = arrived[arrived.length - 1] ?? view.shown;
+  const span = Math.max(0.2, (frame.time - view.shown) * 1.4, (newest - view.shown) * 2);
+  const start = frame.time - span;
+  const x = (/** @type {number} */ t) => left + Math.max(0, Math.min(1, (t - start) / span)) * room;
+  const middle = top + height / 2;
+
+  pen.setLineDash([]);
+  pen.fillStyle = colours.buffer;
+  pen.globalAlpha = 0.35;
+  if (newest > view.shown) pen.fillRect(x(view.shown), top + 4, x(newest) - x(view.shown), height - 8);
+  pen.globalAlpha = 1;
+  if (dry) { /* hatched: nothing to draw from */
+    pen.strokeStyle = colours.snap;
+    pen.lineWidth = 1;
+    for (let hx = x(newest); hx < left + room; hx += 5) {
+      pen.beginPath();
+      pen.moveTo(hx, top + height - 4);
+      pen.lineTo(hx + 4, top + 4);
+      pen.stroke();
+    }
+  }
+  pen.strokeStyle = colours.edge;
+  pen.lineWidth = 1;
+  pen.strokeRect(left + 0.5, top + 3.5, room, height - 7);
+  const after = arrived.findIndex((t) => t > view.shown);
+  arrived.forEach((t, i) => {
+    if (t < start) return;
+    const bracket = i === after || i === after - 1;
+    pen.fillStyle = bracket ? paintOf(colours, player).text : colours.edge;
+    pen.fillRect(x(t) - (bracket ? 1.5 : 0.5), top + (bracket ? 2 : 5), bracket ? 3 : 1, height - (bracket ? 4 : 10));
+  });
+  pen.fillStyle = colours.ink; /* the needle */
+  const nx = x(view.shown);
+  pen.beginPath();
+  pen.moveTo(nx - 5, top);
+  pen.lineTo(nx + 5, top);
+  pen.lineTo(nx, middle);
+  pen.closePath();
+  pen.fill();
+  drawText(pen, colours, words, left + room + 8, middle, { colour: dry ? colours.snap : colours.faint });
+}

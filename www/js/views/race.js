@@ -1,0 +1,114 @@
+// One view of a race (or of the demo's rule): cars on lanes along the common x axis.
+import { E_FINISHED } from '../frame.js';
+import { paintOf } from '../theme.js';
+import { fixed } from '../format.js';
+import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, toX } from './scene.js';
+import { drawMark, drawText } from './marks.js';
+
+/** @typedef {import('./scene.js').Picture} Picture */
+
+/** The part of a lap. @param {Picture} at @param {number} x m @returns {number} */
+function onLap(at, x) {
+  const { wraps, x_max: lap } = at.layout.scene;
+  return wraps ? x - Math.floor(x / lap) * lap : x;
+}
+
+/** @param {Picture} at @param {number} y m @returns {number} px; lane 0 lies on top */
+function toY(at, y) {
+  const { y_min: low, y_max: high } = at.layout.scene;
+  const top = at.colours.text * 1.3;
+  return top + ((y - low) / Math.max(1e-6, high - low)) * (at.height - top);
+}
+
+/** The chequered line, in the lap that ends the race. @param {Picture} at */
+function finishLine(at) {
+  const { finish_m: finish, x_max: lap, wraps } = at.layout.scene;
+  const furthest = Math.max(...(at.frame.views[at.view]?.entities ?? []).map((e) => e.x));
+  if (!(finish > 0) || (wraps && furthest < finish - lap)) return;
+  const rest = wraps ? finish - Math.floor(finish / lap) * lap : finish;
+  const x = toX(at, rest === 0 ? lap : rest);
+  const { pen, colours } = at;
+  for (let row = 0; row * 6 < at.height; row++) {
+    for (let column = 0; column < 2; column++) {
+      pen.fillStyle = (row + column) % 2 === 0 ? colours.truth : colours.paper;
+      pen.fillRect(x - 6 + column * 6, row * 6, 6, 6);
+    }
+  }
+}
+
+/** @param {Picture} at */
+function lanes(at) {
+  const { pen, colours, frame } = at;
+  pen.strokeStyle = colours.grid;
+  pen.lineWidth = 1;
+  pen.setLineDash([8, 8]);
+  const levels = [...new Set((frame.views[0]?.entities ?? []).map((e) => e.y))].sort((a, b) => a - b);
+  for (let i = 1; i < levels.length; i++) {
+    const y = Math.round(toY(at, ((levels[i - 1] ?? 0) + (levels[i] ?? 0)) / 2)) + 0.5;
+    pen.beginPath();
+    pen.moveTo(0, y);
+    pen.lineTo(at.width, y);
+    pen.stroke();
+  }
+  pen.setLineDash([]);
+}
+
+/** @param {Picture} at @param {number} player @returns {string} */
+function standing(at, player) {
+  const names = at.layout.game_values;
+  const values = at.frame.game[player];
+  if (!values) return '';
+  const value = (/** @type {string} */ name) => values[names.indexOf(name)];
+  const finish = value('finish_s'), place = value('place'), laps = value('laps'), speed = value('speed_mps');
+  const parts = [];
+  if (place !== undefined) parts.push(finish ? `finished ${place} in ${fixed(finish, 2)} s` : `place ${place}`);
+  if (laps !== undefined && !finish) parts.push(`lap ${laps + 1}`);
+  if (speed !== undefined) parts.push(`${fixed(speed, 1)} m/s`);
+  return parts.join(' · ');
+}
+
+/** @param {Picture} at */
+export function drawRace(at) {
+  const view = at.frame.views[at.view], truth = at.frame.views[0];
+  if (!view || !truth) return;
+  const { pen, colours, overlays } = at;
+  const lap = at.layout.scene.x_max;
+  const size = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));
+  const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, onLap(at, x)), y: toY(at, y) });
+
+  drawGrid(at);
+  lanes(at);
+  finishLine(at);
+  if (overlays.dots) {
+    dots(at, place, (dot) => {
+      const car = view.entities[dot.entity];
+      return car !== undefined && (!at.layout.scene.wraps || Math.abs(car.x - dot.x) < lap * 0.9);
+    });
+  }
+  view.entities.forEach((car, i) => {
+    const { x, y } = place(car.x, car.y);
+    const real = truth.entities[i];
+    if (at.view > 0 && real) {
+      const gx = x + (real.x - car.x) * scaleX(at), gy = toY(at, real.y);
+      if (overlays.ghosts) {
+        ghost(at, i, x, y, gx, gy, size, gapLabel(at, car.x - real.x, car.age));
+        const turn = at.layout.scene.wraps ? lap * scaleX(at) : 0;
+        if (turn > 0 && gx > at.width) ghost(at, i, gx - turn, gy, gx - turn, gy, size, '');
+        if (turn > 0 && gx < 0) ghost(at, i, gx + turn, gy, gx + turn, gy, size, '');
+      }
+      if (at.view === 1 + i) corrections(at, i, (cx, cy) => ({ x: x + (cx - car.x) * scaleX(at), y: toY(at, cy) }));
+    }
+    drawMark(pen, colours, i, x, y, size);
+    if (at.view === 0 && overlays.labels) {
+      const text = standing(at, i);
+      pen.font = `${colours.text}px ${colours.font}`;
+      const fits = x + size + pen.measureText(text).width < at.width - 4;
+      drawText(pen, colours, text, fits ? x + size * 0.9 : x - size * 0.8, y,
+        { align: fits ? 'left' : 'right', colour: paintOf(colours, i).text, bold: (car.flags & E_FINISHED) !== 0 });
+    }
+  });
+  const words = at.view > 0 ? correctionWords(at, at.view - 1) : '';
+  if (words !== '') {
+    drawText(pen, colours, words, at.width - 8, at.height - colours.text * 0.8, { align: 'right', colour: colours.snap });
+  }
+}

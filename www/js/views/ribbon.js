@@ -1,0 +1,58 @@
+// Under a player's view: one cell per input, filled until the server has acknowledged it.
+import { cross, drawText } from './marks.js';
+import { fixed } from '../format.js';
+import { paintOf } from '../theme.js';
+
+/** @typedef {import('./scene.js').Picture} Picture */
+
+const CELLS = 48;
+
+/** Inputs per second over the last moments. @param {Picture} at @param {number} player @returns {number} */
+function inputRate(at, player) {
+  const now = at.frame.time;
+  let newest = -1, oldest = -1, first = now, last = now;
+  for (const event of at.memory.events.values()) {
+    if (event.type !== 1 || event.player !== player || event.begin > now || event.begin < now - 1) continue;
+    if (oldest < 0) { oldest = event.number; first = event.begin; }
+    newest = event.number;
+    last = event.begin;
+  }
+  return last > first ? (newest - oldest) / (last - first) : 0;
+}
+
+/** @param {Picture} at @param {number} left @param {number} width @param {number} top @param {number} height */
+export function drawRibbon(at, left, width, top, height) {
+  const player = at.view - 1;
+  const view = at.frame.views[at.view];
+  if (!view) return;
+  const { pen, colours } = at;
+  const rate = inputRate(at, player);
+  const rtt = (2 * view.lag) / 1000;
+  const long = `un-acked ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
+  const brief = `un-acked ${view.unacked}`;
+  pen.font = `${colours.text}px ${colours.font}`;
+  const text = pen.measureText(long).width < width * 0.66 ? long : brief;
+  const room = width - pen.measureText(text).width - 20;
+  const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
+  const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));
+  const cell = Math.min(9, room / count);
+  const refused = at.memory.refused[player];
+  for (let i = 0; i < count; i++) {
+    const seq = view.inputSeq - count + 1 + i;
+    if (seq < 0) continue;
+    const x = left + i * cell;
+    const waiting = seq > view.ackedSeq;
+    pen.lineWidth = 1;
+    pen.setLineDash([]);
+    pen.strokeStyle = colours.edge;
+    pen.fillStyle = paintOf(colours, player).fill;
+    if (waiting) pen.fillRect(x, top + 2, cell - 1.5, height - 4);
+    else pen.strokeRect(x + 0.5, top + 4.5, Math.max(1, cell - 2.5), height - 9);
+    if (refused?.has(seq)) {
+      pen.strokeStyle = colours.snap;
+      pen.lineWidth = 2;
+      cross(pen, x + cell / 2, top + height / 2, Math.min(4, cell / 2));
+    }
+  }
+  drawText(pen, colours, text, left + count * cell + 8, top + height / 2, { colour: colours.faint });
+}
