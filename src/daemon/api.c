@@ -10,8 +10,19 @@
 #include "daemon/problem.h"
 #include "session/scenario.h"
 
+bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    if (atomic_load(&api->phase) != LL_API_STARTING)
+        return true;
+    ll_status error = ll_error(LL_LIMIT, "The daemon is starting.");
+    ll_problem_later(response, request, 503, 1, &error);
+    return false;
+}
+
 ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
+    if (!ll_api_started(api, request, response))
+        return NULL;
     ll_hosted *hosted = ll_host_find(api->host, request->parameter[0]);
     if (!hosted) {
         ll_status error = ll_error(LL_NOT_FOUND, "There is no session with this id.");

@@ -38,7 +38,10 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
 
 /* ---- helpers of handlers ---- */
 
-/* The session of the path's first parameter; NULL when a 404 was answered. */
+/* False before all is ready for sessions, with a 503 answered. */
+bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response);
+
+/* The session of the path's first parameter; NULL when a 404 or 503 was answered. */
 ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
 /* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */

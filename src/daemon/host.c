@@ -93,6 +93,8 @@ void ll_hosted_on_line(void *context, const char *line, size_t length)
     ll_hosted *hosted = context;
     if (hosted->restoring)
         return;
+    /* `rewind` and `restart`: the head of the stored row no longer holds, see ll_viewers_apply. */
+    hosted->rewound = hosted->rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
     hosted->ticket = ll_store_line(hosted->host->store, hosted->stored.number, hosted->lines++, line, length);
 }
 
@@ -121,6 +123,7 @@ void ll_hosted_save(ll_hosted *hosted)
     row->head_tick = info.head_tick;
     row->lines = hosted->lines;
     hosted->saved_wall = hosted->wall;
+    hosted->rewound = false;
     hosted->ticket = ll_store_put(hosted->host->store, row);
 }
 
@@ -136,7 +139,8 @@ static void control_number(ll_session *session, ll_time wall, const char *op, co
     cJSON_Delete(control);
 }
 
-/* As it was when its clock was last stored. A playing session went on from the daemon's start. */
+/* As it was when its clock was last stored, or at the last stamped command when that is later. A playing session went on from
+ * the daemon's start. */
 static void resume(ll_hosted *hosted)
 {
     const ll_stored *row = &hosted->stored;
@@ -144,7 +148,7 @@ static void resume(ll_hosted *hosted)
     ll_time wall = hosted->host->started;
     if (ll_session_get_info(session).head_tick < row->head_tick)
         ll_session_run_to(session, row->head_tick); /* an error is the session's own, it shows as `failed` */
-    if (!row->playing && ll_session_get_info(session).tick != row->tick && row->tick <= row->head_tick)
+    if (row->tick < row->head_tick && ll_session_get_info(session).head_tick == row->head_tick)
         control_number(session, wall, "seek", "tick", (double)row->tick);
     if (row->speed > 0 && ll_session_get_info(session).speed != row->speed)
         control_number(session, wall, "speed", "speed", row->speed);

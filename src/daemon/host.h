@@ -72,6 +72,7 @@ typedef struct ll_host_made {
     char owner_key[LL_KEY_LENGTH + 1];
     char player_keys[LL_PLAYERS_MAX][LL_KEY_LENGTH + 1];
     int players;
+    bool full; /* refused because there are as many sessions as there may be */
 } ll_host_made;
 
 typedef struct ll_host_order {

@@ -51,11 +51,14 @@ struct ll_hosted {
     atomic_bool pending; /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
+    bool waking;                          /* waker.lock: in the queue of the wakers */
+    ll_hosted *next_to_wake;              /* waker.lock */
 
     pthread_mutex_t lock; /* all below, and the calls that publish */
     ll_session *session;  /* NULL while unloaded */
     ll_stored stored;     /* the row as last queued */
     bool deleted, restoring;
+    bool rewound; /* the log was cut or begun anew since the row was queued */
     int64_t lines;
     uint64_t ticket; /* of the last queued line or row */
     ll_time wall, saved_wall, published_wall;
@@ -85,6 +88,16 @@ typedef struct ll_worker {
     ll_buffer buffer[LL_WS_VARIANTS];
 } ll_worker;
 
+/* Threads that load, wake and catch up what a worker finds asleep: that may take long. */
+typedef struct ll_waker {
+    pthread_mutex_t lock;
+    pthread_cond_t more;
+    ll_hosted *first, **end; /* each with a reference */
+    pthread_t *threads;
+    int count;
+    bool stopping;
+} ll_waker;
+
 enum { LL_HOST_BUCKETS = 4096 };
 
 struct ll_host {
@@ -94,6 +107,7 @@ struct ll_host {
     ll_time started;
     ll_worker *workers;
     int worker_count;
+    ll_waker waker;
     ll_rates *creations, *lookups;
 
     pthread_t caretaker;
@@ -130,14 +144,23 @@ int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
 
 /* ---- worker.c ---- */
 
-ll_status ll_worker_start(ll_host *host, ll_worker *worker, int index);
+void ll_worker_init(ll_host *host, ll_worker *worker, int index);
+ll_status ll_worker_start(ll_worker *worker);
 void ll_worker_stop(ll_worker *worker);
 void ll_hosted_nudge(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
+
+/* ---- waker.c ---- */
+
+void ll_waker_init(ll_waker *waker);
+ll_status ll_waker_start(ll_host *host);
+void ll_waker_stop(ll_waker *waker);
+void ll_waker_take(ll_waker *waker, ll_hosted *hosted); /* any thread; the session is nudged when it is awake */
 
 /* ---- viewers.c ---- */
 
 void ll_viewers_greet(ll_hosted *hosted);               /* hellos to those who wait; locked */
 void ll_viewers_apply(ll_hosted *hosted, ll_time wall); /* their inputs; locked */
 bool ll_viewers_any(ll_hosted *hosted);
+void ll_viewers_dismiss(ll_hosted *hosted, const char *reason); /* closes them all */
 void ll_viewers_forget(ll_hosted *hosted); /* at the end */
 void ll_host_send_replies(void *host);     /* those that are durable; the store's hook */

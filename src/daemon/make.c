@@ -77,9 +77,10 @@ static ll_status allowed(ll_host *host, const ll_host_order *order)
     return ll_ok();
 }
 
-static ll_status enrol(ll_host *host, ll_hosted *hosted)
+static ll_status enrol(ll_host *host, ll_hosted *hosted, ll_host_made *made)
 {
     if (!ll_host_register(host, hosted)) {
+        made->full = true;
         atomic_fetch_add(&host->refused_sessions, 1);
         return ll_error(LL_LIMIT, "There are %lld sessions already, which is the limit.", (long long)host->config.max_sessions);
     }
@@ -108,7 +109,7 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
     pthread_mutex_lock(&hosted->lock);
     status = make_session(hosted, order, made);
     if (!ll_failed(&status))
-        status = enrol(host, hosted);
+        status = enrol(host, hosted, made);
     if (ll_failed(&status) && hosted->lines > 0)
         ll_store_delete(host->store, hosted->stored.number);
     if (!ll_failed(&status))

@@ -201,6 +201,9 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host 
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     host->worker_count = config->threads > 0 ? (int)config->threads : cores > 0 ? (int)cores : 1;
     host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
+    for (int i = 0; host->workers && i < host->worker_count; i++)
+        ll_worker_init(host, &host->workers[i], i);
+    ll_waker_init(&host->waker);
     host->creations = ll_rates_new(config->max_new_sessions_per_min / 60, config->max_new_sessions_per_min);
     host->lookups = ll_rates_new(config->max_code_lookups_per_min / 60, config->max_code_lookups_per_min);
     ll_status status = host->workers && host->creations && host->lookups
@@ -227,10 +230,13 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         }
     }
     for (int i = 0; i < host->worker_count; i++) {
-        ll_status status = ll_worker_start(host, &host->workers[i], i);
+        ll_status status = ll_worker_start(&host->workers[i]);
         if (ll_failed(&status))
             return status;
     }
+    ll_status status = ll_waker_start(host);
+    if (ll_failed(&status))
+        return status;
     host->caretaker_started = pthread_create(&host->caretaker, NULL, take_care, host) == 0;
     return host->caretaker_started ? ll_ok() : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
 }
@@ -244,6 +250,7 @@ void ll_host_stop(ll_host *host)
     if (host->caretaker_started)
         pthread_join(host->caretaker, NULL);
     host->caretaker_started = false;
+    ll_waker_stop(&host->waker);
     for (int i = 0; i < host->worker_count; i++)
         ll_worker_stop(&host->workers[i]);
 }

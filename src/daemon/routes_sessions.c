@@ -120,26 +120,22 @@ static void answer_made(ll_http_response *response, const char *text)
     cJSON_Delete(json);
 }
 
-/* Too many sessions is the daemon's state (503); too many by this client is its rate (429). */
-static void answer_refused(ll_http_response *response, const ll_http_request *request, const ll_status *status)
-{
-    if (status->code == LL_LIMIT && strncmp(status->text, "There are", 9) == 0)
-        ll_problem_later(response, request, 503, 60, status);
-    else
-        ll_api_problem(response, request, status);
-}
-
 static char *make(ll_api *api, const ll_http_request *request, ll_http_response *response, const ll_host_order *order)
 {
     if (atomic_load(&api->phase) == LL_API_DRAINING) {
-        ll_status status = ll_error(LL_LIMIT, "The daemon is stopping.");
-        ll_problem_later(response, request, 503, 10, &status);
+        ll_status stopping = ll_error(LL_LIMIT, "The daemon is stopping.");
+        ll_problem_later(response, request, 503, 10, &stopping);
         return NULL;
     }
+    if (!ll_api_started(api, request, response))
+        return NULL;
     ll_host_made made;
     ll_status status = ll_host_make(api->host, order, &made);
     if (ll_failed(&status)) {
-        answer_refused(response, request, &status);
+        if (made.full) /* the daemon's state; too many by one client is that one's rate */
+            ll_problem_later(response, request, 503, 60, &status);
+        else
+            ll_api_problem(response, request, &status);
         return NULL;
     }
     cJSON *json = describe_made(&made);
@@ -309,6 +305,8 @@ void ll_get_code(void *context, const ll_http_request *request, ll_http_response
 {
     ll_api *api = context;
     ll_status status = ll_ok();
+    if (!ll_api_started(api, request, response))
+        return;
     if (!ll_host_allows_lookup(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many codes were looked up from this address.");
     ll_hosted *hosted = ll_failed(&status) ? NULL : ll_host_find_code(api->host, request->parameter[0]);

@@ -166,6 +166,8 @@ void ll_viewers_apply(ll_hosted *hosted, ll_time wall)
             send_error(hosted->host, input->viewer, input->reply_id, &status);
         } else {
             atomic_fetch_add(&hosted->host->inputs, 1);
+            if (hosted->rewound)
+                ll_hosted_save(hosted);
             if (input->reply_id[0]) {
                 cJSON *json = answer("reply", input->reply_id);
                 cJSON_AddTrueToObject(json, "ok");
@@ -184,6 +186,14 @@ bool ll_viewers_any(ll_hosted *hosted)
     bool any = hosted->viewers != NULL;
     pthread_mutex_unlock(&hosted->inbox_lock);
     return any;
+}
+
+void ll_viewers_dismiss(ll_hosted *hosted, const char *reason)
+{
+    pthread_mutex_lock(&hosted->inbox_lock);
+    for (ll_viewer *v = hosted->viewers; v; v = v->next)
+        ll_ws_close(hosted->host->ws, v->id, LL_WS_TRY_LATER, reason);
+    pthread_mutex_unlock(&hosted->inbox_lock);
 }
 
 void ll_viewers_forget(ll_hosted *hosted)

@@ -93,17 +93,15 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
     if (hosted->deleted)
         return LET_GO;
     bool asked = atomic_exchange(&hosted->pending, false);
-    bool watched = ll_viewers_any(hosted);
-    if (watched) {
-        ll_status status = ll_hosted_load(hosted);
-        if (ll_failed(&status))
-            return LET_GO; /* requests get the error; viewers time out without a hello */
-        atomic_store(&hosted->touched, ll_host_now());
-        ll_viewers_greet(hosted);
-        ll_viewers_apply(hosted, deadline > hosted->wall ? deadline : hosted->wall);
-    } else {
+    if (!ll_viewers_any(hosted))
         return unobserved(hosted);
+    if (!hosted->session || ll_session_get_info(hosted->session).parked) {
+        ll_waker_take(&worker->host->waker, hosted);
+        return LET_GO;
     }
+    atomic_store(&hosted->touched, ll_host_now());
+    ll_viewers_greet(hosted);
+    ll_viewers_apply(hosted, deadline > hosted->wall ? deadline : hosted->wall);
     ll_hosted_advance(hosted, deadline, chunk_ms);
     bool sent = publish(worker, hosted, asked);
     ll_session_status status = ll_session_get_info(hosted->session).status;
@@ -266,12 +264,16 @@ static void *work(void *argument)
     return NULL;
 }
 
-ll_status ll_worker_start(ll_host *host, ll_worker *worker, int index)
+void ll_worker_init(ll_host *host, ll_worker *worker, int index)
 {
     worker->host = host;
     worker->index = index;
     pthread_mutex_init(&worker->lock, NULL);
     pthread_cond_init(&worker->wake, NULL);
+}
+
+ll_status ll_worker_start(ll_worker *worker)
+{
     worker->started = pthread_create(&worker->thread, NULL, work, worker) == 0;
     return worker->started ? ll_ok() : ll_error(LL_NO_MEMORY, "A worker's thread cannot be started.");
 }
