@@ -1,0 +1,184 @@
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "game/games.h"
+
+/* acceleration, brake, drag, top speed, lap, laps, car length, lane width, restitution */
+static const double usual[] = {6, 9, 0.3, 1000, 100, 6, 4, 3, 0.3};
+
+typedef struct field {
+    ll_game_env env;
+    _Alignas(8) char bytes[1024];
+    ll_world *world;
+} field;
+
+static field *make(const double *params, int players, const int32_t *lanes, double dt)
+{
+    field *f = calloc(1, sizeof *f);
+    f->env.dt = dt;
+    f->env.dt_ns = (ll_time)(dt * 1e9);
+    f->world = (ll_world *)f->bytes;
+    f->world->players = players;
+    f->world->tail = (int32_t)ll_game_race.tail(players);
+    assert_true(ll_world_size(&ll_game_race, players) <= sizeof f->bytes);
+    ll_game_race.prepare(&f->env, params);
+    ll_game_race.init(f->world, &f->env, lanes);
+    return f;
+}
+
+/* From rest at full throttle: v = (a/c)(1 - e^-ct), x = (a/c) t - v / c, whatever the step. */
+static void throttle_follows_the_closed_form(void **state)
+{
+    (void)state;
+    const int32_t lanes[] = {0};
+    const double dts[] = {1.0 / 3, 1.0 / 30, 1.0 / 60, 1.0 / 240};
+    const ll_action full = {{1, 0}, 0};
+    for (size_t k = 0; k < sizeof dts / sizeof dts[0]; k++) {
+        field *f = make(usual, 1, lanes, dts[k]);
+        int steps = (int)lround(10 / dts[k]);
+        for (int i = 0; i < steps; i++)
+            ll_game_race.step(f->world, &f->env, &full, (ll_time)((i + 1) * dts[k] * 1e9));
+        double a = 6, c = 0.3, v = a / c * (1 - exp(-c * 10)), x = a / c * 10 - v / c;
+        assert_true(fabs(f->world->entity[0].vx - v) < 1e-10 * v);
+        assert_true(fabs(f->world->entity[0].x - x) < 1e-10 * x);
+        free(f);
+    }
+}
+
+static void drag_factors_are_right_for_any_drag(void **state)
+{
+    (void)state;
+    const double drags[] = {0, 1e-9, 1e-4, 0.3, 5.99, 6.01, 10, 100};
+    for (size_t k = 0; k < sizeof drags / sizeof drags[0]; k++) {
+        double dt = 1.0 / 60, c = drags[k];
+        ll_drag d = ll_drag_over(c, dt);
+        long double z = (long double)c * dt;
+        long double f = c > 0 ? -expm1l(-z) / c : (long double)dt;
+        assert_true(fabsl(d.f - f) <= 4e-16L * f);
+        /* g = (dt - f) / c cancels in long double too, so for small c it is compared with its series */
+        long double g = z > 1e-3L ? ((long double)dt - f) / c
+                                  : (long double)dt * dt * (0.5L - z / 6 + z * z / 24 - z * z * z / 120);
+        assert_true(fabsl(d.g - g) <= 1e-14L * g);
+    }
+}
+
+static void top_speed_is_kept(void **state)
+{
+    (void)state;
+    double params[9];
+    memcpy(params, usual, sizeof params);
+    params[3] = 16;
+    const int32_t lanes[] = {0};
+    const ll_action full = {{1, 0}, 0};
+    field *f = make(params, 1, lanes, 1.0 / 60);
+    for (int i = 0; i < 600; i++) {
+        ll_game_race.step(f->world, &f->env, &full, 0);
+        assert_true(f->world->entity[0].vx <= 16);
+    }
+    assert_true(f->world->entity[0].vx == 16);
+    free(f);
+}
+
+static void brakes_stop_and_do_not_reverse(void **state)
+{
+    (void)state;
+    const int32_t lanes[] = {0};
+    const ll_action brake = {{-1, 0}, 0};
+    field *f = make(usual, 1, lanes, 1.0 / 60);
+    f->world->entity[0].vx = 20;
+    double last = 0;
+    for (int i = 0; i < 600; i++) {
+        ll_game_race.step(f->world, &f->env, &brake, 0);
+        assert_true(f->world->entity[0].x >= last);
+        last = f->world->entity[0].x;
+    }
+    /* v = (v0 + b/c) e^-ct - b/c is 0 at t = ln(1 + c v0 / b) / c; x = v0 / c - b t / c */
+    double b = 9, c = 0.3, t = log(1 + c * 20 / b) / c, x = 20 / c - b * t / c;
+    assert_true(f->world->entity[0].vx == 0);
+    assert_true(fabs(last - x) < 2e-3); /* the step in which it stops neglects drag */
+    free(f);
+}
+
+static void contact_keeps_momentum_and_takes_energy(void **state)
+{
+    (void)state;
+    const int32_t same[] = {0, 0}, apart[] = {0, 1};
+    double params[9];
+    memcpy(params, usual, sizeof params);
+    params[2] = 0; /* no drag */
+    const ll_action coast[2] = {{{0, 0}, 0}};
+    for (int lane = 0; lane < 2; lane++) {
+        field *f = make(params, 2, lane == 0 ? same : apart, 1.0 / 60);
+        ll_entity *front = &f->world->entity[0], *rear = &f->world->entity[1];
+        rear->x = -10;
+        rear->vx = 12;
+        front->vx = 2;
+        for (int i = 0; i < 120; i++) {
+            ll_game_race.step(f->world, &f->env, coast, 0);
+            if (lane == 0)
+                assert_true(front->x - rear->x >= 4 - 1e-9);
+        }
+        assert_true(fabs(front->vx + rear->vx - 14) < 1e-12);
+        double closing = rear->vx - front->vx;
+        assert_true(fabs(closing - (lane == 0 ? -0.3 * 10 : 10)) < 1e-12);
+        free(f);
+    }
+}
+
+static void finish_time_lies_between_ticks(void **state)
+{
+    (void)state;
+    const int32_t lanes[] = {0};
+    const ll_action coast = {{0, 0}, 0};
+    double params[9], values[LL_GAME_VALUES];
+    memcpy(params, usual, sizeof params);
+    params[2] = 0;
+    field *f = make(params, 1, lanes, 1.0 / 60);
+    f->world->entity[0].vx = 70;
+    for (int64_t i = 1; i <= 600; i++)
+        ll_game_race.step(f->world, &f->env, &coast, ll_tick_time(i, 60000));
+    ll_game_race.describe(f->world, &f->env, 0, values);
+    assert_true(fabs(values[0] - 600.0 / 70) < 1e-6);
+    assert_true(f->world->entity[0].flags & LL_ENTITY_FINISHED);
+    free(f);
+}
+
+/* What a client predicts alone is to the bit what the server computes, as long as nobody touches. */
+static void own_step_is_the_server_step(void **state)
+{
+    (void)state;
+    const int32_t lanes[] = {0, 1, 2};
+    field *server = make(usual, 3, lanes, 1.0 / 60), *client = make(usual, 3, lanes, 1.0 / 60);
+    for (int i = 0; i < 3600; i++) {
+        ll_action actions[3];
+        for (int p = 0; p < 3; p++) {
+            actions[p] = ll_game_race.drive(server->world, &server->env, p, LL_SCRIPT_VARIED, ll_tick_time(i, 60000));
+            ll_game_race.step_own(client->world, &client->env, p, &actions[p]);
+        }
+        ll_game_race.step(server->world, &server->env, actions, ll_tick_time(i + 1, 60000));
+        for (int p = 0; p < 3; p++)
+            assert_memory_equal(&server->world->entity[p], &client->world->entity[p], offsetof(ll_entity, flags));
+        for (int p = 0; p < 3; p++)
+            client->world->entity[p].flags = server->world->entity[p].flags;
+    }
+    assert_true(server->world->entity[0].x > 300); /* they did drive */
+    free(server);
+    free(client);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(throttle_follows_the_closed_form), cmocka_unit_test(drag_factors_are_right_for_any_drag),
+        cmocka_unit_test(top_speed_is_kept),                cmocka_unit_test(brakes_stop_and_do_not_reverse),
+        cmocka_unit_test(contact_keeps_momentum_and_takes_energy),
+        cmocka_unit_test(finish_time_lies_between_ticks),   cmocka_unit_test(own_step_is_the_server_step),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

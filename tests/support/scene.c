@@ -1,0 +1,71 @@
+#include "support/scene.h"
+
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+static void must(ll_status status)
+{
+    if (ll_failed(&status))
+        fail_msg("%s", status.text);
+}
+
+scene scene_open(const char *id, const char *const *sets)
+{
+    scene s = {0};
+    cJSON *json;
+    must(ll_scenario_load("scenarios", id, &json));
+    must(ll_scenario_parse(json, &s.scenario));
+    cJSON_Delete(json);
+    const ll_param_table *table = s.scenario.kind->table;
+    void *before = malloc(table->size);
+    memcpy(before, s.scenario.config, table->size);
+    for (; sets && *sets; sets++) {
+        char path[128];
+        const char *equals = strchr(*sets, '=');
+        memcpy(path, *sets, (size_t)(equals - *sets));
+        path[equals - *sets] = '\0';
+        must(ll_param_set(table, s.scenario.config, path, equals + 1, false));
+    }
+    s.scenario.kind->settle(s.scenario.config, before);
+    free(before);
+    s.game = malloc(s.scenario.kind->size(s.scenario.config));
+    s.scenario.kind->init(s.game, s.scenario.config);
+    return s;
+}
+
+void scene_run(scene *s, double until_s, const ll_recorder *recorder)
+{
+    must(s->scenario.kind->advance(s->game, (ll_time)(until_s * 1e9 + 0.5), recorder));
+}
+
+void scene_close(scene *s)
+{
+    free(s->game);
+    ll_scenario_free(&s->scenario);
+}
+
+static void keep(void *context, const ll_event *event)
+{
+    tape *t = context;
+    if (t->count == t->capacity) {
+        t->capacity = t->capacity ? 2 * t->capacity : 1024;
+        t->events = realloc(t->events, t->capacity * sizeof *t->events);
+    }
+    t->events[t->count++] = *event;
+}
+
+ll_recorder tape_recorder(tape *t)
+{
+    return (ll_recorder){keep, t};
+}
+
+void tape_free(tape *t)
+{
+    free(t->events);
+    *t = (tape){0};
+}

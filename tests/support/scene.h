@@ -1,0 +1,24 @@
+/* A scenario of the library, made ready to be stepped by a test. Tests run in the root of the repository. */
+#pragma once
+
+#include "session/scenario.h"
+#include "sim/netgame.h"
+
+typedef struct scene {
+    ll_scenario scenario;
+    ll_netgame *game; /* the block */
+} scene;
+
+/* Loads `id`, applies NULL-terminated "path=value" pairs, and starts it. Fails the test on any error. */
+scene scene_open(const char *id, const char *const *sets);
+void scene_run(scene *s, double until_s, const ll_recorder *recorder);
+void scene_close(scene *s);
+
+/* The events of a run, kept whole. */
+typedef struct tape {
+    ll_event *events;
+    size_t count, capacity;
+} tape;
+
+ll_recorder tape_recorder(tape *t);
+void tape_free(tape *t);
