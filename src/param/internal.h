@@ -1,0 +1,113 @@
+/* What the files of this room share. */
+#pragma once
+
+#include "param/param.h"
+
+#define LL_PATH_MAX 160
+#define LL_ROWS_MAX 128 /* of one table */
+
+/* Whole numbers beyond are not told apart by a double, which is what JSON numbers are read into. */
+#define LL_WHOLE_MAX 9007199254740991.0
+
+/* ---- path.c: where in the document we are ---- */
+
+typedef struct ll_path {
+    const char *root; /* what the document is called when the path is empty */
+    int length;
+    char text[LL_PATH_MAX];
+} ll_path;
+
+ll_path ll_path_root(const ll_param_table *table);
+/* Appends `.name`; returns the length before, for ll_path_pop. What strangers wrote is made printable, and
+ * cut. */
+int ll_path_push(ll_path *path, const char *name, size_t length);
+int ll_path_push_index(ll_path *path, int index);
+void ll_path_pop(ll_path *path, int length);
+const char *ll_path_subject(const ll_path *path); /* begins a sentence */
+
+/* ---- text.c ---- */
+
+/* Length of the UTF-8 sequence at `text`: 0 when it is none, or a control character. */
+int ll_utf8_printable(const char *text);
+
+typedef struct ll_writer {
+    char *out;
+    size_t size, used;
+} ll_writer;
+
+void ll_append(ll_writer *writer, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void ll_append_printable(ll_writer *writer, const char *text, size_t length, size_t limit);
+
+/* The name in `table` that `name` was probably meant to be, or NULL. */
+const char *ll_nearest_name(const ll_param_table *table, const char *name, size_t length);
+
+/* ---- number.c ---- */
+
+void ll_number_text(double value, char out[32]); /* the fewest of 15 to 17 digits that read back as `value` */
+
+/* ---- place.c: walks a table and its object by names ---- */
+
+typedef enum ll_place_kind { LL_PLACE_VALUE, LL_PLACE_OBJECT, LL_PLACE_ARRAY } ll_place_kind;
+
+typedef struct ll_place {
+    ll_place_kind kind;
+    bool live;                        /* every row on the way here is live */
+    const ll_param *row;              /* the last row on the way; NULL at the root */
+    char *member;                     /* the value, the struct or the first element */
+    const ll_param_table *table;      /* of an OBJECT: of its rows; NULL when it takes none */
+    const ll_param_table *home_table; /* of a VALUE: the table that `row` is in */
+    char *home;                       /* and the struct */
+} ll_place;
+
+ll_place ll_place_root(const ll_param_table *table, void *object);
+/* One name or index further. False with no such place. */
+bool ll_place_step(ll_place *place, const char *name, size_t length);
+ll_place ll_place_of_row(const ll_place *object, const ll_param *row);
+ll_place ll_place_of_element(const ll_place *array, int index);
+const ll_param *ll_row_named(const ll_param_table *table, const char *name, size_t length);
+bool ll_row_is_value(const ll_param *row);
+bool ll_row_governs(const ll_param_table *table, const ll_param *row); /* a VARIANT depends on it */
+int32_t ll_count_of(const ll_param *row, const char *object); /* an ARRAY's count, a VARIANT's choice */
+const ll_param_table *ll_variant_of(const ll_param *row, const char *object); /* may be NULL */
+
+/* ---- defaults.c ---- */
+
+/* Clears the storage of every VARIANT that depends on `choice` and sets the present one's defaults. */
+void ll_reset_variants(const ll_param_table *table, const ll_param *choice, char *object);
+
+/* ---- message.c: the sentences ---- */
+
+ll_status ll_wrong_type(const ll_path *path, const char *expected, const struct cJSON *got);
+ll_status ll_out_of_range(const ll_path *path, const ll_param *row, const struct cJSON *got);
+ll_status ll_not_a_choice(const ll_path *path, const ll_param *row, const struct cJSON *got);
+ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name, size_t length);
+
+/* ---- value.c ---- */
+
+/* Sets the value at `place` from `json`. With `fresh` a choice resets its variants even when it stays as it
+ * was. */
+ll_status ll_value_set(const ll_place *place, const struct cJSON *json, const ll_path *path, bool fresh);
+
+/* ---- parse.c ---- */
+
+ll_status ll_parse_object(const ll_place *place, const struct cJSON *json, ll_path *path);
+ll_status ll_parse_array(const ll_place *place, const struct cJSON *json, ll_path *path);
+
+/* ---- check.c ---- */
+
+ll_status ll_run_checks(const ll_param_table *table, const void *object);
+
+/* ---- patch.c ---- */
+
+typedef struct ll_patch_options {
+    bool live_only;
+    ll_param_change *change; /* may be NULL */
+    void *context;
+} ll_patch_options;
+
+ll_status ll_patch_apply(const ll_param_table *table, const struct cJSON *patch, void *object,
+                         const ll_patch_options *options);
+
+/* ---- write.c ---- */
+
+struct cJSON *ll_write_value(const ll_param *row, const char *member);

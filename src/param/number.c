@@ -1,0 +1,29 @@
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cjson/cJSON.h>
+
+#include "param/internal.h"
+
+void ll_number_text(double value, char out[32])
+{
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(out, 32, "%.*g", digits, value);
+        if (strtod(out, NULL) == value)
+            return;
+    }
+}
+
+/* cJSON takes 15 digits for enough when they come out within a rounding error, and writes those. */
+cJSON *ll_param_number(double value)
+{
+    char text[32];
+    snprintf(text, sizeof text, "%.15g", value);
+    if (strtod(text, NULL) == value)
+        return cJSON_CreateNumber(value);
+    ll_number_text(value, text);
+    cJSON *item = cJSON_CreateRaw(text);
+    if (item != NULL)
+        item->valuedouble = value;
+    return item;
+}

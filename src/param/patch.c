@@ -1,0 +1,187 @@
+/* A patch is walked four times, with one walker:
+ *   1. set the choices that variants depend on, so that the order in the document does not matter; errors
+ * wait,
+ *   2. set everything, with every rule,
+ *   3. and 4. tell the changes, those choices first: told one by one, they then lead to the same object.
+ * All of it works on a copy, which replaces the object at the end. */
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "param/internal.h"
+
+typedef enum pass { SET_GOVERNING, SET_ALL, TELL_GOVERNING, TELL_REST } pass;
+
+typedef struct walk {
+    pass pass;
+    const ll_patch_options *options;
+    char *object;  /* the copy */
+    char *touched; /* a mark at the offset of every value that was set: it may be given in several ways */
+    ll_path path;
+} walk;
+
+static ll_status patch_place(walk *w, const ll_place *place, const cJSON *json);
+
+static ll_status tell(walk *w, const ll_place *place)
+{
+    if (w->options->change == NULL)
+        return ll_ok();
+    cJSON *value = ll_write_value(place->row, place->member);
+    char *text = value == NULL ? NULL : cJSON_PrintUnformatted(value);
+    cJSON_Delete(value);
+    if (text == NULL)
+        return ll_error(LL_NO_MEMORY, "out of memory");
+    ll_status status = w->options->change(w->options->context, w->path.text, text);
+    cJSON_free(text);
+    return status;
+}
+
+static ll_status set_value(walk *w, const ll_place *place, const cJSON *json)
+{
+    char *mark = &w->touched[place->member - w->object];
+    if (*mark)
+        return ll_field_error(LL_BAD_INPUT, w->path.text, "%s is given twice", w->path.text);
+    *mark = 1;
+    if (w->options->live_only && !place->live)
+        return ll_field_error(LL_CONFLICT, w->path.text, "%s cannot be changed while a session runs",
+                              w->path.text);
+    return ll_value_set(place, json, &w->path, false);
+}
+
+static ll_status patch_value(walk *w, const ll_place *place, const cJSON *json)
+{
+    bool governs = ll_row_governs(place->home_table, place->row);
+    switch (w->pass) {
+    case SET_GOVERNING:
+        return governs ? ll_value_set(place, json, &w->path, false) : ll_ok();
+    case SET_ALL:
+        return set_value(w, place, json);
+    case TELL_GOVERNING:
+        return governs ? tell(w, place) : ll_ok();
+    default:
+        return governs ? ll_ok() : tell(w, place);
+    }
+}
+
+static bool is_repeated(const cJSON *json, const cJSON *item)
+{
+    for (const cJSON *other = json->child; other != item; other = other->next)
+        if (strcmp(other->string, item->string) == 0)
+            return true;
+    return false;
+}
+
+/* Follows the names in the key of `item`, which may be dotted, from `place`. */
+static ll_status patch_member(walk *w, const ll_place *place, const cJSON *item)
+{
+    ll_place at = *place;
+    const char *name = item->string;
+    for (;;) {
+        size_t length = strcspn(name, ".");
+        ll_place next = at;
+        if (!ll_place_step(&next, name, length)) {
+            if (w->pass == SET_GOVERNING) /* perhaps of a variant that is yet to be chosen */
+                return ll_ok();
+            return ll_unknown_name(&w->path, &at, name, length);
+        }
+        ll_path_push(&w->path, name, length);
+        at = next;
+        if (name[length] == '\0')
+            return patch_place(w, &at, item);
+        name += length + 1;
+    }
+}
+
+static ll_status patch_members(walk *w, const ll_place *place, const cJSON *json)
+{
+    ll_status status = ll_ok();
+    int before = w->path.length;
+    for (const cJSON *item = json->child; item != NULL && !ll_failed(&status); item = item->next) {
+        if (w->pass == SET_ALL && is_repeated(json, item)) {
+            ll_path_push(&w->path, item->string, strlen(item->string));
+            return ll_field_error(LL_BAD_INPUT, w->path.text, "%s is given twice", w->path.text);
+        }
+        status = patch_member(w, place, item);
+        if (w->pass == SET_GOVERNING)
+            status = ll_ok(); /* the next pass comes to it again */
+        ll_path_pop(&w->path, before);
+    }
+    return status;
+}
+
+static ll_status patch_elements(walk *w, const ll_place *place, const cJSON *json)
+{
+    int count = ll_count_of(place->row, place->home);
+    int given = cJSON_GetArraySize(json);
+    if (given != count)
+        return ll_field_error(LL_BAD_INPUT, w->path.text,
+                              "%s has %d elements and a patch must give as many; got %d", w->path.text, count,
+                              given);
+    ll_status status = ll_ok();
+    int index = 0;
+    for (const cJSON *item = json->child; item != NULL && !ll_failed(&status); item = item->next, index++) {
+        ll_place element = ll_place_of_element(place, index);
+        int before = ll_path_push_index(&w->path, index);
+        status = patch_place(w, &element, item);
+        ll_path_pop(&w->path, before);
+    }
+    return status;
+}
+
+static ll_status patch_place(walk *w, const ll_place *place, const cJSON *json)
+{
+    if (cJSON_IsNull(json))
+        return ll_field_error(LL_BAD_INPUT, w->path.text, "%s cannot be removed; got null",
+                              ll_path_subject(&w->path));
+    if (place->kind == LL_PLACE_VALUE)
+        return patch_value(w, place, json);
+    if (place->kind == LL_PLACE_ARRAY && cJSON_IsArray(json)) {
+        if (w->options->live_only)
+            return patch_elements(w, place, json);
+        return w->pass <= SET_ALL ? ll_parse_array(place, json, &w->path) : ll_ok();
+    }
+    if (!cJSON_IsObject(json))
+        return ll_wrong_type(&w->path, place->kind == LL_PLACE_ARRAY ? "an array or an object" : "an object",
+                             json);
+    return patch_members(w, place, json);
+}
+
+static ll_status run(walk *w, const ll_param_table *table, const cJSON *patch)
+{
+    ll_place root = ll_place_root(table, w->object);
+    ll_status status = ll_ok();
+    for (pass p = SET_GOVERNING; p <= TELL_REST && !ll_failed(&status); p++) {
+        w->pass = p;
+        w->path = ll_path_root(table);
+        status = patch_place(w, &root, patch);
+        if (p == SET_GOVERNING)
+            status = ll_ok();
+        if (p == SET_ALL && !ll_failed(&status))
+            status = ll_run_checks(table, w->object);
+    }
+    return status;
+}
+
+ll_status ll_patch_apply(const ll_param_table *table, const cJSON *patch, void *object,
+                         const ll_patch_options *options)
+{
+    walk w = {.options = options, .object = malloc(table->size), .touched = calloc(table->size, 1)};
+    ll_status status = ll_error(LL_NO_MEMORY, "out of memory");
+    if (w.object != NULL && w.touched != NULL) {
+        memcpy(w.object, object, table->size);
+        status = run(&w, table, patch);
+        if (!ll_failed(&status))
+            memcpy(object, w.object, table->size);
+    }
+    free(w.object);
+    free(w.touched);
+    return status;
+}
+
+ll_status ll_param_patch(const ll_param_table *table, const cJSON *patch, void *object,
+                         ll_param_change *change, void *context)
+{
+    ll_patch_options options = {.live_only = true, .change = change, .context = context};
+    return ll_patch_apply(table, patch, object, &options);
+}

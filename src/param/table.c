@@ -1,0 +1,147 @@
+/* Whether a table is sound: what its author could get wrong and no compiler sees. */
+#include <string.h>
+
+#include "param/internal.h"
+
+static bool is_name(const char *name)
+{
+    if (name == NULL || name[0] < 'a' || name[0] > 'z')
+        return false;
+    return name[strspn(name, "abcdefghijklmnopqrstuvwxyz0123456789_")] == '\0';
+}
+
+static int choices_of(const ll_param *row)
+{
+    int count = 0;
+    while (row->choices != NULL && row->choices[count] != NULL)
+        count++;
+    return count;
+}
+
+/* The row that a VARIANT depends on: it must stand before. */
+static const ll_param *choice_before(const ll_param_table *table, int variant)
+{
+    for (int i = 0; i < variant; i++)
+        if (table->rows[i].type == LL_PARAM_CHOICE &&
+            table->rows[i].offset == table->rows[variant].count_offset)
+            return &table->rows[i];
+    return NULL;
+}
+
+static size_t largest_variant(const ll_param *row, int choices)
+{
+    size_t size = 0;
+    for (int i = 0; i < choices; i++)
+        if (row->variants[i] != NULL && row->variants[i]->size > size)
+            size = row->variants[i]->size;
+    return size;
+}
+
+/* Bytes of the row's member; 0 when the row is broken. */
+static size_t size_of(const ll_param_table *table, int i)
+{
+    const ll_param *row = &table->rows[i];
+    switch (row->type) {
+    case LL_PARAM_REAL:
+        return sizeof(double);
+    case LL_PARAM_INT:
+        return sizeof(int64_t);
+    case LL_PARAM_BOOL:
+        return sizeof(bool);
+    case LL_PARAM_CHOICE:
+        return sizeof(int32_t);
+    case LL_PARAM_TEXT:
+        return (size_t)row->max + 1;
+    case LL_PARAM_OBJECT:
+        return row->child == NULL ? 0 : row->child->size;
+    case LL_PARAM_VARIANT: {
+        const ll_param *choice = choice_before(table, i);
+        return choice == NULL || row->variants == NULL ? 0 : largest_variant(row, choices_of(choice));
+    }
+    case LL_PARAM_ARRAY:
+        return row->child == NULL || row->max < 1 ? 0 : (size_t)row->max * row->child->size;
+    }
+    return 0;
+}
+
+static const char *fault_of_value(const ll_param *row)
+{
+    bool whole = (double)(int64_t)row->standard == row->standard;
+    bool within = row->standard >= row->min && row->standard <= row->max;
+    switch (row->type) {
+    case LL_PARAM_REAL:
+    case LL_PARAM_INT:
+        if (!(row->min <= row->max) || row->max - row->max != 0 || row->min - row->min != 0)
+            return "has no range";
+        if (!within && !row->required)
+            return "has a default out of range";
+        return row->type == LL_PARAM_INT && !whole ? "has a default that is not whole" : NULL;
+    case LL_PARAM_CHOICE:
+        if (choices_of(row) == 0)
+            return "has no choices";
+        return !whole || row->standard < 0 || row->standard >= choices_of(row) ? "has no such default" : NULL;
+    case LL_PARAM_TEXT: {
+        double length = row->text == NULL ? 0 : (double)strlen(row->text);
+        if (row->max < 1)
+            return "has no length";
+        return length > row->max || (length < row->min && !row->required)
+                   ? "has a default of the wrong length"
+                   : NULL;
+    }
+    default:
+        return NULL;
+    }
+}
+
+static const char *fault_of(const ll_param_table *table, int i)
+{
+    const ll_param *row = &table->rows[i];
+    if (!is_name(row->name))
+        return "has no name of a-z, 0-9 and _";
+    if (ll_row_named(table, row->name, strlen(row->name)) != row)
+        return "has the name of another row";
+    if (row->help == NULL || row->help[0] == '\0')
+        return "has no help";
+    const char *fault = fault_of_value(row);
+    if (fault != NULL)
+        return fault;
+    size_t size = size_of(table, i);
+    if (size == 0)
+        return "lacks a table, or the choice before it";
+    bool counted = row->type == LL_PARAM_ARRAY || row->type == LL_PARAM_VARIANT;
+    if (row->offset + size > table->size || (counted && row->count_offset + sizeof(int32_t) > table->size))
+        return "lies beyond its struct";
+    return NULL;
+}
+
+static ll_status valid_below(const ll_param_table *table, int i)
+{
+    const ll_param *row = &table->rows[i];
+    ll_status status = ll_ok();
+    if (row->type == LL_PARAM_OBJECT || row->type == LL_PARAM_ARRAY)
+        return ll_param_table_valid(row->child);
+    if (row->type != LL_PARAM_VARIANT)
+        return status;
+    int count = choices_of(choice_before(table, i));
+    for (int v = 0; v < count && !ll_failed(&status); v++)
+        if (row->variants[v] != NULL)
+            status = ll_param_table_valid(row->variants[v]);
+    return status;
+}
+
+ll_status ll_param_table_valid(const ll_param_table *table)
+{
+    if (!is_name(table->name))
+        return ll_error(LL_BAD_INPUT, "a table has no name");
+    if (table->count > LL_ROWS_MAX)
+        return ll_error(LL_BAD_INPUT, "%s has more than %d rows", table->name, LL_ROWS_MAX);
+    ll_status status = ll_ok();
+    for (int i = 0; i < table->count && !ll_failed(&status); i++) {
+        const char *name = table->rows[i].name == NULL ? "" : table->rows[i].name;
+        const char *fault = fault_of(table, i);
+        if (fault != NULL)
+            return ll_field_error(LL_BAD_INPUT, name, "row %d (%s) of %s %s", i, name, table->name, fault);
+        status = valid_below(table, i);
+    }
+    return status;
+}

@@ -1,0 +1,128 @@
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "param/internal.h"
+
+static bool is_continuation(unsigned char byte)
+{
+    return (byte & 0xc0) == 0x80;
+}
+
+/* Stops at the terminating NUL, since that is no continuation byte. */
+int ll_utf8_printable(const char *text)
+{
+    const unsigned char *s = (const unsigned char *)text;
+    if (s[0] < 0x80)
+        return s[0] >= 0x20 && s[0] != 0x7f ? 1 : 0;
+    int length = s[0] >= 0xf0 ? 4 : s[0] >= 0xe0 ? 3 : 2;
+    if (s[0] < 0xc2 || s[0] > 0xf4) /* a continuation, an overlong one, or beyond U+10FFFF */
+        return 0;
+    for (int i = 1; i < length; i++)
+        if (!is_continuation(s[i]))
+            return 0;
+    switch (s[0]) {
+    case 0xc2:
+        return s[1] < 0xa0 ? 0 : length; /* controls U+0080 to U+009F */
+    case 0xe0:
+        return s[1] < 0xa0 ? 0 : length; /* overlong */
+    case 0xed:
+        return s[1] >= 0xa0 ? 0 : length; /* surrogates */
+    case 0xf0:
+        return s[1] < 0x90 ? 0 : length; /* overlong */
+    case 0xf4:
+        return s[1] >= 0x90 ? 0 : length; /* beyond U+10FFFF */
+    default:
+        return length;
+    }
+}
+
+void ll_append(ll_writer *writer, const char *format, ...)
+{
+    size_t room = writer->size - writer->used;
+    va_list arguments;
+    va_start(arguments, format);
+    int length = vsnprintf(writer->out + writer->used, room, format, arguments);
+    va_end(arguments);
+    if (length > 0)
+        writer->used += (size_t)length < room ? (size_t)length : room - 1;
+}
+
+void ll_append_printable(ll_writer *writer, const char *text, size_t length, size_t limit)
+{
+    size_t shown = 0;
+    while (shown < length) {
+        int sequence = ll_utf8_printable(text + shown);
+        size_t bytes = sequence == 0 ? 1 : (size_t)sequence;
+        if (shown + bytes > limit || writer->used + bytes + sizeof "..." > writer->size) {
+            ll_append(writer, "...");
+            return;
+        }
+        ll_append(writer, "%.*s", (int)bytes, sequence == 0 ? "?" : text + shown);
+        shown += bytes;
+    }
+}
+
+static int lower(char c)
+{
+    return c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c;
+}
+
+static int least(int a, int b)
+{
+    return a < b ? a : b;
+}
+
+#define COMPARED 40
+
+/* Edits between two names: a letter more, less or other, or two neighbours swapped; capitals are free. */
+static int distance(const char *a, int a_length, const char *b, int b_length)
+{
+    int rows[3][COMPARED + 1];
+    int *older = rows[0], *old = rows[1], *now = rows[2];
+    for (int j = 0; j <= b_length; j++)
+        old[j] = j;
+    for (int i = 1; i <= a_length; i++) {
+        now[0] = i;
+        for (int j = 1; j <= b_length; j++) {
+            int same = lower(a[i - 1]) == lower(b[j - 1]);
+            now[j] = least(old[j - 1] + !same, least(old[j], now[j - 1]) + 1);
+            if (i > 1 && j > 1 && lower(a[i - 1]) == lower(b[j - 2]) && lower(a[i - 2]) == lower(b[j - 1]))
+                now[j] = least(now[j], older[j - 2] + 1);
+        }
+        int *spare = older;
+        older = old;
+        old = now;
+        now = spare;
+    }
+    return old[b_length];
+}
+
+/* Names are often written without their unit: `lag` for `lag_ms`. */
+static bool begins_like(const char *name, int length, const char *row, int row_length)
+{
+    int common = least(length, row_length);
+    return common >= 3 && distance(name, common, row, common) == 0;
+}
+
+const char *ll_nearest_name(const ll_param_table *table, const char *name, size_t length)
+{
+    const char *nearest = NULL;
+    int best = COMPARED;
+    if (table == NULL || length > COMPARED)
+        return NULL;
+    for (int i = 0; i < table->count; i++) {
+        const char *row = table->rows[i].name;
+        int row_length = (int)strlen(row);
+        if (row_length > COMPARED)
+            continue;
+        int edits = begins_like(name, (int)length, row, row_length)
+                        ? 1
+                        : distance(name, (int)length, row, row_length);
+        if (edits < best && edits <= 1 + row_length / 4 && edits < row_length) {
+            best = edits;
+            nearest = row;
+        }
+    }
+    return nearest;
+}

@@ -1,0 +1,125 @@
+/* One value from JSON into its member. */
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "param/internal.h"
+
+/* A number that ll_param_number wrote raw reads like any other. */
+static bool number_of(const cJSON *json, double *value)
+{
+    if (!cJSON_IsNumber(json) && !cJSON_IsRaw(json))
+        return false;
+    if (cJSON_IsNumber(json)) {
+        *value = json->valuedouble;
+        return true;
+    }
+    char *end;
+    *value = strtod(json->valuestring, &end);
+    return end != json->valuestring && *end == '\0';
+}
+
+/* Written so that a NaN is outside of every range. */
+static bool within(double value, double min, double max)
+{
+    return value >= min && value <= max && value - value == 0;
+}
+
+static ll_status set_real(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    double value;
+    if (!number_of(json, &value))
+        return ll_wrong_type(path, "a number", json);
+    if (!within(value, place->row->min, place->row->max))
+        return ll_out_of_range(path, place->row, json);
+    memcpy(place->member, &value, sizeof value);
+    return ll_ok();
+}
+
+static ll_status set_int(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    double value;
+    if (!number_of(json, &value))
+        return ll_wrong_type(path, "a whole number", json);
+    if (!within(value, place->row->min, place->row->max) || !within(value, -LL_WHOLE_MAX, LL_WHOLE_MAX))
+        return ll_out_of_range(path, place->row, json);
+    int64_t whole = (int64_t)value;
+    if ((double)whole != value)
+        return ll_out_of_range(path, place->row, json);
+    memcpy(place->member, &whole, sizeof whole);
+    return ll_ok();
+}
+
+static ll_status set_bool(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    if (!cJSON_IsBool(json))
+        return ll_wrong_type(path, "true or false", json);
+    bool value = cJSON_IsTrue(json);
+    memcpy(place->member, &value, sizeof value);
+    return ll_ok();
+}
+
+static ll_status set_choice(const ll_place *place, const cJSON *json, const ll_path *path, bool fresh)
+{
+    const ll_param *row = place->row;
+    int32_t choice = 0;
+    if (!cJSON_IsString(json))
+        return ll_not_a_choice(path, row, json);
+    while (row->choices[choice] != NULL && strcmp(row->choices[choice], json->valuestring) != 0)
+        choice++;
+    if (row->choices[choice] == NULL)
+        return ll_not_a_choice(path, row, json);
+    int32_t before;
+    memcpy(&before, place->member, sizeof before);
+    memcpy(place->member, &choice, sizeof choice);
+    if (fresh || choice != before)
+        ll_reset_variants(place->home_table, row, place->home);
+    return ll_ok();
+}
+
+static ll_status set_text(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    const ll_param *row = place->row;
+    if (!cJSON_IsString(json))
+        return ll_wrong_type(path, "a text", json);
+    const char *text = json->valuestring;
+    size_t length = strlen(text);
+    if ((double)length < row->min || (double)length > row->max) {
+        char range[48];
+        ll_writer writer = {range, sizeof range, 0};
+        if (row->min > 0)
+            ll_append(&writer, "%.0f to %.0f", row->min, row->max);
+        else
+            ll_append(&writer, "at most %.0f", row->max);
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s must be a text of %s bytes; got %zu",
+                              ll_path_subject(path), range, length);
+    }
+    for (const char *at = text; *at != '\0';) {
+        int sequence = ll_utf8_printable(at);
+        if (sequence == 0)
+            return ll_field_error(LL_BAD_INPUT, path->text,
+                                  "%s must be valid UTF-8 without control characters; got 0x%02x at byte %d",
+                                  ll_path_subject(path), (unsigned)(unsigned char)*at, (int)(at - text));
+        at += sequence;
+    }
+    memset(place->member, 0, (size_t)row->max + 1); /* equal texts are equal bytes */
+    memcpy(place->member, text, length);
+    return ll_ok();
+}
+
+ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *path, bool fresh)
+{
+    switch (place->row->type) {
+    case LL_PARAM_REAL:
+        return set_real(place, json, path);
+    case LL_PARAM_INT:
+        return set_int(place, json, path);
+    case LL_PARAM_BOOL:
+        return set_bool(place, json, path);
+    case LL_PARAM_CHOICE:
+        return set_choice(place, json, path, fresh);
+    default:
+        return set_text(place, json, path);
+    }
+}

@@ -1,0 +1,75 @@
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "param/internal.h"
+
+static cJSON *write_object(const ll_place *place);
+
+cJSON *ll_write_value(const ll_param *row, const char *member)
+{
+    switch (row->type) {
+    case LL_PARAM_REAL: {
+        double value;
+        memcpy(&value, member, sizeof value);
+        return ll_param_number(value);
+    }
+    case LL_PARAM_INT: {
+        int64_t value;
+        memcpy(&value, member, sizeof value);
+        return ll_param_number((double)value);
+    }
+    case LL_PARAM_BOOL: {
+        bool value;
+        memcpy(&value, member, sizeof value);
+        return cJSON_CreateBool(value);
+    }
+    case LL_PARAM_CHOICE: {
+        int32_t value;
+        memcpy(&value, member, sizeof value);
+        return cJSON_CreateString(row->choices[value]);
+    }
+    default:
+        return cJSON_CreateString(member);
+    }
+}
+
+static cJSON *write_array(const ll_place *place)
+{
+    cJSON *array = cJSON_CreateArray();
+    int count = ll_count_of(place->row, place->home);
+    for (int i = 0; array != NULL && i < count; i++) {
+        ll_place element = ll_place_of_element(place, i);
+        cJSON *item = write_object(&element);
+        if (!cJSON_AddItemToArray(array, item)) {
+            cJSON_Delete(item);
+            cJSON_Delete(array);
+            return NULL;
+        }
+    }
+    return array;
+}
+
+static cJSON *write_object(const ll_place *place)
+{
+    cJSON *object = cJSON_CreateObject();
+    int count = place->table == NULL ? 0 : place->table->count;
+    for (int i = 0; object != NULL && i < count; i++) {
+        ll_place inner = ll_place_of_row(place, &place->table->rows[i]);
+        cJSON *item = inner.kind == LL_PLACE_ARRAY    ? write_array(&inner)
+                      : inner.kind == LL_PLACE_OBJECT ? write_object(&inner)
+                                                      : ll_write_value(inner.row, inner.member);
+        if (!cJSON_AddItemToObject(object, inner.row->name, item)) {
+            cJSON_Delete(item);
+            cJSON_Delete(object);
+            return NULL;
+        }
+    }
+    return object;
+}
+
+cJSON *ll_param_write(const ll_param_table *table, const void *object)
+{
+    ll_place root = ll_place_root(table, (void *)object); /* only read */
+    return write_object(&root);
+}
