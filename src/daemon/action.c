@@ -52,7 +52,8 @@ ll_status ll_action_parse(const cJSON *json, const char *path, int *player, ll_a
                 return wrong(path, "axes", "must be at most two numbers from -1 to 1.");
         } else if (strcmp(member->string, "buttons") == 0) {
             if (!whole(member, 0, 4294967295.0))
-                return wrong(path, "buttons", "must be a whole number from 0 to 4294967295, a bit per button.");
+                return wrong(path, "buttons",
+                             "must be a whole number from 0 to 4294967295, a bit per button.");
             action->buttons = (uint32_t)member->valuedouble;
         } else {
             return wrong(path, member->string, "is not known; an input has player, axes and buttons.");

@@ -6,5 +6,6 @@
 
 struct cJSON;
 
-/* Fields of errors begin with `path` and a dot unless it is empty. Axes beyond [-1, 1] are errors; missing ones are 0. */
+/* Fields of errors begin with `path` and a dot unless it is empty. Axes beyond [-1, 1] are errors; missing
+ * ones are 0. */
 ll_status ll_action_parse(const struct cJSON *json, const char *path, int *player, ll_action *action);

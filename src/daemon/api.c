@@ -40,12 +40,14 @@ static const char *bearer(const ll_http_request *request)
     return header + strspn(header, " ");
 }
 
-bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted, int player)
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
+                    int player)
 {
     const char *key = bearer(request);
     if (!key) {
-        ll_status error = ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.",
-                                   player < 0 ? "the session's owner_key" : "the owner_key or the player's key");
+        ll_status error =
+            ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.",
+                     player < 0 ? "the session's owner_key" : "the owner_key or the player's key");
         ll_problem_as(response, request, 401, &error);
         ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");
         return false;
@@ -53,8 +55,9 @@ bool ll_api_permits(const ll_http_request *request, ll_http_response *response, 
     int role = ll_hosted_role(hosted, key, strlen(key));
     if (role == LL_ROLE_OWNER || (player >= 0 && role == player))
         return true;
-    ll_status error = ll_error(LL_FORBIDDEN, role == LL_ROLE_NONE ? "This key does not belong to this session."
-                                                                  : "This key is another player's.");
+    ll_status error =
+        ll_error(LL_FORBIDDEN, role == LL_ROLE_NONE ? "This key does not belong to this session."
+                                                    : "This key is another player's.");
     ll_problem(response, request, &error);
     return false;
 }
@@ -97,8 +100,10 @@ ll_status ll_api_only(const cJSON *object, const char *const *names)
         if (*name)
             continue;
         for (name = names; *name; name++)
-            snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", name == names ? "" : ", ", *name);
-        return ll_field_error(LL_BAD_INPUT, member->string, "%.60s is not known here; possible are %s.", member->string, known);
+            snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", name == names ? "" : ", ",
+                     *name);
+        return ll_field_error(LL_BAD_INPUT, member->string, "%.60s is not known here; possible are %s.",
+                              member->string, known);
     }
     return ll_ok();
 }
@@ -110,7 +115,8 @@ void ll_api_hash_text(uint64_t hash, char text[17])
 
 void ll_api_links(cJSON *json, const char *id)
 {
-    static const char *const parts[] = {"stream", "params", "control", "input", "state", "metrics", "trace", "log", "fork"};
+    static const char *const parts[] = {"stream",  "params", "control", "input", "state",
+                                        "metrics", "trace",  "log",     "fork"};
     char path[160];
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     snprintf(path, sizeof path, "/api/v1/sessions/%s", id);

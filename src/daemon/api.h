@@ -1,7 +1,8 @@
-/* The REST side of the daemon: what its handlers share. Each routes_*.c holds the handlers of one subject; routes.c has the table.
+/* The REST side of the daemon: what its handlers share. Each routes_*.c holds the handlers of one subject;
+ * routes.c has the table.
  *
- * Handlers run on threads of the front door. They find a session, take what they need under its lock and write a response;
- * they fail only by a problem document. */
+ * Handlers run on threads of the front door. They find a session, take what they need under its lock and
+ * write a response; they fail only by a problem document. */
 #pragma once
 
 #include <stdatomic.h>
@@ -21,7 +22,7 @@ typedef struct ll_api_idempotency ll_api_idempotency;
 typedef struct ll_api {
     ll_host *host;
     ll_store *store;
-    _Atomic(ll_door *) door; /* set when it is open */
+    _Atomic(ll_door *) door;           /* set when it is open */
     const char *scenarios, *documents; /* folders */
     atomic_int phase;
     ll_time started;
@@ -34,7 +35,8 @@ typedef struct ll_api {
 
 ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store);
 void ll_api_end(ll_api *api);
-void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status, double seconds);
+void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
+                 double seconds);
 
 /* ---- helpers of handlers ---- */
 
@@ -45,7 +47,8 @@ bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_respons
 ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
 /* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */
-bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted, int player);
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
+                    int player);
 
 /* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);

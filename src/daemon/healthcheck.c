@@ -71,8 +71,11 @@ int ll_healthcheck(int argc, char **argv)
         return 1;
     }
     char text[512];
-    int length = snprintf(text, sizeof text, "GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
-    ssize_t got = send(fd, text, (size_t)length, MSG_NOSIGNAL) == length ? recv(fd, text, sizeof text - 1, MSG_WAITALL) : -1;
+    int length =
+        snprintf(text, sizeof text, "GET /readyz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+    ssize_t got = send(fd, text, (size_t)length, MSG_NOSIGNAL) == length
+                      ? recv(fd, text, sizeof text - 1, MSG_WAITALL)
+                      : -1;
     close(fd);
     text[got > 0 ? got : 0] = '\0';
     if (strncmp(text, "HTTP/1.1 200 ", 13) == 0)

@@ -81,7 +81,8 @@ int ll_hosted_viewers(const ll_hosted *hosted)
 int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length)
 {
     int role = LL_ROLE_NONE;
-    for (int i = 0; i < hosted->key_count; i++) { /* all of them, so that time does not tell whose key it nearly was */
+    for (int i = 0; i < hosted->key_count;
+         i++) { /* all of them, so that time does not tell whose key it nearly was */
         if (ll_key_matches(&hosted->keys[i], key, length))
             role = i - 1;
     }
@@ -139,8 +140,8 @@ static void control_number(ll_session *session, ll_time wall, const char *op, co
     cJSON_Delete(control);
 }
 
-/* As it was when its clock was last stored, or at the last stamped command when that is later. A playing session went on from
- * the daemon's start. */
+/* As it was when its clock was last stored, or at the last stamped command when that is later. A playing
+ * session went on from the daemon's start. */
 static void resume(ll_hosted *hosted)
 {
     const ll_stored *row = &hosted->stored;
@@ -172,7 +173,8 @@ ll_status ll_hosted_load(ll_hosted *hosted)
     free(text);
     if (ll_failed(&status)) {
         hosted->session = NULL;
-        ll_log("error", "session not restored", "Stored session %lld: %s", (long long)hosted->stored.number, status.text);
+        ll_log("error", "session not restored", "Stored session %lld: %s", (long long)hosted->stored.number,
+               status.text);
         return ll_error(LL_IO, "The stored log of this session cannot be replayed: %.180s", status.text);
     }
     resume(hosted);
@@ -211,7 +213,8 @@ ll_status ll_hosted_enter(ll_hosted *hosted, ll_session **session, bool *was_par
 {
     atomic_store(&hosted->touched, ll_host_now());
     pthread_mutex_lock(&hosted->lock);
-    ll_status status = hosted->deleted ? ll_error(LL_NOT_FOUND, "There is no such session.") : ll_hosted_load(hosted);
+    ll_status status =
+        hosted->deleted ? ll_error(LL_NOT_FOUND, "There is no such session.") : ll_hosted_load(hosted);
     if (ll_failed(&status)) {
         pthread_mutex_unlock(&hosted->lock);
         return status;
@@ -285,7 +288,8 @@ ll_status ll_host_command(ll_host *host, ll_hosted *hosted, ll_host_change *chan
     status = ll_store_wait(host->store, ticket);
     if (ll_failed(&status)) {
         atomic_fetch_add(&host->refused_store, 1);
-        return ll_error(LL_IO, "The command could not be stored and may be lost at a restart: %.170s", status.text);
+        return ll_error(LL_IO, "The command could not be stored and may be lost at a restart: %.170s",
+                        status.text);
     }
     return ll_ok();
 }

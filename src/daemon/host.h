@@ -1,12 +1,14 @@
 /* Hosting: all sessions of the daemon, the threads that pace them, and who may change them.
  *
- * A session is found by its id and held by a counted reference (ll_host_find ... ll_hosted_release). Its engine object is used between
- * ll_hosted_enter and ll_hosted_leave only, which lock it, load it from the store when it was not used since the start, and
- * bring it to the present. Changes go through ll_host_command, which also keeps the rules of durability: a command
- * is applied only when the store works, and answered only when its line is stored.
+ * A session is found by its id and held by a counted reference (ll_host_find ... ll_hosted_release). Its
+ * engine object is used between ll_hosted_enter and ll_hosted_leave only, which lock it, load it from the
+ * store when it was not used since the start, and bring it to the present. Changes go through
+ * ll_host_command, which also keeps the rules of durability: a command is applied only when the store works,
+ * and answered only when its line is stored.
  *
- * Each session belongs to one worker thread, which steps it at 60 Hz of wall time while somebody looks, encodes each frame once and
- * publishes it. A session that nobody looks at is parked after `park_after_s` and costs no CPU until it is asked for.
+ * Each session belongs to one worker thread, which steps it at 60 Hz of wall time while somebody looks,
+ * encodes each frame once and publishes it. A session that nobody looks at is parked after `park_after_s` and
+ * costs no CPU until it is asked for.
  *
  * Any thread, but for create, stop and free. */
 #pragma once
@@ -55,7 +57,9 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host 
 
 /* The hooks of the streams, and what they need; before any session is made or found. */
 ll_ws_hooks ll_host_hooks(ll_host *host);
-ll_status ll_host_start(ll_host *host, ll_ws *ws); /* opens the streams of stored sessions, starts the workers and the caretaker */
+ll_status
+ll_host_start(ll_host *host,
+              ll_ws *ws); /* opens the streams of stored sessions, starts the workers and the caretaker */
 
 void ll_host_stop(ll_host *host); /* joins the workers: nothing is published after it */
 void ll_host_save(ll_host *host); /* queues the clocks of all sessions; after stop */
@@ -80,11 +84,12 @@ typedef struct ll_host_order {
     ll_hosted *origin;            /* whose log is forked */
     int64_t seed;                 /* < 0: the scenario's */
     bool paused;
-    double speed;
+    double speed;     /* 0: as it is (1, or the origin's) */
     const char *peer; /* who asks, for the rate */
 } ll_host_order;
 
-/* Makes a session, stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or what the engine says. */
+/* Makes a session, stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or what the engine
+ * says. */
 ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *made);
 
 ll_hosted *ll_host_find(ll_host *host, const char *id); /* NULL when there is none */
@@ -102,10 +107,12 @@ int ll_hosted_viewers(const ll_hosted *hosted);
 enum { LL_ROLE_NONE = -2, LL_ROLE_OWNER = -1 };
 int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length);
 
-/* Locks the session, brings it to the present and gives it. On an error nothing is locked. `was_parked` may be NULL. */
+/* Locks the session, brings it to the present and gives it. On an error nothing is locked. `was_parked` may
+ * be NULL. */
 ll_status ll_hosted_enter(ll_hosted *hosted, ll_session **session, bool *was_parked);
 void ll_hosted_leave(ll_hosted *hosted);
 
-/* `change` is called with the session locked and up to date; it changes, and reads what it wants to answer. */
+/* `change` is called with the session locked and up to date; it changes, and reads what it wants to answer.
+ */
 typedef ll_status ll_host_change(void *context, ll_session *session, ll_time wall);
 ll_status ll_host_command(ll_host *host, ll_hosted *hosted, ll_host_change *change, void *context);

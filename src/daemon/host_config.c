@@ -4,14 +4,17 @@
 
 static const ll_param rows[] = {
     {ROW(data, LL_PARAM_TEXT), .max = 511,
-     .help = "Folder of the sessions' database; `memory` keeps them in memory only. Empty: $XDG_STATE_HOME/laglab or "
+     .help = "Folder of the sessions' database; `memory` keeps them in memory only. Empty: "
+             "$XDG_STATE_HOME/laglab or "
              "~/.local/state/laglab."},
-    {ROW(scenarios, LL_PARAM_TEXT), .max = 511, .help = "Folder of the scenarios; empty: `scenarios` beside the program."},
+    {ROW(scenarios, LL_PARAM_TEXT), .max = 511,
+     .help = "Folder of the scenarios; empty: `scenarios` beside the program."},
     {ROW(api, LL_PARAM_TEXT), .max = 511,
      .help = "Folder of openapi.yaml and asyncapi.yaml; empty: `api` beside the program."},
     {ROW(threads, LL_PARAM_INT), .min = 0, .max = 256, .standard = 0,
      .help = "Threads that step sessions; 0 is one per core."},
-    {ROW(max_sessions, LL_PARAM_INT), .min = 1, .max = 1000000, .standard = 2000, .help = "Sessions in total."},
+    {ROW(max_sessions, LL_PARAM_INT), .min = 1, .max = 1000000, .standard = 2000,
+     .help = "Sessions in total."},
     {ROW(max_new_sessions_per_min, LL_PARAM_REAL), .min = 1, .max = 1e6, .standard = 120, .unit = "1/min",
      .help = "Sessions that one address may make, sustained; as many at once."},
     {ROW(max_code_lookups_per_min, LL_PARAM_REAL), .min = 1, .max = 1e6, .standard = 60, .unit = "1/min",
@@ -28,5 +31,8 @@ static const ll_param rows[] = {
      .help = "How often the clock of a playing session is stored."},
 };
 
-const ll_param_table ll_host_table = {.name = "hosting", .help = "Hosting of sessions.", .rows = rows,
-                                      .count = sizeof rows / sizeof rows[0], .size = sizeof(ll_host_config)};
+const ll_param_table ll_host_table = {.name = "hosting",
+                                      .help = "Hosting of sessions.",
+                                      .rows = rows,
+                                      .count = sizeof rows / sizeof rows[0],
+                                      .size = sizeof(ll_host_config)};

@@ -1,7 +1,7 @@
 /* Inside of hosting: what host.c, make.c, worker.c and viewers.c share. Nobody else includes it.
  *
- * Locks, in the order in which they may be taken: hosted.lock, then one of hosted.inbox_lock, worker.lock, host.lock,
- * host.replies_lock. The store's and the streams' own locks come last. */
+ * Locks, in the order in which they may be taken: hosted.lock, then one of hosted.inbox_lock, worker.lock,
+ * host.lock, host.replies_lock. The store's and the streams' own locks come last. */
 #pragma once
 
 #include <pthread.h>
@@ -32,8 +32,8 @@ typedef struct ll_reply {
     struct ll_reply *next;
     uint64_t ticket; /* send it when this is durable */
     ll_ws_viewer viewer;
-    char *good;      /* message to send then */
-    char id[40];     /* for the error when the store fails */
+    char *good;  /* message to send then */
+    char id[40]; /* for the error when the store fails */
 } ll_reply;
 
 struct ll_hosted {
@@ -45,10 +45,10 @@ struct ll_hosted {
     int worker, slot;
     ll_ws_stream *stream;
     atomic_int references;
-    _Atomic ll_time touched;  /* last request or viewer */
-    _Atomic int status;       /* ll_session_status as last seen, or -1: not in memory; for the statistics */
+    _Atomic ll_time touched; /* last request or viewer */
+    _Atomic int status;      /* ll_session_status as last seen, or -1: not in memory; for the statistics */
     atomic_bool parked;
-    atomic_bool pending; /* something to do for the worker */
+    atomic_bool pending;                  /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
     bool waking;                          /* waker.lock: in the queue of the wakers */
@@ -135,10 +135,10 @@ bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if i
 bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket); /* false when it was done before */
 void ll_host_unregister(ll_host *host, ll_hosted *hosted);
 void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
-void ll_hosted_save(ll_hosted *hosted); /* queues the row; locked */
-ll_status ll_host_storable(ll_host *host); /* LL_IO while the store fails */
-ll_status ll_hosted_load(ll_hosted *hosted); /* locked */
-void ll_hosted_note(ll_hosted *hosted);      /* status for the statistics; locked */
+void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
+ll_status ll_host_storable(ll_host *host);                              /* LL_IO while the store fails */
+ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */
+void ll_hosted_note(ll_hosted *hosted); /* status for the statistics; locked */
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
 
@@ -154,7 +154,8 @@ void ll_hosted_nudge(ll_hosted *hosted); /* the worker looks at it in its next s
 void ll_waker_init(ll_waker *waker);
 ll_status ll_waker_start(ll_host *host);
 void ll_waker_stop(ll_waker *waker);
-void ll_waker_take(ll_waker *waker, ll_hosted *hosted); /* any thread; the session is nudged when it is awake */
+void ll_waker_take(ll_waker *waker,
+                   ll_hosted *hosted); /* any thread; the session is nudged when it is awake */
 
 /* ---- viewers.c ---- */
 
@@ -162,5 +163,5 @@ void ll_viewers_greet(ll_hosted *hosted);               /* hellos to those who w
 void ll_viewers_apply(ll_hosted *hosted, ll_time wall); /* their inputs; locked */
 bool ll_viewers_any(ll_hosted *hosted);
 void ll_viewers_dismiss(ll_hosted *hosted, const char *reason); /* closes them all */
-void ll_viewers_forget(ll_hosted *hosted); /* at the end */
-void ll_host_send_replies(void *host);     /* those that are durable; the store's hook */
+void ll_viewers_forget(ll_hosted *hosted);                      /* at the end */
+void ll_host_send_replies(void *host);                          /* those that are durable; the store's hook */

@@ -39,7 +39,8 @@ void ll_api_idempotency_free(ll_api_idempotency *table)
     free(table);
 }
 
-static void digest(const char *a, size_t a_size, const char *b, size_t b_size, unsigned char result[LL_SHA256_SIZE])
+static void digest(const char *a, size_t a_size, const char *b, size_t b_size,
+                   unsigned char result[LL_SHA256_SIZE])
 {
     ll_sha256 hash;
     ll_sha256_init(&hash);
@@ -48,8 +49,8 @@ static void digest(const char *a, size_t a_size, const char *b, size_t b_size, u
     ll_sha256_end(&hash, result);
 }
 
-ll_api_repeat ll_api_idempotency_begin(ll_api_idempotency *table, const char *peer, const char *key, const char *body,
-                                       size_t size, uint64_t *name, char **answer)
+ll_api_repeat ll_api_idempotency_begin(ll_api_idempotency *table, const char *peer, const char *key,
+                                       const char *body, size_t size, uint64_t *name, char **answer)
 {
     kept wanted = {0};
     digest(peer, strlen(peer) + 1, key, strlen(key), wanted.name);
@@ -61,8 +62,8 @@ ll_api_repeat ll_api_idempotency_begin(ll_api_idempotency *table, const char *pe
         if (entry->number == 0 || memcmp(entry->name, wanted.name, sizeof wanted.name) != 0)
             continue;
         result = memcmp(entry->body, wanted.body, sizeof wanted.body) != 0 ? LL_REPEAT_OTHER
-                 : entry->answer                                             ? LL_REPEAT_SAME
-                                                                             : LL_REPEAT_BUSY;
+                 : entry->answer                                           ? LL_REPEAT_SAME
+                                                                           : LL_REPEAT_BUSY;
         if (result == LL_REPEAT_SAME)
             *answer = strdup(entry->answer);
         break;

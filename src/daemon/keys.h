@@ -1,15 +1,15 @@
 /* Names that cannot be guessed: session ids, keys and class codes.
  *
- * A key is shown once, to who made the session; what is kept is a salted hash of it (ll_key_hash), compared in
- * constant time. All functions may be called from any thread; randomness is the kernel's. */
+ * A key is shown once, to who made the session; what is kept is a salted hash of it (ll_key_hash), compared
+ * in constant time. All functions may be called from any thread; randomness is the kernel's. */
 #pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
 
-#define LL_ID_LENGTH 26   /* 130 bits */
-#define LL_KEY_LENGTH 32  /* 160 bits */
-#define LL_CODE_LENGTH 4  /* said aloud in a class room; short-lived and rate-limited, never a secret */
+#define LL_ID_LENGTH 26  /* 130 bits */
+#define LL_KEY_LENGTH 32 /* 160 bits */
+#define LL_CODE_LENGTH 4 /* said aloud in a class room; short-lived and rate-limited, never a secret */
 #define LL_KEY_SALT 16
 #define LL_KEY_RECORD (LL_KEY_SALT + 32)
 

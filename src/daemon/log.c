@@ -38,7 +38,8 @@ void ll_log(const char *level, const char *msg, const char *format, ...)
     clock_gettime(CLOCK_REALTIME, &now);
     gmtime_r(&now.tv_sec, &utc);
     strftime(stamp, sizeof stamp, "%Y-%m-%dT%H:%M:%S", &utc);
-    int length = snprintf(line, sizeof line, "{\"ts\":\"%s.%03ldZ\",\"level\":\"%s\",\"msg\":\"%s\",\"detail\":\"%s\"}\n", stamp,
+    int length = snprintf(line, sizeof line,
+                          "{\"ts\":\"%s.%03ldZ\",\"level\":\"%s\",\"msg\":\"%s\",\"detail\":\"%s\"}\n", stamp,
                           now.tv_nsec / 1000000, level, msg, quoted);
     if (length > 0 && write(STDERR_FILENO, line, (size_t)length) < 0)
         return; /* nobody to tell */

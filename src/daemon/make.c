@@ -20,7 +20,8 @@ static bool make_keys(ll_hosted *hosted, ll_host_made *made)
     if (!ll_new_key(made->owner_key) || !ll_key_hash_make(made->owner_key, &hosted->keys[0]))
         return false;
     for (int i = 0; i < made->players; i++) {
-        if (!ll_new_key(made->player_keys[i]) || !ll_key_hash_make(made->player_keys[i], &hosted->keys[1 + i]))
+        if (!ll_new_key(made->player_keys[i]) ||
+            !ll_key_hash_make(made->player_keys[i], &hosted->keys[1 + i]))
             return false;
     }
     hosted->key_count = 1 + made->players;
@@ -52,13 +53,14 @@ static ll_status control(ll_hosted *hosted, const char *op, const char *name, do
 static ll_status make_session(ll_hosted *hosted, const ll_host_order *order, ll_host_made *made)
 {
     ll_status status = order->origin ? fork_of(order->origin, hosted)
-                                     : ll_session_create(order->scenario, order->seed, ll_hosted_on_line, hosted, &hosted->session);
+                                     : ll_session_create(order->scenario, order->seed, ll_hosted_on_line,
+                                                         hosted, &hosted->session);
     if (ll_failed(&status))
         return status;
     hosted->wall = ll_host_now();
     if (!make_keys(hosted, made))
         return ll_error(LL_NO_MEMORY, "The system gives no random numbers for keys.");
-    if (order->speed != ll_session_get_info(hosted->session).speed)
+    if (order->speed > 0 && order->speed != ll_session_get_info(hosted->session).speed)
         status = control(hosted, "speed", "speed", order->speed);
     if (!ll_failed(&status) && !order->paused)
         status = control(hosted, "play", NULL, 0);
@@ -72,7 +74,8 @@ static ll_status allowed(ll_host *host, const ll_host_order *order)
         return status;
     if (!ll_rates_take(host->creations, order->peer, ll_host_now())) {
         atomic_fetch_add(&host->refused_creations, 1);
-        return ll_error(LL_LIMIT, "One address can make at most %g sessions a minute.", host->config.max_new_sessions_per_min);
+        return ll_error(LL_LIMIT, "One address can make at most %g sessions a minute.",
+                        host->config.max_new_sessions_per_min);
     }
     return ll_ok();
 }
@@ -82,7 +85,8 @@ static ll_status enrol(ll_host *host, ll_hosted *hosted, ll_host_made *made)
     if (!ll_host_register(host, hosted)) {
         made->full = true;
         atomic_fetch_add(&host->refused_sessions, 1);
-        return ll_error(LL_LIMIT, "There are %lld sessions already, which is the limit.", (long long)host->config.max_sessions);
+        return ll_error(LL_LIMIT, "There are %lld sessions already, which is the limit.",
+                        (long long)host->config.max_sessions);
     }
     ll_hosted_retain(hosted); /* the stream's */
     ll_status status = ll_ws_stream_open(host->ws, hosted->id, hosted, &hosted->stream);

@@ -11,7 +11,8 @@ static void option_name(const char *row, char *name, size_t size)
     }
 }
 
-static const ll_param *find(const ll_options *options, int count, const char *given, size_t length, int *which)
+static const ll_param *find(const ll_options *options, int count, const char *given, size_t length,
+                            int *which)
 {
     for (int i = 0; i < count; i++) {
         for (int j = 0; j < options[i].table->count; j++) {
@@ -49,7 +50,8 @@ ll_status ll_options_parse(const ll_options *options, int count, int argc, char 
         int which = 0;
         const ll_param *row = find(options, count, given, length, &which);
         if (!row)
-            return ll_error(LL_BAD_INPUT, "There is no option %.60s; `laglab serve --help` lists them.", given);
+            return ll_error(LL_BAD_INPUT, "There is no option %.60s; `laglab serve --help` lists them.",
+                            given);
         if (!equals && i + 1 == argc)
             return ll_error(LL_BAD_INPUT, "%s needs a value.", given);
         char name[80];
@@ -65,10 +67,11 @@ static void print_row(FILE *file, const ll_param *row)
 {
     char name[80];
     option_name(row->name, name, sizeof name);
-    fprintf(file, "  %s %s\n      %s", name, row->type == LL_PARAM_TEXT ? "TEXT" : "N", row->help ? row->help : "");
+    fprintf(file, "  %s %s\n      %s", name, row->type == LL_PARAM_TEXT ? "TEXT" : "N",
+            row->help ? row->help : "");
     if (row->type == LL_PARAM_REAL || row->type == LL_PARAM_INT)
-        fprintf(file, " %.10g to %.10g%s%s, default %.10g.", row->min, row->max, row->unit ? " " : "", row->unit ? row->unit : "",
-                row->standard);
+        fprintf(file, " %.10g to %.10g%s%s, default %.10g.", row->min, row->max, row->unit ? " " : "",
+                row->unit ? row->unit : "", row->standard);
     else if (row->text)
         fprintf(file, " Default: %s.", row->text);
     fputc('\n', file);

@@ -1,4 +1,5 @@
-/* Options of `laglab serve`: every row of the tables given is `--name VALUE` (or `--name=VALUE`), with - for _. */
+/* Options of `laglab serve`: every row of the tables given is `--name VALUE` (or `--name=VALUE`), with - for
+ * _. */
 #pragma once
 
 #include <stdio.h>

@@ -1,7 +1,8 @@
 /* Token buckets: how often something may happen, with a burst.
  *
- * ll_bucket is one, guarded by its owner. ll_rates holds one per name (an address) in a table of fixed size: names
- * whose hashes meet share a bucket, so that strangers cannot make it grow. Time is an argument (monotonic ns). */
+ * ll_bucket is one, guarded by its owner. ll_rates holds one per name (an address) in a table of fixed size:
+ * names whose hashes meet share a bucket, so that strangers cannot make it grow. Time is an argument
+ * (monotonic ns). */
 #pragma once
 
 #include <stdbool.h>

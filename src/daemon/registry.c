@@ -64,7 +64,8 @@ bool ll_host_register(ll_host *host, ll_hosted *hosted)
     bool room = host->sessions < host->config.max_sessions && (hosted->code[0] || choose_code(host, hosted));
     if (room) {
         ll_hosted_retain(hosted);
-        ll_hosted **by_id = &host->by_id[bucket_of(hosted->id)], **by_code = &host->by_code[bucket_of(hosted->code)];
+        ll_hosted **by_id = &host->by_id[bucket_of(hosted->id)],
+                  **by_code = &host->by_code[bucket_of(hosted->code)];
         hosted->next_by_id = *by_id;
         *by_id = hosted;
         hosted->next_by_code = *by_code;
@@ -159,7 +160,8 @@ static void add_stored(void *context, const ll_stored *stored)
 {
     ll_host *host = context;
     if (stored->lines == 0 || stored->key_count < 1 || !ll_is_id(stored->id) || !ll_is_code(stored->code)) {
-        ll_log("warn", "stored session left out", "Session %lld has no log or no key.", (long long)stored->number);
+        ll_log("warn", "stored session left out", "Session %lld has no log or no key.",
+               (long long)stored->number);
         return;
     }
     ll_hosted *hosted = ll_hosted_new(host);
@@ -238,7 +240,8 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
     if (ll_failed(&status))
         return status;
     host->caretaker_started = pthread_create(&host->caretaker, NULL, take_care, host) == 0;
-    return host->caretaker_started ? ll_ok() : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
+    return host->caretaker_started ? ll_ok()
+                                   : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
 }
 
 void ll_host_stop(ll_host *host)
@@ -311,8 +314,10 @@ bool ll_host_allows_lookup(ll_host *host, const char *peer)
 static void count(ll_host_stats *stats, ll_hosted *hosted)
 {
     int status = atomic_load(&hosted->status);
-    int64_t *const by_status[] = {[LL_SESSION_PAUSED] = &stats->paused, [LL_SESSION_PLAYING] = &stats->playing,
-                                  [LL_SESSION_ENDED] = &stats->ended, [LL_SESSION_FAILED] = &stats->failed};
+    int64_t *const by_status[] = {[LL_SESSION_PAUSED] = &stats->paused,
+                                  [LL_SESSION_PLAYING] = &stats->playing,
+                                  [LL_SESSION_ENDED] = &stats->ended,
+                                  [LL_SESSION_FAILED] = &stats->failed};
     if (status < 0)
         stats->unloaded++;
     else
@@ -324,13 +329,18 @@ static void count(ll_host_stats *stats, ll_hosted *hosted)
 ll_host_stats ll_host_get_stats(ll_host *host)
 {
     ll_host_stats stats = {
-        .created = atomic_load(&host->created), .deleted = atomic_load(&host->deleted),
-        .expired = atomic_load(&host->expired), .ticks = atomic_load(&host->ticks),
-        .frames = atomic_load(&host->frames), .commands = atomic_load(&host->commands),
-        .inputs = atomic_load(&host->inputs), .refused_sessions = atomic_load(&host->refused_sessions),
+        .created = atomic_load(&host->created),
+        .deleted = atomic_load(&host->deleted),
+        .expired = atomic_load(&host->expired),
+        .ticks = atomic_load(&host->ticks),
+        .frames = atomic_load(&host->frames),
+        .commands = atomic_load(&host->commands),
+        .inputs = atomic_load(&host->inputs),
+        .refused_sessions = atomic_load(&host->refused_sessions),
         .refused_creations = atomic_load(&host->refused_creations),
         .refused_lookups = atomic_load(&host->refused_lookups),
-        .refused_commands = atomic_load(&host->refused_commands), .refused_store = atomic_load(&host->refused_store),
+        .refused_commands = atomic_load(&host->refused_commands),
+        .refused_store = atomic_load(&host->refused_store),
     };
     pthread_mutex_lock(&host->lock);
     stats.sessions = host->sessions;

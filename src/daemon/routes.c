@@ -1,4 +1,5 @@
-/* The table of routes. The front door answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each row. */
+/* The table of routes. The front door answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each
+ * row. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -19,16 +20,37 @@ static const ll_http_route table[] = {
     {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema},
     {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
     {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
-    {.method = "POST", .pattern = V1 "/sessions", .handler = ll_post_sessions, .body_limit = BODY, .types = JSON_TYPE, .slow = true},
+    {.method = "POST",
+     .pattern = V1 "/sessions",
+     .handler = ll_post_sessions,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .slow = true},
     {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .slow = true},
     {.method = "DELETE", .pattern = V1 "/sessions/{id}", .handler = ll_delete_session, .slow = true},
-    {.method = "PATCH", .pattern = V1 "/sessions/{id}/params", .handler = ll_patch_params, .body_limit = BODY,
-     .types = PATCH_TYPES, .slow = true},
-    {.method = "POST", .pattern = V1 "/sessions/{id}/control", .handler = ll_post_control, .body_limit = BODY,
-     .types = JSON_TYPE, .slow = true},
-    {.method = "POST", .pattern = V1 "/sessions/{id}/input", .handler = ll_post_input, .body_limit = BODY, .types = JSON_TYPE,
+    {.method = "PATCH",
+     .pattern = V1 "/sessions/{id}/params",
+     .handler = ll_patch_params,
+     .body_limit = BODY,
+     .types = PATCH_TYPES,
      .slow = true},
-    {.method = "POST", .pattern = V1 "/sessions/{id}/fork", .handler = ll_post_fork, .body_limit = BODY, .types = JSON_TYPE,
+    {.method = "POST",
+     .pattern = V1 "/sessions/{id}/control",
+     .handler = ll_post_control,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .slow = true},
+    {.method = "POST",
+     .pattern = V1 "/sessions/{id}/input",
+     .handler = ll_post_input,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .slow = true},
+    {.method = "POST",
+     .pattern = V1 "/sessions/{id}/fork",
+     .handler = ll_post_fork,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
      .slow = true},
     {.method = "GET", .pattern = V1 "/sessions/{id}/state", .handler = ll_get_state, .slow = true},
     {.method = "GET", .pattern = V1 "/sessions/{id}/metrics", .handler = ll_get_metrics, .slow = true},
@@ -72,7 +94,8 @@ void ll_api_end(ll_api *api)
     api->idempotency = NULL;
 }
 
-void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status, double seconds)
+void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
+                 double seconds)
 {
     ll_api *api = context;
     int class = status >= 100 && status < 600 ? status / 100 : 0;
@@ -81,6 +104,7 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
     if (status < 500)
         return;
     /* The pattern and not the path: paths hold session ids. */
-    ll_log("error", "request failed", "%s %s answered %d after %.1f ms, request %s", request ? request->method : "?",
-           route ? route->pattern : "(file)", status, seconds * 1e3, request ? request->id : "?");
+    ll_log("error", "request failed", "%s %s answered %d after %.1f ms, request %s",
+           request ? request->method : "?", route ? route->pattern : "(file)", status, seconds * 1e3,
+           request ? request->id : "?");
 }

@@ -65,8 +65,8 @@ static ll_status input(void *context, ll_session *session, ll_time wall)
     return status;
 }
 
-static void command(ll_api *api, const ll_http_request *request, ll_http_response *response, ll_hosted *hosted,
-                    ll_host_change *change, order *o)
+static void command(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                    ll_hosted *hosted, ll_host_change *change, order *o)
 {
     ll_status status = ll_host_command(api->host, hosted, change, o);
     if (ll_failed(&status))
@@ -76,7 +76,8 @@ static void command(ll_api *api, const ll_http_request *request, ll_http_respons
     cJSON_Delete(o->answer);
 }
 
-static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response, ll_host_change *change)
+static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                          ll_host_change *change)
 {
     ll_hosted *hosted = ll_api_session(api, request, response);
     if (!hosted)

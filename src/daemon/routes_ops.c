@@ -1,4 +1,5 @@
-/* For who runs the daemon: is it alive, will it take work, what does it do. Neither names nor counts single sessions. */
+/* For who runs the daemon: is it alive, will it take work, what does it do. Neither names nor counts single
+ * sessions. */
 #include <stdio.h>
 
 #include "daemon/api.h"
@@ -19,7 +20,8 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
     if (phase == LL_API_READY) {
         ll_http_text(response, 200, "application/json", "{\"status\":\"ready\"}");
     } else {
-        ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting." : "The daemon is stopping.");
+        ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
+                                                                      : "The daemon is stopping.");
         ll_problem_later(response, request, 503, 5, &error);
     }
     ll_http_set_header(response, "Cache-Control", "no-store");
@@ -44,7 +46,8 @@ static void counter(ll_http_response *r, const char *name, uint64_t value, const
     ll_http_printf(r, "laglab_%s %llu\n", name, (unsigned long long)value);
 }
 
-static void labelled(ll_http_response *r, const char *name, const char *label, const char *value, uint64_t number)
+static void labelled(ll_http_response *r, const char *name, const char *label, const char *value,
+                     uint64_t number)
 {
     ll_http_printf(r, "laglab_%s{%s=\"%s\"} %llu\n", name, label, value, (unsigned long long)number);
 }
@@ -52,7 +55,8 @@ static void labelled(ll_http_response *r, const char *name, const char *label, c
 static void write_sessions(ll_http_response *r, const ll_host_stats *s)
 {
     gauge(r, "sessions", (double)s->sessions, "Sessions in all.");
-    family(r, "sessions_by_status", "gauge", "Sessions by status; unloaded ones are on disk only since the start.");
+    family(r, "sessions_by_status", "gauge",
+           "Sessions by status; unloaded ones are on disk only since the start.");
     labelled(r, "sessions_by_status", "status", "playing", (uint64_t)s->playing);
     labelled(r, "sessions_by_status", "status", "paused", (uint64_t)s->paused);
     labelled(r, "sessions_by_status", "status", "ended", (uint64_t)s->ended);
@@ -132,6 +136,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     write_refused(response, &s, &d);
     gauge(response, "store_queue", (double)store.queued, "Records that wait to be stored.");
     counter(response, "store_commits_total", (uint64_t)store.commits, "Commits of the database.");
-    counter(response, "store_failures_total", (uint64_t)store.failures, "Commits that failed and are tried again.");
+    counter(response, "store_failures_total", (uint64_t)store.failures,
+            "Commits that failed and are tried again.");
     gauge(response, "store_failing", ll_store_failing(api->store, NULL), "1 while nothing can be stored.");
 }

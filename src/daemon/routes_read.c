@@ -33,7 +33,8 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
 }
 
 /* A number of the query in [low, high]; absent: stays as it is. */
-static ll_status query_number(const ll_http_request *request, const char *name, double low, double high, double *value)
+static ll_status query_number(const ll_http_request *request, const char *name, double low, double high,
+                              double *value)
 {
     const char *text = ll_http_query(request, name);
     if (!text)
@@ -42,7 +43,8 @@ static ll_status query_number(const ll_http_request *request, const char *name, 
     errno = 0;
     double number = strtod(text, &end);
     if (end == text || *end || !isfinite(number) || number < low || number > high)
-        return ll_field_error(LL_BAD_INPUT, name, "%s must be a number from %g to %g; it is `%.40s`.", name, low, high, text);
+        return ll_field_error(LL_BAD_INPUT, name, "%s must be a number from %g to %g; it is `%.40s`.", name,
+                              low, high, text);
     *value = number;
     return ll_ok();
 }
@@ -53,7 +55,8 @@ static ll_status fill_state(ll_session *session, const ll_http_request *request,
     ll_session_info info = ll_session_get_info(session);
     ll_status status = query_number(request, "tick", 0, (double)info.head_tick, &tick);
     if (!ll_failed(&status) && tick >= 0 && tick != floor(tick))
-        status = ll_field_error(LL_BAD_INPUT, "tick", "tick must be a whole number from 0 to %lld.", (long long)info.head_tick);
+        status = ll_field_error(LL_BAD_INPUT, "tick", "tick must be a whole number from 0 to %lld.",
+                                (long long)info.head_tick);
     if (ll_failed(&status))
         return status;
     cJSON *json = NULL;
@@ -89,7 +92,8 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
     if (!ll_failed(&status))
         status = query_number(request, "to_s", 0, 1e9, &to_s);
     if (!ll_failed(&status) && from_s > to_s)
-        status = ll_field_error(LL_BAD_INPUT, "from_s", "from_s (%g) must not be beyond to_s (%g).", from_s, to_s);
+        status =
+            ll_field_error(LL_BAD_INPUT, "from_s", "from_s (%g) must not be beyond to_s (%g).", from_s, to_s);
     if (ll_failed(&status))
         return status;
     int64_t from = ll_tick_at((ll_time)(fmin(from_s, head_s) * 1e9 + 0.5), info.tick_freq);
@@ -97,7 +101,8 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
     if (to > info.head_tick)
         to = info.head_tick;
     if (to - from >= TRACE_ROWS)
-        return ll_field_error(LL_BAD_INPUT, "to_s", "from_s to %g holds %lld ticks; an answer has at most %d.", to_s,
+        return ll_field_error(LL_BAD_INPUT, "to_s",
+                              "from_s to %g holds %lld ticks; an answer has at most %d.", to_s,
                               (long long)(to - from + 1), TRACE_ROWS);
     memcpy(response->type, "text/csv; charset=utf-8", sizeof "text/csv; charset=utf-8");
     return ll_session_trace(session, from, to, append, response);

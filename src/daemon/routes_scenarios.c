@@ -50,7 +50,8 @@ void ll_get_schema(void *context, const ll_http_request *request, ll_http_respon
     cJSON_Delete(json);
 }
 
-static void send_document(const ll_api *api, const char *name, const ll_http_request *request, ll_http_response *response)
+static void send_document(const ll_api *api, const char *name, const ll_http_request *request,
+                          ll_http_response *response)
 {
     char path[600], piece[8192];
     snprintf(path, sizeof path, "%s/%s", api->documents, name);

@@ -17,7 +17,9 @@
 static ll_status set_paths(cJSON **scenario, const cJSON *set)
 {
     if (!cJSON_IsObject(set))
-        return ll_field_error(LL_BAD_INPUT, "set", "set must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
+        return ll_field_error(
+            LL_BAD_INPUT, "set",
+            "set must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
     ll_scenario parsed = {0};
     ll_status status = ll_scenario_parse(*scenario, &parsed);
     if (ll_failed(&status))
@@ -50,13 +52,15 @@ static ll_status read_scenario(const ll_api *api, const cJSON *body, cJSON **sce
     if (cJSON_IsString(given)) {
         status = ll_scenario_load(api->scenarios, given->valuestring, scenario);
         if (status.code == LL_NOT_FOUND || status.code == LL_BAD_INPUT)
-            status = ll_field_error(LL_BAD_INPUT, "scenario", "There is no scenario `%.60s`; GET /api/v1/scenarios lists them.",
+            status = ll_field_error(LL_BAD_INPUT, "scenario",
+                                    "There is no scenario `%.60s`; GET /api/v1/scenarios lists them.",
                                     given->valuestring);
     } else if (cJSON_IsObject(given)) {
         *scenario = cJSON_Duplicate(given, true);
         status = *scenario ? ll_ok() : ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
     } else {
-        status = ll_field_error(LL_BAD_INPUT, "scenario", "scenario must be an id (text) or a scenario (object).");
+        status =
+            ll_field_error(LL_BAD_INPUT, "scenario", "scenario must be an id (text) or a scenario (object).");
     }
     if (!ll_failed(&status) && set)
         status = set_paths(scenario, set);
@@ -76,7 +80,8 @@ static ll_status read_options(const cJSON *body, ll_host_order *order)
     }
     if (paused && !cJSON_IsBool(paused))
         return ll_field_error(LL_BAD_INPUT, "paused", "paused must be true or false.");
-    order->paused = cJSON_IsTrue(paused);
+    if (paused)
+        order->paused = cJSON_IsTrue(paused);
     if (speed) {
         if (!cJSON_IsNumber(speed) || !(speed->valuedouble >= 0.1 && speed->valuedouble <= 10))
             return ll_field_error(LL_BAD_INPUT, "speed", "speed must be a number from 0.1 to 10.");
@@ -120,7 +125,8 @@ static void answer_made(ll_http_response *response, const char *text)
     cJSON_Delete(json);
 }
 
-static char *make(ll_api *api, const ll_http_request *request, ll_http_response *response, const ll_host_order *order)
+static char *make(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                  const ll_host_order *order)
 {
     if (atomic_load(&api->phase) == LL_API_DRAINING) {
         ll_status stopping = ll_error(LL_LIMIT, "The daemon is stopping.");
@@ -153,7 +159,7 @@ static char *make_new(ll_api *api, const ll_http_request *request, ll_http_respo
     cJSON *body = ll_api_body(request, response), *scenario = NULL;
     if (!body)
         return NULL;
-    ll_host_order order = {.seed = -1, .speed = 1, .peer = request->peer};
+    ll_host_order order = {.seed = -1, .peer = request->peer};
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status))
         status = read_options(body, &order);
@@ -181,7 +187,8 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
     uint64_t name = 0;
     char *text = NULL;
     ll_status error;
-    switch (ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body, request->body_size, &name, &text)) {
+    switch (ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body, request->body_size,
+                                     &name, &text)) {
     case LL_REPEAT_FIRST:
         text = make_new(api, request, response);
         ll_api_idempotency_end(api->idempotency, name, text);
@@ -190,11 +197,13 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
         answer_made(response, text ? text : "{}");
         break;
     case LL_REPEAT_BUSY:
-        error = ll_field_error(LL_CONFLICT, "Idempotency-Key", "The first request with this Idempotency-Key is still being answered.");
+        error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
+                               "The first request with this Idempotency-Key is still being answered.");
         ll_problem(response, request, &error);
         break;
     case LL_REPEAT_OTHER:
-        error = ll_field_error(LL_CONFLICT, "Idempotency-Key", "This Idempotency-Key was used with another body.");
+        error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
+                               "This Idempotency-Key was used with another body.");
         ll_problem_as(response, request, 422, &error);
         break;
     }
@@ -210,12 +219,10 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
         return;
     cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
     if (body) {
-        ll_host_order order = {.origin = origin, .seed = -1, .speed = 1, .paused = true, .peer = request->peer};
+        ll_host_order order = {.origin = origin, .seed = -1, .paused = true, .peer = request->peer};
         ll_status status = ll_api_only(body, names);
         if (!ll_failed(&status))
             status = read_options(body, &order);
-        if (!cJSON_HasObjectItem(body, "paused"))
-            order.paused = true;
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else

@@ -70,7 +70,8 @@ static ll_status open_store(daemon_parts *d)
     }
     bool asked = folder[0] != '\0';
     if (!asked && !default_data(folder, sizeof d->host_config.data)) {
-        ll_log("warn", "no store", "Sessions are kept in memory only: no --data was given and there is no home directory.");
+        ll_log("warn", "no store",
+               "Sessions are kept in memory only: no --data was given and there is no home directory.");
         return ll_ok();
     }
     ll_status status = ll_store_open(folder, &d->store);
@@ -81,14 +82,19 @@ static ll_status open_store(daemon_parts *d)
     return status;
 }
 
-static void prepare_process(sigset_t *signals)
+static void ending_signals(sigset_t *signals)
 {
-    signal(SIGPIPE, SIG_IGN);
-    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the store, told like a full disk */
     sigemptyset(signals);
     sigaddset(signals, SIGTERM);
     sigaddset(signals, SIGINT);
     sigaddset(signals, SIGHUP);
+}
+
+static void prepare_process(sigset_t *signals)
+{
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the store, told like a full disk */
+    ending_signals(signals);
     pthread_sigmask(SIG_BLOCK, signals, NULL); /* before there are threads, which inherit it */
     struct rlimit files;
     if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
@@ -114,7 +120,8 @@ static ll_status start(daemon_parts *d)
         status = ll_api_init(&d->api, d->host, d->store);
     if (ll_failed(&status))
         return status;
-    ll_http_app app = {.routes = d->api.routes, .route_count = d->api.route_count, .context = &d->api, .done = ll_api_done};
+    ll_http_app app = {
+        .routes = d->api.routes, .route_count = d->api.route_count, .context = &d->api, .done = ll_api_done};
     ll_ws_hooks hooks = ll_host_hooks(d->host);
     status = ll_door_open(&d->door_config, &app, &hooks, log_door, NULL, &d->door);
     if (ll_failed(&status))
@@ -129,8 +136,11 @@ static ll_status start(daemon_parts *d)
 /* Who asks twice does not want to wait. What was acknowledged is stored. */
 static void *exit_at_once(void *argument)
 {
+    (void)argument;
+    sigset_t signals;
     int got;
-    sigwait(argument, &got);
+    ending_signals(&signals);
+    sigwait(&signals, &got);
     _exit(1);
 }
 
@@ -141,7 +151,7 @@ static void wait_for_end(daemon_parts *d)
     atomic_store(&d->api.phase, LL_API_DRAINING);
     ll_log("info", "stopping", "Got %s.", got == SIGTERM ? "SIGTERM" : got == SIGINT ? "SIGINT" : "SIGHUP");
     pthread_t impatient;
-    if (pthread_create(&impatient, NULL, exit_at_once, &d->signals) == 0)
+    if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
 }
 

@@ -1,4 +1,5 @@
-/* The verb `serve`, and `healthcheck` for containers. Both take the arguments after the verb and return the exit status. */
+/* The verb `serve`, and `healthcheck` for containers. Both take the arguments after the verb and return the
+ * exit status. */
 #pragma once
 
 int ll_serve(int argc, char **argv);

@@ -1,4 +1,5 @@
-/* SHA-256 (FIPS 180-4), for the stored hashes of keys. Its vectors are checked by tests/daemon/test_keys.c. */
+/* SHA-256 (FIPS 180-4), for the stored hashes of keys. Its vectors are checked by tests/daemon/test_keys.c.
+ */
 #pragma once
 
 #include <stddef.h>

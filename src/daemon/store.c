@@ -17,13 +17,14 @@
 
 enum { SCHEMA_VERSION = 1, BUSY_MS = 2000, RETRY_S = 1 };
 
-static const char schema[] = "CREATE TABLE sessions(number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE, code TEXT NOT NULL,"
-                             " created_ms INTEGER NOT NULL, seen_ms INTEGER NOT NULL, keys BLOB NOT NULL,"
-                             " playing INTEGER NOT NULL, speed REAL NOT NULL, tick INTEGER NOT NULL,"
-                             " head_tick INTEGER NOT NULL);"
-                             "CREATE TABLE log(session INTEGER NOT NULL, line_index INTEGER NOT NULL, line TEXT NOT NULL,"
-                             " PRIMARY KEY(session, line_index)) WITHOUT ROWID;"
-                             "PRAGMA user_version=1;";
+static const char schema[] =
+    "CREATE TABLE sessions(number INTEGER PRIMARY KEY, id TEXT NOT NULL UNIQUE, code TEXT NOT NULL,"
+    " created_ms INTEGER NOT NULL, seen_ms INTEGER NOT NULL, keys BLOB NOT NULL,"
+    " playing INTEGER NOT NULL, speed REAL NOT NULL, tick INTEGER NOT NULL,"
+    " head_tick INTEGER NOT NULL);"
+    "CREATE TABLE log(session INTEGER NOT NULL, line_index INTEGER NOT NULL, line TEXT NOT NULL,"
+    " PRIMARY KEY(session, line_index)) WITHOUT ROWID;"
+    "PRAGMA user_version=1;";
 
 typedef enum record_type { RECORD_ROW, RECORD_LINE, RECORD_DELETE } record_type;
 
@@ -83,9 +84,11 @@ static ll_status database_error(const ll_store *store, sqlite3 *db, const char *
         return ll_error(LL_IO, "The database in %s is locked by another program.", store->directory);
     case SQLITE_NOTADB:
     case SQLITE_CORRUPT:
-        return ll_error(LL_IO, "%s/laglab.db is damaged or no database: %s.", store->directory, sqlite3_errmsg(db));
+        return ll_error(LL_IO, "%s/laglab.db is damaged or no database: %s.", store->directory,
+                        sqlite3_errmsg(db));
     default:
-        return ll_error(LL_IO, "%s in %s failed: %s.", doing, store->directory, db ? sqlite3_errmsg(db) : "no memory");
+        return ll_error(LL_IO, "%s in %s failed: %s.", doing, store->directory,
+                        db ? sqlite3_errmsg(db) : "no memory");
     }
 }
 
@@ -229,7 +232,8 @@ static ll_status make_directory(const char *directory)
     char path[4096];
     size_t length = strlen(directory);
     if (length == 0 || length >= sizeof path)
-        return ll_error(LL_IO, "The data directory's name has %zu characters; 1 to %zu are possible.", length, sizeof path - 1);
+        return ll_error(LL_IO, "The data directory's name has %zu characters; 1 to %zu are possible.", length,
+                        sizeof path - 1);
     memcpy(path, directory, length + 1);
     for (char *p = path + 1; *p; p++) {
         if (*p != '/')
@@ -249,7 +253,8 @@ static ll_status take_lock(ll_store *store)
     snprintf(path, sizeof path, "%s/lock", store->directory);
     store->lock_file = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
     if (store->lock_file < 0)
-        return ll_error(LL_IO, "The data directory %s cannot be written: %s.", store->directory, strerror(errno));
+        return ll_error(LL_IO, "The data directory %s cannot be written: %s.", store->directory,
+                        strerror(errno));
     if (flock(store->lock_file, LOCK_EX | LOCK_NB) != 0)
         return ll_error(LL_IO, "The data directory %s is in use by another laglab.", store->directory);
     return ll_ok();
@@ -272,8 +277,9 @@ static ll_status prepare_schema(ll_store *store)
     if (!read_number(db, "PRAGMA user_version", &version))
         return database_error(store, db, "Opening the database");
     if (version > SCHEMA_VERSION)
-        return ll_error(LL_IO, "The database in %s has schema %lld, made by a newer laglab; this one knows up to %d.",
-                        store->directory, (long long)version, SCHEMA_VERSION);
+        return ll_error(
+            LL_IO, "The database in %s has schema %lld, made by a newer laglab; this one knows up to %d.",
+            store->directory, (long long)version, SCHEMA_VERSION);
     if (version == 0) {
         char *made = sqlite3_mprintf("BEGIN IMMEDIATE;%sCOMMIT;", schema);
         int result = sqlite3_exec(db, made, NULL, NULL, NULL);
@@ -299,17 +305,19 @@ static ll_status open_database(ll_store *store)
     if (sqlite3_open_v2(path, &store->writer_db, flags, NULL) != SQLITE_OK)
         return database_error(store, store->writer_db, "Opening the database");
     sqlite3_busy_timeout(store->writer_db, BUSY_MS);
-    if (sqlite3_exec(store->writer_db, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL, NULL) != SQLITE_OK)
+    if (sqlite3_exec(store->writer_db, "PRAGMA journal_mode=WAL; PRAGMA synchronous=NORMAL;", NULL, NULL,
+                     NULL) != SQLITE_OK)
         return database_error(store, store->writer_db, "Opening the database");
     ll_status status = prepare_schema(store);
     for (int i = 0; i < STATEMENTS && !ll_failed(&status); i++) {
-        if (sqlite3_prepare_v3(store->writer_db, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT, &store->prepared[i],
-                               NULL) != SQLITE_OK)
+        if (sqlite3_prepare_v3(store->writer_db, statement_sql[i], -1, SQLITE_PREPARE_PERSISTENT,
+                               &store->prepared[i], NULL) != SQLITE_OK)
             status = database_error(store, store->writer_db, "Opening the database");
     }
     if (ll_failed(&status))
         return status;
-    if (sqlite3_open_v2(path, &store->reader_db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) != SQLITE_OK)
+    if (sqlite3_open_v2(path, &store->reader_db, SQLITE_OPEN_READWRITE | SQLITE_OPEN_NOMUTEX, NULL) !=
+        SQLITE_OK)
         return database_error(store, store->reader_db, "Opening the database");
     sqlite3_busy_timeout(store->reader_db, BUSY_MS);
     return ll_ok();
@@ -424,8 +432,9 @@ ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_st
 {
     if (!store)
         return ll_ok();
-    static const char sql[] = "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number)"
-                              " FROM sessions ORDER BY number";
+    static const char sql[] =
+        "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number)"
+        " FROM sessions ORDER BY number";
     sqlite3_stmt *s = NULL;
     pthread_mutex_lock(&store->reader_lock);
     int result = sqlite3_prepare_v2(store->reader_db, sql, -1, &s, NULL);
@@ -469,7 +478,8 @@ ll_status ll_store_read_log(ll_store *store, int64_t number, char **text, size_t
     sqlite3_stmt *s = NULL;
     pthread_mutex_lock(&store->reader_lock);
     ll_status status = ll_ok();
-    int result = sqlite3_prepare_v2(store->reader_db, "SELECT line FROM log WHERE session=?1 ORDER BY line_index", -1, &s, NULL);
+    int result = sqlite3_prepare_v2(
+        store->reader_db, "SELECT line FROM log WHERE session=?1 ORDER BY line_index", -1, &s, NULL);
     if (result == SQLITE_OK)
         sqlite3_bind_int64(s, 1, number);
     while ((result == SQLITE_OK || result == SQLITE_ROW) && !ll_failed(&status)) {
@@ -505,7 +515,8 @@ int64_t ll_store_new_number(ll_store *store)
     return number;
 }
 
-static uint64_t enqueue(ll_store *store, record_type type, int64_t number, int64_t index, const void *bytes, size_t size)
+static uint64_t enqueue(ll_store *store, record_type type, int64_t number, int64_t index, const void *bytes,
+                        size_t size)
 {
     if (!store)
         return 0;
@@ -582,7 +593,8 @@ ll_store_stats ll_store_get_stats(ll_store *store)
     if (!store)
         return stats;
     pthread_mutex_lock(&store->lock);
-    stats = (ll_store_stats){.queued = store->waiting, .commits = store->commits, .failures = store->failures};
+    stats =
+        (ll_store_stats){.queued = store->waiting, .commits = store->commits, .failures = store->failures};
     pthread_mutex_unlock(&store->lock);
     return stats;
 }

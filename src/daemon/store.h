@@ -1,12 +1,13 @@
 /* Sessions on disk: their rows and every line of their logs, in one SQLite database.
  *
- * One writer thread takes all that has been queued and commits it at once. Queueing gives a ticket; a caller that must not
- * answer before its line is safe waits for it, others may ask to be told (ll_store_on_commit). After `kill -9` every line
- * whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose the last commits).
+ * One writer thread takes all that has been queued and commits it at once. Queueing gives a ticket; a caller
+ * that must not answer before its line is safe waits for it, others may ask to be told (ll_store_on_commit).
+ * After `kill -9` every line whose ticket was durable is there (WAL, synchronous=NORMAL: a power cut may lose
+ * the last commits).
  *
  * When a commit fails, what is queued stays queued in its order and is tried again every second; until then
- * ll_store_wait fails and ll_store_failing is true: the host then refuses changes before it applies them, so that a
- * session never runs ahead of its stored log by more than what was in flight at the first failure.
+ * ll_store_wait fails and ll_store_failing is true: the host then refuses changes before it applies them, so
+ * that a session never runs ahead of its stored log by more than what was in flight at the first failure.
  *
  * All functions may be called from any thread and take a NULL store for "in memory only". */
 #pragma once
@@ -40,7 +41,8 @@ typedef struct ll_store_stats {
     int64_t queued, commits, failures;
 } ll_store_stats;
 
-/* Opens or makes DIRECTORY/laglab.db and takes DIRECTORY/lock. Errors (LL_IO) are sentences that name the directory. */
+/* Opens or makes DIRECTORY/laglab.db and takes DIRECTORY/lock. Errors (LL_IO) are sentences that name the
+ * directory. */
 ll_status ll_store_open(const char *directory, ll_store **store);
 
 /* Commits what is queued (one attempt when the store is failing) and closes. Returns how that went. */
@@ -67,5 +69,6 @@ bool ll_store_failing(ll_store *store, ll_status *why); /* `why` may be NULL */
 uint64_t ll_store_durable(ll_store *store);             /* the last durable ticket */
 ll_store_stats ll_store_get_stats(ll_store *store);
 
-/* `told` is called by the writer thread after each commit and each failure, without a lock. Set once, before queueing. */
+/* `told` is called by the writer thread after each commit and each failure, without a lock. Set once, before
+ * queueing. */
 void ll_store_on_commit(ll_store *store, void (*told)(void *context), void *context);

@@ -1,7 +1,8 @@
 /* What viewers say: keys, inputs, pings; and what they are told beside frames.
  *
- * Hooks run on the stream's thread, which must not wait for a session: inputs are left in the session's inbox and applied by its worker
- * in the next slot, which is also when their effect can be seen first. An answer waits until the input's line is stored. */
+ * Hooks run on the stream's thread, which must not wait for a session: inputs are left in the session's inbox
+ * and applied by its worker in the next slot, which is also when their effect can be seen first. An answer
+ * waits until the input's line is stored. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -263,7 +264,8 @@ static ll_status take_input(message *m, const cJSON *value)
         return status;
     int role = role_of(m->hosted, m->viewer);
     if (role != LL_ROLE_OWNER && role != player)
-        return ll_field_error(LL_FORBIDDEN, "input.player", "Say {\"auth\":KEY} with the owner's or player %d's key first.", player);
+        return ll_field_error(LL_FORBIDDEN, "input.player",
+                              "Say {\"auth\":KEY} with the owner's or player %d's key first.", player);
     ll_stream_input *input = calloc(1, sizeof *input);
     if (!input)
         return ll_error(LL_NO_MEMORY, "There is no memory for the input.");
@@ -301,7 +303,8 @@ static ll_status read_id(message *m)
     const cJSON *id = cJSON_GetObjectItemCaseSensitive(m->json, "id");
     if (!id)
         return ll_ok();
-    bool number = cJSON_IsNumber(id) && id->valuedouble == floor(id->valuedouble) && fabs(id->valuedouble) <= 9007199254740992.0;
+    bool number = cJSON_IsNumber(id) && id->valuedouble == floor(id->valuedouble) &&
+                  fabs(id->valuedouble) <= 9007199254740992.0;
     if (!number && !(cJSON_IsString(id) && strlen(id->valuestring) <= 16))
         return ll_field_error(LL_BAD_INPUT, "id", "id must be a whole number or a text of at most 16 bytes.");
     char *text = cJSON_PrintUnformatted(id);
@@ -314,7 +317,9 @@ static ll_status read_id(message *m)
 static ll_status take_message(message *m)
 {
     if (!cJSON_IsObject(m->json))
-        return ll_error(LL_BAD_INPUT, "A message is an object with one of ack, auth, input or ping, and an id if an answer is wanted.");
+        return ll_error(
+            LL_BAD_INPUT,
+            "A message is an object with one of ack, auth, input or ping, and an id if an answer is wanted.");
     ll_status status = read_id(m);
     if (ll_failed(&status))
         return status;
@@ -329,7 +334,8 @@ static ll_status take_message(message *m)
             found = member;
             kind = i;
         } else if (strcmp(member->string, "id") != 0) {
-            return ll_field_error(LL_BAD_INPUT, member->string, "A message has one of ack, auth, input or ping, and an id; not also %.40s.",
+            return ll_field_error(LL_BAD_INPUT, member->string,
+                                  "A message has one of ack, auth, input or ping, and an id; not also %.40s.",
                                   member->string);
         }
     }

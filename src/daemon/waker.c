@@ -1,7 +1,8 @@
 /* Threads that bring sleeping sessions to the present.
  *
- * A parked session must be run again from the nearest snapshot, a stored one from its log: up to seconds of work that a
- * worker, which owes a frame to others every few milliseconds, must not do. They run with less priority. */
+ * A parked session must be run again from the nearest snapshot, a stored one from its log: up to seconds of
+ * work that a worker, which owes a frame to others every few milliseconds, must not do. They run with less
+ * priority. */
 #include <stdlib.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -71,7 +72,8 @@ ll_status ll_waker_start(ll_host *host)
             break;
         waker->count++;
     }
-    return waker->count > 0 ? ll_ok() : ll_error(LL_NO_MEMORY, "The thread that wakes sessions cannot be started.");
+    return waker->count > 0 ? ll_ok()
+                            : ll_error(LL_NO_MEMORY, "The thread that wakes sessions cannot be started.");
 }
 
 void ll_waker_stop(ll_waker *waker)

@@ -1,8 +1,8 @@
 /* The threads that pace sessions to the wall clock and publish their frames.
  *
- * A frame's 16.7 ms have LL_SLOTS slots at absolute times that all workers share; a session belongs to one of them. Time between slots is
- * used to catch up sessions that are behind, a chunk of about a millisecond at a time. A worker whose sessions are all parked or
- * paused waits for a nudge and uses no CPU. */
+ * A frame's 16.7 ms have LL_SLOTS slots at absolute times that all workers share; a session belongs to one of
+ * them. Time between slots is used to catch up sessions that are behind, a chunk of about a millisecond at a
+ * time. A worker whose sessions are all parked or paused waits for a nudge and uses no CPU. */
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -12,8 +12,9 @@
 
 enum { FRAME_HZ = 60, SLOT_HZ = FRAME_HZ * LL_SLOTS };
 
-static const double chunk_ms = 1.0;                 /* of one session at a time */
-static const ll_time behind_frame_ns = 100 * LL_MS; /* a session that catches up shows where it is this often */
+static const double chunk_ms = 1.0; /* of one session at a time */
+static const ll_time behind_frame_ns =
+    100 * LL_MS; /* a session that catches up shows where it is this often */
 
 static ll_time slot_time(int64_t n)
 {
@@ -36,8 +37,8 @@ static bool encode(ll_worker *worker, ll_hosted *hosted, unsigned wants, uint32_
     for (int v = 0; v < LL_WS_VARIANTS; v++) {
         if (!(wants & (1u << v)))
             continue;
-        ll_status status = ll_frame_encode(hosted->session, (ll_frame_format)(v / 2), v % 2 != 0, publication.seq, wall, viewers,
-                                           &worker->buffer[v]);
+        ll_status status = ll_frame_encode(hosted->session, (ll_frame_format)(v / 2), v % 2 != 0,
+                                           publication.seq, wall, viewers, &worker->buffer[v]);
         if (ll_failed(&status))
             return false;
         publication.variant[v] = &worker->buffer[v];
@@ -55,9 +56,9 @@ static bool publish(ll_worker *worker, ll_hosted *hosted, bool asked)
     if (!wants)
         return false;
     int viewers = ll_ws_viewers(hosted->stream);
-    bool news = info.status == LL_SESSION_PLAYING || info.tick != hosted->published_tick || info.status != hosted->published_status ||
-                info.params_version != hosted->published_params || info.generation != hosted->published_generation ||
-                viewers != hosted->published_viewers;
+    bool news = info.status == LL_SESSION_PLAYING || info.tick != hosted->published_tick ||
+                info.status != hosted->published_status || info.params_version != hosted->published_params ||
+                info.generation != hosted->published_generation || viewers != hosted->published_viewers;
     bool wait = hosted->behind && hosted->wall - hosted->published_wall < behind_frame_ns;
     if (!(asked || news) || wait || !encode(worker, hosted, wants, info.generation))
         return false;
@@ -105,7 +106,8 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
     ll_hosted_advance(hosted, deadline, chunk_ms);
     bool sent = publish(worker, hosted, asked);
     ll_session_status status = ll_session_get_info(hosted->session).status;
-    if (hosted->wall - hosted->saved_wall > (ll_time)(hosted->host->config.save_every_s * 1e9) && status == LL_SESSION_PLAYING)
+    if (hosted->wall - hosted->saved_wall > (ll_time)(hosted->host->config.save_every_s * 1e9) &&
+        status == LL_SESSION_PLAYING)
         ll_hosted_save(hosted);
     ll_hosted_note(hosted);
     if (status != LL_SESSION_PLAYING && !hosted->behind)
