@@ -1,0 +1,158 @@
+/* Elementary functions from + - * / and sqrt alone. Each reduces its argument to a small interval, where a Taylor series of few terms is
+ * good to less than half an ulp; what is left is the rounding of the last operations. */
+#include "base/detmath.h"
+
+#include <float.h>
+#include <stdint.h>
+#include <string.h>
+
+static const double ln2_high = 0x1.62e42feep-1, ln2_low = 0x1.a39ef35793c76p-33; /* the high part has 21 trailing zero bits */
+static const double infinity = (double)__builtin_inff();
+
+/* pi / 2 in three parts of at most 33 bits, so that k times the first two is exact for |k| < 2^20, and a fourth for the rest. */
+static const double pio2_1 = 0x1.921fb544p+0, pio2_2 = 0x1.0b4611a6p-34, pio2_3 = 0x1.3198a2ep-69, pio2_4 = 0x1.b839a252049c1p-104;
+
+static double from_bits(uint64_t bits)
+{
+    double x;
+    memcpy(&x, &bits, sizeof x);
+    return x;
+}
+
+static uint64_t to_bits(double x)
+{
+    uint64_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    return bits;
+}
+
+double ll_sqrt(double x)
+{
+    return __builtin_sqrt(x); /* IEEE 754 wants it correctly rounded */
+}
+
+/* To the nearest integer, for |x| < 2^51. */
+static double nearest(double x)
+{
+    const double shift = 0x1.8p52;
+    return (x + shift) - shift;
+}
+
+static double power_of_two(int n) /* -1022 <= n <= 1023 */
+{
+    return from_bits((uint64_t)(n + 1023) << 52);
+}
+
+double ll_exp(double x)
+{
+    if (x != x)
+        return x;
+    if (x > 709.79)
+        return infinity;
+    if (x < -745.2)
+        return 0;
+    double k = nearest(x * (1 / 0.6931471805599453));
+    double r = (x - k * ln2_high) - k * ln2_low; /* |r| <= 0.347 */
+    double sum = 1.0 / 87178291200.0;            /* 1/14!, down to 1/2! */
+    static const double inverse[] = {1.0 / 6227020800.0, 1.0 / 479001600.0, 1.0 / 39916800.0, 1.0 / 3628800.0,
+                                     1.0 / 362880.0,     1.0 / 40320.0,     1.0 / 5040.0,     1.0 / 720.0,
+                                     1.0 / 120.0,        1.0 / 24.0,        1.0 / 6.0,        0.5};
+    for (int i = 0; i < 12; i++)
+        sum = sum * r + inverse[i];
+    double e = 1 + (r + r * r * sum);
+    int n = (int)k;
+    if (n < -1021) /* the result may be subnormal: scale in two steps */
+        return e * power_of_two(n + 60) * 0x1p-60;
+    if (n > 1022)
+        return e * power_of_two(n - 1) * 2;
+    return e * power_of_two(n);
+}
+
+double ll_log(double x)
+{
+    if (x != x || x < 0)
+        return from_bits(0x7ff8000000000000u);
+    if (x == 0)
+        return -infinity;
+    if (x > DBL_MAX)
+        return x;
+    int n = 0;
+    if (x < DBL_MIN) {
+        x *= 0x1p54;
+        n = -54;
+    }
+    /* x = 2^n m with m in [sqrt(1/2), sqrt(2)) */
+    uint64_t bits = to_bits(x) + (0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
+    n += (int)(bits >> 52) - 1023;
+    double m = from_bits((bits & 0xfffffffffffffu) + 0x3fe6a09e667f3bcdu);
+    /* ln m = 2 atanh(s), s = f / (2 + f), f = m - 1 (exact); with f^2/2 split off so that f itself keeps its bits */
+    double f = m - 1, s = f / (2 + f), z = s * s, sum = 0; /* z <= 0.0295 */
+    for (int i = 23; i >= 3; i -= 2)
+        sum = z * (2.0 / i + sum);
+    double half = 0.5 * f * f;
+    double tail = s * (half + sum) + n * ln2_low;
+    return n * ln2_high + (f - (half - tail));
+}
+
+/* x - k pi/2 as high + low, for |x| <= 1e6; beyond, the error grows with x. Returns k modulo 4. */
+static int reduce(double x, double *high, double *low)
+{
+    double k = nearest(x * 0.6366197723675814);
+    double a = (x - k * pio2_1) - k * pio2_2; /* the products are exact, and so is the first difference */
+    double second = x - k * pio2_1;
+    double error = (second - a) - k * pio2_2; /* what rounding `a` lost */
+    double b = k * pio2_3;
+    double r = a - b;
+    double lost = (a - r) - b;
+    *high = r;
+    *low = error + lost - k * pio2_4;
+    double normal = *high + *low;
+    *low = (*high - normal) + *low;
+    *high = normal;
+    return (int)((int64_t)k & 3);
+}
+
+/* On |x| <= pi/4, of x + low. */
+static double sine(double x, double low)
+{
+    double z = x * x, sum = -1.0 / 121645100408832000.0; /* 1/19! */
+    static const double terms[] = {1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+                                   1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
+    for (int i = 0; i < 8; i++)
+        sum = sum * z + terms[i];
+    return x + (x * z * sum + low * (1 - 0.5 * z));
+}
+
+static double cosine(double x, double low)
+{
+    double z = x * x, sum = 1.0 / 2432902008176640000.0; /* 1/20! */
+    static const double terms[] = {-1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0,
+                                   1.0 / 479001600.0,         -1.0 / 3628800.0,       1.0 / 40320.0,
+                                   -1.0 / 720.0,              1.0 / 24.0};
+    for (int i = 0; i < 8; i++)
+        sum = sum * z + terms[i];
+    double half = 0.5 * z, w = 1 - half;
+    return w + (((1 - w) - half) + (z * z * sum - x * low));
+}
+
+double ll_sin(double x)
+{
+    double r, low;
+    switch (reduce(x, &r, &low)) {
+    case 0: return sine(r, low);
+    case 1: return cosine(r, low);
+    case 2: return -sine(r, low);
+    default: return -cosine(r, low);
+    }
+}
+
+double ll_cos(double x)
+{
+    double r, low;
+    switch (reduce(x, &r, &low)) {
+    case 0: return cosine(r, low);
+    case 1: return -sine(r, low);
+    case 2: return -cosine(r, low);
+    default: return sine(r, low);
+    }
+}
