@@ -9,7 +9,8 @@
 #include "base/assert.h"
 #include "base/hash.h"
 
-/* Open addressing over addresses with at least one connection. At most `max_total` are in use, of at least twice as many places. */
+/* Open addressing over addresses with at least one connection. At most `max_total` are in use, of at least
+ * twice as many places. */
 typedef struct gate_place {
     uint8_t address[16];
     int count; /* 0: free */

@@ -1,12 +1,14 @@
 /* HTTP: a table of routes over libmicrohttpd, and the files of the page.
  *
- * Handlers run on a thread of the HTTP pool and should answer within a millisecond or so; those of rows marked `slow` run on threads of
- * their own pool and may compute for as long as they like (the client sees the answer late, nobody else does).
- * A handler fills the response; it cannot fail in any other way than by a problem document (problem.h).
+ * Handlers run on a thread of the HTTP pool and should answer within a millisecond or so; those of rows
+ * marked `slow` run on threads of their own pool and may compute for as long as they like (the client sees
+ * the answer late, nobody else does). A handler fills the response; it cannot fail in any other way than by a
+ * problem document (problem.h).
  *
- * Done here, before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin and Sec-Fetch-Site of
- * requests that change something (403), Content-Type (415), body limit (413), Content-Length missing is fine (chunked).
- * Done after it: HEAD, X-Request-Id, security headers, Content-Length or chunks, keep-alive. */
+ * Done here, before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
+ * and Sec-Fetch-Site of requests that change something (403), Content-Type (415), body limit (413),
+ * Content-Length missing is fine (chunked). Done after it: HEAD, X-Request-Id, security headers,
+ * Content-Length or chunks, keep-alive. */
 #pragma once
 
 #include <stdbool.h>
@@ -18,13 +20,14 @@
 #define LL_HTTP_PARAMETERS 4 /* {names} of a path */
 
 typedef struct ll_http_request {
-    const char *method; /* HEAD arrives as GET */
-    const char *path;   /* decoded, without query */
-    const char *parameter[LL_HTTP_PARAMETERS]; /* texts that stood for {..} in the pattern, in its order; the wildcard last */
-    const char *body;   /* NUL-terminated beyond `body_size`; never NULL */
+    const char *method;                        /* HEAD arrives as GET */
+    const char *path;                          /* decoded, without query */
+    const char *parameter[LL_HTTP_PARAMETERS]; /* texts that stood for {..} in the pattern, in its order; the
+                                                  wildcard last */
+    const char *body;                          /* NUL-terminated beyond `body_size`; never NULL */
     size_t body_size;
-    char peer[48];      /* address of the other end, without port */
-    char id[65];        /* X-Request-Id as given, or one that was made */
+    char peer[48]; /* address of the other end, without port */
+    char id[65];   /* X-Request-Id as given, or one that was made */
     const void *impl;
 } ll_http_request;
 
@@ -32,11 +35,12 @@ typedef struct ll_http_request {
 const char *ll_http_query(const ll_http_request *request, const char *name);
 const char *ll_http_header(const ll_http_request *request, const char *name);
 
-/* Whether the request's Accept header lets `type` (`text/csv`) be sent; a missing header lets everything. `quality` (may be NULL) gets
- * its q value, 0 to 1. */
+/* Whether the request's Accept header lets `type` (`text/csv`) be sent; a missing header lets everything.
+ * `quality` (may be NULL) gets its q value, 0 to 1. */
 bool ll_http_accepts(const ll_http_request *request, const char *type, double *quality);
 
-/* Called again and again on an HTTP thread until it returns 0 (the end) or -1 (break off); fills at most `capacity` bytes. */
+/* Called again and again on an HTTP thread until it returns 0 (the end) or -1 (break off); fills at most
+ * `capacity` bytes. */
 typedef int64_t ll_http_reader(void *context, uint64_t offset, char *buffer, size_t capacity);
 
 typedef struct ll_http_header_line {
@@ -61,11 +65,14 @@ typedef struct ll_http_response {
 
 void ll_http_set_header(ll_http_response *response, const char *name, const char *value);
 void ll_http_append(ll_http_response *response, const void *bytes, size_t size); /* to the body */
-void ll_http_printf(ll_http_response *response, const char *format, ...) __attribute__((format(printf, 2, 3)));
-void ll_http_clear(ll_http_response *response); /* frees the body and the reader; status 200 again, headers gone */
+void ll_http_printf(ll_http_response *response, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+void ll_http_clear(
+    ll_http_response *response); /* frees the body and the reader; status 200 again, headers gone */
 
 struct cJSON;
-void ll_http_json(ll_http_response *response, int status, const struct cJSON *json); /* prints it, `application/json` */
+void ll_http_json(ll_http_response *response, int status,
+                  const struct cJSON *json); /* prints it, `application/json` */
 void ll_http_text(ll_http_response *response, int status, const char *type, const char *text); /* copies it */
 /* Takes `bytes` (malloc'ed). */
 void ll_http_take(ll_http_response *response, int status, const char *type, char *bytes, size_t size);
@@ -74,19 +81,23 @@ typedef void ll_http_handler(void *context, const ll_http_request *request, ll_h
 
 typedef struct ll_http_route {
     const char *method;  /* GET answers HEAD too */
-    const char *pattern; /* `/api/v1/sessions/{id}/state`; {name} is one segment, a last {name*} all the rest (not empty) */
+    const char *pattern; /* `/api/v1/sessions/{id}/state`; {name} is one segment, a last {name*} all the rest
+                            (not empty) */
     ll_http_handler *handler;
-    size_t body_limit;   /* bytes; 0: no body is read (one that is sent is a 413) */
-    const char *types;   /* accepted Content-Types, comma separated; NULL: any. A body without Content-Type is a 415 if set */
-    bool slow;           /* run on the pool for slow handlers */
+    size_t body_limit; /* bytes; 0: no body is read (one that is sent is a 413) */
+    const char *types; /* accepted Content-Types, comma separated; NULL: any. A body without Content-Type is a
+                          415 if set */
+    bool slow;         /* run on the pool for slow handlers */
 } ll_http_route;
 
 typedef struct ll_http_app {
     const ll_http_route *routes; /* the first match wins */
     int route_count;
     void *context; /* of the handlers */
-    /* After each answer, for logs and metrics; on an HTTP thread. `route` is NULL for files and for what no route took. May be NULL. */
-    void (*done)(void *context, const ll_http_request *request, const ll_http_route *route, int status, double seconds);
+    /* After each answer, for logs and metrics; on an HTTP thread. `route` is NULL for files and for what no
+     * route took. May be NULL. */
+    void (*done)(void *context, const ll_http_request *request, const ll_http_route *route, int status,
+                 double seconds);
 } ll_http_app;
 
 /* ---- for the door only ---- */
@@ -96,10 +107,12 @@ struct ll_door_config;
 struct ll_gate;
 struct ll_bridge;
 struct ll_allow;
+struct ll_ws;
 struct sockaddr;
 
-ll_status ll_http_start(const struct ll_door_config *config, const ll_http_app *app, const struct ll_allow *allow,
-                        struct ll_gate *gate, struct ll_bridge *bridge, ll_http **http);
+ll_status ll_http_start(const struct ll_door_config *config, const ll_http_app *app,
+                        const struct ll_allow *allow, struct ll_gate *gate, struct ll_ws *ws,
+                        struct ll_bridge *bridge, ll_http **http);
 
 /* Hands a connection over: the HTTP side owns `fd` from here on, whatever is returned. Any thread. */
 bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsigned address_size);

@@ -8,15 +8,24 @@
 int ll_problem_http_status(ll_code code)
 {
     switch (code) {
-    case LL_OK: return 200;
-    case LL_BAD_INPUT: return 400;
-    case LL_NOT_FOUND: return 404;
-    case LL_FORBIDDEN: return 403;
-    case LL_CONFLICT: return 409;
-    case LL_LIMIT: return 429;
-    case LL_IO: return 503;
-    case LL_NO_MEMORY: return 503;
-    case LL_DIVERGED: return 409; /* the session is in a state that does not allow it any more */
+    case LL_OK:
+        return 200;
+    case LL_BAD_INPUT:
+        return 400;
+    case LL_NOT_FOUND:
+        return 404;
+    case LL_FORBIDDEN:
+        return 403;
+    case LL_CONFLICT:
+        return 409;
+    case LL_LIMIT:
+        return 429;
+    case LL_IO:
+        return 503;
+    case LL_NO_MEMORY:
+        return 503;
+    case LL_DIVERGED:
+        return 409; /* the session is in a state that does not allow it any more */
     }
     return 500;
 }
@@ -26,14 +35,33 @@ const char *ll_http_reason(int status)
     static const struct {
         int status;
         const char *reason;
-    } known[] = {{101, "Switching Protocols"}, {200, "OK"}, {201, "Created"}, {202, "Accepted"}, {204, "No Content"},
-                 {304, "Not Modified"}, {400, "Bad Request"}, {401, "Unauthorized"}, {403, "Forbidden"},
-                 {404, "Not Found"}, {405, "Method Not Allowed"}, {406, "Not Acceptable"},
-                 {408, "Request Timeout"}, {409, "Conflict"}, {410, "Gone"}, {412, "Precondition Failed"},
-                 {413, "Content Too Large"}, {415, "Unsupported Media Type"}, {421, "Misdirected Request"},
-                 {426, "Upgrade Required"}, {428, "Precondition Required"}, {429, "Too Many Requests"},
-                 {431, "Request Header Fields Too Large"}, {500, "Internal Server Error"},
-                 {503, "Service Unavailable"}, {505, "HTTP Version Not Supported"}, {507, "Insufficient Storage"}};
+    } known[] = {{101, "Switching Protocols"},
+                 {200, "OK"},
+                 {201, "Created"},
+                 {202, "Accepted"},
+                 {204, "No Content"},
+                 {304, "Not Modified"},
+                 {400, "Bad Request"},
+                 {401, "Unauthorized"},
+                 {403, "Forbidden"},
+                 {404, "Not Found"},
+                 {405, "Method Not Allowed"},
+                 {406, "Not Acceptable"},
+                 {408, "Request Timeout"},
+                 {409, "Conflict"},
+                 {410, "Gone"},
+                 {412, "Precondition Failed"},
+                 {413, "Content Too Large"},
+                 {415, "Unsupported Media Type"},
+                 {421, "Misdirected Request"},
+                 {426, "Upgrade Required"},
+                 {428, "Precondition Required"},
+                 {429, "Too Many Requests"},
+                 {431, "Request Header Fields Too Large"},
+                 {500, "Internal Server Error"},
+                 {503, "Service Unavailable"},
+                 {505, "HTTP Version Not Supported"},
+                 {507, "Insufficient Storage"}};
     for (size_t i = 0; i < sizeof known / sizeof *known; i++) {
         if (known[i].status == status) {
             return known[i].reason;
@@ -65,7 +93,8 @@ cJSON *ll_problem_json(int status, const ll_status *error, const char *instance)
     return problem;
 }
 
-void ll_problem_as(ll_http_response *response, const ll_http_request *request, int status, const ll_status *error)
+void ll_problem_as(ll_http_response *response, const ll_http_request *request, int status,
+                   const ll_status *error)
 {
     cJSON *problem = ll_problem_json(status, error, request != NULL ? request->path : NULL);
     ll_http_json(response, status, problem);
@@ -85,8 +114,8 @@ void ll_problem(ll_http_response *response, const ll_http_request *request, cons
     }
 }
 
-void ll_problem_later(ll_http_response *response, const ll_http_request *request, int status, int retry_after_s,
-                      const ll_status *error)
+void ll_problem_later(ll_http_response *response, const ll_http_request *request, int status,
+                      int retry_after_s, const ll_status *error)
 {
     char seconds[16];
     snprintf(seconds, sizeof seconds, "%d", retry_after_s);

@@ -4,7 +4,8 @@
 #include <string.h>
 #include <strings.h>
 
-const char *const ll_stream_protocols[2] = {[LL_FRAME_BINARY] = "laglab.v1.bin", [LL_FRAME_JSON] = "laglab.v1.json"};
+const char *const ll_stream_protocols[2] = {
+    [LL_FRAME_BINARY] = "laglab.v1.bin", [LL_FRAME_JSON] = "laglab.v1.json"};
 
 static bool is_name_character(char c)
 {
@@ -30,7 +31,8 @@ static ll_text trim(ll_text text)
 
 /* ---- heads ---- */
 
-/* One line without its end; false when there is no whole line. Bare LF ends a line too: nobody then waits for a CR that never comes. */
+/* One line without its end; false when there is no whole line. Bare LF ends a line too: nobody then waits for
+ * a CR that never comes. */
 static bool next_line(const char **at, const char *end, ll_text *line)
 {
     const char *feed = memchr(*at, '\n', (size_t)(end - *at));
@@ -61,7 +63,8 @@ static bool parse_request_line(ll_text line, ll_head *head)
     }
     head->target = (ll_text){target, (size_t)(space - target)};
     ll_text version = {space + 1, (size_t)(end - space - 1)};
-    if (version.size != 8 || memcmp(version.at, "HTTP/1.", 7) != 0 || (version.at[7] != '0' && version.at[7] != '1')) {
+    if (version.size != 8 || memcmp(version.at, "HTTP/1.", 7) != 0 ||
+        (version.at[7] != '0' && version.at[7] != '1')) {
         return false;
     }
     head->http11 = version.at[7] == '1';
@@ -83,9 +86,13 @@ static bool parse_field(ll_text line, ll_head *head)
     const struct {
         const char *name;
         ll_text *value;
-    } wanted[] = {{"Host", &head->host}, {"Upgrade", &head->upgrade}, {"Connection", &head->connection},
-                  {"Sec-WebSocket-Version", &head->version}, {"Sec-WebSocket-Key", &head->key},
-                  {"Sec-WebSocket-Protocol", &head->protocols}, {"Origin", &head->origin},
+    } wanted[] = {{"Host", &head->host},
+                  {"Upgrade", &head->upgrade},
+                  {"Connection", &head->connection},
+                  {"Sec-WebSocket-Version", &head->version},
+                  {"Sec-WebSocket-Key", &head->key},
+                  {"Sec-WebSocket-Protocol", &head->protocols},
+                  {"Origin", &head->origin},
                   {"Sec-Fetch-Site", &head->fetch_site}};
     const char *colon = memchr(line.at, ':', line.size);
     if (colon == NULL || colon == line.at) {
@@ -109,7 +116,8 @@ static bool parse_field(ll_text line, ll_head *head)
     return true;
 }
 
-/* What the first bytes alone tell: everything that a browser or a script sends begins with a method in capitals. */
+/* What the first bytes alone tell: everything that a browser or a script sends begins with a method in
+ * capitals. */
 static ll_head_state parse_beginning(const char *bytes, size_t size)
 {
     static const char preface[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
@@ -235,7 +243,8 @@ bool ll_allow_host(const ll_allow *allow, ll_text host)
         return false;
     }
     ll_text name = without_port(host);
-    return equals(name, "localhost") || is_address(name) || in_list(allow->hosts, name) || in_list(allow->hosts, host);
+    return equals(name, "localhost") || is_address(name) || in_list(allow->hosts, name) ||
+           in_list(allow->hosts, host);
 }
 
 bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host)
@@ -256,7 +265,8 @@ bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host)
         }
         ll_text authority = {origin.at + size, origin.size - size}, plain = host;
         if (plain.size > port && strncmp(plain.at + plain.size - port, schemes[i].port, port) == 0) {
-            plain.size -= port; /* a browser leaves the standard port out of Origin, a client may write it in Host */
+            plain.size -=
+                port; /* a browser leaves the standard port out of Origin, a client may write it in Host */
         }
         if (same(authority, host) || same(authority, plain)) {
             return true;
@@ -339,12 +349,14 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
         return refuse(http_status, 421, LL_FORBIDDEN, "Host",
                       "Host must be localhost, an address or a name given by --allow-host");
     }
-    if (!ll_has_token(head->upgrade, "websocket") || !ll_has_token(head->connection, "upgrade") || !head->http11) {
+    if (!ll_has_token(head->upgrade, "websocket") || !ll_has_token(head->connection, "upgrade") ||
+        !head->http11) {
         return refuse(http_status, 426, LL_BAD_INPUT, "Upgrade",
                       "a stream is a WebSocket: send `Connection: Upgrade` and `Upgrade: websocket`");
     }
     if (!equals(head->version, "13")) {
-        return refuse(http_status, 426, LL_BAD_INPUT, "Sec-WebSocket-Version", "Sec-WebSocket-Version must be 13");
+        return refuse(http_status, 426, LL_BAD_INPUT, "Sec-WebSocket-Version",
+                      "Sec-WebSocket-Version must be 13");
     }
     if (!is_key(head->key)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Key",

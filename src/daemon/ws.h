@@ -1,15 +1,18 @@
 /* WebSocket streams: frames of sessions to viewers, messages both ways.
  *
- * Each session's stream lives on one libwebsockets thread (by a hash of its id), with all its viewers. Publishing is one copy into a
- * buffer that all viewers of the stream share; there is no queue of frames per viewer. A viewer that has acknowledged once has at
- * most LL_FRAME_WINDOW frames in flight and then gets the newest; one that never did is paced by its socket. Acks, pings, the
- * message size, UTF-8 and the message rate are dealt with here.
+ * Each session's stream lives on one libwebsockets thread (by a hash of its id), with all its viewers.
+ * Publishing is one copy into a buffer that all viewers of the stream share; there is no queue of frames per
+ * viewer. A viewer that has acknowledged once has at most LL_FRAME_WINDOW frames in flight and then gets the
+ * newest; one that never did is paced by its socket. Acks, pings, the message size, UTF-8 and the message
+ * rate are dealt with here.
  *
- * How a viewer begins: hook `opened` -> hosting calls ll_ws_hello, at once or later from any thread -> hello is sent -> the viewer counts
- * in ll_ws_wants (its first frame is a key frame) and hook `wanted` is called. Hosting refuses by ll_ws_close instead.
+ * How a viewer begins: hook `opened` -> hosting calls ll_ws_hello, at once or later from any thread -> hello
+ * is sent -> the viewer counts in ll_ws_wants (its first frame is a key frame) and hook `wanted` is called.
+ * Hosting refuses by ll_ws_close instead.
  *
- * Threads: hooks run on the stream's thread and must not block for long: all viewers of that thread wait. Every function may be called
- * by any thread, hooks included, but calls about one stream's publishing (wants, publish, close) by one thread at a time. */
+ * Threads: hooks run on the stream's thread and must not block for long: all viewers of that thread wait.
+ * Every function may be called by any thread, hooks included, but calls about one stream's publishing (wants,
+ * publish, close) by one thread at a time. */
 #pragma once
 
 #include <stdbool.h>
@@ -21,7 +24,8 @@
 
 typedef struct ll_ws ll_ws;
 typedef struct ll_ws_stream ll_ws_stream;
-typedef uint64_t ll_ws_viewer; /* never reused; a function called with a viewer that has gone does nothing. 0 is none */
+typedef uint64_t
+    ll_ws_viewer; /* never reused; a function called with a viewer that has gone does nothing. 0 is none */
 
 /* Close codes of the application, after HTTP's. */
 #define LL_WS_NORMAL 1000
@@ -39,33 +43,36 @@ typedef struct ll_ws_hooks {
     /* A text message that is not an ack; valid UTF-8, NUL-terminated beyond `length`. */
     void (*message)(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length);
     void (*closed)(void *context, void *session, ll_ws_viewer viewer);
-    /* Some viewer waits for a frame that the last publication did not hold (the first after hello, or a key frame after a gap): publish one
-     * even when nothing changed. Called at most once between two publications. May be NULL when hosting polls ll_ws_wants. */
+    /* Some viewer waits for a frame that the last publication did not hold (the first after hello, or a key
+     * frame after a gap): publish one even when nothing changed. Called at most once between two
+     * publications. May be NULL when hosting polls ll_ws_wants. */
     void (*wanted)(void *context, void *session);
-    /* The stream is closed and its last viewer gone: no further hook gets `session`. Exactly once after ll_ws_stream_close. May be NULL. */
+    /* The stream is closed and its last viewer gone: no further hook gets `session`. Exactly once after
+     * ll_ws_stream_close. May be NULL. */
     void (*released)(void *context, void *session);
 } ll_ws_hooks;
 
 typedef struct ll_ws_stats {
-    uint64_t viewers;        /* now */
-    uint64_t streams;        /* now */
-    uint64_t opened;         /* viewers since the start */
-    uint64_t frames, bytes;  /* sent */
-    uint64_t skipped;        /* frames that a viewer was not ready for */
-    uint64_t messages;       /* received, acks included */
-    uint64_t closed_slow;    /* 1013 */
-    uint64_t closed_policy;  /* 1008, 1009 */
-    uint64_t dropped;        /* publications that a stream thread was too late for */
+    uint64_t viewers;       /* now */
+    uint64_t streams;       /* now */
+    uint64_t opened;        /* viewers since the start */
+    uint64_t frames, bytes; /* sent */
+    uint64_t skipped;       /* frames that a viewer was not ready for */
+    uint64_t messages;      /* received, acks included */
+    uint64_t closed_slow;   /* 1013 */
+    uint64_t closed_policy; /* 1008, 1009 */
+    uint64_t dropped;       /* publications that a stream thread was too late for */
 } ll_ws_stats;
 
 /* ---- streams ---- */
 
-/* Makes `/api/v1/sessions/ID/stream` known. ID: 1 to 64 characters of [A-Za-z0-9_-]. LL_CONFLICT when it is known already. `session` is
- * handed to the hooks. */
+/* Makes `/api/v1/sessions/ID/stream` known. ID: 1 to 64 characters of [A-Za-z0-9_-]. LL_CONFLICT when it is
+ * known already. `session` is handed to the hooks. */
 ll_status ll_ws_stream_open(ll_ws *ws, const char *session_id, void *session, ll_ws_stream **stream);
 
-/* Viewers get what was published before, a {"type":"bye","reason":...} and the close code; new ones a 404. The stream must not be used after
- * it; hook `released` tells when the last viewer has gone (at once when there is none: maybe before this returns). */
+/* Viewers get what was published before, a {"type":"bye","reason":...} and the close code; new ones a 404.
+ * The stream must not be used after it; hook `released` tells when the last viewer has gone (at once when
+ * there is none: maybe before this returns). */
 void ll_ws_stream_close(ll_ws_stream *stream, int code, const char *reason);
 
 int ll_ws_viewers(const ll_ws_stream *stream); /* that got their hello; cheap */
@@ -74,10 +81,10 @@ int ll_ws_viewers(const ll_ws_stream *stream); /* that got their hello; cheap */
 
 /* A frame has up to four encodings; a publisher makes those that some viewer needs. */
 #define LL_WS_VARIANTS 4
-#define LL_WS_VARIANT(format, key) ((int)(format) * 2 + ((key) ? 1 : 0))
+#define LL_WS_VARIANT(format, key) ((int)(format)*2 + ((key) ? 1 : 0))
 
-/* Bits (1u << LL_WS_VARIANT(format, key)) that the next publication should hold, `generation` being that frame's; 0: nobody looks.
- * Cheap (a few atomic loads): call it before each frame. */
+/* Bits (1u << LL_WS_VARIANT(format, key)) that the next publication should hold, `generation` being that
+ * frame's; 0: nobody looks. Cheap (a few atomic loads): call it before each frame. */
 unsigned ll_ws_wants(const ll_ws_stream *stream, uint32_t generation);
 
 typedef struct ll_ws_publication {
@@ -97,7 +104,8 @@ void ll_ws_flush(ll_ws *ws);
 /* The first message of a viewer (text JSON); copied. Frames follow. */
 void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length);
 
-/* A reliable text message, in order; copied. A viewer whose messages pile up beyond 64 or 256 kB is closed with 1013. */
+/* A reliable text message, in order; copied. A viewer whose messages pile up beyond 64 or 256 kB is closed
+ * with 1013. */
 void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length);
 
 /* Says {"type":"bye","reason":REASON}, then closes. */
@@ -110,10 +118,12 @@ struct ll_gate;
 struct ll_gate_pass;
 struct ll_upgrade;
 
-ll_status ll_ws_start(const struct ll_door_config *config, const ll_ws_hooks *hooks, struct ll_gate *gate, ll_ws **ws);
+ll_status ll_ws_start(const struct ll_door_config *config, const ll_ws_hooks *hooks, struct ll_gate *gate,
+                      ll_ws **ws);
 bool ll_ws_knows(ll_ws *ws, const char *session_id);
 
-/* Hands over a socket whose upgrade request was valid and has been read: the 101 is written here. Owns `fd` and `pass` from here on. */
+/* Hands over a socket whose upgrade request was valid and has been read: the 101 is written here. Owns `fd`
+ * and `pass` from here on. */
 void ll_ws_adopt(ll_ws *ws, const struct ll_upgrade *upgrade, int fd, const struct ll_gate_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);

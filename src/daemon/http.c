@@ -1,0 +1,431 @@
+/* libmicrohttpd's callbacks: connections and their watchdog, bodies, the threads of slow handlers. */
+#include "daemon/http.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <netinet/in.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/random.h>
+#include <sys/socket.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "base/assert.h"
+#include "base/hash.h"
+#include "daemon/http_internal.h"
+
+#define WAITING_JOBS 256
+
+int64_t http_now(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+/* ---- connections and their watchdog ---- */
+
+static void set_deadline(http_connection *connection, double seconds)
+{
+    atomic_store_explicit(&connection->deadline_ns, seconds > 0 ? http_now() + (int64_t)(seconds * 1e9) : 0,
+                          memory_order_relaxed);
+}
+
+void http_deadline(http_exchange *exchange, double seconds)
+{
+    if (exchange->watched != NULL) {
+        set_deadline(exchange->watched, seconds);
+    }
+}
+
+static void write_peer(const struct sockaddr *address, char text[48])
+{
+    snprintf(text, 48, "?");
+    if (address != NULL && address->sa_family == AF_INET) {
+        inet_ntop(AF_INET, &((const struct sockaddr_in *)(const void *)address)->sin_addr, text, 48);
+    } else if (address != NULL && address->sa_family == AF_INET6) {
+        inet_ntop(AF_INET6, &((const struct sockaddr_in6 *)(const void *)address)->sin6_addr, text, 48);
+    }
+}
+
+static http_connection *watched_of(struct MHD_Connection *connection)
+{
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    return info != NULL ? info->socket_context : NULL;
+}
+
+static http_connection *watch_connection(ll_http *http, struct MHD_Connection *connection)
+{
+    http_connection *watched = calloc(1, sizeof *watched);
+    if (watched == NULL) {
+        return NULL;
+    }
+    const union MHD_ConnectionInfo *info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+    const struct sockaddr *address = info != NULL ? info->client_addr : NULL;
+    watched->http = http;
+    watched->pass = ll_gate_pass_of(address);
+    write_peer(address, watched->peer);
+    info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    watched->fd = info->connect_fd;
+    set_deadline(watched, http->config.head_timeout_s);
+    pthread_mutex_lock(&http->watch_lock);
+    watched->next = http->first;
+    if (http->first != NULL) {
+        http->first->previous = watched;
+    }
+    http->first = watched;
+    pthread_mutex_unlock(&http->watch_lock);
+    return watched;
+}
+
+/* Called before the library closes the socket, so under the lock a descriptor of the list is still the
+ * connection's. */
+static void forget_connection(http_connection *watched)
+{
+    ll_http *http = watched->http;
+    pthread_mutex_lock(&http->watch_lock);
+    *(watched->previous != NULL ? &watched->previous->next : &http->first) = watched->next;
+    if (watched->next != NULL) {
+        watched->next->previous = watched->previous;
+    }
+    pthread_mutex_unlock(&http->watch_lock);
+    ll_gate_leave(http->gate, &watched->pass);
+    free(watched);
+}
+
+static void on_connection(void *closure, struct MHD_Connection *connection, void **context,
+                          enum MHD_ConnectionNotificationCode code)
+{
+    ll_http *http = closure;
+    if (code == MHD_CONNECTION_NOTIFY_STARTED) {
+        *context = watch_connection(http, connection);
+    } else if (*context != NULL) {
+        forget_connection(*context);
+        *context = NULL;
+    }
+}
+
+/* libmicrohttpd's timeout counts from the last byte, so a byte now and then holds a connection for ever. */
+void ll_http_watch(ll_http *http, int64_t now_ns)
+{
+    pthread_mutex_lock(&http->watch_lock);
+    for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
+        int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
+        if (deadline != 0 && now_ns > deadline) {
+            shutdown(watched->fd, SHUT_RDWR);
+            atomic_store_explicit(&watched->deadline_ns, 0, memory_order_relaxed);
+            atomic_fetch_add(&http->cut, 1);
+        }
+    }
+    pthread_mutex_unlock(&http->watch_lock);
+}
+
+/* ---- exchanges ---- */
+
+static bool is_request_id(const char *id)
+{
+    size_t length = strlen(id);
+    return length >= 1 && length <= 64 &&
+           strspn(id, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789._-") == length;
+}
+
+static void name_request(http_exchange *exchange)
+{
+    ll_http *http = exchange->http;
+    const char *given = ll_http_header(&exchange->request, "X-Request-Id");
+    if (given != NULL && is_request_id(given)) {
+        snprintf(exchange->request.id, sizeof exchange->request.id, "%s", given);
+    } else {
+        uint64_t serial = atomic_fetch_add_explicit(&http->request_serial, 1, memory_order_relaxed);
+        snprintf(exchange->request.id, sizeof exchange->request.id, "%016llx",
+                 (unsigned long long)ll_hash_u64(http->request_seed, serial));
+    }
+}
+
+static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connection, const char *path,
+                                   const char *method)
+{
+    http_exchange *exchange = calloc(1, sizeof *exchange);
+    if (exchange == NULL) {
+        return NULL;
+    }
+    exchange->http = http;
+    exchange->connection = connection;
+    exchange->watched = watched_of(connection);
+    exchange->file = -1;
+    exchange->begin_ns = http_now();
+    exchange->path = strdup(path);
+    exchange->parameters = malloc(strlen(path) + 1);
+    if (exchange->path == NULL || exchange->parameters == NULL) {
+        free(exchange->path);
+        free(exchange->parameters);
+        free(exchange);
+        return NULL;
+    }
+    exchange->head = strcmp(method, "HEAD") == 0;
+    exchange->request.method = exchange->head ? "GET" : method;
+    exchange->request.path = exchange->path;
+    exchange->request.body = "";
+    exchange->request.impl = exchange;
+    exchange->response.status = 200;
+    if (exchange->watched != NULL) {
+        memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
+    }
+    name_request(exchange);
+    atomic_fetch_add_explicit(&http->requests, 1, memory_order_relaxed);
+    return exchange;
+}
+
+static void on_completed(void *closure, struct MHD_Connection *connection, void **context,
+                         enum MHD_RequestTerminationCode code)
+{
+    ll_http *http = closure;
+    http_exchange *exchange = *context;
+    http_connection *watched = watched_of(connection);
+    (void)code;
+    *context = NULL;
+    if (watched != NULL && (exchange == NULL || exchange->offer == NULL)) {
+        set_deadline(watched, http->config.idle_timeout_s);
+    }
+    if (exchange == NULL) {
+        return;
+    }
+    if (http->app.done != NULL) {
+        http->app.done(http->app.context, &exchange->request, exchange->route, exchange->response.status,
+                       (double)(http_now() - exchange->begin_ns) * 1e-9);
+    }
+    if (exchange->upgrade != NULL) {
+        MHD_destroy_response(exchange->upgrade);
+    }
+    ll_bridge_forget(exchange->offer);
+    if (exchange->file >= 0) {
+        close(exchange->file);
+    }
+    ll_http_clear(&exchange->response);
+    free(exchange->body);
+    free(exchange->parameters);
+    free(exchange->path);
+    free(exchange);
+}
+
+/* The first line of a request is there: from now on its head has to come. */
+static void *on_request_line(void *closure, const char *uri, struct MHD_Connection *connection)
+{
+    ll_http *http = closure;
+    http_connection *watched = watched_of(connection);
+    (void)uri;
+    if (watched != NULL) {
+        set_deadline(watched, http->config.head_timeout_s);
+    }
+    return NULL;
+}
+
+static void take_body(http_exchange *exchange, const char *bytes, size_t size)
+{
+    ll_http_request *request = &exchange->request;
+    if (exchange->refused) {
+        exchange->swallowed += size;
+        return;
+    }
+    if (request->body_size + size > exchange->body_limit) {
+        http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", exchange->body_limit);
+        exchange->refused = true;
+        return;
+    }
+    if (request->body_size + size + 1 > exchange->body_capacity) {
+        size_t capacity = 2 * (request->body_size + size) + 256;
+        char *grown = realloc(exchange->body, capacity);
+        if (grown == NULL) {
+            exchange->response.failed = true;
+            exchange->refused = true;
+            return;
+        }
+        exchange->body = grown;
+        exchange->body_capacity = capacity;
+    }
+    memcpy(exchange->body + request->body_size, bytes, size);
+    request->body_size += size;
+    exchange->body[request->body_size] = '\0';
+}
+
+/* A refusal may be sent before the body when its sender waits for a word (Expect) or would send more than is
+ * worth swallowing. */
+static bool answer_early(const http_exchange *exchange)
+{
+    const char *length = ll_http_header(&exchange->request, "Content-Length");
+    return exchange->refused && (ll_http_header(&exchange->request, "Expect") != NULL ||
+                                 (length != NULL && strtoull(length, NULL, 10) > HTTP_SWALLOW));
+}
+
+static enum MHD_Result on_request(void *closure, struct MHD_Connection *connection, const char *url,
+                                  const char *method, const char *version, const char *upload,
+                                  size_t *upload_size, void **context)
+{
+    ll_http *http = closure;
+    http_exchange *exchange = *context;
+    if (exchange == NULL) {
+        exchange = *context = new_exchange(http, connection, url, method);
+        if (exchange == NULL) {
+            return MHD_NO;
+        }
+        http_begin(exchange, version);
+        http_deadline(exchange, http->config.body_timeout_s);
+        return answer_early(exchange) ? http_send(exchange) : MHD_YES;
+    }
+    if (exchange->phase == HTTP_BODY && *upload_size > 0) {
+        take_body(exchange, upload, *upload_size);
+        *upload_size = 0;
+        return exchange->swallowed > HTTP_SWALLOW ? MHD_NO : MHD_YES;
+    }
+    if (exchange->phase == HTTP_BODY) {
+        return http_handle(exchange) ? http_send(exchange) : MHD_YES;
+    }
+    return exchange->phase == HTTP_WAITING || exchange->phase == HTTP_READY ? http_send(exchange) : MHD_YES;
+}
+
+/* ---- slow handlers ---- */
+
+bool http_submit(ll_http *http, http_exchange *exchange)
+{
+    pthread_mutex_lock(&http->job_lock);
+    bool taken = http->jobs < WAITING_JOBS && !http->jobs_end;
+    if (taken) {
+        exchange->next_job = NULL;
+        if (http->last_job != NULL) {
+            http->last_job->next_job = exchange;
+        } else {
+            http->first_job = exchange;
+        }
+        http->last_job = exchange;
+        http->jobs++;
+        pthread_cond_signal(&http->job_there);
+    }
+    pthread_mutex_unlock(&http->job_lock);
+    return taken;
+}
+
+static void *slow_main(void *argument)
+{
+    ll_http *http = argument;
+    for (;;) {
+        pthread_mutex_lock(&http->job_lock);
+        while (http->first_job == NULL && !http->jobs_end) {
+            pthread_cond_wait(&http->job_there, &http->job_lock);
+        }
+        http_exchange *exchange = http->first_job;
+        if (exchange == NULL) {
+            pthread_mutex_unlock(&http->job_lock);
+            return NULL;
+        }
+        http->first_job = exchange->next_job;
+        http->last_job = http->first_job != NULL ? http->last_job : NULL;
+        http->jobs--;
+        pthread_mutex_unlock(&http->job_lock);
+        http_run_handler(exchange);
+        MHD_resume_connection(exchange->connection);
+    }
+}
+
+static void stop_slow(ll_http *http)
+{
+    pthread_mutex_lock(&http->job_lock);
+    http->jobs_end = true;
+    pthread_cond_broadcast(&http->job_there);
+    pthread_mutex_unlock(&http->job_lock);
+    for (int i = 0; i < http->slow_threads; i++) {
+        pthread_join(http->slow[i], NULL);
+    }
+    http->slow_threads = 0;
+}
+
+/* ---- start and stop ---- */
+
+static void discard_log(void *closure, const char *format, va_list arguments)
+{
+    (void)closure, (void)format, (void)arguments; /* it reports what clients do wrong, by the line */
+}
+
+static struct MHD_Daemon *start_daemon(ll_http *http)
+{
+    const ll_door_config *config = &http->config;
+    unsigned threads = (unsigned)config->http_threads;
+    /* Connections are counted by the gate; here the limit must never bite, as the library closes without a
+     * word. Each thread gets an equal part of it. */
+    unsigned limit = ((unsigned)config->max_connections + 64) * threads;
+    struct MHD_OptionItem options[] = {
+        {MHD_OPTION_NOTIFY_CONNECTION, (intptr_t)on_connection, http},
+        {MHD_OPTION_NOTIFY_COMPLETED, (intptr_t)on_completed, http},
+        {MHD_OPTION_URI_LOG_CALLBACK, (intptr_t)on_request_line, http},
+        {MHD_OPTION_CONNECTION_LIMIT, (intptr_t)limit, NULL},
+        /* Heads, decoded twice, and the answer's head have to fit. */
+        {MHD_OPTION_CONNECTION_MEMORY_LIMIT, (intptr_t)(config->max_head_bytes + 16384), NULL},
+        {MHD_OPTION_CONNECTION_TIMEOUT, (intptr_t)(unsigned)config->idle_timeout_s + 1, NULL},
+        {threads > 1 ? MHD_OPTION_THREAD_POOL_SIZE : MHD_OPTION_END, (intptr_t)threads, NULL},
+        {MHD_OPTION_END, 0, NULL},
+    };
+    unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_USE_NO_LISTEN_SOCKET | MHD_USE_ITC |
+                     MHD_USE_ERROR_LOG | MHD_ALLOW_UPGRADE | MHD_ALLOW_SUSPEND_RESUME;
+    return MHD_start_daemon(flags, 0, NULL, NULL, on_request, http, MHD_OPTION_EXTERNAL_LOGGER, discard_log,
+                            NULL, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
+}
+
+ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, const ll_allow *allow,
+                        ll_gate *gate, ll_ws *ws, ll_bridge *bridge, ll_http **result)
+{
+    ll_http *http = calloc(1, sizeof *http);
+    if (http == NULL) {
+        return ll_error(LL_NO_MEMORY, "no memory for the HTTP side");
+    }
+    http->config = *config;
+    http->app = *app;
+    http->allow = *allow;
+    http->gate = gate;
+    http->ws = ws;
+    http->bridge = bridge;
+    pthread_mutex_init(&http->watch_lock, NULL);
+    pthread_mutex_init(&http->job_lock, NULL);
+    pthread_cond_init(&http->job_there, NULL);
+    if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
+        http->request_seed = (uint64_t)http_now(); /* ids only have to differ */
+    }
+    while (http->slow_threads < (int)config->slow_threads &&
+           pthread_create(&http->slow[http->slow_threads], NULL, slow_main, http) == 0) {
+        http->slow_threads++;
+    }
+    http->daemon = http->slow_threads > 0 ? start_daemon(http) : NULL;
+    if (http->daemon == NULL) {
+        ll_status error = ll_error(LL_IO, "cannot start the HTTP threads: %s", strerror(errno));
+        ll_http_stop(http);
+        return error;
+    }
+    *result = http;
+    return ll_ok();
+}
+
+bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsigned address_size)
+{
+    return MHD_add_connection(http->daemon, fd, address, address_size) == MHD_YES;
+}
+
+void ll_http_counts(ll_http *http, uint64_t *requests, uint64_t *cut)
+{
+    *requests = atomic_load(&http->requests);
+    *cut = atomic_load(&http->cut);
+}
+
+void ll_http_stop(ll_http *http)
+{
+    stop_slow(http); /* resumes whatever is suspended, as the library demands */
+    if (http->daemon != NULL) {
+        MHD_stop_daemon(http->daemon);
+    }
+    LL_ASSERT(http->first == NULL);
+    pthread_mutex_destroy(&http->watch_lock);
+    pthread_mutex_destroy(&http->job_lock);
+    pthread_cond_destroy(&http->job_there);
+    free(http);
+}

@@ -1,0 +1,100 @@
+/* What http.c (the library's callbacks), http_routes.c (which handler), http_send.c (answers) and
+ * http_files.c (the page) share. */
+#pragma once
+
+#include <microhttpd.h>
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "daemon/bridge.h"
+#include "daemon/door.h"
+#include "daemon/gate.h"
+#include "daemon/http.h"
+#include "daemon/problem.h"
+#include "daemon/upgrade.h"
+
+#define HTTP_SWALLOW (8u << 20) /* of a refused body, so that its sender sees the answer */
+
+/* A connection, for the watchdog. */
+typedef struct http_connection {
+    ll_http *http;
+    struct http_connection *next, *previous;
+    int fd;
+    ll_gate_pass pass;
+    char peer[48];
+    _Atomic int64_t deadline_ns; /* 0: none */
+} http_connection;
+
+typedef enum http_phase {
+    HTTP_BODY,    /* the body is being read */
+    HTTP_WAITING, /* suspended, a slow handler works */
+    HTTP_READY,   /* the response is complete */
+    HTTP_QUEUED,
+} http_phase;
+
+/* One request and its response. */
+typedef struct http_exchange {
+    ll_http *http;
+    struct MHD_Connection *connection;
+    http_connection *watched;
+    http_phase phase;
+    ll_http_request request;
+    ll_http_response response;
+    const ll_http_route *route;
+    char *path;       /* decoded */
+    char *parameters; /* a copy of the path, cut into pieces */
+    char *body;
+    size_t body_capacity, body_limit, swallowed;
+    bool refused;      /* the response is there before the body */
+    bool head;         /* HEAD */
+    bool cross_origin; /* an allowed origin that is not ours: may read the answer */
+    int64_t begin_ns;
+    ll_bridge_offer *offer;
+    struct MHD_Response *upgrade; /* 101 */
+    int file;                     /* descriptor of a file to send, or -1 */
+    uint64_t file_size;
+    struct http_exchange *next_job;
+} http_exchange;
+
+struct ll_http {
+    struct MHD_Daemon *daemon;
+    ll_door_config config;
+    ll_http_app app;
+    ll_allow allow;
+    ll_gate *gate;
+    ll_bridge *bridge;
+    ll_ws *ws;
+    atomic_ullong requests, cut, request_serial;
+    uint64_t request_seed;
+
+    pthread_mutex_t watch_lock;
+    http_connection *first;
+
+    pthread_mutex_t job_lock;
+    pthread_cond_t job_there;
+    http_exchange *first_job, *last_job;
+    int jobs;
+    bool jobs_end;
+    int slow_threads;
+    pthread_t slow[64];
+};
+
+int64_t http_now(void);
+void http_deadline(http_exchange *exchange, double seconds); /* 0: none */
+
+/* Routing: what can be said before the body is there. Sets `route` or a response with `refused`. */
+void http_begin(http_exchange *exchange, const char *version);
+/* The whole request is there. True: the response is ready to be sent. False: the connection was suspended,
+ * and is resumed when a slow handler has made the response; the exchange must then not be touched by the
+ * caller. */
+bool http_handle(http_exchange *exchange);
+void http_run_handler(http_exchange *exchange);
+
+bool http_submit(ll_http *http, http_exchange *exchange); /* to the slow pool; false when it is full */
+
+enum MHD_Result http_send(http_exchange *exchange);
+void http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
+                 ...) __attribute__((format(printf, 5, 6)));
+
+/* The page: fills the response (a file, 304 or 404). */
+void http_file(http_exchange *exchange);

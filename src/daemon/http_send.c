@@ -1,0 +1,153 @@
+/* From an ll_http_response to what the library sends. */
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "daemon/http_internal.h"
+
+/* No inline script, no foreign origin, no frames: the page needs none of them. */
+static const char policy[] =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; font-src 'self'; manifest-src 'self'; frame-ancestors 'none'; "
+    "base-uri 'none'; form-action 'self'";
+
+void http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
+                 ...)
+{
+    ll_status error = ll_field_error(code, field, "%s", "");
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error.text, sizeof error.text, format, arguments);
+    va_end(arguments);
+    ll_problem_as(&exchange->response, &exchange->request, status, &error);
+}
+
+/* A reader and its context, freed by the library with the response. */
+typedef struct body_reader {
+    ll_http_reader *read;
+    void *context;
+    void (*free)(void *context);
+} body_reader;
+
+static ssize_t read_piece(void *closure, uint64_t offset, char *buffer, size_t capacity)
+{
+    body_reader *reader = closure;
+    int64_t size = reader->read(reader->context, offset, buffer, capacity);
+    if (size == 0) {
+        return MHD_CONTENT_READER_END_OF_STREAM;
+    }
+    return size > 0 && (uint64_t)size <= capacity ? (ssize_t)size : MHD_CONTENT_READER_END_WITH_ERROR;
+}
+
+static void free_reader(void *closure)
+{
+    body_reader *reader = closure;
+    if (reader->free != NULL) {
+        reader->free(reader->context);
+    }
+    free(reader);
+}
+
+static struct MHD_Response *from_reader(ll_http_response *response)
+{
+    body_reader *reader = malloc(sizeof *reader);
+    if (reader == NULL) {
+        return NULL;
+    }
+    *reader = (body_reader){response->reader, response->reader_context, response->reader_free};
+    struct MHD_Response *made =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 32 * 1024, read_piece, reader, free_reader);
+    if (made == NULL) {
+        free(reader);
+        return NULL;
+    }
+    response->reader = NULL;
+    response->reader_free = NULL;
+    return made;
+}
+
+static struct MHD_Response *make(http_exchange *exchange)
+{
+    ll_http_response *response = &exchange->response;
+    if (exchange->file >= 0) {
+        struct MHD_Response *made = MHD_create_response_from_fd64(exchange->file_size, exchange->file);
+        if (made != NULL) {
+            exchange->file = -1; /* the library's now */
+        }
+        return made;
+    }
+    if (response->reader != NULL) {
+        return from_reader(response);
+    }
+    if (response->size == 0) {
+        return MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
+    }
+    struct MHD_Response *made =
+        MHD_create_response_from_buffer(response->size, response->bytes, MHD_RESPMEM_MUST_FREE);
+    if (made != NULL) {
+        response->bytes = NULL;
+        response->size = response->capacity = 0;
+    }
+    return made;
+}
+
+static void add_headers(const http_exchange *exchange, struct MHD_Response *made)
+{
+    const ll_http_response *response = &exchange->response;
+    bool cache_said = false;
+    for (int i = 0; i < response->headers; i++) {
+        MHD_add_response_header(made, response->header[i].name, response->header[i].value);
+        cache_said = cache_said || strcmp(response->header[i].name, "Cache-Control") == 0;
+    }
+    if (response->type[0] != '\0') {
+        MHD_add_response_header(made, "Content-Type", response->type);
+    }
+    if (!cache_said) {
+        MHD_add_response_header(made, "Cache-Control", "no-store");
+    }
+    MHD_add_response_header(made, "X-Request-Id", exchange->request.id);
+    MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
+    MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
+    MHD_add_response_header(made, "Content-Security-Policy", policy);
+    MHD_add_response_header(made, "Cross-Origin-Opener-Policy", "same-origin");
+    MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
+                            exchange->cross_origin ? "cross-origin" : "same-origin");
+    if (exchange->cross_origin) {
+        MHD_add_response_header(made, "Access-Control-Allow-Origin",
+                                ll_http_header(&exchange->request, "Origin"));
+        MHD_add_response_header(made, "Access-Control-Expose-Headers",
+                                "Location, Retry-After, X-Request-Id, Link");
+        MHD_add_response_header(made, "Vary", "Origin");
+    }
+}
+
+enum MHD_Result http_send(http_exchange *exchange)
+{
+    exchange->phase = HTTP_QUEUED;
+    if (exchange->upgrade != NULL) {
+        http_deadline(exchange, 0);
+        MHD_add_response_header(exchange->upgrade, "X-Request-Id", exchange->request.id);
+        enum MHD_Result result = MHD_queue_response(exchange->connection, 101, exchange->upgrade);
+        MHD_destroy_response(exchange->upgrade);
+        exchange->upgrade = NULL;
+        exchange->response.status = 101;
+        return result;
+    }
+    if (exchange->response.failed) {
+        ll_http_clear(&exchange->response);
+        ll_status error = ll_error(LL_NO_MEMORY, "the daemon has no memory for this answer");
+        ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
+    }
+    struct MHD_Response *made = make(exchange);
+    if (made == NULL) {
+        return MHD_NO; /* closes the connection: not even the refusal could be made */
+    }
+    add_headers(exchange, made);
+    http_deadline(exchange, exchange->http->config.response_timeout_s);
+    enum MHD_Result result =
+        MHD_queue_response(exchange->connection, (unsigned)exchange->response.status, made);
+    MHD_destroy_response(made);
+    return result;
+}

@@ -1,0 +1,171 @@
+/* What ws.c (any thread), ws_thread.c (the loop and the library's callbacks) and ws_viewer.c (one viewer)
+ * share. Not for others. */
+#pragma once
+
+#include <libwebsockets.h>
+#include <pthread.h>
+#include <stdatomic.h>
+
+#include "daemon/door.h"
+#include "daemon/gate.h"
+#include "daemon/upgrade.h"
+#include "daemon/ws.h"
+
+#define WS_PENDING 4       /* publications that wait for a stream's thread */
+#define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
+#define WS_MAX_MESSAGES 64 /* queued for one viewer */
+#define WS_MAX_MESSAGE_BYTES (256 * 1024)
+#define WS_BUCKETS 4096 /* of the registry */
+
+typedef struct ws_publication {
+    uint32_t seq, generation;
+    struct {
+        uint32_t at, size; /* in `bytes`; LWS_PRE bytes before `at` are free for the header */
+    } variant[LL_WS_VARIANTS];
+    unsigned char bytes[];
+} ws_publication;
+
+/* A text on its way to a viewer, or news for a thread: everything that crosses threads beside publications.
+ */
+typedef enum ws_mail_kind {
+    WS_MAIL_ADOPT,
+    WS_MAIL_HELLO,
+    WS_MAIL_SEND,
+    WS_MAIL_CLOSE,
+    WS_MAIL_CLOSE_STREAM
+} ws_mail_kind;
+
+typedef struct ws_mail {
+    struct ws_mail *next;
+    ws_mail_kind kind;
+    ll_ws_viewer viewer;
+    ll_ws_stream *stream;
+    int code; /* of a close */
+    int fd;   /* of an adoption */
+    ll_gate_pass pass;
+    ll_upgrade upgrade;
+    size_t size;
+    unsigned char room[LWS_PRE]; /* the library writes the header here */
+    unsigned char text[];
+} ws_mail;
+
+typedef struct ws_viewer ws_viewer;
+typedef struct ws_thread ws_thread;
+
+struct ll_ws_stream {
+    ll_ws *ws;
+    ws_thread *thread;
+    void *session;
+    char id[65];
+    ll_ws_stream *next_in_bucket;         /* registry lock */
+    atomic_int viewers[2], key_wanted[2]; /* by format; those that got their hello */
+    atomic_uint generation;               /* of the last publication */
+    atomic_bool published;
+    ws_publication *pending[WS_PENDING]; /* thread's lock, as the next two */
+    int pending_count;
+    ll_ws_stream *next_dirty;
+    ws_publication *latest; /* thread only, as the rest */
+    ws_viewer *first;
+    int arrived; /* viewers, greeted or not */
+    bool want_said, closing;
+};
+
+struct ws_viewer {
+    ws_thread *thread;
+    struct lws *wsi;
+    ll_gate_pass pass;
+    ll_upgrade upgrade;
+    ll_ws_stream *stream;
+    ws_viewer *next, *previous; /* of the stream */
+    ll_ws_viewer handle;
+    int64_t opened_ns;
+    /* frames */
+    bool ready, fresh, needs_key, acked_once;
+    uint32_t last_sent, generation;
+    struct {
+        uint32_t seq;
+        int64_t sent_ns;
+    } outstanding[WS_OUTSTANDING]; /* oldest first */
+    int outstanding_count, window;
+    int64_t delay_ns; /* of acknowledgements when nothing queues: a minimum that forgets slowly */
+    /* messages */
+    ws_mail *first_message, *last_message;
+    int message_count;
+    size_t message_bytes;
+    char *received; /* a message in pieces */
+    size_t received_size, received_capacity;
+    double tokens; /* of the rate limit */
+    int64_t tokens_ns;
+    bool rate_said;
+    int close_code; /* set: says goodbye, since `close_ns` */
+    int64_t close_ns;
+    char close_reason[120];
+    bool dead; /* the socket failed */
+};
+
+typedef struct ws_counts {
+    atomic_ullong viewers, opened, frames, bytes, skipped, messages, closed_slow, closed_policy, dropped;
+} ws_counts;
+
+struct ws_thread {
+    ll_ws *ws;
+    int index;
+    pthread_t handle;
+    bool started;
+    struct lws_context *context; /* changed with `wake_lock` held */
+    struct lws_vhost *vhost;
+    lws_sorted_usec_list_t sweep;
+    pthread_mutex_t wake_lock;
+    int event_fd;
+    atomic_bool wake_pending, napping;
+    atomic_bool drain;
+
+    pthread_mutex_t lock; /* mail, dirty streams and their pending publications */
+    ws_mail *first_mail, *last_mail;
+    ll_ws_stream *dirty;
+    bool stopped;
+
+    /* the thread only */
+    ws_viewer *arriving;
+    ws_viewer **slot; /* by the low 16 bits of a handle */
+    int slots;
+    uint64_t serial;
+    int sockets;
+    int64_t now_ns; /* read once a turn */
+    ws_counts counts;
+};
+
+struct ll_ws {
+    ll_door_config config;
+    ll_ws_hooks hooks;
+    ll_gate *gate;
+    pthread_mutex_t registry_lock;
+    ll_ws_stream *bucket[WS_BUCKETS];
+    atomic_int stream_count;
+    bool drained;
+    int threads;
+    ws_thread thread[];
+};
+
+int64_t ws_now(void);
+void ws_wake(ws_thread *thread);
+void ws_count(atomic_ullong *counter, uint64_t n);
+ll_ws_stream *ws_find_stream(ll_ws *ws, const char *id);
+void ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `released` */
+
+/* ws_thread.c */
+bool ws_thread_prepare(ws_thread *thread);
+void *ws_thread_main(void *thread);
+
+/* ws_viewer.c: all on the viewer's thread. Functions that return bool: false when the socket must be closed
+ * now. */
+bool ws_viewer_open(ws_viewer *viewer);
+void ws_viewer_gone(ws_viewer *viewer);
+bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last);
+bool ws_viewer_writable(ws_viewer *viewer);
+void ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next */
+void ws_viewer_send(ws_viewer *viewer, ws_mail *message);
+void ws_viewer_close(ws_viewer *viewer, int code, const char *reason);
+void ws_viewer_sweep(ws_viewer *viewer);
+void ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count); /* takes them */
+void ws_stream_release_if_done(ll_ws_stream *stream);

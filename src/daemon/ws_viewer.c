@@ -1,0 +1,529 @@
+/* One viewer: which frames it gets and when, its messages, its goodbye. Everything here runs on its stream's
+ * thread. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "daemon/ws_internal.h"
+
+/* An acknowledgement that takes so much longer than the quickest one tells that frames queue somewhere on the
+ * way (a slow reader, a proxy's buffers): fewer are then kept in flight. About the time that a whole window
+ * takes at 60 Hz. */
+#define QUEUEING_NS INT64_C(60000000)
+
+#define GOODBYE_NS INT64_C(3000000000) /* how long a viewer may take to let itself be closed */
+
+static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
+{
+    return &viewer->thread->ws->hooks;
+}
+
+/* ---- frames ---- */
+
+static void want(ll_ws_stream *stream)
+{
+    const ll_ws_hooks *hooks = &stream->ws->hooks;
+    if (!stream->want_said && !stream->closing) {
+        stream->want_said = true;
+        if (hooks->wanted != NULL) {
+            hooks->wanted(hooks->context, stream->session);
+        }
+    }
+}
+
+static void set_needs_key(ws_viewer *viewer, bool needs)
+{
+    if (viewer->needs_key != needs) {
+        viewer->needs_key = needs;
+        atomic_fetch_add(&viewer->stream->key_wanted[viewer->upgrade.format], needs ? 1 : -1);
+    }
+}
+
+/* Frames that may be sent now. One that never acknowledged is paced by its socket alone. */
+static int credit(const ws_viewer *viewer)
+{
+    bool mute = !viewer->ready || viewer->dead || viewer->close_code != 0 || viewer->first_message != NULL;
+    if (mute || lws_partial_buffered(viewer->wsi)) {
+        return 0;
+    }
+    return viewer->acked_once ? viewer->window - viewer->outstanding_count : WS_PENDING;
+}
+
+static void fail(ws_viewer *viewer)
+{
+    if (!viewer->dead) {
+        viewer->dead = true;
+        lws_set_timeout(viewer->wsi, PENDING_TIMEOUT_CLOSE_SEND, LWS_TO_KILL_ASYNC);
+    }
+}
+
+static void note_sent(ws_viewer *viewer, const ws_publication *frame)
+{
+    if (!viewer->fresh) {
+        ws_count(&viewer->thread->counts.skipped, frame->seq - viewer->last_sent - 1);
+    }
+    viewer->fresh = false;
+    viewer->last_sent = frame->seq;
+    viewer->generation = frame->generation;
+    if (viewer->outstanding_count == WS_OUTSTANDING) {
+        memmove(viewer->outstanding, viewer->outstanding + 1,
+                (WS_OUTSTANDING - 1) * sizeof *viewer->outstanding);
+        viewer->outstanding_count--;
+    }
+    int i = viewer->outstanding_count++;
+    viewer->outstanding[i].seq = frame->seq;
+    viewer->outstanding[i].sent_ns = viewer->thread->now_ns;
+}
+
+/* The frame in the encoding that this viewer can use; false when it was not made. */
+static bool send_frame(ws_viewer *viewer, ws_publication *frame)
+{
+    bool key = viewer->needs_key || viewer->fresh || frame->generation != viewer->generation ||
+               frame->seq - viewer->last_sent > LL_FRAME_REPEAT;
+    int variant = LL_WS_VARIANT(viewer->upgrade.format, key);
+    if (!key && frame->variant[variant].size == 0) {
+        variant = LL_WS_VARIANT(viewer->upgrade.format, true); /* holds all that a delta does */
+    }
+    size_t size = frame->variant[variant].size;
+    if (size == 0) {
+        set_needs_key(viewer, true);
+        want(viewer->stream);
+        return false;
+    }
+    set_needs_key(viewer, false);
+    /* Written at once, not from the library's writeable callback: with nothing buffered this is one send()
+     * and saves a poll per frame. The library writes the frame's header before the bytes: the same one for
+     * every viewer, as a server does not mask. */
+    bool text = viewer->upgrade.format == LL_FRAME_JSON;
+    if (lws_write(viewer->wsi, frame->bytes + frame->variant[variant].at, size,
+                  text ? LWS_WRITE_TEXT : LWS_WRITE_BINARY) < 0) {
+        fail(viewer);
+        return false;
+    }
+    note_sent(viewer, frame);
+    ws_count(&viewer->thread->counts.frames, 1);
+    ws_count(&viewer->thread->counts.bytes, size);
+    return true;
+}
+
+static void try_latest(ws_viewer *viewer)
+{
+    ws_publication *latest = viewer->stream != NULL ? viewer->stream->latest : NULL;
+    if (credit(viewer) <= 0) {
+        return;
+    }
+    if (latest == NULL) {
+        set_needs_key(viewer, true);
+        want(viewer->stream);
+    } else if (viewer->fresh || latest->seq != viewer->last_sent) {
+        send_frame(viewer, latest);
+    }
+}
+
+/* Usually one publication. When this thread was late there are more: a viewer with credit gets them all, in
+ * order, so that one that keeps up loses nothing; one with less credit gets the newest of them. */
+void ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count)
+{
+    stream->want_said = false;
+    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
+        int may = credit(viewer);
+        for (int i = may < count ? count - may : 0; i >= 0 && i < count; i++) {
+            if (credit(viewer) <= 0 || !send_frame(viewer, publications[i])) {
+                break;
+            }
+        }
+    }
+    free(stream->latest);
+    stream->latest = publications[count - 1];
+    for (int i = 0; i < count - 1; i++) {
+        free(publications[i]);
+    }
+}
+
+static void adapt_window(ws_viewer *viewer, int64_t delay)
+{
+    if (delay < viewer->delay_ns) {
+        viewer->delay_ns = delay;
+    } else {
+        viewer->delay_ns += (delay - viewer->delay_ns) / 512;
+    }
+    if (delay > viewer->delay_ns + QUEUEING_NS) {
+        viewer->window -= viewer->window > 1 ? 1 : 0;
+    } else {
+        viewer->window += viewer->window < LL_FRAME_WINDOW ? 1 : 0;
+    }
+}
+
+static void acknowledge(ws_viewer *viewer, uint32_t seq)
+{
+    if (viewer->fresh || (int32_t)(seq - viewer->last_sent) > 0) {
+        return; /* never sent: not worth a quarrel */
+    }
+    int gone = 0;
+    while (gone < viewer->outstanding_count && (int32_t)(seq - viewer->outstanding[gone].seq) >= 0) {
+        gone++;
+    }
+    if (gone > 0 && viewer->outstanding[gone - 1].seq == seq) {
+        adapt_window(viewer, viewer->thread->now_ns - viewer->outstanding[gone - 1].sent_ns);
+    }
+    viewer->acked_once = true;
+    viewer->outstanding_count -= gone;
+    memmove(viewer->outstanding, viewer->outstanding + gone,
+            (size_t)viewer->outstanding_count * sizeof *viewer->outstanding);
+    try_latest(viewer);
+}
+
+/* ---- messages to the viewer ---- */
+
+static void drop_messages(ws_viewer *viewer)
+{
+    while (viewer->first_message != NULL) {
+        ws_mail *message = viewer->first_message;
+        viewer->first_message = message->next;
+        free(message);
+    }
+    viewer->last_message = NULL;
+    viewer->message_count = 0;
+    viewer->message_bytes = 0;
+}
+
+static void flush_messages(ws_viewer *viewer)
+{
+    while (viewer->first_message != NULL && !viewer->dead && !lws_partial_buffered(viewer->wsi)) {
+        ws_mail *message = viewer->first_message;
+        if (lws_write(viewer->wsi, message->text, message->size, LWS_WRITE_TEXT) < 0) {
+            fail(viewer);
+            return;
+        }
+        viewer->first_message = message->next;
+        viewer->last_message = message->next != NULL ? viewer->last_message : NULL;
+        viewer->message_count--;
+        viewer->message_bytes -= message->size;
+        free(message);
+    }
+    /* A partial write has asked for the writeable callback by itself. */
+}
+
+static void enqueue(ws_viewer *viewer, ws_mail *message)
+{
+    message->next = NULL;
+    if (viewer->last_message != NULL) {
+        viewer->last_message->next = message;
+    } else {
+        viewer->first_message = message;
+    }
+    viewer->last_message = message;
+    viewer->message_count++;
+    viewer->message_bytes += message->size;
+}
+
+static ws_mail *message_of(cJSON *json) /* takes it */
+{
+    char *text = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    size_t size = text != NULL ? strlen(text) : 0;
+    ws_mail *message = text != NULL ? calloc(1, sizeof *message + size + 1) : NULL;
+    if (message != NULL) {
+        memcpy(message->text, text, size);
+        message->size = size;
+    }
+    cJSON_free(text);
+    return message;
+}
+
+void ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
+{
+    if (viewer->close_code != 0 || viewer->dead) {
+        return;
+    }
+    if (viewer->stream != NULL) {
+        set_needs_key(viewer, false);
+    }
+    viewer->close_code = code;
+    snprintf(viewer->close_reason, sizeof viewer->close_reason, "%s", reason);
+    cJSON *bye = cJSON_CreateObject();
+    cJSON_AddStringToObject(bye, "type", "bye");
+    cJSON_AddStringToObject(bye, "reason", viewer->close_reason);
+    ws_mail *message = message_of(bye);
+    if (message != NULL) {
+        enqueue(viewer, message);
+    }
+    /* The close frame leaves from the writeable callback. One that does not read is cut (ws_viewer_sweep). */
+    viewer->close_ns = viewer->thread->now_ns;
+    lws_callback_on_writable(viewer->wsi);
+}
+
+void ws_viewer_send(ws_viewer *viewer, ws_mail *message)
+{
+    if (viewer->close_code != 0 || viewer->dead) {
+        free(message);
+        return;
+    }
+    if (viewer->message_count >= WS_MAX_MESSAGES ||
+        viewer->message_bytes + message->size > WS_MAX_MESSAGE_BYTES) {
+        free(message);
+        drop_messages(viewer);
+        ws_count(&viewer->thread->counts.closed_slow, 1);
+        ws_viewer_close(viewer, LL_WS_TRY_LATER, "messages piled up: this viewer reads too slowly");
+        return;
+    }
+    enqueue(viewer, message);
+    flush_messages(viewer);
+}
+
+void ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
+{
+    bool first = !viewer->ready && viewer->close_code == 0 && !viewer->dead;
+    ws_viewer_send(viewer, hello);
+    if (first && viewer->close_code == 0) {
+        viewer->ready = true;
+        atomic_fetch_add(&viewer->stream->viewers[viewer->upgrade.format], 1);
+        set_needs_key(viewer, true);
+        want(viewer->stream);
+    }
+}
+
+bool ws_viewer_writable(ws_viewer *viewer)
+{
+    if (viewer->dead) {
+        return false;
+    }
+    flush_messages(viewer);
+    if (viewer->first_message != NULL || lws_partial_buffered(viewer->wsi)) {
+        return !viewer->dead;
+    }
+    if (viewer->close_code != 0) {
+        lws_close_reason(viewer->wsi, (enum lws_close_status)viewer->close_code,
+                         (unsigned char *)viewer->close_reason, strlen(viewer->close_reason));
+        return false;
+    }
+    try_latest(viewer);
+    return !viewer->dead;
+}
+
+/* ---- messages from the viewer ---- */
+
+static const char *skip_space(const char *at)
+{
+    return at + strspn(at, " \t\r\n");
+}
+
+/* Exactly {"ack":N}: what arrives sixty times a second from every viewer is not worth a JSON parser. */
+static bool is_ack(const char *text, uint32_t *seq)
+{
+    text = skip_space(text);
+    if (*text != '{') {
+        return false;
+    }
+    text = skip_space(text + 1);
+    if (strncmp(text, "\"ack\"", 5) != 0) {
+        return false;
+    }
+    text = skip_space(text + 5);
+    if (*text != ':') {
+        return false;
+    }
+    text = skip_space(text + 1);
+    uint64_t value = 0;
+    int digits = 0;
+    while (*text >= '0' && *text <= '9' && digits < 11) {
+        value = 10 * value + (uint64_t)(*text++ - '0');
+        digits++;
+    }
+    text = skip_space(text);
+    if (digits == 0 || *text != '}' || *skip_space(text + 1) != '\0' || value > UINT32_MAX) {
+        return false;
+    }
+    *seq = (uint32_t)value;
+    return true;
+}
+
+/* A token bucket of messages; big ones cost more. */
+static bool within_rate(ws_viewer *viewer, size_t size)
+{
+    double rate = viewer->thread->ws->config.max_messages_per_s;
+    int64_t now = viewer->thread->now_ns;
+    viewer->tokens += (double)(now - viewer->tokens_ns) * 1e-9 * rate;
+    viewer->tokens = viewer->tokens > 2 * rate ? 2 * rate : viewer->tokens;
+    viewer->tokens_ns = now;
+    viewer->tokens -= 1 + (double)size / 4096;
+    return viewer->tokens >= 0;
+}
+
+static void refuse_rate(ws_viewer *viewer)
+{
+    char text[120];
+    snprintf(text, sizeof text, "more than %g messages a second (max_messages_per_s)",
+             viewer->thread->ws->config.max_messages_per_s);
+    cJSON *error = cJSON_CreateObject(), *problem = cJSON_AddObjectToObject(error, "problem");
+    cJSON_AddStringToObject(error, "type", "error");
+    cJSON_AddStringToObject(problem, "type", "about:blank");
+    cJSON_AddStringToObject(problem, "title", "Too Many Requests");
+    cJSON_AddNumberToObject(problem, "status", 429);
+    cJSON_AddStringToObject(problem, "detail", text);
+    ws_mail *message = message_of(error);
+    if (message != NULL) {
+        ws_viewer_send(viewer, message);
+    }
+    ws_count(&viewer->thread->counts.closed_policy, 1);
+    ws_viewer_close(viewer, LL_WS_POLICY, text);
+}
+
+static void take_message(ws_viewer *viewer, const char *text, size_t size)
+{
+    uint32_t seq;
+    ws_count(&viewer->thread->counts.messages, 1);
+    if (!within_rate(viewer, size)) {
+        refuse_rate(viewer);
+    } else if (is_ack(text, &seq)) {
+        acknowledge(viewer, seq);
+    } else if (hooks_of(viewer)->message != NULL) {
+        hooks_of(viewer)->message(hooks_of(viewer)->context, viewer->stream->session, viewer->handle, text,
+                                  size);
+    }
+}
+
+bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last)
+{
+    if (viewer->dead) {
+        return false;
+    }
+    if (viewer->stream == NULL || viewer->close_code != 0) {
+        return true; /* it is on its way out: what it says is not heard */
+    }
+    if (first) {
+        viewer->received_size = 0;
+    }
+    size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
+    if (lws_frame_is_binary(viewer->wsi) || viewer->received_size + size > limit) {
+        bool big = viewer->received_size + size > limit;
+        char text[100];
+        snprintf(text, sizeof text, "a message may have %zu bytes (max_message_bytes)", limit);
+        ws_count(&viewer->thread->counts.closed_policy, 1);
+        ws_viewer_close(viewer, big ? LL_WS_TOO_BIG : 1003, big ? text : "messages are text");
+        return true;
+    }
+    /* Pieces of nothing cost as much as messages. */
+    if (!last && !within_rate(viewer, size)) {
+        refuse_rate(viewer);
+        return true;
+    }
+    if (viewer->received_size + size + 1 > viewer->received_capacity) {
+        size_t capacity = viewer->received_size + size < 256 ? 256 : 2 * (viewer->received_size + size);
+        char *grown = realloc(viewer->received, capacity);
+        if (grown == NULL) {
+            ws_viewer_close(viewer, 1011, "no memory for a message");
+            return true;
+        }
+        viewer->received = grown;
+        viewer->received_capacity = capacity;
+    }
+    if (size > 0) {
+        memcpy(viewer->received + viewer->received_size, bytes, size);
+    }
+    viewer->received_size += size;
+    if (last) {
+        viewer->received[viewer->received_size] = '\0';
+        take_message(viewer, viewer->received, viewer->received_size);
+        viewer->received_size = 0;
+    }
+    return !viewer->dead;
+}
+
+/* ---- coming and going ---- */
+
+bool ws_viewer_open(ws_viewer *viewer)
+{
+    ws_thread *thread = viewer->thread;
+    ll_ws *ws = thread->ws;
+    ll_ws_stream *stream = ws_find_stream(ws, viewer->upgrade.session);
+    viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
+    viewer->tokens = 2 * ws->config.max_messages_per_s;
+    viewer->fresh = true;
+    viewer->window = LL_FRAME_WINDOW;
+    viewer->delay_ns = INT64_C(1000000000);
+    if (stream == NULL) {
+        ws_viewer_close(viewer, LL_WS_NO_SESSION, "the session was deleted");
+        return true;
+    }
+    if (stream->arrived >= ws->config.max_viewers) {
+        char text[100];
+        snprintf(text, sizeof text, "this session has %d viewers already (max_viewers)",
+                 (int)ws->config.max_viewers);
+        ws_count(&thread->counts.closed_policy, 1);
+        ws_viewer_close(viewer, LL_WS_TOO_MANY, text);
+        return true;
+    }
+    viewer->stream = stream;
+    viewer->next = stream->first;
+    if (stream->first != NULL) {
+        stream->first->previous = viewer;
+    }
+    stream->first = viewer;
+    stream->arrived++;
+    ws_count(&thread->counts.opened, 1);
+    ws_count(&thread->counts.viewers, 1);
+    hooks_of(viewer)->opened(ws->hooks.context, stream->session, viewer->handle, viewer->upgrade.format);
+    return true;
+}
+
+void ws_stream_release_if_done(ll_ws_stream *stream)
+{
+    if (stream->closing && stream->first == NULL) {
+        ws_stream_destroy(stream);
+    }
+}
+
+void ws_viewer_gone(ws_viewer *viewer)
+{
+    ll_ws_stream *stream = viewer->stream;
+    drop_messages(viewer);
+    free(viewer->received);
+    viewer->received = NULL;
+    viewer->received_capacity = 0;
+    if (stream == NULL) {
+        return;
+    }
+    set_needs_key(viewer, false);
+    if (viewer->ready) {
+        atomic_fetch_sub(&stream->viewers[viewer->upgrade.format], 1);
+    }
+    if (viewer->next != NULL) {
+        viewer->next->previous = viewer->previous;
+    }
+    *(viewer->previous != NULL ? &viewer->previous->next : &stream->first) = viewer->next;
+    viewer->stream = NULL;
+    stream->arrived--;
+    atomic_fetch_sub_explicit(&viewer->thread->counts.viewers, 1, memory_order_relaxed);
+    if (hooks_of(viewer)->closed != NULL) {
+        hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);
+    }
+    ws_stream_release_if_done(stream);
+}
+
+void ws_viewer_sweep(ws_viewer *viewer)
+{
+    const ll_door_config *config = &viewer->thread->ws->config;
+    int64_t now = viewer->thread->now_ns;
+    if (viewer->wsi == NULL || viewer->dead) {
+        return;
+    }
+    if (viewer->close_code != 0) {
+        if (now - viewer->close_ns > GOODBYE_NS) {
+            fail(viewer);
+        }
+        return;
+    }
+    if (viewer->stream == NULL) {
+        return;
+    }
+    if (!viewer->ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
+        ws_viewer_close(viewer, LL_WS_TRY_LATER, "the session is busy: try again later");
+    } else if (viewer->acked_once && viewer->outstanding_count > 0 &&
+               (double)(now - viewer->outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
+        ws_count(&viewer->thread->counts.closed_slow, 1);
+        ws_viewer_close(viewer, LL_WS_TRY_LATER, "no frame was acknowledged for too long (ack_timeout_s)");
+    }
+}
