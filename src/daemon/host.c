@@ -173,8 +173,8 @@ ll_status ll_hosted_load(ll_hosted *hosted)
     free(text);
     if (ll_failed(&status)) {
         hosted->session = NULL;
-        ll_log("error", "session not restored", "Stored session %lld: %s", (long long)hosted->stored.number,
-               status.text);
+        ll_log_write("error", "session not restored", "Stored session %lld: %s",
+                     (long long)hosted->stored.number, status.text);
         return ll_error(LL_IO, "The stored log of this session cannot be replayed: %.180s", status.text);
     }
     resume(hosted);

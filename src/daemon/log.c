@@ -24,7 +24,7 @@ static size_t escape(char *to, size_t capacity, const char *text)
     return n;
 }
 
-void ll_log(const char *level, const char *msg, const char *format, ...)
+void ll_log_write(const char *level, const char *msg, const char *format, ...)
 {
     char detail[1024], quoted[2048], line[2400], stamp[40];
     va_list arguments;

@@ -4,5 +4,5 @@
  * an id is all that reading needs. Any thread. */
 #pragma once
 
-void ll_log(const char *level, const char *msg, const char *format, ...)
+void ll_log_write(const char *level, const char *msg, const char *format, ...)
     __attribute__((format(printf, 3, 4)));

@@ -160,8 +160,8 @@ static void add_stored(void *context, const ll_stored *stored)
 {
     ll_host *host = context;
     if (stored->lines == 0 || stored->key_count < 1 || !ll_is_id(stored->id) || !ll_is_code(stored->code)) {
-        ll_log("warn", "stored session left out", "Session %lld has no log or no key.",
-               (long long)stored->number);
+        ll_log_write("warn", "stored session left out", "Session %lld has no log or no key.",
+                     (long long)stored->number);
         return;
     }
     ll_hosted *hosted = ll_hosted_new(host);
@@ -179,7 +179,7 @@ static void add_stored(void *context, const ll_stored *stored)
     int64_t idle_ms = (int64_t)now.tv_sec * 1000 - stored->seen_ms;
     atomic_store(&hosted->touched, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
     if (!ll_host_register(host, hosted))
-        ll_log("warn", "stored session left out", "There are more than --max-sessions.");
+        ll_log_write("warn", "stored session left out", "There are more than --max-sessions.");
     ll_hosted_release(hosted);
 }
 

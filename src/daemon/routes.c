@@ -104,7 +104,7 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
     if (status < 500)
         return;
     /* The pattern and not the path: paths hold session ids. */
-    ll_log("error", "request failed", "%s %s answered %d after %.1f ms, request %s",
-           request ? request->method : "?", route ? route->pattern : "(file)", status, seconds * 1e3,
-           request ? request->id : "?");
+    ll_log_write("error", "request failed", "%s %s answered %d after %.1f ms, request %s",
+                 request ? request->method : "?", route ? route->pattern : "(file)", status, seconds * 1e3,
+                 request ? request->id : "?");
 }

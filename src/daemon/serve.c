@@ -65,18 +65,18 @@ static ll_status open_store(daemon_parts *d)
 {
     char *folder = d->host_config.data;
     if (strcmp(folder, "memory") == 0) {
-        ll_log("info", "no store", "Sessions are kept in memory only.");
+        ll_log_write("info", "no store", "Sessions are kept in memory only.");
         return ll_ok();
     }
     bool asked = folder[0] != '\0';
     if (!asked && !default_data(folder, sizeof d->host_config.data)) {
-        ll_log("warn", "no store",
-               "Sessions are kept in memory only: no --data was given and there is no home directory.");
+        ll_log_write("warn", "no store",
+                     "Sessions are kept in memory only: no --data was given and there is no home directory.");
         return ll_ok();
     }
     ll_status status = ll_store_open(folder, &d->store);
     if (ll_failed(&status) && !asked) {
-        ll_log("warn", "no store", "Sessions are kept in memory only: %s", status.text);
+        ll_log_write("warn", "no store", "Sessions are kept in memory only: %s", status.text);
         return ll_ok();
     }
     return status;
@@ -108,7 +108,7 @@ static void prepare_process(sigset_t *signals)
 static void log_door(void *context, const char *level, const char *message)
 {
     (void)context;
-    ll_log(level, "front door", "%s", message);
+    ll_log_write(level, "front door", "%s", message);
 }
 
 static ll_status start(daemon_parts *d)
@@ -149,7 +149,10 @@ static void wait_for_end(daemon_parts *d)
     int got = 0;
     sigwait(&d->signals, &got);
     atomic_store(&d->api.phase, LL_API_DRAINING);
-    ll_log("info", "stopping", "Got %s.", got == SIGTERM ? "SIGTERM" : got == SIGINT ? "SIGINT" : "SIGHUP");
+    ll_log_write("info", "stopping", "Got %s.",
+                 got == SIGTERM  ? "SIGTERM"
+                 : got == SIGINT ? "SIGINT"
+                                 : "SIGHUP");
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
@@ -201,7 +204,7 @@ int ll_serve(int argc, char **argv)
     status = stop(d);
     free(d);
     if (ll_failed(&status)) {
-        ll_log("error", "not all was stored", "%s", status.text);
+        ll_log_write("error", "not all was stored", "%s", status.text);
         return 1;
     }
     return 0;

@@ -8,7 +8,6 @@
 #include <time.h>
 
 #include "daemon/hosted.h"
-#include "daemon/log.h"
 
 enum { FRAME_HZ = 60, SLOT_HZ = FRAME_HZ * LL_SLOTS };
 
