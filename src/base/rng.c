@@ -7,7 +7,7 @@
  * + counter * step. */
 uint64_t ll_rng_u64(uint64_t seed, uint64_t stream, uint64_t counter)
 {
-    uint64_t start = seed + stream * UINT64_C(0xd1e8d69ec377210f);
+    uint64_t start = seed + (stream + 1) * UINT64_C(0xd1e8d69ec377210f); /* + 1: the mixer leaves 0 at 0 */
     start ^= start >> 32;
     start *= UINT64_C(0xd60927fc6f0de0d1);
     start ^= start >> 29;
