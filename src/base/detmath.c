@@ -1,16 +1,20 @@
-/* Elementary functions from + - * / and sqrt alone. Each reduces its argument to a small interval, where a Taylor series of few terms is
- * good to less than half an ulp; what is left is the rounding of the last operations. */
+/* Elementary functions from + - * / and sqrt alone. Each reduces its argument to a small interval, where a
+ * Taylor series of few terms is good to less than half an ulp; what is left is the rounding of the last
+ * operations. */
 #include "base/detmath.h"
 
 #include <float.h>
 #include <stdint.h>
 #include <string.h>
 
-static const double ln2_high = 0x1.62e42feep-1, ln2_low = 0x1.a39ef35793c76p-33; /* the high part has 21 trailing zero bits */
+static const double ln2_high = 0x1.62e42feep-1,
+                    ln2_low = 0x1.a39ef35793c76p-33; /* the high part has 21 trailing zero bits */
 static const double infinity = (double)__builtin_inff();
 
-/* pi / 2 in three parts of at most 33 bits, so that k times the first two is exact for |k| < 2^20, and a fourth for the rest. */
-static const double pio2_1 = 0x1.921fb544p+0, pio2_2 = 0x1.0b4611a6p-34, pio2_3 = 0x1.3198a2ep-69, pio2_4 = 0x1.b839a252049c1p-104;
+/* pi / 2 in three parts of at most 33 bits, so that k times the first two is exact for |k| < 2^20, and a
+ * fourth for the rest. */
+static const double pio2_1 = 0x1.921fb544p+0, pio2_2 = 0x1.0b4611a6p-34, pio2_3 = 0x1.3198a2ep-69,
+                    pio2_4 = 0x1.b839a252049c1p-104;
 
 static double from_bits(uint64_t bits)
 {
@@ -85,7 +89,8 @@ double ll_log(double x)
     uint64_t bits = to_bits(x) + (0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
     n += (int)(bits >> 52) - 1023;
     double m = from_bits((bits & 0xfffffffffffffu) + 0x3fe6a09e667f3bcdu);
-    /* ln m = 2 atanh(s), s = f / (2 + f), f = m - 1 (exact); with f^2/2 split off so that f itself keeps its bits */
+    /* ln m = 2 atanh(s), s = f / (2 + f), f = m - 1 (exact); with f^2/2 split off so that f itself keeps its
+     * bits */
     double f = m - 1, s = f / (2 + f), z = s * s, sum = 0; /* z <= 0.0295 */
     for (int i = 23; i >= 3; i -= 2)
         sum = z * (2.0 / i + sum);
@@ -109,15 +114,16 @@ static int reduce(double x, double *high, double *low)
     double normal = *high + *low;
     *low = (*high - normal) + *low;
     *high = normal;
-    return (int)((int64_t)k & 3);
+    return k > -0x1p62 && k < 0x1p62 ? (int)((int64_t)k & 3) : 0; /* infinite and NaN end as NaN */
 }
 
 /* On |x| <= pi/4, of x + low. */
 static double sine(double x, double low)
 {
     double z = x * x, sum = -1.0 / 121645100408832000.0; /* 1/19! */
-    static const double terms[] = {1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
-                                   1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
+    static const double terms[] = {
+        1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+        1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
     for (int i = 0; i < 8; i++)
         sum = sum * z + terms[i];
     return x + (x * z * sum + low * (1 - 0.5 * z));
@@ -126,9 +132,9 @@ static double sine(double x, double low)
 static double cosine(double x, double low)
 {
     double z = x * x, sum = 1.0 / 2432902008176640000.0; /* 1/20! */
-    static const double terms[] = {-1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0,
-                                   1.0 / 479001600.0,         -1.0 / 3628800.0,       1.0 / 40320.0,
-                                   -1.0 / 720.0,              1.0 / 24.0};
+    static const double terms[] = {
+        -1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0,
+        -1.0 / 3628800.0,          1.0 / 40320.0,          -1.0 / 720.0,         1.0 / 24.0};
     for (int i = 0; i < 8; i++)
         sum = sum * z + terms[i];
     double half = 0.5 * z, w = 1 - half;
@@ -139,10 +145,14 @@ double ll_sin(double x)
 {
     double r, low;
     switch (reduce(x, &r, &low)) {
-    case 0: return sine(r, low);
-    case 1: return cosine(r, low);
-    case 2: return -sine(r, low);
-    default: return -cosine(r, low);
+    case 0:
+        return sine(r, low);
+    case 1:
+        return cosine(r, low);
+    case 2:
+        return -sine(r, low);
+    default:
+        return -cosine(r, low);
     }
 }
 
@@ -150,9 +160,13 @@ double ll_cos(double x)
 {
     double r, low;
     switch (reduce(x, &r, &low)) {
-    case 0: return cosine(r, low);
-    case 1: return -sine(r, low);
-    case 2: return -cosine(r, low);
-    default: return sine(r, low);
+    case 0:
+        return cosine(r, low);
+    case 1:
+        return -sine(r, low);
+    case 2:
+        return -cosine(r, low);
+    default:
+        return sine(r, low);
     }
 }

@@ -1,0 +1,119 @@
+/* Errors in units of the last place against long double, whose own error is 1/2000 of that. */
+#include <float.h>
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include <cmocka.h>
+
+#include "base/detmath.h"
+#include "base/rng.h"
+
+#define COUNT 1000000
+
+typedef double function(double);
+typedef long double reference(long double);
+
+static double error_ulp(double got, long double want)
+{
+    int exponent;
+    frexp((double)want, &exponent);
+    double ulp = ldexp(1, exponent < -1021 ? -1074 : exponent - 53);
+    return (double)(fabsl((long double)got - want) / ulp);
+}
+
+/* Worst of COUNT arguments, evenly spread over [from, to]. */
+static double worst(function *f, reference *r, double from, double to)
+{
+    double most = 0;
+    for (uint64_t i = 0; i < COUNT; i++) {
+        double x = from + (to - from) * ll_rng_unit(1, 2, i);
+        double error = error_ulp(f(x), r((long double)x));
+        if (error > most)
+            most = error;
+    }
+    return most;
+}
+
+static void exp_is_within_an_ulp(void **state)
+{
+    (void)state;
+    assert_true(worst(ll_exp, expl, -1, 1) <= 1);
+    assert_true(worst(ll_exp, expl, -1e-3, 1e-3) <= 0.51);
+    assert_true(worst(ll_exp, expl, -708, 709.7) <= 1);
+    assert_true(worst(ll_exp, expl, -745, -708) <= 1.001); /* subnormal results are rounded twice */
+}
+
+static void log_is_within_an_ulp(void **state)
+{
+    (void)state;
+    assert_true(worst(ll_log, logl, 0.5, 2) <= 1);
+    assert_true(worst(ll_log, logl, 0.99, 1.01) <=
+                1); /* the result is small here, and still right in every bit */
+    assert_true(worst(ll_log, logl, 1e-300, 1) <= 1);
+    assert_true(worst(ll_log, logl, 1, 1e300) <= 1);
+    assert_true(worst(ll_log, logl, 0x1p-1074, 0x1p-1022) <= 1);
+}
+
+static void sine_and_cosine_are_within_an_ulp(void **state)
+{
+    (void)state;
+    static const double limits[] = {0.7853, 3, 30, 1000, 1e6};
+    for (int i = 0; i < 5; i++) {
+        assert_true(worst(ll_sin, sinl, -limits[i], limits[i]) <= 1);
+        assert_true(worst(ll_cos, cosl, -limits[i], limits[i]) <= 1);
+    }
+}
+
+/* The double nearest to k pi is the hardest argument near it: what is left is the rounding error of that
+ * double. */
+static void zeros_of_the_sine_are_found(void **state)
+{
+    (void)state;
+    for (int k = 1; k <= 318309; k += k < 1000 ? 1 : 97) {
+        double x = (double)((long double)k * 3.14159265358979323846264338327950288L);
+        assert_true(fabs(ll_sin(x) - (double)sinl((long double)x)) < 1e-25 + 1e-9 * fabs(ll_sin(x)));
+    }
+}
+
+static void special_values(void **state)
+{
+    (void)state;
+    assert_true(ll_exp(0) == 1 && ll_log(1) == 0 && ll_sin(0) == 0 && ll_cos(0) == 1);
+    assert_true(ll_exp(-800) == 0 && isinf(ll_exp(710)) && ll_exp(709.7) < DBL_MAX);
+    assert_true(ll_exp(-(double)INFINITY) == 0 && isinf(ll_exp((double)INFINITY)));
+    assert_true(isinf(ll_log(0)) && ll_log(0) < 0 && isnan(ll_log(-1)) && isinf(ll_log((double)INFINITY)));
+    assert_true(isnan(ll_exp((double)NAN)) && isnan(ll_log((double)NAN)));
+    assert_true(isnan(ll_sin((double)NAN)) && isnan(ll_cos((double)INFINITY)));
+    assert_true(ll_sqrt(2) == sqrt(2.0));
+}
+
+/* The same bits on every compiler and optimisation level: each build runs this. */
+static void bits_are_pinned(void **state)
+{
+    (void)state;
+    double sum = 0;
+    for (uint64_t i = 0; i < 1000; i++) {
+        double u = ll_rng_unit(3, 4, i);
+        sum = sum * 0.75 + ll_sin(100 * u) + ll_cos(1000 * u) + ll_exp(2 * u) + ll_log(u + 0.125);
+    }
+    char text[40];
+    snprintf(text, sizeof text, "%a", sum);
+    assert_string_equal(text, "0x1.a951740cb6838p+2");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(exp_is_within_an_ulp),
+        cmocka_unit_test(log_is_within_an_ulp),
+        cmocka_unit_test(sine_and_cosine_are_within_an_ulp),
+        cmocka_unit_test(zeros_of_the_sine_are_found),
+        cmocka_unit_test(special_values),
+        cmocka_unit_test(bits_are_pinned),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
