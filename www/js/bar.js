@@ -53,11 +53,11 @@ export function timeBar() {
       ${playing ? icons.pause : icons.play}${label === 'Replay' ? html`<span>Replay</span>` : nothing}</button>
     <button type="button" class="big" aria-label="One tick forward" title="One tick forward ( . )" @click=${forward.click}
       @pointerdown=${forward.down} @pointerup=${forward.stop} @pointerleave=${forward.stop}>${icons.forward}</button>
-    <label class="field choice speed"><span>Speed</span><select @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
+    <label class="field choice speed"><span>Speed</span><select aria-label="Speed" @change=${(/** @type {Event} */ event) => setSpeed(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>
       ${speeds.map((s) => html`<option value=${s} .selected=${s === now}>${s}×</option>`)}</select></label>
     <input type="range" class="scrub" id="scrub" aria-label="Time in seconds" min="0" max="1" step="any" value="0" @input=${onScrub}
       @change=${() => { scrubbing = false; }}>
-    <output class="clock" id="clock" aria-live="off"></output>
+    <output class="clock" aria-live="off"><span id="clock"></span><span id="ticks"></span></output>
     <button type="button" class="wide" title="From the start, same seed (R)" @click=${() => restart()}>Restart</button>
     <button type="button" title="Everything as the scenario has it (Alt + R)" @click=${() => reset()}>Reset</button>
     </fieldset>
@@ -67,8 +67,9 @@ export function timeBar() {
 
 /** @param {number} time @param {number | null} tick */
 function showClock(time, tick) {
-  const clock = document.getElementById('clock');
-  if (clock) clock.textContent = `${fixed(time, 2)} s${tick === null ? '' : ` · tick ${tick}`}`;
+  const clock = document.getElementById('clock'), ticks = document.getElementById('ticks');
+  if (clock) clock.textContent = `${fixed(time, 2)} s`;
+  if (ticks && tick !== null) ticks.textContent = ` · tick ${tick}`;
 }
 
 /** @param {import('./frame.js').Frame} frame */

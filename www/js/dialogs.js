@@ -43,9 +43,13 @@ function help() {
     <li>Filled cells: inputs that the server has not acknowledged yet.</li></ul></div></div>`;
 }
 
+const FIRST = ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'control']; /* of a player, as on its panel */
+
 /** @param {string} path @returns {Template} */
 function settings(path) {
-  const paths = livePaths(schema.value, path).filter((p) => valueAt(params.value, p) !== undefined);
+  const rank = (/** @type {string} */ p) => (FIRST.indexOf(p.slice(path.length + 1)) + FIRST.length + 1) % (FIRST.length + 1);
+  const paths = livePaths(schema.value, path).filter((p) => valueAt(params.value, p) !== undefined)
+    .sort((a, b) => rank(a) - rank(b));
   return html`<fieldset class="sheet" ?disabled=${locked.value !== ''}>
     <legend class="unseen">All settings</legend>
     ${locked.value ? html`<p class="reason">${locked.value}</p>` : nothing}

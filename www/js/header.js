@@ -19,7 +19,7 @@ function chooser() {
   const rows = scenarios.value.filter((row) => row.kind === 'netgame');
   const group = (/** @type {string} */ label, /** @type {import('./state.js').ScenarioRow[]} */ list) => (list.length === 0 ? nothing
     : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`);
-  return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario"
+  return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
     ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'a session of another page' : 'loading'}</option>` : nothing}
     ${group('Games', rows.filter((row) => !row.id.startsWith('paper/')))}

@@ -9,11 +9,9 @@ export const icons = {
   pause: icon('M6 4h4v16H6zM14 4h4v16h-4z'),
   back: icon('M5 4h3v16H5zM20 4v16L9 12z'),
   forward: icon('M16 4h3v16h-3zM4 4l11 8-11 8z'),
-  restart: icon('M12 5V1L6 6l6 5V7a5 5 0 1 1-5 5H5a7 7 0 1 0 7-7z'),
   settings: icon('M3 6h10v2H3zM17 6h4v2h-4zM13 4h3v6h-3zM3 15h4v2H3zM11 15h10v2H11zM7 13h3v6H7z'),
   full: icon('M4 4h6v2H6v4H4zM14 4h6v6h-2V6h-4zM4 14h2v4h4v2H4zM18 14h2v6h-6v-2h4z'),
   left: icon('M15 4v16L5 12z'),
   right: icon('M9 4l10 8-10 8z'),
   fire: icon('M3 17l9-9 4 4-9 9H3zM17 3l2 2-2 2-2-2zM21 8l1 2-2 1-1-2zM13 2l2 1-1 2-2-1z'),
-  more: icon('M4 10h4v4H4zM10 10h4v4h-4zM16 10h4v4h-4z'),
 };

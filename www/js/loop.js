@@ -7,7 +7,7 @@ import { showReplay } from './header.js';
 import { counts, drawn, memory, takeNewest } from './lab.js';
 import { reread } from './params.js';
 import { showSide } from './side.js';
-import { frame, layout, overlays, unit } from './state.js';
+import { frame, lanes, layout, overlays, unit } from './state.js';
 import { palette } from './theme.js';
 import { drawCannon } from './views/cannon.js';
 import { drawGauge } from './views/gauge.js';
@@ -30,8 +30,6 @@ let asked = false;
 let named = 0;
 /** @type {number | null} */
 let selected = null;
-/** @type {[number, number]} */
-let shownLanes = [0, 1];
 /** Script time of the last drawings, ms. */
 export const costs = /** @type {number[]} */ ([]);
 
@@ -88,7 +86,7 @@ function laneOf(surface, now) {
   const players = layout.value?.players ?? [];
   return {
     pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory,
-    names: players.map((player) => player.name), shown: /** @type {[number, number]} */ ([Math.min(shownLanes[0], players.length - 1), Math.min(shownLanes[1], players.length - 1)]),
+    names: players.map((player) => player.name), shown: /** @type {[number, number]} */ (lanes.value.map((p) => Math.min(p, players.length - 1))),
     labels: overlays.value.labels, selected,
   };
 }
@@ -99,9 +97,9 @@ function drawMessages(now, name) {
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaceOf(canvas);
   if (!surface.begin() || now.views.length < 2) return;
-  const { thinned, text } = drawLanes(laneOf(surface, now));
+  const { inputs, states, text } = drawLanes(laneOf(surface, now));
   const facts = document.getElementById('lane-facts');
-  const said = text !== '' ? text : `last ${fixed(windowOf(now), 2)} s${thinned > 1 ? ` · drawn: 1 of ${thinned}` : ''}`;
+  const said = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, states 1 of ${states}`;
   if (facts && facts.textContent !== said) facts.textContent = said;
   if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
 }
@@ -183,10 +181,3 @@ export function listen() {
   });
   ask();
 }
-
-/** Which two players the lane shows. @param {number} upper @param {number} lower */
-export function showLanes(upper, lower) {
-  shownLanes = [upper, lower];
-  touch();
-}
-

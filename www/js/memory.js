@@ -3,12 +3,12 @@ import { APPLIED, CORRECTION, E_ACTIVE, RECONCILIATION, VERDICT } from './frame.
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./frame.js').Event} Event */
-/** @typedef {{t: number, entity: number, x: number, y: number}} Dot */
+/** @typedef {{t: number, entity: number, n: number, x: number, y: number}} Dot  n counts them */
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
 /** @typedef {{x: number, y: number}[]} Trail */
 
 const EVENTS_S = 5;     /* of messages */
-const DOTS = 60;        /* per view */
+const DOTS = 240;       /* per view */
 const CURVE_POINTS = 4000;
 const CORRECTIONS_S = 1;
 
@@ -83,8 +83,8 @@ export class Memory {
     this.counts.set(slot, index + 1);
     this.events.set(event.id, { ...event, index });
     const fresh = this.last !== null && event.begin > this.last.time - 0.001; /* else nobody knows where it was drawn */
-    if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event);
-    if (event.type === VERDICT && fresh) this.dot(frame, 0, event);
+    if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
+    if (event.type === VERDICT && fresh) this.dot(frame, 0, event, index);
     if (event.type === VERDICT && event.outcome === 1) this.refused[event.player]?.add(event.number);
     if (event.type === CORRECTION) {
       const view = frame.views[1 + event.player];
@@ -98,14 +98,14 @@ export class Memory {
     }
   }
 
-  /** @param {Frame} frame @param {number} v @param {Event} event */
-  dot(frame, v, event) {
+  /** @param {Frame} frame @param {number} v @param {Event} event @param {number} n */
+  dot(frame, v, event, n) {
     const dots = this.dots[v];
     if (!dots) return;
     frame.views[v]?.entities.forEach((e, entity) => {
       const wanted = this.game === 'cannon' ? (e.flags & E_ACTIVE) !== 0 : entity === event.player;
       if (wanted && (this.game !== 'cannon' || v > 0 || entity === event.player)) {
-        dots.push({ t: event.begin, entity, x: e.x, y: e.y });
+        dots.push({ t: event.begin, entity, n, x: e.x, y: e.y });
       }
     });
     if (dots.length > DOTS) dots.splice(0, dots.length - DOTS);

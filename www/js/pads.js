@@ -1,8 +1,8 @@
 // Touch pads: held with a finger, they push like keys.
 import { html, nothing } from '../vendor/lit-html.js';
-import { byPerson, fire, push } from './drive.js';
+import { byPerson, push } from './drive.js';
 import { icons } from './icons.js';
-import { nameOf } from './panels.js';
+import { aiming, nameOf } from './panels.js';
 import { layout, locked } from './state.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -22,8 +22,8 @@ function pad(player, way, label, icon) {
 export function pads(player) {
   if (!byPerson(player)) return nothing;
   if (layout.value?.game === 'cannon') {
-    return html`<div class="pads" data-player=${player % 8}><button type="button" class="pad" ?disabled=${locked.value !== ''}
-      aria-label=${`Fire, ${nameOf(player)}`} @click=${() => fire(player)}>${icons.fire}</button></div>`;
+    return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${locked.value !== ''}>
+      <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}</fieldset>`;
   }
   return html`<div class="pads" data-player=${player % 8}>
     ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;

@@ -6,6 +6,7 @@ import { sync } from './controls.js';
 import { open } from './dialogs.js';
 import { fixed, letter } from './format.js';
 import { header } from './header.js';
+import { icons } from './icons.js';
 import { mark, messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { pads } from './pads.js';
 import { side } from './side.js';
@@ -34,10 +35,10 @@ function caption(view) {
     const server = params.value?.server;
     return html`<button type="button" class="caption" @click=${() => open({ kind: 'server' })}>
       <svg class="mark" data-player="server" viewBox="0 0 18 18" aria-hidden="true"><path d="M9 1l8 8-8 8-8-8z"></path></svg>
-      <b>Server</b> <span>${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span></button>`;
+      <b>Server</b> <span>${server ? `${server.update_hz}/s · ${server.sync}` : ''}</span>${icons.settings}</button>`;
   }
   return html`<button type="button" class="caption" data-player=${(view - 1) % 8} @click=${() => open({ kind: 'player', player: view - 1 })}>
-    ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span>${techniques(view - 1)}</span></button>`;
+    ${mark(view - 1)} <b>${nameOf(view - 1)}</b> <span>${techniques(view - 1)}</span>${icons.settings}</button>`;
 }
 
 /** @param {number} view @returns {Template} */

@@ -5,7 +5,7 @@ import { aim, byPerson, fire, setAim } from './drive.js';
 import { fixed, letter } from './format.js';
 import { icons } from './icons.js';
 import { open } from './dialogs.js';
-import { layout, locked, overlays, params } from './state.js';
+import { lanes, layout, locked, overlays, params } from './state.js';
 import { toggleOverlay } from './keys.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -27,8 +27,8 @@ export function nameOf(player) {
   return name.length === 1 ? `Player ${name}` : name;
 }
 
-/** @param {number} player @returns {Template} */
-function aiming(player) {
+/** Angle, speed and trigger of a cannon. @param {number} player @returns {Template} */
+export function aiming(player) {
   const [angle = 0, speed = 0] = aim.value[player] ?? [];
   const top = Number(params.value?.params?.muzzle_speed_mps ?? 30);
   const set = (/** @type {'angle' | 'speed'} */ what) => (/** @type {Event} */ event) => {
@@ -78,6 +78,16 @@ export function serverPanel() {
   </fieldset>`;
 }
 
+/** Whose messages are shown. @param {0 | 1} place @param {string} label @returns {Template} */
+function which(place, label) {
+  const set = (/** @type {Event} */ event) => {
+    const chosen = Number(/** @type {HTMLSelectElement} */ (event.target).value);
+    lanes.value = place === 0 ? [chosen, lanes.value[1]] : [lanes.value[0], chosen];
+  };
+  return html`<label class="field choice"><span>${label}</span><select @change=${set}>${layout.value?.players.map((_, p) => html`<option
+    value=${p} .selected=${p === lanes.value[place]}>${letter(p)}</option>`)}</select></label>`;
+}
+
 /** @returns {Template} */
 export function messagesPanel() {
   const now = overlays.value;
@@ -85,5 +95,6 @@ export function messagesPanel() {
     class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
   return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
     <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
+    ${(layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
     <p class="facts" id="lane-facts"></p></div>`;
 }

@@ -5,7 +5,7 @@ import { INTERPOLATION } from './frame.js';
 import { fixed, letter, signed } from './format.js';
 import { memory } from './lab.js';
 import { layout, params, unit } from './state.js';
-import { Chart, bufferCurves, errorCurves } from './views/chart.js';
+import { Chart, FEW, bufferCurves, errorCurves } from './views/chart.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -23,6 +23,11 @@ function sample(player, dotted, text) {
 function units() {
   return html`<span class="units" role="group" aria-label="Unit of the error">${(/** @type {const} */ (['px', 'm', 'ms'])).map((name) => html`<button
     type="button" aria-pressed=${unit.value === name} @click=${() => { unit.value = name; }}>${name}</button>`)}</span>`;
+}
+
+/** @param {'error' | 'buffer'} which @returns {Template} */
+function tableButton(which) {
+  return html`<button type="button" class="small" aria-label=${`Table of the ${which}`} @click=${() => open({ kind: 'table', which })}>Table</button>`;
 }
 
 /** @typedef {{name: string, unit: string, of: (view: View, player: number) => string}} Row */
@@ -51,17 +56,18 @@ export function side() {
   const p = params.value;
   return html`<aside class="side" aria-label="Charts and numbers">
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}</div>
-    <section class="chart"><div class="head"><h3>Error against the server</h3>${units()}</div>
+    <section class="chart"><div class="head"><h3>Error, drawn − true</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img" aria-label="Curve of the errors over time; the table has the numbers"></div>
-      <div class="key">${players.map((_, i) => html`${sample(i, false, `${letter(i)} own`)}${sample(i, true, `${letter(i)} others`)}`)}
-        <button type="button" class="small" aria-label="Table of the error" @click=${() => open({ kind: 'table', which: 'error' })}>Table</button></div></section>
+      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own</span>
+        ${players.length <= FEW ? sample(7, true, 'others') : nothing}${tableButton('error')}</div></section>
     <section class="chart"><div class="head"><h3>Interpolation buffer (ms)</h3></div>
       <div class="plot" id="buffer-chart" role="img" aria-label="Curve of the buffers over time; the table has the numbers"></div>
-      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}
-        <button type="button" class="small" aria-label="Table of the buffer" @click=${() => open({ kind: 'table', which: 'buffer' })}>Table</button></div></section>
+      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}${tableButton('buffer')}</div></section>
+    <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
+      aria-label=${players.length > FEW ? 'Numbers of now' : nothing}>
     <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map((_, i) => html`<th scope="col">${letter(i)}</th>`)}<td></td></tr></thead>
       <tbody>${rows().map((row) => html`<tr><th scope="row">${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
-        <td class="unit">${row.unit}</td></tr>`)}</tbody></table>
+        <td class="unit">${row.unit}</td></tr>`)}</tbody></table></div>
   </aside>`;
 }
 
@@ -76,8 +82,8 @@ export function showSide(frame, settled) {
   if (!error || !buffer) return;
   const players = frame.views.length - 1;
   charts ??= {
-    error: new Chart(error, () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
-    buffer: new Chart(buffer, () => bufferCurves(layout.value?.players.length ?? 0)),
+    error: new Chart(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
+    buffer: new Chart(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
   };
   if (memory.curves.length === players) {
     charts.error.draw(memory, settled);

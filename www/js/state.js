@@ -36,6 +36,9 @@ export const tab = signal('all');
 /** @type {import('@preact/signals-core').Signal<'px' | 'm' | 'ms'>} */
 export const unit = signal('px');
 
+/** Players above and below the server's line among the messages. @type {import('@preact/signals-core').Signal<[number, number]>} */
+export const lanes = signal([0, 1]);
+
 /** What is drawn over the views. */
 export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true });
 

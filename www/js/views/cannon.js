@@ -3,11 +3,12 @@ import { E_ACTIVE } from '../frame.js';
 import { fixed, signed } from '../format.js';
 import { paintOf } from '../theme.js';
 import { dots, drawGrid, gapLabel, ghost, toX } from './scene.js';
+import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
 /** @typedef {import('./scene.js').Picture} Picture */
 
-const GROUND = 12; /* px below the ground line */
+const GROUND = 18; /* px below the ground line */
 
 /** The height that a view shows: little more than was ever flown. @param {Picture} at @returns {number} m */
 function ceiling(at) {
@@ -38,7 +39,7 @@ function target(at) {
   const { target_x: x, target_y: y, target_radius: radius } = at.layout.scene;
   if (!(radius > 0)) return;
   const { pen, colours } = at;
-  const r = Math.max(5, toX(at, x + radius) - toX(at, x));
+  const r = Math.min(GROUND - 2, Math.max(5, toX(at, x + radius) - toX(at, x)));
   for (const [part, colour] of /** @type {[number, string][]} */ ([[1, colours.truth], [0.66, colours.paper], [0.33, colours.snap]])) {
     pen.beginPath();
     pen.arc(toX(at, x), toY(at, y), r * part, 0, 2 * Math.PI);
@@ -68,7 +69,7 @@ function score(at) {
     const value = (/** @type {string} */ name) => values[names.indexOf(name)] ?? 0;
     const shots = value('shots');
     const miss = shots > 0 ? ` · last ${signed(value('miss_m'), 1)} m` : '';
-    const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · to fire' : ''}`;
+    const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · in turn' : ''}`;
     drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p),
       { align: 'right', colour: paintOf(at.colours, p).text });
   });
@@ -86,13 +87,17 @@ export function drawCannon(at) {
   target(at);
   view.entities.forEach((_, i) => trail(at, i));
   if (overlays.dots) dots(at, place, () => true);
+  const labels = new Labels(at);
   view.entities.forEach((shell, i) => {
     const real = truth.entities[i];
     const flying = (shell.flags & E_ACTIVE) !== 0, reallyFlying = real !== undefined && (real.flags & E_ACTIVE) !== 0;
     const { x, y } = place(shell.x, shell.y);
     if (at.view > 0 && overlays.ghosts && real && reallyFlying) {
       const g = place(real.x, real.y);
-      ghost(at, i, flying ? x : g.x, flying ? y : g.y, g.x, g.y, size, flying ? gapLabel(at, shell.x - real.x, shell.age) : '');
+      ghost(at, i, flying ? x : g.x, flying ? y : g.y, g.x, g.y, size);
+      if (flying && overlays.labels) {
+        labels.put(gapLabel(at, shell, real), Math.min(x, g.x) - size / 2, Math.max(x, g.x) + size * 0.65, (y + g.y) / 2, size, { colour: colours.faint });
+      }
     }
     if (flying || (at.memory.trails[at.view]?.[i]?.length ?? 0) > 0) drawMark(pen, colours, i, x, y, size);
   });

@@ -8,11 +8,13 @@ import { letter } from '../format.js';
 
 const SPAN_S = 12;
 const REDRAW_MS = 120;
+export const FEW = 3; /* players whose curves of others are drawn too */
 
 export class Chart {
-  /** @param {HTMLElement} box @param {() => Curve[]} curves */
-  constructor(box, curves) {
+  /** @param {HTMLElement} box @param {[number, number]} empty the range when all is zero @param {() => Curve[]} curves */
+  constructor(box, empty, curves) {
     this.box = box;
+    this.empty = empty;
     this.curves = curves;
     /** @type {uPlot | null} */
     this.plot = null;
@@ -29,10 +31,10 @@ export class Chart {
       ticks: { stroke: () => palette().grid, width: 1, size: 4 }, gap: 3,
     };
     this.plot = new uPlot({
-      width, height, legend: { show: false }, cursor: { points: { show: false }, drag: { setScale: false } }, padding: [6, 8, 0, 0],
+      width, height, legend: { show: false }, cursor: { points: { show: false }, drag: { setScale: false } }, padding: [6, 16, 0, 0],
       scales: {
-        x: { time: false, range: (_, min, max) => [Math.min(min, max - SPAN_S), max] },
-        y: { range: (_, min, max) => padded(min, max) },
+        x: { time: false, range: (_, __, max) => [Math.max(0, max - SPAN_S), Math.max(SPAN_S, max)] },
+        y: { range: (_, min, max) => padded(min, max, this.empty) },
       },
       axes: [
         { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
@@ -40,7 +42,7 @@ export class Chart {
       ],
       series: [{}, ...curves.map((curve) => ({
         label: curve.label, stroke: () => paintOf(palette(), curve.player).text,
-        width: curve.dotted ? Math.max(1, colours.line - 1) : colours.line - 0.5,
+        width: curve.dotted || this.empty[0] === 0 ? Math.max(1, colours.line - 1) : colours.line - 0.5,
         dash: curve.dotted ? [1.5, 3] : paintOf(colours, curve.player).dash, points: { show: false },
       }))],
     }, [[], ...curves.map(() => [])], this.box);
@@ -72,15 +74,15 @@ export class Chart {
   }
 }
 
-/** @param {number | null} min @param {number | null} max @returns {[number, number]} */
-function padded(min, max) {
+/** @param {number | null} min @param {number | null} max @param {[number, number]} empty @returns {[number, number]} */
+function padded(min, max, empty) {
   const low = Math.min(0, min ?? 0), high = Math.max(0, max ?? 0);
   const room = Math.max(1e-3, high - low) * 0.08;
-  return high - low < 1e-9 ? [-1, 1] : [low < 0 ? low - room : 0, high > 0 ? high + room : 0];
+  return high - low < 1e-9 ? empty : [low < 0 ? low - room : 0, high > 0 ? high + room : 0];
 }
 
 /** @param {number} players @param {'px' | 'm' | 'ms'} unit @param {number} pxPerMetre @returns {Curve[]} */
-export function errorCurves(players, unit, pxPerMetre) {
+export function errorCurves(players, unit, pxPerMetre) { /* many players: their own curves alone can be read */
   const scale = unit === 'px' ? pxPerMetre : 1;
   /** @type {Curve[]} */
   const list = [];
@@ -91,7 +93,7 @@ export function errorCurves(players, unit, pxPerMetre) {
       { label: `${letter(p)} others (${unit})`, player: p, dotted: true, scale,
         values: (memory) => (unit === 'ms' ? memory.curves[p]?.remoteAge : memory.curves[p]?.remote) });
   }
-  return list;
+  return players > FEW ? list.filter((curve) => !curve.dotted) : list;
 }
 
 /** @param {number} players @returns {Curve[]} */

@@ -22,7 +22,8 @@ import { cross, drawText } from './marks.js';
  * @property {number | null} selected   id of an input whose whole life is drawn bold
  */
 
-const LEFT = 34, RIGHT = 12, CROWD = 12;
+const LEFT = 34, RIGHT = 12;
+const CROWD = 6; /* messages of one kind in a lane: twelve with both directions */
 const LOST_AT = 0.6; /* of its way */
 
 /** Seconds that the lane shows. @param {import('../frame.js').Frame} frame @returns {number} */
@@ -137,7 +138,7 @@ function drawLife(at, input, yOwn, yServer) {
   return parts.join(' · ');
 }
 
-/** @param {Lanes} at @returns {{thinned: number, text: string}} what to say beside the drawing */
+/** @param {Lanes} at @returns {{inputs: number, states: number, text: string}} of how many inputs and states one is drawn; what to say beside the drawing */
 export function drawLanes(at) {
   const { pen, colours, frame } = at;
   const { x, now, span, top, middle, bottom } = places(at);
@@ -157,23 +158,22 @@ export function drawLanes(at) {
     pen.lineTo(sx, bottom);
     pen.stroke();
   }
-  let thinned = 1;
-  for (const { p } of lines) {
-    for (const type of [INPUT, STATE]) thinned = Math.max(thinned, thinning(messages(at, type, p).length));
-  }
   pen.save();
   pen.beginPath();
   pen.rect(LEFT, 0, at.width - LEFT, at.height);
   pen.clip();
   const picked = at.selected === null ? undefined : at.memory.events.get(at.selected);
   let text = '';
+  const thinned = { inputs: 1, states: 1 };
   for (const { p, y } of lines) {
     pen.globalAlpha = picked ? 0.25 : 1;
     for (const type of [INPUT, STATE, REFUSAL]) {
       const list = messages(at, type, p);
       const k = type === REFUSAL ? 1 : thinning(list.length);
+      if (type === INPUT) thinned.inputs = Math.max(thinned.inputs, k);
+      if (type === STATE) thinned.states = Math.max(thinned.states, k);
       for (const message of list) {
-        if (message.index % k === 0 || (message.fate !== 0 && k <= 4)) drawMessage(at, message, y, middle, false);
+        if (message.index % k === 0 || (message.fate !== 0 && type !== REFUSAL)) drawMessage(at, message, y, middle, false);
       }
     }
     pen.globalAlpha = 1;
@@ -212,7 +212,7 @@ export function drawLanes(at) {
       drawText(pen, colours, `${fixed(lag, 0)} ms`, LEFT + 4, (line + middle) / 2, { colour: paintOf(colours, p).text });
     }
   }
-  return { thinned, text };
+  return { ...thinned, text };
 }
 
 /** The input nearest to a point; null when there is none. @param {Lanes} at @param {number} px @param {number} py @returns {number | null} */

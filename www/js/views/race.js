@@ -3,6 +3,7 @@ import { E_FINISHED } from '../frame.js';
 import { paintOf } from '../theme.js';
 import { fixed } from '../format.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, toX } from './scene.js';
+import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
 /** @typedef {import('./scene.js').Picture} Picture */
@@ -13,11 +14,21 @@ function onLap(at, x) {
   return wraps ? x - Math.floor(x / lap) * lap : x;
 }
 
+/** The lanes in use, from top to bottom. @param {Picture} at @returns {number[]} m */
+function levelsOf(at) {
+  return [...new Set((at.frame.views[0]?.entities ?? []).map((e) => e.y))].sort((a, b) => a - b);
+}
+
+/** Height of a lane. @param {Picture} at @returns {number} px */
+function laneHeight(at) {
+  return (at.height - at.colours.text * 1.3) / Math.max(1, levelsOf(at).length);
+}
+
 /** @param {Picture} at @param {number} y m @returns {number} px; lane 0 lies on top */
 function toY(at, y) {
-  const { y_min: low, y_max: high } = at.layout.scene;
-  const top = at.colours.text * 1.3;
-  return top + ((y - low) / Math.max(1e-6, high - low)) * (at.height - top);
+  const levels = levelsOf(at);
+  const low = levels[0] ?? 0, step = levels.length > 1 ? ((levels[levels.length - 1] ?? 1) - low) / (levels.length - 1) : 1;
+  return at.colours.text * 1.3 + ((y - low) / step + 0.5) * laneHeight(at);
 }
 
 /** The chequered line, in the lap that ends the race. @param {Picture} at */
@@ -38,11 +49,11 @@ function finishLine(at) {
 
 /** @param {Picture} at */
 function lanes(at) {
-  const { pen, colours, frame } = at;
+  const { pen, colours } = at;
   pen.strokeStyle = colours.grid;
   pen.lineWidth = 1;
   pen.setLineDash([8, 8]);
-  const levels = [...new Set((frame.views[0]?.entities ?? []).map((e) => e.y))].sort((a, b) => a - b);
+  const levels = levelsOf(at);
   for (let i = 1; i < levels.length; i++) {
     const y = Math.round(toY(at, ((levels[i - 1] ?? 0) + (levels[i] ?? 0)) / 2)) + 0.5;
     pen.beginPath();
@@ -73,8 +84,12 @@ export function drawRace(at) {
   if (!view || !truth) return;
   const { pen, colours, overlays } = at;
   const lap = at.layout.scene.x_max;
-  const size = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));
+  const full = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));
+  const size = Math.min(full, Math.max(15, laneHeight(at) * 0.8));
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, onLap(at, x)), y: toY(at, y) });
+  const labels = new Labels(at);
+  /** @type {(() => void)[]} */
+  const later = [];
 
   drawGrid(at);
   lanes(at);
@@ -88,25 +103,29 @@ export function drawRace(at) {
   view.entities.forEach((car, i) => {
     const { x, y } = place(car.x, car.y);
     const real = truth.entities[i];
+    labels.block(x, y, size * 1.2, size);
     if (at.view > 0 && real) {
       const gx = x + (real.x - car.x) * scaleX(at), gy = toY(at, real.y);
       if (overlays.ghosts) {
-        ghost(at, i, x, y, gx, gy, size, gapLabel(at, car.x - real.x, car.age));
+        ghost(at, i, x, y, gx, gy, size);
         const turn = at.layout.scene.wraps ? lap * scaleX(at) : 0;
-        if (turn > 0 && gx > at.width) ghost(at, i, gx - turn, gy, gx - turn, gy, size, '');
-        if (turn > 0 && gx < 0) ghost(at, i, gx + turn, gy, gx + turn, gy, size, '');
+        if (turn > 0 && gx > at.width) ghost(at, i, gx - turn, gy, gx - turn, gy, size);
+        if (turn > 0 && gx < 0) ghost(at, i, gx + turn, gy, gx + turn, gy, size);
+        labels.block(gx, gy, size, size * 0.6);
+        const put = () => labels.put(gapLabel(at, car, real), Math.min(x, gx) - size / 2, Math.max(x, gx) + size * 0.65, y, size,
+          { colour: colours.faint });
+        if (at.view === 1 + i) later.unshift(put);
+        else later.push(put);
       }
-      if (at.view === 1 + i) corrections(at, i, (cx, cy) => ({ x: x + (cx - car.x) * scaleX(at), y: toY(at, cy) }));
+      if (at.view === 1 + i) corrections(at, i, (cx, cy) => ({ x: x + (cx - car.x) * scaleX(at), y: toY(at, cy) }), size);
     }
     drawMark(pen, colours, i, x, y, size);
-    if (at.view === 0 && overlays.labels) {
-      const text = standing(at, i);
-      pen.font = `${colours.text}px ${colours.font}`;
-      const fits = x + size + pen.measureText(text).width < at.width - 4;
-      drawText(pen, colours, text, fits ? x + size * 0.9 : x - size * 0.8, y,
-        { align: fits ? 'left' : 'right', colour: paintOf(colours, i).text, bold: (car.flags & E_FINISHED) !== 0 });
+    if (at.view === 0) {
+      later.push(() => labels.put(standing(at, i), x - size / 2, x + size * 0.65, y, size,
+        { colour: paintOf(colours, i).text, bold: (car.flags & E_FINISHED) !== 0 }));
     }
   });
+  if (overlays.labels) for (const put of later) put();
   const words = at.view > 0 ? correctionWords(at, at.view - 1) : '';
   if (words !== '') {
     drawText(pen, colours, words, at.width - 8, at.height - colours.text * 0.8, { align: 'right', colour: colours.snap });

@@ -29,9 +29,9 @@ export function drawRibbon(at, left, width, top, height) {
   const rate = inputRate(at, player);
   const rtt = (2 * view.lag) / 1000;
   const long = `un-acked ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
-  const brief = `un-acked ${view.unacked}`;
+  const middle = `un-acked ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
   pen.font = `${colours.text}px ${colours.font}`;
-  const text = pen.measureText(long).width < width * 0.66 ? long : brief;
+  const text = [long, middle].find((words) => pen.measureText(words).width < width * 0.6) ?? `un-acked ${view.unacked}`;
   const room = width - pen.measureText(text).width - 20;
   const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));

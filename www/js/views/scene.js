@@ -1,4 +1,5 @@
 // What every view of a game shares: the picture it draws into, the scale, ghosts, corrections.
+import { E_PREDICTED } from '../frame.js';
 import { fixed, signed } from '../format.js';
 import { paintOf } from '../theme.js';
 import { cross, drawGhost, drawText, spring } from './marks.js';
@@ -48,61 +49,69 @@ export function gridStep(perMetre, wanted) {
 export function drawGrid(at) {
   const { pen, colours, layout, height } = at;
   const step = gridStep(scaleX(at), 90);
-  pen.lineWidth = 1;
-  pen.setLineDash([]);
-  const first = Math.ceil(layout.scene.x_min / step - 1e-9);
-  for (let i = first; i * step <= layout.scene.x_max + 1e-9; i++) {
+  const first = Math.ceil(layout.scene.x_min / step - 1e-9), last = Math.floor(layout.scene.x_max / step + 1e-9);
+  for (let i = first; i <= last; i++) {
     const x = Math.round(toX(at, i * step)) + 0.5;
+    pen.setLineDash([]);
+    pen.lineWidth = 1;
     pen.strokeStyle = colours.grid;
     pen.beginPath();
     pen.moveTo(x, 0);
     pen.lineTo(x, height);
     pen.stroke();
+    if (i === last - 1 && scaleX(at) * step < colours.text * 5.4) continue; /* the last label needs the room */
     const metres = String(Number((i * step).toPrecision(6))).replace('-', '−');
-    const last = (i + 1) * step > layout.scene.x_max + 1e-9;
-    drawText(pen, colours, `${metres}${i === first || last ? ' m' : ''}`, last ? x - 3 : x + 3, colours.text * 0.7,
-      { colour: colours.faint, align: last ? 'right' : 'left' });
+    drawText(pen, colours, `${metres}${i === first || i === last ? ' m' : ''}`, i === last ? x - 3 : x + 3, colours.text * 0.7,
+      { colour: colours.faint, align: i === last ? 'right' : 'left' });
   }
 }
 
-/** How far the drawn thing is from the truth, in words. @param {Picture} at @param {number} dx m @param {number} age ms
- * @returns {string} */
-export function gapLabel(at, dx, age) {
+/** How far the drawn thing is from the truth, in words; of what is predicted, the time is worked out from the way.
+ * @param {Picture} at @param {Entity} drawn @param {Entity} real @returns {string} */
+export function gapLabel(at, drawn, real) {
+  const dx = drawn.x - real.x;
+  const predicted = (drawn.flags & E_PREDICTED) !== 0 || drawn.age === 0;
+  const age = !predicted ? drawn.age : Math.abs(real.vx) > 0.5 ? -(dx / real.vx) * 1000 : 0;
+  const about = predicted ? '≈ ' : '';
   const way = at.unit === 'm' ? `${signed(dx, 2)} m` : `${signed(dx * scaleX(at), 0)} px`;
   const late = Math.round(age);
-  const time = late === 0 ? '' : late > 0 ? `${fixed(late, 0)} ms behind` : `${fixed(-late, 0)} ms ahead`;
+  const time = late === 0 ? '' : late > 0 ? `${about}${fixed(late, 0)} ms behind` : `${about}${fixed(-late, 0)} ms ahead`;
   return time === '' ? way : `${way} · ${time}`;
 }
 
 /** The server's truth in a player's view. @param {Picture} at @param {number} player @param {number} x px, of the drawn mark
- * @param {number} y px @param {number} gx px, of the ghost @param {number} gy @param {number} size @param {string} label */
-export function ghost(at, player, x, y, gx, gy, size, label) {
+ * @param {number} y px @param {number} gx px, of the ghost @param {number} gy @param {number} size */
+export function ghost(at, player, x, y, gx, gy, size) {
   const { pen, colours } = at;
-  const far = Math.hypot(gx - x, gy - y);
   drawGhost(pen, colours, player, gx, gy, size);
-  if (far > 2) {
-    pen.lineWidth = 1.5;
-    pen.strokeStyle = colours.truth;
-    pen.beginPath();
-    pen.moveTo(x, y);
-    pen.lineTo(gx, gy);
-    pen.stroke();
-  }
-  if (!at.overlays.labels || far < 1) return;
-  const right = Math.max(x, gx) + size * 0.9, left = Math.min(x, gx) - size * 0.9;
-  pen.font = `${colours.text}px ${colours.font}`;
-  const fits = right + pen.measureText(label).width < at.width - 4;
-  drawText(pen, colours, label, fits ? right : left, gy > y + size || gy < y - size ? (y + gy) / 2 : y,
-    { align: fits ? 'left' : 'right', colour: colours.faint });
+  if (Math.hypot(gx - x, gy - y) <= 2) return;
+  pen.lineWidth = 1.5;
+  pen.strokeStyle = colours.truth;
+  pen.beginPath();
+  pen.moveTo(x, y);
+  pen.lineTo(gx, gy);
+  pen.stroke();
 }
 
 /** Corrections of the last moments. @param {Picture} at @param {number} player
- * @param {(x: number, y: number) => {x: number, y: number}} place of a point in m, in px */
-export function corrections(at, player, place) {
+ * @param {(x: number, y: number) => {x: number, y: number}} place of a point in m, in px @param {number} size of the mark */
+export function corrections(at, player, place, size) {
   const { pen, colours, memory, frame } = at;
   const list = memory.corrections[player] ?? [];
   const lately = list.filter((c) => frame.time - c.t < 1);
   const marked = lately.filter((c) => Math.abs(c.dx) * scaleX(at) >= 0.5);
+  const newest = lately[lately.length - 1];
+  if (newest?.replayed && marked.length === 0 && frame.time - newest.t < FADE_S / 2) { /* replayed, and nothing to see: a check */
+    const { x, y } = place(newest.x, newest.y);
+    pen.strokeStyle = colours.snap;
+    pen.lineWidth = colours.line;
+    pen.setLineDash([]);
+    pen.beginPath();
+    pen.moveTo(x - 5, y - size * 0.5 - 8);
+    pen.lineTo(x - 1, y - size * 0.5 - 4);
+    pen.lineTo(x + 6, y - size * 0.5 - 12);
+    pen.stroke();
+  }
   if (marked.length >= CROWD) return;
   for (const c of marked) {
     const age = frame.time - c.t;
@@ -115,7 +124,7 @@ export function corrections(at, player, place) {
     spring(pen, before, now.x, now.y);
     pen.lineWidth = colours.line + 1;
     cross(pen, before, now.y, Math.min(9, 4 + Math.abs(before - now.x) / 12));
-    if (c.replayed) drawText(pen, colours, 'replayed', before, now.y - 14, { align: 'center', colour: colours.snap });
+    if (c.replayed && c === marked[marked.length - 1]) drawText(pen, colours, 'replayed', before, now.y - 14, { align: 'center', colour: colours.snap });
     pen.globalAlpha = 1;
   }
 }
@@ -133,16 +142,30 @@ export function correctionWords(at, player) {
   return `${word} ${view.corrections}${pace} · max ${size}`;
 }
 
-/** One dot per arrived packet. @param {Picture} at @param {(x: number, y: number) => {x: number, y: number}} place
- * @param {(dot: import('../memory.js').Dot) => boolean} wanted */
+/** One dot per arrived packet; where they would run together, one of k. @param {Picture} at
+ * @param {(x: number, y: number) => {x: number, y: number}} place @param {(dot: import('../memory.js').Dot) => boolean} wanted */
 export function dots(at, place, wanted) {
   const { pen, colours } = at;
-  for (const dot of at.memory.dots[at.view] ?? []) {
-    if (!wanted(dot)) continue;
-    const { x, y } = place(dot.x, dot.y);
-    pen.beginPath();
-    pen.arc(x, y, colours.line + 1, 0, 2 * Math.PI);
-    pen.fillStyle = paintOf(colours, dot.entity).text;
-    pen.fill();
+  const r = colours.line + 1;
+  const list = (at.memory.dots[at.view] ?? []).filter(wanted);
+  let most = 1;
+  for (const entity of new Set(list.map((dot) => dot.entity))) {
+    const own = list.filter((dot) => dot.entity === entity).map((dot) => ({ ...place(dot.x, dot.y), n: dot.n }));
+    let way = 0;
+    for (let i = 1; i < own.length; i++) {
+      const a = own[i - 1], b = own[i];
+      if (a && b) way += Math.min(40, Math.hypot(b.x - a.x, b.y - a.y)); /* a jump back to the start is no way */
+    }
+    const spacing = way / Math.max(1, own.length - 1);
+    const k = own.length < 8 || spacing > 2.6 * r || way < 20 ? 1 : Math.ceil((3 * r) / spacing);
+    most = Math.max(most, k);
+    pen.fillStyle = paintOf(colours, entity).text;
+    for (const { x, y, n } of own) {
+      if (n % k !== 0) continue;
+      pen.beginPath();
+      pen.arc(x, y, r, 0, 2 * Math.PI);
+      pen.fill();
+    }
   }
+  if (most > 1) drawText(pen, colours, `dots: 1 of ${most} packets`, 8, colours.text * 2.1, { colour: colours.faint });
 }
