@@ -1,0 +1,307 @@
+/* What the acceptor has to bear: slow, broken, huge and too many connections. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "support/front.h"
+
+#define GET(path) "GET " path " HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+static front f;
+static char answer[40000];
+
+static int set_up(void **state)
+{
+    (void)state;
+    front_prepare(&f);
+    f.config.head_timeout_s = 1.5;
+    f.config.max_connections = 700;
+    f.config.max_connections_per_ip = 600;
+    front_open(&f);
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    front_close(&f);
+    return 0;
+}
+
+/* The door answers somebody else within `seconds`. */
+static void expect_alive(double seconds)
+{
+    int64_t begin = front_now();
+    assert_int_equal(net_ask(f.port, GET("/healthz"), answer, sizeof answer), 200);
+    assert_true((double)(front_now() - begin) < seconds * 1e9);
+}
+
+static void test_byte_by_byte(void **state)
+{
+    (void)state;
+    int fd = net_connect(f.port);
+    for (const char *at = GET("/healthz"); *at != '\0'; at++) {
+        assert_true(net_send_bytes(fd, at, 1));
+        front_sleep(0.0005);
+    }
+    net_read(fd, answer, sizeof answer, "true}", 2);
+    assert_memory_equal(answer, "HTTP/1.1 200", 12);
+    close(fd);
+}
+
+static void expect_refusal(const void *bytes, size_t size, int status)
+{
+    char expected[32];
+    int fd = net_connect(f.port);
+    net_send_bytes(fd, bytes, size);
+    net_read(fd, answer, sizeof answer, NULL, 3);
+    snprintf(expected, sizeof expected, "HTTP/1.1 %d ", status);
+    assert_memory_equal(answer, expected, strlen(expected));
+    assert_non_null(strstr(answer, "application/problem+json"));
+    snprintf(expected, sizeof expected, "\"status\":%d", status);
+    assert_non_null(strstr(answer, expected));
+    close(fd);
+}
+
+static void test_junk(void **state)
+{
+    (void)state;
+    static const char tls[] = "\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03";
+    static const char *const junk[] = {"hello\r\n\r\n",
+                                       "get / HTTP/1.1\r\n\r\n",
+                                       "GET / HTTP/2.0\r\n\r\n",
+                                       "GET /\r\n\r\n",
+                                       "GET  / HTTP/1.1\r\n\r\n",
+                                       "GET / HTTP/1.1\r\nno colon\r\n\r\n",
+                                       "GET / HTTP/1.1\r\nHost: a\r\n folded: b\r\n\r\n",
+                                       "\x01\x02\x03"};
+    expect_refusal(tls, sizeof tls - 1, 400);
+    for (size_t i = 0; i < sizeof junk / sizeof *junk; i++) {
+        expect_refusal(junk[i], strlen(junk[i]), 400);
+    }
+    static const char http2[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+    expect_refusal(http2, sizeof http2 - 1, 505);
+    char *huge = malloc(30000);
+    assert_non_null(huge);
+    int size = snprintf(huge, 30000, "GET / HTTP/1.1\r\nCookie: ");
+    memset(huge + size, 'x', (size_t)(30000 - size));
+    expect_refusal(huge, 30000, 431);
+    free(huge);
+    expect_refusal("GET / HTTP/1.1\r\nHost: ", 22, 408);
+}
+
+/* A head of almost the limit is fine, for both sides. */
+static void test_big_head(void **state)
+{
+    (void)state;
+    char *request = malloc(17000), *cookie = malloc(15000);
+    assert_true(request != NULL && cookie != NULL);
+    memset(cookie, 'c', 14999);
+    cookie[14999] = '\0';
+    snprintf(request, 17000, "GET /healthz HTTP/1.1\r\nHost: localhost\r\nCookie: %s\r\n\r\n", cookie);
+    assert_int_equal(net_ask(f.port, request, answer, sizeof answer), 200);
+    snprintf(request, 17000, "Cookie: %s\r\n", cookie);
+    free(cookie);
+    int fd = net_connect(f.port);
+    snprintf(answer, sizeof answer,
+             "GET /api/v1/sessions/s0/stream?x=1 HTTP/1.1\r\nHost: localhost\r\n%sUpgrade: WebSocket\r\n"
+             "Connection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+             "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
+             "Sec-WebSocket-Protocol: other, laglab.v1.json, laglab.v1.bin\r\n\r\n",
+             request);
+    net_send(fd, answer);
+    net_read(fd, answer, sizeof answer, "\"hello\"}", 2);
+    assert_memory_equal(answer, "HTTP/1.1 101", 12);
+    assert_non_null(strstr(answer, "laglab.v1.json"));
+    close(fd);
+    free(request);
+}
+
+static void test_lorises(void **state)
+{
+    (void)state;
+    enum { COUNT = 300 };
+    int fd[COUNT];
+    bool gone[COUNT] = {false};
+    double slowest = 0;
+    for (int i = 0; i < COUNT; i++) {
+        fd[i] = net_connect(f.port);
+        assert_true(fd[i] >= 0);
+        net_send(fd[i], "GET / HT");
+    }
+    int64_t end = front_now() + INT64_C(1300000000);
+    while (front_now() < end) {
+        for (int i = 0; i < COUNT; i++) {
+            net_send(fd[i], "x");
+        }
+        int64_t begin = front_now();
+        assert_int_equal(net_ask(f.port, GET("/healthz"), answer, sizeof answer), 200);
+        double took = (double)(front_now() - begin) * 1e-9;
+        slowest = took > slowest ? took : slowest;
+    }
+    assert_true(slowest < 0.5); /* under sanitizers on a busy machine; 1 to 10 ms otherwise */
+    int refused = 0;
+    for (int i = 0; i < COUNT; i++) {
+        size_t size = net_read(fd[i], answer, sizeof answer, NULL, 3);
+        refused += size > 12 && memcmp(answer, "HTTP/1.1 408", 12) == 0;
+        gone[i] = true;
+        close(fd[i]);
+    }
+    assert_true(gone[COUNT - 1]);
+    assert_int_equal(refused, COUNT);
+}
+
+static void test_rude(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 100; i++) {
+        int fd = net_connect(f.port);
+        if (i % 4 == 1) {
+            net_send(fd, "GET /");
+        } else if (i % 4 == 2) {
+            net_send(fd, GET("/healthz"));
+        } else if (i % 4 == 3) {
+            net_send(fd,
+                     "GET /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
+                     "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: "
+                     "laglab.v1.bin\r\n\r\n");
+        }
+        struct linger reset = {1, 0};
+        if (i % 2) {
+            setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
+        }
+        close(fd);
+    }
+    int fd = net_connect(f.port); /* half-closed: the answer still comes */
+    net_send(fd, GET("/healthz"));
+    shutdown(fd, SHUT_WR);
+    net_read(fd, answer, sizeof answer, NULL, 3);
+    assert_memory_equal(answer, "HTTP/1.1 200", 12);
+    close(fd);
+    fd = net_connect(f.port);
+    shutdown(fd, SHUT_WR);
+    assert_true(net_closed(fd, 1));
+    close(fd);
+    expect_alive(1);
+}
+
+/* Everybody has left, and the gate knows. */
+static void expect_empty(void)
+{
+    int64_t until = front_now() + INT64_C(3000000000);
+    while (ll_door_get_stats(f.door).connections > 0 && front_now() < until) {
+        front_sleep(0.02);
+    }
+    assert_int_equal(ll_door_get_stats(f.door).connections, 0);
+}
+
+/* 600 of one address are let in, the others are told why not; when they leave, everybody may come again. */
+static void test_limits(void **state)
+{
+    (void)state;
+    enum { COUNT = 1000 };
+    int *fd = malloc(COUNT * sizeof *fd), refused = 0;
+    assert_non_null(fd);
+    expect_empty();
+    for (int i = 0; i < COUNT; i++) {
+        fd[i] = net_connect(f.port);
+        assert_true(fd[i] >= 0);
+    }
+    for (int i = 0; i < COUNT; i++) {
+        struct pollfd event = {.fd = fd[i], .events = POLLIN};
+        if (poll(&event, 1, i == 0 ? 500 : 0) == 1) {
+            net_read(fd[i], answer, sizeof answer, NULL, 1);
+            if (memcmp(answer, "HTTP/1.1 429", 12) == 0) {
+                assert_non_null(strstr(answer, "Retry-After"));
+                assert_non_null(strstr(answer, "max_connections_per_ip"));
+                refused++;
+            }
+        }
+    }
+    for (int i = 0; i < COUNT; i++) {
+        close(fd[i]);
+    }
+    free(fd);
+    assert_int_equal(refused, COUNT - 600);
+    assert_int_equal(ll_door_get_stats(f.door).refused_per_ip, COUNT - 600);
+    expect_empty();
+    expect_alive(1);
+}
+
+/* Without a free descriptor the door waits, and goes on when there are some. */
+static void test_no_descriptors(void **state)
+{
+    (void)state;
+    struct rlimit limit, small;
+    assert_int_equal(getrlimit(RLIMIT_NOFILE, &limit), 0);
+    int fd = net_connect(f.port), other = net_connect(f.port);
+    front_sleep(0.1);
+    int lowest = dup(fd);
+    close(lowest);
+    small = limit;
+    small.rlim_cur = (rlim_t)lowest + 1;
+    int late = socket(AF_INET, SOCK_STREAM, 0); /* takes the last one */
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &small), 0);
+    struct sockaddr_in address = {
+        .sin_family = AF_INET, .sin_port = htons(f.port), .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    assert_int_equal(connect(late, (struct sockaddr *)&address, sizeof address), 0);
+    net_send(late, GET("/healthz"));
+    front_sleep(0.3);
+    assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(setrlimit(RLIMIT_NOFILE, &limit), 0);
+    net_read(late, answer, sizeof answer, "true}", 2);
+    assert_memory_equal(answer, "HTTP/1.1 200", 12);
+    close(late);
+    close(other);
+    close(fd);
+}
+
+static void test_listen(void **state)
+{
+    (void)state;
+    static front second;
+    front_prepare(&second);
+    snprintf(second.config.listen, sizeof second.config.listen, "127.0.0.1:%u", f.port);
+    ll_http_app app = {0};
+    ll_ws_hooks hooks = {0};
+    ll_status status = ll_door_open(&second.config, &app, &hooks, NULL, NULL, &second.door);
+    assert_int_equal(status.code, LL_IO);
+    static const char *const wrong[] = {"127.0.0.1", "127.0.0.1:",   "127.0.0.1:99999",
+                                        "::1:80",    "127.0.0.1:8x", "nowhere.invalid:1"};
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        snprintf(second.config.listen, sizeof second.config.listen, "%s", wrong[i]);
+        status = ll_door_open(&second.config, &app, &hooks, NULL, NULL, &second.door);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        assert_string_equal(status.field, "listen");
+    }
+    snprintf(second.config.listen, sizeof second.config.listen, "[::1]:0");
+    status = ll_door_open(&second.config, &app, &hooks, NULL, NULL, &second.door);
+    if (!ll_failed(&status)) { /* there may be no IPv6 here */
+        assert_memory_equal(ll_door_address(second.door), "[::1]:", 6);
+        ll_door_close(second.door);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_byte_by_byte),   cmocka_unit_test(test_junk),   cmocka_unit_test(test_big_head),
+        cmocka_unit_test(test_lorises),        cmocka_unit_test(test_rude),   cmocka_unit_test(test_limits),
+        cmocka_unit_test(test_no_descriptors), cmocka_unit_test(test_listen),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}

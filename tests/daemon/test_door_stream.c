@@ -1,0 +1,447 @@
+/* Streams: handshake, frames and their pacing, messages, goodbyes, upgrades on kept connections. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "support/front.h"
+
+#define BIN "laglab.v1.bin"
+#define JSON "laglab.v1.json"
+#define GET(path) "GET " path " HTTP/1.1\r\nHost: localhost\r\n\r\n"
+
+static front f;
+static viewer_frame frame;
+static char answer[40000];
+
+static int set_up(void **state)
+{
+    (void)state;
+    front_prepare(&f);
+    f.config.max_viewers = 20;
+    f.config.ack_timeout_s = 0.7;
+    f.config.hello_timeout_s = 0.7;
+    f.config.max_messages_per_s = 100;
+    f.config.stream_threads = 2;
+    snprintf(f.config.allow_origin, sizeof f.config.allow_origin, "https://lab.example");
+    front_open(&f);
+    return 0;
+}
+
+static int tear_down(void **state)
+{
+    (void)state;
+    front_close(&f);
+    return 0;
+}
+
+static int open_greeted(const char *session, const char *protocol)
+{
+    int fd = viewer_open(f.port, session, protocol);
+    assert_true(fd >= 0);
+    assert_true(viewer_read(fd, &frame, 5));
+    assert_int_equal(frame.opcode, 1);
+    assert_string_equal((char *)frame.bytes, "{\"type\":\"hello\"}");
+    return fd;
+}
+
+static int upgrade_status(const char *session, const char *protocol, const char *extra)
+{
+    int fd = net_connect(f.port), status = viewer_upgrade(fd, session, protocol, extra);
+    close(fd);
+    return status;
+}
+
+static void test_handshake(void **state)
+{
+    (void)state;
+    assert_int_equal(upgrade_status("s0", BIN, ""), 101);
+    assert_int_equal(upgrade_status("s0", "nonsense, " JSON, ""), 101);
+    assert_int_equal(upgrade_status("s0", BIN, "Origin: http://127.0.0.1\r\n"), 101);
+    assert_int_equal(upgrade_status("s0", BIN, "Origin: https://lab.example\r\n"), 101);
+    assert_int_equal(upgrade_status("s0", BIN, "Origin: http://evil.example\r\n"), 403);
+    assert_int_equal(upgrade_status("s0", BIN, "Origin: http://127.0.0.1:81\r\n"), 403);
+    assert_int_equal(upgrade_status("s0", BIN, "Origin: null\r\n"), 403);
+    assert_int_equal(upgrade_status("s0", "laglab.v9", ""), 400);
+    assert_int_equal(upgrade_status("s0", BIN, "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"), 400);
+    assert_int_equal(upgrade_status("nobody", BIN, ""), 404);
+    assert_int_equal(net_ask(f.port, GET("/api/v1/sessions/s0/stream"), answer, sizeof answer), 426);
+    const char *old = "GET /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
+                      "Connection: Upgrade\r\nSec-WebSocket-Version: 8\r\nSec-WebSocket-Key: "
+                      "dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " BIN "\r\n\r\n";
+    assert_int_equal(net_ask(f.port, old, answer, sizeof answer), 426);
+    const char *post = "POST /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: localhost\r\n\r\n";
+    assert_int_equal(net_ask(f.port, post, answer, sizeof answer), 405);
+}
+
+static void test_frames(void **state)
+{
+    (void)state;
+    int fd = open_greeted("s0", BIN);
+    uint32_t last = 0;
+    for (int i = 0; i < 30; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        assert_int_equal(frame.opcode, 2);
+        assert_int_equal(frame.size, 1000);
+        assert_int_equal(viewer_is_key(&frame), i == 0);
+        assert_true(i == 0 || viewer_seq(&frame) == last + 1);
+        last = viewer_seq(&frame);
+        viewer_ack(fd, last);
+    }
+    /* A jump of time: a key frame for everybody, once. */
+    atomic_fetch_add(&f.generation, 1);
+    int keys = 0;
+    for (int i = 0; i < 10; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        keys += viewer_is_key(&frame);
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    assert_int_equal(keys, 1);
+    close(fd);
+    fd = open_greeted("s1", JSON);
+    assert_true(viewer_read(fd, &frame, 2));
+    assert_int_equal(frame.opcode, 1);
+    assert_non_null(strstr((char *)frame.bytes, "\"key\":true"));
+    assert_true(viewer_read(fd, &frame, 2));
+    assert_non_null(strstr((char *)frame.bytes, "\"key\":false"));
+    close(fd);
+}
+
+/* One that stops acknowledging has four frames in flight, not more; its next is the newest, and a key frame
+ * after a long gap. */
+static void test_credit(void **state)
+{
+    (void)state;
+    int fd = open_greeted("s2", BIN);
+    for (int i = 0; i < 10; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    front_sleep(0.4);
+    int in_flight = 0;
+    uint32_t last = 0;
+    while (viewer_read(fd, &frame, 0.05)) {
+        in_flight++;
+        last = viewer_seq(&frame);
+    }
+    assert_in_range(in_flight, 1, LL_FRAME_WINDOW);
+    viewer_ack(fd, last);
+    assert_true(viewer_read(fd, &frame, 1));
+    assert_true(viewer_seq(&frame) > last + 10);
+    assert_true(viewer_is_key(&frame));
+    assert_true(viewer_age(&frame) < 0.1);
+    viewer_ack(fd, 0xffffffff); /* never sent: ignored */
+    /* Then nothing for longer than the timeout. */
+    assert_int_equal(viewer_close_code(fd, 3), 1013);
+    close(fd);
+    /* One that never acknowledges is not held to that. */
+    fd = open_greeted("s2", BIN);
+    for (int i = 0; i < 60; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+    }
+    close(fd);
+}
+
+/* Reads a fifth of what is sent, and acknowledges what it read. */
+static void test_slow_reader(void **state)
+{
+    (void)state;
+    double oldest = 0;
+    int fd = open_greeted("s2", BIN);
+    for (int i = 0; i < 40; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        double age = viewer_age(&frame);
+        oldest = i > 10 && age > oldest ? age : oldest;
+        front_sleep(0.083);
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    assert_true(oldest < 0.35);
+    close(fd);
+}
+
+static void test_messages(void **state)
+{
+    (void)state;
+    int fd = open_greeted("s3", BIN);
+    viewer_say(fd, "{\"ping\":1}");
+    do {
+        assert_true(viewer_read(fd, &frame, 2));
+    } while (frame.opcode != 1);
+    assert_string_equal((char *)frame.bytes, "{\"echo\":{\"ping\":1}}");
+    /* In three pieces, a ping between them. */
+    viewer_send(fd, 0x01, "[1,", 3);
+    viewer_send(fd, 0x00, "2,", 2);
+    viewer_send(fd, 0x89, "p", 1);
+    viewer_send(fd, 0x80, "3]", 2);
+    bool pong = false;
+    do {
+        assert_true(viewer_read(fd, &frame, 2));
+        pong = pong || frame.opcode == 10;
+    } while (frame.opcode != 1);
+    assert_true(pong);
+    assert_string_equal((char *)frame.bytes, "{\"echo\":[1,2,3]}");
+    viewer_send(fd, 0x88, "\x03\xe8", 2);
+    assert_int_equal(viewer_close_code(fd, 2), 1000);
+    close(fd);
+}
+
+static void expect_close(int opcode, const void *bytes, size_t size, int code)
+{
+    int fd = open_greeted("s3", BIN);
+    viewer_send(fd, opcode, bytes, size);
+    assert_int_equal(viewer_close_code(fd, 3), code);
+    close(fd);
+}
+
+static void test_bad_messages(void **state)
+{
+    (void)state;
+    char *big = malloc(70000);
+    assert_non_null(big);
+    memset(big, ' ', 70000);
+    expect_close(0x81, big, 70000, 1009);
+    free(big);
+    expect_close(0x81, "\xc3\x28", 2, 1007);
+    expect_close(0x82, "binary", 6, 1003);
+    int fd = open_greeted("s3", BIN);
+    for (int i = 0; i < 400; i++) {
+        viewer_say(fd, "{}");
+    }
+    bool told = false;
+    while (viewer_read(fd, &frame, 2) && frame.opcode != 8) {
+        told = told || strstr((char *)frame.bytes, "max_messages_per_s") != NULL;
+    }
+    assert_int_equal(frame.opcode, 8);
+    assert_int_equal(frame.bytes[0] << 8 | frame.bytes[1], 1008);
+    assert_true(told);
+    close(fd);
+}
+
+static void test_crowd(void **state)
+{
+    (void)state;
+    int fd[20];
+    for (int i = 0; i < 20; i++) {
+        fd[i] = open_greeted("s3", i % 2 ? BIN : JSON);
+    }
+    int more = viewer_open(f.port, "s3", BIN);
+    assert_true(more >= 0);
+    assert_int_equal(viewer_close_code(more, 2), 4429);
+    close(more);
+    for (int i = 0; i < 20; i++) {
+        assert_true(viewer_read(fd[i], &frame, 2));
+    }
+    assert_int_equal(ll_ws_viewers(f.stream[3]), 20);
+    for (int i = 0; i < 20; i++) {
+        close(fd[i]);
+    }
+    int64_t until = front_now() + INT64_C(3000000000);
+    while (ll_ws_viewers(f.stream[3]) > 0 && front_now() < until) {
+        front_sleep(0.01);
+    }
+    assert_int_equal(ll_ws_viewers(f.stream[3]), 0);
+    assert_int_equal(ll_ws_wants(f.stream[3], 0), 0);
+    atomic_store(&f.greet, 0);
+    int ignored = viewer_open(f.port, "s3", BIN);
+    assert_int_equal(viewer_close_code(ignored, 3), 1013);
+    close(ignored);
+    atomic_store(&f.greet, 1);
+}
+
+/* Does not read at all while 60 kB/s are sent to it: its socket fills, nothing else suffers. */
+static void test_deaf(void **state)
+{
+    (void)state;
+    int deaf = open_greeted("s0", BIN), fd = open_greeted("s0", BIN), small = 2048;
+    setsockopt(deaf, SOL_SOCKET, SO_RCVBUF, &small, sizeof small);
+    for (int i = 0; i < 60; i++) {
+        assert_true(viewer_read(fd, &frame, 1));
+        assert_true(viewer_age(&frame) < 0.5);
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    close(fd);
+    close(deaf);
+}
+
+static void test_delete(void **state)
+{
+    (void)state;
+    ll_ws_stream *stream, *again;
+    ll_status status = ll_ws_stream_open(f.ws, "deleted", NULL, &stream);
+    assert_false(ll_failed(&status));
+    status = ll_ws_stream_open(f.ws, "deleted", NULL, &again);
+    assert_int_equal(status.code, LL_CONFLICT);
+    status = ll_ws_stream_open(f.ws, "no/id", NULL, &again);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    int fd = open_greeted("deleted", BIN);
+    unsigned released = atomic_load(&f.released);
+    ll_ws_stream_close(stream, LL_WS_NO_SESSION, "the session was \"deleted\"");
+    assert_true(viewer_read(fd, &frame, 2));
+    assert_string_equal((char *)frame.bytes,
+                        "{\"type\":\"bye\",\"reason\":\"the session was \\\"deleted\\\"\"}");
+    assert_int_equal(viewer_close_code(fd, 2), 4404);
+    close(fd);
+    int64_t until = front_now() + INT64_C(3000000000);
+    while (atomic_load(&f.released) == released && front_now() < until) {
+        front_sleep(0.01);
+    }
+    assert_int_equal(atomic_load(&f.released), released + 1);
+    assert_int_equal(upgrade_status("deleted", BIN, ""), 404);
+}
+
+/* ---- upgrades on connections that libmicrohttpd owns already ---- */
+
+static void test_kept(void **state)
+{
+    (void)state;
+    uint64_t before = ll_door_get_stats(f.door).bridged;
+    for (int i = 0; i < 200; i++) {
+        int fd = net_connect(f.port);
+        for (int k = 0; k < 3; k++) {
+            assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+        }
+        assert_int_equal(viewer_upgrade(fd, i % 2 ? "s0" : "s1", i % 3 ? BIN : JSON, ""), 101);
+        assert_true(viewer_read(fd, &frame, 5));
+        assert_string_equal((char *)frame.bytes, "{\"type\":\"hello\"}");
+        assert_true(viewer_read(fd, &frame, 5));
+        viewer_say(fd, "{\"n\":1}");
+        do {
+            assert_true(viewer_read(fd, &frame, 5));
+        } while (strncmp((char *)frame.bytes, "{\"echo\"", 7) != 0);
+        viewer_send(fd, 0x88, "\x03\xe8", 2);
+        assert_int_equal(viewer_close_code(fd, 5), 1000);
+        close(fd);
+    }
+    assert_int_equal(ll_door_get_stats(f.door).bridged - before, 200);
+}
+
+static void test_kept_refusals(void **state)
+{
+    (void)state;
+    int fd = net_connect(f.port);
+    assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(viewer_upgrade(fd, "s0", BIN, "Origin: http://evil.example\r\n"), 403);
+    close(fd);
+    fd = net_connect(f.port);
+    assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(viewer_upgrade(fd, "nobody", BIN, ""), 404);
+    close(fd);
+    fd = net_connect(f.port);
+    assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(viewer_upgrade(fd, "s0", BIN, "Upgrade: websocket\r\n"), 400);
+    close(fd);
+    for (int i = 0; i < 20; i++) { /* gone at once */
+        fd = net_connect(f.port);
+        assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+        assert_int_equal(viewer_upgrade(fd, "s0", BIN, ""), 101);
+        struct linger reset = {1, 0};
+        setsockopt(fd, SOL_SOCKET, SO_LINGER, &reset, sizeof reset);
+        close(fd);
+    }
+}
+
+/* The request, the upgrade and the first message in one segment: nothing is lost on the way through the
+ * bridge. */
+static void test_all_at_once(void **state)
+{
+    (void)state;
+    static const char head[] =
+        "GET /api/v1/sessions/s0/stream?token=1 HTTP/1.1\r\nHost: 127.0.0.1\r\nUpgrade: websocket\r\n"
+        "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: "
+        "dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: " BIN "\r\n\r\n";
+    for (int kept = 0; kept < 2; kept++) {
+        char text[1024];
+        int fd = net_connect(f.port);
+        int size = snprintf(text, sizeof text, "%s%s", kept ? GET("/healthz") : "", head);
+        memcpy(text + size, "\x81\x82\0\0\0\0{}", 8);
+        net_send_bytes(fd, text, (size_t)size + 8);
+        int64_t until = front_now() + INT64_C(3000000000);
+        size_t got = 0;
+        while (memmem(answer, got, "{\"echo\":{}}", 11) == NULL && front_now() < until) {
+            got += net_read(fd, answer + got, sizeof answer - got, "{\"echo\":{}}", 0.2);
+        }
+        assert_non_null(memmem(answer, got, "{\"echo\":{}}", 11));
+        close(fd);
+    }
+}
+
+static void test_slow_reader_bridged(void **state)
+{
+    (void)state;
+    double oldest = 0;
+    int fd = net_connect(f.port);
+    assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(viewer_upgrade(fd, "s2", BIN, ""), 101);
+    assert_true(viewer_read(fd, &frame, 2));
+    for (int i = 0; i < 40; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        double age = viewer_age(&frame);
+        oldest = i > 10 && age > oldest ? age : oldest;
+        front_sleep(0.083);
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    assert_true(oldest < 0.35);
+    close(fd);
+}
+
+/* Everybody is told when the daemon stops; direct and bridged ones. */
+static void test_drain(void **state)
+{
+    (void)state;
+    static front g;
+    int fd[40];
+    front_prepare(&g);
+    front_open(&g);
+    for (int i = 0; i < 40; i++) {
+        fd[i] = net_connect(g.port);
+        if (i % 2) {
+            assert_int_equal(net_request(fd[i], GET("/healthz"), answer, sizeof answer), 200);
+        }
+        assert_int_equal(viewer_upgrade(fd[i], "s0", BIN, ""), 101);
+        assert_true(viewer_read(fd[i], &frame, 2));
+    }
+    int kept = net_connect(g.port);
+    assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
+    /* Clients answer the close frame only after the drain, which must not wait for them beyond its time. */
+    int64_t begin = front_now();
+    ll_door_drain(g.door);
+    assert_true((double)(front_now() - begin) < 3.5e9);
+    assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
+    assert_int_equal(net_connect(g.port), -1);
+    for (int i = 0; i < 40; i++) {
+        assert_int_equal(viewer_close_code(fd[i], 2), 1001);
+        close(fd[i]);
+    }
+    close(kept);
+    front_close(&g);
+    assert_int_equal(atomic_load(&g.opened), atomic_load(&g.closed));
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_handshake),
+        cmocka_unit_test(test_frames),
+        cmocka_unit_test(test_credit),
+        cmocka_unit_test(test_slow_reader),
+        cmocka_unit_test(test_messages),
+        cmocka_unit_test(test_bad_messages),
+        cmocka_unit_test(test_crowd),
+        cmocka_unit_test(test_deaf),
+        cmocka_unit_test(test_delete),
+        cmocka_unit_test(test_kept),
+        cmocka_unit_test(test_kept_refusals),
+        cmocka_unit_test(test_all_at_once),
+        cmocka_unit_test(test_slow_reader_bridged),
+        cmocka_unit_test(test_drain),
+    };
+    return cmocka_run_group_tests(tests, set_up, tear_down);
+}

@@ -1,0 +1,78 @@
+/* A front door with a toy behind it, and a client of raw bytes: what the tests of the daemon's port use.
+ *
+ * The toy has sessions s0, s1, ... that publish frames of 1000 bytes (or `frame_bytes`) at 60 Hz while
+ * `publishing`; a frame holds its seq at byte 4, flag 1 at byte 2 if it is a key frame, and the time of its
+ * publication at byte 48. A viewer is greeted with {"type":"hello"}; what it says is sent back as
+ * {"echo":...}. */
+#pragma once
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "daemon/door.h"
+
+#define FRONT_SESSIONS 4
+
+typedef struct front {
+    ll_door_config config;
+    ll_door *door;
+    ll_ws *ws;
+    ll_ws_stream *stream[FRONT_SESSIONS];
+    uint16_t port;
+    size_t frame_bytes;
+    atomic_bool publishing, end;
+    atomic_uint generation, opened, closed, released;
+    atomic_int greet; /* 0: viewers get no hello */
+    pthread_t publisher;
+} front;
+
+/* Defaults, a free port, the tests' own page; change `config` between the two. */
+void front_prepare(front *f);
+void front_open(front *f);
+void front_close(front *f);
+
+int64_t front_now(void); /* monotonic, ns */
+void front_sleep(double seconds);
+
+/* ---- a client ---- */
+
+int net_connect(uint16_t port);
+bool net_send(int fd, const char *text);
+bool net_send_bytes(int fd, const void *bytes, size_t size);
+/* Reads until `needle` was seen (NULL: until the end), `seconds` passed or `capacity` - 1 bytes are there.
+ * Returns the size; the text is terminated. */
+size_t net_read(int fd, char *text, size_t capacity, const char *needle, double seconds);
+bool net_closed(int fd, double seconds); /* the other end hung up within that time */
+
+/* Sends a request and reads the whole answer (head and Content-Length). Returns the status, 0 when there is
+ * no answer. */
+int net_request(int fd, const char *request, char *answer, size_t capacity);
+/* The same on a connection of its own. */
+int net_ask(uint16_t port, const char *request, char *answer, size_t capacity);
+bool net_header(const char *answer, const char *name, char *value, size_t capacity);
+
+/* ---- a viewer ---- */
+
+typedef struct viewer_frame {
+    int opcode;
+    size_t size;
+    unsigned char bytes[70000];
+} viewer_frame;
+
+/* The handshake on `fd`; `extra` are more header lines. Returns the status. Reads not a byte beyond the head.
+ */
+int viewer_upgrade(int fd, const char *session, const char *protocol, const char *extra);
+int viewer_open(uint16_t port, const char *session,
+                const char *protocol); /* connects and upgrades; -1 when refused */
+bool viewer_send(int fd, int opcode, const void *bytes, size_t size);
+bool viewer_say(int fd, const char *text);
+bool viewer_ack(int fd, uint32_t seq);
+bool viewer_read(int fd, viewer_frame *frame, double seconds); /* one frame; answers pings by itself */
+uint32_t viewer_seq(const viewer_frame *frame);
+bool viewer_is_key(const viewer_frame *frame);
+double viewer_age(const viewer_frame *frame); /* s since it was published */
+int viewer_close_code(
+    int fd, double seconds); /* reads on until a close frame; its code, 0 when none came, -1 when cut */
