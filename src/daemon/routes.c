@@ -101,7 +101,7 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
     int class = status >= 100 && status < 600 ? status / 100 : 0;
     atomic_fetch_add_explicit(&api->answers[class], 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&api->duration_us[class], (uint64_t)(seconds * 1e6), memory_order_relaxed);
-    if (status < 500)
+    if (status < 500 || status == 503) /* 503 is what a full or stopping daemon says; /metrics counts it */
         return;
     /* The pattern and not the path: paths hold session ids. */
     ll_log_write("error", "request failed", "%s %s answered %d after %.1f ms, request %s",

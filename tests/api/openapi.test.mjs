@@ -1,0 +1,343 @@
+// Holds the running daemon against api/openapi.yaml, which it serves itself: every operation is called, every documented status that can
+// be provoked is, and each answer must be documented, with the documented type and a body that its schema takes.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { execFileSync } from 'node:child_process';
+import Ajv from 'ajv/dist/2020.js';
+import YAML from 'yaml';
+import { client, raw, waitFor } from '../lib/client.mjs';
+import { startDaemon } from '../lib/daemon.mjs';
+
+const METHODS = ['get', 'post', 'patch', 'put', 'delete'];
+const FOREIGN = { origin: 'http://elsewhere.example' };
+
+// Statuses that say what only accidents bring about: memory runs out, all threads are busy, the daemon starts.
+const ACCIDENTS = new Set(['503']);
+// With the reason why nothing can bring them about here.
+const UNPROVOKED = new Map([
+  ['get /api/v1/openapi.yaml 404', 'the document is what this test reads'],
+  ['get /api/v1/asyncapi.yaml 404', 'as above'],
+  ['get /api/v1/sessions/{id} 507', 'needs a stored log that is damaged: tests/daemon'],
+  ['get /api/v1/sessions/{id}/state 507', 'as above'],
+  ['get /api/v1/sessions/{id}/metrics 507', 'as above'],
+  ['get /api/v1/sessions/{id}/trace 507', 'as above'],
+  ['get /api/v1/sessions/{id}/log 507', 'as above'],
+  ['post /api/v1/sessions/{id}/fork 409', 'no state of a session forbids a fork today'],
+  ['patch /api/v1/sessions/{id}/params 409', 'needs a session that diverged'],
+  ['post /api/v1/sessions/{id}/control 409', 'needs a session that diverged'],
+  ['post /api/v1/sessions 409', 'needs two requests with one key at the same instant'],
+]);
+
+let daemon, c, api, ajv;
+const seen = new Set();
+
+before(async () => {
+  daemon = await startDaemon();
+  c = client(daemon.url);
+  api = YAML.parse((await c.get('/api/v1/openapi.yaml')).text);
+  ajv = new Ajv({ strict: false, allErrors: true });
+  ajv.addSchema(api, 'openapi');
+});
+after(async () => {
+  c.close();
+  await daemon.stop();
+});
+
+function resolve(node) {
+  while (node?.$ref) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], api);
+  return node;
+}
+
+const compiled = new Map();
+function validator(schema) {
+  if (!compiled.has(schema)) {
+    const local = JSON.parse(JSON.stringify(schema), (key, value) => (key === '$ref' ? value.replace('#', 'openapi#') : value));
+    compiled.set(schema, ajv.compile(local));
+  }
+  return compiled.get(schema);
+}
+
+function check(method, template, answer) {
+  const operation = api.paths[template][method];
+  const where = `${method} ${template} ${answer.status}`;
+  const response = resolve(operation.responses[String(answer.status)]);
+  assert.ok(response, `${where} is not documented: ${answer.text.slice(0, 300)}`);
+  seen.add(where);
+  for (const [name, header] of Object.entries(response.headers ?? {})) {
+    if (header.required) assert.ok(answer.headers[name.toLowerCase()], `${where} lacks ${name}`);
+  }
+  assert.ok(answer.headers['x-request-id'], `${where} lacks X-Request-Id`);
+  assert.equal(answer.headers['x-content-type-options'], 'nosniff', where);
+  if (!response.content) {
+    assert.equal(answer.text, '', `${where} has a body`);
+    return;
+  }
+  const type = (answer.headers['content-type'] ?? '').split(';')[0];
+  const content = response.content[type];
+  assert.ok(content, `${where} has the type ${type}`);
+  if (answer.json !== undefined) {
+    const validate = validator(content.schema);
+    assert.ok(validate(answer.json), `${where}: ${ajv.errorsText(validate.errors)} in ${answer.text.slice(0, 400)}`);
+    if (answer.status >= 400) assert.equal(answer.json.status, answer.status, where);
+  }
+}
+
+/** Calls an operation and holds the answer against the document. */
+async function call(method, template, values, status, wish = {}, who = c) {
+  const path = template.replace(/{(\w+)}/g, (_, name) => values[name]) + (wish.query ?? '');
+  const answer = await who.call(method.toUpperCase(), path, wish);
+  check(method, template, answer);
+  assert.equal(answer.status, status, `${method} ${path}: ${answer.text.slice(0, 300)}`);
+  return answer;
+}
+
+const S = '/api/v1/sessions', I = '/api/v1/sessions/{id}';
+const NOBODY = 'a'.repeat(26), WRONG = 'b'.repeat(32);
+/** Operations that change something: a valid body for each. */
+const CHANGES = [
+  ['patch', `${I}/params`, { 'players.0.lag_ms': 100 }],
+  ['post', `${I}/control`, { op: 'pause' }],
+  ['post', `${I}/input`, { player: 0, axes: [1, 0], buttons: 0 }],
+];
+const DRIVEN = { 'players.0.control': 'person' };
+
+test('scenarios and documents', async () => {
+  const { json } = await call('get', '/api/v1/scenarios', {}, 200);
+  assert.ok(json.scenarios.length > 3);
+  for (const { id } of json.scenarios) await call('get', '/api/v1/scenarios/{id}', { id }, 200);
+  await call('get', '/api/v1/scenarios/{id}', { id: 'no_such' }, 404);
+  for (const id of ['../../etc/passwd', '..%2f..%2fetc%2fpasswd', 'RACE', 'race.json', 'a//b'])
+    assert.equal((await c.get(`/api/v1/scenarios/${id}`)).status, 404, id);
+  await call('get', '/api/v1/schema', {}, 200);
+  await call('get', '/api/v1/openapi.yaml', {}, 200);
+  await call('get', '/api/v1/asyncapi.yaml', {}, 200);
+});
+
+test('operations of who runs it', async () => {
+  await call('get', '/healthz', {}, 200);
+  await call('get', '/readyz', {}, 200);
+  const { text } = await call('get', '/metrics', {}, 200);
+  const names = new Set();
+  for (const line of text.trimEnd().split('\n')) {
+    if (line.startsWith('# TYPE ')) names.add(line.split(' ')[2]);
+    if (line.startsWith('#')) continue;
+    assert.match(line, /^laglab_[a-z0-9_]+(\{[a-z_]+="[a-zA-Z0-9_.]*"\})? -?[0-9.e+]+$/);
+    assert.ok(names.has(/^\w+/.exec(line)[0]), `${line} has no TYPE`);
+  }
+});
+
+test('the life of a session', async () => {
+  const made = await call('post', S, {}, 201, { body: { scenario: 'race', set: DRIVEN, seed: 7, paused: true, speed: 2 } });
+  const { id, code, owner_key: key, player_keys: keys } = made.json;
+  assert.equal(made.headers.location, `${S}/${id}`);
+  assert.equal(made.json.status, 'paused');
+  const { json: session } = await call('get', I, { id }, 200);
+  assert.equal(session.seed, 7);
+  assert.equal(session.speed, 2);
+  assert.equal(session.params.players[0].control, 'person');
+  assert.equal((await call('get', '/api/v1/codes/{code}', { code }, 200)).json.id, id);
+  await call('get', '/api/v1/codes/{code}', { code: '2222' === code ? '3333' : '2222' }, 404);
+
+  await call('post', `${I}/control`, { id }, 200, { key, body: { op: 'seek', tick: 100 } });
+  const patched = await call('patch', `${I}/params`, { id }, 200, { key, body: { 'players.1.lag_ms': 300 } });
+  assert.equal(patched.json.tick, 100);
+  assert.equal(patched.json.params.players[1].lag_ms, 300);
+  await call('patch', `${I}/params`, { id }, 200, { key, type: 'application/merge-patch+json', body: { players: { 0: { lag_ms: 50 } } } });
+  await call('post', `${I}/input`, { id }, 200, { key, body: { player: 0, axes: [1, 0], buttons: 0 } });
+  await call('post', `${I}/input`, { id }, 200, { key: keys[0], body: { player: 0, axes: [0, 0] } });
+  for (const op of [{ op: 'play' }, { op: 'speed', speed: 0.5 }, { op: 'pause' }, { op: 'step' }, { op: 'step', ticks: -3 },
+    { op: 'seek', time_s: 1 }, { op: 'restart' }, { op: 'restart', reset: true }, { op: 'seek', tick: 60 }])
+    await call('post', `${I}/control`, { id }, 200, { key, body: op });
+  const state = await call('get', `${I}/state`, { id }, 200);
+  assert.equal(state.json.tick, 60);
+  assert.deepEqual((await call('get', `${I}/state`, { id }, 200, { query: '?tick=60' })).json, state.json);
+  await call('get', `${I}/state`, { id }, 200, { query: '?tick=0' });
+  await call('get', `${I}/metrics`, { id }, 200);
+  const trace = await call('get', `${I}/trace`, { id }, 200, { query: '?from_s=0.5&to_s=0.9' });
+  const rows = trace.text.trimEnd().split('\r\n');
+  assert.match(rows[0], /^time_s,tick,/);
+  assert.equal(rows.length, 1 + 25);
+  const log = (await call('get', `${I}/log`, { id }, 200)).text.trimEnd().split('\n').map((line) => JSON.parse(line));
+  assert.equal(log[0].op, 'create');
+
+  const fork = await call('post', `${I}/fork`, { id }, 201);
+  assert.equal((await call('get', `${I}/state`, { id: fork.json.id }, 200)).json.hash, state.json.hash);
+  await call('post', `${I}/fork`, { id }, 201, { body: { paused: false, speed: 10 } });
+  await call('delete', I, { id: fork.json.id }, 204, { key: fork.json.owner_key });
+  await call('get', I, { id: fork.json.id }, 404);
+  const stream = await c.stream(made.json);
+  seen.add(`get ${I}/stream 101`);
+  await stream.close();
+});
+
+test('keys: none, wrong, another player\'s', async () => {
+  const session = await c.make({ paused: true, set: DRIVEN }), other = await c.make({ paused: true });
+  const { id } = session;
+  for (const [method, path, body] of [...CHANGES, ['delete', I, undefined]]) {
+    const none = await call(method, path, { id }, 401, { body });
+    assert.match(none.headers['www-authenticate'], /^Bearer/);
+    for (const key of [WRONG, other.owner_key, '', 'x', session.player_keys[1], 'é'.repeat(200)])
+      await call(method, path, { id }, 403, { body, headers: { authorization: `Bearer ${Buffer.from(key).toString('latin1')}` } });
+    assert.equal((await c.call(method.toUpperCase(), path.replace('{id}', id), { body, headers: { authorization: 'Basic eA==' } })).status, 401);
+  }
+  assert.equal((await c.get(`${S}/${id}/log`)).text.split('\n').length, 3, 'nothing was changed');
+});
+
+test('sessions that are not there', async () => {
+  for (const [method, path, body] of [...CHANGES, ['delete', I, undefined], ['get', I, undefined], ['post', `${I}/fork`, undefined],
+    ...['state', 'metrics', 'trace', 'log'].map((part) => ['get', `${I}/${part}`, undefined])]) {
+    for (const id of [NOBODY, 'x', 'A'.repeat(26), '%20', 'a'.repeat(2000)]) await call(method, path, { id }, 404, { body, key: WRONG });
+  }
+});
+
+test('bodies: too large, of another type, malformed', async () => {
+  const session = await c.make({ paused: true, set: DRIVEN });
+  const bodies = [['post', S, { scenario: 'race' }], ['post', `${I}/fork`, {}], ...CHANGES];
+  for (const [method, path, body] of bodies) {
+    const key = session.owner_key, id = session.id;
+    await call(method, path, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
+    await call(method, path, { id }, 415, { key, body, type: 'text/plain' });
+    await call(method, path, { id }, 415, { key, body: JSON.stringify(body), type: null });
+    const bad = await call(method, path, { id }, 400, { key, body: '{"op":\n  nonsense}' });
+    assert.match(bad.json.detail, /line 2, column \d/);
+    await call(method, path, { id }, 400, { key, body: { nonsense: 1 } });
+  }
+  await call('get', `${I}/state`, { id: session.id }, 400, { query: '?tick=99999999' });
+  await call('get', `${I}/trace`, { id: session.id }, 400, { query: '?from_s=2&to_s=1' });
+});
+
+test('conflicts', async () => {
+  const session = await c.make({ paused: true });
+  await call('post', `${I}/input`, { id: session.id }, 409, { key: session.owner_key, body: { player: 0, axes: [1] } });
+  const headers = { 'idempotency-key': 'one' };
+  const first = await call('post', S, {}, 201, { body: { scenario: 'race', paused: true }, headers });
+  const again = await call('post', S, {}, 201, { body: { scenario: 'race', paused: true }, headers });
+  assert.deepEqual(again.json, first.json);
+  await call('post', S, {}, 422, { body: { scenario: 'race', paused: false }, headers });
+});
+
+test('foreign hosts and origins', async () => {
+  const session = await c.make({ paused: true });
+  const { id, code } = session;
+  for (const [template, item] of Object.entries(api.paths)) {
+    for (const method of METHODS.filter((name) => item[name])) {
+      const body = item[method].requestBody ? {} : undefined;
+      const values = { id: template.includes('scenarios') ? 'race' : id, code };
+      await call(method, template, values, 421, { body, headers: { host: 'rebound.example' } });
+      if (method !== 'get') await call(method, template, values, 403, { body, key: session.owner_key, headers: FOREIGN });
+    }
+  }
+  assert.equal((await c.get(`${S}/${id}`)).status, 200);
+  await assert.rejects(c.stream(session, 'json', { origin: FOREIGN.origin }), { status: 403 });
+});
+
+test('upgrades that are none', async () => {
+  const { id } = await c.make({ paused: true });
+  const upgrade = { connection: 'Upgrade', upgrade: 'websocket', 'sec-websocket-version': '13', 'sec-websocket-key': 'MDEyMzQ1Njc4OWFiY2RlZg==',
+    'sec-websocket-protocol': 'laglab.v1.json' };
+  const path = `${I}/stream`;
+  await call('get', path, { id }, 426);
+  await call('get', path, { id }, 426, { headers: { ...upgrade, 'sec-websocket-version': '8' } });
+  await call('get', path, { id }, 400, { headers: { ...upgrade, 'sec-websocket-protocol': 'chat' } });
+  await call('get', path, { id }, 400, { headers: { ...upgrade, 'sec-websocket-key': 'short' } });
+  await call('get', path, { id }, 403, { headers: { ...upgrade, ...FOREIGN } });
+  await call('get', path, { id: NOBODY }, 404, { headers: upgrade });
+});
+
+test('rates and numbers', async () => {
+  const strict = await startDaemon({ args: ['--max-sessions', '3', '--max-new-sessions-per-min', '4', '--max-code-lookups-per-min', '1',
+    '--max-commands-per-s', '1'] });
+  const s = client(strict.url);
+  try {
+    const { id, owner_key: key, code } = (await call('post', S, {}, 201, { body: { scenario: 'race', set: DRIVEN } }, s)).json;
+    await call('post', `${I}/fork`, { id }, 201, {}, s);
+    await call('post', S, {}, 201, { body: { scenario: 'race' } }, s);
+    await call('post', S, {}, 503, { body: { scenario: 'race' } }, s);
+    await call('post', S, {}, 429, { body: { scenario: 'race' } }, s);
+    await call('post', `${I}/fork`, { id }, 429, {}, s);
+    await call('get', '/api/v1/codes/{code}', { code }, 200, {}, s);
+    await call('get', '/api/v1/codes/{code}', { code }, 429, {}, s);
+    for (const [method, path, body] of CHANGES) {
+      const statuses = [];
+      while (!statuses.includes(429) && statuses.length < 5) {
+        const answer = await s.call(method.toUpperCase(), path.replace('{id}', id), { key, body });
+        check(method, path, answer);
+        statuses.push(answer.status);
+      }
+      assert.ok(statuses.includes(429), `${path} ${statuses}`);
+    }
+  } finally {
+    s.close();
+    await strict.stop();
+  }
+});
+
+test('a store that fails', async () => {
+  const session = await c.make({ paused: true, set: DRIVEN });
+  const { id, owner_key: key } = session;
+  const limit = (size) => execFileSync('prlimit', ['--pid', String(daemon.pid), `--fsize=${size}:unlimited`]);
+  limit(0);
+  try {
+    await call('patch', `${I}/params`, { id }, 507, { key, body: { 'players.0.lag_ms': 77 } });
+    for (const [method, path, body] of CHANGES) await call(method, path, { id }, 507, { key, body });
+    await call('post', S, {}, 507, { body: { scenario: 'race' } });
+    await call('post', `${I}/fork`, { id }, 507);
+    await call('delete', I, { id }, 507, { key });
+    await call('get', I, { id }, 200);
+  } finally {
+    limit('unlimited');
+  }
+  await waitFor(async () => (await c.call('POST', `${S}/${id}/control`, { key, body: { op: 'step' } })).status === 200, 'the store to work');
+});
+
+test('draining', async () => {
+  const short = await startDaemon();
+  const s = client(short.url), session = await s.make();
+  const viewers = await Promise.all(Array.from({ length: 40 }, (_, i) => s.stream(session, i % 2 ? 'json' : 'bin')));
+  await s.get('/readyz');
+  const stopped = short.stop();
+  const ready = [], made = [];
+  try {
+    for (;;) { // on connections that were open before, until they are closed
+      ready.push(await s.get('/readyz'));
+      if (ready.at(-1).status === 503) made.push(await s.call('POST', S, { body: { scenario: 'race' } }));
+    }
+  } catch {
+    // the end
+  }
+  assert.deepEqual(await stopped, { code: 0, signal: null });
+  for (const answer of ready) check('get', '/readyz', answer);
+  for (const answer of made) check('post', S, answer);
+  assert.equal(ready.at(-1).status, 503);
+  assert.ok(made.every((answer) => answer.status === 503));
+  for (const viewer of viewers) {
+    await waitFor(() => viewer.closed, 'the goodbye');
+    assert.equal(viewer.closed.code, 1001);
+    assert.equal(viewer.messages.at(-1).type, 'bye');
+  }
+  s.close();
+});
+
+test('every operation was called and every documented status that can be provoked was', () => {
+  const missing = [];
+  for (const [template, item] of Object.entries(api.paths)) {
+    for (const method of METHODS.filter((name) => item[name])) {
+      for (const status of Object.keys(item[method].responses)) {
+        const where = `${method} ${template} ${status}`;
+        if (!seen.has(where) && !ACCIDENTS.has(status) && !UNPROVOKED.has(where)) missing.push(where);
+      }
+    }
+  }
+  assert.deepEqual(missing, []);
+});
+
+test('what no operation is for', async () => {
+  assert.equal((await c.get('/api/v1/nothing')).status, 404);
+  const wrong = await c.call('PUT', '/api/v1/sessions', { body: {} });
+  assert.equal(wrong.status, 405);
+  assert.match(wrong.headers.allow, /POST/);
+  const head = await c.call('HEAD', '/api/v1/scenarios');
+  assert.equal(head.status, 200);
+  assert.equal(head.text, '');
+  assert.match((await raw(daemon.port, 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n')).text, /^HTTP\/1.1 200 /);
+});

@@ -1,0 +1,139 @@
+// HTTP and stream clients of the tests: nothing is followed, repeated or repaired on the way.
+import http from 'node:http';
+import net from 'node:net';
+import WebSocket from 'ws';
+
+/** @typedef {{status: number, headers: http.IncomingHttpHeaders, text: string, json: any}} Answer */
+
+/** A client of the daemon at `url`. `call` sends `body` as JSON unless it is text or bytes. */
+export function client(url) {
+  const agent = new http.Agent({ keepAlive: true, maxSockets: 64 });
+  /**
+   * @param {string} method @param {string} path
+   * @param {{body?: any, key?: string, headers?: Record<string, string>, type?: string | null, timeout?: number}} [wish]
+   * @returns {Promise<Answer>}
+   */
+  function call(method, path, wish = {}) {
+    const headers = { ...wish.headers };
+    let body = wish.body;
+    if (body !== undefined) {
+      if (typeof body !== 'string' && !Buffer.isBuffer(body)) body = JSON.stringify(body);
+      if (wish.type !== null) headers['content-type'] ??= wish.type ?? 'application/json';
+      headers['content-length'] = String(Buffer.byteLength(body));
+    }
+    if (wish.key !== undefined) headers.authorization = `Bearer ${wish.key}`;
+    return new Promise((resolve, reject) => {
+      const request = http.request(new URL(path, url), { method, headers, agent, timeout: wish.timeout ?? 30000 }, (response) => {
+        const parts = [];
+        response.on('data', (part) => parts.push(part));
+        response.on('error', reject);
+        response.on('end', () => {
+          const text = Buffer.concat(parts).toString('utf8');
+          const is_json = /[/+]json\b/.test(response.headers['content-type'] ?? '');
+          resolve({ status: response.statusCode, headers: response.headers, text, json: is_json && text ? JSON.parse(text) : undefined });
+        });
+      });
+      request.on('timeout', () => request.destroy(new Error(`${method} ${path} was not answered`)));
+      request.on('error', reject);
+      request.end(body);
+    });
+  }
+  return {
+    url,
+    call,
+    get: (path, wish) => call('GET', path, wish),
+    close: () => agent.destroy(),
+    /** Makes a session and gives its 201 answer. */
+    async make(order = {}) {
+      const answer = await call('POST', '/api/v1/sessions', { body: { scenario: 'race', ...order } });
+      if (answer.status !== 201) throw new Error(`no session: ${answer.status} ${answer.text}`);
+      return answer.json;
+    },
+    control: (session, op) => call('POST', `/api/v1/sessions/${session.id}/control`, { key: session.owner_key, body: op }),
+    patch: (session, patch) => call('PATCH', `/api/v1/sessions/${session.id}/params`, { key: session.owner_key, body: patch }),
+    stream: (session, format, wish) => openStream(url, session.id, format, wish),
+  };
+}
+
+/**
+ * A viewer. `messages` holds all texts as objects; `frames` all frames (objects, or Buffers). With `ack` it acknowledges each frame.
+ * @param {string} url @param {string} id @param {'json' | 'bin'} [format]
+ * @param {{ack?: boolean, origin?: string, headers?: Record<string, string>}} [wish]
+ */
+export async function openStream(url, id, format = 'json', wish = {}) {
+  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/sessions/${id}/stream`, `laglab.v1.${format}`,
+    { origin: wish.origin, headers: wish.headers, perMessageDeflate: false });
+  const stream = {
+    socket,
+    messages: [],
+    frames: [],
+    hello: undefined,
+    closed: undefined,
+    say: (message) => socket.send(typeof message === 'string' ? message : JSON.stringify(message)),
+    /** The first message that `test` takes, now or later. */
+    wait: (test, what = 'a message', ms = 5000) => waitFor(() => stream.messages.find(test), what, ms),
+    frame: (test = (/** @type {any} */ _) => true, ms = 5000) => waitFor(() => stream.frames.findLast(test), 'a frame', ms),
+    close: () => new Promise((resolve) => {
+      if (socket.readyState === WebSocket.CLOSED) resolve(undefined);
+      socket.once('close', resolve);
+      socket.close();
+    }),
+  };
+  socket.on('message', (/** @type {Buffer} */ data, binary) => {
+    if (binary) {
+      stream.frames.push(data);
+      if (wish.ack) stream.say({ ack: data.readUInt32LE(4) });
+      return;
+    }
+    const message = JSON.parse(data.toString('utf8'));
+    if (message.type === 'frame') {
+      stream.frames.push(message);
+      if (wish.ack) stream.say({ ack: message.seq });
+      return;
+    }
+    stream.messages.push(message);
+    if (message.type === 'hello') stream.hello = message;
+  });
+  socket.on('close', (code, reason) => { stream.closed = { code, reason: reason.toString() }; });
+  await new Promise((resolve, reject) => {
+    socket.once('open', resolve);
+    socket.once('error', reject);
+    socket.once('unexpected-response', (_, response) => reject(Object.assign(new Error(`upgrade answered ${response.statusCode}`),
+      { status: response.statusCode })));
+  });
+  socket.on('error', () => {});
+  await waitFor(() => stream.hello, 'the hello', 5000);
+  return stream;
+}
+
+/** Polls until `test` gives something true. @template T @param {() => T} test @returns {Promise<T>} */
+export async function waitFor(test, what = 'it', ms = 5000) {
+  const end = performance.now() + ms;
+  for (;;) {
+    const value = await test();
+    if (value) return value;
+    if (performance.now() > end) throw new Error(`waited ${ms} ms for ${what}`);
+    await pause(5);
+  }
+}
+
+export const pause = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
+
+/** Sends bytes on a connection of its own and gives what came until it was closed or `ms` passed.
+ * @returns {Promise<{text: string, closed: boolean, ms: number}>} */
+export function raw(port, bytes, ms = 3000, host = '127.0.0.1') {
+  return new Promise((resolve) => {
+    const begun = performance.now();
+    const parts = [];
+    const socket = net.connect(port, host, () => socket.write(bytes));
+    const end = (closed) => {
+      clearTimeout(timer);
+      socket.destroy();
+      resolve({ text: Buffer.concat(parts).toString('latin1'), closed, ms: performance.now() - begun });
+    };
+    const timer = setTimeout(() => end(false), ms);
+    socket.on('data', (part) => parts.push(part));
+    socket.on('error', () => end(true));
+    socket.on('close', () => end(true));
+  });
+}
