@@ -1,0 +1,187 @@
+// Holds the stream of the running daemon against api/asyncapi.yaml: JSON messages by their schemas, binary frames by the layout
+// table, decoded and compared with the JSON frame of the same number.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import Ajv from 'ajv/dist/2020.js';
+import YAML from 'yaml';
+import { client, pause, waitFor } from '../lib/client.mjs';
+import { startDaemon } from '../lib/daemon.mjs';
+import { decodeFrame } from '../lib/layout.mjs';
+
+let daemon, c, api, ajv, layout;
+
+before(async () => {
+  daemon = await startDaemon();
+  c = client(daemon.url);
+  api = YAML.parse((await c.get('/api/v1/asyncapi.yaml')).text);
+  layout = api.components.messages.binaryFrame['x-layout'];
+  ajv = new Ajv({ strict: false, allErrors: true });
+  ajv.addSchema(api, 'asyncapi');
+});
+after(async () => {
+  c.close();
+  await daemon.stop();
+});
+
+function check(name, message) {
+  const validate = ajv.getSchema(`asyncapi#/components/messages/${name}/payload`);
+  assert.ok(validate(message), `${name}: ${ajv.errorsText(validate.errors)} in ${JSON.stringify(message).slice(0, 600)}`);
+}
+
+/** Everything that a viewer got. */
+function checkAll(stream) {
+  for (const message of stream.messages) check(message.type, message);
+  for (const frame of stream.frames) {
+    if (Buffer.isBuffer(frame)) decodeFrame(layout, frame);
+    else check('frame', frame);
+  }
+}
+
+const seqOf = (frame) => (Buffer.isBuffer(frame) ? frame.readUInt32LE(4) : frame.seq);
+const KEY = 1, PLAYING = 2, ENDED = 4, BEHIND = 8;
+
+/** Equal but for the last bit that 15 digits of JSON leave open. */
+function near(a, b, path) {
+  if (typeof a === 'number' && typeof b === 'number') return assert.ok(Math.abs(a - b) <= 1e-14 * Math.abs(a), `${path}: ${a} and ${b}`);
+  if (typeof a !== 'object' || a === null) return assert.equal(a, b, path);
+  assert.deepEqual(Object.keys(a).sort(), Object.keys(b).sort(), path);
+  for (const key of Object.keys(a)) near(a[key], b[key], `${path}.${key}`);
+}
+
+function same(binary, json) {
+  const { sections, reserved, type, ...rest } = binary;
+  const { type: _, ...other } = json;
+  for (const view of rest.views ?? []) assert.equal(view.entities.length, rest.game.length);
+  near(rest, other, 'frame');
+}
+
+test('binary frames say what JSON frames say, in every library scenario', async () => {
+  for (const { id } of (await c.get('/api/v1/scenarios')).json.scenarios) {
+    const session = await c.make({ scenario: id, paused: true });
+    await c.control(session, { op: 'seek', time_s: 1 });
+    const json = await c.stream(session, 'json'), binary = await c.stream(session, 'bin');
+    await c.control(session, { op: 'play' });
+    await waitFor(() => json.frames.length > 30 && binary.frames.length > 30, 'frames');
+    await c.control(session, { op: 'pause' });
+    await pause(60);
+    checkAll(json);
+    checkAll(binary);
+    let compared = 0;
+    for (const frame of binary.frames) {
+      const other = json.frames.find((each) => each.seq === seqOf(frame));
+      const decoded = decodeFrame(layout, frame);
+      if (!other || (other.flags & KEY) !== (decoded.flags & KEY)) continue;
+      same(decoded, other);
+      compared++;
+    }
+    assert.ok(compared > 25, `${compared} frames compared`);
+    assert.deepEqual(json.hello.layout, binary.hello.layout);
+    await json.close();
+    await binary.close();
+  }
+});
+
+test('the beginning: hello, a key frame, then 60 frames a second in order', async () => {
+  const session = await c.make();
+  for (const format of ['json', 'bin']) {
+    const stream = await c.stream(session, format, { ack: true });
+    await pause(1000);
+    const seqs = stream.frames.map(seqOf);
+    assert.ok(seqs.length >= 57 && seqs.length <= 63, `${seqs.length} frames`);
+    assert.deepEqual(seqs, seqs.map((_, i) => seqs[0] + i), 'no frame is left out');
+    const flags = stream.frames.map((frame) => (Buffer.isBuffer(frame) ? frame.readUInt16LE(2) : frame.flags));
+    assert.equal(flags[0] & KEY, KEY);
+    assert.ok(flags.slice(2).every((flag) => (flag & KEY) === 0 && (flag & PLAYING) === PLAYING));
+    checkAll(stream);
+    await stream.close();
+  }
+});
+
+test('time jumps: generation and key frames; the end and the replay', async () => {
+  const session = await c.make({ set: { duration_s: 1 } });
+  const stream = await c.stream(session);
+  const over = await stream.frame((frame) => frame.flags & ENDED);
+  assert.equal(over.tick, 60);
+  await c.control(session, { op: 'seek', tick: 10 });
+  const back = await stream.frame((frame) => frame.generation > over.generation);
+  assert.equal(back.tick, 10);
+  assert.equal(back.flags, KEY | BEHIND);
+  await c.control(session, { op: 'play' });
+  await stream.frame((frame) => frame.flags & ENDED && frame.seq > back.seq);
+  const count = stream.frames.length;
+  await pause(200);
+  assert.equal(stream.frames.length, count, 'nothing new, no frame');
+  await c.patch(session, { 'players.0.lag_ms': 10 });
+  const changed = await stream.frame((frame) => frame.seq > stream.frames[count - 1].seq);
+  assert.ok(changed.params_version > back.params_version);
+  checkAll(stream);
+  await stream.close();
+});
+
+test('a viewer that acknowledges has at most four frames in flight, and then the newest', async () => {
+  const session = await c.make();
+  const stream = await c.stream(session);
+  stream.say({ ack: (await stream.frame()).seq });
+  await pause(100);
+  const last = stream.frames.at(-1).seq;
+  await pause(400);
+  assert.equal(stream.frames.at(-1).seq, last, 'no frame without an ack');
+  assert.ok(stream.frames.length <= 12);
+  stream.say({ ack: last });
+  const next = await stream.frame((frame) => frame.seq > last);
+  assert.ok(next.seq > last + 8, 'the newest');
+  assert.equal(next.flags & KEY, KEY, 'the gap is filled by a key frame');
+  checkAll(stream);
+  await stream.close();
+});
+
+test('keys and inputs', async () => {
+  const session = await c.make({ set: { 'players.0.control': 'person', 'players.1.control': 'person' } });
+  const stream = await c.stream(session);
+  const say = async (message, type) => {
+    stream.say(message);
+    const answer = await stream.wait((each) => each.id === message.id && each.type !== 'hello', JSON.stringify(message));
+    check(answer.type, answer);
+    assert.equal(answer.type, type, JSON.stringify(answer));
+    return answer;
+  };
+  let id = 0;
+  const input = (player, x) => ({ input: { player, axes: [x, 0], buttons: 0 }, id: ++id });
+  assert.equal((await say(input(0, 1), 'error')).problem.status, 403);
+  assert.equal((await say({ auth: 'b'.repeat(32), id: 'text' }, 'error')).problem.status, 403);
+  const player = await say({ auth: session.player_keys[1], id: ++id }, 'reply');
+  assert.deepEqual([player.role, player.player], ['player', 1]);
+  assert.equal((await say(input(0, 1), 'error')).problem.status, 403);
+  await say(input(1, 1), 'reply');
+  assert.equal((await say({ auth: session.owner_key, id: ++id }, 'reply')).role, 'owner');
+  const { tick } = await say(input(0, 1), 'reply');
+  const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line));
+  assert.ok(lines.some((line) => line.op === 'input' && line.player === 0 && line.tick === tick));
+  assert.equal((await say({ ping: 4.5, id: ++id }, 'pong')).ping, 4.5);
+  checkAll(stream);
+  await stream.close();
+});
+
+test('messages that are none change nothing', async () => {
+  const session = await c.make({ paused: true, set: { 'players.0.control': 'person' } });
+  const stream = await c.stream(session);
+  stream.say({ auth: session.owner_key, id: 1 });
+  await stream.wait((each) => each.id === 1);
+  const before = await c.get(session.links.log);
+  const bad = ['', 'x', '{', '[]', 'null', '{}', '{"what":1}', '{"ping":1,"auth":"x"}', '{"ping":"x"}', '{"auth":7}', '{"input":[]}', '{"input":{}}',
+    '{"input":{"player":8}}', '{"input":{"player":-1}}', '{"input":{"player":0.5}}', '{"input":{"player":0,"axes":[2]}}',
+    '{"input":{"player":0,"axes":[1,1,1]}}', '{"input":{"player":0,"axes":[NaN]}}', '{"input":{"player":0,"axes":[1e999]}}',
+    '{"input":{"player":0,"buttons":-1}}', '{"input":{"player":0,"buttons":4294967296}}', '{"input":{"player":0,"more":1}}',
+    '{"ping":1,"id":{}}', '{"ping":1,"id":"12345678901234567"}', '['.repeat(5000), `{"ping":1,"id":${'9'.repeat(400)}}`];
+  for (const message of bad) {
+    const count = stream.messages.length;
+    stream.say(message);
+    const answer = await waitFor(() => stream.messages[count], `an answer to ${message.slice(0, 60)}`);
+    assert.equal(answer.type, 'error', message);
+    assert.equal(answer.problem.status, 400, message);
+    await pause(20); // within the rate of messages
+  }
+  checkAll(stream);
+  assert.equal((await c.get(session.links.log)).text, before.text);
+  await stream.close();
+});
