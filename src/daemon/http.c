@@ -109,16 +109,25 @@ static void on_connection(void *closure, struct MHD_Connection *connection, void
     }
 }
 
-/* libmicrohttpd's timeout counts from the last byte, so a byte now and then holds a connection for ever. */
+static bool has_left(int fd)
+{
+    char byte;
+    return recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
+}
+
+/* libmicrohttpd's timeout counts from the last byte, so a byte now and then holds a connection for ever. And it
+ * misses the end of what a client sent together with its last request: once in a while that is looked for here. */
 void ll_http_watch(ll_http *http, int64_t now_ns)
 {
     pthread_mutex_lock(&http->watch_lock);
+    bool look = http->watch_turn++ % 8 == 0;
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
-        if (deadline != 0 && now_ns > deadline) {
+        bool late = deadline != 0 && now_ns > deadline;
+        if (late || (look && atomic_load_explicit(&watched->idle, memory_order_relaxed) && has_left(watched->fd))) {
             shutdown(watched->fd, SHUT_RDWR);
             atomic_store_explicit(&watched->deadline_ns, 0, memory_order_relaxed);
-            atomic_fetch_add(&http->cut, 1);
+            atomic_fetch_add(&http->cut, late);
         }
     }
     pthread_mutex_unlock(&http->watch_lock);
@@ -190,6 +199,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     *context = NULL;
     if (watched != NULL && (exchange == NULL || exchange->offer == NULL)) {
         set_deadline(watched, http->config.idle_timeout_s);
+        atomic_store_explicit(&watched->idle, true, memory_order_relaxed);
     }
     if (exchange == NULL) {
         return;
@@ -220,6 +230,7 @@ static void *on_request_line(void *closure, const char *uri, struct MHD_Connecti
     (void)uri;
     if (watched != NULL) {
         set_deadline(watched, http->config.head_timeout_s);
+        atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
     }
     return NULL;
 }

@@ -23,6 +23,7 @@ typedef struct http_connection {
     ll_gate_pass pass;
     char peer[48];
     _Atomic int64_t deadline_ns; /* 0: none */
+    atomic_bool idle;            /* between two requests */
 } http_connection;
 
 typedef enum http_phase {
@@ -69,6 +70,7 @@ struct ll_http {
 
     pthread_mutex_t watch_lock;
     http_connection *first;
+    unsigned watch_turn;
 
     pthread_mutex_t job_lock;
     pthread_cond_t job_there;
