@@ -65,7 +65,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
  * least of a second, when they come earlier than wanted. Waits for the effect before it looks again. */
 static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
 {
-    if (m->slack == LL_SLACK_UNKNOWN || m->head.seq < c->settle)
+    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
     int32_t want = (int32_t)s->config->slack_ticks, change = 0;
     if (m->slack < c->spare)
@@ -81,7 +81,7 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
     if (change == 0)
         return;
     c->debt += change;
-    c->settle = c->seq + (uint32_t)(change > 0 ? change : 0) + 1;
+    c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
     c->spare = LL_SLACK_UNKNOWN;
     c->spare_since = now;
 }

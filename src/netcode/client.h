@@ -61,7 +61,7 @@ typedef struct ll_client {
     int64_t tick;         /* the server's step that the newest input is meant for */
     uint32_t seq, acked;  /* newest made, newest acknowledged */
     int32_t debt;         /* inputs to make beyond one a frame, or (negative) to leave out */
-    uint32_t settle;      /* slack is read again once this input is acknowledged */
+    uint32_t settle;      /* slack is read again from this input on */
     int32_t spare;        /* least slack since `spare_since` */
     int32_t reserved1;
     ll_time spare_since;

@@ -51,11 +51,13 @@ static int64_t done(const ll_server *server, const ll_sync *sync, const ll_seat 
     return sync->drains ? (int64_t)seat->acked : server->step;
 }
 
-static void measure_slack(ll_seat *seat, int64_t ahead)
+static void measure_slack(ll_seat *seat, int64_t ahead, uint32_t seq)
 {
     seat->last_slack = (int32_t)(ahead - 1);
-    if (seat->slack == LL_SLACK_UNKNOWN || seat->last_slack < seat->slack)
+    if (seat->slack == LL_SLACK_UNKNOWN || seat->last_slack < seat->slack) {
         seat->slack = seat->last_slack;
+        seat->slack_seq = seq;
+    }
 }
 
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message, ll_time now,
@@ -92,7 +94,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest) {
             seat->newest = tick;
-            measure_slack(seat, ahead);
+            measure_slack(seat, ahead, verdict->seq);
         }
     }
     return count;
@@ -105,7 +107,8 @@ ll_state_message ll_server_state(ll_server *server, int player)
                           .tick = server->step,
                           .time = server->stepped,
                           .update_hz = (float)server->updates.freq / 1000.0f,
-                          .slack = seat->slack};
+                          .slack = seat->slack,
+                          .slack_seq = seat->slack_seq};
     seat->slack = LL_SLACK_UNKNOWN;
     return m;
 }

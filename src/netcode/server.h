@@ -29,6 +29,8 @@ typedef struct ll_seat {
     int64_t newest; /* tick; -1: no input yet */
     int32_t slack;  /* least since the last update */
     int32_t last_slack;
+    uint32_t slack_seq;
+    uint32_t reserved;
     ll_allowance allowance;
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];

@@ -7,7 +7,7 @@
 #include "game/game.h"
 
 #define LL_BUDGET_TICKS 128 /* inputs may be at most so many steps ahead of the server */
-#define LL_RATE_BURST 160.0 /* inputs that may come at once, after a link that stalled */
+#define LL_RATE_BURST 80.0  /* inputs that may come at once, after a link that stalled for a second */
 #define LL_RATE_FACTOR 1.25 /* inputs per client tick in the long run: a client that catches up makes up to two a frame */
 
 typedef enum ll_rule {

@@ -32,7 +32,9 @@ typedef struct ll_state_message {
     int64_t tick; /* the server's step that this is the state after */
     ll_time time; /* when, by the server's clock */
     float update_hz;
-    int32_t slack; /* how many steps early the player's inputs came, the least since the last update */
+    int32_t slack;      /* how many steps early the player's inputs came, the least since the last update */
+    uint32_t slack_seq; /* of the input that came so */
+    uint32_t reserved;
 } ll_state_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX

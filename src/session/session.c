@@ -145,9 +145,11 @@ static void apply_entry(ll_session *s, const ll_entry *e)
         ll_session_apply_values(s, s->config, e->values);
         kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
         s->params_version++;
-    } else {
-        kind->input(s->block, e->player, &e->action);
+        return;
     }
+    ll_status status = kind->accepts(s->config, e->player, &e->action);
+    if (!ll_failed(&status)) /* a log from outside may hold an input for nobody */
+        kind->input(s->block, e->player, &e->action);
 }
 
 static void apply_due(ll_session *s)

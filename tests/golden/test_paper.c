@@ -1,0 +1,200 @@
+/* What the paper's figures show, as assertions on the scenarios that reproduce them. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "support/scene.h"
+
+static const ll_event *find(const tape *t, int type, int player, uint32_t number)
+{
+    for (size_t i = 0; i < t->count; i++)
+        if (t->events[i].type == type && t->events[i].player == player && t->events[i].number == number)
+            return &t->events[i];
+    fail_msg("no event of type %d, player %d, number %u", type, player, number);
+    return NULL;
+}
+
+static void near_ms(ll_time t, double ms)
+{
+    if (fabs(ll_to_ms(t) - ms) > 0.5)
+        fail_msg("%.3f ms instead of %.0f ms", ll_to_ms(t), ms);
+}
+
+/* Figure 8: in lockstep at 3 updates a second the client's dots are the server's, 250 ms later, at the same places. */
+static void figure_8_client_dots_are_the_servers_later(void **state)
+{
+    (void)state;
+    tape t = {0};
+    scene s = scene_open("paper/fig08", NULL);
+    ll_recorder r = tape_recorder(&t);
+    scene_run(&s, 20, &r);
+    int dots = 0;
+    double last = -1;
+    for (size_t i = 0; i < t.count; i++) {
+        const ll_event *e = &t.events[i];
+        if (e->type != LL_EVENT_APPLIED || e->player != 0)
+            continue;
+        assert_int_equal(e->outcome, LL_OUTCOME_APPLIED);
+        near_ms(e->begin - find(&t, LL_EVENT_STEP, 0, e->number)->begin, 250);
+        if (last >= 0)
+            near_ms(e->begin - ll_ms(last), 1000.0 / 3);
+        last = ll_to_ms(e->begin);
+        dots++;
+    }
+    assert_true(dots > 50);
+    assert_true(ll_netgame_instruments(s.game, 0)->own_error <= 0); /* the client is behind */
+    double values[LL_GAME_VALUES];
+    ll_netgame_game(s.game)->describe(ll_server_world(ll_netgame_server(s.game)), &s.game->env, 0, values);
+    assert_true(values[1] >= 1); /* shots were fired */
+    scene_close(&s);
+    tape_free(&t);
+}
+
+/* Figure 9: latencies drawn evenly from 10 to 500 ms, so that arrivals are not evenly spaced. */
+static void figure_9_arrivals_are_spread_evenly_over_10_to_500_ms(void **state)
+{
+    (void)state;
+    const char *const longer[] = {"duration_s=600", NULL};
+    tape t = {0};
+    scene s = scene_open("paper/fig09", longer);
+    ll_recorder r = tape_recorder(&t);
+    scene_run(&s, 600, &r);
+    double sum = 0, squares = 0, least = 1e9, most = 0;
+    int n = 0, bins[10] = {0};
+    for (size_t i = 0; i < t.count; i++) {
+        const ll_event *e = &t.events[i];
+        if (e->type != LL_EVENT_INPUT || e->player != 0)
+            continue;
+        double delay = ll_to_ms(e->end - e->begin);
+        least = fmin(least, delay);
+        most = fmax(most, delay);
+        sum += delay;
+        squares += delay * delay;
+        bins[(int)fmin(9, (delay - 10) / 49)]++;
+        n++;
+    }
+    assert_true(n > 30000);
+    assert_true(least >= 10 && least < 10.5 && most <= 500 && most > 499.5);
+    double mean = sum / n, sd = sqrt(squares / n - mean * mean), theory = 490 / sqrt(12);
+    assert_true(fabs(mean - 255) < 4 * theory / sqrt(n));
+    assert_true(fabs(sd - theory) < 4 * theory / sqrt(2.0 * n));
+    for (int k = 0; k < 10; k++)
+        assert_true(fabs(bins[k] - n / 10.0) < 4 * sqrt(n * 0.09));
+    scene_close(&s);
+    tape_free(&t);
+}
+
+/* Figure 10: 150, 250, 283, 433 and 533 ms. */
+static void figure_10_events_of_one_round(void **state)
+{
+    (void)state;
+    tape t = {0};
+    scene s = scene_open("paper/fig10", NULL);
+    ll_recorder r = tape_recorder(&t);
+    scene_run(&s, 1, &r);
+    const ll_event *a = find(&t, LL_EVENT_INPUT, 0, 1), *b = find(&t, LL_EVENT_INPUT, 1, 1);
+    assert_true(a->begin == 0 && b->begin == 0);
+    near_ms(find(&t, LL_EVENT_VERDICT, 0, 1)->begin, 150);
+    near_ms(find(&t, LL_EVENT_VERDICT, 1, 1)->begin, 250);
+    near_ms(find(&t, LL_EVENT_STEP, 0, 1)->begin, 283);
+    near_ms(find(&t, LL_EVENT_APPLIED, 0, 1)->begin, 433);
+    near_ms(find(&t, LL_EVENT_APPLIED, 1, 1)->begin, 533);
+    scene_close(&s);
+    tape_free(&t);
+}
+
+/* Figure 11: the same path in every view, the server first, then A, then B; nothing is corrected. */
+static void figure_11_views_follow_in_the_order_of_lag(void **state)
+{
+    (void)state;
+    scene s = scene_open("paper/fig11", NULL);
+    scene_run(&s, 20, NULL);
+    const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
+    const ll_client *a = ll_netgame_client(s.game, 0), *b = ll_netgame_client(s.game, 1);
+    assert_true(truth->entity[0].x > 100); /* they race */
+    assert_true(truth->entity[0].x == truth->entity[1].x);
+    for (int i = 0; i < 2; i++) {
+        assert_true(truth->entity[i].x > a->shown.entity[i].x);
+        assert_true(a->shown.entity[i].x > b->shown.entity[i].x);
+    }
+    assert_true(a->shown.entity[0].x == a->shown.entity[1].x);
+    for (int i = 0; i < 2; i++) {
+        const ll_instruments *in = ll_netgame_instruments(s.game, i);
+        assert_int_equal(in->corrections, 0);
+        ll_summary age = ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]);
+        assert_true(fabs(age.mean - (i == 0 ? 150 : 250)) < 0.01);
+        assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]).max == 0);
+    }
+    scene_close(&s);
+}
+
+/* Figure 12: inputs wait in a buffer until a state acknowledges them, and the rest are applied again: after it the prediction is the server's
+ * state with just those. */
+static void figure_12_open_inputs_are_applied_again(void **state)
+{
+    (void)state;
+    tape t = {0};
+    scene s = scene_open("paper/fig12", NULL);
+    ll_recorder r = tape_recorder(&t);
+    scene_run(&s, 30, &r);
+    int corrections = 0;
+    for (size_t i = 0; i < t.count; i++)
+        corrections += t.events[i].type == LL_EVENT_CORRECTION;
+    assert_true(corrections > 10);
+    for (int i = 0; i < 2; i++) {
+        ll_client *c = ll_netgame_client(s.game, i);
+        assert_true(c->seq - c->acked >= 18); /* 300 ms of round trip at 60 inputs a second */
+        ll_received *state_message = ll_client_state(c, c->fresh - 1);
+        ll_world *world = malloc((size_t)c->world_size);
+        __builtin_memcpy(world, ll_received_world(state_message), (size_t)c->world_size);
+        for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
+            ll_netgame_game(s.game)->step_own(world, &s.game->env, i, &ll_client_pending(c, seq)->action);
+        assert_true(world->entity[i].x == ll_client_predicted(c)->entity[i].x);
+        free(world);
+    }
+    scene_close(&s);
+    tape_free(&t);
+}
+
+/* Figure 13: the own car leads the server's by the lag, with no correction; the other's car is as late as ever. */
+static void figure_13_own_car_leads_by_the_lag(void **state)
+{
+    (void)state;
+    scene s = scene_open("paper/fig13", NULL);
+    for (double t = 3; t < 20; t += 0.5) {
+        scene_run(&s, t, NULL);
+        const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
+        double ahead[2], later[2];
+        for (int i = 0; i < 2; i++)
+            ahead[i] = ll_netgame_client(s.game, i)->shown.entity[i].x;
+        scene_run(&s, t + 0.150, NULL);
+        for (int i = 0; i < 2; i++)
+            later[i] = truth->entity[i].x;
+        for (int i = 0; i < 2; i++)
+            assert_true(ahead[i] == later[i]); /* to the bit what the server has 150 ms later */
+    }
+    for (int i = 0; i < 2; i++) {
+        const ll_instruments *in = ll_netgame_instruments(s.game, i);
+        assert_int_equal(in->corrections, 0);
+        assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]).mean >= 150);
+        assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_INPUT_LATENCY]).max == 0);
+    }
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(figure_8_client_dots_are_the_servers_later),
+        cmocka_unit_test(figure_9_arrivals_are_spread_evenly_over_10_to_500_ms),
+        cmocka_unit_test(figure_10_events_of_one_round),
+        cmocka_unit_test(figure_11_views_follow_in_the_order_of_lag),
+        cmocka_unit_test(figure_12_open_inputs_are_applied_again),
+        cmocka_unit_test(figure_13_own_car_leads_by_the_lag),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

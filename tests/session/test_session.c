@@ -1,0 +1,435 @@
+/* A session is its log: however it is driven, the same log gives the same state. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "session/frame.h"
+#include "session/scenario.h"
+#include "session/session.h"
+
+typedef struct lines {
+    char text[1 << 16];
+    size_t size;
+} lines;
+
+static void keep_line(void *context, const char *line, size_t length)
+{
+    lines *l = context;
+    assert_true(l->size + length + 1 < sizeof l->text);
+    memcpy(l->text + l->size, line, length);
+    l->size += length;
+    l->text[l->size++] = '\n';
+}
+
+static void must(ll_status status)
+{
+    if (ll_failed(&status))
+        fail_msg("%s", status.text);
+}
+
+static ll_session *open_session(lines *log)
+{
+    cJSON *json;
+    ll_session *s;
+    must(ll_scenario_load("scenarios", "race", &json));
+    must(ll_session_create(json, 7, log ? keep_line : NULL, log, &s));
+    cJSON_Delete(json);
+    return s;
+}
+
+static ll_status control(ll_session *s, ll_time wall, const char *text)
+{
+    cJSON *json = cJSON_Parse(text);
+    assert_non_null(json);
+    ll_status status = ll_session_control(s, wall, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+static ll_status patch(ll_session *s, const char *text)
+{
+    cJSON *json = cJSON_Parse(text);
+    assert_non_null(json);
+    ll_status status = ll_session_patch(s, 0, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+/* A run with commands at ticks 100, 200, 250 and 400. */
+static void play_story(ll_session *s)
+{
+    const ll_action full = {{1, 0}, 0}, half = {{0.5f, 0}, 0};
+    must(ll_session_run_to(s, 100));
+    must(patch(s, "{\"players\":{\"0\":{\"lag_ms\":40,\"control\":\"person\"}}}"));
+    must(ll_session_input(s, 0, 0, &full));
+    must(ll_session_run_to(s, 200));
+    must(patch(s, "{\"players\":[{},{\"prediction\":true,\"link\":{\"up\":{\"loss_pct\":5}}}]}"));
+    must(ll_session_run_to(s, 250));
+    must(ll_session_input(s, 0, 0, &half));
+    must(ll_session_run_to(s, 400));
+    must(patch(s, "{\"server.update_hz\":10}"));
+    must(ll_session_run_to(s, 600));
+}
+
+static void same_hash_in_one_go_and_in_pieces(void **state)
+{
+    (void)state;
+    ll_session *a = open_session(NULL), *b = open_session(NULL);
+    must(ll_session_run_to(a, 600));
+    for (int64_t t = 1; t <= 600; t += 7)
+        must(ll_session_run_to(b, t));
+    must(ll_session_run_to(b, 600));
+    assert_int_equal(ll_session_hash(a), ll_session_hash(b));
+    ll_session_destroy(a);
+    ll_session_destroy(b);
+}
+
+static void paced_is_unpaced(void **state)
+{
+    (void)state;
+    ll_session *a = open_session(NULL), *b = open_session(NULL);
+    ll_time wall = 123456789;
+    must(control(a, wall, "{\"op\":\"play\"}"));
+    for (int i = 0; i < 150; i++) { /* an uneven 10 s at speed 1, then the rest at speed 4 */
+        wall += (i % 3) * 7 * LL_MS + 60 * LL_MS;
+        ll_session_advance(a, wall, 1000);
+    }
+    must(control(a, wall, "{\"op\":\"speed\",\"speed\":4}"));
+    while (ll_session_get_info(a).status == LL_SESSION_PLAYING)
+        ll_session_advance(a, wall += 16 * LL_MS, 1000);
+    assert_int_equal(ll_session_get_info(a).status, LL_SESSION_ENDED);
+    must(ll_session_run_to(b, 3600));
+    assert_int_equal(ll_session_hash(a), ll_session_hash(b));
+    ll_session_destroy(a);
+    ll_session_destroy(b);
+}
+
+static void advance_is_bounded_and_catches_up(void **state)
+{
+    (void)state;
+    ll_session *s = open_session(NULL);
+    must(control(s, 0, "{\"op\":\"play\"}"));
+    assert_int_equal(ll_session_advance(s, 10 * LL_SECOND, 100), 500);
+    assert_int_equal(ll_session_get_info(s).tick, 100);
+    assert_int_equal(ll_session_advance(s, 10 * LL_SECOND, 1000), 0);
+    assert_int_equal(ll_session_get_info(s).tick, 600);
+    ll_session_destroy(s);
+}
+
+static void seeking_gives_the_same_states(void **state)
+{
+    (void)state;
+    uint64_t hash[601];
+    ll_session *s = open_session(NULL), *t = open_session(NULL);
+    play_story(s);
+    uint64_t end = ll_session_hash(s);
+    must(control(s, 0, "{\"op\":\"seek\",\"tick\":0}"));
+    for (int64_t k = 0; k <= 600; k++) {
+        must(ll_session_run_to(s, k));
+        hash[k] = ll_session_hash(s);
+    }
+    assert_int_equal(hash[600], end);
+    assert_int_equal(ll_session_get_info(s).head_tick, 600);
+    const int64_t order[] = {600, 599, 250, 251, 100, 99, 400, 0, 1, 200, 600};
+    for (size_t i = 0; i < sizeof order / sizeof order[0]; i++) {
+        char op[64];
+        snprintf(op, sizeof op, "{\"op\":\"seek\",\"tick\":%d}", (int)order[i]);
+        must(control(s, 0, op));
+        assert_int_equal(ll_session_hash(s), hash[order[i]]);
+    }
+    must(control(s, 0, "{\"op\":\"step\",\"ticks\":-1}"));
+    assert_int_equal(ll_session_hash(s), hash[599]);
+    must(control(s, 0, "{\"op\":\"step\"}"));
+    assert_int_equal(ll_session_hash(s), hash[600]);
+    play_story(t);
+    for (int64_t k = 0; k <= 600; k += 50) {
+        cJSON *json;
+        char want[17];
+        must(ll_session_state_at(t, k, &json));
+        snprintf(want, sizeof want, "%016llx", (unsigned long long)hash[k]);
+        assert_string_equal(cJSON_GetObjectItem(json, "hash")->valuestring, want);
+        cJSON_Delete(json);
+    }
+    assert_int_equal(ll_session_get_info(t).tick, 600);
+    ll_session_destroy(s);
+    ll_session_destroy(t);
+}
+
+static void restored_forked_and_parked_sessions_are_the_same(void **state)
+{
+    (void)state;
+    lines *log = calloc(1, sizeof *log), *whole = calloc(1, sizeof *whole), *copied = calloc(1, sizeof *copied);
+    ll_session *s = open_session(log), *restored, *from_log, *fork;
+    play_story(s);
+    uint64_t hash = ll_session_hash(s);
+
+    must(ll_session_restore(log->text, log->size, NULL, NULL, &restored));
+    assert_true(ll_session_get_info(restored).parked);
+    assert_int_equal(ll_session_get_info(restored).tick, 400); /* the last command; what came after is not in the lines */
+    must(ll_session_run_to(restored, 600));
+    assert_int_equal(ll_session_hash(restored), hash);
+
+    ll_session_log(s, keep_line, whole);
+    must(ll_session_restore(whole->text, whole->size, NULL, NULL, &from_log));
+    assert_int_equal(ll_session_get_info(from_log).tick, 600);
+    assert_int_equal(ll_session_hash(from_log), hash);
+
+    must(ll_session_fork(s, keep_line, copied, &fork));
+    assert_int_equal(ll_session_hash(fork), hash);
+    must(ll_session_run_to(fork, 900));
+    must(ll_session_run_to(s, 900));
+    assert_int_equal(ll_session_hash(fork), ll_session_hash(s));
+    must(patch(fork, "{\"players.0.lag_ms\":500}"));
+    must(ll_session_run_to(fork, 1000));
+    must(ll_session_run_to(s, 1000));
+    assert_true(ll_session_hash(fork) != ll_session_hash(s));
+
+    hash = ll_session_hash(s);
+    ll_session_park(s);
+    assert_true(ll_session_get_info(s).parked);
+    assert_true(ll_session_get_info(s).bytes <= 64 * 1024);
+    assert_int_equal(ll_session_hash(s), hash);
+    assert_false(ll_session_get_info(s).parked);
+    ll_session_destroy(s);
+    ll_session_destroy(restored);
+    ll_session_destroy(from_log);
+    ll_session_destroy(fork);
+    free(log);
+    free(whole);
+    free(copied);
+}
+
+static void command_before_the_head_drops_what_came_after(void **state)
+{
+    (void)state;
+    lines *log = calloc(1, sizeof *log);
+    ll_session *s = open_session(log), *t = open_session(NULL), *restored;
+    play_story(s);
+    must(control(s, 0, "{\"op\":\"seek\",\"tick\":150}"));
+    must(patch(s, "{\"players.1.lag_ms\":300}"));
+    assert_int_equal(ll_session_get_info(s).head_tick, 150);
+    must(ll_session_run_to(s, 500));
+
+    const ll_action full = {{1, 0}, 0};
+    must(ll_session_run_to(t, 100));
+    must(patch(t, "{\"players\":{\"0\":{\"lag_ms\":40,\"control\":\"person\"}}}"));
+    must(ll_session_input(t, 0, 0, &full));
+    must(ll_session_run_to(t, 150));
+    must(patch(t, "{\"players.1.lag_ms\":300}"));
+    must(ll_session_run_to(t, 500));
+    assert_int_equal(ll_session_hash(s), ll_session_hash(t));
+
+    must(ll_session_restore(log->text, log->size, NULL, NULL, &restored));
+    must(ll_session_run_to(restored, 500));
+    assert_int_equal(ll_session_hash(restored), ll_session_hash(s));
+    ll_session_destroy(s);
+    ll_session_destroy(t);
+    ll_session_destroy(restored);
+    free(log);
+}
+
+static void restart_keeps_parameters_and_reset_does_not(void **state)
+{
+    (void)state;
+    lines *log = calloc(1, sizeof *log);
+    ll_session *s = open_session(log), *fresh = open_session(NULL), *restored;
+    uint64_t first;
+    must(patch(s, "{\"players.1.lag_ms\":77}"));
+    for (int i = 0; i < 3; i++) {
+        must(control(s, 0, "{\"op\":\"restart\"}"));
+        assert_int_equal(ll_session_get_info(s).tick, 0);
+        must(ll_session_run_to(s, 300));
+        if (i == 0)
+            first = ll_session_hash(s);
+        assert_int_equal(ll_session_hash(s), first);
+    }
+    must(ll_session_run_to(fresh, 300));
+    assert_true(ll_session_hash(fresh) != first);
+    must(ll_session_restore(log->text, log->size, NULL, NULL, &restored));
+    must(ll_session_run_to(restored, 300));
+    assert_int_equal(ll_session_hash(restored), first);
+    must(control(s, 0, "{\"op\":\"restart\",\"reset\":true}"));
+    must(ll_session_run_to(s, 300));
+    assert_int_equal(ll_session_hash(s), ll_session_hash(fresh));
+    ll_session_destroy(s);
+    ll_session_destroy(fresh);
+    ll_session_destroy(restored);
+    free(log);
+}
+
+static void bad_commands_change_nothing(void **state)
+{
+    (void)state;
+    static const char *const patches[] = {
+        "{\"players\":{\"0\":{\"lag_ms\":-1}}}", "{\"players\":{\"0\":{\"lag_ms\":1e999}}}", "{\"players\":{\"9\":{\"lag_ms\":1}}}",
+        "{\"players\":[{\"lag_ms\":5},{\"lag_ms\":5000}]}", "{\"players\":[{}]}",
+        "{\"nope\":1}", "{\"server\":{\"update_hz\":\"fast\"}}", "{\"server\":{\"sync\":\"maybe\"}}", "[]", "3",
+    };
+    static const char *const not_live[] = {"{\"seed\":2}", "{\"game\":\"cannon\"}", "{\"tick_hz\":30}"};
+    static const char *const controls[] = {
+        "{}", "{\"op\":\"fly\"}", "{\"op\":3}", "{\"op\":\"seek\"}", "{\"op\":\"seek\",\"tick\":-1}",
+        "{\"op\":\"seek\",\"tick\":99999}", "{\"op\":\"seek\",\"tick\":1,\"time_s\":1}", "{\"op\":\"speed\",\"speed\":0}",
+        "{\"op\":\"speed\",\"speed\":11}", "{\"op\":\"step\",\"ticks\":1.5}", "{\"op\":\"pause\",\"now\":true}",
+    };
+    lines *log = calloc(1, sizeof *log);
+    ll_session *s = open_session(log);
+    const ll_action wild = {{1.5f, 0}, 0}, fine = {{1, 0}, 0};
+    must(ll_session_run_to(s, 100));
+    uint64_t hash = ll_session_hash(s);
+    size_t size = log->size;
+    for (size_t i = 0; i < sizeof patches / sizeof patches[0]; i++) {
+        ll_status status = patch(s, patches[i]);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        assert_true(strlen(status.text) > 10);
+    }
+    for (size_t i = 0; i < sizeof not_live / sizeof not_live[0]; i++)
+        assert_int_equal(patch(s, not_live[i]).code, LL_CONFLICT);
+    for (size_t i = 0; i < sizeof controls / sizeof controls[0]; i++)
+        assert_int_equal(control(s, 0, controls[i]).code, LL_BAD_INPUT);
+    assert_int_equal(ll_session_input(s, 0, 0, &fine).code, LL_CONFLICT); /* a script drives */
+    assert_int_equal(ll_session_input(s, 0, 0, &wild).code, LL_BAD_INPUT);
+    assert_int_equal(ll_session_input(s, 0, 2, &fine).code, LL_BAD_INPUT);
+    assert_int_equal(ll_session_hash(s), hash);
+    assert_int_equal(log->size, size);
+    ll_session_destroy(s);
+    free(log);
+}
+
+static void bad_logs_are_refused(void **state)
+{
+    (void)state;
+    static const char *const logs[] = {
+        "", "\n", "{}", "nonsense", "{\"op\":\"set\",\"tick\":1}",
+        "{\"op\":\"create\",\"laglab_log\":2,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}",
+        "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{}}",
+    };
+    static const char header[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n";
+    static const char *const tails[] = {
+        "{\"op\":\"fly\",\"tick\":1}", "{\"op\":\"set\"}", "{\"op\":\"set\",\"tick\":1e9,\"values\":{}}",
+        "{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":-4}}", "{\"op\":\"set\",\"tick\":5,\"values\":{\"seed\":4}}",
+        "{\"op\":\"set\",\"tick\":5,\"values\":3}", "{\"op\":\"input\",\"tick\":5,\"player\":99,\"axes\":[0,0],\"buttons\":0}",
+        "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0],\"buttons\":0}",
+        "{\"op\":\"head\",\"tick\":9}\n{\"op\":\"input\",\"tick\":8,\"player\":0,\"axes\":[0,0],\"buttons\":0}\n{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":4}}",
+    };
+    ll_session *s;
+    for (size_t i = 0; i < sizeof logs / sizeof logs[0]; i++) {
+        assert_int_equal(ll_session_restore(logs[i], strlen(logs[i]), NULL, NULL, &s).code, LL_BAD_INPUT);
+        assert_null(s);
+    }
+    for (size_t i = 0; i < sizeof tails / sizeof tails[0]; i++) {
+        char log[1024];
+        snprintf(log, sizeof log, "%s%s", header, tails[i]);
+        ll_status status = ll_session_restore(log, strlen(log), NULL, NULL, &s);
+        assert_true(ll_failed(&status));
+        assert_null(s);
+    }
+}
+
+/* An input in a log for a player who is not there, or whose control is not a person, must not reach the engine. */
+static void log_with_an_impossible_input_runs(void **state)
+{
+    (void)state;
+    static const char log[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n"
+                              "{\"op\":\"input\",\"tick\":5,\"player\":7,\"axes\":[1,0],\"buttons\":0}\n";
+    ll_session *s;
+    must(ll_session_restore(log, strlen(log), NULL, NULL, &s));
+    must(ll_session_run_to(s, 60));
+    ll_session_destroy(s);
+}
+
+static void frames_carry_the_state(void **state)
+{
+    (void)state;
+    ll_buffer binary = {0}, json = {0};
+    ll_session *s = open_session(NULL);
+    must(ll_session_run_to(s, 300));
+    must(ll_frame_encode(s, LL_FRAME_BINARY, true, 9, 77, 3, &binary));
+    must(ll_frame_encode(s, LL_FRAME_JSON, true, 9, 77, 3, &json));
+    cJSON *o = cJSON_ParseWithLength(json.bytes, json.size);
+    assert_non_null(o);
+    int64_t tick;
+    uint32_t seq, sections;
+    memcpy(&seq, binary.bytes + 4, 4);
+    memcpy(&tick, binary.bytes + 32, 8);
+    memcpy(&sections, binary.bytes + 68, 4);
+    assert_int_equal(seq, 9);
+    assert_int_equal(tick, 300);
+    size_t at = 80;
+    int events = -1, views = -1;
+    for (uint32_t i = 0; i < sections; i++) {
+        uint16_t type, count;
+        uint32_t bytes;
+        assert_true(at + 8 <= binary.size);
+        memcpy(&type, binary.bytes + at, 2);
+        memcpy(&count, binary.bytes + at + 2, 2);
+        memcpy(&bytes, binary.bytes + at + 4, 4);
+        assert_int_equal(bytes % 8, 0);
+        if (type == 1) {
+            float x;
+            size_t stride = bytes / count;
+            memcpy(&x, binary.bytes + at + 8 + 2 * stride + 64 + 24, 4); /* B's own car in B's view */
+            cJSON *view = cJSON_GetArrayItem(cJSON_GetObjectItem(o, "views"), 2);
+            cJSON *entity = cJSON_GetArrayItem(cJSON_GetObjectItem(view, "entities"), 1);
+            assert_true((float)cJSON_GetObjectItem(entity, "x")->valuedouble == x);
+            views = count;
+        }
+        if (type == 2)
+            events = count;
+        at += 8 + bytes;
+    }
+    assert_int_equal(at, binary.size);
+    assert_int_equal(views, 3);
+    assert_int_equal(events, cJSON_GetArraySize(cJSON_GetObjectItem(o, "events")));
+    assert_true(events > 500);
+    size_t key_size = binary.size;
+    must(ll_frame_encode(s, LL_FRAME_BINARY, false, 10, 78, 3, &binary));
+    assert_true(binary.size < key_size / 4);
+    cJSON_Delete(o);
+    free(binary.bytes);
+    free(json.bytes);
+    ll_session_destroy(s);
+}
+
+static void count_text(void *context, const char *text, size_t length)
+{
+    int *newlines = context;
+    for (size_t i = 0; i < length; i++)
+        *newlines += text[i] == '\n';
+}
+
+static void trace_has_a_row_per_tick(void **state)
+{
+    (void)state;
+    int newlines = 0;
+    ll_session *s = open_session(NULL);
+    must(ll_session_run_to(s, 300));
+    must(ll_session_trace(s, 100, 300, count_text, &newlines));
+    assert_int_equal(newlines, 202);
+    assert_int_equal(ll_session_trace(s, 0, 301, count_text, &newlines).code, LL_BAD_INPUT);
+    ll_session_destroy(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(same_hash_in_one_go_and_in_pieces),
+        cmocka_unit_test(paced_is_unpaced),
+        cmocka_unit_test(advance_is_bounded_and_catches_up),
+        cmocka_unit_test(seeking_gives_the_same_states),
+        cmocka_unit_test(restored_forked_and_parked_sessions_are_the_same),
+        cmocka_unit_test(command_before_the_head_drops_what_came_after),
+        cmocka_unit_test(restart_keeps_parameters_and_reset_does_not),
+        cmocka_unit_test(bad_commands_change_nothing),
+        cmocka_unit_test(bad_logs_are_refused),
+        cmocka_unit_test(log_with_an_impossible_input_runs),
+        cmocka_unit_test(frames_carry_the_state),
+        cmocka_unit_test(trace_has_a_row_per_tick),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,337 @@
+/* A netgame as a whole: techniques, links and rules, held against what they promise. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/scene.h"
+
+static ll_summary summary(const scene *s, int player, ll_metric metric)
+{
+    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+}
+
+static double moved(const scene *s, int player)
+{
+    return ll_server_world(ll_netgame_server(s->game))->entity[player].x;
+}
+
+#define ALL_ON(p)                                                                                                      \
+    "players." p ".prediction=true", "players." p ".reconciliation=true", "players." p ".interpolation=true"
+
+static void clean_link_needs_no_correction(void **state)
+{
+    (void)state;
+    const char *const lags[] = {"players.0.lag_ms=0", "players.0.lag_ms=37.3", "players.0.lag_ms=150", "players.0.lag_ms=1000"};
+    for (size_t i = 0; i < sizeof lags / sizeof lags[0]; i++) {
+        const char *const sets[] = {lags[i], ALL_ON("0"), ALL_ON("1"), NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 40, NULL);
+        assert_true(moved(&s, 0) > 200);
+        for (int p = 0; p < 2; p++) {
+            assert_int_equal(ll_netgame_instruments(s.game, p)->corrections, 0);
+            assert_true(summary(&s, p, LL_METRIC_INPUT_LATENCY).max == 0);
+            assert_true(summary(&s, p, LL_METRIC_POP).count > 1000);
+            assert_int_equal(ll_netgame_server(s.game)->seats[p].late, 0);
+        }
+        scene_close(&s);
+    }
+}
+
+static void contact_is_mispredicted_and_corrected(void **state)
+{
+    (void)state;
+    scene s = scene_open("contact", NULL);
+    scene_run(&s, 40, NULL);
+    assert_true(moved(&s, 0) > 100);
+    assert_true(ll_netgame_instruments(s.game, 0)->corrections > 10);
+    assert_true(ll_netgame_instruments(s.game, 1)->corrections > 10);
+    scene_close(&s);
+}
+
+/* Without prediction an input is seen after the lag, the wait for its step and for an update, and the lag again. */
+static void without_prediction_input_takes_a_round_trip(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.prediction=false", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 20, NULL);
+    ll_summary m1 = summary(&s, 0, LL_METRIC_INPUT_LATENCY);
+    assert_true(m1.mean > 300 && m1.max < 300 + 1000.0 / 30 + 2 * 1000.0 / 60 + 0.01);
+    assert_true(fabs(summary(&s, 0, LL_METRIC_ACK_RTT).mean - m1.mean) < 17);
+    scene_close(&s);
+}
+
+/* Prediction alone moves at once, but every state throws it back to what the server knew a lag ago: the own car is drawn behind the
+ * truth, and jumps when the driving changes. With reconciliation it is drawn ahead and does not jump. */
+static void prediction_alone_is_thrown_back(void **state)
+{
+    (void)state;
+    const char *const alone[] = {"players.0.reconciliation=false", "warmup_s=0", NULL};
+    scene a = scene_open("race", alone), b = scene_open("race", NULL);
+    scene_run(&a, 20, NULL);
+    scene_run(&b, 20, NULL);
+    assert_true(summary(&a, 0, LL_METRIC_INPUT_LATENCY).max == 0);
+    assert_true(ll_netgame_instruments(a.game, 0)->corrections > 100);
+    assert_true(summary(&a, 0, LL_METRIC_POP).max > 0.06); /* at least the start: 1/2 * 6 m/s2 * (0.15 s)^2 */
+    assert_true(ll_netgame_instruments(a.game, 0)->own_error < 0);
+    assert_int_equal(ll_netgame_instruments(b.game, 0)->corrections, 0);
+    assert_true(ll_netgame_instruments(b.game, 0)->own_error > 0);
+    scene_close(&a);
+    scene_close(&b);
+}
+
+/* Remote entities are drawn lag + ratio / rate + margin in the past, between two states, and stay on the true path. */
+static void interpolation_draws_the_true_path_later(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.1.script=steady", "warmup_s=8", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 30, NULL);
+    ll_summary age = summary(&s, 0, LL_METRIC_VIEW_AGE);
+    assert_true(fabs(age.mean - (150 + 2000.0 / 30 + 10)) < 0.1 && age.max - age.mean < 0.1);
+    assert_true(summary(&s, 0, LL_METRIC_TIMELINE_ERROR).max < 1e-5); /* constant speed: the chord is the path; times are whole ns */
+    double truth = moved(&s, 1), drawn = ll_netgame_client(s.game, 0)->shown.entity[1].x;
+    assert_true(fabs(truth - drawn - 16 * age.mean / 1000) < 1e-3);
+    scene_close(&s);
+}
+
+/* At ratio 2 a jitter up to (ratio - 1) / rate + margin freezes nothing; the demo's rule does under the same link. */
+static void jitter_below_the_margin_does_not_freeze(void **state)
+{
+    (void)state;
+    const char *const ours[] = {"server.update_hz=10", "players.0.interpolation=true", "players.0.link.down.jitter_ms=30",
+                                "players.1.link.up.jitter_ms=30", "players.1.script=steady", "duration_s=120", NULL};
+    const char *const demo[] = {"server.update_hz=10", "players.0.interpolation=true", "players.0.link.down.jitter_ms=30",
+                                "players.1.link.up.jitter_ms=30", "players.1.script=steady", "duration_s=120", NULL};
+    scene a = scene_open("gambetta_default", ours), b = scene_open("gambetta", demo);
+    scene_run(&a, 120, NULL);
+    scene_run(&b, 120, NULL);
+    assert_int_equal(ll_netgame_instruments(a.game, 0)->underruns, 0);
+    assert_true(ll_netgame_instruments(b.game, 0)->underruns > 20);
+    scene_close(&a);
+    scene_close(&b);
+}
+
+/* A change of lag while it runs: the client finds the lead that it needs, and then all is as if it had been so. */
+static void lag_may_change_while_it_runs(void **state)
+{
+    (void)state;
+    const double lags[] = {500, 20, 1000, 0, 150};
+    const char *const sets[] = {ALL_ON("0"), ALL_ON("1"), NULL};
+    scene s = scene_open("race", sets);
+    double t = 4;
+    scene_run(&s, t, NULL);
+    for (size_t i = 0; i < sizeof lags / sizeof lags[0]; i++) {
+        ll_netgame_config config = s.game->config;
+        config.players[0].lag_ms = lags[i];
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        scene_run(&s, t += 6, NULL);
+        ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+        int64_t late = seat->late, starved = seat->starved;
+        int64_t corrections = ll_netgame_instruments(s.game, 0)->corrections;
+        scene_run(&s, t += 2, NULL);
+        assert_int_equal(seat->late, late);
+        assert_int_equal(seat->starved, starved);
+        assert_int_equal(ll_netgame_instruments(s.game, 0)->corrections, corrections);
+        assert_true(seat->last_slack >= 1 && seat->last_slack <= 2);
+    }
+    scene_close(&s);
+}
+
+/* Inputs that are repeated survive loss: hardly any step is starved. */
+static void repeated_inputs_survive_loss(void **state)
+{
+    (void)state;
+    const char *const with[] = {ALL_ON("0"), "players.0.link.up.loss_pct=10", "players.0.slack_ticks=3", NULL};
+    const char *const without[] = {ALL_ON("0"), "players.0.link.up.loss_pct=10", "players.0.slack_ticks=3",
+                                   "players.0.redundancy=0", NULL};
+    scene a = scene_open("race", with), b = scene_open("race", without);
+    scene_run(&a, 60, NULL);
+    scene_run(&b, 60, NULL);
+    int64_t starved = ll_netgame_server(a.game)->seats[0].starved, bare = ll_netgame_server(b.game)->seats[0].starved;
+    assert_true(bare > 250 && bare < 450); /* 10 % of 3600 */
+    assert_true(starved < 20);             /* three losses in a row: 0.1 % */
+    scene_close(&a);
+    scene_close(&b);
+}
+
+/* Lockstep stalls for a lost input and goes on; nobody is ever corrected. */
+static void lockstep_survives_loss_and_jitter(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.link.up.loss_pct=30", "players.0.link.down.loss_pct=30", "players.1.link.up.jitter_ms=200",
+                                "players.1.link.up.loss_pct=60", "duration_s=60", NULL};
+    scene s = scene_open("paper/fig11", sets);
+    scene_run(&s, 60, NULL);
+    ll_server *server = ll_netgame_server(s.game);
+    assert_true(server->step > 1400);
+    assert_true(server->stalled > LL_SECOND / 4);
+    assert_int_equal(ll_netgame_instruments(s.game, 0)->corrections, 0);
+    scene_close(&s);
+}
+
+static void lockstep_stops_without_a_player_and_goes_on_with_him(void **state)
+{
+    (void)state;
+    scene s = scene_open("paper/fig11", NULL);
+    scene_run(&s, 5, NULL);
+    ll_netgame_config config = s.game->config;
+    config.players[1].link.up.loss_pct = 100;
+    s.scenario.kind->change(s.game, &config, s.game->now);
+    scene_run(&s, 6, NULL);
+    int64_t step = ll_netgame_server(s.game)->step;
+    scene_run(&s, 16, NULL);
+    assert_int_equal(ll_netgame_server(s.game)->step, step);
+    config.players[1].link.up.loss_pct = 0;
+    s.scenario.kind->change(s.game, &config, s.game->now);
+    scene_run(&s, 26, NULL);
+    assert_true(ll_netgame_server(s.game)->step > step + 200);
+    scene_close(&s);
+}
+
+/* Switching the way of synchronising while it runs is a new meeting: cars go on from where they are. */
+static void sync_may_change_while_it_runs(void **state)
+{
+    (void)state;
+    const char *const sets[] = {ALL_ON("0"), "players.0.script=steady", "players.1.script=steady", NULL};
+    scene s = scene_open("race", sets);
+    double t = 4, last = 0;
+    scene_run(&s, t, NULL);
+    for (int i = 0; i < 12; i++) {
+        ll_netgame_config config = s.game->config;
+        config.server.sync = (config.server.sync + 1) % 3;
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        scene_run(&s, t += 2, NULL);
+        assert_true(moved(&s, 0) > last + 10);
+        last = moved(&s, 0);
+    }
+    scene_close(&s);
+}
+
+static void update_rate_is_kept(void **state)
+{
+    (void)state;
+    const char *const rates[] = {"server.update_hz=0.5", "server.update_hz=7", "server.update_hz=60", "server.update_hz=120"};
+    const double wanted[] = {0.5, 7, 60, 120};
+    for (int i = 0; i < 4; i++) {
+        const char *const sets[] = {rates[i], NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 20, NULL);
+        double got = (double)ll_netgame_instruments(s.game, 0)->packets[LL_MESSAGE_STATE] / 18; /* after the warm-up */
+        assert_true(fabs(got - wanted[i]) <= 1.0 / 18 + 1e-9);
+        scene_close(&s);
+    }
+}
+
+/* Each cheat is refused by its rule and told so; an honest player on a bad link never is. */
+static void cheats_are_refused_and_answered(void **state)
+{
+    (void)state;
+    const struct {
+        const char *set;
+        ll_rule rule;
+    } cheats[] = {{"players.0.cheat=magnitude", LL_RULE_MAGNITUDE}, {"players.0.cheat=rate", LL_RULE_RATE},
+                  {"players.0.cheat=budget", LL_RULE_BUDGET}};
+    for (size_t i = 0; i < 3; i++) {
+        const char *const sets[] = {cheats[i].set, "players.0.script=steady", "players.1.script=steady",
+                                    "players.1.link.up.jitter_ms=100", "players.1.link.up.loss_pct=2", NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 30, NULL);
+        ll_server *server = ll_netgame_server(s.game);
+        assert_true(server->seats[0].refused[cheats[i].rule] > 0);
+        assert_true(ll_netgame_client(s.game, 0)->refused > 100);
+        assert_true(moved(&s, 0) <= moved(&s, 1) + 16 * 0.5); /* nothing gained beyond the head start of the better link */
+        for (int rule = 1; rule < LL_RULES; rule++)
+            assert_int_equal(server->seats[1].refused[rule], 0);
+        scene_close(&s);
+    }
+}
+
+static void reconciliation_and_prediction_depend_on_each_other(void **state)
+{
+    (void)state;
+    ll_player_config before = {0}, now = {.reconciliation = true};
+    ll_player_settle(&now, &before);
+    assert_true(now.prediction && now.reconciliation);
+    before = now;
+    now.prediction = false;
+    ll_player_settle(&now, &before);
+    assert_false(now.prediction || now.reconciliation);
+}
+
+static void block_may_be_moved(void **state)
+{
+    (void)state;
+    scene s = scene_open("eight", NULL), t = scene_open("eight", NULL);
+    for (int i = 1; i <= 60; i++) { /* every sixth of a second to another place */
+        scene_run(&s, i / 6.0, NULL);
+        ll_netgame *elsewhere = malloc((size_t)s.game->size);
+        memcpy(elsewhere, s.game, (size_t)s.game->size);
+        memset(s.game, 0xee, (size_t)s.game->size);
+        free(s.game);
+        s.game = elsewhere;
+    }
+    scene_run(&t, 10, NULL);
+    assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
+    scene_close(&s);
+    scene_close(&t);
+}
+
+static void recording_changes_nothing(void **state)
+{
+    (void)state;
+    tape all = {0};
+    ll_recorder r = tape_recorder(&all);
+    scene s = scene_open("eight", NULL), t = scene_open("eight", NULL);
+    scene_run(&s, 10, NULL);
+    scene_run(&t, 10, &r);
+    assert_true(all.count > 5000);
+    for (size_t i = 1; i < all.count; i++)
+        assert_true(all.events[i].begin >= all.events[i - 1].begin);
+    assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
+    scene_close(&s);
+    scene_close(&t);
+    tape_free(&all);
+}
+
+static void a_value_that_is_not_finite_stops_at_its_tick(void **state)
+{
+    (void)state;
+    scene s = scene_open("race", NULL);
+    scene_run(&s, 5, NULL);
+    ll_server_world(ll_netgame_server(s.game))->entity[1].vx = NAN;
+    ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL);
+    assert_int_equal(status.code, LL_DIVERGED);
+    assert_non_null(strstr(status.text, "player B"));
+    assert_true(s.game->now <= 5 * LL_SECOND + 17 * LL_MS);
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(clean_link_needs_no_correction),
+        cmocka_unit_test(contact_is_mispredicted_and_corrected),
+        cmocka_unit_test(without_prediction_input_takes_a_round_trip),
+        cmocka_unit_test(prediction_alone_is_thrown_back),
+        cmocka_unit_test(interpolation_draws_the_true_path_later),
+        cmocka_unit_test(jitter_below_the_margin_does_not_freeze),
+        cmocka_unit_test(lag_may_change_while_it_runs),
+        cmocka_unit_test(repeated_inputs_survive_loss),
+        cmocka_unit_test(lockstep_survives_loss_and_jitter),
+        cmocka_unit_test(lockstep_stops_without_a_player_and_goes_on_with_him),
+        cmocka_unit_test(sync_may_change_while_it_runs),
+        cmocka_unit_test(update_rate_is_kept),
+        cmocka_unit_test(cheats_are_refused_and_answered),
+        cmocka_unit_test(reconciliation_and_prediction_depend_on_each_other),
+        cmocka_unit_test(block_may_be_moved),
+        cmocka_unit_test(recording_changes_nothing),
+        cmocka_unit_test(a_value_that_is_not_finite_stops_at_its_tick),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

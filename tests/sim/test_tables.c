@@ -1,0 +1,30 @@
+/* Lists that must follow the order of a table. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "netcode/sync.h"
+#include "sim/kinds.h"
+
+static void lists_follow_their_tables(void **state)
+{
+    (void)state;
+    int n = 0;
+    for (; ll_syncs[n]; n++) {
+        assert_string_equal(ll_syncs[n]->name, ll_sync_names[n]);
+        assert_true(ll_syncs[n]->due && ll_syncs[n]->step && ll_syncs[n]->interpolate);
+    }
+    assert_null(ll_sync_names[n]);
+    for (n = 0; ll_sim_kinds[n]; n++)
+        assert_string_equal(ll_sim_kinds[n]->name, ll_sim_kind_names[n]);
+    assert_null(ll_sim_kind_names[n]);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {cmocka_unit_test(lists_follow_their_tables)};
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
