@@ -119,20 +119,20 @@ static ll_status unknown_index(const ll_path *path, const ll_place *array)
 ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name, size_t length)
 {
     int before = ll_path_push(path, name, length);
+    const char *subject = path->length > 0 ? path->text : "the empty name";
     ll_status status;
     const char *nearest = place->kind == LL_PLACE_OBJECT ? ll_nearest_name(place->table, name, length) : NULL;
     if (place->kind == LL_PLACE_ARRAY) {
         status = unknown_index(path, place);
     } else if (nearest != NULL) {
         status =
-            ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; did you mean %s?", path->text, nearest);
+            ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; did you mean %s?", subject, nearest);
     } else if (place->kind == LL_PLACE_VALUE || place->table == NULL || place->table->count == 0) {
-        status =
-            ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: nothing can be set there", path->text);
+        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: nothing can be set there", subject);
     } else {
         char list[LIST_SHOWN];
         append_names(&(ll_writer){list, sizeof list, 0}, row_name, place->table, place->table->count);
-        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; known are %s", path->text, list);
+        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; known are %s", subject, list);
     }
     ll_path_pop(path, before);
     return status;
