@@ -23,7 +23,6 @@ const UNPROVOKED = new Map([
   ['get /api/v1/sessions/{id}/trace 507', 'as above'],
   ['get /api/v1/sessions/{id}/log 507', 'as above'],
   ['post /api/v1/sessions/{id}/fork 409', 'no state of a session forbids a fork today'],
-  ['patch /api/v1/sessions/{id}/params 409', 'needs a session that diverged'],
   ['post /api/v1/sessions/{id}/control 409', 'needs a session that diverged'],
   ['post /api/v1/sessions 409', 'needs two requests with one key at the same instant'],
 ]);
@@ -209,6 +208,7 @@ test('bodies: too large, of another type, malformed', async () => {
 test('conflicts', async () => {
   const session = await c.make({ paused: true });
   await call('post', `${I}/input`, { id: session.id }, 409, { key: session.owner_key, body: { player: 0, axes: [1] } });
+  await call('patch', `${I}/params`, { id: session.id }, 409, { key: session.owner_key, body: { seed: 8 } });
   const headers = { 'idempotency-key': 'one' };
   const first = await call('post', S, {}, 201, { body: { scenario: 'race', paused: true }, headers });
   const again = await call('post', S, {}, 201, { body: { scenario: 'race', paused: true }, headers });
