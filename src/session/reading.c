@@ -31,9 +31,15 @@ static size_t block_bytes(const ll_session *s)
     return s->block ? s->block_size : 0;
 }
 
+/* What parking leaves. */
+static size_t parked_bytes(const ll_session *s)
+{
+    return sizeof *s + 3 * s->scenario.kind->table->size + log_bytes(s);
+}
+
 static size_t all_bytes(const ll_session *s)
 {
-    return sizeof *s + 3 * s->scenario.kind->table->size + block_bytes(s) + snapshot_bytes(s) + event_bytes(s) + log_bytes(s);
+    return parked_bytes(s) + block_bytes(s) + snapshot_bytes(s) + event_bytes(s);
 }
 
 ll_session_info ll_session_get_info(const ll_session *s)
@@ -109,6 +115,7 @@ cJSON *ll_session_cost(const ll_session *s)
     cJSON_AddNumberToObject(o, "snapshot_bytes", (double)snapshot_bytes(s));
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
+    cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
     return o;
 }
 
