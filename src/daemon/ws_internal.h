@@ -82,6 +82,7 @@ struct ws_viewer {
     /* frames */
     bool ready, fresh, needs_key, acked_once;
     uint32_t last_sent, generation;
+    int64_t first_sent_ns;
     struct {
         uint32_t seq;
         int64_t sent_ns;

@@ -13,6 +13,11 @@
  * takes at 60 Hz. */
 #define QUEUEING_NS INT64_C(60000000)
 
+/* A new viewer's: BEGIN_WINDOW frames, until it acknowledges or that time has passed. The gap that this makes
+ * for one that never does is within LL_FRAME_REPEAT. */
+#define GRACE_NS INT64_C(150000000)
+#define BEGIN_WINDOW 3
+
 #define GOODBYE_NS INT64_C(3000000000) /* how long a viewer may take to let itself be closed */
 
 static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
@@ -41,14 +46,16 @@ static void set_needs_key(ws_viewer *viewer, bool needs)
     }
 }
 
-/* Frames that may be sent now. One that never acknowledged is paced by its socket alone. */
+/* Frames that may be sent now. One that never acknowledged is paced by its socket alone, but not before it
+ * had the time to acknowledge: a slow reader's first frames would else pile up. */
 static int credit(const ws_viewer *viewer)
 {
+    bool limited = viewer->acked_once || viewer->thread->now_ns - viewer->first_sent_ns < GRACE_NS;
     bool mute = !viewer->ready || viewer->dead || viewer->close_code != 0 || viewer->first_message != NULL;
     if (mute || lws_partial_buffered(viewer->wsi)) {
         return 0;
     }
-    return viewer->acked_once ? viewer->window - viewer->outstanding_count : WS_PENDING;
+    return limited && !viewer->fresh ? viewer->window - viewer->outstanding_count : WS_PENDING;
 }
 
 static void fail(ws_viewer *viewer)
@@ -61,7 +68,9 @@ static void fail(ws_viewer *viewer)
 
 static void note_sent(ws_viewer *viewer, const ws_publication *frame)
 {
-    if (!viewer->fresh) {
+    if (viewer->fresh) {
+        viewer->first_sent_ns = viewer->thread->now_ns;
+    } else {
         ws_count(&viewer->thread->counts.skipped, frame->seq - viewer->last_sent - 1);
     }
     viewer->fresh = false;
@@ -442,7 +451,7 @@ bool ws_viewer_open(ws_viewer *viewer)
     viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
     viewer->tokens = 2 * ws->config.max_messages_per_s;
     viewer->fresh = true;
-    viewer->window = LL_FRAME_WINDOW;
+    viewer->window = BEGIN_WINDOW;
     viewer->delay_ns = INT64_C(1000000000);
     if (stream == NULL) {
         ws_viewer_close(viewer, LL_WS_NO_SESSION, "the session was deleted");
@@ -525,5 +534,7 @@ void ws_viewer_sweep(ws_viewer *viewer)
                (double)(now - viewer->outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
         ws_count(&viewer->thread->counts.closed_slow, 1);
         ws_viewer_close(viewer, LL_WS_TRY_LATER, "no frame was acknowledged for too long (ack_timeout_s)");
+    } else {
+        try_latest(viewer); /* of a paused session, after the grace */
     }
 }
