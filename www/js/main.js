@@ -1,4 +1,5 @@
 // Wires the page together.
+import { effect } from '../vendor/signals-core.js';
 import * as announce from './announce.js';
 import { call } from './api.js';
 import * as controls from './controls.js';
@@ -8,7 +9,7 @@ import * as keys from './keys.js';
 import { again, hook, show } from './lab.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
-import { scenarios, schema, tell } from './state.js';
+import { locked, scenarios, schema, tell } from './state.js';
 
 page.listen(loop.touch);
 controls.listen();
@@ -24,7 +25,15 @@ call('GET', 'scenarios').then((answer) => {
   scenarios.value = answer.scenarios ?? [];
 }).catch(() => {});
 
-if (matchMedia('(prefers-reduced-motion: reduce)').matches) document.getElementById('play')?.focus();
+if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the session waits: Play is what comes next */
+  const stop = effect(() => {
+    if (locked.value !== '') return;
+    queueMicrotask(() => {
+      document.getElementById('play')?.focus();
+      stop();
+    });
+  });
+}
 
 opened.then((made) => {
   show(made.id, made.key, made.own);

@@ -66,7 +66,7 @@ export class Memory {
       this.curves[p] ??= new Curves();
     }
     for (const event of frame.events) {
-      if (!this.events.has(event.id)) this.meet(frame, event);
+      if (!this.events.has(event.id) && event.begin <= frame.time + 1e-6) this.meet(frame, event);
     }
     if (this.last === null || frame.time > this.last.time) {
       this.follow(frame);

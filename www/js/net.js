@@ -29,6 +29,9 @@ export class Stream {
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.timer = undefined;
     this.watch = setInterval(() => this.check(), 1000);
+    /* While hidden nothing is drawn, so nothing is acknowledged or sent: that silence says nothing. */
+    this.seen = () => { this.heard = performance.now(); };
+    document.addEventListener('visibilitychange', this.seen);
     this.open();
   }
 
@@ -119,6 +122,7 @@ export class Stream {
     this.closed = true;
     clearTimeout(this.timer);
     clearInterval(this.watch);
+    document.removeEventListener('visibilitychange', this.seen);
     const socket = this.socket;
     this.socket = null;
     socket?.close();

@@ -2,7 +2,7 @@
 import { html, nothing } from '../vendor/lit-html.js';
 import { byPerson, push } from './drive.js';
 import { icons } from './icons.js';
-import { aiming, nameOf } from './panels.js';
+import { aiming, nameOf, trigger } from './panels.js';
 import { layout, locked } from './state.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -23,7 +23,7 @@ export function pads(player) {
   if (!byPerson(player)) return nothing;
   if (layout.value?.game === 'cannon') {
     return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${locked.value !== ''}>
-      <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}</fieldset>`;
+      <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
   }
   return html`<div class="pads" data-player=${player % 8}>
     ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;

@@ -75,8 +75,8 @@ function tabs() {
 
 /** @returns {Template} */
 function notes() {
-  return html`<div class="note" ?hidden=${notice.value === ''}><span>${notice.value}</span>
-    <button type="button" class="small" @click=${() => { notice.value = ''; }}>Close</button></div>`;
+  return html`<aside class="note" aria-label="Note" ?hidden=${notice.value === ''}><span>${notice.value}</span>
+    <button type="button" class="small" @click=${() => { notice.value = ''; }}>Close</button></aside>`;
 }
 
 /** @returns {Template} */

@@ -27,7 +27,7 @@ export function nameOf(player) {
   return name.length === 1 ? `Player ${name}` : name;
 }
 
-/** Angle, speed and trigger of a cannon. @param {number} player @returns {Template} */
+/** Angle and speed of a cannon. @param {number} player @returns {Template} */
 export function aiming(player) {
   const [angle = 0, speed = 0] = aim.value[player] ?? [];
   const top = Number(params.value?.params?.muzzle_speed_mps ?? 30);
@@ -42,7 +42,12 @@ export function aiming(player) {
       @change=${set('angle')}><span class="unit">°</span></label>
     <label class="field"><span>Speed</span><input type="number" min="0" max=${top} step="any" .value=${String(Number((speed * top).toFixed(1)))}
       @change=${set('speed')}><span class="unit">m/s</span></label>
-    <button type="button" class="fire" @click=${() => fire(player)}>${icons.fire}<span>Fire</span></button></div>`;
+    </div>`;
+}
+
+/** @param {number} player @returns {Template} */
+export function trigger(player) {
+  return html`<button type="button" class="fire" @click=${() => fire(player)}>${icons.fire}<span>Fire</span></button>`;
 }
 
 /** @param {number} player @returns {Template} */
@@ -52,7 +57,8 @@ export function playerPanel(player) {
   const shooting = layout.value?.game === 'cannon' && byPerson(player);
   return html`<fieldset class="panel" data-player=${player % 8} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
     <legend class="unseen">${nameOf(player)}</legend>
-    <div class="head"><h2>${mark(player)} ${nameOf(player)} <small>(${COLOURS[player % 8]})</small></h2>
+    <div class="head"><h2>${mark(player)} ${nameOf(player)} ${shooting ? nothing : html`<small>(${COLOURS[player % 8]})</small>`}</h2>
+      ${shooting ? trigger(player) : nothing}
       <button type="button" class="quiet" aria-label=${`All settings of ${nameOf(player)}`} title="All settings"
         @click=${() => open({ kind: 'player', player })}>${icons.settings}</button></div>
     <div class="lag">${control(`${at}.lag_ms`, { slider: true })}<span class="rtt">RTT ${lag === undefined ? '–' : fixed(2 * lag, 0)} ms</span></div>

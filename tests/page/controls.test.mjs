@@ -1,0 +1,222 @@
+// The controls: from the schema, live, truthful about what the daemon made of them.
+import assert from 'node:assert/strict';
+import { after, before, beforeEach, afterEach, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { api, control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+/** @type {Awaited<ReturnType<typeof visit>>} */ let view;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+beforeEach(async () => { view = await visit(browser, daemon.url); });
+afterEach(async () => {
+  const complaints = view.complaints;
+  await view.close();
+  assert.deepEqual(complaints, []);
+});
+
+/** Sets a slider as a drag does. */
+const slide = (page, path, value) => control(page, path, 'range').evaluate((/** @type {any} */ element, to) => {
+  element.value = to;
+  element.dispatchEvent(new Event('input', { bubbles: true }));
+}, String(value));
+
+test('moving the lag changes the slope of the messages within 250 ms, without a restart', async () => {
+  const { page } = view;
+  const before = await frameOf(page);
+  const measured = await page.evaluate(async () => {
+    const slider = /** @type {any} */ (document.querySelector('#app input[type="range"][data-path="players.0.lag_ms"]'));
+    slider.value = '700';
+    const from = performance.now(), newest = Math.max(...globalThis.laglab().messages.map((m) => m.id));
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    for (;;) {
+      await new Promise((resolve) => requestAnimationFrame(resolve));
+      const hit = globalThis.laglab().messages.find((m) => m.id > newest && m.type === 1 && m.player === 0 && Math.abs(m.end - m.begin - 0.7) < 0.02);
+      if (hit || performance.now() - from > 2000) return { ms: performance.now() - from, hit };
+    }
+  });
+  assert.ok(measured.hit, 'a message with the new slope');
+  assert.ok(measured.ms < 250, `after ${measured.ms} ms`);
+  const later = await frameOf(page);
+  assert.equal(later.generation, before.generation);
+  assert.ok(later.tick >= before.tick);
+  assert.equal(await control(page, 'players.0.lag_ms', 'number').inputValue(), '700');
+  await page.waitForFunction(() => document.body.innerText.includes('RTT 1400 ms'));
+  await until(async () => (await frameOf(page)).views[1].lag === 700, 'the frame tells the lag');
+});
+
+test('the lane itself is drawn with another slope', async () => {
+  const { page } = view;
+  const lane = () => page.evaluate(() => /** @type {any} */ (document.getElementById('lane')).toDataURL());
+  const facts = () => page.locator('#lane-facts').innerText();
+  await slide(page, 'players.1.lag_ms', 20);
+  await slide(page, 'players.0.lag_ms', 20);
+  await until(async () => (await facts()).startsWith('Last 0.40 s'), 'the window of 20 ms lag');
+  const steep = await lane();
+  await slide(page, 'players.0.lag_ms', 600);
+  await until(async () => (await facts()).startsWith('Last 1.80 s'), 'the window of 600 ms lag', 1000);
+  assert.notEqual(await lane(), steep);
+});
+
+test('a dragged slider sends only what is needed, and its last value wins', async () => {
+  const { page } = view;
+  const before = await page.evaluate(() => globalThis.laglab().counts.patches);
+  await page.evaluate(() => {
+    const slider = /** @type {any} */ (document.querySelector('#app input[type="range"][data-path="players.0.lag_ms"]'));
+    for (let i = 1; i <= 400; i++) {
+      slider.value = String(i);
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
+    }
+  });
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 400, 'the last value');
+  const sent = await page.evaluate(() => globalThis.laglab().counts.patches) - before;
+  assert.ok(sent >= 1 && sent <= 5, `${sent} requests for 400 values`);
+});
+
+test('reconciliation turns prediction on; prediction off turns reconciliation off; both are said', async () => {
+  const { page } = view;
+  const box = (name) => control(page, `players.0.${name}`);
+  const set = async (name, on) => {
+    await box(name).setChecked(on);
+    await until(async () => (await paramsOf(page)).players[0][name] === on, `${name} ${on}`);
+  };
+  const live = page.locator('#live');
+  await set('reconciliation', false);
+  await set('prediction', false);
+  await set('reconciliation', true);
+  await until(() => box('prediction').isChecked(), 'prediction follows');
+  await until(async () => /Prediction of A turned on/.test(await live.innerText()), 'it is said', 6000);
+  await set('prediction', false);
+  await until(async () => !(await box('reconciliation').isChecked()), 'reconciliation follows');
+  await until(async () => /Reconciliation of A turned off/.test(await live.innerText()), 'it is said', 6000);
+  const flags = (await frameOf(page)).views[1].flags & 3;
+  assert.equal(flags, 0);
+});
+
+test('every technique of every player reaches the simulation', async () => {
+  const { page } = view;
+  for (const player of [0, 1]) {
+    for (const [name, bit] of /** @type {[string, number][]} */ ([['prediction', 1], ['reconciliation', 2], ['interpolation', 4]])) {
+      for (const on of [true, false]) {
+        await control(page, `players.${player}.${name}`).setChecked(on);
+        await until(async () => ((await frameOf(page)).views[1 + player].flags & bit) === (on ? bit : 0), `${name} of ${player}: ${on}`);
+      }
+    }
+  }
+});
+
+test('updates per second take 1 to 120; 0 and nothing are refused in words', async () => {
+  const { page } = view;
+  const field = control(page, 'server.update_hz', 'number');
+  for (const value of ['1', '120', '30']) {
+    await field.fill(value);
+    await field.press('Enter');
+    await until(async () => (await paramsOf(page)).server.update_hz === Number(value), value);
+  }
+  for (const wrong of ['0', '']) {
+    await field.fill(wrong);
+    await field.press('Tab');
+    await page.waitForFunction(() => /Updates per second: give a number from 0.1 to 120/.test(/** @type {any} */ (document.querySelector('.note')).innerText));
+    assert.equal(await field.inputValue(), '30');
+    await page.locator('.note button').click();
+  }
+  assert.equal((await paramsOf(page)).server.update_hz, 30);
+});
+
+test('ranges and help of every control are those of the schema', async () => {
+  const { page } = view;
+  const schema = (await api(daemon.url, 'schema')).body;
+  const rows = schema.$defs.player.properties;
+  const lag = control(page, 'players.0.lag_ms', 'range');
+  const limit = await lag.getAttribute('max');
+  assert.equal(limit, '1000');
+  assert.ok(JSON.stringify(rows.lag_ms).includes(limit));
+  const help = await page.locator('label:has([data-path="players.0.lag_ms"])').first().getAttribute('title');
+  assert.ok(JSON.stringify(schema).includes(JSON.stringify(help)), help);
+  await page.getByRole('button', { name: 'All settings of Player A' }).click();
+  const shown = await page.locator('dialog [data-path]').evaluateAll((all) => [...new Set(all.map((e) => e.dataset.path))]);
+  for (const name of ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'interpolation_ratio', 'jitter_margin_ms', 'control', 'script',
+    'link.up.jitter_ms', 'link.down.loss_pct', 'link.up.distribution']) {
+    assert.ok(shown.includes(`players.0.${name}`), name);
+  }
+});
+
+test('jitter and loss act on both directions; lost messages are seen', async () => {
+  const { page } = view;
+  const field = control(page, 'players.0.link.up.loss_pct', 'number');
+  await field.fill('50');
+  await field.press('Enter');
+  await until(async () => {
+    const link = (await paramsOf(page)).players[0].link;
+    return link.up.loss_pct === 50 && link.down.loss_pct === 50;
+  }, 'both directions');
+  await until(() => page.evaluate(() => globalThis.laglab().messages.some((m) => m.type <= 2 && m.player === 0 && m.fate === 1)), 'a lost message');
+});
+
+test('a change by another client is shown', async () => {
+  const { page } = view;
+  const kept = await page.evaluate(() => JSON.parse(sessionStorage.getItem('laglab')));
+  const { id } = await sessionOf(page);
+  const answer = await api(daemon.url, `sessions/${id}/params`, { 'players.1.lag_ms': 444 }, kept.keys[id], 'PATCH');
+  assert.equal(answer.status, 200);
+  await until(async () => (await control(page, 'players.1.lag_ms', 'number').inputValue()) === '444', 'the field follows');
+});
+
+test('the address keeps what was changed, and gives it elsewhere', async () => {
+  const { page } = view;
+  await slide(page, 'players.1.lag_ms', 321);
+  await control(page, 'players.1.interpolation').setChecked(true);
+  await until(async () => page.url().includes('players.1.lag_ms:321') && page.url().includes('players.1.interpolation:true'), 'both in the address');
+  const other = await visit(browser, page.url());
+  const params = await paramsOf(other.page);
+  assert.equal(params.players[1].lag_ms, 321);
+  assert.equal(params.players[1].interpolation, true);
+  assert.notEqual((await sessionOf(other.page)).id, (await sessionOf(page)).id);
+  await other.close();
+});
+
+test('seed and parameters of the address are used; bad ones are named and the default used', async () => {
+  const good = await visit(browser, `${daemon.url}?scenario=paper/fig13&set=players.0.lag_ms:222&seed=7`);
+  assert.equal((await paramsOf(good.page)).players[0].lag_ms, 222);
+  const { id } = await sessionOf(good.page);
+  assert.equal((await api(daemon.url, `sessions/${id}`)).body.seed, 7);
+  await good.close();
+  for (const [query, words] of /** @type {[string, RegExp][]} */ ([['?set=players.0.lag_ms:abc', /players\.0\.lag_ms=abc ignored/], ['?set=players.0.lag_ms:99999', /lag_ms=99999 ignored/],
+    ['?set=players.0.nonsense:1', /nonsense=1 ignored/], ['?scenario=nonsense', /scenario=nonsense ignored/], ['?seed=abc', /seed=abc ignored/],
+    ['?theme=pink', /theme=pink ignored/]])) {
+    const bad = await visit(browser, daemon.url + query);
+    assert.match(await bad.page.locator('.note').innerText(), words);
+    const lag = (await paramsOf(bad.page)).players[0].lag_ms;
+    assert.ok(lag >= 0 && lag <= 1000);
+    await bad.close();
+  }
+});
+
+test('another scenario is chosen from the list of the daemon', async () => {
+  const { page } = view;
+  const list = (await api(daemon.url, 'scenarios')).body.scenarios.filter((s) => s.kind === 'netgame');
+  assert.equal(await page.locator('#scenario option:not([disabled])').count(), list.length);
+  for (const id of ['paper/fig11', 'cannon', 'gambetta']) {
+    await page.locator('#scenario').selectOption(id);
+    const wanted = list.find((s) => s.id === id);
+    await until(async () => (await paramsOf(page)).title === wanted.title, wanted.title);
+    await until(async () => (await frameOf(page))?.tick > 5, 'it runs');
+    assert.ok(page.url().includes(`scenario=${id}`));
+    assert.match(await page.title(), new RegExp(wanted.title.slice(0, 8).replace(/[^\w ]/g, '.')));
+  }
+});
+
+test('eight players are shown, and all can be reached', async () => {
+  const eight = await visit(browser, `${daemon.url}?scenario=eight`);
+  const count = await eight.page.locator('canvas[data-view]').count();
+  assert.equal(count, (await paramsOf(eight.page)).players.length + 1);
+  const last = eight.page.locator('canvas[data-view]').nth(count - 1);
+  await last.scrollIntoViewIfNeeded();
+  assert.ok((await last.boundingBox()).height > 80);
+  assert.deepEqual(eight.complaints, []);
+  await eight.close();
+});

@@ -1,0 +1,136 @@
+// A person at the controls: keys, pads, the cannon.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { control, frameOf, launch, paramsOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const SLOW = '?scenario=race&set=players.0.lag_ms:500&set=players.1.lag_ms:500&set=players.0.control:person&set=players.1.control:person';
+
+/** Watches, frame by frame, what each view draws of a player after its key went down: ms until it moves. */
+const reaction = (page, player, code, key) => page.evaluate(async ([p, c, k]) => {
+  const lab = globalThis.laglab;
+  const place = () => { const f = lab().frame; return { seq: f.seq, own: f.views[1 + p].entities[p].x, server: f.views[0].entities[p].x, other: f.views[2 - p].entities[p].x }; };
+  const start = place();
+  const seen = { own: null, server: null, other: null, frames: null };
+  const from = performance.now();
+  document.body.dispatchEvent(new KeyboardEvent('keydown', { code: c, key: k, bubbles: true }));
+  while (performance.now() - from < 3000 && (seen.own === null || seen.server === null || seen.other === null)) {
+    await new Promise((resolve) => requestAnimationFrame(resolve));
+    const now = place();
+    for (const who of ['own', 'server', 'other']) {
+      if (seen[who] === null && now[who] > start[who] + 1e-4) {
+        seen[who] = performance.now() - from;
+        if (who === 'own') seen.frames = now.seq - start.seq;
+      }
+    }
+  }
+  document.body.dispatchEvent(new KeyboardEvent('keyup', { code: c, key: k, bubbles: true }));
+  return seen;
+}, /** @type {[number, string, string]} */ ([player, code, key]));
+
+test('with prediction the own car moves by the next frames at 500 ms lag; server and other see it later', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:true&set=players.0.reconciliation:true`);
+  await page.waitForTimeout(1500); /* states are on their way */
+  assert.equal((await frameOf(page)).views[1].entities[0].x, 0);
+  const seen = await reaction(page, 0, 'ArrowRight', 'ArrowRight');
+  assert.ok(seen.own !== null && seen.own < 120, `own car after ${seen.own} ms`);
+  assert.ok(seen.frames <= 6, `own car after ${seen.frames} frames`);
+  assert.ok(seen.server > 400 && seen.server < 800, `server after ${seen.server} ms`);
+  assert.ok(seen.other > 900, `other view after ${seen.other} ms`);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('without prediction the own car waits for the round trip', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:false&set=players.0.reconciliation:false`);
+  await page.waitForTimeout(1500);
+  const seen = await reaction(page, 0, 'ArrowRight', 'ArrowRight');
+  assert.ok(seen.own > 900 && seen.own < 1500, `own car after ${seen.own} ms`);
+  await close();
+});
+
+test('D drives B; both at once; releasing lets go', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.1.prediction:true`);
+  await page.waitForTimeout(1500);
+  await page.locator('.view[data-drive="1"]').focus();
+  await page.keyboard.down('d');
+  await page.keyboard.down('ArrowRight');
+  await until(async () => (await frameOf(page)).views[0].entities.every((e) => e.vx > 0.5), 'both drive');
+  await page.keyboard.up('d');
+  await page.keyboard.up('ArrowRight');
+  await page.waitForTimeout(900);
+  const speed = (await frameOf(page)).views[0].entities[1].vx;
+  await page.waitForTimeout(500);
+  assert.ok((await frameOf(page)).views[0].entities[1].vx < speed, 'it coasts');
+  await close();
+});
+
+test('a key in the focused view takes the wheel; Esc gives it back to the script', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  assert.equal((await paramsOf(page)).players[0].control, 'script');
+  await page.keyboard.press('ArrowRight'); /* no view has the focus: nothing is driven */
+  await page.waitForTimeout(200);
+  assert.equal((await paramsOf(page)).players[0].control, 'script');
+  await page.locator('.view[data-drive="0"]').focus();
+  await page.keyboard.press('ArrowRight');
+  await until(async () => (await paramsOf(page)).players[0].control === 'person', 'a person drives');
+  await until(async () => (await frameOf(page)).views[1].flags & 32, 'the daemon says so');
+  await page.keyboard.press('Escape');
+  await until(async () => (await paramsOf(page)).players[0].control === 'script', 'the script drives');
+  await close();
+});
+
+test('arrow keys on a slider move the slider, not the car', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}${SLOW}`);
+  const slider = control(page, 'players.0.lag_ms', 'range');
+  await slider.focus();
+  await page.keyboard.press('ArrowRight');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 510, 'a step of ten');
+  await page.keyboard.press('Shift+ArrowLeft');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 509, 'a fine step');
+  await page.keyboard.press('Home');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 0, 'the least');
+  await page.waitForTimeout(300);
+  assert.equal((await frameOf(page)).views[0].entities[0].x, 0);
+  await close();
+});
+
+test('touch pads drive while they are held', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}${SLOW}&set=players.0.prediction:true`, { width: 390, height: 844, hasTouch: true });
+  const pad = page.getByRole('button', { name: 'Throttle, Player A' });
+  const box = await pad.boundingBox();
+  assert.ok(box.width >= 44 && box.height >= 44);
+  await page.mouse.move(box.x + 20, box.y + 20);
+  await page.mouse.down();
+  await until(async () => (await frameOf(page)).views[1].entities[0].vx > 0.5, 'the car drives');
+  await page.mouse.up();
+  await page.waitForTimeout(700);
+  const { vx } = (await frameOf(page)).views[1].entities[0];
+  await page.waitForTimeout(400);
+  assert.ok((await frameOf(page)).views[1].entities[0].vx < vx, 'let go');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a person aims and fires the cannon; each arrived state leaves a dot', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=cannon&set=players.0.control:person&set=players.1.control:person&set=players.0.script:idle`);
+  await page.waitForTimeout(1800); /* the pause before the first shot */
+  await page.getByLabel('Angle').first().fill('60');
+  await page.getByLabel('Angle').first().press('Enter');
+  assert.equal(await page.evaluate(() => globalThis.laglab().dots.reduce((a, b) => a + b, 0)), 0);
+  await page.getByRole('button', { name: 'Fire' }).first().click();
+  await until(async () => (await frameOf(page)).views[0].entities[0].flags & 16, 'a shell flies');
+  const { vx, vy } = (await frameOf(page)).views[0].entities[0];
+  assert.ok(vy > vx, `steep: ${vx} ${vy}`);
+  await until(() => page.evaluate(() => globalThis.laglab().dots.every((n) => n > 3)), 'dots in every view');
+  assert.deepEqual(complaints, []);
+  await close();
+});

@@ -1,0 +1,96 @@
+// A browser, pages that note everything a console or the network complains about, and a few words for the tests.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { chromium } from 'playwright-core';
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+
+export const SIZES = [
+  { name: '1366x768', width: 1366, height: 768, query: '' },
+  { name: '1024x768 projector', width: 1024, height: 768, query: '?theme=projector' },
+  { name: '390x844', width: 390, height: 844, query: '' },
+];
+
+export function launch() {
+  return chromium.launch({
+    executablePath: '/usr/bin/chromium',
+    args: ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+      '--disable-component-update', '--disable-sync'],
+  });
+}
+
+/** Opens the page in a context of its own; `complaints` gathers errors of console, page and requests.
+ * @param {import('playwright-core').Browser} browser @param {string} url @param {any} [wish] */
+export async function visit(browser, url, wish = {}) {
+  const { width = 1366, height = 768, wait = true, ...more } = wish;
+  const context = await browser.newContext({ viewport: { width, height }, ...more });
+  const page = await context.newPage();
+  /** @type {string[]} */
+  const complaints = [];
+  /** @type {import('playwright-core').Request[]} */
+  const requests = [];
+  page.on('console', (message) => {
+    if (['error', 'warning'].includes(message.type())) complaints.push(`console: ${message.text()}`);
+  });
+  page.on('pageerror', (error) => complaints.push(`error: ${error.message}`));
+  page.on('request', (request) => requests.push(request));
+  await page.goto(url);
+  if (wait) await shown(page);
+  return { page, context, complaints, requests, close: () => context.close() };
+}
+
+/** Until the page has drawn a frame and has its controls. @param {import('playwright-core').Page} page */
+export async function shown(page) {
+  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('[data-path]') !== null, null,
+    { timeout: 10000 });
+}
+
+/** @param {import('playwright-core').Page} page @returns {Promise<any>} the newest drawn frame */
+export const frameOf = (page) => page.evaluate(() => globalThis.laglab().frame);
+/** @param {import('playwright-core').Page} page */
+export const paramsOf = (page) => page.evaluate(() => globalThis.laglab().params);
+/** @param {import('playwright-core').Page} page */
+export const sessionOf = (page) => page.evaluate(() => globalThis.laglab().session);
+
+/** Polls until `test` gives a true value, and gives it. @template T @param {() => Promise<T>} test @param {string} what @param {number} [ms] */
+export async function until(test, what, ms = 5000) {
+  const end = Date.now() + ms;
+  for (;;) {
+    const value = await test();
+    if (value) return value;
+    if (Date.now() > end) assert.fail(`not within ${ms} ms: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 20));
+  }
+}
+
+/** A control of the page by its parameter, in its panel. @param {import('playwright-core').Page} page @param {string} path @param {string} [type] */
+export function control(page, path, type = '') {
+  return page.locator(`#app [data-path="${path}"]${type && `[type="${type}"]`}`).first();
+}
+
+/** The accessibility rules that a page breaks, as text. @param {import('playwright-core').Page} page */
+export async function axe(page) {
+  await page.evaluate(AXE);
+  const result = await page.evaluate(() => globalThis.axe.run(document, {
+    runOnly: ['wcag2a', 'wcag2aa', 'wcag21a', 'wcag21aa', 'wcag22aa', 'best-practice'],
+  }));
+  assert.ok(result.passes.length > 20, 'axe has looked at the page');
+  return result.violations.map((v) => `${v.id}: ${v.nodes.map((n) => `${n.target} ${n.failureSummary}`).slice(0, 3).join(' | ')}`);
+}
+
+/** Asks the daemon without the page. @param {string} base @param {string} path @param {any} [body] @param {string} [key] @param {string} [method] */
+export async function api(base, path, body, key, method) {
+  const answer = await fetch(`${base}api/v1/${path}`, {
+    method: method ?? (body === undefined ? 'GET' : 'POST'),
+    headers: { ...(body === undefined ? {} : { 'Content-Type': 'application/json' }), ...(key ? { Authorization: `Bearer ${key}` } : {}) },
+    body: body === undefined ? undefined : JSON.stringify(body),
+  });
+  const text = await answer.text();
+  return { status: answer.status, body: text === '' ? null : JSON.parse(text) };
+}
+
+/** What all canvases show, as one text that differs when a pixel does. @param {import('playwright-core').Page} page */
+export function pictures(page) {
+  return page.evaluate(() => [...document.querySelectorAll('canvas[data-view]')].map((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL()).join());
+}

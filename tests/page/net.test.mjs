@@ -1,0 +1,100 @@
+// The connection: lost, found again, and a session that is gone.
+import assert from 'node:assert/strict';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+
+/** @type {import('playwright-core').Browser} */ let browser;
+/** @type {string} */ let data;
+before(async () => {
+  browser = await launch();
+  data = mkdtempSync(path.join(tmpdir(), 'laglab-page-'));
+});
+after(async () => {
+  await browser?.close();
+  rmSync(data, { recursive: true, force: true });
+});
+
+const chip = (page) => page.locator('#chip').innerText();
+/** The browser itself reports the failed attempts; nothing else may complain. */
+const own = (complaints) => complaints.filter((text) => !/ERR_CONNECTION_REFUSED|WebSocket|ERR_EMPTY_RESPONSE|ERR_CONNECTION_RESET|404/.test(text));
+
+test('the daemon dies and comes back with its data: the same session goes on', async () => {
+  let daemon = await startDaemon({ data });
+  const { page, complaints, close } = await visit(browser, daemon.url);
+  await control(page, 'players.0.lag_ms', 'number').fill('234');
+  await control(page, 'players.0.lag_ms', 'number').press('Enter');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 234, 'changed');
+  const { id } = await sessionOf(page);
+  const listen = `127.0.0.1:${daemon.port}`;
+  await daemon.kill();
+  await until(async () => /Connection lost – retrying \(\d+\)/.test(await chip(page)), 'it says so', 2000);
+  assert.ok(await control(page, 'players.0.lag_ms', 'number').isDisabled());
+  assert.match(await page.locator('fieldset.panel').first().getAttribute('title'), /Connection lost/);
+  assert.ok(await page.getByRole('button', { name: 'Reset' }).isDisabled());
+  await new Promise((resolve) => setTimeout(resolve, 1500));
+  daemon = await startDaemon({ data, listen });
+  const ready = Date.now();
+  await until(async () => (await page.evaluate(() => globalThis.laglab().connection.state)) === 'open', 'connected again', 5000);
+  assert.ok(Date.now() - ready < 5000);
+  await until(async () => /Reconnected/.test(await page.locator('.note').innerText()), 'it says so');
+  assert.equal((await sessionOf(page)).id, id);
+  assert.equal((await paramsOf(page)).players[0].lag_ms, 234);
+  assert.ok(await control(page, 'players.0.lag_ms', 'number').isEnabled());
+  await control(page, 'players.0.lag_ms', 'number').fill('345');
+  await control(page, 'players.0.lag_ms', 'number').press('Enter');
+  await until(async () => (await paramsOf(page)).players[0].lag_ms === 345, 'the key still holds');
+  if (/Paused/.test(await chip(page))) await page.getByRole('button', { name: 'Play', exact: true }).click();
+  const { tick } = await frameOf(page);
+  await until(async () => (await frameOf(page)).tick > tick + 5, 'it runs on');
+  assert.deepEqual(own(complaints), []);
+  await close();
+  await daemon.stop();
+});
+
+test('the daemon comes back without its data: the session is made again from the address, and that is said', async () => {
+  let daemon = await startDaemon();
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.1.lag_ms:123`);
+  const { id } = await sessionOf(page);
+  const listen = `127.0.0.1:${daemon.port}`;
+  await daemon.stop();
+  await until(async () => /Connection lost/.test(await chip(page)), 'it says so', 2000);
+  daemon = await startDaemon({ listen });
+  await until(async () => { const s = await sessionOf(page); return s.id !== id && (await frameOf(page))?.tick > 3; }, 'a new session runs', 6000);
+  assert.match(await page.locator('.note').innerText(), /Session expired . made again from the address/);
+  assert.equal((await paramsOf(page)).players[1].lag_ms, 123);
+  assert.deepEqual(own(complaints), []);
+  await close();
+  await daemon.stop();
+});
+
+test('a page that is loaded again shows the session it had', async () => {
+  const daemon = await startDaemon();
+  const { page, close } = await visit(browser, daemon.url);
+  const { id } = await sessionOf(page);
+  await control(page, 'players.0.lag_ms', 'number').fill('77');
+  await control(page, 'players.0.lag_ms', 'number').press('Enter');
+  await until(async () => page.url().includes('lag_ms:77'), 'the address');
+  await page.reload();
+  await page.waitForFunction(() => globalThis.laglab?.().frame !== null);
+  assert.equal((await sessionOf(page)).id, id);
+  assert.equal((await sessionOf(page)).owner, true);
+  await close();
+  await daemon.stop();
+});
+
+test('opened before the daemon is there: it waits and begins', async () => {
+  const daemon = await startDaemon();
+  const { page, close } = await visit(browser, 'about:blank', { wait: false });
+  let refuse = true;
+  await page.route('**/api/v1/sessions', (route) => (refuse ? route.abort() : route.continue()));
+  await page.goto(daemon.url);
+  await page.waitForFunction(() => /No session/.test(document.querySelector('.note')?.textContent ?? ''));
+  refuse = false;
+  await page.waitForFunction(() => globalThis.laglab().frame?.tick > 3, null, { timeout: 5000 });
+  await close();
+  await daemon.stop();
+});

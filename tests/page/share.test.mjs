@@ -1,0 +1,101 @@
+// One session, several pages: who may change it, and where its key is.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { api, control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const keyOf = (page) => page.evaluate(() => JSON.parse(sessionStorage.getItem('laglab')).keys);
+
+test('a reader sees the same session with every control disabled, and why', async () => {
+  const owner = await visit(browser, daemon.url);
+  const { id } = await sessionOf(owner.page);
+  const reader = await visit(browser, `${daemon.url}#s=${id}`);
+  const { page } = reader;
+  assert.deepEqual(await sessionOf(page), { id, owner: false });
+  const changing = page.locator('#app fieldset :is(input, select, button)');
+  const count = await changing.count();
+  assert.ok(count > 25, `${count} controls`);
+  for (let i = 0; i < count; i++) assert.ok(await changing.nth(i).isDisabled(), await changing.nth(i).evaluate((e) => e.outerHTML));
+  assert.match(await page.locator('fieldset.panel').first().getAttribute('title'), /Read-only/);
+  assert.match(await page.locator('#reader').innerText(), /Read-only/);
+  const before = await paramsOf(page);
+  await page.locator('.view[data-drive="0"]').focus();
+  for (const key of ['ArrowRight', 'Space', '1', 'r']) await page.keyboard.press(key);
+  await page.waitForTimeout(300);
+  assert.deepEqual(await paramsOf(page), before);
+  await control(owner.page, 'players.0.lag_ms', 'number').fill('456');
+  await control(owner.page, 'players.0.lag_ms', 'number').press('Enter');
+  await until(async () => (await control(page, 'players.0.lag_ms', 'number').inputValue()) === '456', 'the reader follows');
+  assert.deepEqual(reader.complaints, []);
+  await reader.close();
+  await owner.close();
+});
+
+test('"Make my copy" gives a session of one\'s own at the same place', async () => {
+  const owner = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:111&seed=9`);
+  const { id } = await sessionOf(owner.page);
+  const reader = await visit(browser, `${daemon.url}#s=${id}`);
+  await reader.page.waitForTimeout(800);
+  const tick = (await frameOf(reader.page)).tick;
+  await reader.page.getByRole('button', { name: 'Make my copy' }).click();
+  await until(async () => (await sessionOf(reader.page)).owner, 'an owner');
+  const copy = await sessionOf(reader.page);
+  assert.notEqual(copy.id, id);
+  await until(async () => (await frameOf(reader.page)) !== null, 'a frame');
+  assert.ok((await frameOf(reader.page)).tick >= tick);
+  assert.equal((await api(daemon.url, `sessions/${copy.id}`)).body.seed, 9);
+  await control(reader.page, 'players.0.lag_ms', 'number').fill('222');
+  await control(reader.page, 'players.0.lag_ms', 'number').press('Enter');
+  await until(async () => (await paramsOf(reader.page)).players[0].lag_ms === 222, 'the copy changes');
+  assert.equal((await paramsOf(owner.page)).players[0].lag_ms, 111);
+  await reader.page.reload();
+  await reader.page.waitForFunction(() => globalThis.laglab?.().frame !== null);
+  assert.deepEqual(await sessionOf(reader.page), { id: copy.id, owner: true });
+  await reader.close();
+  await owner.close();
+});
+
+test('a key in the fragment is taken and leaves the address bar; it is never sent in an address', async () => {
+  const made = (await api(daemon.url, 'sessions', { scenario: 'race' })).body;
+  const { page, requests, close } = await visit(browser, `${daemon.url}#s=${made.id}&k=${made.owner_key}`);
+  assert.deepEqual(await sessionOf(page), { id: made.id, owner: true });
+  assert.ok(page.url().endsWith(`#s=${made.id}`), page.url());
+  assert.equal(await page.evaluate((key) => document.documentElement.outerHTML.includes(key) || location.href.includes(key), made.owner_key), false);
+  assert.ok(requests.every((request) => !request.url().includes(made.owner_key)));
+  await control(page, 'players.0.prediction').setChecked(false);
+  await until(async () => (await paramsOf(page)).players[0].prediction === false, 'the key works');
+  await close();
+});
+
+test('what is shared has no key in it', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  const keys = Object.values(await keyOf(page));
+  assert.equal(keys.length, 1);
+  await page.getByRole('button', { name: 'Share' }).click();
+  const links = await page.locator('dialog input').evaluateAll((all) => all.map((/** @type {any} */ input) => input.value));
+  assert.equal(links.length, 2);
+  assert.ok(links.every((text) => !text.includes(keys[0])));
+  const watcher = await visit(browser, links[1]);
+  assert.equal((await sessionOf(watcher.page)).owner, false);
+  await watcher.close();
+  const same = await visit(browser, links[0]);
+  assert.notEqual((await sessionOf(same.page)).id, (await sessionOf(page)).id);
+  await same.close();
+  await close();
+});
+
+test('a session that does not exist any more is said and replaced', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#s=${'0'.repeat(32)}`);
+  assert.match(await page.locator('.note').innerText(), /expired/);
+  assert.equal((await sessionOf(page)).owner, true);
+  assert.equal(new URL(page.url()).hash, '');
+  await close();
+});

@@ -1,0 +1,143 @@
+// Opening the page: soon, moving, quiet, alone.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { SIZES, frameOf, launch, pictures, sessionOf, shown, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+  await (await visit(browser, daemon.url)).close(); /* the browser's own start is not the page's */
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const firstFrame = (page) => page.evaluate(() => performance.getEntriesByName('laglab-first-frame')[0]?.startTime);
+
+test('draws its first frame within a second of opening', async () => {
+  const times = [];
+  for (let i = 0; i < 5; i++) {
+    const { page, close } = await visit(browser, daemon.url);
+    times.push(await firstFrame(page));
+    await close();
+  }
+  times.sort((a, b) => a - b);
+  assert.ok(times.every((t) => t > 0), 'the first frame is marked');
+  assert.ok(times[2] < 1000, `median first frame after ${times} ms`);
+});
+
+test('draws its first frame within 2.5 s on a processor six times slower', async () => {
+  const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
+  const devtools = await context.newCDPSession(page);
+  await devtools.send('Emulation.setCPUThrottlingRate', { rate: 6 });
+  await page.goto(daemon.url);
+  await shown(page);
+  const time = await firstFrame(page);
+  assert.ok(time > 0 && time < 2500, `first frame after ${time} ms`);
+  await close();
+});
+
+test('moves without a click, with a session of its own', async () => {
+  const { page, complaints, close } = await visit(browser, daemon.url);
+  const one = await pictures(page), tick = (await frameOf(page)).tick;
+  await page.waitForTimeout(500);
+  assert.notEqual(await pictures(page), one);
+  assert.ok((await frameOf(page)).tick > tick + 10);
+  assert.equal((await sessionOf(page)).owner, true);
+  assert.equal(await page.locator('canvas[data-view]').count(), 3);
+  assert.match(await page.title(), /laglab$/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('asks nobody but the daemon, and for little', async () => {
+  const { page, requests, close } = await visit(browser, daemon.url);
+  await page.waitForTimeout(500);
+  assert.deepEqual(requests.filter((r) => new URL(r.url()).origin !== new URL(daemon.url).origin).map((r) => r.url()), []);
+  const sizes = await Promise.all(requests.map(async (r) => (await r.response())?.body().then((b) => b.length).catch(() => 0) ?? 0));
+  const total = sizes.reduce((a, b) => a + b, 0);
+  assert.ok(total > 100000 && total < 400000, `${total} bytes in ${requests.length} requests`);
+  await close();
+});
+
+for (const size of SIZES) {
+  for (const scenario of ['race', 'cannon', 'gambetta', 'paper/fig08', 'paper/fig13']) {
+    test(`no complaint, no sideways scroll: ${scenario} at ${size.name}`, async () => {
+      const query = `${size.query === '' ? '?' : `${size.query}&`}scenario=${scenario}`;
+      const { page, complaints, close } = await visit(browser, daemon.url + query, { width: size.width, height: size.height });
+      await page.waitForTimeout(700);
+      assert.ok((await frameOf(page)).tick > 10);
+      assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
+      assert.deepEqual(complaints, []);
+      await close();
+    });
+  }
+}
+
+test('with reduced motion it waits at the start for Play, which has the focus', async () => {
+  const { page, close } = await visit(browser, daemon.url, { reducedMotion: 'reduce' });
+  await page.waitForTimeout(400);
+  assert.equal((await frameOf(page)).tick, 0);
+  assert.equal(await page.evaluate(() => document.activeElement?.id), 'play');
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => globalThis.laglab().frame.tick > 20);
+  await close();
+});
+
+test('without JavaScript it says how to go on', async () => {
+  const { page, close } = await visit(browser, daemon.url, { javaScriptEnabled: false, wait: false });
+  assert.match(await page.locator('body').innerText(), /curl -X POST/);
+  await close();
+});
+
+test('a page that is not shown draws nothing, is sent next to nothing, and is at the present when shown again', async () => {
+  const { page, close } = await visit(browser, 'about:blank', { wait: false });
+  await page.addInitScript(() => { /* holds the display back, as a browser does with a hidden tab */
+    const real = globalThis.requestAnimationFrame.bind(globalThis);
+    let waiting = [];
+    globalThis.hold = false;
+    globalThis.requestAnimationFrame = (callback) => (globalThis.hold ? waiting.push(callback) : real(callback));
+    globalThis.release = () => {
+      globalThis.hold = false;
+      const list = waiting;
+      waiting = [];
+      list.forEach((callback) => real(callback));
+    };
+  });
+  await page.goto(daemon.url);
+  await shown(page);
+  await page.evaluate(() => { globalThis.hold = true; });
+  await page.waitForTimeout(100);
+  const before = await page.evaluate(() => globalThis.laglab().counts);
+  await page.waitForTimeout(4000);
+  const after = await page.evaluate(() => globalThis.laglab().counts);
+  assert.equal(after.drawn, before.drawn);
+  assert.ok(after.received - before.received <= 8, `${after.received - before.received} frames`);
+  await page.evaluate(() => globalThis.release());
+  await page.waitForTimeout(500);
+  const id = (await sessionOf(page)).id;
+  const [drawn, now] = await Promise.all([frameOf(page), fetch(`${daemon.url}api/v1/sessions/${id}`).then((r) => r.json())]);
+  assert.ok(Math.abs(now.tick - drawn.tick) < 30, `drawn ${drawn.tick}, now ${now.tick}`);
+  await close();
+});
+
+test('frames are acknowledged as they are drawn, no more', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  await page.waitForTimeout(1000);
+  const { counts, frame } = await page.evaluate(() => { const l = globalThis.laglab(); return { counts: l.counts, frame: l.frame }; });
+  assert.equal(counts.acked, frame.seq);
+  assert.ok(counts.drawn > 20 && counts.drawn <= counts.received, JSON.stringify(counts));
+  await close();
+});
+
+test('drawing a frame costs little', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  await page.waitForTimeout(2500);
+  const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
+  assert.ok(costs.length > 50);
+  assert.ok(costs[Math.floor(costs.length * 0.5)] < 8, `median ${costs[Math.floor(costs.length * 0.5)]} ms`);
+  await close();
+});

@@ -1,0 +1,278 @@
+// The time bar: exact ticks, the same run again, nothing that plays by itself.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, beforeEach, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { api, control, frameOf, launch, paramsOf, pictures, sessionOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+/** @type {Awaited<ReturnType<typeof visit>>} */ let view;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+beforeEach(async () => { view = await visit(browser, daemon.url); });
+afterEach(async () => {
+  const complaints = view.complaints;
+  await view.close();
+  assert.deepEqual(complaints, []);
+});
+
+const button = (page, name) => page.getByRole('button', { name, exact: true });
+const tickOf = async (page) => (await frameOf(page)).tick;
+const stateOf = async (page) => (await api(daemon.url, `sessions/${(await sessionOf(page)).id}/state`)).body;
+
+async function pause(page) {
+  await button(page, 'Pause').click();
+  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
+}
+
+/** Moves the scrub slider as a drag does. */
+const scrub = (page, time) => page.locator('#scrub').evaluate((/** @type {any} */ element, to) => {
+  element.value = to;
+  element.dispatchEvent(new Event('input', { bubbles: true }));
+  element.dispatchEvent(new Event('change', { bubbles: true }));
+}, String(time));
+
+test('pause stands still, play goes on', async () => {
+  const { page } = view;
+  await pause(page);
+  const tick = await tickOf(page), picture = await pictures(page);
+  await page.waitForTimeout(1000);
+  assert.equal(await tickOf(page), tick);
+  assert.equal(await pictures(page), picture);
+  assert.match(await page.locator('#chip').innerText(), /Paused/);
+  await button(page, 'Play').click();
+  await until(async () => (await tickOf(page)) > tick + 10, 'it plays');
+  assert.match(await page.locator('#chip').innerText(), /Live/);
+});
+
+test('a step is one tick at every speed, forward and back, and comes to the same state', async () => {
+  const { page } = view;
+  await page.waitForTimeout(500);
+  await pause(page);
+  const speed = page.getByRole('combobox', { name: 'Speed' });
+  const values = await speed.locator('option').evaluateAll((all) => all.map((/** @type {any} */ o) => o.value));
+  assert.ok(values.includes('0.1') && values.includes('10'), values.join());
+  for (const value of values) {
+    await speed.selectOption(value);
+    await until(async () => (await frameOf(page)).speed === Number(value), `speed ${value}`);
+    const start = await stateOf(page);
+    await button(page, 'One tick forward').click();
+    await until(async () => (await tickOf(page)) === start.tick + 1, 'one more');
+    await page.waitForTimeout(100);
+    assert.equal(await tickOf(page), start.tick + 1);
+    await button(page, 'One tick back').click();
+    await until(async () => (await tickOf(page)) === start.tick, 'one less');
+    const again = await stateOf(page);
+    assert.equal(again.tick, start.tick);
+    assert.equal(again.hash, start.hash);
+  }
+});
+
+test('a held step button repeats', async () => {
+  const { page } = view;
+  await pause(page);
+  const start = await tickOf(page);
+  const box = await button(page, 'One tick forward').boundingBox();
+  await page.mouse.move(box.x + 10, box.y + 10);
+  await page.mouse.down();
+  await page.waitForTimeout(1200);
+  await page.mouse.up();
+  const moved = await tickOf(page) - start;
+  assert.ok(moved > 4 && moved < 40, `${moved} ticks`);
+});
+
+test('slow motion is slow, and lag stays in simulated time', async () => {
+  const { page } = view;
+  await page.getByRole('combobox', { name: 'Speed' }).selectOption('0.25');
+  await until(async () => (await frameOf(page)).speed === 0.25, 'slow');
+  const start = await page.evaluate(() => ({ time: globalThis.laglab().frame.time, wall: performance.now() }));
+  await page.waitForTimeout(4000);
+  const end = await page.evaluate(() => {
+    const input = globalThis.laglab().messages.filter((m) => m.type === 1 && m.player === 0).at(-1);
+    return { time: globalThis.laglab().frame.time, wall: performance.now(), way: input.end - input.begin };
+  });
+  const factor = (end.time - start.time) / ((end.wall - start.wall) / 1000);
+  assert.ok(Math.abs(factor - 0.25) < 0.25 * 0.08, `factor ${factor}`);
+  assert.ok(Math.abs(end.way - (await paramsOf(page)).players[0].lag_ms / 1000) < 0.02, `${end.way} s`);
+});
+
+test('scrubbing back shows one tick everywhere, and back to live goes on at the head', async () => {
+  const { page } = view;
+  await page.waitForTimeout(2500);
+  const head = (await frameOf(page)).time;
+  await scrub(page, 1);
+  await until(async () => (await tickOf(page)) === 60, 'tick 60');
+  await page.waitForTimeout(200);
+  assert.equal(await page.locator('#clock').innerText(), '1.00 s');
+  assert.equal(await page.locator('#ticks').textContent(), ' · tick 60');
+  assert.equal(Number(await page.locator('#scrub').inputValue()), 1);
+  const newest = await page.evaluate(() => Math.max(...globalThis.laglab().messages.map((m) => m.begin)));
+  assert.ok(newest <= 1.0001, `messages to ${newest}`);
+  assert.match(await page.locator('#facts').innerText(), /^tick 60 /);
+  assert.match(await page.locator('#chip').innerText(), /Paused at 1\.0 s of/);
+  await button(page, 'Play').click();
+  await page.waitForFunction(() => /Replaying/.test(document.getElementById('chip').innerText));
+  await button(page, 'Back to live').click();
+  await until(async () => (await frameOf(page)).time >= head, 'at the head');
+  await page.waitForFunction(() => /^Live/.test(document.getElementById('chip').innerText));
+});
+
+test('scrubbing fast ends where the finger ends', async () => {
+  const { page } = view;
+  await page.waitForTimeout(1500);
+  await page.evaluate(() => {
+    const slider = /** @type {any} */ (document.getElementById('scrub'));
+    for (let i = 0; i <= 50; i++) {
+      slider.value = String(i / 50);
+      slider.dispatchEvent(new Event('input', { bubbles: true }));
+    }
+    slider.value = '0.5';
+    slider.dispatchEvent(new Event('input', { bubbles: true }));
+    slider.dispatchEvent(new Event('change', { bubbles: true }));
+  });
+  await until(async () => (await tickOf(page)) === 30, 'tick 30');
+  await page.waitForTimeout(300);
+  assert.equal(await tickOf(page), 30);
+});
+
+test('restart gives the same state at tick 300, twice', async () => {
+  const { page } = view;
+  const hashes = [];
+  for (let i = 0; i < 2; i++) {
+    await button(page, 'Restart').click();
+    await until(async () => (await tickOf(page)) < 60, 'at the start');
+    if ((await page.getByRole('button', { name: 'Pause', exact: true }).count()) > 0) await pause(page);
+    await scrub(page, 5);
+    await until(async () => (await tickOf(page)) === 300, 'tick 300');
+    const state = await stateOf(page);
+    assert.equal(state.tick, 300);
+    hashes.push(state.hash);
+    await button(page, 'Play').click();
+    await until(async () => (await tickOf(page)) > 310, 'it goes on');
+  }
+  assert.match(hashes[0], /^[0-9a-f]{16}$/);
+  assert.equal(hashes[0], hashes[1]);
+});
+
+test('at the end Play is Replay, and works', async () => {
+  const { page } = view;
+  const { duration } = await frameOf(page);
+  await pause(page);
+  await scrub(page, duration - 0.2);
+  await until(async () => (await frameOf(page)).time > duration - 1, 'near the end', 15000);
+  await button(page, 'Play').click();
+  await button(page, 'Replay').waitFor({ timeout: 10000 });
+  assert.match(await page.locator('#chip').innerText(), /Ended/);
+  await button(page, 'Replay').click();
+  await until(async () => { const tick = await tickOf(page); return tick > 5 && tick < 600; }, 'from the start');
+});
+
+test('reset restores parameters, speed and time', async () => {
+  const { page } = view;
+  const preset = await paramsOf(page);
+  await control(page, 'players.0.lag_ms', 'number').fill('600');
+  await control(page, 'players.0.lag_ms', 'number').press('Enter');
+  await control(page, 'players.1.prediction').setChecked(true);
+  await page.getByRole('combobox', { name: 'Speed' }).selectOption('2');
+  await until(async () => { const p = await paramsOf(page); return p.players[0].lag_ms === 600 && p.players[1].prediction; }, 'changed');
+  await button(page, 'Reset').click();
+  await until(async () => JSON.stringify(await paramsOf(page)) === JSON.stringify(preset), 'the preset');
+  await until(async () => (await frameOf(page)).speed === 1, 'speed');
+  await until(async () => (await tickOf(page)) < 200, 'the start');
+  assert.equal(new URL(page.url()).search, '');
+});
+
+test('driving and switching never start a paused session', async () => {
+  const { page } = view;
+  await pause(page);
+  const tick = await tickOf(page);
+  await page.locator('.view[data-drive="0"]').focus();
+  await page.keyboard.press('ArrowRight');
+  await control(page, 'players.1.prediction').setChecked(true);
+  await page.waitForTimeout(500);
+  assert.equal(await tickOf(page), tick);
+  assert.equal((await paramsOf(page)).players[0].control, 'person');
+});
+
+test('numbers on the page are those of the daemon at that tick', async () => {
+  const { page } = view;
+  await page.waitForTimeout(1500);
+  await pause(page);
+  await page.waitForTimeout(300);
+  const { id } = await sessionOf(page);
+  const tick = await tickOf(page);
+  const { body } = await api(daemon.url, `sessions/${id}/state?tick=${tick}`);
+  assert.equal(body.tick, tick);
+  const frame = await frameOf(page);
+  const text = JSON.stringify(body.state);
+  for (const entity of frame.views[0].entities) assert.ok(near(body.state, entity.x), `x ${entity.x} in ${text.slice(0, 300)}`);
+  assert.equal(await page.locator('[data-now="Un-acked inputs/0"]').innerText(), String(frame.views[1].unacked));
+  assert.equal(await page.locator('#clock').innerText(), `${frame.time.toFixed(2)} s`);
+});
+
+/** Whether a number stands anywhere in a value, to the precision of a frame. */
+function near(value, number) {
+  if (typeof value === 'number') return Math.abs(value - number) <= 1e-6 * Math.max(1, Math.abs(number)) * 10;
+  return value !== null && typeof value === 'object' && Object.values(value).some((part) => near(part, number));
+}
+
+test('the keys of the table do what the help says', async () => {
+  const { page } = view;
+  const press = (key) => page.keyboard.press(key);
+  await page.locator('body').click({ position: { x: 700, y: 24 } });
+  await press('Space');
+  await button(page, 'Play').waitFor();
+  const tick = await tickOf(page);
+  await press('.');
+  await until(async () => (await tickOf(page)) === tick + 1, 'one forward');
+  await press(',');
+  await until(async () => (await tickOf(page)) === tick, 'one back');
+  await press(']');
+  await until(async () => (await frameOf(page)).speed === 2, 'faster');
+  await press('[');
+  await until(async () => (await frameOf(page)).speed === 1, 'slower');
+  const before = (await paramsOf(page)).players;
+  await press('3');
+  await until(async () => (await paramsOf(page)).players[0].interpolation !== before[0].interpolation, 'interpolation of A');
+  await press('Shift+1');
+  await until(async () => (await paramsOf(page)).players[1].prediction !== before[1].prediction, 'prediction of B');
+  await press('m');
+  assert.equal(await page.locator('#lane').isVisible(), false);
+  await press('m');
+  assert.equal(await page.locator('#lane').isVisible(), true);
+  await press('p');
+  assert.equal(await page.evaluate(() => document.documentElement.dataset.theme), 'projector');
+  assert.ok(page.url().includes('theme=projector'));
+  await press('Shift+?');
+  await page.getByRole('heading', { name: 'Help' }).waitFor();
+  assert.ok((await page.locator('dialog kbd').count()) > 20);
+  await press('Escape');
+  await page.locator('dialog').waitFor({ state: 'hidden' });
+  await press('r');
+  await until(async () => (await tickOf(page)) < 30, 'restart');
+});
+
+test('single keys can be switched off and stay silent in fields', async () => {
+  const { page } = view;
+  const playing = async () => ((await frameOf(page)).flags & 2) !== 0;
+  await control(page, 'players.0.lag_ms', 'number').focus();
+  await page.keyboard.press('Space');
+  await page.keyboard.press('r');
+  await page.waitForTimeout(200);
+  assert.ok(await playing());
+  await page.getByRole('button', { name: 'Help' }).click();
+  await page.getByRole('checkbox', { name: 'Single-key shortcuts' }).setChecked(false);
+  await page.keyboard.press('Escape');
+  await page.locator('dialog').waitFor({ state: 'hidden' });
+  await page.locator('body').click({ position: { x: 700, y: 24 } });
+  await page.keyboard.press('Space');
+  await page.keyboard.press('g');
+  await page.waitForTimeout(200);
+  assert.ok(await playing());
+  assert.ok(await page.getByRole('checkbox', { name: 'Ghosts' }).isChecked());
+  await page.keyboard.press('Alt+k');
+  await until(async () => !(await playing()), 'Alt+K still works');
+});
