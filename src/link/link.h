@@ -42,11 +42,17 @@ typedef struct ll_sending {
     ll_time copy_due;
 } ll_sending;
 
-/* Realised statistics, to stand next to the configured ones. */
+/* Realised statistics, to stand next to the configured ones. sent - lost - overflowed + duplicated is what
+ * was put on its way: the delays are those of it, as drawn or, in fifo order, as they became. */
 typedef struct ll_link_stats {
-    int64_t sent, lost, duplicated, overflowed, delivered, reordered, bytes;
-    double delay_sum_ms, delay_sum_squares; /* of deliveries' draws */
-    double delay_min_ms, delay_max_ms; /* of those; the least is 1e9 before the first */
+    int64_t sent, lost;
+    int64_t duplicated; /* copies drawn */
+    int64_t overflowed; /* packets and copies beyond the limits */
+    int64_t delivered;  /* copies too */
+    int64_t reordered;  /* deliveries after that of a packet sent later */
+    int64_t bytes;      /* of all sendings, without copies */
+    double delay_sum_ms, delay_sum_squares;
+    double delay_min_ms, delay_max_ms; /* the least is 1e9 before the first */
 } ll_link_stats;
 
 typedef struct ll_link ll_link; /* lives in a block; size from ll_link_size */
@@ -64,7 +70,7 @@ ll_time ll_link_next_due(const ll_link *link); /* LL_NEVER when empty */
 /* Takes the next packet due at or before `now`; copies it out. Returns its size, or -1 when none is due. */
 int ll_link_receive(ll_link *link, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due);
 
-void ll_link_clear(ll_link *link); /* drops what is in flight */
+void ll_link_clear(ll_link *link); /* drops what is in flight; fifo order starts anew */
 int ll_link_in_flight(const ll_link *link);
 const ll_link_stats *ll_link_get_stats(const ll_link *link);
 bool ll_link_valid(const ll_link *link); /* whole-structure check for LL_VALIDATE */

@@ -1,0 +1,162 @@
+/* What the link does on average, against closed forms: 100,000 packets, 4 standard errors. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+
+#include <cmocka.h>
+
+#include "link/harness.h"
+
+#define COUNT 100000
+#define STEP (LL_SECOND / 60)
+
+typedef struct tally {
+    int64_t lost, duplicated;
+    double n, mean, variance, copy_mean, least, most;
+} tally;
+
+/* Sends COUNT packets and gathers their delays in ms, as the sendings tell them. */
+static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
+{
+    ll_link *link = link_open(60, 4000, seed, 3);
+    tally t = {.least = 1e9};
+    double sum = 0, squares = 0, copies = 0;
+    ll_time sent, due;
+    for (int64_t i = 0; i < COUNT; i++) {
+        ll_time now = i * STEP;
+        ll_sending s = packet_send(link, params, lag_ms, now, i);
+        t.lost += s.fate == LL_FATE_LOST;
+        t.duplicated += s.duplicated;
+        if (s.fate == LL_FATE_DELIVERED) {
+            double delay = ll_to_ms(s.due - now);
+            sum += delay;
+            squares += delay * delay;
+            t.n++;
+            t.least = delay < t.least ? delay : t.least;
+            t.most = delay > t.most ? delay : t.most;
+            if (s.duplicated)
+                copies += ll_to_ms(s.copy_due - now);
+        }
+        while (packet_receive(link, now, &sent, &due) >= 0)
+            ;
+    }
+    const ll_link_stats *stats = ll_link_get_stats(link);
+    assert_int_equal(stats->overflowed, 0);
+    assert_int_equal(stats->sent, COUNT);
+    assert_int_equal(stats->lost, t.lost);
+    assert_int_equal(stats->duplicated, t.duplicated);
+    assert_int_equal(stats->delivered + ll_link_in_flight(link), COUNT - t.lost + t.duplicated);
+    if (t.duplicated == 0) {
+        assert_true(fabs(stats->delay_sum_ms - sum) < 1e-9 * sum + 1e-3);
+        assert_true(fabs(stats->delay_sum_squares - squares) < 1e-9 * squares + 1e-3);
+        assert_true(fabs(stats->delay_min_ms - t.least) < 1e-6 && fabs(stats->delay_max_ms - t.most) < 1e-6);
+    }
+    t.mean = sum / t.n;
+    t.variance = squares / t.n - t.mean * t.mean;
+    t.copy_mean = t.duplicated > 0 ? copies / (double)t.duplicated : 0;
+    free(link);
+    return t;
+}
+
+static void without_impairments_the_delay_is_exact(void **state)
+{
+    (void)state;
+    ll_link_params params = {.delay_ms = 12.5};
+    tally t = run(&params, 100, 1);
+    assert_true(t.least == 112.5 && t.most == 112.5 && t.n == COUNT && t.duplicated == 0);
+}
+
+static void uniform_jitter_has_its_moments(void **state)
+{
+    (void)state;
+    static const double widths[] = {1, 20, 245};
+    for (int i = 0; i < 3; i++) {
+        ll_link_params params = {.delay_ms = 55, .jitter_ms = widths[i]};
+        tally t = run(&params, 200, 1);
+        double variance = widths[i] * widths[i] / 3;
+        assert_true(t.least >= 255 - widths[i] && t.most < 255 + widths[i]);
+        assert_true(t.least < 255 - 0.999 * widths[i] && t.most > 255 + 0.999 * widths[i]);
+        assert_true(fabs(t.mean - 255) < 4 * sqrt(variance / COUNT));
+        assert_true(fabs(t.variance - variance) < 4 * variance * sqrt(0.8 / COUNT)); /* kurtosis 1.8 */
+    }
+}
+
+static void normal_jitter_has_its_moments(void **state)
+{
+    (void)state;
+    ll_link_params params = {.jitter_ms = 30, .distribution = LL_DISTRIBUTION_NORMAL};
+    tally t = run(&params, 300, 1);
+    assert_true(fabs(t.mean - 300) < 4 * 30 / sqrt(COUNT));
+    assert_true(fabs(t.variance - 900) < 4 * 900 * sqrt(2.0 / COUNT));
+    assert_true(t.least < 300 - 3.5 * 30 && t.most > 300 + 3.5 * 30);
+}
+
+/* A delay below zero counts as zero: half of the draws, and the mean of the other half is jitter / sqrt(2
+ * pi). */
+static void delays_are_not_negative(void **state)
+{
+    (void)state;
+    ll_link_params params = {.jitter_ms = 50, .distribution = LL_DISTRIBUTION_NORMAL};
+    tally t = run(&params, 0, 1);
+    double mean = 50 / sqrt(2 * acos(-1)), variance = 2500.0 / 2 - mean * mean;
+    assert_true(t.least == 0);
+    assert_true(fabs(t.mean - mean) < 4 * sqrt(variance / COUNT));
+}
+
+static void assert_rate(int64_t count, double of, double rate)
+{
+    assert_true(fabs((double)count - of * rate) <= 4 * sqrt(of * rate * (1 - rate)));
+}
+
+static void loss_and_duplicates_have_their_rates(void **state)
+{
+    (void)state;
+    static const double percents[] = {0, 1, 20, 99, 100};
+    for (int i = 0; i < 5; i++) {
+        double rate = percents[i] / 100;
+        ll_link_params params = {.loss_pct = percents[i]};
+        assert_rate(run(&params, 100, 5).lost, COUNT, rate);
+        params = (ll_link_params){.duplicate_pct = percents[i]};
+        assert_rate(run(&params, 100, 6).duplicated, COUNT, rate);
+    }
+    /* the copies are of what was not lost, and are delayed by draws of their own */
+    ll_link_params params = {.jitter_ms = 40, .loss_pct = 30, .duplicate_pct = 20};
+    tally t = run(&params, 100, 7);
+    assert_rate(t.lost, COUNT, 0.3);
+    assert_rate(t.duplicated, t.n, 0.2);
+    assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(1600.0 / 3 / (double)t.duplicated));
+}
+
+/* Lag one of the fates: what happens to a packet says nothing about the next. */
+static void losses_do_not_come_in_bursts(void **state)
+{
+    (void)state;
+    ll_link *link = link_open(100, 10000, 1, 3);
+    ll_link_params params = {.loss_pct = 10};
+    ll_time sent, due;
+    int64_t pairs = 0;
+    bool before = false;
+    for (int64_t i = 0; i < COUNT; i++) {
+        bool lost = packet_send(link, &params, 0, i * STEP, i).fate == LL_FATE_LOST;
+        pairs += lost && before;
+        before = lost;
+        while (packet_receive(link, i * STEP, &sent, &due) >= 0)
+            ;
+    }
+    assert_rate(pairs, COUNT, 0.01);
+    free(link);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(without_impairments_the_delay_is_exact),
+        cmocka_unit_test(uniform_jitter_has_its_moments),
+        cmocka_unit_test(normal_jitter_has_its_moments),
+        cmocka_unit_test(delays_are_not_negative),
+        cmocka_unit_test(loss_and_duplicates_have_their_rates),
+        cmocka_unit_test(losses_do_not_come_in_bursts),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
