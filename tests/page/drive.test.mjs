@@ -41,8 +41,8 @@ test('with prediction the own car moves by the next frames at 500 ms lag; server
   await page.waitForTimeout(1500); /* states are on their way */
   assert.equal((await frameOf(page)).views[1].entities[0].x, 0);
   const seen = await reaction(page, 0, 'ArrowRight', 'ArrowRight');
-  assert.ok(seen.own !== null && seen.own < 120, `own car after ${seen.own} ms`);
-  assert.ok(seen.frames <= 6, `own car after ${seen.frames} frames`);
+  assert.ok(seen.own !== null && seen.own < 100, `own car after ${seen.own} ms`);
+  assert.ok(seen.frames <= 4, `own car after ${seen.frames} frames`);
   assert.ok(seen.server > 400 && seen.server < 800, `server after ${seen.server} ms`);
   assert.ok(seen.other > 900, `other view after ${seen.other} ms`);
   assert.deepEqual(complaints, []);

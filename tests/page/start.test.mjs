@@ -1,8 +1,13 @@
 // Opening the page: soon, moving, quiet, alone.
 import assert from 'node:assert/strict';
+import { readFileSync, readdirSync } from 'node:fs';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
 import { SIZES, frameOf, launch, pictures, sessionOf, shown, visit } from './lib.mjs';
+
+const WWW = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../../www');
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -61,6 +66,13 @@ test('asks nobody but the daemon, and for little', async () => {
   const total = sizes.reduce((a, b) => a + b, 0);
   assert.ok(total > 100000 && total < 400000, `${total} bytes in ${requests.length} requests`);
   await close();
+});
+
+test('every module is asked for at once, without waiting for the one that imports it', () => {
+  const files = readdirSync(path.join(WWW, 'js'), { recursive: true, encoding: 'utf8' }).filter((name) => name.endsWith('.js'));
+  const index = readFileSync(path.join(WWW, 'index.html'), 'utf8');
+  assert.ok(files.length > 20);
+  assert.deepEqual(files.filter((name) => !index.includes(`"js/${name}"`)), []);
 });
 
 for (const size of SIZES) {

@@ -119,7 +119,7 @@ export async function again() {
     link.problems = [];
     const made = await create();
     show(made.id, made.key, true);
-    if (link.problems.length > 0) tell(link.problems.join('. '));
+    if (link.problems.length > 0) tell(link.problems.join('. '), true);
   } catch (error) {
     tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
     setTimeout(again, 1000 + Math.random() * 1000);

@@ -20,7 +20,7 @@ loop.listen();
 
 call('GET', 'schema').then((answer) => {
   schema.value = answer;
-}).catch(() => tell('The controls could not be loaded: load the page again'));
+}).catch(() => tell('The controls could not be loaded: load the page again', true));
 call('GET', 'scenarios').then((answer) => {
   scenarios.value = answer.scenarios ?? [];
 }).catch(() => {});
@@ -38,7 +38,7 @@ if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the sessio
 opened.then((made) => {
   show(made.id, made.key, made.own);
   const notes = [made.note, ...link.problems].filter((text) => text !== '');
-  if (notes.length > 0) tell(notes.join('. '));
+  if (notes.length > 0) tell(notes.join('. '), link.problems.length > 0);
 }).catch((error) => {
   tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
   setTimeout(again, 1000);

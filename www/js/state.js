@@ -83,7 +83,14 @@ export const locked = computed(() => {
   return readOnly.value ? 'Read-only: the owner of this session has the controls' : '';
 });
 
-/** Tells a person something; spoken too. @param {string} text */
-export function tell(text) {
+const NOTICE_MS = 15000;
+/** @type {ReturnType<typeof setTimeout> | undefined} */
+let fading;
+
+/** Tells a person something; spoken too. News goes by itself, what was ignored stays until it is closed.
+ * @param {string} text @param {boolean} [stays] */
+export function tell(text, stays = false) {
+  clearTimeout(fading);
   notice.value = text;
+  if (!stays) fading = setTimeout(() => { notice.value = ''; }, NOTICE_MS);
 }

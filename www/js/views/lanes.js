@@ -130,6 +130,12 @@ function drawLife(at, input, yOwn, yServer) {
     pen.lineTo(x(state.begin), yServer);
     pen.stroke();
   }
+  const half = (/** @type {number} */ t0, /** @type {number} */ t1, /** @type {number} */ y, /** @type {string} */ text) => drawText(pen, colours,
+    text, (x(t0) + x(t1)) / 2, y, { align: 'center', bold: true });
+  const between = (yOwn + yServer) / 2;
+  if (input.fate === 0) half(input.begin, input.end, between, ms(input.end - input.begin));
+  if (verdict && state && state.begin > verdict.begin) half(verdict.begin, state.begin, yServer - colours.text * 0.9, ms(state.begin - verdict.begin));
+  if (state) half(state.begin, state.end, between, ms(state.end - state.begin));
   const parts = [`Input ${input.number} of ${letter(input.player)}`];
   if (input.fate !== 0) parts.push('lost');
   else if (verdict) parts.push(`${ms(verdict.begin - input.begin)} to the server's tick`);
