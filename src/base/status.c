@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/utf8.h"
+
 /* Length of `text` without a UTF-8 sequence that was cut off at its end. */
 static size_t whole_sequences(const char *text, size_t length)
 {
@@ -20,6 +22,17 @@ static size_t whole_sequences(const char *text, size_t length)
     return length;
 }
 
+/* What strangers wrote may be quoted, and cut by a precision: no byte may stay that is not text. */
+static void make_printable(char *text)
+{
+    while (*text) {
+        int sequence = ll_utf8_printable(text);
+        if (sequence == 0)
+            *text = '?';
+        text += sequence == 0 ? 1 : sequence;
+    }
+}
+
 static void fill(char *out, size_t capacity, const char *format, va_list arguments)
     __attribute__((format(printf, 3, 0)));
 
@@ -30,6 +43,7 @@ static void fill(char *out, size_t capacity, const char *format, va_list argumen
         out[0] = '\0';
     else if ((size_t)length >= capacity)
         out[whole_sequences(out, capacity - 1)] = '\0';
+    make_printable(out);
 }
 
 ll_status ll_ok(void)
@@ -54,6 +68,7 @@ ll_status ll_field_error(ll_code code, const char *field, const char *format, ..
     if (length >= sizeof s.field)
         length = whole_sequences(field, sizeof s.field - 1);
     memcpy(s.field, field, length);
+    make_printable(s.field);
     va_list arguments;
     va_start(arguments, format);
     fill(s.text, sizeof s.text, format, arguments);

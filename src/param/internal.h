@@ -1,6 +1,7 @@
 /* What the files of this room share. */
 #pragma once
 
+#include "base/utf8.h"
 #include "param/param.h"
 
 #define LL_PATH_MAX 160
@@ -26,9 +27,6 @@ void ll_path_pop(ll_path *path, int length);
 const char *ll_path_subject(const ll_path *path); /* begins a sentence */
 
 /* ---- text.c ---- */
-
-/* Length of the UTF-8 sequence at `text`: 0 when it is none, or a control character. */
-int ll_utf8_printable(const char *text);
 
 typedef struct ll_writer {
     char *out;

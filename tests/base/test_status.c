@@ -57,12 +57,25 @@ static void cuts_spare_letters(void **state)
     }
 }
 
+/* What a stranger wrote may be quoted with its control characters, and cut by a precision. */
+static void what_is_quoted_becomes_text(void **state)
+{
+    (void)state;
+    assert_string_equal(ll_error(LL_BAD_INPUT, "got %.2s", "a\xc3\xa4").text, "got a?");
+    assert_string_equal(ll_error(LL_BAD_INPUT, "got %s.", "\x1b[0m\n\x7f\xff\xc2\x85").text,
+                        "got ?[0m?????.");
+    assert_string_equal(ll_error(LL_BAD_INPUT, "got %s", "\xf0\x9f\x9a\x97 \xc3\xa4").text,
+                        "got \xf0\x9f\x9a\x97 \xc3\xa4");
+    assert_string_equal(ll_field_error(LL_BAD_INPUT, "a\x01\xed\xa0\x80", "x").field, "a????");
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ok_is_not_a_failure),
         cmocka_unit_test(an_error_says_what_and_where),
         cmocka_unit_test(cuts_spare_letters),
+        cmocka_unit_test(what_is_quoted_becomes_text),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
