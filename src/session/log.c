@@ -146,12 +146,20 @@ static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *
     return ll_session_new(&scenario, scenario.config, on_line, context, session);
 }
 
+/* A restart may change what is live, never what the block's size and the clock follow from. */
+static bool same_shape(const ll_session *s, const ll_scenario *other)
+{
+    return other->kind == s->scenario.kind && other->kind->size(other->config) == s->block_size &&
+           other->kind->tick_freq(other->config) == s->freq &&
+           ((const ll_scenario_head *)other->config)->duration_s == ll_session_head(s)->duration_s;
+}
+
 static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
 {
     ll_scenario scenario = {0};
     ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
-    if (!ll_failed(&status) && scenario.kind != s->scenario.kind)
-        status = bad_line(number, "restarts with another kind");
+    if (!ll_failed(&status) && !same_shape(s, &scenario))
+        status = bad_line(number, "restarts another scenario");
     if (!ll_failed(&status))
         ll_session_rebase(s, scenario.config);
     ll_scenario_free(&scenario);
@@ -183,13 +191,18 @@ static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t nu
     return status;
 }
 
+static bool is_axis(const cJSON *o)
+{
+    return cJSON_IsNumber(o) && o->valuedouble >= -1 && o->valuedouble <= 1;
+}
+
 static ll_status read_input(ll_session *s, const cJSON *o, int64_t tick, size_t number)
 {
     const cJSON *player = cJSON_GetObjectItemCaseSensitive(o, "player");
     const cJSON *axes = cJSON_GetObjectItemCaseSensitive(o, "axes");
     const cJSON *buttons = cJSON_GetObjectItemCaseSensitive(o, "buttons");
     const cJSON *x = cJSON_GetArrayItem(axes, 0), *y = cJSON_GetArrayItem(axes, 1);
-    if (!cJSON_IsNumber(player) || !cJSON_IsNumber(x) || !cJSON_IsNumber(y) || !cJSON_IsNumber(buttons) ||
+    if (!cJSON_IsNumber(player) || !is_axis(x) || !is_axis(y) || !cJSON_IsNumber(buttons) ||
         !(buttons->valuedouble >= 0 && buttons->valuedouble <= UINT32_MAX) || player->valueint < 0 ||
         player->valueint >= LL_PLAYERS_MAX)
         return bad_line(number, "is not an input");

@@ -320,6 +320,8 @@ static void bad_logs_are_refused(void **state)
         "{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":-4}}", "{\"op\":\"set\",\"tick\":5,\"values\":{\"seed\":4}}",
         "{\"op\":\"set\",\"tick\":5,\"values\":3}", "{\"op\":\"input\",\"tick\":5,\"player\":99,\"axes\":[0,0],\"buttons\":0}",
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0],\"buttons\":0}",
+        "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0,-1e999],\"buttons\":0}",
+        "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[1.1,0],\"buttons\":0}",
         "{\"op\":\"head\",\"tick\":9}\n{\"op\":\"input\",\"tick\":8,\"player\":0,\"axes\":[0,0],\"buttons\":0}\n{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":4}}",
     };
     ll_session *s;
@@ -334,6 +336,32 @@ static void bad_logs_are_refused(void **state)
         assert_true(ll_failed(&status));
         assert_null(s);
     }
+}
+
+/* The block has the size of the header's scenario: a restart of another one must not be put into it. */
+static void log_that_restarts_another_scenario_is_refused(void **state)
+{
+    (void)state;
+    static const char header[] =
+        "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"duration_s\":4,\"players\":[{}]}}\n";
+    static const char *const others[] = {
+        "\"duration_s\":4,\"players\":[{},{},{},{},{},{},{},{}]",
+        "\"duration_s\":4,\"tick_hz\":240,\"players\":[{}]",
+        "\"duration_s\":40,\"players\":[{}]",
+        "\"duration_s\":4,\"game\":\"gambetta\",\"players\":[{}]",
+    };
+    static const char same[] = "\"duration_s\":4,\"server\":{\"update_hz\":5},\"players\":[{\"lag_ms\":77}]";
+    char log[1024];
+    ll_session *s;
+    for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
+        snprintf(log, sizeof log, "%s{\"op\":\"restart\",\"scenario\":{\"kind\":\"netgame\",%s}}\n", header, others[i]);
+        assert_int_equal(ll_session_restore(log, strlen(log), NULL, NULL, &s).code, LL_BAD_INPUT);
+        assert_null(s);
+    }
+    snprintf(log, sizeof log, "%s{\"op\":\"restart\",\"scenario\":{\"kind\":\"netgame\",%s}}\n", header, same);
+    must(ll_session_restore(log, strlen(log), NULL, NULL, &s));
+    must(ll_session_run_to(s, 30));
+    ll_session_destroy(s);
 }
 
 /* An input in a log for a player who is not there, or whose control is not a person, must not reach the engine. */
@@ -432,6 +460,7 @@ int main(void)
         cmocka_unit_test(restart_keeps_parameters_and_reset_does_not),
         cmocka_unit_test(bad_commands_change_nothing),
         cmocka_unit_test(bad_logs_are_refused),
+        cmocka_unit_test(log_that_restarts_another_scenario_is_refused),
         cmocka_unit_test(log_with_an_impossible_input_runs),
         cmocka_unit_test(frames_carry_the_state),
         cmocka_unit_test(trace_has_a_row_per_tick),
