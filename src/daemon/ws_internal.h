@@ -85,10 +85,13 @@ struct ws_viewer {
     int64_t first_sent_ns;
     struct {
         uint32_t seq;
+        bool key;
         int64_t sent_ns;
     } outstanding[WS_OUTSTANDING]; /* oldest first */
     int outstanding_count, window;
-    int64_t delay_ns; /* of acknowledgements when nothing queues: a minimum that forgets slowly */
+    int64_t delay_ns;  /* of acknowledgements when nothing queues: a minimum that forgets slowly */
+    bool spare_keys;   /* its last key frame took long: none for gaps, until nothing queued for a while */
+    int64_t queued_ns; /* when frames queued last */
     /* messages */
     ws_mail *first_message, *last_message;
     int message_count;
@@ -100,6 +103,8 @@ struct ws_viewer {
     bool rate_said;
     int close_code; /* set: says goodbye, since `close_ns` */
     int64_t close_ns;
+    bool rude; /* it is closed for what it sends: it may not have stopped yet */
+    int64_t heard_ns;
     char close_reason[120];
     bool dead; /* the socket failed */
 };

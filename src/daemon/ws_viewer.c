@@ -18,6 +18,13 @@
 #define GRACE_NS INT64_C(150000000)
 #define BEGIN_WINDOW 3
 
+/* A key frame is many times a frame. To one whose last took so much longer than its other frames to be
+ * acknowledged the next would only make another gap, and so on for ever: for a gap it gets ordinary frames
+ * instead and misses events, not states. Until nothing has queued for KEYS_AGAIN_NS. */
+#define KEY_NS INT64_C(250000000)
+#define KEYS_AGAIN_NS INT64_C(10000000000)
+
+#define QUIET_NS INT64_C(100000000)    /* nothing came for that long: a rude viewer has stopped */
 #define GOODBYE_NS INT64_C(3000000000) /* how long a viewer may take to let itself be closed */
 
 static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
@@ -66,7 +73,7 @@ static void fail(ws_viewer *viewer)
     }
 }
 
-static void note_sent(ws_viewer *viewer, const ws_publication *frame)
+static void note_sent(ws_viewer *viewer, const ws_publication *frame, bool key)
 {
     if (viewer->fresh) {
         viewer->first_sent_ns = viewer->thread->now_ns;
@@ -83,17 +90,20 @@ static void note_sent(ws_viewer *viewer, const ws_publication *frame)
     }
     int i = viewer->outstanding_count++;
     viewer->outstanding[i].seq = frame->seq;
+    viewer->outstanding[i].key = key;
     viewer->outstanding[i].sent_ns = viewer->thread->now_ns;
 }
 
 /* The frame in the encoding that this viewer can use; false when it was not made. */
 static bool send_frame(ws_viewer *viewer, ws_publication *frame)
 {
+    bool gap = frame->seq - viewer->last_sent > LL_FRAME_REPEAT;
     bool key = viewer->needs_key || viewer->fresh || frame->generation != viewer->generation ||
-               frame->seq - viewer->last_sent > LL_FRAME_REPEAT;
+               (gap && !viewer->spare_keys);
     int variant = LL_WS_VARIANT(viewer->upgrade.format, key);
     if (!key && frame->variant[variant].size == 0) {
-        variant = LL_WS_VARIANT(viewer->upgrade.format, true); /* holds all that a delta does */
+        key = true; /* holds all that a delta does */
+        variant = LL_WS_VARIANT(viewer->upgrade.format, true);
     }
     size_t size = frame->variant[variant].size;
     if (size == 0) {
@@ -111,7 +121,7 @@ static bool send_frame(ws_viewer *viewer, ws_publication *frame)
         fail(viewer);
         return false;
     }
-    note_sent(viewer, frame);
+    note_sent(viewer, frame, key);
     ws_count(&viewer->thread->counts.frames, 1);
     ws_count(&viewer->thread->counts.bytes, size);
     return true;
@@ -153,15 +163,28 @@ void ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, i
 
 static void adapt_window(ws_viewer *viewer, int64_t delay)
 {
-    if (delay < viewer->delay_ns) {
+    if (viewer->delay_ns == 0 || delay < viewer->delay_ns) {
         viewer->delay_ns = delay;
     } else {
         viewer->delay_ns += (delay - viewer->delay_ns) / 512;
     }
     if (delay > viewer->delay_ns + QUEUEING_NS) {
         viewer->window -= viewer->window > 1 ? 1 : 0;
+        viewer->queued_ns = viewer->thread->now_ns;
     } else {
         viewer->window += viewer->window < LL_FRAME_WINDOW ? 1 : 0;
+        viewer->spare_keys = viewer->spare_keys && viewer->thread->now_ns - viewer->queued_ns < KEYS_AGAIN_NS;
+    }
+}
+
+/* A key frame's delay says nothing of the window: it is the size that takes it. */
+static void judge_key(ws_viewer *viewer, int64_t delay)
+{
+    int64_t usual =
+        viewer->delay_ns < KEY_NS ? viewer->delay_ns : KEY_NS; /* more tells of a queue, not of the way */
+    if (delay > usual + KEY_NS) {
+        viewer->spare_keys = true;
+        viewer->queued_ns = viewer->thread->now_ns;
     }
 }
 
@@ -175,7 +198,12 @@ static void acknowledge(ws_viewer *viewer, uint32_t seq)
         gone++;
     }
     if (gone > 0 && viewer->outstanding[gone - 1].seq == seq) {
-        adapt_window(viewer, viewer->thread->now_ns - viewer->outstanding[gone - 1].sent_ns);
+        int64_t delay = viewer->thread->now_ns - viewer->outstanding[gone - 1].sent_ns;
+        if (viewer->outstanding[gone - 1].key) {
+            judge_key(viewer, delay);
+        } else {
+            adapt_window(viewer, delay);
+        }
     }
     viewer->acked_once = true;
     viewer->outstanding_count -= gone;
@@ -294,6 +322,13 @@ void ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
     }
 }
 
+/* A socket that is closed while bytes still come is reset, and the reset overtakes the reason on its way. */
+static bool is_talking(const ws_viewer *viewer)
+{
+    int64_t now = viewer->thread->now_ns;
+    return viewer->rude && now - viewer->heard_ns < QUIET_NS && now - viewer->close_ns < GOODBYE_NS * 3 / 4;
+}
+
 bool ws_viewer_writable(ws_viewer *viewer)
 {
     if (viewer->dead) {
@@ -302,6 +337,9 @@ bool ws_viewer_writable(ws_viewer *viewer)
     flush_messages(viewer);
     if (viewer->first_message != NULL || lws_partial_buffered(viewer->wsi)) {
         return !viewer->dead;
+    }
+    if (viewer->close_code != 0 && is_talking(viewer)) {
+        return true; /* ws_viewer_sweep comes back to it */
     }
     if (viewer->close_code != 0) {
         lws_close_reason(viewer->wsi, (enum lws_close_status)viewer->close_code,
@@ -377,6 +415,7 @@ static void refuse_rate(ws_viewer *viewer)
         ws_viewer_send(viewer, message);
     }
     ws_count(&viewer->thread->counts.closed_policy, 1);
+    viewer->rude = true;
     ws_viewer_close(viewer, LL_WS_POLICY, text);
 }
 
@@ -399,6 +438,7 @@ bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool f
     if (viewer->dead) {
         return false;
     }
+    viewer->heard_ns = viewer->thread->now_ns;
     if (viewer->stream == NULL || viewer->close_code != 0) {
         return true; /* it is on its way out: what it says is not heard */
     }
@@ -411,6 +451,7 @@ bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool f
         char text[100];
         snprintf(text, sizeof text, "a message may have %zu bytes (max_message_bytes)", limit);
         ws_count(&viewer->thread->counts.closed_policy, 1);
+        viewer->rude = true;
         ws_viewer_close(viewer, big ? LL_WS_TOO_BIG : 1003, big ? text : "messages are text");
         return true;
     }
@@ -452,7 +493,6 @@ bool ws_viewer_open(ws_viewer *viewer)
     viewer->tokens = 2 * ws->config.max_messages_per_s;
     viewer->fresh = true;
     viewer->window = BEGIN_WINDOW;
-    viewer->delay_ns = INT64_C(1000000000);
     if (stream == NULL) {
         ws_viewer_close(viewer, LL_WS_NO_SESSION, "the session was deleted");
         return true;
@@ -522,6 +562,8 @@ void ws_viewer_sweep(ws_viewer *viewer)
     if (viewer->close_code != 0) {
         if (now - viewer->close_ns > GOODBYE_NS) {
             fail(viewer);
+        } else if (viewer->rude && !is_talking(viewer)) {
+            lws_callback_on_writable(viewer->wsi);
         }
         return;
     }

@@ -391,6 +391,34 @@ static void test_slow_reader_bridged(void **state)
     close(fd);
 }
 
+/* Key frames are many times a frame, and this viewer's time goes by bytes: one for every gap would make the
+ * next gap. */
+static void test_slow_link(void **state)
+{
+    (void)state;
+    static front g;
+    double oldest = 0;
+    int keys = 0;
+    front_prepare(&g);
+    g.key_bytes = 8000;
+    front_open(&g);
+    int fd = net_connect(g.port);
+    assert_int_equal(viewer_upgrade(fd, "s0", BIN, ""), 101);
+    assert_true(viewer_read(fd, &frame, 2));
+    for (int i = 0; i < 40; i++) {
+        assert_true(viewer_read(fd, &frame, 2));
+        front_sleep(i > 5 ? 0.083 * (double)frame.size / 1000 : 0);
+        double age = viewer_age(&frame);
+        oldest = i > 20 && age > oldest ? age : oldest;
+        keys += viewer_is_key(&frame);
+        viewer_ack(fd, viewer_seq(&frame));
+    }
+    assert_true(oldest < 0.35);
+    assert_in_range(keys, 1, 3);
+    close(fd);
+    front_close(&g);
+}
+
 /* Everybody is told when the daemon stops; direct and bridged ones. */
 static void test_drain(void **state)
 {
@@ -440,6 +468,7 @@ int main(void)
         cmocka_unit_test(test_kept_refusals),
         cmocka_unit_test(test_all_at_once),
         cmocka_unit_test(test_slow_reader_bridged),
+        cmocka_unit_test(test_slow_link),
         cmocka_unit_test(test_drain),
     };
     return cmocka_run_group_tests(tests, set_up, tear_down);

@@ -178,7 +178,8 @@ static void *publish_all(void *argument)
     int64_t next = front_now();
     uint32_t seq = 0;
     for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        buffers[v] = (ll_buffer){calloc(1, f->frame_bytes), f->frame_bytes, f->frame_bytes};
+        size_t size = v % 2 != 0 && f->key_bytes != 0 ? f->key_bytes : f->frame_bytes;
+        buffers[v] = (ll_buffer){calloc(1, size), size, size};
     }
     while (!atomic_load(&f->end)) {
         next += 16666667;

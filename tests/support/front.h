@@ -1,8 +1,9 @@
 /* A front door with a toy behind it, and a client of raw bytes: what the tests of the daemon's port use.
  *
- * The toy has sessions s0, s1, ... that publish frames of 1000 bytes (or `frame_bytes`) at 60 Hz while
- * `publishing`; a frame holds its seq at byte 4, flag 1 at byte 2 if it is a key frame, and the time of its
- * publication at byte 48. A viewer is greeted with {"type":"hello"}; what it says is sent back as
+ * The toy has sessions s0, s1, ... that publish frames of 1000 bytes (or `frame_bytes`; key frames
+ * `key_bytes`) at 60 Hz while `publishing`; a frame holds its seq at byte 4, flag 1 at byte 2 if it is a key
+ * frame, and the time of its publication at byte 48. A viewer is greeted with {"type":"hello"}; what it says
+ * is sent back as
  * {"echo":...}. */
 #pragma once
 
@@ -22,7 +23,7 @@ typedef struct front {
     ll_ws *ws;
     ll_ws_stream *stream[FRONT_SESSIONS];
     uint16_t port;
-    size_t frame_bytes;
+    size_t frame_bytes, key_bytes;
     atomic_bool publishing, end;
     atomic_uint generation, opened, closed, released;
     atomic_int greet; /* 0: viewers get no hello */
