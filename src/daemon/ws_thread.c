@@ -136,6 +136,7 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         return viewer != NULL && ws_viewer_writable(viewer) ? 0 : -1;
     case LWS_CALLBACK_RECEIVE: {
         viewer = lws_get_opaque_user_data(wsi);
+        thread->now_ns = ws_now(); /* the poll before may have slept: acks are timed by it */
         bool last = lws_is_final_fragment(wsi) && lws_remaining_packet_payload(wsi) == 0;
         return viewer != NULL && ws_viewer_receive(viewer, in, size, lws_is_first_fragment(wsi) != 0, last)
                    ? 0
@@ -183,6 +184,7 @@ bool ws_thread_prepare(ws_thread *thread)
 static void sweep(lws_sorted_usec_list_t *sul)
 {
     ws_thread *thread = lws_container_of(sul, ws_thread, sweep);
+    thread->now_ns = ws_now();
     for (int i = 0; i < thread->slots; i++) {
         if (thread->slot[i] != NULL) {
             ws_viewer_sweep(thread->slot[i]);
