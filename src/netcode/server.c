@@ -13,7 +13,7 @@ void ll_server_init(ll_server *server, int players)
     server->players = players;
 }
 
-static void empty_seat(ll_seat *seat, ll_time now)
+static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
 {
     for (int i = 0; i < LL_INPUT_RING; i++)
         seat->slots[i].tick = -1;
@@ -21,7 +21,7 @@ static void empty_seat(ll_seat *seat, ll_time now)
     seat->acked = 0;
     seat->newest = -1;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
-    seat->allowance = (ll_allowance){LL_RATE_BURST, now};
+    seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
 }
 
 void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
@@ -34,7 +34,7 @@ void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_fr
     server->stepped = now;
     server->client_freq = client_freq;
     for (int i = 0; i < server->players; i++)
-        empty_seat(&server->seats[i], now);
+        empty_seat(&server->seats[i], client_freq, now);
 }
 
 /* Where an input belongs: `false` when it has been seen before. */
@@ -58,6 +58,13 @@ static void measure_slack(ll_seat *seat, int64_t ahead, uint32_t seq)
         seat->slack = seat->last_slack;
         seat->slack_seq = seq;
     }
+}
+
+/* What takes the place of a refused input: the one before it, or nothing where inputs are not for a step. */
+static ll_action instead(const ll_sync *sync, const ll_seat *seat, int64_t tick)
+{
+    const ll_input_slot *before = &seat->slots[(tick - 1) & (LL_INPUT_RING - 1)];
+    return !sync->drains && before->tick == tick - 1 ? before->action : seat->held;
 }
 
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message, ll_time now,
@@ -89,8 +96,8 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         } else {
             seat->accepted++;
         }
-        const ll_action *action = rule == LL_RULE_NONE ? &message->inputs[i] : &seat->held;
-        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, *action, verdict->seq};
+        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(sync, seat, tick);
+        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, action, verdict->seq};
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest) {
             seat->newest = tick;

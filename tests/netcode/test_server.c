@@ -1,0 +1,409 @@
+/* The server: what it makes of the inputs that come, in whatever order and number. */
+#include "toy.h"
+
+static const ll_game_env env = {.dt = 1.0 / 60};
+
+static int take_at(ll_server *s, const ll_sync *sync, int player, const ll_input_message *m, ll_time now,
+                   ll_verdict verdicts[LL_INPUTS_MAX])
+{
+    ll_verdict unused[LL_INPUTS_MAX];
+    return ll_server_receive(s, sync, player, m, now, verdicts != NULL ? verdicts : unused);
+}
+
+static int take(ll_server *s, const ll_sync *sync, const ll_input_message *m,
+                ll_verdict verdicts[LL_INPUTS_MAX])
+{
+    return take_at(s, sync, 0, m, s->stepped, verdicts);
+}
+
+/* Makes the step that is due, when it is. */
+static void step(ll_server *s, const ll_sync *sync)
+{
+    ll_time due = sync->due(s);
+    assert_true(due != LL_NEVER);
+    sync->step(s, &toy, &env, due);
+}
+
+static double at(ll_server *s, int player)
+{
+    return ll_server_world(s)->entity[player].x;
+}
+
+static uint32_t acked(ll_server *s)
+{
+    return ll_server_state(s, 0).head.seq;
+}
+
+static void inputs_apply_at_their_step(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(2, &ll_sync_free, 60, 60);
+    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_message m = inputs(2, 3, (double[]){1, 0.5, -1}); /* for steps 2, 3 and 4 */
+    assert_int_equal(take(s, &ll_sync_free, &m, v), 3);
+    for (uint32_t i = 0; i < 3; i++) {
+        assert_int_equal(v[i].seq, 2 + i);
+        assert_int_equal(v[i].outcome, LL_OUTCOME_APPLIED);
+        assert_int_equal(v[i].rule, LL_RULE_NONE);
+    }
+    const double expected[] = {0, 1, 1.5, 0.5, -0.5, -1.5}; /* after step 4 the last is repeated */
+    for (int k = 0; k < 6; k++) {
+        assert_int_equal(ll_sync_free.due(s), (k + 1) * LL_SECOND / 60);
+        step(s, &ll_sync_free);
+        assert_true(at(s, 0) == expected[k]);
+        assert_true(at(s, 1) == 0);
+        assert_int_equal(s->step, k + 1);
+    }
+    assert_int_equal(s->seats[0].accepted, 3);
+    assert_int_equal(s->seats[0].starved, 3); /* step 1, whose input was made but never came, 5 and 6 */
+    assert_int_equal(s->seats[1].starved, 0); /* never came to be */
+    free(s);
+}
+
+static void repetitions_are_no_news(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_message m = inputs(1, 2, (double[]){0.5, 0.25}), other = inputs(1, 3, (double[]){-1, -1, 1});
+    assert_int_equal(take(s, &ll_sync_free, &m, v), 2);
+    assert_int_equal(take(s, &ll_sync_free, &m, v), 0);
+    assert_int_equal(take(s, &ll_sync_free, &other, v), 1); /* what was said first counts */
+    assert_int_equal(v[0].seq, 3);
+    assert_int_equal(s->seats[0].duplicate, 4);
+    for (int k = 0; k < 3; k++)
+        step(s, &ll_sync_free);
+    assert_true(at(s, 0) == 0.5 + 0.25 + 1);
+    assert_int_equal(take(s, &ll_sync_free, &m, v), 0); /* also when it is done with */
+    assert_int_equal(s->seats[0].late, 0);
+    free(s);
+}
+
+static void late_inputs_are_told_and_not_applied(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_message first = inputs(1, 1, (double[]){0.5}), late = inputs(2, 4, (double[]){1, 1, 1, 1});
+    take(s, &ll_sync_free, &first, v);
+    for (int k = 0; k < 4; k++)
+        step(s, &ll_sync_free);
+    assert_true(at(s, 0) == 4 * 0.5);
+    assert_int_equal(acked(s), 4);                         /* the state no longer waits for these */
+    assert_int_equal(take(s, &ll_sync_free, &late, v), 4); /* for 2, 3, 4: too late; 5: in time */
+    for (int i = 0; i < 3; i++)
+        assert_int_equal(v[i].outcome, LL_OUTCOME_LATE);
+    assert_int_equal(v[3].outcome, LL_OUTCOME_APPLIED);
+    assert_int_equal(s->seats[0].late, 3);
+    assert_int_equal(s->seats[0].accepted, 2);
+    step(s, &ll_sync_free);
+    assert_true(at(s, 0) == 4 * 0.5 + 1);
+    assert_int_equal(acked(s), 5);
+    free(s);
+}
+
+/* "A refused input is replaced by the one before it, so that nobody waits for it." */
+static void refused_inputs_are_replaced_by_the_one_before(void **state)
+{
+    (void)state;
+    const ll_sync *const syncs[] = {&ll_sync_free, &ll_sync_lockstep};
+    for (size_t i = 0; i < 2; i++) {
+        ll_server *s = new_server(1, syncs[i], 60, 60);
+        ll_verdict v[LL_INPUTS_MAX];
+        ll_input_message m = inputs(1, 4, (double[]){0.5, 2, NAN, -0.25}),
+                         again = inputs(5, 1, (double[]){-7});
+        assert_int_equal(take(s, syncs[i], &m, v), 4);
+        const ll_outcome outcomes[] = {LL_OUTCOME_APPLIED, LL_OUTCOME_REFUSED, LL_OUTCOME_REFUSED,
+                                       LL_OUTCOME_APPLIED};
+        const double x[] = {0.5, 1, 1.5, 1.25, 1};
+        for (int k = 0; k < 4; k++) {
+            assert_int_equal(v[k].outcome, outcomes[k]);
+            assert_int_equal(v[k].rule, outcomes[k] == LL_OUTCOME_REFUSED ? LL_RULE_MAGNITUDE : LL_RULE_NONE);
+            step(s, syncs[i]);
+            assert_true(at(s, 0) == x[k]);
+            assert_int_equal(acked(s), k + 1);
+        }
+        take(s, syncs[i], &again, v); /* the one before was applied already */
+        step(s, syncs[i]);
+        assert_true(at(s, 0) == x[4]);
+        assert_int_equal(s->seats[0].refused[LL_RULE_MAGNITUDE], 3);
+        assert_int_equal(s->seats[0].accepted, 2);
+        free(s);
+    }
+}
+
+static void what_was_sent_in_another_epoch_is_void(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    ll_seat before = s->seats[0];
+    ll_input_message m = inputs(1, 2, (double[]){1, 2});
+    const uint16_t epochs[] = {0, 2, 65535};
+    for (size_t i = 0; i < 3; i++) {
+        m.head.epoch = epochs[i];
+        assert_int_equal(take(s, &ll_sync_free, &m, NULL), 0);
+    }
+    assert_memory_equal(&s->seats[0], &before, sizeof before);
+    free(s);
+}
+
+static void ticks_before_the_first_are_void(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    ll_input_message m = inputs(-3, 5, (double[]){1, 1, 1, 1, 1}),
+                     far = inputs(INT64_MIN + 1, 1, (double[]){1});
+    ll_verdict v[LL_INPUTS_MAX];
+    assert_int_equal(take(s, &ll_sync_free, &m, v), 1);
+    assert_int_equal(take(s, &ll_sync_free, &far, v), 0);
+    step(s, &ll_sync_free);
+    assert_true(at(s, 0) == 1);
+    free(s);
+}
+
+/* What input `tick` pushes by: tenths of binary fractions, so that sums are exact. */
+static double pattern(int64_t tick)
+{
+    return (double)(tick * 7 % 17 - 8) / 8;
+}
+
+static ll_input_message patterned(int64_t tick, int count)
+{
+    double x[LL_INPUTS_MAX];
+    for (int i = 0; i < count; i++)
+        x[i] = pattern(tick + i);
+    return inputs(tick, count, x);
+}
+
+/* More ticks than the ring has slots, inputs up to 100 steps early, out of order and repeated. */
+static void ring_goes_round(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    double x = 0;
+    int64_t sent = 0;
+    for (int64_t tick = 1; tick <= 1000; tick++) {
+        for (; sent < tick + 100; sent += 4) { /* four at a time, the last pair first */
+            ll_input_message b = patterned(sent + 3, 2), a = patterned(sent + 1, 4);
+            take(s, &ll_sync_free, &b, NULL);
+            take(s, &ll_sync_free, &a, NULL);
+            s->seats[0].allowance.tokens = 80; /* the rate is not what this is about */
+        }
+        step(s, &ll_sync_free);
+        x += pattern(tick);
+        assert_true(at(s, 0) == x);
+        assert_int_equal(acked(s), tick);
+    }
+    assert_int_equal(s->seats[0].starved, 0);
+    assert_int_equal(s->seats[0].late, 0);
+    assert_int_equal(s->seats[0].accepted, sent);
+    assert_int_equal(s->seats[0].duplicate, sent / 2);
+    /* An input whose slot is another's by now is not mistaken for new. */
+    int64_t duplicate = s->seats[0].duplicate, newest = s->seats[0].newest;
+    ll_input_message old = patterned(newest - LL_INPUT_RING - 1, 2);
+    assert_int_equal(take(s, &ll_sync_free, &old, NULL), 0);
+    assert_int_equal(s->seats[0].duplicate, duplicate + 2);
+    assert_int_equal(s->seats[0].slots[newest % LL_INPUT_RING].tick, newest);
+    free(s);
+}
+
+/* Slack: how many steps an input could have come later, the least since the last update. */
+static void slack_is_the_least_since_the_last_update(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    assert_int_equal(ll_server_state(s, 0).slack, LL_SLACK_UNKNOWN);
+    const struct {
+        int64_t tick;
+        int slack;
+    } news[] = {{1, 0}, {6, 5}, {4, 0} /* older than the newest: says nothing */, {8, 7}};
+    for (size_t i = 0; i < sizeof news / sizeof news[0]; i++) {
+        ll_input_message m = patterned(news[i].tick, 1);
+        take(s, &ll_sync_free, &m, NULL);
+    }
+    ll_state_message m = ll_server_state(s, 0);
+    assert_int_equal(m.slack, 0);
+    assert_int_equal(m.slack_seq, 1);
+    assert_int_equal(ll_server_state(s, 0).slack, LL_SLACK_UNKNOWN); /* nothing came since */
+    step(s, &ll_sync_free);
+    step(s, &ll_sync_free);
+    ll_input_message early = patterned(12, 1), later = patterned(13, 1);
+    take(s, &ll_sync_free, &early, NULL); /* 9 steps early at step 2 */
+    take(s, &ll_sync_free, &later, NULL); /* 10 */
+    m = ll_server_state(s, 0);
+    assert_int_equal(m.slack, 9);
+    assert_int_equal(m.slack_seq, 12);
+    for (int k = 0; k < 14; k++)
+        step(s, &ll_sync_free);
+    ll_input_message late = patterned(14, 1);
+    take(s, &ll_sync_free, &late, NULL); /* at step 16 */
+    assert_int_equal(ll_server_state(s, 0).slack, -3);
+    free(s);
+}
+
+static void state_tells_step_time_and_rate(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    step(s, &ll_sync_free);
+    step(s, &ll_sync_free);
+    ll_state_message m = ll_server_state(s, 0);
+    assert_int_equal(m.head.type, LL_MESSAGE_STATE);
+    assert_int_equal(m.head.epoch, 1);
+    assert_int_equal(m.tick, 2);
+    assert_int_equal(m.time, 2 * LL_SECOND / 60);
+    assert_true(m.update_hz == 30);
+    free(s);
+}
+
+/* Started again, the steps go on counting from where they were, at the new rate from now on. */
+static void clocks_start_again(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    ll_input_message m = patterned(1, 8);
+    take(s, &ll_sync_free, &m, NULL);
+    for (int k = 0; k < 3; k++)
+        step(s, &ll_sync_free);
+    double x = at(s, 0);
+    ll_server_start(s, 2, HZ(7), HZ(7), HZ(60), 123456789);
+    assert_int_equal(s->step, 3);
+    assert_int_equal(acked(s), 0);
+    for (int64_t k = 1; k < 30; k++) {
+        assert_int_equal(ll_sync_free.due(s), 123456789 + k * LL_SECOND / 7);
+        step(s, &ll_sync_free);
+    }
+    assert_true(at(s, 0) == x); /* inputs of the old epoch are gone */
+    m.tick = 33;
+    m.head.epoch = 2;
+    assert_int_equal(take(s, &ll_sync_free, &m, NULL), 8);
+    free(s);
+}
+
+/* ---- lockstep ---- */
+
+static void lockstep_waits_for_everybody(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_lockstep;
+    ll_server *s = new_server(2, sync, 10, 10);
+    ll_input_message one = inputs(1, 1, (double[]){1}), two = inputs(2, 1, (double[]){0.5});
+    assert_int_equal(sync->due(s), LL_NEVER);
+    take_at(s, sync, 0, &one, 20 * LL_MS, NULL);
+    assert_int_equal(sync->due(s), LL_NEVER);
+    take_at(s, sync, 0, &two, 120 * LL_MS, NULL); /* A is a step ahead */
+    assert_int_equal(sync->due(s), LL_NEVER);
+    take_at(s, sync, 1, &one, 350 * LL_MS, NULL);
+    assert_int_equal(sync->due(s), 450 * LL_MS); /* an interval after the last came */
+    step(s, sync);
+    assert_true(at(s, 0) == 1 && at(s, 1) == 1);
+    assert_int_equal(s->stalled, 350 * LL_MS); /* 450 instead of 100 */
+    assert_int_equal(sync->due(s), LL_NEVER);
+    take_at(s, sync, 1, &two, 460 * LL_MS, NULL);
+    assert_int_equal(sync->due(s), 560 * LL_MS);
+    step(s, sync);
+    assert_int_equal(s->stalled, 360 * LL_MS);
+    assert_true(at(s, 0) == 1.5 && at(s, 1) == 1.5);
+    assert_int_equal(ll_server_state(s, 1).head.seq, 2);
+    free(s);
+}
+
+/* When all inputs are there in advance, the steps are an interval apart and nothing stalls. */
+static void lockstep_keeps_its_pace(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_lockstep;
+    ll_server *s = new_server(2, sync, 10, 10);
+    ll_input_message m = patterned(1, 16);
+    take_at(s, sync, 0, &m, 0, NULL);
+    take_at(s, sync, 1, &m, 0, NULL);
+    double x = 0;
+    for (int64_t k = 1; k <= 16; k++) {
+        assert_int_equal(sync->due(s), k * 100 * LL_MS);
+        step(s, sync);
+        x += pattern(k);
+        assert_true(at(s, 0) == x && at(s, 1) == x);
+    }
+    assert_int_equal(s->stalled, 0);
+    assert_int_equal(sync->due(s), LL_NEVER);
+    free(s);
+}
+
+/* ---- gambetta ---- */
+
+static void gambetta_drains_what_has_come(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_gambetta;
+    ll_server *s = new_server(2, sync, 3, 50);
+    ll_input_message m = patterned(1, 5), later = patterned(7, 1), gap = patterned(6, 1),
+                     wild = inputs(8, 1, (double[]){3});
+    ll_verdict v[LL_INPUTS_MAX];
+    assert_int_equal(take(s, sync, &m, v), 5);
+    assert_int_equal(sync->due(s), LL_SECOND / 3);
+    step(s, sync);
+    double x = 0;
+    for (int64_t k = 1; k <= 5; k++)
+        x += pattern(k);
+    assert_true(at(s, 0) == x && at(s, 1) == 0);
+    assert_int_equal(acked(s), 5);
+    step(s, sync); /* nothing came: nothing moves, nothing is repeated */
+    assert_true(at(s, 0) == x);
+    assert_int_equal(take(s, sync, &m, v), 0);
+    step(s, sync);
+    assert_true(at(s, 0) == x);
+    take(s, sync, &later, v);
+    step(s, sync);
+    assert_true(at(s, 0) == (x += pattern(7)));
+    assert_int_equal(acked(s), 7);
+    assert_int_equal(take(s, sync, &gap, v), 1); /* not late: the demo's rule */
+    assert_int_equal(v[0].outcome, LL_OUTCOME_APPLIED);
+    step(s, sync);
+    assert_true(at(s, 0) == (x += pattern(6)));
+    assert_int_equal(acked(s), 6); /* and back goes the acknowledgement: the demo's defect */
+    assert_int_equal(take(s, sync, &wild, v), 1);
+    assert_int_equal(v[0].outcome, LL_OUTCOME_REFUSED);
+    step(s, sync);
+    assert_true(at(s, 0) == x); /* dropped, not replaced */
+    free(s);
+}
+
+static void gambetta_drains_for_longer_than_the_ring(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_gambetta;
+    ll_server *s = new_server(1, sync, 10, 50);
+    double x = 0;
+    for (int64_t first = 1; first < 1000; first += 5) {
+        ll_input_message m = patterned(first, 5);
+        take(s, sync, &m, NULL);
+        take(s, sync, &m, NULL);
+        step(s, sync);
+        for (int64_t k = first; k < first + 5; k++)
+            x += pattern(k);
+        assert_true(at(s, 0) == x);
+        assert_int_equal(acked(s), first + 4);
+    }
+    free(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(inputs_apply_at_their_step),
+        cmocka_unit_test(repetitions_are_no_news),
+        cmocka_unit_test(late_inputs_are_told_and_not_applied),
+        cmocka_unit_test(refused_inputs_are_replaced_by_the_one_before),
+        cmocka_unit_test(what_was_sent_in_another_epoch_is_void),
+        cmocka_unit_test(ticks_before_the_first_are_void),
+        cmocka_unit_test(ring_goes_round),
+        cmocka_unit_test(slack_is_the_least_since_the_last_update),
+        cmocka_unit_test(state_tells_step_time_and_rate),
+        cmocka_unit_test(clocks_start_again),
+        cmocka_unit_test(lockstep_waits_for_everybody),
+        cmocka_unit_test(lockstep_keeps_its_pace),
+        cmocka_unit_test(gambetta_drains_what_has_come),
+        cmocka_unit_test(gambetta_drains_for_longer_than_the_ring),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,152 @@
+/* What the tests of this room share: a game that can be computed in the head, a client in a setup, and
+ * packets made by hand.
+ *
+ * The toy's rule: a step moves entity i by its first axis, in metres, whatever the step's length. */
+#pragma once
+
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "netcode/client.h"
+#include "netcode/server.h"
+
+#define HZ(f) ((ll_freq)(f)*1000)
+
+static inline size_t toy_tail(int players)
+{
+    (void)players;
+    return 8;
+}
+
+static inline void toy_step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
+{
+    (void)env;
+    world->entity[player].x += (double)action->axis[0];
+    world->entity[player].vx = (double)action->axis[0];
+}
+
+static inline void toy_step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+{
+    (void)now;
+    for (int i = 0; i < world->players; i++)
+        toy_step_own(world, env, i, &actions[i]);
+}
+
+static const ll_game toy = {.name = "toy", .tail = toy_tail, .step = toy_step, .step_own = toy_step_own};
+
+static inline ll_action push(double x)
+{
+    return (ll_action){{(float)x, 0}, 0};
+}
+
+static inline ll_world *new_world(int players)
+{
+    ll_world *world = calloc(1, ll_world_size(&toy, players));
+    world->players = players;
+    world->tail = 8;
+    return world;
+}
+
+/* ---- a server ---- */
+
+static inline ll_server *new_server(int players, const ll_sync *sync, double step_hz, double client_hz)
+{
+    size_t size = ll_world_size(&toy, players);
+    ll_server *server = malloc(ll_server_size(players, size));
+    ll_world *world = new_world(players);
+    (void)sync;
+    ll_server_init(server, players);
+    memcpy(ll_server_world(server), world, size);
+    ll_server_start(server, 1, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
+    free(world);
+    return server;
+}
+
+/* A packet of inputs seq = tick, tick + 1, ... that push by `pushes`. */
+static inline ll_input_message inputs(int64_t tick, int count, const double *pushes)
+{
+    ll_input_message m = {.head = {LL_MESSAGE_INPUT, (uint8_t)count, 1, (uint32_t)tick}, .tick = tick};
+    for (int i = 0; i < count; i++)
+        m.inputs[i] = push(pushes[i]);
+    return m;
+}
+
+/* ---- a client ---- */
+
+typedef struct lone {
+    ll_client *client;
+    ll_player_config config;
+    ll_instruments instruments;
+    ll_game_env env;
+    ll_client_setup setup;
+    int players;
+} lone;
+
+/* A client of player 0 that a person drives, at rest at x = 0; `hz` frames a second from time 0 on. */
+static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sync)
+{
+    lone *l = calloc(1, sizeof *l);
+    ll_world *world = new_world(players);
+    size_t size = ll_world_size(&toy, players);
+    l->players = players;
+    l->client = malloc(ll_client_size(size));
+    ll_param_defaults(&ll_player_table, &l->config);
+    l->config.control = LL_CONTROL_PERSON;
+    ll_instruments_init(&l->instruments, 0);
+    l->setup = (ll_client_setup){game, &l->env, sync, &l->config, &l->instruments, NULL};
+    ll_client_init(l->client, 0, size, world);
+    free(world);
+    return l;
+}
+
+static inline void start_lone(lone *l, double hz, int64_t step, ll_time now)
+{
+    ll_world *world = new_world(l->players);
+    ll_client_start(l->client, &l->setup, 1, ll_freq_from_hz(hz), step, world, now);
+    free(world);
+}
+
+static inline void free_lone(lone *l)
+{
+    free(l->client);
+    free(l);
+}
+
+/* A state with the players at `x`. */
+typedef struct packet {
+    ll_state_message head;
+    int32_t world_players, world_tail; /* as in ll_world */
+    ll_entity entity[LL_PLAYERS_MAX];
+    char tail[64];
+} packet;
+
+static inline packet state(int64_t tick, ll_time time, uint32_t acked, int players, const double *x)
+{
+    packet p = {.head = {.head = {.type = LL_MESSAGE_STATE, .epoch = 1, .seq = acked},
+                         .tick = tick,
+                         .time = time,
+                         .update_hz = 30,
+                         .slack = LL_SLACK_UNKNOWN},
+                .world_players = players,
+                .world_tail = 8};
+    for (int i = 0; i < players; i++)
+        p.entity[i].x = x[i];
+    return p;
+}
+
+static inline int give(lone *l, const packet *p, ll_time now)
+{
+    return ll_client_receive(l->client, &l->setup, p, now);
+}
+
+static inline int frame(lone *l, ll_time now, ll_input_message *m)
+{
+    ll_input_message unused;
+    return ll_client_frame(l->client, &l->setup, now, m != NULL ? m : &unused);
+}
