@@ -102,7 +102,8 @@ export async function openStream(url, id, format = 'json', wish = {}) {
       { status: response.statusCode })));
   });
   socket.on('error', () => {});
-  await waitFor(() => stream.hello, 'the hello', 5000);
+  await waitFor(() => stream.hello || stream.closed, 'the hello', 5000);
+  if (!stream.hello) throw Object.assign(new Error(`closed with ${stream.closed.code}: ${stream.closed.reason}`), stream.closed);
   return stream;
 }
 

@@ -1,0 +1,137 @@
+// Sessions that nobody watches cost nothing and are where they should be when somebody looks; viewers that are slow, silent or hostile harm
+// neither their session nor the other viewers.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { test } from 'node:test';
+import { client, pause, waitFor } from '../lib/client.mjs';
+import { startDaemon } from '../lib/daemon.mjs';
+
+/** CPU time of a process so far, in ms (a tick of the kernel's accounting is 10 ms). */
+function cpuMs(pid) {
+  const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
+  return (Number(fields[11]) + Number(fields[12])) * 10;
+}
+
+const seqOf = (frame) => (Buffer.isBuffer(frame) ? frame.readUInt32LE(4) : frame.seq);
+const gauge = async (c, name) => Number(new RegExp(`^laglab_${name} (.+)$`, 'm').exec((await c.get('/metrics')).text)[1]);
+
+test('a hundred unobserved sessions cost no CPU and catch up when somebody looks', async (t) => {
+  const daemon = await startDaemon({ args: ['--park-after-s', '0.3', '--max-new-sessions-per-min', '1000'] });
+  const c = client(daemon.url);
+  const sessions = [];
+  for (let i = 0; i < 100; i++) sessions.push({ ...(await c.make({ set: { duration_s: 600 } })), begun: performance.now() });
+  const stream = await c.stream(sessions[0], 'bin');
+  await stream.close();
+  await waitFor(async () => (await gauge(c, 'sessions_parked')) === 100, 'all to be parked');
+  const before = cpuMs(daemon.pid);
+  await pause(3000);
+  const used = cpuMs(daemon.pid) - before;
+  t.diagnostic(`${used} ms of CPU in 3 s for 100 playing, parked sessions`);
+  assert.ok(used <= 20, `${used} ms`);
+  const largest = { bytes: 0, late: 0 };
+  for (const session of sessions) {
+    const { json } = await c.get(session.links.self);
+    assert.equal(json.parked, true);
+    largest.late = Math.max(largest.late, Math.abs(json.time_s - (performance.now() - session.begun) / 1000));
+    largest.bytes = Math.max(largest.bytes, json.cost.bytes);
+  }
+  assert.ok(largest.late < 0.5, `virtual time is ${largest.late} s off`);
+  c.close();
+  await daemon.stop();
+});
+
+test('waking a long session does not stall another', async (t) => {
+  const daemon = await startDaemon({ args: ['--park-after-s', '0.3', '--threads', '1'] });
+  const c = client(daemon.url);
+  const long = await c.make({ scenario: 'eight', paused: true, set: { duration_s: 3600 } }), other = await c.make({ set: { duration_s: 600 } });
+  assert.equal((await c.control(long, { op: 'seek', time_s: 2400 })).status, 200);
+  await c.control(long, { op: 'play' });
+  await waitFor(async () => (await gauge(c, 'sessions_parked')) === 2, 'both to be parked');
+  const watched = await c.stream(other, 'bin', { ack: true });
+  await pause(300);
+  watched.frames.length = 0;
+  const begun = performance.now();
+  const woken = await c.stream(long, 'bin', { ack: true });
+  const took = performance.now() - begun;
+  await pause(500);
+  const stamps = watched.frames.map((frame) => Number(frame.readBigUInt64LE(48)) / 1e6);
+  const gap = Math.max(...stamps.slice(1).map((stamp, i) => stamp - stamps[i]));
+  t.diagnostic(`woken after ${Math.round(took)} ms; the other's longest interval between frames: ${gap.toFixed(1)} ms`);
+  assert.ok(gap < 60, `${gap} ms between two frames of the other session`);
+  assert.ok((await woken.frame()).readDoubleLE(8) >= 2400);
+  for (const stream of [watched, woken]) await stream.close();
+  c.close();
+  await daemon.stop();
+});
+
+test('slow, silent and hostile viewers beside a good one', async (t) => {
+  const daemon = await startDaemon({ args: ['--max-viewers', '6'] });
+  const c = client(daemon.url), session = await c.make({ set: { duration_s: 600 } });
+  const good = await c.stream(session, 'bin', { ack: true });
+  const silent = await c.stream(session, 'json'), slow = await c.stream(session, 'bin'), greedy = await c.stream(session, 'json');
+  silent.socket.pause(); // takes nothing any more
+  const slowTimer = setInterval(() => slow.say({ ack: seqOf(slow.frames.at(-1)) }), 100);
+  const flood = setInterval(() => { for (let i = 0; i < 200; i++) if (!greedy.closed) greedy.say({ ping: i }); }, 20);
+  await pause(200);
+  const from = good.frames.length;
+  await pause(2000);
+  clearInterval(flood);
+  clearInterval(slowTimer);
+  const seqs = good.frames.slice(from).map(seqOf);
+  assert.deepEqual(seqs, seqs.map((_, i) => seqs[0] + i), 'the good viewer lost no frame');
+  assert.ok(seqs.length >= 80, `${seqs.length} frames in 2 s`);
+  await waitFor(() => greedy.closed, 'the greedy one to be closed');
+  assert.equal(greedy.closed.code, 1008);
+  assert.ok(slow.frames.length < seqs.length, 'the slow one skipped');
+  assert.ok(seqOf(good.frames.at(-1)) - seqOf(slow.frames.at(-1)) <= 20, 'and is not behind');
+
+  const crowd = [await c.stream(session), await c.stream(session), await c.stream(session)];
+  await assert.rejects(c.stream(session), (error) => /** @type {any} */ (error).code === 4429 || /** @type {any} */ (error).status === 503);
+  t.diagnostic(`${seqs.length} frames to the good viewer in 2 s, ${slow.frames.length} to one that acknowledges ten times a second`);
+  for (const stream of [good, slow, ...crowd]) await stream.close();
+  silent.socket.terminate();
+  c.close();
+  await daemon.stop();
+});
+
+test('a session that nobody asks for expires', async () => {
+  const daemon = await startDaemon({ args: ['--session-ttl-s', '1', '--park-after-s', '0.2'] });
+  const c = client(daemon.url), old = await c.make(), watched = await c.make(), asked = await c.make();
+  const stream = await c.stream(watched, 'bin', { ack: true });
+  const timer = setInterval(() => c.get(asked.links.self).catch(() => {}), 200);
+  await waitFor(async () => (await gauge(c, 'sessions_expired_total')) === 1, 'the session to expire');
+  clearInterval(timer);
+  assert.equal((await c.get(old.links.self)).status, 404);
+  assert.equal((await c.get(watched.links.self)).status, 200);
+  assert.equal((await c.get(asked.links.self)).status, 200);
+  await stream.close();
+  c.close();
+  await daemon.stop();
+});
+
+test('twenty persons drive and patch one session at once; its log replays to the same hash', async () => {
+  const daemon = await startDaemon({ args: ['--max-commands-per-s', '10000', '--max-messages-per-s', '1000'] });
+  const c = client(daemon.url), session = await c.make({ set: { 'players.0.control': 'person', 'players.1.control': 'person', duration_s: 600 } });
+  const streams = await Promise.all(Array.from({ length: 20 }, (_, i) => c.stream(session, i % 2 ? 'bin' : 'json', { ack: true })));
+  let replies = 0;
+  await Promise.all(streams.map(async (stream, i) => {
+    stream.say({ auth: session.player_keys[i % 2], id: 'key' });
+    await stream.wait((each) => each.id === 'key');
+    for (let n = 0; n < 50; n++) {
+      stream.say({ input: { player: i % 2, axes: [((n * 7 + i) % 17) / 8 - 1, 0], buttons: 0 }, id: n });
+      if (n % 10 === 0) assert.equal((await c.patch(session, { [`players.${i % 2}.lag_ms`]: n * 5 + i })).status, 200);
+      const reply = await stream.wait((each) => each.id === n);
+      assert.equal(reply.type, 'reply', JSON.stringify(reply));
+      replies++;
+    }
+  }));
+  assert.equal(replies, 1000);
+  const { json } = await c.control(session, { op: 'pause' });
+  const fork = (await c.call('POST', session.links.fork)).json;
+  assert.equal((await c.get(fork.links.state)).json.hash, json.hash);
+  await c.control(session, { op: 'seek', tick: 0 });
+  assert.equal((await c.control(session, { op: 'seek', tick: json.tick })).json.hash, json.hash);
+  for (const stream of streams) await stream.close();
+  c.close();
+  await daemon.stop();
+});

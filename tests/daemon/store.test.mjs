@@ -1,0 +1,226 @@
+// Disks that are full, read-only, locked, of a newer laglab or damaged: each is told by a sentence, no change is acknowledged that is not
+// stored, and sessions go on when the disk does.
+import assert from 'node:assert/strict';
+import { execFileSync, spawn, spawnSync } from 'node:child_process';
+import { mkdirSync, mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { test } from 'node:test';
+import { client, pause, waitFor } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
+
+const folder = () => mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
+const remove = (name) => rmSync(name, { recursive: true, force: true });
+
+/** Starts a daemon that should refuse to. */
+function refusal(data, ...args) {
+  const { status, stderr, stdout } = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', data, ...args], { encoding: 'utf8', timeout: 10000 });
+  assert.equal(stdout, '');
+  return { status, text: stderr.split('\n').filter((line) => !line.startsWith('{')).join('\n').trim() };
+}
+
+const python = (script, ...args) => execFileSync('python3', ['-c', script, ...args], { encoding: 'utf8' });
+const has_python = spawnSync('python3', ['-c', 'import sqlite3']).status === 0;
+
+/** Tries a command until it is taken. */
+const recovered = (c, session) => waitFor(async () => (await c.control(session, { op: 'step' })).status === 200, 'the store to work', 8000);
+
+/** What holds while nothing can be stored. */
+async function refusesChanges(c, session) {
+  const log = (await c.get(session.links.log)).text;
+  const { hash } = (await c.get(session.links.state)).json;
+  for (const answer of [await c.patch(session, { 'players.0.lag_ms': 5 }), await c.control(session, { op: 'step' }),
+    await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race' } }), await c.call('POST', session.links.fork),
+    await c.call('DELETE', session.links.self, { key: session.owner_key })]) {
+    assert.equal(answer.status, 507, answer.text);
+    assert.equal(answer.headers['content-type'], 'application/problem+json');
+  }
+  assert.equal((await c.get(session.links.log)).text, log);
+  assert.equal((await c.get(session.links.state)).json.hash, hash);
+  assert.match((await c.get('/metrics')).text, /^laglab_store_failing 1$/m);
+}
+
+test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small disk needs root' }, async (t) => {
+  const disk = folder();
+  try {
+    execFileSync('mount', ['-t', 'tmpfs', '-o', 'size=1m', 'none', disk], { stdio: 'pipe' });
+  } catch {
+    remove(disk);
+    return t.skip('no mounts here');
+  }
+  try {
+    let daemon = await startDaemon({ data: disk, args: ['--max-new-sessions-per-min', '10000', '--max-commands-per-s', '100000'] });
+    let c = client(daemon.url);
+    const session = await c.make({ paused: true });
+    const acknowledged = [];
+    let refused;
+    for (let i = 0; i < 20000 && !refused; i++) {
+      const answer = await c.patch(session, { 'players.0.lag_ms': i % 1000 });
+      if (answer.status === 200) acknowledged.push(i % 1000);
+      else refused = answer;
+    }
+    assert.equal(refused.status, 507, refused.text);
+    assert.match(refused.json.detail, /full/);
+    await refusesChanges(c, session);
+    c.close();
+    await daemon.kill();
+    execFileSync('mount', ['-o', 'remount,size=8m', disk]);
+    daemon = await startDaemon({ data: disk });
+    c = client(daemon.url);
+    const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line)).filter((line) => line.op === 'set');
+    assert.deepEqual(lines.slice(0, acknowledged.length).map((line) => line.values['players.0.lag_ms']), acknowledged);
+    assert.ok(lines.length <= acknowledged.length + 1, 'at most the one that was in flight');
+    t.diagnostic(`${acknowledged.length} commands fitted`);
+    c.close();
+    await daemon.stop();
+  } finally {
+    execFileSync('umount', ['-l', disk]);
+    remove(disk);
+  }
+});
+
+test('files that may not grow for a while', async () => {
+  const daemon = await startDaemon();
+  const c = client(daemon.url), session = await c.make({ set: { 'players.0.control': 'person' } });
+  const stream = await c.stream(session);
+  stream.say({ auth: session.owner_key, id: 0 });
+  const limit = (size) => execFileSync('prlimit', ['--pid', String(daemon.pid), `--fsize=${size}:unlimited`]);
+  await c.control(session, { op: 'pause' });
+  limit(0);
+  assert.equal((await c.patch(session, { 'players.0.lag_ms': 99 })).status, 507, 'the one that finds out');
+  await refusesChanges(c, session);
+  stream.say({ input: { player: 0, axes: [1, 0] }, id: 1 });
+  assert.equal((await stream.wait((each) => each.id === 1)).problem.status, 507);
+  limit('unlimited');
+  await recovered(c, session);
+  stream.say({ input: { player: 0, axes: [1, 0] }, id: 2 });
+  assert.equal((await stream.wait((each) => each.id === 2)).ok, true);
+  const log = (await c.get(session.links.log)).text, state = (await c.get(session.links.state)).json;
+  await stream.close();
+  c.close();
+  await daemon.kill();
+  const again = await startDaemon({ data: daemon.data }), d = client(again.url);
+  assert.equal((await d.get(session.links.log)).text, log);
+  assert.equal((await d.get(`${session.links.state}?tick=${state.tick}`)).json.hash, state.hash);
+  d.close();
+  await again.stop();
+  remove(daemon.data);
+});
+
+test('a database that another program locks', { skip: !has_python }, async () => {
+  const daemon = await startDaemon();
+  const c = client(daemon.url), session = await c.make({ paused: true });
+  const script = 'import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1],isolation_level=None)\ndb.execute("BEGIN IMMEDIATE")\nprint("locked",flush=True)\nsys.stdin.read()';
+  const locker = spawn('python3', ['-c', script, path.join(daemon.data, 'laglab.db')]);
+  await new Promise((resolve) => locker.stdout.once('data', resolve));
+  const refused = await c.patch(session, { 'players.0.lag_ms': 99 });
+  assert.equal(refused.status, 507);
+  assert.match(refused.json.detail, /locked by another program/);
+  await refusesChanges(c, session);
+  locker.stdin.end();
+  await new Promise((resolve) => locker.once('close', resolve));
+  await recovered(c, session);
+  c.close();
+  await daemon.stop();
+});
+
+test('a start that cannot be', { skip: !has_python }, async () => {
+  const data = folder(), file = path.join(data, 'laglab.db');
+  try {
+    await (await startDaemon({ data })).stop();
+    python('import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1])\ndb.execute("PRAGMA user_version=77")\ndb.commit()', file);
+    let told = refusal(data);
+    assert.equal(told.status, 1);
+    assert.match(told.text, /^laglab: The database in .* has schema 77, made by a newer laglab; this one knows up to 1\.$/);
+    writeFileSync(file, 'x'.repeat(5000));
+    told = refusal(data);
+    assert.equal(told.status, 1);
+    assert.match(told.text, /damaged or no database/);
+  } finally {
+    remove(data);
+  }
+  assert.match(refusal('/proc/laglab').text, /The data directory \/proc\/laglab cannot be made/);
+  const daemon = await startDaemon();
+  assert.match(refusal(daemon.data).text, /in use by another laglab/);
+  await daemon.stop();
+});
+
+test('a read-only disk', { skip: process.getuid() !== 0 && 'mounting needs root' }, async (t) => {
+  const disk = folder();
+  try {
+    execFileSync('mount', ['-t', 'tmpfs', 'none', disk], { stdio: 'pipe' });
+  } catch {
+    remove(disk);
+    return t.skip('no mounts here');
+  }
+  try {
+    await (await startDaemon({ data: disk })).stop();
+    execFileSync('mount', ['-o', 'remount,ro', disk]);
+    const told = refusal(disk);
+    assert.equal(told.status, 1);
+    assert.match(told.text, /cannot be written: Read-only file system/);
+  } finally {
+    execFileSync('umount', ['-l', disk]);
+    remove(disk);
+  }
+});
+
+test('a stored log that is damaged stops its session alone', { skip: !has_python }, async () => {
+  const data = folder();
+  try {
+    let daemon = await startDaemon({ data }), c = client(daemon.url);
+    const good = await c.make({ paused: true }), bad = await c.make({ paused: true });
+    c.close();
+    await daemon.stop();
+    python(`import sqlite3,sys
+db=sqlite3.connect(sys.argv[1])
+db.execute("UPDATE log SET line='{\\"op\\":\\"set\\"' WHERE line_index=1 AND session=(SELECT number FROM sessions WHERE id=?)",(sys.argv[2],))
+db.commit()`, path.join(data, 'laglab.db'), bad.id);
+    python(`import sqlite3,sys
+db=sqlite3.connect(sys.argv[1])
+db.execute("INSERT INTO log SELECT number,1,'{\\"op\\":\\"nonsense\\"}' FROM sessions WHERE id=? ON CONFLICT DO NOTHING",(sys.argv[2],))
+db.commit()`, path.join(data, 'laglab.db'), bad.id);
+    daemon = await startDaemon({ data });
+    c = client(daemon.url);
+    assert.equal((await c.get(good.links.self)).status, 200);
+    for (const part of ['self', 'state', 'metrics', 'trace', 'log']) {
+      const answer = await c.get(bad.links[part]);
+      assert.equal(answer.status, 507, part);
+      assert.match(answer.json.detail, /cannot be replayed: line 2/);
+    }
+    await assert.rejects(c.stream(bad), { code: 1013 }, 'its viewers are sent away');
+    assert.equal((await c.call('DELETE', bad.links.self, { key: bad.owner_key })).status, 204);
+    c.close();
+    await daemon.stop();
+  } finally {
+    remove(data);
+  }
+});
+
+test('without a folder sessions live in memory', async () => {
+  const data = folder();
+  mkdirSync(path.join(data, 'home'));
+  const daemon = await startDaemon({ data: 'memory' });
+  const c = client(daemon.url), session = await c.make();
+  await pause(50);
+  assert.equal((await c.control(session, { op: 'pause' })).status, 200);
+  assert.match(daemon.errors(), /kept in memory only/);
+  c.close();
+  assert.equal((await daemon.stop()).code, 0);
+  remove(data);
+});
+
+test('options: a wrong one exits 2 with a sentence, --help lists all', () => {
+  const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 10000 });
+  for (const [args, word] of [[['--nonsense', '1'], 'no option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],
+    [['--max-sessions', '0'], '--max-sessions'], [['--park-after-s=-1'], '--park-after-s'], [['--listen', 'nowhere:x', '--data', 'memory'], 'listen']]) {
+    const { status, stderr, stdout } = run(...args);
+    assert.equal(status, 2, `${args}: ${stderr}`);
+    assert.ok(stderr.includes(word), stderr);
+    assert.equal(stdout, '');
+  }
+  const help = run('--help');
+  assert.equal(help.status, 0);
+  for (const option of ['--listen', '--data', '--www', '--scenarios', '--threads', '--allow-host', '--allow-origin', '--max-body-bytes',
+    '--session-ttl-s', '--max-sessions', '--max-viewers', '--max-connections']) assert.ok(help.stdout.includes(`${option} `), option);
+});
