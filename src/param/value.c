@@ -20,10 +20,10 @@ static bool number_of(const cJSON *json, double *value)
     return end != json->valuestring && *end == '\0';
 }
 
-/* Written so that a NaN is outside of every range. */
+/* A NaN is outside of every range; an infinity too, since ranges are finite (ll_param_table_valid). */
 static bool within(double value, double min, double max)
 {
-    return value >= min && value <= max && value - value == 0;
+    return value >= min && value <= max;
 }
 
 static ll_status set_real(const ll_place *place, const cJSON *json, const ll_path *path)

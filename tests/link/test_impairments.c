@@ -14,6 +14,7 @@
 typedef struct tally {
     int64_t lost, duplicated;
     double n, mean, variance, copy_mean, least, most;
+    double original_mean; /* of those that were duplicated */
 } tally;
 
 /* Sends COUNT packets and gathers their delays in ms, as the sendings tell them. */
@@ -21,7 +22,7 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
 {
     ll_link *link = link_open(60, 4000, seed, 3);
     tally t = {.least = 1e9};
-    double sum = 0, squares = 0, copies = 0;
+    double sum = 0, squares = 0, copies = 0, originals = 0;
     ll_time sent, due;
     for (int64_t i = 0; i < COUNT; i++) {
         ll_time now = i * STEP;
@@ -35,8 +36,10 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
             t.n++;
             t.least = delay < t.least ? delay : t.least;
             t.most = delay > t.most ? delay : t.most;
-            if (s.duplicated)
+            if (s.duplicated) {
+                originals += delay;
                 copies += ll_to_ms(s.copy_due - now);
+            }
         }
         while (packet_receive(link, now, &sent, &due) >= 0)
             ;
@@ -55,6 +58,7 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
     t.mean = sum / t.n;
     t.variance = squares / t.n - t.mean * t.mean;
     t.copy_mean = t.duplicated > 0 ? copies / (double)t.duplicated : 0;
+    t.original_mean = t.duplicated > 0 ? originals / (double)t.duplicated : 0;
     free(link);
     return t;
 }
@@ -125,7 +129,11 @@ static void loss_and_duplicates_have_their_rates(void **state)
     tally t = run(&params, 100, 7);
     assert_rate(t.lost, COUNT, 0.3);
     assert_rate(t.duplicated, t.n, 0.2);
-    assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(1600.0 / 3 / (double)t.duplicated));
+    double variance = 1600.0 / 3;
+    assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(variance / (double)t.duplicated));
+    /* fate and delay have nothing to do with each other */
+    assert_true(fabs(t.mean - 100) < 4 * sqrt(variance / t.n));
+    assert_true(fabs(t.original_mean - 100) < 4 * sqrt(variance / (double)t.duplicated));
 }
 
 /* Lag one of the fates: what happens to a packet says nothing about the next. */

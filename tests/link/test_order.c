@@ -32,6 +32,20 @@ static void packets_come_by_due_time_then_by_sending(void **state)
     free(link);
 }
 
+/* Far from the end of the queue too. */
+static void equal_due_times_keep_the_order_of_sending(void **state)
+{
+    (void)state;
+    ll_link *link = link_open(200, 20000, 1, 1);
+    ll_link_params params = {0};
+    ll_time sent, due;
+    for (int64_t i = 0; i < 120; i++)
+        packet_send(link, &params, i < 40 ? 100 : i < 80 ? 50 : 70, 0, i);
+    for (int64_t i = 0; i < 120; i++)
+        assert_int_equal(packet_receive(link, LL_SECOND, &sent, &due), (i + 40) % 120);
+    free(link);
+}
+
 static void a_packet_is_due_at_its_nanosecond(void **state)
 {
     (void)state;
@@ -132,6 +146,20 @@ static void fifo_never_reorders(void **state)
     free(twin);
 }
 
+/* What was sent in free order is not overtaken either. */
+static void fifo_holds_behind_packets_of_free_order(void **state)
+{
+    (void)state;
+    ll_link *link = link_open(16, 5000, 1, 1);
+    ll_link_params free_order = {0}, fifo = {.order = LL_ORDER_FIFO};
+    packet_send(link, &free_order, 900, 0, 0);
+    packet_send(link, &free_order, 10, 0, 1);
+    assert_int_equal(packet_send(link, &fifo, 20, 0, 2).due, 900 * LL_MS);
+    assert_int_equal(packet_send(link, &free_order, 20, 0, 3).due, 20 * LL_MS);
+    assert_int_equal(packet_send(link, &fifo, 20, 0, 4).due, 900 * LL_MS);
+    free(link);
+}
+
 static void clearing_forgets_what_is_in_flight(void **state)
 {
     (void)state;
@@ -157,9 +185,11 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(packets_come_by_due_time_then_by_sending),
+        cmocka_unit_test(equal_due_times_keep_the_order_of_sending),
         cmocka_unit_test(a_packet_is_due_at_its_nanosecond),
         cmocka_unit_test(deliveries_agree_with_a_model),
         cmocka_unit_test(fifo_never_reorders),
+        cmocka_unit_test(fifo_holds_behind_packets_of_free_order),
         cmocka_unit_test(clearing_forgets_what_is_in_flight),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -78,6 +78,19 @@ static void what_is_not_given_stays(void **state)
     assert_true(s.level == 0.8);
 }
 
+/* A choice that is given starts its variant anew, also when it is the same as before. */
+static void a_choice_brings_its_defaults(void **state)
+{
+    (void)state;
+    sample s;
+    sample_two(&s);
+    s.params.circle.radius = 5;
+    assert_int_equal(sample_parse("{\"members\":[{\"lag_ms\":1}],\"params\":{}}", &s).code, LL_OK);
+    assert_true(s.params.circle.radius == 5);
+    assert_int_equal(sample_parse("{\"members\":[{\"lag_ms\":1}],\"shape\":\"circle\"}", &s).code, LL_OK);
+    assert_true(s.params.circle.radius == 1);
+}
+
 /* An array is what the document says, and nothing of what was there. */
 static void arrays_are_replaced(void **state)
 {
@@ -258,6 +271,7 @@ int main(void)
         cmocka_unit_test(equal_configurations_are_equal_bytes),
         cmocka_unit_test(every_type_is_read),
         cmocka_unit_test(what_is_not_given_stays),
+        cmocka_unit_test(a_choice_brings_its_defaults),
         cmocka_unit_test(arrays_are_replaced),
         cmocka_unit_test(errors_name_place_range_and_value),
         cmocka_unit_test(a_number_that_is_none_is_refused),

@@ -155,6 +155,7 @@ static void a_patch_is_all_or_nothing(void **state)
         {"{\"loud\":true,\"members.1\":[]}", LL_BAD_INPUT, "members.1",
          "members.1 must be an object; got an array"},
         {"{\"loud\":true,\"level\":0.5,\"level\":0.6}", LL_BAD_INPUT, "level", "level is given twice"},
+        {"{\"loud\":true,\"params\":{},\"params\":{}}", LL_BAD_INPUT, "params", "params is given twice"},
         {"{\"loud\":true,\"members.1.lag_ms\":30,\"members\":{\"1\":{\"lag_ms\":30}}}", LL_BAD_INPUT,
          "members.1.lag_ms", "members.1.lag_ms is given twice"},
         {"{\"loud\":true,\"members.1.up.jitter_ms\":21}", LL_BAD_INPUT, "members.1.up.jitter_ms",
