@@ -126,7 +126,7 @@ typedef struct packet {
     char tail[64];
 } packet;
 
-static inline packet state(int64_t tick, ll_time time, uint32_t acked, int players, const double *x)
+static inline packet state_of(int64_t tick, ll_time time, uint32_t acked, int players, const double *x)
 {
     packet p = {.head = {.head = {.type = LL_MESSAGE_STATE, .epoch = 1, .seq = acked},
                          .tick = tick,

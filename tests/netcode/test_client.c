@@ -1,0 +1,435 @@
+/* A client: how far ahead it runs, what it sends, what it takes. */
+#include "toy.h"
+
+/* ---- how far ahead ---- */
+
+/* The first input reaches the server `slack_ticks` before its step must be made: packets count for the step
+ * at whose instant they come. */
+static void lead_is_what_the_link_needs(void **state)
+{
+    (void)state;
+    static const struct {
+        double lag, delay, jitter;
+        int slack;
+        double hz;
+        int lead; /* steps from the server's present one to the first input's */
+    } cases[] = {
+        {0, 0, 0, 0, 60, 1},       {0, 0, 0, 1, 60, 2},      {10, 0, 0, 1, 60, 2},
+        {17, 0, 0, 1, 60, 3},      {50, 0, 0, 0, 60, 3},     {50.1, 0, 0, 0, 60, 4},
+        {50, 100, 0, 0, 60, 9},    {50, 100, 50, 2, 60, 14}, {100, 0, 0, 0, 50, 5},
+        {100, 0, 0, 3, 10, 4},     {101, 0, 0, 3, 10, 5},    {1000, 1000, 500, 30, 60, 180},
+        {150, 0, 0, 1, 59.94, 10},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        lone *l = new_lone(1, &toy, &ll_sync_free);
+        ll_input_message m;
+        l->config.lag_ms = cases[i].lag;
+        l->config.link.up.delay_ms = cases[i].delay;
+        l->config.link.up.jitter_ms = cases[i].jitter;
+        l->config.slack_ticks = cases[i].slack;
+        start_lone(l, cases[i].hz, 1000, LL_SECOND);
+        assert_true(frame(l, LL_SECOND, &m) > 0);
+        assert_int_equal(m.tick, 1000 + cases[i].lead);
+        assert_int_equal(m.head.seq, 1);
+        assert_int_equal(m.head.count, 1);
+        free_lone(l);
+    }
+}
+
+static void others_do_not_lead(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_lockstep);
+    ll_input_message m;
+    l->config.lag_ms = 500;
+    start_lone(l, 10, 70, 0);
+    assert_true(frame(l, 0, &m) > 0);
+    assert_int_equal(m.tick, 71); /* the next step */
+    free_lone(l);
+    l = new_lone(1, &toy, &ll_sync_gambetta);
+    l->client->held = push(1);
+    start_lone(l, 50, 70, 0);
+    assert_true(frame(l, 0, &m) > 0);
+    assert_int_equal(m.tick, 1); /* inputs count for themselves */
+    free_lone(l);
+}
+
+/* ---- following the slack ---- */
+
+#define LOOP_HZ 60
+#define LOOP_FRAMES 2400
+#define LOOP_FLIGHTS 512
+
+typedef struct flight {
+    ll_time due;
+    bool up;
+    int64_t tick; /* up: of the newest input */
+    uint32_t seq;
+    packet state;
+} flight;
+
+/* A client at 60 Hz and a server of slack alone: who steps at 60 Hz, takes the newest input of each packet
+ * and tells every second step how early it was. `lag` may change with time. Gives the slack of each frame's
+ * newest input, by the frame that sent it. */
+static void run_loop(lone *l, ll_time (*lag)(ll_time now), int slack_of[LOOP_FRAMES])
+{
+    flight *flights = calloc(LOOP_FLIGHTS, sizeof *flights);
+    int frame_of[4 * LOOP_FRAMES] = {0};
+    int64_t least = LL_SLACK_UNKNOWN, newest = -1;
+    uint32_t least_seq = 0, acked = 0;
+    for (int i = 0; i < LOOP_FLIGHTS; i++)
+        flights[i].due = LL_NEVER;
+    for (int f = 0; f < LOOP_FRAMES; f++)
+        slack_of[f] = LL_SLACK_UNKNOWN;
+    for (int64_t tick = 0, step = 0, f = 0; f < LOOP_FRAMES; tick++) { /* of a fifth of a ms */
+        ll_time now = tick * LL_MS / 5;
+        for (int i = 0; i < LOOP_FLIGHTS; i++) {
+            flight *p = &flights[i];
+            if (p->due > now)
+                continue;
+            p->due = LL_NEVER;
+            if (!p->up) {
+                give(l, &p->state, now);
+            } else if (p->tick > newest) {
+                newest = p->tick;
+                int64_t slack = p->tick - 1 - step;
+                slack_of[frame_of[p->seq]] = (int)slack;
+                acked = p->seq;
+                if (slack < least) {
+                    least = slack;
+                    least_seq = p->seq;
+                }
+            }
+        }
+        flight *out = flights;
+        while (out->due != LL_NEVER)
+            out++;
+        if (now >= ll_tick_time(step + 1, HZ(LOOP_HZ))) {
+            step++;
+            if (step % 2 == 0) {
+                *out = (flight){.due = now + lag(now), .state = state_of(step, now, acked, 1, (double[]){0})};
+                out->state.head.slack = (int32_t)least;
+                out->state.head.slack_seq = least_seq;
+                least = LL_SLACK_UNKNOWN;
+                while (out->due != LL_NEVER)
+                    out++;
+            }
+        }
+        if (now >= ll_tick_time(f, HZ(LOOP_HZ))) {
+            ll_input_message m;
+            if (frame(l, now, &m) > 0) {
+                int64_t last = m.tick + m.head.count - 1;
+                uint32_t seq = m.head.seq + m.head.count - 1u;
+                assert_true(seq < 4 * LOOP_FRAMES);
+                frame_of[seq] = (int)f;
+                *out = (flight){.due = now + lag(now), .up = true, .tick = last, .seq = seq};
+            }
+            f++;
+        }
+    }
+    free(flights);
+}
+
+static ll_time lag_rises(ll_time now)
+{
+    return now < 5 * LL_SECOND ? 50 * LL_MS : 190 * LL_MS;
+}
+
+static ll_time lag_falls(ll_time now)
+{
+    return now < 5 * LL_SECOND ? 190 * LL_MS : 50 * LL_MS;
+}
+
+static ll_time lag_rises_far(ll_time now)
+{
+    return now < 5 * LL_SECOND ? 5 * LL_MS : 900 * LL_MS;
+}
+
+static ll_time lag_falls_far(ll_time now)
+{
+    return now < 5 * LL_SECOND ? 900 * LL_MS : 5 * LL_MS;
+}
+
+/* After a change of lag the slack comes back to what is wanted: too late is mended within two round trips,
+ * too early within two seconds more, and neither is overdone. */
+static void slack_is_followed_without_overshoot(void **state)
+{
+    (void)state;
+    static const struct {
+        ll_time (*lag)(ll_time now);
+        double before_ms, after_ms;
+        bool rises;
+    } cases[] = {{lag_rises, 50, 190, true},
+                 {lag_falls, 190, 50, false},
+                 {lag_rises_far, 5, 900, true},
+                 {lag_falls_far, 900, 5, false}};
+    static int slack_of[LOOP_FRAMES];
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        for (int want = 0; want <= 4; want += 2) {
+            lone *l = new_lone(1, &toy, &ll_sync_free);
+            l->config.lag_ms = cases[i].before_ms;
+            l->config.slack_ticks = want;
+            start_lone(l, LOOP_HZ, 0, 0);
+            run_loop(l, cases[i].lag, slack_of);
+            for (int f = 0; f < 5 * LOOP_HZ; f++) /* before: as measured by the handshake */
+                assert_true(slack_of[f] == LL_SLACK_UNKNOWN || slack_of[f] == want);
+            /* What is told takes a round trip and an update; making up for it takes a frame per step. */
+            double steps = (cases[i].after_ms - cases[i].before_ms) * LOOP_HZ / 1000;
+            double settled = 5 + 2 * 2 * cases[i].after_ms / 1000 + 2.5 + fabs(steps) / LOOP_HZ;
+            int measured = 0;
+            for (int f = 5 * LOOP_HZ; f < LOOP_FRAMES - LOOP_HZ * 2; f++) {
+                if (slack_of[f] == LL_SLACK_UNKNOWN)
+                    continue;
+                if (cases[i].rises)
+                    assert_true(slack_of[f] <= want + 1); /* never beyond */
+                else
+                    assert_true(slack_of[f] >= want); /* never late */
+                if (f > settled * LOOP_HZ) {
+                    measured++;
+                    assert_in_range(slack_of[f], want, want + 1);
+                }
+            }
+            assert_true(measured > 1000);
+            free_lone(l);
+        }
+}
+
+/* ---- what is sent ---- */
+
+/* A number that tells each input apart. */
+static ll_action numbered(uint32_t seq)
+{
+    return push((double)seq / 1024);
+}
+
+static void must_hold(const ll_input_message *m, uint32_t first, int count, int64_t tick)
+{
+    assert_int_equal(m->head.type, LL_MESSAGE_INPUT);
+    assert_int_equal(m->head.epoch, 1);
+    assert_int_equal(m->head.seq, first);
+    assert_int_equal(m->head.count, count);
+    assert_int_equal(m->tick, tick);
+    for (int i = 0; i < count; i++) {
+        ll_action a = numbered(first + (uint32_t)i);
+        assert_memory_equal(&m->inputs[i], &a, sizeof a);
+    }
+}
+
+static int numbered_frame(lone *l, int f, ll_input_message *m)
+{
+    l->client->held = numbered(l->client->seq + 1);
+    return frame(l, ll_tick_time(f, HZ(60)), m);
+}
+
+static void acknowledge(lone *l, int64_t tick, uint32_t seq, ll_time now)
+{
+    packet p = state_of(tick, now, seq, 1, (double[]){0});
+    assert_int_equal(give(l, &p, now), LL_OUTCOME_APPLIED);
+}
+
+static void packets_repeat_what_is_open(void **state)
+{
+    (void)state;
+    for (int redundancy = 0; redundancy <= 15; redundancy += 3) {
+        lone *l = new_lone(1, &toy, &ll_sync_free);
+        l->config.redundancy = redundancy;
+        l->config.slack_ticks = 0;
+        start_lone(l, 60, 0, 0);
+        for (int f = 0; f < 40; f++) {
+            ll_input_message m;
+            int count = f + 1 < 1 + redundancy ? f + 1 : 1 + redundancy, bytes = numbered_frame(l, f, &m);
+            assert_int_equal(bytes, 16 + 12 * count);
+            must_hold(&m, (uint32_t)(f + 1 - count + 1), count, f + 1 - count + 1);
+        }
+        /* What is acknowledged is not repeated. */
+        ll_input_message m;
+        acknowledge(l, 1, 39, LL_SECOND);
+        assert_true(numbered_frame(l, 60, &m) > 0);
+        int count = redundancy < 1 ? 1 : 2;
+        must_hold(&m, (uint32_t)(41 - count + 1), count, 41 - count + 1);
+        free_lone(l);
+    }
+}
+
+static void idle_clients_are_silent_where_the_rules_say_so(void **state)
+{
+    (void)state;
+    ll_input_message m;
+    lone *l = new_lone(1, &toy, &ll_sync_gambetta);
+    start_lone(l, 60, 0, 0);
+    assert_int_equal(frame(l, 0, &m), 0);
+    l->client->held = push(1);
+    assert_true(frame(l, LL_SECOND / 60, &m) > 0);
+    l->client->held = push(0);
+    assert_int_equal(frame(l, 2 * LL_SECOND / 60, &m), 0); /* nothing new: nothing is repeated either */
+    l->client->held = (ll_action){{0, 0}, LL_BUTTON_FIRE};
+    assert_true(frame(l, 3 * LL_SECOND / 60, &m) > 0);
+    l->client->held = (ll_action){{0, -1}, 0};
+    assert_true(frame(l, 4 * LL_SECOND / 60, &m) > 0);
+    assert_int_equal(l->client->seq, 3);
+    free_lone(l);
+    l = new_lone(1, &toy, &ll_sync_free);
+    start_lone(l, 60, 0, 0);
+    assert_true(frame(l, 0, &m) > 0);
+    free_lone(l);
+}
+
+/* At most 240 inputs wait; then none is made until some are acknowledged. */
+static void pending_inputs_are_limited(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    ll_input_message m;
+    start_lone(l, 60, 0, 0);
+    for (int f = 0; f < 300; f++)
+        assert_true((numbered_frame(l, f, &m) > 0) == (f < LL_PENDING_MAX));
+    assert_int_equal(l->client->seq, LL_PENDING_MAX);
+    acknowledge(l, 1, 100, 5 * LL_SECOND);
+    for (int f = 300; f < 500; f++) {
+        assert_true((numbered_frame(l, f, &m) > 0) == (f < 400));
+        if (f < 400)
+            must_hold(&m, (uint32_t)(LL_PENDING_MAX + f - 300 - 1), 3, l->client->tick - 2);
+    }
+    assert_int_equal(l->client->seq, LL_PENDING_MAX + 100);
+    acknowledge(l, 2, LL_PENDING_MAX + 100, 9 * LL_SECOND);
+    assert_true(numbered_frame(l, 540, &m) > 0);
+    must_hold(&m, LL_PENDING_MAX + 101, 1, l->client->tick);
+    free_lone(l);
+}
+
+/* In lockstep the server waits: every packet is full of what is open, and every other starts with the oldest,
+ * also when no input may be made any more. */
+static void lockstep_repeats_the_oldest(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_lockstep);
+    ll_input_message m;
+    int oldest = 0;
+    start_lone(l, 60, 0, 0);
+    for (int f = 0; f < 300; f++) {
+        int made = f < LL_PENDING_MAX ? f + 1 : LL_PENDING_MAX, count = made < 16 ? made : 16;
+        assert_true(numbered_frame(l, f, &m) > 0);
+        if (made > 16 && m.head.seq == 1) {
+            must_hold(&m, 1, 16, 1);
+            oldest++;
+        } else {
+            must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
+        }
+    }
+    assert_int_equal(oldest, (300 - 16) / 2);
+    acknowledge(l, 200, 200, 5 * LL_SECOND);
+    int from_oldest = 0;
+    for (int f = 300; f < 302; f++) {
+        assert_true(numbered_frame(l, f, &m) > 0);
+        from_oldest += m.head.seq == 201;
+    }
+    assert_int_equal(from_oldest, 1);
+    acknowledge(l, 242, 242, 6 * LL_SECOND); /* all: only what this frame makes is open */
+    assert_true(numbered_frame(l, 360, &m) > 0);
+    must_hold(&m, 243, 1, 243);
+    free_lone(l);
+}
+
+static void cheats_send_what_they_say(void **state)
+{
+    (void)state;
+    ll_input_message m;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    l->config.slack_ticks = 0;
+    l->client->held = push(0.5);
+    start_lone(l, 60, 0, 0);
+    l->config.cheat = LL_CHEAT_MAGNITUDE;
+    frame(l, 0, &m);
+    assert_true(m.inputs[0].axis[0] == 0.75f);
+    l->config.cheat = LL_CHEAT_BUDGET;
+    frame(l, 1, &m);
+    assert_int_equal(m.tick, 1001);
+    l->config.cheat = LL_CHEAT_RATE;
+    frame(l, 2, &m);
+    assert_int_equal(l->client->seq, 4);
+    free_lone(l);
+}
+
+/* ---- what is taken ---- */
+
+static void stale_states_are_dropped(void **state)
+{
+    (void)state;
+    lone *l = new_lone(2, &toy, &ll_sync_free);
+    packet ten = state_of(10, 10, 0, 2, (double[]){1, 2}), nine = state_of(9, 9, 0, 2, (double[]){3, 4}),
+           eleven = state_of(11, 11, 0, 2, (double[]){5, 6});
+    start_lone(l, 60, 0, 0);
+    assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_APPLIED);
+    assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_STALE); /* a copy */
+    assert_int_equal(give(l, &nine, 2 * LL_MS), LL_OUTCOME_STALE);
+    assert_int_equal(l->client->stale, 2);
+    frame(l, 3 * LL_MS, NULL);
+    assert_true(l->client->shown.entity[0].x == 1 && l->client->shown.entity[1].x == 2);
+    assert_int_equal(give(l, &eleven, 4 * LL_MS), LL_OUTCOME_APPLIED);
+    frame(l, 5 * LL_MS, NULL);
+    assert_true(l->client->shown.entity[0].x == 5 && l->client->shown.entity[1].x == 6);
+    assert_int_equal(l->client->shown.time[1], 11);
+    free_lone(l);
+    l = new_lone(2, &toy, &ll_sync_gambetta); /* the demo takes whatever comes last */
+    start_lone(l, 60, 0, 0);
+    assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_APPLIED);
+    assert_int_equal(give(l, &nine, 2 * LL_MS), LL_OUTCOME_APPLIED);
+    frame(l, 3 * LL_MS, NULL);
+    assert_true(l->client->shown.entity[0].x == 3 && l->client->shown.entity[1].x == 4);
+    free_lone(l);
+}
+
+static void another_epoch_is_void(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_gambetta);
+    packet p = state_of(10, 10, 0, 1, (double[]){1});
+    ll_message_head refusal = {LL_MESSAGE_REFUSAL, LL_RULE_RATE, 7, 3};
+    start_lone(l, 60, 0, 0);
+    p.head.head.epoch = 2;
+    assert_int_equal(give(l, &p, LL_MS), LL_OUTCOME_STALE);
+    assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, LL_MS), LL_OUTCOME_STALE);
+    assert_int_equal(l->client->newest, 0);
+    assert_int_equal(l->client->refused, 0);
+    refusal.epoch = 1;
+    assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, LL_MS), LL_OUTCOME_REFUSED);
+    assert_int_equal(l->client->refused, 1);
+    free_lone(l);
+}
+
+/* Of several states that came since the last frame the newest is drawn, and its acknowledgement counts. */
+static void newest_state_is_drawn(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    start_lone(l, 60, 0, 0);
+    for (int f = 0; f < 10; f++)
+        numbered_frame(l, f, NULL);
+    for (int k = 1; k <= 5; k++) {
+        packet p = state_of(k, k, (uint32_t)k, 1, (double[]){k * 0.5});
+        assert_int_equal(give(l, &p, LL_SECOND), LL_OUTCOME_APPLIED);
+    }
+    assert_true(l->client->shown.entity[0].x == 0);
+    numbered_frame(l, 60, NULL);
+    assert_true(l->client->shown.entity[0].x == 2.5);
+    assert_int_equal(l->client->acked, 5);
+    free_lone(l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lead_is_what_the_link_needs),
+        cmocka_unit_test(others_do_not_lead),
+        cmocka_unit_test(slack_is_followed_without_overshoot),
+        cmocka_unit_test(packets_repeat_what_is_open),
+        cmocka_unit_test(idle_clients_are_silent_where_the_rules_say_so),
+        cmocka_unit_test(pending_inputs_are_limited),
+        cmocka_unit_test(lockstep_repeats_the_oldest),
+        cmocka_unit_test(cheats_send_what_they_say),
+        cmocka_unit_test(stale_states_are_dropped),
+        cmocka_unit_test(another_epoch_is_void),
+        cmocka_unit_test(newest_state_is_drawn),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
