@@ -30,13 +30,21 @@ export async function visit(browser, url, wish = {}) {
   const complaints = [];
   /** @type {import('playwright-core').Request[]} */
   const requests = [];
+  /** @type {string[]} */
+  const failures = [];
   page.on('console', (message) => {
     if (['error', 'warning'].includes(message.type())) complaints.push(`console: ${message.text()}`);
   });
   page.on('pageerror', (error) => complaints.push(`error: ${error.message}`));
   page.on('request', (request) => requests.push(request));
+  page.on('requestfailed', (request) => failures.push(`${request.url()} ${request.failure()?.errorText}`));
   await page.goto(url);
-  if (wait) await shown(page);
+  if (wait) {
+    await shown(page).catch(async (error) => {
+      const text = await page.evaluate(() => document.body.innerText.slice(0, 400)).catch(() => '');
+      throw new Error(`the page is not there: ${error.message}; ${failures.join('; ')}; ${complaints.join('; ')}; it shows: ${text}`);
+    });
+  }
   return { page, context, complaints, requests, close: () => context.close() };
 }
 

@@ -40,7 +40,9 @@ function help() {
     <ul><li>Solid mark: what this player sees. Dashed hollow mark: where the server has it now.</li>
     <li>Spring with a cross: the player's own car was moved by the server.</li>
     <li>Messages: the flatter the line, the longer the way. A cross: lost.</li>
-    <li>Filled cells: inputs that the server has not acknowledged yet.</li></ul></div></div>`;
+    <li>Filled cells: inputs that the server has not acknowledged yet.</li>
+    <li>α = (t − t0) / (t1 − t0): where the drawn time t lies between two states of the server.</li>
+    <li>Dots: one for each packet that arrived. Point at one to read it.</li></ul></div></div>`;
 }
 
 const FIRST = ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'control']; /* of a player, as on its panel */

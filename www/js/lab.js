@@ -2,7 +2,7 @@
 import { batch } from '../vendor/signals-core.js';
 import { call } from './api.js';
 import { create, keep, link } from './early.js';
-import { CORRECTION, FAILED } from './frame.js';
+import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
 import { reread, seen, showAddress } from './params.js';
@@ -169,7 +169,6 @@ export function hook() {
     get counts() { return { ...counts, patches: seen.patches }; },
     get messages() { return [...memory.events.values()]; },
     get corrections() { return memory.corrections.map((list) => list.length); },
-    get dots() { return memory.dots.map((list) => list.length); },
-    CORRECTION,
+    get dots() { return memory.dots.map((list) => list.map((dot) => dot.t)); },
   });
 }

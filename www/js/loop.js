@@ -1,4 +1,5 @@
 // The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
+import { speak } from './announce.js';
 import { showTime } from './bar.js';
 import { scale } from './dialogs.js';
 import { INTERPOLATION, PLAYING, STALLED } from './frame.js';
@@ -30,6 +31,10 @@ let asked = false;
 let named = 0;
 /** @type {number | null} */
 let selected = null;
+/** The dots of each view as drawn last, and the one that is asked about. @type {import('./views/scene.js').Drawn[][]} */
+const drawnDots = [];
+/** @type {import('./views/scene.js').Picked | null} */
+let picked = null;
 /** Script time of the last drawings, ms. */
 export const costs = /** @type {number[]} */ ([]);
 
@@ -60,10 +65,9 @@ function drawView(canvas, now, name) {
   /** @type {Picture} */
   const at = {
     pen: surface.pen, width: surface.width, height: surface.height - strip, colours, frame: now, memory, layout: shape, view,
-    overlays: overlays.value, unit: unit.value,
+    overlays: overlays.value, unit: unit.value, picked,
   };
-  if (shape.game === 'cannon') drawCannon(at);
-  else drawRace(at);
+  drawnDots[view] = shape.game === 'cannon' ? drawCannon(at) : drawRace(at);
   scale.pxPerMetre = scaleX(at);
   const v = now.views[view];
   if (view > 0 && v) {
@@ -160,7 +164,43 @@ function select(id) {
   touch();
 }
 
+/** @param {PointerEvent} event */
+function point(event) {
+  const canvas = event.target;
+  if (!(canvas instanceof HTMLCanvasElement) || canvas.dataset.view === undefined) return;
+  const view = Number(canvas.dataset.view);
+  let best = null, least = 14;
+  for (const one of drawnDots[view] ?? []) {
+    const distance = Math.hypot(one.x - event.offsetX, one.y - event.offsetY);
+    if (distance < least) {
+      least = distance;
+      best = one;
+    }
+  }
+  if ((best?.dot ?? null) === (picked?.dot ?? null)) return;
+  picked = best ? { view, dot: best.dot } : null;
+  touch();
+}
+
+/** Shift with an arrow key: the dot before or after, in the view that has the focus. @param {KeyboardEvent} event */
+function stepDot(event) {
+  const view = event.target instanceof HTMLElement ? event.target.querySelector('canvas[data-view]') : null;
+  const step = event.code === 'ArrowRight' ? 1 : event.code === 'ArrowLeft' ? -1 : 0;
+  if (!(view instanceof HTMLCanvasElement) || !event.shiftKey || step === 0) return;
+  const index = Number(view.dataset.view), list = drawnDots[index] ?? [];
+  const place = list.findIndex(({ dot }) => dot === picked?.dot);
+  const next = list[place < 0 ? list.length - 1 : Math.max(0, Math.min(list.length - 1, place + step))];
+  if (!next) return;
+  event.preventDefault();
+  picked = { view: index, dot: next.dot };
+  speak(memory.tell(next.dot));
+  touch();
+}
+
 export function listen() {
+  document.addEventListener('pointermove', point);
+  document.addEventListener('pointerdown', point);
+  document.addEventListener('keydown', stepDot);
   addEventListener('resize', touch);
   new ResizeObserver(touch).observe(document.documentElement);
   matchMedia('(prefers-color-scheme: dark)').addEventListener('change', touch);

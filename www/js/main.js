@@ -18,12 +18,13 @@ keys.listen();
 announce.listen();
 loop.listen();
 
-call('GET', 'schema').then((answer) => {
-  schema.value = answer;
-}).catch(() => tell('The controls could not be loaded: load the page again', true));
-call('GET', 'scenarios').then((answer) => {
-  scenarios.value = answer.scenarios ?? [];
-}).catch(() => {});
+/** Reads something until it is there: a page without its controls would be of no use.
+ * @param {string} path @param {(answer: any) => void} take @param {number} [attempt] */
+function fetchFor(path, take, attempt = 1) {
+  call('GET', path).then(take, () => setTimeout(() => fetchFor(path, take, attempt + 1), Math.min(4000, 250 * 2 ** attempt)));
+}
+fetchFor('schema', (answer) => { schema.value = answer; });
+fetchFor('scenarios', (answer) => { scenarios.value = answer.scenarios ?? []; });
 
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the session waits: Play is what comes next */
   const stop = effect(() => {

@@ -1,9 +1,11 @@
 // What a view shows of the past, gathered from the frames: messages, arrival dots, trails, corrections, curves.
-import { APPLIED, CORRECTION, E_ACTIVE, RECONCILIATION, VERDICT } from './frame.js';
+import { APPLIED, CORRECTION, E_ACTIVE, INPUT, RECONCILIATION, STATE, VERDICT } from './frame.js';
+import { fixed } from './format.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {import('./frame.js').Event} Event */
-/** @typedef {{t: number, entity: number, n: number, x: number, y: number}} Dot  n counts them */
+/** @typedef {{t: number, entity: number, n: number, x: number, y: number, type: number, player: number, number: number}} Dot
+ *   n counts them; type, player and number are those of the event */
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
 /** @typedef {{x: number, y: number}[]} Trail */
 
@@ -105,10 +107,23 @@ export class Memory {
     frame.views[v]?.entities.forEach((e, entity) => {
       const wanted = this.game === 'cannon' ? (e.flags & E_ACTIVE) !== 0 : entity === event.player;
       if (wanted && (this.game !== 'cannon' || v > 0 || entity === event.player)) {
-        dots.push({ t: event.begin, entity, n, x: e.x, y: e.y });
+        dots.push({ t: event.begin, entity, n, x: e.x, y: e.y, type: event.type, player: event.player, number: event.number });
       }
     });
     if (dots.length > DOTS) dots.splice(0, dots.length - DOTS);
+  }
+
+  /** What a dot stands for, in words. @param {Dot} dot @returns {string} */
+  tell(dot) {
+    const [type, word] = dot.type === APPLIED ? [STATE, 'State of tick'] : [INPUT, 'Input'];
+    let text = `${word} ${dot.number} · arrived ${fixed(dot.t, 2)} s`;
+    for (const event of this.events.values()) {
+      if (event.type === type && event.player === dot.player && event.number === dot.number) {
+        text += ` · sent ${fixed(event.begin, 2)} s · ${fixed((dot.t - event.begin) * 1000, 0)} ms old`;
+        break;
+      }
+    }
+    return text;
   }
 
   /** Flights: a trail grows while its entity is active. @param {Frame} frame */

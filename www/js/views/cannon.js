@@ -2,7 +2,7 @@
 import { E_ACTIVE } from '../frame.js';
 import { fixed, signed } from '../format.js';
 import { paintOf } from '../theme.js';
-import { dots, drawGrid, gapLabel, ghost, toX } from './scene.js';
+import { dots, drawGrid, gapLabel, ghost, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
@@ -75,10 +75,10 @@ function score(at) {
   });
 }
 
-/** @param {Picture} at */
+/** @param {Picture} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawCannon(at) {
   const view = at.frame.views[at.view], truth = at.frame.views[0];
-  if (!view || !truth) return;
+  if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const size = colours.marker * 0.8;
   const place = (/** @type {number} */ x, /** @type {number} */ y) => ({ x: toX(at, x), y: toY(at, y) });
@@ -86,7 +86,7 @@ export function drawCannon(at) {
   ground(at);
   target(at);
   view.entities.forEach((_, i) => trail(at, i));
-  if (overlays.dots) dots(at, place, () => true);
+  const drawn = overlays.dots ? dots(at, place, () => true) : [];
   const labels = new Labels(at);
   view.entities.forEach((shell, i) => {
     const real = truth.entities[i];
@@ -102,4 +102,6 @@ export function drawCannon(at) {
     if (flying || (at.memory.trails[at.view]?.[i]?.length ?? 0) > 0) drawMark(pen, colours, i, x, y, size);
   });
   if (at.view === 0 && overlays.labels) score(at);
+  tellDot(at, drawn);
+  return drawn;
 }

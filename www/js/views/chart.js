@@ -8,6 +8,7 @@ import { letter } from '../format.js';
 
 const SPAN_S = 12;
 const REDRAW_MS = 120;
+const NOTICED_MS = 100;
 export const FEW = 3; /* players whose curves of others are drawn too */
 
 export class Chart {
@@ -40,6 +41,7 @@ export class Chart {
         { ...axis, size: colours.text + 12, space: 50, values: (_, ticks) => ticks.map((tick) => `${tick} s`) },
         { ...axis, size: colours.text * 3.4, space: 26, values: (_, ticks) => ticks.map((tick) => String(tick).replace('-', '−')) },
       ],
+      hooks: { draw: [(plot) => this.threshold(plot)] },
       series: [{}, ...curves.map((curve) => ({
         label: curve.label, stroke: () => paintOf(palette(), curve.player).text,
         width: curve.dotted || this.empty[0] === 0 ? Math.max(1, colours.line - 1) : colours.line - 0.5,
@@ -47,6 +49,25 @@ export class Chart {
       }))],
     }, [[], ...curves.map(() => [])], this.box);
     for (const part of this.box.querySelectorAll('canvas')) part.setAttribute('aria-hidden', 'true');
+  }
+
+  /** In ms: where people begin to notice. @param {uPlot} plot */
+  threshold(plot) {
+    if (!this.made.includes('(ms)') || this.empty[0] === 0) return;
+    const y = plot.valToPos(NOTICED_MS, 'y', true), { left, top, width, height } = plot.bbox;
+    if (y < top || y > top + height) return;
+    const { ctx } = plot;
+    ctx.save();
+    ctx.strokeStyle = palette().snap;
+    ctx.fillStyle = palette().snap;
+    ctx.lineWidth = devicePixelRatio;
+    ctx.beginPath();
+    ctx.moveTo(left, y);
+    ctx.lineTo(left + width, y);
+    ctx.stroke();
+    ctx.textAlign = 'right';
+    ctx.fillText('noticed from here', left + width, y - 4 * devicePixelRatio);
+    ctx.restore();
   }
 
   /** @param {Memory} memory @param {boolean} now draw even if the last drawing is young */

@@ -2,7 +2,7 @@
 import { E_FINISHED } from '../frame.js';
 import { paintOf } from '../theme.js';
 import { fixed } from '../format.js';
-import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, toX } from './scene.js';
+import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
@@ -78,10 +78,10 @@ function standing(at, player) {
   return parts.join(' · ');
 }
 
-/** @param {Picture} at */
+/** @param {Picture} at @returns {import('./scene.js').Drawn[]} the dots */
 export function drawRace(at) {
   const view = at.frame.views[at.view], truth = at.frame.views[0];
-  if (!view || !truth) return;
+  if (!view || !truth) return [];
   const { pen, colours, overlays } = at;
   const lap = at.layout.scene.x_max;
   const full = Math.max(colours.marker, Math.min(at.layout.scene.entity_length_m * scaleX(at), at.height / 3.2));
@@ -94,8 +94,10 @@ export function drawRace(at) {
   drawGrid(at);
   lanes(at);
   finishLine(at);
+  /** @type {import('./scene.js').Drawn[]} */
+  let drawn = [];
   if (overlays.dots) {
-    dots(at, place, (dot) => {
+    drawn = dots(at, place, (dot) => {
       const car = view.entities[dot.entity];
       return car !== undefined && (!at.layout.scene.wraps || Math.abs(car.x - dot.x) < lap * 0.9);
     });
@@ -130,4 +132,6 @@ export function drawRace(at) {
   if (words !== '') {
     drawText(pen, colours, words, at.width - 8, at.height - colours.text * 0.8, { align: 'right', colour: colours.snap });
   }
+  tellDot(at, drawn);
+  return drawn;
 }

@@ -20,7 +20,11 @@ import { cross, drawGhost, drawText, spring } from './marks.js';
  * @property {number} view     0 is the server
  * @property {{ghosts: boolean, dots: boolean, labels: boolean}} overlays
  * @property {'px' | 'm' | 'ms'} unit
+ * @property {Picked | null} picked  the dot that is asked about
  */
+
+/** A dot as drawn. @typedef {{x: number, y: number, dot: import('../memory.js').Dot}} Drawn */
+/** @typedef {{view: number, dot: import('../memory.js').Dot}} Picked */
 
 const MARGIN = 14; /* px left and right, so that a mark on the edge is seen */
 const FADE_S = 0.6;
@@ -143,14 +147,17 @@ export function correctionWords(at, player) {
 }
 
 /** One dot per arrived packet; where they would run together, one of k. @param {Picture} at
- * @param {(x: number, y: number) => {x: number, y: number}} place @param {(dot: import('../memory.js').Dot) => boolean} wanted */
+ * @param {(x: number, y: number) => {x: number, y: number}} place @param {(dot: import('../memory.js').Dot) => boolean} wanted
+ * @returns {Drawn[]} */
 export function dots(at, place, wanted) {
   const { pen, colours } = at;
   const r = colours.line + 1;
   const list = (at.memory.dots[at.view] ?? []).filter(wanted);
+  /** @type {Drawn[]} */
+  const drawn = [];
   let most = 1;
   for (const entity of new Set(list.map((dot) => dot.entity))) {
-    const own = list.filter((dot) => dot.entity === entity).map((dot) => ({ ...place(dot.x, dot.y), n: dot.n }));
+    const own = list.filter((dot) => dot.entity === entity).map((dot) => ({ ...place(dot.x, dot.y), dot }));
     let way = 0;
     for (let i = 1; i < own.length; i++) {
       const a = own[i - 1], b = own[i];
@@ -160,12 +167,31 @@ export function dots(at, place, wanted) {
     const k = own.length < 8 || spacing > 2.6 * r || way < 20 ? 1 : Math.ceil((3 * r) / spacing);
     most = Math.max(most, k);
     pen.fillStyle = paintOf(colours, entity).text;
-    for (const { x, y, n } of own) {
-      if (n % k !== 0) continue;
+    for (const one of own) {
+      if (one.dot.n % k !== 0) continue;
+      drawn.push(one);
       pen.beginPath();
-      pen.arc(x, y, r, 0, 2 * Math.PI);
+      pen.arc(one.x, one.y, r, 0, 2 * Math.PI);
       pen.fill();
     }
   }
   if (most > 1) drawText(pen, colours, `dots: 1 of ${most} packets`, 8, colours.text * 2.1, { colour: colours.faint });
+  return drawn;
+}
+
+/** Names the dot that is asked about. @param {Picture} at @param {Drawn[]} drawn */
+export function tellDot(at, drawn) {
+  const { pen, colours, picked } = at;
+  const one = picked && picked.view === at.view ? drawn.find(({ dot }) => dot === picked.dot) : undefined;
+  if (!one) return;
+  pen.strokeStyle = colours.accent;
+  pen.lineWidth = colours.line;
+  pen.beginPath();
+  pen.arc(one.x, one.y, colours.line + 5, 0, 2 * Math.PI);
+  pen.stroke();
+  const text = at.memory.tell(one.dot);
+  pen.font = `700 ${colours.text}px ${colours.font}`;
+  const half = pen.measureText(text).width / 2 + 6;
+  drawText(pen, colours, text, Math.max(half, Math.min(at.width - half, one.x)), Math.max(colours.text * 2, one.y - colours.text * 1.6),
+    { align: 'center', bold: true });
 }

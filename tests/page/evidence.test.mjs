@@ -1,0 +1,131 @@
+// What makes lag visible: dots, messages, corrections, curves.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { control, frameOf, launch, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const dotsOf = (page) => page.evaluate(() => globalThis.laglab().dots);
+const gaps = (times) => times.slice(1).map((t, i) => t - times[i]);
+const spread = (list) => Math.max(...list) - Math.min(...list);
+
+test('Figure 8: the dots of client and server are evenly spaced, the client\'s 250 ms later', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
+  assert.ok(await page.getByRole('checkbox', { name: 'Arrival dots' }).isChecked());
+  const dots = await until(async () => { const d = await dotsOf(page); return d[1].length >= 5 && d[0].length >= 5 && d; }, 'dots', 15000);
+  for (const view of [0, 1]) {
+    const list = gaps(dots[view]);
+    assert.ok(spread(list) < 0.05 && Math.abs(list[0] - 1 / 3) < 0.05, `view ${view}: ${list.map((g) => g.toFixed(3))}`);
+  }
+  const states = await page.evaluate(() => globalThis.laglab().messages.filter((m) => m.type === 2 && m.player === 0).map((m) => m.end - m.begin));
+  assert.ok(states.length > 3 && states.every((way) => Math.abs(way - 0.25) < 0.02), states.join());
+  await close();
+});
+
+test('Figure 9: with random latency they are not', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig09`);
+  const dots = await until(async () => { const d = await dotsOf(page); return d[1].length >= 5 && d; }, 'dots', 15000);
+  assert.ok(spread(gaps(dots[1])) > 0.1, gaps(dots[1]).join());
+  await close();
+});
+
+test('a dot tells what it stands for, in the view and aloud', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
+  await until(async () => (await dotsOf(page))[1].length >= 5, 'dots', 15000);
+  await page.keyboard.press('Alt+k');
+  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
+  await page.waitForTimeout(200);
+  const picture = () => page.evaluate(() => /** @type {any} */ (document.querySelector('canvas[data-view="1"]')).toDataURL());
+  const before = await picture();
+  await page.locator('.view[data-drive="0"]').focus();
+  await page.keyboard.press('Shift+ArrowLeft');
+  await page.waitForFunction(() => /State of tick \d+ · arrived .* · sent .* · \d+ ms old/.test(document.getElementById('live').textContent), null, { timeout: 5000 });
+  await until(async () => (await picture()) !== before, 'the dot is named in the view');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('one input is picked among the messages, and its life is told', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig08`);
+  await page.waitForTimeout(2500);
+  await page.keyboard.press('Alt+k');
+  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
+  await page.locator('.view[data-arrows]').focus();
+  await page.keyboard.press('ArrowLeft');
+  await page.keyboard.press('ArrowLeft');
+  await until(async () => /Input \d+ of A/.test(await page.locator('#lane-facts').innerText()), 'its life');
+  for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowLeft');
+  await until(async () => /250 ms to the server's tick .* to its use · in all \d+ ms/.test(await page.locator('#lane-facts').innerText()), 'all of its life');
+  await page.keyboard.press('Escape');
+  await until(async () => /^Last /.test(await page.locator('#lane-facts').innerText()), 'let go');
+  await close();
+});
+
+test('prediction without reconciliation snaps; with it, on a lane of one\'s own, nothing is corrected', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`);
+  await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps', 10000);
+  assert.ok(Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0);
+  await control(page, 'players.0.reconciliation').setChecked(true);
+  await page.waitForTimeout(1500);
+  const count = (await frameOf(page)).views[1].corrections;
+  await page.waitForTimeout(1500);
+  assert.equal((await frameOf(page)).views[1].corrections, count);
+  await close();
+});
+
+test('interpolation draws the other between two states and says where', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.interpolation:true&set=server.update_hz:10`);
+  await page.waitForTimeout(2000);
+  const alphas = [];
+  for (let i = 0; i < 12; i++) {
+    const frame = await frameOf(page);
+    const view = frame.views[1];
+    assert.ok(view.entities[1].flags & 4, 'interpolated');
+    assert.ok(view.alpha >= 0 && view.alpha <= 1, `${view.alpha}`);
+    const arrived = (await page.evaluate(() => globalThis.laglab().messages.filter((m) => m.type === 2 && m.player === 0).map((m) => m.begin)));
+    assert.ok(Math.min(...arrived) <= view.shown && view.shown < frame.time, `${view.shown}`);
+    alphas.push(view.alpha);
+    await page.waitForTimeout(70);
+  }
+  assert.ok(new Set(alphas).size > 3, alphas.join());
+  await close();
+});
+
+test('charts have a table of the same numbers', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  await page.waitForTimeout(2500);
+  await page.getByRole('group', { name: 'Unit of the error' }).getByRole('button', { name: 'm', exact: true }).click();
+  await page.getByRole('button', { name: 'Table of the error' }).click();
+  const heads = await page.locator('dialog thead th').allInnerTexts();
+  assert.deepEqual(heads, ['Time (s)', 'A own car (m)', 'A others (m)', 'B own car (m)', 'B others (m)']);
+  const rows = await page.locator('dialog tbody tr').count();
+  assert.ok(rows >= 3 && rows <= 25, `${rows} rows`);
+  const cells = await page.locator('dialog tbody td').allInnerTexts();
+  assert.ok(cells.every((text) => /^−?\d+\.\d{3}$/.test(text)), cells.join());
+  await close();
+});
+
+test('unit, ghosts, labels and dots change what is drawn', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  await page.waitForTimeout(1500);
+  await page.keyboard.press('Alt+k');
+  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
+  await page.waitForTimeout(200);
+  const picture = () => page.evaluate(() => /** @type {any} */ (document.querySelector('canvas[data-view="1"]')).toDataURL());
+  for (const name of ['Ghosts', 'Labels', 'Arrival dots']) {
+    const before = await picture();
+    const box = page.getByRole('checkbox', { name, exact: true });
+    await box.setChecked(!(await box.isChecked()));
+    await until(async () => (await picture()) !== before, name);
+    await box.setChecked(!(await box.isChecked()));
+    await until(async () => (await picture()) === before, `${name} back`);
+  }
+  await close();
+});
