@@ -18,7 +18,7 @@
 
 #define WAITING_JOBS 256
 
-int64_t http_now(void)
+int64_t ll_http_now(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -29,11 +29,11 @@ int64_t http_now(void)
 
 static void set_deadline(http_connection *connection, double seconds)
 {
-    atomic_store_explicit(&connection->deadline_ns, seconds > 0 ? http_now() + (int64_t)(seconds * 1e9) : 0,
+    atomic_store_explicit(&connection->deadline_ns, seconds > 0 ? ll_http_now() + (int64_t)(seconds * 1e9) : 0,
                           memory_order_relaxed);
 }
 
-void http_deadline(http_exchange *exchange, double seconds)
+void ll_http_deadline(http_exchange *exchange, double seconds)
 {
     if (exchange->watched != NULL) {
         set_deadline(exchange->watched, seconds);
@@ -166,7 +166,7 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->connection = connection;
     exchange->watched = watched_of(connection);
     exchange->file = -1;
-    exchange->begin_ns = http_now();
+    exchange->begin_ns = ll_http_now();
     exchange->path = strdup(path);
     exchange->parameters = malloc(strlen(path) + 1);
     if (exchange->path == NULL || exchange->parameters == NULL) {
@@ -206,7 +206,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     }
     if (http->app.done != NULL) {
         http->app.done(http->app.context, &exchange->request, exchange->route, exchange->response.status,
-                       (double)(http_now() - exchange->begin_ns) * 1e-9);
+                       (double)(ll_http_now() - exchange->begin_ns) * 1e-9);
     }
     if (exchange->upgrade != NULL) {
         MHD_destroy_response(exchange->upgrade);
@@ -243,7 +243,7 @@ static void take_body(http_exchange *exchange, const char *bytes, size_t size)
         return;
     }
     if (request->body_size + size > exchange->body_limit) {
-        http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", exchange->body_limit);
+        ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", exchange->body_limit);
         exchange->refused = true;
         return;
     }
@@ -283,9 +283,9 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
         if (exchange == NULL) {
             return MHD_NO;
         }
-        http_begin(exchange, version);
-        http_deadline(exchange, http->config.body_timeout_s);
-        return answer_early(exchange) ? http_send(exchange) : MHD_YES;
+        ll_http_begin(exchange, version);
+        ll_http_deadline(exchange, http->config.body_timeout_s);
+        return answer_early(exchange) ? ll_http_send(exchange) : MHD_YES;
     }
     if (exchange->phase == HTTP_BODY && *upload_size > 0) {
         take_body(exchange, upload, *upload_size);
@@ -293,14 +293,14 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
         return exchange->swallowed > HTTP_SWALLOW ? MHD_NO : MHD_YES;
     }
     if (exchange->phase == HTTP_BODY) {
-        return http_handle(exchange) ? http_send(exchange) : MHD_YES;
+        return ll_http_handle(exchange) ? ll_http_send(exchange) : MHD_YES;
     }
-    return exchange->phase == HTTP_WAITING || exchange->phase == HTTP_READY ? http_send(exchange) : MHD_YES;
+    return exchange->phase == HTTP_WAITING || exchange->phase == HTTP_READY ? ll_http_send(exchange) : MHD_YES;
 }
 
 /* ---- slow handlers ---- */
 
-bool http_submit(ll_http *http, http_exchange *exchange)
+bool ll_http_submit(ll_http *http, http_exchange *exchange)
 {
     pthread_mutex_lock(&http->job_lock);
     bool taken = http->jobs < WAITING_JOBS && !http->jobs_end;
@@ -336,7 +336,7 @@ static void *slow_main(void *argument)
         http->last_job = http->first_job != NULL ? http->last_job : NULL;
         http->jobs--;
         pthread_mutex_unlock(&http->job_lock);
-        http_run_handler(exchange);
+        ll_http_run_handler(exchange);
         MHD_resume_connection(exchange->connection);
     }
 }
@@ -401,7 +401,7 @@ ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, co
     pthread_mutex_init(&http->job_lock, NULL);
     pthread_cond_init(&http->job_there, NULL);
     if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
-        http->request_seed = (uint64_t)http_now(); /* ids only have to differ */
+        http->request_seed = (uint64_t)ll_http_now(); /* ids only have to differ */
     }
     while (http->slow_threads < (int)config->slow_threads &&
            pthread_create(&http->slow[http->slow_threads], NULL, slow_main, http) == 0) {

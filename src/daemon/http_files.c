@@ -73,7 +73,7 @@ static bool etag_matches(const char *header, const char *tag)
     return false;
 }
 
-void http_file(http_exchange *exchange)
+void ll_http_file(http_exchange *exchange)
 {
     const char *path = exchange->path;
     const char *www = exchange->http->config.www;
@@ -89,7 +89,7 @@ void http_file(http_exchange *exchange)
         if (fd >= 0) {
             close(fd);
         }
-        http_refuse(exchange, 404, LL_NOT_FOUND, "", "there is nothing at this path");
+        ll_http_refuse(exchange, 404, LL_NOT_FOUND, "", "there is nothing at this path");
         return;
     }
     char tag[64];

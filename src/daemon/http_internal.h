@@ -1,4 +1,4 @@
-/* What http.c (the library's callbacks), http_routes.c (which handler), http_send.c (answers) and
+/* What http.c (the library's callbacks), http_routes.c (which handler), ll_http_send.c (answers) and
  * http_files.c (the page) share. */
 #pragma once
 
@@ -81,22 +81,22 @@ struct ll_http {
     pthread_t slow[64];
 };
 
-int64_t http_now(void);
-void http_deadline(http_exchange *exchange, double seconds); /* 0: none */
+int64_t ll_http_now(void);
+void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 
 /* Routing: what can be said before the body is there. Sets `route` or a response with `refused`. */
-void http_begin(http_exchange *exchange, const char *version);
+void ll_http_begin(http_exchange *exchange, const char *version);
 /* The whole request is there. True: the response is ready to be sent. False: the connection was suspended,
  * and is resumed when a slow handler has made the response; the exchange must then not be touched by the
  * caller. */
-bool http_handle(http_exchange *exchange);
-void http_run_handler(http_exchange *exchange);
+bool ll_http_handle(http_exchange *exchange);
+void ll_http_run_handler(http_exchange *exchange);
 
-bool http_submit(ll_http *http, http_exchange *exchange); /* to the slow pool; false when it is full */
+bool ll_http_submit(ll_http *http, http_exchange *exchange); /* to the slow pool; false when it is full */
 
-enum MHD_Result http_send(http_exchange *exchange);
-void http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
+enum MHD_Result ll_http_send(http_exchange *exchange);
+void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                  ...) __attribute__((format(printf, 5, 6)));
 
 /* The page: fills the response (a file, 304 or 404). */
-void http_file(http_exchange *exchange);
+void ll_http_file(http_exchange *exchange);

@@ -126,7 +126,7 @@ static bool origin_refused(http_exchange *exchange)
         return false;
     }
     if (!allowed || (origin.at == NULL && site != NULL && strcasecmp(site, "cross-site") == 0)) {
-        http_refuse(exchange, 403, LL_FORBIDDEN, "Origin",
+        ll_http_refuse(exchange, 403, LL_FORBIDDEN, "Origin",
                     "pages of this origin may not change anything here: --allow-origin names those that may");
         return true;
     }
@@ -154,7 +154,7 @@ static bool preflight(http_exchange *exchange, const char *allow)
 
 static void refuse_method(http_exchange *exchange, const char *allow)
 {
-    http_refuse(exchange, 405, LL_BAD_INPUT, "", "%s is not possible here: %s", exchange->request.method,
+    ll_http_refuse(exchange, 405, LL_BAD_INPUT, "", "%s is not possible here: %s", exchange->request.method,
                 allow);
     ll_http_set_header(&exchange->response, "Allow", allow);
 }
@@ -232,9 +232,9 @@ static void begin_body(http_exchange *exchange)
     const char *type = ll_http_header(&exchange->request, "Content-Type");
     exchange->body_limit = route->body_limit;
     if (length > route->body_limit || route->body_limit == 0) {
-        http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", route->body_limit);
+        ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", route->body_limit);
     } else if (route->types != NULL && (type == NULL || !is_type(route->types, type))) {
-        http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type must be one of: %s",
+        ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type must be one of: %s",
                     route->types);
         ll_http_set_header(&exchange->response,
                            strcmp(exchange->request.method, "PATCH") == 0 ? "Accept-Patch" : "Accept",
@@ -245,7 +245,7 @@ static void begin_body(http_exchange *exchange)
     exchange->refused = true;
 }
 
-void http_begin(http_exchange *exchange, const char *version)
+void ll_http_begin(http_exchange *exchange, const char *version)
 {
     ll_http *http = exchange->http;
     ll_http_request *request = &exchange->request;
@@ -253,11 +253,11 @@ void http_begin(http_exchange *exchange, const char *version)
     char allow[96], session[65];
     exchange->refused = true;
     if (host == NULL && strcmp(version, "HTTP/1.1") == 0) {
-        http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "a request of HTTP/1.1 needs a Host header");
+        ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "a request of HTTP/1.1 needs a Host header");
         return;
     }
     if (host != NULL && !ll_allow_host(&http->allow, text_of(host))) {
-        http_refuse(exchange, 421, LL_FORBIDDEN, "Host",
+        ll_http_refuse(exchange, 421, LL_FORBIDDEN, "Host",
                     "Host must be localhost, an address or a name given by --allow-host");
         return;
     }
@@ -286,31 +286,31 @@ void http_begin(http_exchange *exchange, const char *version)
     }
 }
 
-void http_run_handler(http_exchange *exchange)
+void ll_http_run_handler(http_exchange *exchange)
 {
     exchange->route->handler(exchange->http->app.context, &exchange->request, &exchange->response);
 }
 
-bool http_handle(http_exchange *exchange)
+bool ll_http_handle(http_exchange *exchange)
 {
-    http_deadline(exchange, 0);
+    ll_http_deadline(exchange, 0);
     exchange->phase = HTTP_READY;
     if (exchange->refused) {
         return true;
     }
     if (exchange->route == NULL) {
-        http_file(exchange);
+        ll_http_file(exchange);
         return true;
     }
     exchange->request.body = exchange->body != NULL ? exchange->body : "";
     if (!exchange->route->slow) {
-        http_run_handler(exchange);
+        ll_http_run_handler(exchange);
         return true;
     }
     exchange->phase = HTTP_WAITING;
     /* Suspended first: the slow thread may be done before this returns. */
     MHD_suspend_connection(exchange->connection);
-    if (!http_submit(exchange->http, exchange)) {
+    if (!ll_http_submit(exchange->http, exchange)) {
         ll_status error = ll_error(LL_LIMIT, "too many requests that take long are waiting already");
         ll_problem_later(&exchange->response, &exchange->request, 503, 2, &error);
         exchange->phase = HTTP_READY;

@@ -13,7 +13,7 @@ static const char policy[] =
     "connect-src 'self'; font-src 'self'; manifest-src 'self'; frame-ancestors 'none'; "
     "base-uri 'none'; form-action 'self'";
 
-void http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
+void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                  ...)
 {
     ll_status error = ll_field_error(code, field, "%s", "");
@@ -123,11 +123,11 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     }
 }
 
-enum MHD_Result http_send(http_exchange *exchange)
+enum MHD_Result ll_http_send(http_exchange *exchange)
 {
     exchange->phase = HTTP_QUEUED;
     if (exchange->upgrade != NULL) {
-        http_deadline(exchange, 0);
+        ll_http_deadline(exchange, 0);
         MHD_add_response_header(exchange->upgrade, "X-Request-Id", exchange->request.id);
         enum MHD_Result result = MHD_queue_response(exchange->connection, 101, exchange->upgrade);
         MHD_destroy_response(exchange->upgrade);
@@ -145,7 +145,7 @@ enum MHD_Result http_send(http_exchange *exchange)
         return MHD_NO; /* closes the connection: not even the refusal could be made */
     }
     add_headers(exchange, made);
-    http_deadline(exchange, exchange->http->config.response_timeout_s);
+    ll_http_deadline(exchange, exchange->http->config.response_timeout_s);
     enum MHD_Result result =
         MHD_queue_response(exchange->connection, (unsigned)exchange->response.status, made);
     MHD_destroy_response(made);

@@ -4,13 +4,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/sha256.h"
+#include "daemon/digest.h"
 
 enum { KEPT = 1024 };
 
 typedef struct kept {
-    unsigned char name[LL_SHA256_SIZE]; /* of peer and key */
-    unsigned char body[LL_SHA256_SIZE];
+    unsigned char name[LL_DIGEST_SIZE]; /* of peer and key */
+    unsigned char body[LL_DIGEST_SIZE];
     uint64_t number; /* 0: free */
     char *answer;    /* NULL while the first is worked on */
 } kept;
@@ -39,22 +39,14 @@ void ll_api_idempotency_free(ll_api_idempotency *table)
     free(table);
 }
 
-static void digest(const char *a, size_t a_size, const char *b, size_t b_size,
-                   unsigned char result[LL_SHA256_SIZE])
-{
-    ll_sha256 hash;
-    ll_sha256_init(&hash);
-    ll_sha256_add(&hash, a, a_size);
-    ll_sha256_add(&hash, b, b_size);
-    ll_sha256_end(&hash, result);
-}
-
 ll_api_repeat ll_api_idempotency_begin(ll_api_idempotency *table, const char *peer, const char *key,
                                        const char *body, size_t size, uint64_t *name, char **answer)
 {
     kept wanted = {0};
-    digest(peer, strlen(peer) + 1, key, strlen(key), wanted.name);
-    digest(body, size, "", 0, wanted.body);
+    *name = 0;
+    if (!ll_digest(peer, strlen(peer) + 1, key, strlen(key), wanted.name) ||
+        !ll_digest(body, size, "", 0, wanted.body))
+        return LL_REPEAT_FIRST; /* no memory: the request is answered, but not remembered */
     ll_api_repeat result = LL_REPEAT_FIRST;
     pthread_mutex_lock(&table->lock);
     for (int i = 0; i < KEPT; i++) {

@@ -3,7 +3,7 @@
 #include <string.h>
 #include <sys/random.h>
 
-#include "daemon/sha256.h"
+#include "daemon/digest.h"
 
 static const char base32[] = "abcdefghijklmnopqrstuvwxyz234567";
 static const char code_letters[] = "23456789ABCDEFGHJKMNPQRSTUVWXYZ"; /* without 0 O 1 I L */
@@ -52,30 +52,20 @@ bool ll_is_code(const char *text)
     return strlen(text) == LL_CODE_LENGTH && strspn(text, code_letters) == LL_CODE_LENGTH;
 }
 
-static void hash_key(const unsigned char salt[LL_KEY_SALT], const char *key, size_t length,
-                     unsigned char digest[LL_SHA256_SIZE])
-{
-    ll_sha256 hash;
-    ll_sha256_init(&hash);
-    ll_sha256_add(&hash, salt, LL_KEY_SALT);
-    ll_sha256_add(&hash, key, length);
-    ll_sha256_end(&hash, digest);
-}
-
 bool ll_key_hash_make(const char *key, ll_key_hash *hash)
 {
     if (getrandom(hash->bytes, LL_KEY_SALT, 0) != LL_KEY_SALT)
         return false;
-    hash_key(hash->bytes, key, strlen(key), hash->bytes + LL_KEY_SALT);
-    return true;
+    return ll_digest(hash->bytes, LL_KEY_SALT, key, strlen(key), hash->bytes + LL_KEY_SALT);
 }
 
 bool ll_key_matches(const ll_key_hash *hash, const char *key, size_t length)
 {
-    unsigned char digest[LL_SHA256_SIZE];
-    hash_key(hash->bytes, key, length, digest);
+    unsigned char digest[LL_DIGEST_SIZE];
+    if (!ll_digest(hash->bytes, LL_KEY_SALT, key, length, digest))
+        return false;
     unsigned difference = 0;
-    for (size_t i = 0; i < LL_SHA256_SIZE; i++)
+    for (size_t i = 0; i < LL_DIGEST_SIZE; i++)
         difference |= (unsigned)(digest[i] ^ hash->bytes[LL_KEY_SALT + i]);
     return difference == 0;
 }

@@ -12,14 +12,14 @@
 #include "base/hash.h"
 #include "daemon/ws_internal.h"
 
-int64_t ws_now(void)
+int64_t ll_ws_now(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
 }
 
-void ws_count(atomic_ullong *counter, uint64_t n)
+void ll_ws_count(atomic_ullong *counter, uint64_t n)
 {
     atomic_fetch_add_explicit(counter, n, memory_order_relaxed);
 }
@@ -29,7 +29,7 @@ void ws_count(atomic_ullong *counter, uint64_t n)
 /* The thread sleeps in the library's poll, or naps on its own event while many sockets are busy
  * (ws_thread.c). It says which before it looks at `wake_pending` for the last time, so one of the two sees
  * the other. */
-void ws_wake(ws_thread *thread)
+void ll_ws_wake(ws_thread *thread)
 {
     if (atomic_exchange(&thread->wake_pending, true)) {
         return;
@@ -74,7 +74,7 @@ static bool post(ws_thread *thread, ws_mail *mail)
     }
     pthread_mutex_unlock(&thread->lock);
     if (open) {
-        ws_wake(thread);
+        ll_ws_wake(thread);
     }
     return open;
 }
@@ -116,7 +116,7 @@ static uint64_t hash_of(const char *id)
     return ll_hash(0, id, strlen(id));
 }
 
-ll_ws_stream *ws_find_stream(ll_ws *ws, const char *id)
+ll_ws_stream *ll_ws_find_stream(ll_ws *ws, const char *id)
 {
     pthread_mutex_lock(&ws->registry_lock);
     ll_ws_stream *stream = ws->bucket[hash_of(id) % WS_BUCKETS];
@@ -129,7 +129,7 @@ ll_ws_stream *ws_find_stream(ll_ws *ws, const char *id)
 
 bool ll_ws_knows(ll_ws *ws, const char *session_id)
 {
-    return ws_find_stream(ws, session_id) != NULL;
+    return ll_ws_find_stream(ws, session_id) != NULL;
 }
 
 static bool is_stream_id(const char *id)
@@ -195,7 +195,7 @@ static void free_stream(ll_ws_stream *stream)
     free(stream);
 }
 
-void ws_stream_destroy(ll_ws_stream *stream)
+void ll_ws_stream_destroy(ll_ws_stream *stream)
 {
     const ll_ws_hooks *hooks = &stream->ws->hooks;
     void *session = stream->session;
@@ -217,7 +217,7 @@ void ll_ws_stream_close(ll_ws_stream *stream, int code, const char *reason)
      * more. */
     if (mail != NULL && !post(stream->thread, mail)) {
         free(mail);
-        ws_stream_destroy(stream);
+        ll_ws_stream_destroy(stream);
     }
 }
 
@@ -277,7 +277,7 @@ void ll_ws_publish(ll_ws_stream *stream, const ll_ws_publication *publication)
     ws_thread *thread = stream->thread;
     ws_publication *copy = copy_of(publication), *late = copy;
     if (copy == NULL) {
-        ws_count(&thread->counts.dropped, 1);
+        ll_ws_count(&thread->counts.dropped, 1);
         return;
     }
     pthread_mutex_lock(&thread->lock);
@@ -298,7 +298,7 @@ void ll_ws_publish(ll_ws_stream *stream, const ll_ws_publication *publication)
     atomic_store_explicit(&stream->generation, publication->generation, memory_order_relaxed);
     atomic_store_explicit(&stream->published, true, memory_order_relaxed);
     if (late != NULL) {
-        ws_count(&thread->counts.dropped, 1);
+        ll_ws_count(&thread->counts.dropped, 1);
         free(late);
     }
 }
@@ -311,7 +311,7 @@ void ll_ws_flush(ll_ws *ws)
         bool dirty = thread->dirty != NULL && !thread->stopped;
         pthread_mutex_unlock(&thread->lock);
         if (dirty) {
-            ws_wake(thread);
+            ll_ws_wake(thread);
         }
     }
 }
@@ -357,10 +357,10 @@ static bool start_thread(ll_ws *ws, int index)
 {
     ws_thread *thread = &ws->thread[index];
     thread->event_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
-    if (thread->event_fd < 0 || !ws_thread_prepare(thread)) {
+    if (thread->event_fd < 0 || !ll_ws_thread_prepare(thread)) {
         return false;
     }
-    thread->started = pthread_create(&thread->handle, NULL, ws_thread_main, thread) == 0;
+    thread->started = pthread_create(&thread->handle, NULL, ll_ws_thread_main, thread) == 0;
     return thread->started;
 }
 
@@ -403,7 +403,7 @@ void ll_ws_drain(ll_ws *ws, double seconds)
     ws->config.drain_s = seconds;
     for (int i = 0; i < ws->threads; i++) {
         atomic_store(&ws->thread[i].drain, true);
-        ws_wake(&ws->thread[i]);
+        ll_ws_wake(&ws->thread[i]);
     }
     for (int i = 0; i < ws->threads; i++) {
         ws_thread *thread = &ws->thread[i];

@@ -153,25 +153,25 @@ struct ll_ws {
     ws_thread thread[];
 };
 
-int64_t ws_now(void);
-void ws_wake(ws_thread *thread);
-void ws_count(atomic_ullong *counter, uint64_t n);
-ll_ws_stream *ws_find_stream(ll_ws *ws, const char *id);
-void ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `released` */
+int64_t ll_ws_now(void);
+void ll_ws_wake(ws_thread *thread);
+void ll_ws_count(atomic_ullong *counter, uint64_t n);
+ll_ws_stream *ll_ws_find_stream(ll_ws *ws, const char *id);
+void ll_ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `released` */
 
 /* ws_thread.c */
-bool ws_thread_prepare(ws_thread *thread);
-void *ws_thread_main(void *thread);
+bool ll_ws_thread_prepare(ws_thread *thread);
+void *ll_ws_thread_main(void *thread);
 
 /* ws_viewer.c: all on the viewer's thread. Functions that return bool: false when the socket must be closed
  * now. */
-bool ws_viewer_open(ws_viewer *viewer);
-void ws_viewer_gone(ws_viewer *viewer);
-bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last);
-bool ws_viewer_writable(ws_viewer *viewer);
-void ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next */
-void ws_viewer_send(ws_viewer *viewer, ws_mail *message);
-void ws_viewer_close(ws_viewer *viewer, int code, const char *reason);
-void ws_viewer_sweep(ws_viewer *viewer);
-void ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count); /* takes them */
-void ws_stream_release_if_done(ll_ws_stream *stream);
+bool ll_ws_viewer_open(ws_viewer *viewer);
+void ll_ws_viewer_gone(ws_viewer *viewer);
+bool ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last);
+bool ll_ws_viewer_writable(ws_viewer *viewer);
+void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next */
+void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message);
+void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason);
+void ll_ws_viewer_sweep(ws_viewer *viewer);
+void ll_ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count); /* takes them */
+void ll_ws_stream_release_if_done(ll_ws_stream *stream);

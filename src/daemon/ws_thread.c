@@ -50,7 +50,7 @@ static bool give_handle(ws_thread *thread, ws_viewer *viewer)
 static void destroy_viewer(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
-    ws_viewer_gone(viewer);
+    ll_ws_viewer_gone(viewer);
     if (viewer->handle != 0) {
         thread->slot[viewer->handle & 0xffff] = NULL;
     }
@@ -116,12 +116,12 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         return 0;
     case LWS_CALLBACK_ESTABLISHED:
         viewer = lws_get_opaque_user_data(wsi);
-        return viewer != NULL && ws_viewer_open(viewer) ? 0 : -1;
+        return viewer != NULL && ll_ws_viewer_open(viewer) ? 0 : -1;
     case LWS_CALLBACK_CLOSED:
         viewer = lws_get_opaque_user_data(wsi);
         if (viewer != NULL) {
             viewer->dead = true;
-            ws_viewer_gone(viewer);
+            ll_ws_viewer_gone(viewer);
         }
         return 0;
     case LWS_CALLBACK_WS_PEER_INITIATED_CLOSE: /* the library answers it; nothing may be sent after that */
@@ -133,12 +133,12 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
         return 0;
     case LWS_CALLBACK_SERVER_WRITEABLE:
         viewer = lws_get_opaque_user_data(wsi);
-        return viewer != NULL && ws_viewer_writable(viewer) ? 0 : -1;
+        return viewer != NULL && ll_ws_viewer_writable(viewer) ? 0 : -1;
     case LWS_CALLBACK_RECEIVE: {
         viewer = lws_get_opaque_user_data(wsi);
-        thread->now_ns = ws_now(); /* the poll before may have slept: acks are timed by it */
+        thread->now_ns = ll_ws_now(); /* the poll before may have slept: acks are timed by it */
         bool last = lws_is_final_fragment(wsi) && lws_remaining_packet_payload(wsi) == 0;
-        return viewer != NULL && ws_viewer_receive(viewer, in, size, lws_is_first_fragment(wsi) != 0, last)
+        return viewer != NULL && ll_ws_viewer_receive(viewer, in, size, lws_is_first_fragment(wsi) != 0, last)
                    ? 0
                    : -1;
     }
@@ -158,7 +158,7 @@ static const struct lws_protocols protocols[] = {
 
 static const lws_retry_bo_t idle_policy = {.secs_since_valid_ping = 20, .secs_since_valid_hangup = 30};
 
-bool ws_thread_prepare(ws_thread *thread)
+bool ll_ws_thread_prepare(ws_thread *thread)
 {
     struct lws_context_creation_info info = {
         .port = CONTEXT_PORT_NO_LISTEN_SERVER,
@@ -184,10 +184,10 @@ bool ws_thread_prepare(ws_thread *thread)
 static void sweep(lws_sorted_usec_list_t *sul)
 {
     ws_thread *thread = lws_container_of(sul, ws_thread, sweep);
-    thread->now_ns = ws_now();
+    thread->now_ns = ll_ws_now();
     for (int i = 0; i < thread->slots; i++) {
         if (thread->slot[i] != NULL) {
-            ws_viewer_sweep(thread->slot[i]);
+            ll_ws_viewer_sweep(thread->slot[i]);
         }
     }
     lws_sul_schedule(thread->context, 0, &thread->sweep, sweep, SWEEP_US);
@@ -197,9 +197,9 @@ static void close_stream(ll_ws_stream *stream, int code, const char *reason)
 {
     stream->closing = true;
     for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
-        ws_viewer_close(viewer, code, reason);
+        ll_ws_viewer_close(viewer, code, reason);
     }
-    ws_stream_release_if_done(stream);
+    ll_ws_stream_release_if_done(stream);
 }
 
 static void take_mail(ws_thread *thread, ws_mail *mail)
@@ -215,18 +215,18 @@ static void take_mail(ws_thread *thread, ws_mail *mail)
         break;
     case WS_MAIL_CLOSE:
         if (present) {
-            ws_viewer_close(viewer, mail->code, (const char *)mail->text);
+            ll_ws_viewer_close(viewer, mail->code, (const char *)mail->text);
         }
         break;
     case WS_MAIL_HELLO:
         if (present) {
-            ws_viewer_hello(viewer, mail);
+            ll_ws_viewer_hello(viewer, mail);
             return;
         }
         break;
     case WS_MAIL_SEND:
         if (present) {
-            ws_viewer_send(viewer, mail);
+            ll_ws_viewer_send(viewer, mail);
             return;
         }
         break;
@@ -239,7 +239,7 @@ static void take_mail(ws_thread *thread, ws_mail *mail)
 static void take_news(ws_thread *thread)
 {
     atomic_store(&thread->wake_pending, false);
-    thread->now_ns = ws_now();
+    thread->now_ns = ll_ws_now();
     pthread_mutex_lock(&thread->lock);
     ws_mail *mail = thread->first_mail;
     thread->first_mail = thread->last_mail = NULL;
@@ -255,7 +255,7 @@ static void take_news(ws_thread *thread)
         stream->pending_count = 0;
         dirty = stream->next_dirty;
         pthread_mutex_unlock(&thread->lock);
-        ws_stream_distribute(stream, taken, count);
+        ll_ws_stream_distribute(stream, taken, count);
     }
     while (mail != NULL) {
         ws_mail *next = mail->next;
@@ -268,7 +268,7 @@ static void take_news(ws_thread *thread)
 static void nap(ws_thread *thread, int64_t until_ns)
 {
     atomic_store(&thread->napping, true);
-    int64_t left = until_ns - ws_now();
+    int64_t left = until_ns - ll_ws_now();
     if (!atomic_load(&thread->wake_pending) && left > 0) {
         struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
         struct timespec time = {.tv_nsec = left < NAP_NS ? left : NAP_NS};
@@ -283,7 +283,7 @@ static void say_goodbye(ws_thread *thread)
 {
     for (int i = 0; i < thread->slots; i++) {
         if (thread->slot[i] != NULL && thread->slot[i]->stream != NULL) {
-            ws_viewer_close(thread->slot[i], LL_WS_GOING_AWAY, "the daemon stops");
+            ll_ws_viewer_close(thread->slot[i], LL_WS_GOING_AWAY, "the daemon stops");
         }
     }
 }
@@ -307,7 +307,7 @@ static void finish(ws_thread *thread)
             ll_gate_leave(thread->ws->gate, &mail->pass);
         } else if (mail->kind == WS_MAIL_CLOSE_STREAM) {
             mail->stream->closing = true;
-            ws_stream_release_if_done(mail->stream);
+            ll_ws_stream_release_if_done(mail->stream);
         }
         free(mail);
     }
@@ -317,7 +317,7 @@ static void finish(ws_thread *thread)
     thread->slots = 0;
 }
 
-void *ws_thread_main(void *argument)
+void *ll_ws_thread_main(void *argument)
 {
     ws_thread *thread = argument;
     int64_t last_poll = 0, end = 0;
@@ -328,9 +328,9 @@ void *ws_thread_main(void *argument)
         }
         if (atomic_load(&thread->drain) && end == 0) {
             say_goodbye(thread);
-            end = ws_now() + (int64_t)(thread->ws->config.drain_s * 1e9);
+            end = ll_ws_now() + (int64_t)(thread->ws->config.drain_s * 1e9);
         }
-        if (end != 0 && (thread->sockets == 0 || ws_now() >= end)) {
+        if (end != 0 && (thread->sockets == 0 || ll_ws_now() >= end)) {
             break;
         }
         bool sweeping = thread->sockets > 0;
@@ -341,12 +341,12 @@ void *ws_thread_main(void *argument)
         }
         was_sweeping = sweeping;
         bool busy = thread->sockets > NAP_SOCKETS || end != 0;
-        if (busy && ws_now() < last_poll + NAP_NS) {
+        if (busy && ll_ws_now() < last_poll + NAP_NS) {
             nap(thread, last_poll + NAP_NS);
             continue;
         }
-        last_poll = thread->now_ns = ws_now();
-        /* A negative timeout polls without waiting; 0 waits for a socket, a timer or ws_wake. */
+        last_poll = thread->now_ns = ll_ws_now();
+        /* A negative timeout polls without waiting; 0 waits for a socket, a timer or ll_ws_wake. */
         if (lws_service(thread->context, busy || atomic_load(&thread->wake_pending) ? -1 : 0) < 0) {
             break;
         }

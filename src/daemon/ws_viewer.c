@@ -78,7 +78,7 @@ static void note_sent(ws_viewer *viewer, const ws_publication *frame, bool key)
     if (viewer->fresh) {
         viewer->first_sent_ns = viewer->thread->now_ns;
     } else {
-        ws_count(&viewer->thread->counts.skipped, frame->seq - viewer->last_sent - 1);
+        ll_ws_count(&viewer->thread->counts.skipped, frame->seq - viewer->last_sent - 1);
     }
     viewer->fresh = false;
     viewer->last_sent = frame->seq;
@@ -122,8 +122,8 @@ static bool send_frame(ws_viewer *viewer, ws_publication *frame)
         return false;
     }
     note_sent(viewer, frame, key);
-    ws_count(&viewer->thread->counts.frames, 1);
-    ws_count(&viewer->thread->counts.bytes, size);
+    ll_ws_count(&viewer->thread->counts.frames, 1);
+    ll_ws_count(&viewer->thread->counts.bytes, size);
     return true;
 }
 
@@ -143,7 +143,7 @@ static void try_latest(ws_viewer *viewer)
 
 /* Usually one publication. When this thread was late there are more: a viewer with credit gets them all, in
  * order, so that one that keeps up loses nothing; one with less credit gets the newest of them. */
-void ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count)
+void ll_ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count)
 {
     stream->want_said = false;
     for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
@@ -270,7 +270,7 @@ static ws_mail *message_of(cJSON *json) /* takes it */
     return message;
 }
 
-void ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
+void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
 {
     if (viewer->close_code != 0 || viewer->dead) {
         return;
@@ -287,12 +287,12 @@ void ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     if (message != NULL) {
         enqueue(viewer, message);
     }
-    /* The close frame leaves from the writeable callback. One that does not read is cut (ws_viewer_sweep). */
+    /* The close frame leaves from the writeable callback. One that does not read is cut (ll_ws_viewer_sweep). */
     viewer->close_ns = viewer->thread->now_ns;
     lws_callback_on_writable(viewer->wsi);
 }
 
-void ws_viewer_send(ws_viewer *viewer, ws_mail *message)
+void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
 {
     if (viewer->close_code != 0 || viewer->dead) {
         free(message);
@@ -302,18 +302,18 @@ void ws_viewer_send(ws_viewer *viewer, ws_mail *message)
         viewer->message_bytes + message->size > WS_MAX_MESSAGE_BYTES) {
         free(message);
         drop_messages(viewer);
-        ws_count(&viewer->thread->counts.closed_slow, 1);
-        ws_viewer_close(viewer, LL_WS_TRY_LATER, "messages piled up: this viewer reads too slowly");
+        ll_ws_count(&viewer->thread->counts.closed_slow, 1);
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "messages piled up: this viewer reads too slowly");
         return;
     }
     enqueue(viewer, message);
     flush_messages(viewer);
 }
 
-void ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
+void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
 {
     bool first = !viewer->ready && viewer->close_code == 0 && !viewer->dead;
-    ws_viewer_send(viewer, hello);
+    ll_ws_viewer_send(viewer, hello);
     if (first && viewer->close_code == 0) {
         viewer->ready = true;
         atomic_fetch_add(&viewer->stream->viewers[viewer->upgrade.format], 1);
@@ -329,7 +329,7 @@ static bool is_talking(const ws_viewer *viewer)
     return viewer->rude && now - viewer->heard_ns < QUIET_NS && now - viewer->close_ns < GOODBYE_NS * 3 / 4;
 }
 
-bool ws_viewer_writable(ws_viewer *viewer)
+bool ll_ws_viewer_writable(ws_viewer *viewer)
 {
     if (viewer->dead) {
         return false;
@@ -339,7 +339,7 @@ bool ws_viewer_writable(ws_viewer *viewer)
         return !viewer->dead;
     }
     if (viewer->close_code != 0 && is_talking(viewer)) {
-        return true; /* ws_viewer_sweep comes back to it */
+        return true; /* ll_ws_viewer_sweep comes back to it */
     }
     if (viewer->close_code != 0) {
         lws_close_reason(viewer->wsi, (enum lws_close_status)viewer->close_code,
@@ -412,17 +412,17 @@ static void refuse_rate(ws_viewer *viewer)
     cJSON_AddStringToObject(problem, "detail", text);
     ws_mail *message = message_of(error);
     if (message != NULL) {
-        ws_viewer_send(viewer, message);
+        ll_ws_viewer_send(viewer, message);
     }
-    ws_count(&viewer->thread->counts.closed_policy, 1);
+    ll_ws_count(&viewer->thread->counts.closed_policy, 1);
     viewer->rude = true;
-    ws_viewer_close(viewer, LL_WS_POLICY, text);
+    ll_ws_viewer_close(viewer, LL_WS_POLICY, text);
 }
 
 static void take_message(ws_viewer *viewer, const char *text, size_t size)
 {
     uint32_t seq;
-    ws_count(&viewer->thread->counts.messages, 1);
+    ll_ws_count(&viewer->thread->counts.messages, 1);
     if (!within_rate(viewer, size)) {
         refuse_rate(viewer);
     } else if (is_ack(text, &seq)) {
@@ -433,7 +433,7 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
     }
 }
 
-bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last)
+bool ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last)
 {
     if (viewer->dead) {
         return false;
@@ -450,9 +450,9 @@ bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool f
         bool big = viewer->received_size + size > limit;
         char text[100];
         snprintf(text, sizeof text, "a message may have %zu bytes (max_message_bytes)", limit);
-        ws_count(&viewer->thread->counts.closed_policy, 1);
+        ll_ws_count(&viewer->thread->counts.closed_policy, 1);
         viewer->rude = true;
-        ws_viewer_close(viewer, big ? LL_WS_TOO_BIG : 1003, big ? text : "messages are text");
+        ll_ws_viewer_close(viewer, big ? LL_WS_TOO_BIG : 1003, big ? text : "messages are text");
         return true;
     }
     /* Pieces of nothing cost as much as messages. */
@@ -464,7 +464,7 @@ bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool f
         size_t capacity = viewer->received_size + size < 256 ? 256 : 2 * (viewer->received_size + size);
         char *grown = realloc(viewer->received, capacity);
         if (grown == NULL) {
-            ws_viewer_close(viewer, 1011, "no memory for a message");
+            ll_ws_viewer_close(viewer, 1011, "no memory for a message");
             return true;
         }
         viewer->received = grown;
@@ -484,25 +484,25 @@ bool ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool f
 
 /* ---- coming and going ---- */
 
-bool ws_viewer_open(ws_viewer *viewer)
+bool ll_ws_viewer_open(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
-    ll_ws_stream *stream = ws_find_stream(ws, viewer->upgrade.session);
+    ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.session);
     viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
     viewer->tokens = 2 * ws->config.max_messages_per_s;
     viewer->fresh = true;
     viewer->window = BEGIN_WINDOW;
     if (stream == NULL) {
-        ws_viewer_close(viewer, LL_WS_NO_SESSION, "the session was deleted");
+        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "the session was deleted");
         return true;
     }
     if (stream->arrived >= ws->config.max_viewers) {
         char text[100];
         snprintf(text, sizeof text, "this session has %d viewers already (max_viewers)",
                  (int)ws->config.max_viewers);
-        ws_count(&thread->counts.closed_policy, 1);
-        ws_viewer_close(viewer, LL_WS_TOO_MANY, text);
+        ll_ws_count(&thread->counts.closed_policy, 1);
+        ll_ws_viewer_close(viewer, LL_WS_TOO_MANY, text);
         return true;
     }
     viewer->stream = stream;
@@ -512,20 +512,20 @@ bool ws_viewer_open(ws_viewer *viewer)
     }
     stream->first = viewer;
     stream->arrived++;
-    ws_count(&thread->counts.opened, 1);
-    ws_count(&thread->counts.viewers, 1);
+    ll_ws_count(&thread->counts.opened, 1);
+    ll_ws_count(&thread->counts.viewers, 1);
     hooks_of(viewer)->opened(ws->hooks.context, stream->session, viewer->handle, viewer->upgrade.format);
     return true;
 }
 
-void ws_stream_release_if_done(ll_ws_stream *stream)
+void ll_ws_stream_release_if_done(ll_ws_stream *stream)
 {
     if (stream->closing && stream->first == NULL) {
-        ws_stream_destroy(stream);
+        ll_ws_stream_destroy(stream);
     }
 }
 
-void ws_viewer_gone(ws_viewer *viewer)
+void ll_ws_viewer_gone(ws_viewer *viewer)
 {
     ll_ws_stream *stream = viewer->stream;
     drop_messages(viewer);
@@ -549,10 +549,10 @@ void ws_viewer_gone(ws_viewer *viewer)
     if (hooks_of(viewer)->closed != NULL) {
         hooks_of(viewer)->closed(hooks_of(viewer)->context, stream->session, viewer->handle);
     }
-    ws_stream_release_if_done(stream);
+    ll_ws_stream_release_if_done(stream);
 }
 
-void ws_viewer_sweep(ws_viewer *viewer)
+void ll_ws_viewer_sweep(ws_viewer *viewer)
 {
     const ll_door_config *config = &viewer->thread->ws->config;
     int64_t now = viewer->thread->now_ns;
@@ -571,11 +571,11 @@ void ws_viewer_sweep(ws_viewer *viewer)
         return;
     }
     if (!viewer->ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {
-        ws_viewer_close(viewer, LL_WS_TRY_LATER, "the session is busy: try again later");
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "the session is busy: try again later");
     } else if (viewer->acked_once && viewer->outstanding_count > 0 &&
                (double)(now - viewer->outstanding[0].sent_ns) > config->ack_timeout_s * 1e9) {
-        ws_count(&viewer->thread->counts.closed_slow, 1);
-        ws_viewer_close(viewer, LL_WS_TRY_LATER, "no frame was acknowledged for too long (ack_timeout_s)");
+        ll_ws_count(&viewer->thread->counts.closed_slow, 1);
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "no frame was acknowledged for too long (ack_timeout_s)");
     } else {
         try_latest(viewer); /* of a paused session, after the grace */
     }
