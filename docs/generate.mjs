@@ -1,0 +1,420 @@
+// Writes what is told twice: the scenario format (from `laglab schema`), the API (from api/*.yaml), the daemon's options (from
+// `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the benchmarks (from bench/results/*.csv).
+//
+//   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
+//
+// Whole files are written but for docs/deploy.md and docs/performance.md, where the text between two marks is.
+import { execFileSync } from 'node:child_process';
+import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import YAML from 'yaml';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
+const NOTE = (/** @type {string} */ from) => `<!-- Written by docs/generate.mjs from ${from}: change it there. -->\n`;
+
+const read = (/** @type {string} */ name) => readFileSync(path.join(ROOT, name), 'utf8');
+const cell = (/** @type {unknown} */ value) => String(value ?? '').replace(/\s*\n\s*/g, ' ').replaceAll('|', '\\|').trim();
+const code = (/** @type {unknown} */ value) => (value === undefined || value === '' ? '' : `\`${value}\``);
+
+/** @param {string[]} head @param {unknown[][]} rows */
+function table(head, rows) {
+  const used = head.map((_, i) => rows.some((row) => cell(row[i]) !== ''));
+  const line = (/** @type {unknown[]} */ cells) => `| ${cells.filter((_, i) => used[i]).map(cell).join(' | ')} |`;
+  return [line(head), line(head.map(() => '---')), ...rows.map(line)].join('\n') + '\n';
+}
+
+/** The anchor of a heading, as GitHub makes it. @param {string} heading */
+export function anchor(heading) {
+  return heading.toLowerCase().replace(/[^\p{L}\p{N}\s_-]/gu, '').trim().replace(/\s/g, '-');
+}
+
+// ---- the scenario format ----
+
+function range(row) {
+  const limit = (/** @type {number | undefined} */ value) => (value === undefined ? '' : String(value));
+  if (row.enum) return row.enum.map(code).join(', ');
+  if (row.type === 'string') return `at most ${row.maxLength} characters`;
+  if (row.type === 'array') return `${row.minItems} to ${row.maxItems}`;
+  return row.minimum === undefined && row.maximum === undefined ? '' : `${limit(row.minimum)} to ${limit(row.maximum)}`;
+}
+
+function rowsOf(node, linkOf) {
+  const must = new Set(node.required ?? []);
+  return Object.entries(node.properties).map(([name, row]) => {
+    const inner = row.$ref ?? row.items?.$ref;
+    const type = inner ? linkOf(inner) + (row.items ? ', an array' : '') : row.anyOf ? row.anyOf.map((any) => linkOf(any.$ref)).join(' or ')
+      : row.enum ? 'choice' : row.type === 'string' ? 'text' : row.type;
+    const standard = must.has(name) ? 'required' : row.default === '' ? '' : code(row.default);
+    return [code(name), type, range(row), row['x-unit'] ?? '', standard, row['x-live'] ? 'yes' : 'no', row.description];
+  });
+}
+
+/** Where each definition stands in a scenario: `players[].link.up`. */
+function placesOf(schema) {
+  const places = new Map();
+  const visit = (node, at) => {
+    for (const [name, row] of Object.entries(node.properties)) {
+      const here = at ? `${at}.${name}` : name;
+      for (const ref of [row.$ref, row.items?.$ref, ...(row.anyOf ?? []).map((any) => any.$ref)].filter(Boolean)) {
+        const key = ref.replace('#/$defs/', '');
+        places.set(key, [...(places.get(key) ?? []), row.items ? `${here}[]` : here]);
+        visit(schema.$defs[key], row.items ? `${here}[]` : here);
+      }
+    }
+  };
+  visit(schema, '');
+  return places;
+}
+
+function library(folder = 'scenarios', at = '') {
+  return readdirSync(path.join(ROOT, folder, at), { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1)).flatMap((entry) => {
+    const name = at ? `${at}/${entry.name}` : entry.name;
+    if (entry.isDirectory()) return library(folder, name);
+    return name.endsWith('.json') ? [{ id: name.slice(0, -5), ...JSON.parse(read(`${folder}/${name}`)) }] : [];
+  });
+}
+
+function kindDoc(schema) {
+  const places = placesOf(schema);
+  const heading = (/** @type {string} */ name) => `${places.get(name).map(code).join(', ')}: ${name.replaceAll('_', ' ')}`;
+  const linkOf = (/** @type {string} */ ref) => {
+    const name = ref.replace('#/$defs/', '');
+    return `[${name.replaceAll('_', ' ')}](#${anchor(heading(name))})`;
+  };
+  const head = ['Name', 'Type', 'Range', 'Unit', 'Default', 'Live', 'Meaning'];
+  const parts = [`## Kind \`${schema.title}\``, schema.description, table(head, rowsOf(schema, linkOf))];
+  for (const name of places.keys()) {
+    const node = schema.$defs[name];
+    parts.push(`### ${heading(name)}`, node.description, table(head, rowsOf(node, linkOf)));
+  }
+  return parts.join('\n\n');
+}
+
+function scenarioDoc(schema) {
+  const kinds = schema.oneOf ?? [schema];
+  return `${NOTE('`laglab schema` and scenarios/')}
+# The scenario format
+
+A scenario is a JSON object of at most 32 levels. It names a kind, the kind's parameters, a duration and a seed. What is left out has its
+default. A key that is not listed here is an error, and so is a value of the wrong type or out of its range: the message names the field, the
+range and the value. Names carry their units.
+
+A row that is **live** can be changed while a session runs, by \`PATCH /api/v1/sessions/ID/params\` or by the page. The others are set before
+a session is made: in the scenario, by \`--set\` of \`laglab run\`, or by \`set\` of \`POST /api/v1/sessions\`. Dotted paths address a value;
+elements of arrays are counted from 0.
+
+Two rows depend on each other: reconciliation switched on switches prediction on, and prediction switched off switches reconciliation off.
+
+The same rules as a JSON Schema (2020-12) are in [scenario.schema.json](../api/scenario.schema.json), which a daemon also gives at
+\`/api/v1/schema\`. Units are in \`x-unit\`, live rows have \`x-live\`.
+
+A scenario of one's own, from a file:
+
+\`\`\`sh
+cat > mine.json <<'END'
+{"kind": "netgame", "game": "race", "title": "A bad link", "duration_s": 20, "seed": 7,
+ "server": {"update_hz": 20},
+ "players": [
+   {"name": "A", "lag_ms": 80, "prediction": true, "reconciliation": true, "interpolation": true,
+    "link": {"up": {"jitter_ms": 20}, "down": {"jitter_ms": 20, "loss_pct": 2}}},
+   {"name": "B", "lag_ms": 30}]}
+END
+build/laglab run mine.json --set players.1.lag_ms=60 --set server.update_hz=30
+\`\`\`
+
+${kinds.map(kindDoc).join('\n\n')}
+
+## The library
+
+\`laglab scenarios\` lists it; \`laglab run ID\` runs one; the page offers all of them.
+
+${table(['Id', 'Title', 'Paper', 'What to look at'], library().map((s) => [code(s.id), s.title, s.paper, s.text]))}`;
+}
+
+// ---- the API ----
+
+const METHODS = ['get', 'post', 'patch', 'put', 'delete'];
+
+function reader(document) {
+  const follow = (node) => {
+    while (node?.$ref) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], document);
+    return node;
+  };
+  const type = (node) => {
+    if (!node) return '';
+    const name = /^#\/components\/schemas\/(\w+)$/.exec(node.$ref ?? '')?.[1];
+    if (name) return `[${name}](#${anchor(name)})`;
+    if (node.oneOf) return node.oneOf.map(type).join(' or ');
+    if (node.const !== undefined) return code(JSON.stringify(node.const));
+    if (node.enum) return node.enum.map((value) => code(JSON.stringify(value))).join(', ');
+    if (node.type === 'array') return `array of ${type(node.items)}`;
+    return node.type ?? 'anything';
+  };
+  const limits = (node) => {
+    const words = [];
+    const low = node.minimum ?? (node.exclusiveMinimum === undefined ? undefined : `above ${node.exclusiveMinimum}`);
+    if (low !== undefined && node.maximum !== undefined) words.push(`${low} to ${node.maximum}`);
+    else if (low !== undefined) words.push(typeof low === 'string' ? low : `at least ${low}`);
+    if (node.maxLength !== undefined) words.push(`at most ${node.maxLength} bytes`);
+    if (node.maxItems !== undefined) words.push(`at most ${node.maxItems}`);
+    if (node.pattern) words.push(`\`${node.pattern}\``);
+    return words.join(', ');
+  };
+  const fields = (node) => Object.entries(node.properties ?? {}).map(([name, field]) => [code(name), type(field), limits(field),
+    (node.required ?? []).includes(name) ? 'yes' : 'no', field.default === undefined ? '' : code(JSON.stringify(field.default)),
+    field.description]);
+  const fieldTable = (node) => table(['Field', 'Type', 'Range', 'Required', 'Default', 'Meaning'], fields(node));
+  return { follow, type, limits, fieldTable };
+}
+
+const isProblem = (response) => Object.keys(response.content ?? {}).includes('application/problem+json');
+
+function operationDoc(api, r, method, template, path_, operation) {
+  const parts = [`### \`${method.toUpperCase()} ${template}\``, operation.summary];
+  if (operation.description) parts.push(operation.description.trim());
+  parts.push(operation.security ? 'Needs a key.' : 'Needs no key.');
+  const parameters = [...(path_.parameters ?? []), ...(operation.parameters ?? [])].map(r.follow);
+  if (parameters.length > 0) {
+    parts.push(table(['Parameter', 'In', 'Type', 'Range', 'Required', 'Meaning'], parameters.map((p) => [code(p.name), p.in, r.type(p.schema),
+      r.limits(r.follow(p.schema)), p.required ? 'yes' : 'no', p.description])));
+  }
+  if (operation.requestBody) {
+    const content = Object.entries(operation.requestBody.content);
+    const schema = content[0][1].schema;
+    parts.push(`Body (${content.map(([type]) => code(type)).join(' or ')}${operation.requestBody.required ? '' : ', may be left out'}): ` +
+      `${schema.$ref ? r.type(schema) : 'an object.'}`);
+    if (!schema.$ref && schema.properties) parts.push(r.fieldTable(schema));
+    const examples = Object.values(content[0][1].examples ?? {});
+    if (examples.length > 0) parts.push('```json\n' + examples.map((example) => JSON.stringify(example.value)).join('\n') + '\n```');
+  }
+  const errors = [];
+  for (const [status, given] of Object.entries(operation.responses)) {
+    const response = r.follow(given);
+    const shared = given.$ref?.replace('#/components/responses/', '');
+    if (isProblem(response)) {
+      errors.push(shared ? `[${status}](#errors)` : `${status} (${response.description.replace(/\.$/, '')})`);
+      continue;
+    }
+    const [type, body] = Object.entries(response.content ?? {})[0] ?? [];
+    const headers = Object.keys(response.headers ?? {}).map(code);
+    parts.push(`Answers ${status}${type ? ` (\`${type}\`)` : ''}: ${response.description}` +
+      `${headers.length > 0 ? ` Header ${headers.join(', ')}.` : ''}${body?.schema.$ref ? ` Body: ${r.type(body.schema)}.` : ''}`);
+    if (body && !body.schema.$ref && body.schema.properties) parts.push(r.fieldTable(body.schema));
+  }
+  if (errors.length > 0) parts.push(`Errors: ${errors.join(', ')}.`);
+  return parts.join('\n\n');
+}
+
+function streamDoc(stream) {
+  const r = reader(stream);
+  const parts = ['## The stream', stream.info.description.trim()];
+  for (const { action, title, messages } of Object.values(stream.operations)) {
+    parts.push(`### ${title}`);
+    for (const given of messages) {
+      const message = r.follow(r.follow(given));
+      parts.push(`**${message.title}.** ${(message.description ?? '').trim()}`.trim());
+      if (message.payload.properties) parts.push(r.fieldTable(message.payload));
+      if (message.payload.$ref) parts.push(`Fields: ${r.type(message.payload)}.`);
+      if (message['x-layout']) parts.push(layoutDoc(message['x-layout']));
+    }
+    if (action === 'receive') parts.push('Each in a text message. Of `ack`, `auth`, `input` and `ping` a message has exactly one.');
+  }
+  for (const [name, schema] of Object.entries(stream.components.schemas)) parts.push(schemaDoc(r, name, schema));
+  return parts.join('\n\n');
+}
+
+function layoutDoc(layout) {
+  const fields = (list) => table(['Offset', 'Type', 'Name', 'Meaning'],
+    list.map((f) => [f.offset, f.type, code(f.name), f.description ?? (f.unit ? f.unit : f.const === undefined ? '' : `always ${f.const}`)]));
+  const parts = [`The header, ${layout.header.bytes} bytes:`, fields(layout.header.fields),
+    `A section's header, ${layout.sectionHeader.bytes} bytes:`, fields(layout.sectionHeader.fields)];
+  for (const section of layout.sections) {
+    parts.push(`Section ${section.type}, ${section.name}. ${section.description}` + (section.bytes ? ` A record, ${section.bytes} bytes:` : ''));
+    if (section.fields) parts.push(fields(section.fields));
+    if (section.items) parts.push(`then its ${section.items.name}, ${section.items.bytes} bytes each. ${section.items.description}`,
+      fields(section.items.fields));
+  }
+  return parts.join('\n\n');
+}
+
+function schemaDoc(r, name, schema) {
+  const parts = [`### ${name}`];
+  const words = [schema.description?.trim(), schema.properties ? '' : `${r.type(schema)} ${r.limits(schema)}`.trim()].filter(Boolean);
+  if (words.length > 0) parts.push(words.join(' '));
+  if (schema.properties) parts.push(r.fieldTable(schema));
+  for (const option of schema.oneOf ?? []) if (option.properties) parts.push('Either', r.fieldTable(option));
+  return parts.join('\n\n');
+}
+
+function apiDoc(api, stream) {
+  const r = reader(api);
+  const operations = Object.entries(api.paths).flatMap(([template, path_]) => METHODS.filter((method) => path_[method])
+    .map((method) => ({ method, template, path_, operation: path_[method] })));
+  const title = (o) => `\`${o.method.toUpperCase()} ${o.template}\``;
+  const parts = [NOTE('api/openapi.yaml and api/asyncapi.yaml'), '# The HTTP API and the stream',
+    'The contract is [openapi.yaml](../api/openapi.yaml) and [asyncapi.yaml](../api/asyncapi.yaml); a daemon serves both at ' +
+    '`/api/v1/openapi.yaml` and `/api/v1/asyncapi.yaml`. First steps with curl are in the [README](../README.md#first-experiment).',
+    api.info.description.trim(), '## Operations',
+    table(['Operation', 'What it does'], operations.map((o) => [`[${title(o)}](#${anchor(title(o))})`, o.operation.summary]))];
+  for (const tag of api.tags) {
+    parts.push(`## ${tag.name[0].toUpperCase()}${tag.name.slice(1)}`, tag.description);
+    for (const o of operations.filter((each) => each.operation.tags.includes(tag.name)))
+      parts.push(operationDoc(api, r, o.method, o.template, o.path_, o.operation));
+  }
+  /** @type {Map<string, Set<string>>} */
+  const statuses = new Map();
+  for (const { operation } of operations) {
+    for (const [status, { $ref }] of Object.entries(operation.responses)) {
+      const name = $ref?.replace('#/components/responses/', '');
+      if (name && isProblem(r.follow({ $ref }))) statuses.set(name, (statuses.get(name) ?? new Set()).add(status));
+    }
+  }
+  parts.push('## Errors', 'Each is a [Problem](#problem) of type `application/problem+json`.',
+    table(['Status', 'When', 'Header'], [...statuses].sort(([, a], [, b]) => Number([...a][0]) - Number([...b][0])).map(([name, all]) => {
+      const response = api.components.responses[name];
+      return [[...all].join(', '), response.description, Object.keys(response.headers ?? {}).map(code).join(', ')];
+    })));
+  parts.push('## Schemas');
+  for (const [name, schema] of Object.entries(api.components.schemas)) parts.push(schemaDoc(r, name, schema));
+  parts.push(streamDoc(stream));
+  return parts.join('\n\n').replace(/\n{3,}/g, '\n\n').trimEnd() + '\n';
+}
+
+// ---- the options of the daemon ----
+
+function optionsDoc(help) {
+  const parts = [];
+  let rows = [];
+  let name = '';
+  const end = () => { if (rows.length > 0) parts.push(table(['Option', 'Meaning'], rows)); rows = []; };
+  for (const line of help.split('\n').slice(1)) {
+    if (/^ {2}--/.test(line)) {
+      name = line.trim();
+    } else if (/^ {6}/.test(line)) {
+      rows.push([code(name), line.trim().replace(/ Default: \.$/, '')]);
+    } else if (line !== '') {
+      end();
+      parts.push(line);
+    }
+  }
+  end();
+  return parts.join('\n\n');
+}
+
+// ---- the figures of the benchmarks ----
+
+/** @param {string} text CSV (RFC 4180) under lines of `# name: value` */
+export function parseCsv(text) {
+  const comments = /** @type {[string, string][]} */ ([]);
+  let body = text;
+  for (let line = /^# ([^:\n]+): ?(.*)\n/.exec(body); line; line = /^# ([^:\n]+): ?(.*)\n/.exec(body)) {
+    comments.push([line[1], line[2]]);
+    body = body.slice(line[0].length);
+  }
+  const rows = [[]];
+  for (const [, quoted, bare, end] of body.matchAll(/(?:"((?:[^"]|"")*)"|([^",\r\n]*))(,|\r?\n|$)/g)) {
+    rows[rows.length - 1].push(quoted === undefined ? bare : quoted.replaceAll('""', '"'));
+    if (end !== ',') rows.push([]);
+  }
+  const [head, ...cells] = rows.filter((row) => row.length > 1 || (row[0] ?? '') !== '');
+  return { comments, rows: cells.map((row) => Object.fromEntries(head.map((name, i) => [name, row[i] ?? '']))) };
+}
+
+const digits = (/** @type {number} */ x) => (Math.abs(x) >= 1000 ? Math.round(x).toLocaleString('en') : String(Number(x.toPrecision(3))));
+const numbers = (group, column) => group.map((row) => row[column]).filter((text) => text !== '' && text !== undefined).map(Number)
+  .filter(Number.isFinite).sort((a, b) => a - b);
+const median = (group, column) => {
+  const all = numbers(group, column);
+  return all.length === 0 ? '' : digits((all[(all.length - 1) >> 1] + all[all.length >> 1]) / 2);
+};
+const spread = (group, column) => {
+  const all = numbers(group, column);
+  if (all.length === 0) return '';
+  const low = digits(all[0]), high = digits(all[all.length - 1]);
+  return low === high ? low : `${median(group, column)} (${low} to ${high})`;
+};
+const worst = (group, column) => { const all = numbers(group, column); return all.length === 0 ? '' : digits(all[all.length - 1]); };
+
+/** How each result is shown: rows with the same `by` are one line. */
+const RESULTS = [
+  { name: 'speed', title: 'Speed of the engine', by: ['group', 'case'],
+    columns: [['Times real time, median (range)', 'times_real_time', spread], ['Bytes live', 'live_bytes', median],
+      ['Bytes parked', 'parked_bytes', median]] },
+  { name: 'streams', title: 'Streams beside other servers', by: ['sessions', 'viewers', 'server'],
+    columns: [['Frames/s', 'frames_per_s', median], ['Frames lost, most', 'lost', worst], ['Interval p50, ms', 'p50_ms', median],
+      ['Interval p99, ms', 'p99_ms', spread], ['Age p99, ms', 'age_p99_ms', median], ['CPU, % of a core', 'server_cpu_pct', median],
+      ['CPU per frame, us', 'server_us_per_frame', spread], ['Memory, MB', 'server_rss_mb', median]] },
+  { name: 'slow', title: 'A viewer that reads a fifth', by: ['way', 'scenario', 'reads'],
+    columns: [['Frames lost to fast viewers, most', 'fast_lost', worst], ['Fast interval p99, ms', 'fast_p99_ms', median],
+      ['Slow: age p50, ms', 'slow_age_p50_ms', median], ['Slow: age p99, ms', 'slow_age_p99_ms', spread],
+      ['Slow: age max, ms', 'slow_age_max_ms', worst]] },
+  { name: 'proxies', title: 'Upgrades on kept connections', by: ['way', 'at_once'],
+    columns: [['Upgrades', 'upgrades', median], ['Streamed', 'ok', median], ['On kept connections', 'on_kept', median],
+      ['p50, ms', 'p50_ms', median], ['Max, ms', 'max_ms', worst]] },
+];
+
+function resultDoc({ name, title, by, columns }) {
+  const file = `bench/results/${name}.csv`;
+  if (!existsSync(path.join(ROOT, file))) return `### ${title}\n\nNo figures yet: \`./dev bench ${name}\` measures them.\n`;
+  const { comments, rows } = parseCsv(read(file));
+  const split = comments.findIndex(([key]) => key === 'command');
+  const groups = new Map();
+  for (const row of rows) {
+    const key = by.map((column) => row[column]).join('\n');
+    groups.set(key, [...(groups.get(key) ?? []), row]);
+  }
+  const machine = comments.slice(0, split < 0 ? 0 : split + 1).map(([key, value]) => `${key}: ${value}`).join('; ');
+  return [`### ${title}`, table([...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
+    [...groups.values()].map((group) => [...by.map((column) => group[0][column]), ...columns.map(([, column, of]) => of(group, column))])),
+  `[All rows](../${file}). ${machine}.`].join('\n\n');
+}
+
+// ---- memory of a session ----
+
+const PARTS = [['block_bytes', 'server, clients, links, instruments: one block, of a size that follows from the scenario'],
+  ['snapshot_bytes', 'two kept states, for seeking back; made when a session passes a third and two thirds of its duration'],
+  ['event_bytes', 'the last 2048 events, for views'], ['log_bytes', 'commands; a run without any has none'],
+  ['bytes', 'all of these and the scenario'], ['parked_bytes', 'what is left while it is parked: the scenario and the log']];
+
+function memoryDoc(laglab) {
+  const [race, eight] = ['race', 'eight'].map((id) => JSON.parse(laglab('run', id)).cost);
+  return table(['Part', 'Race of two', 'Race of eight', 'What it is'],
+    PARTS.map(([name, meaning]) => [code(name), race[name].toLocaleString('en'), eight[name].toLocaleString('en'), meaning]));
+}
+
+// ---- files ----
+
+/** The file with each body between the marks of its name. @param {string} file @param {Record<string, string>} bodies */
+function filled(file, bodies) {
+  return Object.entries(bodies).reduce((text, [name, body]) => fill(file, text, name, body), read(file));
+}
+
+function fill(file, text, name, body) {
+  const begin = `<!-- generated: ${name} -->`, end = '<!-- end -->';
+  const from = text.indexOf(begin), to = text.indexOf(end, from);
+  if (from < 0 || to < 0) throw new Error(`${file} has no ${begin} ... ${end}`);
+  return `${text.slice(0, from + begin.length)}\n\n${body.replace(/\n{3,}/g, '\n\n').trim()}\n\n${text.slice(to)}`;
+}
+
+/** Every generated file with the text that it should have. @param {string} binary @returns {Map<string, string>} */
+export function generate(binary) {
+  const laglab = (/** @type {string[]} */ ...args) => execFileSync(binary, args, { encoding: 'utf8' });
+  const schema = JSON.parse(laglab('schema'));
+  return new Map([
+    ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
+    ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
+    ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(read('api/asyncapi.yaml')))],
+    ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
+    ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
+  ]);
+}
+
+if (process.argv[1] === fileURLToPath(import.meta.url)) {
+  const binary = process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab');
+  for (const [file, text] of generate(binary)) {
+    const before = existsSync(path.join(ROOT, file)) ? read(file) : '';
+    if (before !== text) writeFileSync(path.join(ROOT, file), text);
+    console.log(`${before === text ? 'as it was' : 'written  '}  ${file}`);
+  }
+}

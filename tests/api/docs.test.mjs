@@ -1,0 +1,156 @@
+// What the documents say: generated files are fresh, scenarios fit the schema, commands run, links lead somewhere.
+// Commands are those of the blocks marked `sh`; blocks marked `console` are shown only.
+import assert from 'node:assert/strict';
+import { execFile, execFileSync } from 'node:child_process';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, symlinkSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { fileURLToPath } from 'node:url';
+import { promisify } from 'node:util';
+import Ajv from 'ajv/dist/2020.js';
+import { anchor, generate, parseCsv } from '../../docs/generate.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
+const read = (name) => readFileSync(path.join(ROOT, name), 'utf8');
+const DOCUMENTS = ['README.md', ...readdirSync(path.join(ROOT, 'docs')).filter((name) => name.endsWith('.md')).sort().map((name) => `docs/${name}`),
+  ...(existsSync(path.join(ROOT, 'bench/README.md')) ? ['bench/README.md'] : [])];
+const WRITTEN = 'http://127.0.0.1:8080'; // the address in the documents
+
+let daemon;
+before(async () => { daemon = await startDaemon(); });
+after(() => daemon.stop());
+
+// ---- generated files ----
+
+/** Whoever has just measured has other figures than the committed ones. */
+function ownResults() {
+  try {
+    return execFileSync('git', ['status', '--porcelain', 'bench/results'], { cwd: ROOT, encoding: 'utf8', stdio: ['ignore', 'pipe', 'ignore'] }) !== '';
+  } catch {
+    return false;
+  }
+}
+
+for (const [file, text] of generate(BINARY)) {
+  const skip = file === 'docs/performance.md' && ownResults() ? 'bench/results are not the committed ones' : false;
+  test(`${file} is what docs/generate.mjs makes`, { skip }, () => {
+    assert.ok(existsSync(path.join(ROOT, file)), `${file} is missing: run node docs/generate.mjs`);
+    assert.equal(read(file), text, `${file} is stale: run node docs/generate.mjs`);
+  });
+}
+
+test('CSV is read', () => {
+  const { comments, rows } = parseCsv('# cpu: 2 x "A", B\n# command: run: it\nname,ms,say\n"a, b",1,\nc,2.5,"he said ""no"""\n');
+  assert.deepEqual(comments, [['cpu', '2 x "A", B'], ['command', 'run: it']]);
+  assert.deepEqual(rows, [{ name: 'a, b', ms: '1', say: '' }, { name: 'c', ms: '2.5', say: 'he said "no"' }]);
+});
+
+// ---- scenarios ----
+
+function scenarios(folder = 'scenarios') {
+  return readdirSync(path.join(ROOT, folder), { withFileTypes: true }).flatMap((entry) => (entry.isDirectory()
+    ? scenarios(`${folder}/${entry.name}`) : entry.name.endsWith('.json') ? [`${folder}/${entry.name}`] : []));
+}
+
+const ajv = new Ajv({ strict: true, strictTypes: false, strictRequired: false, allErrors: true, keywords: ['x-unit', 'x-live'] });
+
+test('every scenario fits api/scenario.schema.json', () => {
+  const validate = ajv.compile(JSON.parse(read('api/scenario.schema.json')));
+  const files = scenarios();
+  assert.ok(files.length >= 12);
+  for (const file of files) assert.ok(validate(JSON.parse(read(file))), `${file}: ${ajv.errorsText(validate.errors)}`);
+});
+
+test('the schema refuses what the program refuses', () => {
+  const validate = ajv.getSchema('') ?? ajv.compile(JSON.parse(read('api/scenario.schema.json')));
+  const race = JSON.parse(read('scenarios/race.json'));
+  const wrong = {
+    'an unknown key': { ...race, colour: 'red' },
+    'no players': { ...race, players: [] },
+    'a ninth player': { ...race, players: Array(9).fill({}) },
+    'a lag out of range': { ...race, players: [{ lag_ms: 1000.5 }] },
+    'a text for a number': { ...race, duration_s: '30' },
+    'another game\'s parameter': { ...race, params: { gravity_mps2: 9.81 } },
+    'an unknown choice': { ...race, server: { sync: 'rollback' } },
+    'part of a tick': { ...race, players: [{ slack_ticks: 1.5 }] },
+  };
+  for (const [what, scenario] of Object.entries(wrong)) {
+    assert.equal(validate(scenario), false, `the schema takes ${what}`);
+    assert.throws(() => execFileSync(BINARY, ['run', '-', '--duration', '0.1'], { input: JSON.stringify(scenario), stdio: ['pipe', 'ignore', 'pipe'] }),
+      (/** @type {any} */ error) => error.status === 2, `the program takes ${what}`);
+  }
+});
+
+// ---- commands ----
+
+const BLOCK = /^```(\w*)[^\n]*\n([\s\S]*?)^```$/gm;
+const blocks = (file, language) => [...read(file).matchAll(BLOCK)].filter(([, name]) => name === language).map(([, , text]) => text);
+
+test('blocks with commands are marked', () => {
+  for (const file of DOCUMENTS) {
+    for (const [, language, text] of read(file).matchAll(BLOCK)) {
+      if (/^(\s*\$ )?(curl|laglab|build\/laglab) /m.test(text)) assert.match(language, /^(sh|console)$/, `${file}: ${text.slice(0, 80)}`);
+    }
+  }
+});
+
+/** Makes curl fail on an answer of 400 and above. */
+const PRELUDE = 'set -euo pipefail\ncurl() { command curl --fail-with-body --max-time 20 "$@"; }\n';
+
+for (const file of DOCUMENTS) {
+  const commands = blocks(file, 'sh');
+  if (commands.length === 0) continue;
+  test(`the commands of ${file} work`, async () => {
+    const folder = mkdtempSync(path.join(tmpdir(), 'laglab-docs-'));
+    try {
+      mkdirSync(path.join(folder, 'build'));
+      symlinkSync(BINARY, path.join(folder, 'build/laglab'));
+      symlinkSync(path.join(ROOT, 'scenarios'), path.join(folder, 'scenarios'));
+      // The commands of a document follow each other, as a reader types them.
+      const script = PRELUDE + commands.join('\n').replaceAll(WRITTEN, daemon.url.replace(/\/$/, ''));
+      await promisify(execFile)('bash', ['-c', script], { cwd: folder, timeout: 120000, maxBuffer: 1 << 24 }).catch((error) => {
+        assert.fail(`${file}: exit ${error.code}\n${String(error.stdout).slice(-800)}\n${error.stderr}`);
+      });
+    } finally {
+      rmSync(folder, { recursive: true, force: true });
+    }
+  });
+}
+
+// ---- links ----
+
+/** The text without blocks of code, which hold no links. */
+const prose = (file) => read(file).replace(BLOCK, '');
+
+function anchors(file) {
+  const seen = new Map();
+  return new Set([...prose(file).matchAll(/^#+ (.+)$/gm)].map(([, heading]) => {
+    const name = anchor(heading.replace(/\[([^\]]*)\]\([^)]*\)/g, '$1'));
+    const count = seen.get(name) ?? 0;
+    seen.set(name, count + 1);
+    return count === 0 ? name : `${name}-${count}`;
+  }));
+}
+
+test('relative links lead somewhere', () => {
+  const dead = [];
+  let links = 0;
+  for (const file of DOCUMENTS) {
+    for (const [, target] of prose(file).replace(/`[^`\n]*`/g, 'code').matchAll(/\]\(([^)\s]+)\)/g)) {
+      if (/^[a-z]+:/.test(target)) continue;
+      const [name, fragment] = target.split('#');
+      const to = name ? path.join(path.dirname(file), name) : file;
+      links++;
+      if (!existsSync(path.join(ROOT, to))) dead.push(`${file}: ${target}`);
+      else if (fragment && (!to.endsWith('.md') || !anchors(to).has(fragment))) dead.push(`${file}: ${target} (no such heading)`);
+    }
+  }
+  assert.ok(links > 50);
+  assert.deepEqual(dead, []);
+});
+
+test('the picture is small', () => {
+  assert.ok(statSync(path.join(ROOT, 'docs/race.png')).size < 200 * 1024);
+});
