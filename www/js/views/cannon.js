@@ -88,6 +88,8 @@ export function drawCannon(at) {
   view.entities.forEach((_, i) => trail(at, i));
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
   const labels = new Labels(at);
+  const goal = place(at.layout.scene.target_x, at.layout.scene.target_y);
+  labels.block(goal.x, goal.y - GROUND, 48, 2 * GROUND + colours.text);
   view.entities.forEach((shell, i) => {
     const real = truth.entities[i];
     const flying = (shell.flags & E_ACTIVE) !== 0, reallyFlying = real !== undefined && (real.flags & E_ACTIVE) !== 0;

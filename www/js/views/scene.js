@@ -73,7 +73,8 @@ export function drawGrid(at) {
 /** How far the drawn thing is from the truth, in words; of what is predicted, the time is worked out from the way.
  * @param {Picture} at @param {Entity} drawn @param {Entity} real @returns {string} */
 export function gapLabel(at, drawn, real) {
-  const dx = drawn.x - real.x;
+  const along = drawn.x - real.x;
+  const dx = (along < 0 ? -1 : 1) * Math.hypot(along, drawn.y - real.y); /* as the daemon measures it: a distance with a sign */
   const predicted = (drawn.flags & E_PREDICTED) !== 0 || drawn.age === 0;
   const age = !predicted ? drawn.age : Math.abs(real.vx) > 0.5 ? -(dx / real.vx) * 1000 : 0;
   const about = predicted ? '≈ ' : '';
