@@ -161,9 +161,11 @@ function reader(document) {
     if (node.pattern) words.push(`\`${node.pattern}\``);
     return words.join(', ');
   };
-  const fields = (node) => Object.entries(node.properties ?? {}).map(([name, field]) => [code(name), type(field), limits(field),
-    (node.required ?? []).includes(name) ? 'yes' : 'no', field.default === undefined ? '' : code(JSON.stringify(field.default)),
-    field.description]);
+  /** Inner objects follow their field: `errors[].field`. */
+  const fields = (node, at = '') => Object.entries(node.properties ?? {}).flatMap(([name, field]) => [
+    [code(at + name), type(field), limits(field), (node.required ?? []).includes(name) ? 'yes' : 'no',
+      field.default === undefined ? '' : code(JSON.stringify(field.default)), field.description],
+    ...fields(field, `${at}${name}.`), ...fields(field.items ?? {}, `${at}${name}[].`)]);
   const fieldTable = (node) => table(['Field', 'Type', 'Range', 'Required', 'Default', 'Meaning'], fields(node));
   return { follow, type, limits, fieldTable };
 }
@@ -240,8 +242,8 @@ function layoutDoc(layout) {
 
 function schemaDoc(r, name, schema) {
   const parts = [`### ${name}`];
-  const words = [schema.description?.trim(), schema.properties ? '' : `${r.type(schema)} ${r.limits(schema)}`.trim()].filter(Boolean);
-  if (words.length > 0) parts.push(words.join(' '));
+  if (schema.description) parts.push(schema.description.trim());
+  if (!schema.properties) parts.push(`Type: ${r.type(schema)} ${r.limits(schema)}`.trim());
   if (schema.properties) parts.push(r.fieldTable(schema));
   for (const option of schema.oneOf ?? []) if (option.properties) parts.push('Either', r.fieldTable(option));
   return parts.join('\n\n');
