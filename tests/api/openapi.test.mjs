@@ -92,12 +92,14 @@ async function call(method, template, values, status, wish = {}, who = c) {
 
 const S = '/api/v1/sessions', I = '/api/v1/sessions/{id}';
 const NOBODY = 'a'.repeat(26), WRONG = 'b'.repeat(32);
-/** Operations that change something: a valid body for each. */
+/** Operations that change something: a valid body for each. @type {[string, string, any][]} */
 const CHANGES = [
   ['patch', `${I}/params`, { 'players.0.lag_ms': 100 }],
   ['post', `${I}/control`, { op: 'pause' }],
   ['post', `${I}/input`, { player: 0, axes: [1, 0], buttons: 0 }],
 ];
+/** @type {[string, string, any]} */
+const DELETE = ['delete', I, undefined];
 const DRIVEN = { 'players.0.control': 'person' };
 
 test('scenarios and documents', async () => {
@@ -172,7 +174,7 @@ test('the life of a session', async () => {
 test('keys: none, wrong, another player\'s', async () => {
   const session = await c.make({ paused: true, set: DRIVEN }), other = await c.make({ paused: true });
   const { id } = session;
-  for (const [method, path, body] of [...CHANGES, ['delete', I, undefined]]) {
+  for (const [method, path, body] of [...CHANGES, DELETE]) {
     const none = await call(method, path, { id }, 401, { body });
     assert.match(none.headers['www-authenticate'], /^Bearer/);
     for (const key of [WRONG, other.owner_key, '', 'x', session.player_keys[1], 'é'.repeat(200)])

@@ -8,6 +8,13 @@ import { test } from 'node:test';
 import { client, pause } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
+/** A daemon that ends with the test, however that ends. */
+const start = async (t, wish) => {
+  const daemon = await startDaemon(wish);
+  t.after(() => daemon.stop());
+  return daemon;
+};
+
 const ROUNDS = 20, SESSIONS = 6;
 const ARGS = ['--max-commands-per-s', '10000', '--max-new-sessions-per-min', '10000'];
 
@@ -131,7 +138,7 @@ test(`kill -9 at ${ROUNDS} random moments under load`, { timeout: 300000 }, asyn
   try {
     for (let round = 0; round <= ROUNDS; round++) {
       const begun = performance.now();
-      const daemon = await startDaemon({ data, args: ARGS });
+      const daemon = await start(t, { data, args: ARGS });
       if (round === ROUNDS) t.diagnostic(`restart with ${all.length} sessions in ${Math.round(performance.now() - begun)} ms`);
       const c = client(daemon.url);
       for (const known of all) await verify(c, known, told);
@@ -160,10 +167,10 @@ test(`kill -9 at ${ROUNDS} random moments under load`, { timeout: 300000 }, asyn
   assert.ok(told.commands > 500 && told.hashes > 200);
 });
 
-test('a clean stop keeps the tick of a paused session and the play of a playing one', async () => {
+test('a clean stop keeps the tick of a paused session and the play of a playing one', async (t) => {
   const data = mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
   try {
-    let daemon = await startDaemon({ data }), c = client(daemon.url);
+    let daemon = await start(t, { data }), c = client(daemon.url);
     const paused = await c.make({ paused: true }), playing = await c.make({ speed: 2 });
     const { json: at } = await c.control(paused, { op: 'seek', tick: 123 });
     await c.control(paused, { op: 'seek', tick: 45 });
@@ -171,7 +178,7 @@ test('a clean stop keeps the tick of a paused session and the play of a playing 
     const { json: before } = await c.get(playing.links.self);
     c.close();
     await daemon.stop();
-    daemon = await startDaemon({ data });
+    daemon = await start(t, { data });
     c = client(daemon.url);
     const { json: one } = await c.get(paused.links.self), { json: two } = await c.get(playing.links.self);
     assert.deepEqual([one.status, one.tick, one.head_tick], ['paused', 45, 123]);

@@ -9,6 +9,13 @@ import { test } from 'node:test';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
+/** A daemon that ends with the test, however that ends. */
+const start = async (t, wish) => {
+  const daemon = await startDaemon(wish);
+  t.after(() => daemon.stop());
+  return daemon;
+};
+
 const folder = () => mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
 const remove = (name) => rmSync(name, { recursive: true, force: true });
 
@@ -49,7 +56,7 @@ test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small 
     return t.skip('no mounts here');
   }
   try {
-    let daemon = await startDaemon({ data: disk, args: ['--max-new-sessions-per-min', '10000', '--max-commands-per-s', '100000'] });
+    let daemon = await start(t, { data: disk, args: ['--max-new-sessions-per-min', '10000', '--max-commands-per-s', '100000'] });
     let c = client(daemon.url);
     const session = await c.make({ paused: true });
     const acknowledged = [];
@@ -65,7 +72,7 @@ test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small 
     c.close();
     await daemon.kill();
     execFileSync('mount', ['-o', 'remount,size=8m', disk]);
-    daemon = await startDaemon({ data: disk });
+    daemon = await start(t, { data: disk });
     c = client(daemon.url);
     const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line)).filter((line) => line.op === 'set');
     assert.deepEqual(lines.slice(0, acknowledged.length).map((line) => line.values['players.0.lag_ms']), acknowledged);
@@ -79,8 +86,8 @@ test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small 
   }
 });
 
-test('files that may not grow for a while', async () => {
-  const daemon = await startDaemon();
+test('files that may not grow for a while', async (t) => {
+  const daemon = await start(t);
   const c = client(daemon.url), session = await c.make({ set: { 'players.0.control': 'person' } });
   const stream = await c.stream(session);
   stream.say({ auth: session.owner_key, id: 0 });
@@ -99,7 +106,7 @@ test('files that may not grow for a while', async () => {
   await stream.close();
   c.close();
   await daemon.kill();
-  const again = await startDaemon({ data: daemon.data }), d = client(again.url);
+  const again = await start(t, { data: daemon.data }), d = client(again.url);
   assert.equal((await d.get(session.links.log)).text, log);
   assert.equal((await d.get(`${session.links.state}?tick=${state.tick}`)).json.hash, state.hash);
   d.close();
@@ -107,8 +114,8 @@ test('files that may not grow for a while', async () => {
   remove(daemon.data);
 });
 
-test('a database that another program locks', { skip: !has_python }, async () => {
-  const daemon = await startDaemon();
+test('a database that another program locks', { skip: !has_python }, async (t) => {
+  const daemon = await start(t);
   const c = client(daemon.url), session = await c.make({ paused: true });
   const script = 'import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1],isolation_level=None)\ndb.execute("BEGIN IMMEDIATE")\nprint("locked",flush=True)\nsys.stdin.read()';
   const locker = spawn('python3', ['-c', script, path.join(daemon.data, 'laglab.db')]);
@@ -124,10 +131,10 @@ test('a database that another program locks', { skip: !has_python }, async () =>
   await daemon.stop();
 });
 
-test('a start that cannot be', { skip: !has_python }, async () => {
+test('a start that cannot be', { skip: !has_python }, async (t) => {
   const data = folder(), file = path.join(data, 'laglab.db');
   try {
-    await (await startDaemon({ data })).stop();
+    await (await start(t, { data })).stop();
     python('import sqlite3,sys\ndb=sqlite3.connect(sys.argv[1])\ndb.execute("PRAGMA user_version=77")\ndb.commit()', file);
     let told = refusal(data);
     assert.equal(told.status, 1);
@@ -140,7 +147,7 @@ test('a start that cannot be', { skip: !has_python }, async () => {
     remove(data);
   }
   assert.match(refusal('/proc/laglab').text, /The data directory \/proc\/laglab cannot be made/);
-  const daemon = await startDaemon();
+  const daemon = await start(t);
   assert.match(refusal(daemon.data).text, /in use by another laglab/);
   await daemon.stop();
 });
@@ -154,7 +161,7 @@ test('a read-only disk', { skip: process.getuid() !== 0 && 'mounting needs root'
     return t.skip('no mounts here');
   }
   try {
-    await (await startDaemon({ data: disk })).stop();
+    await (await start(t, { data: disk })).stop();
     execFileSync('mount', ['-o', 'remount,ro', disk]);
     const told = refusal(disk);
     assert.equal(told.status, 1);
@@ -165,10 +172,10 @@ test('a read-only disk', { skip: process.getuid() !== 0 && 'mounting needs root'
   }
 });
 
-test('a stored log that is damaged stops its session alone', { skip: !has_python }, async () => {
+test('a stored log that is damaged stops its session alone', { skip: !has_python }, async (t) => {
   const data = folder();
   try {
-    let daemon = await startDaemon({ data }), c = client(daemon.url);
+    let daemon = await start(t, { data }), c = client(daemon.url);
     const good = await c.make({ paused: true }), bad = await c.make({ paused: true });
     c.close();
     await daemon.stop();
@@ -180,7 +187,7 @@ db.commit()`, path.join(data, 'laglab.db'), bad.id);
 db=sqlite3.connect(sys.argv[1])
 db.execute("INSERT INTO log SELECT number,1,'{\\"op\\":\\"nonsense\\"}' FROM sessions WHERE id=? ON CONFLICT DO NOTHING",(sys.argv[2],))
 db.commit()`, path.join(data, 'laglab.db'), bad.id);
-    daemon = await startDaemon({ data });
+    daemon = await start(t, { data });
     c = client(daemon.url);
     assert.equal((await c.get(good.links.self)).status, 200);
     for (const part of ['self', 'state', 'metrics', 'trace', 'log']) {
@@ -197,10 +204,10 @@ db.commit()`, path.join(data, 'laglab.db'), bad.id);
   }
 });
 
-test('without a folder sessions live in memory', async () => {
+test('without a folder sessions live in memory', async (t) => {
   const data = folder();
   mkdirSync(path.join(data, 'home'));
-  const daemon = await startDaemon({ data: 'memory' });
+  const daemon = await start(t, { data: 'memory' });
   const c = client(daemon.url), session = await c.make();
   await pause(50);
   assert.equal((await c.control(session, { op: 'pause' })).status, 200);
@@ -212,8 +219,10 @@ test('without a folder sessions live in memory', async () => {
 
 test('options: a wrong one exits 2 with a sentence, --help lists all', () => {
   const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 10000 });
-  for (const [args, word] of [[['--nonsense', '1'], 'no option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],
-    [['--max-sessions', '0'], '--max-sessions'], [['--park-after-s=-1'], '--park-after-s'], [['--listen', 'nowhere:x', '--data', 'memory'], 'listen']]) {
+  /** @type {[string[], string][]} */
+  const wrong = [[['--nonsense', '1'], 'no option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],
+    [['--max-sessions', '0'], '--max-sessions'], [['--park-after-s=-1'], '--park-after-s'], [['--listen', 'nowhere:x', '--data', 'memory'], 'listen']];
+  for (const [args, word] of wrong) {
     const { status, stderr, stdout } = run(...args);
     assert.equal(status, 2, `${args}: ${stderr}`);
     assert.ok(stderr.includes(word), stderr);

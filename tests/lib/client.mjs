@@ -72,7 +72,7 @@ export async function openStream(url, id, format = 'json', wish = {}) {
     say: (message) => socket.send(typeof message === 'string' ? message : JSON.stringify(message)),
     /** The first message that `test` takes, now or later. */
     wait: (test, what = 'a message', ms = 5000) => waitFor(() => stream.messages.find(test), what, ms),
-    frame: (test = (/** @type {any} */ _) => true, ms = 5000) => waitFor(() => stream.frames.findLast(test), 'a frame', ms),
+    frame: (test = (/** @type {any} */ _) => true, ms = 5000) => waitFor(() => [...stream.frames].reverse().find(test), 'a frame', ms),
     close: () => new Promise((resolve) => {
       if (socket.readyState === WebSocket.CLOSED) resolve(undefined);
       socket.once('close', resolve);

@@ -5,6 +5,7 @@ const READ = {
   f32: (b, at) => b.readFloatLE(at), f64: (b, at) => b.readDoubleLE(at),
 };
 
+/** @returns {any} */
 function record(fields, buffer, at) {
   const value = {};
   for (const field of fields) {

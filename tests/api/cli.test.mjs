@@ -1,0 +1,331 @@
+// The command line: what it prints, what it writes, and how it refuses.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import Ajv2020 from 'ajv/dist/2020.js';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
+const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab'));
+const SCENARIOS = path.join(ROOT, 'scenarios');
+
+let folder;
+before(() => { folder = mkdtempSync(path.join(tmpdir(), 'laglab-cli-')); });
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+/** @param {string[]} args @param {string} [input] */
+function laglab(args, input = '') {
+  const result = spawnSync(BINARY, args, { cwd: folder, input, encoding: 'utf8', maxBuffer: 1 << 28, timeout: 60000 });
+  assert.equal(result.signal, null, `laglab ${args.join(' ')} ended by ${result.signal}: ${result.stderr}`);
+  return result;
+}
+
+/** @param {string[]} args @param {string} [input] */
+function good(args, input) {
+  const result = laglab(args, input);
+  assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);
+  assert.equal(result.stderr, '');
+  return result.stdout;
+}
+
+/** Exit 2, nothing on stdout, one line on stderr that holds all of `words`. @param {string[]} args @param {string[]} words @param {string} [input] */
+function refused(args, words, input) {
+  const result = laglab(args, input);
+  const what = `laglab ${args.join(' ').slice(0, 200)}: ${result.status} ${result.stderr}`;
+  assert.equal(result.status, 2, what);
+  assert.equal(result.stdout, '', what);
+  assert.match(result.stderr, /^laglab: [^\n]+\n$/, what);
+  for (const word of words) assert.ok(result.stderr.includes(word), `${word} is missing: ${what}`);
+  return result.stderr;
+}
+
+/** @param {string[]} args @param {string} [input] */
+const run = (args, input) => JSON.parse(good(['run', ...args], input));
+
+function ids() {
+  const found = [];
+  for (const entry of readdirSync(SCENARIOS, { withFileTypes: true })) {
+    if (entry.isDirectory()) for (const name of readdirSync(path.join(SCENARIOS, entry.name))) found.push(`${entry.name}/${name}`);
+    else found.push(entry.name);
+  }
+  return found.filter((name) => name.endsWith('.json')).map((name) => name.slice(0, -5)).sort();
+}
+const scenario = (id) => JSON.parse(readFileSync(path.join(SCENARIOS, `${id}.json`), 'utf8'));
+
+// ---- run ----
+
+test('run twice gives the same bytes but for measured times', () => {
+  for (const id of ids()) {
+    const texts = [1, 2].map(() => good(['run', id, '--duration', '3'])
+      .replace(/"wall_s":\t[-+.e\d]+/, '"wall_s":').replace(/"ns_per_sim_s":\t[-+.e\d]+/g, '"ns_per_sim_s":'));
+    assert.equal(texts[0], texts[1], id);
+    assert.match(texts[0], /"wall_s":,/);
+  }
+});
+
+test('run prints one object with the members that are promised', () => {
+  const out = run(['race']);
+  assert.deepEqual(Object.keys(out), ['scenario', 'seed', 'duration_s', 'ticks', 'hash', 'wall_s', 'metrics', 'cost']);
+  assert.equal(out.scenario, 'race');
+  assert.equal(out.seed, 1);
+  assert.equal(out.duration_s, 60);
+  assert.equal(out.ticks, 3600);
+  assert.match(out.hash, /^[0-9a-f]{16}$/);
+  assert.ok(out.wall_s > 0 && out.wall_s < 60);
+  assert.equal(out.metrics.players.length, 2);
+  assert.equal(typeof out.metrics.server, 'object');
+  for (const player of out.metrics.players) {
+    for (const metric of ['input_latency_ms', 'ack_rtt_ms', 'view_age_ms', 'own_error_m', 'remote_error_m', 'timeline_error_m']) {
+      assert.deepEqual(Object.keys(player[metric]).sort(), ['count', 'max', 'mean', 'p50', 'p95', 'p99', 'rms'], metric);
+      const { p50, p95, p99, max, mean, rms } = player[metric];
+      assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean <= rms && rms <= max, `${metric} ${JSON.stringify(player[metric])}`);
+    }
+  }
+  for (const name of ['ns_per_sim_s', 'bytes']) assert.ok(out.cost[name] > 0, name);
+});
+
+test('seed, duration and settings change what they say', () => {
+  const plain = run(['eight', '--duration', '4']);
+  const seeded = run(['eight', '--duration', '4', '--seed', '77', '--set', 'players.0.link.up.loss_pct=20']);
+  const other = run(['eight', '--duration', '4', '--seed', '78', '--set', 'players.0.link.up.loss_pct=20']);
+  assert.equal(plain.duration_s, 4);
+  assert.equal(plain.ticks, 240);
+  assert.equal(seeded.seed, 77);
+  assert.notEqual(seeded.hash, plain.hash);
+  assert.notEqual(seeded.hash, other.hash);
+  assert.equal(run(['race', '--seed', '9007199254740991', '--duration', '0.1']).seed, 9007199254740991);
+  assert.equal(run(['race', '--duration', '2', '--set', 'duration_s=9']).duration_s, 2, 'the option wins');
+  const free = run(['race', '--duration', '9', '--set', 'players.0.lag_ms=0', '--set', 'players.0.prediction=false']);
+  const slow = run(['race', '--duration', '9', '--set', 'players.0.lag_ms=400', '--set', 'players.0.prediction=false']);
+  assert.ok(slow.metrics.players[0].input_latency_ms.mean - free.metrics.players[0].input_latency_ms.mean > 700);
+  assert.equal(run(['race', '--duration', '1', '--set', 'server.sync=lockstep']).metrics.server.sync, 'lockstep');
+  assert.equal(run(['race', '--duration', '1', '--set', 'players=[{},{},{}]']).metrics.players.length, 3);
+  assert.equal(run(['race', '--duration', '1', '--set', 'players.0.name=Zoë']).metrics.players[0].name, 'Zoë');
+  assert.equal(run(['race', '--duration', '1', '--set', 'players.0.name=a=b']).metrics.players[0].name, 'a=b');
+  // The last of two settings of one value stands.
+  const twice = run(['race', '--duration', '1', '--set', 'players.0.lag_ms=5', '--set', 'players.0.lag_ms=150']);
+  assert.equal(twice.hash, run(['race', '--duration', '1']).hash);
+});
+
+test('a scenario is an id, a file or standard input', () => {
+  const text = readFileSync(path.join(SCENARIOS, 'race.json'), 'utf8');
+  writeFileSync(path.join(folder, 'mine.json'), text);
+  const { hash } = run(['race', '--duration', '2']);
+  for (const [args, input] of [[['mine.json']], [[path.join(SCENARIOS, 'race.json')]], [['-'], text]]) {
+    const out = run([...args, '--duration', '2'], input);
+    assert.equal(out.hash, hash);
+    assert.equal(out.scenario, args[0]);
+  }
+  assert.equal(run(['--duration', '2', 'race']).hash, hash, 'options may come first');
+  assert.equal(run(['paper/fig11', '--duration', '1']).ticks, 60);
+});
+
+// ---- trace ----
+
+/** RFC 4180, nothing forgiven: records end with CRLF, and a quote stands at the beginning and the end of a field only. */
+function parseCsv(text) {
+  const rows = [];
+  let row = [], at = 0;
+  while (at < text.length) {
+    const field = /(?:"((?:[^"]|"")*)"|([^",\r\n]*))(,|\r\n)/y;
+    field.lastIndex = at;
+    const found = field.exec(text);
+    assert.ok(found, `not CSV at ${at}: ${JSON.stringify(text.slice(at, at + 40))}`);
+    row.push(found[1] === undefined ? found[2] : found[1].replaceAll('""', '"'));
+    at = field.lastIndex;
+    if (found[3] === '\r\n') {
+      rows.push(row);
+      row = [];
+    }
+  }
+  assert.deepEqual(row, [], 'the last record ends like all');
+  return rows;
+}
+
+test('trace is CSV with units in its header and a row for each tick', () => {
+  for (const id of ['race', 'cannon', 'gambetta', 'eight']) {
+    const file = path.join(folder, 'trace.csv');
+    const { ticks, duration_s: duration, hash } = run([id, '--duration', '2', '--trace', file]);
+    const [header, ...rows] = parseCsv(readFileSync(file, 'utf8'));
+    assert.equal(rows.length, ticks + 1);
+    assert.equal(new Set(header).size, header.length, 'no name twice');
+    assert.deepEqual(header.slice(0, 2), ['time_s', 'tick']);
+    // A column has a unit, or counts something.
+    for (const name of header) assert.match(name, /_(m|s|ms|mps|hz|pct)$|^tick$|_step$|_unacked$|_corrections$/, name);
+    rows.forEach((row, i) => {
+      assert.equal(row.length, header.length);
+      for (const value of row) assert.match(value, /^-?\d+(\.\d+)?([eE][-+]?\d+)?$/);
+      assert.equal(Number(row[1]), i);
+      assert.ok(Math.abs(Number(row[0]) - i * duration / ticks) < 1e-6, `${row[0]} of row ${i}`);
+    });
+    assert.equal(run([id, '--duration', '2']).hash, hash, 'tracing changes nothing');
+    const again = path.join(folder, 'again.csv');
+    run([id, '--duration', '2', '--trace', again]);
+    assert.equal(readFileSync(again, 'utf8'), readFileSync(file, 'utf8'));
+  }
+});
+
+// ---- log and replay ----
+
+test('a log replays to the same hashes', () => {
+  for (const id of ids()) {
+    const file = path.join(folder, 'run.log');
+    const { hash, ticks } = run([id, '--duration', '1.5', '--seed', '5', '--log', file]);
+    const text = readFileSync(file, 'utf8');
+    for (const line of text.trimEnd().split('\n')) JSON.parse(line);
+    const out = JSON.parse(good(['replay', file]));
+    assert.deepEqual(out, { ticks, compared: ticks, hash }, id);
+    assert.deepEqual(JSON.parse(good(['replay', '-'], text)), out);
+  }
+});
+
+test('a log that was tampered with is told by its first tick that differs', () => {
+  const file = path.join(folder, 'tampered.log');
+  run(['race', '--duration', '1', '--log', file]);
+  const lines = readFileSync(file, 'utf8').trimEnd().split('\n');
+  const write = (change) => writeFileSync(file, change(lines).join('\n') + '\n');
+
+  /** @param {number} tick */
+  const differs = (tick) => {
+    const { status, stdout, stderr } = laglab(['replay', file]);
+    assert.equal(status, 1, stderr);
+    assert.equal(stdout, '');
+    assert.match(stderr, new RegExp(`^laglab: [^\\n]*\\btick ${tick}\\b[^\\n]*\\n$`));
+  };
+  const hashLine = (l) => l.findIndex((line) => line.includes('"tick":37,'));
+  write((l) => l.with?.(0, l[0]) ?? l);
+  assert.equal(laglab(['replay', file]).status, 0, 'untouched');
+  write((l) => l.map((line, i) => (i === hashLine(l) ? line.replace(/"hash":"(.)/, (_, c) => `"hash":"${c === '0' ? '1' : '0'}`) : line)));
+  differs(37);
+  write((l) => l.map((line, i) => (i === 0 ? line.replace('"lag_ms":150', '"lag_ms":149.9') : line)));
+  differs(1); // the lag is part of the state
+  write((l) => {
+    const at = hashLine(l);
+    return [...l.slice(0, at), '{"op":"set","tick":36,"values":{"players.0.lag_ms":10}}', ...l.slice(at)];
+  });
+  differs(36);
+});
+
+test('what is no log is refused', () => {
+  refused(['replay'], ['which log']);
+  refused(['replay', path.join(folder, 'none.log')], ['cannot read']);
+  for (const text of ['', '\n\n', 'x', '{}', '{"op":"head","tick":1}', '{"op":"create","laglab_log":2,"scenario":{"kind":"netgame","players":[{}]}}',
+    '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n{"op":"set","tick":1,"values":{"players.0.lag_ms":-1}}',
+    '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n{"op":"restart","scenario":{"kind":"netgame","players":[{},{}]}}'])
+    refused(['replay', '-'], [], text);
+});
+
+// ---- refusals ----
+
+const schema = () => JSON.parse(good(['schema']));
+
+test('every parameter refuses bad values by name and range', () => {
+  const root = schema();
+  const follow = (node) => (node.$ref ? { ...root.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);
+  let tried = 0;
+
+  /** @param {string[]} at @param {string} game */
+  const walk = (node, at, game) => {
+    const full = follow(node);
+    if (full.properties) for (const [name, child] of Object.entries(full.properties)) walk(child, [...at, name], game);
+    else if (full.items) walk(full.items, [...at, '0'], game);
+    else if (full.anyOf?.[0].$ref) for (const variant of full.anyOf) walk(variant, at, variant.$ref.split('/').at(-1));
+    else leaf(at.join('.'), full, game);
+  };
+  const leaf = (name, full, game) => {
+    const values = { boolean: ['yes', '1', '', 'null', '"true"'], string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'] }[full.type]
+      ?? [String(full.minimum - 1), String(full.maximum * 2 + 1), 'NaN', 'nan', 'inf', '-inf', '1e999', '-1e999', '', 'fast', '"1"', 'true', 'null', '[1]', '0x10', '1,5',
+        ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : [])];
+    for (const value of values) {
+      const words = [name];
+      if (full.enum) words.push(...full.enum);
+      // The range is told for every number that is out of it.
+      if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) words.push(`${full.minimum}`, `${full.maximum}`.replace(/^1000000000$/, '1e'));
+      refused(['run', 'race', '--duration', '0.1', '--set', `game=${game}`, '--set', `${name}=${value}`], words);
+      tried++;
+    }
+  };
+  walk(root, [], 'race');
+  assert.ok(tried > 300, `${tried} values`);
+});
+
+test('paths that lead nowhere are refused', () => {
+  for (const [setting, ...words] of [
+    ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
+    ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'], ['..=1'], ['server.=1'], ['server.sync.x=1'],
+    ['players=[]', 'players', '1', '8'], [`players=[${Array(9).fill('{}').join(',')}]`, 'players', '8'], ['players={}'], ['server=3', 'server'],
+    ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=motion', 'kind', 'netgame'], [`${'x'.repeat(300)}=1`],
+  ]) refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
+});
+
+test('wrong usage is refused', () => {
+  refused([], ['laglab help']);
+  refused(['fly'], ['fly', 'laglab help']);
+  refused(['run'], ['which scenario']);
+  for (const option of ['--seed', '--set', '--duration', '--trace', '--log', '--scenarios']) refused(['run', 'race', option], [option, 'needs a value']);
+  for (const option of ['--sed', '-x', '--', '--seed=3', '--TRACE']) refused(['run', 'race', option, '3'], ['unknown option', option]);
+  refused(['run', 'race', 'cannon'], ['unexpected argument', 'cannon']);
+  refused(['replay', 'a', 'b'], ['unexpected argument', 'b']);
+  for (const id of ['nosuch', 'paper/nosuch', 'RACE', 'race/', '/race', '../scenarios/race', 'paper/../race', 'ra ce', 'race.json', '', 'x'.repeat(5000)]) refused(['run', id], ['scenario']);
+  for (const value of ['-1', '1.5', 'x', '', '9007199254740992', '1e400', 'null']) refused(['run', 'race', '--seed', value], ['seed', '0', '9007199254740991'].slice(0, /\d/.test(value) ? 3 : 1));
+  for (const value of ['0', '-1', '3601', 'x', '', 'NaN', 'inf', '1e400']) refused(['run', 'race', '--duration', value], ['duration_s', '0.01', '3600'].slice(0, /^-?\d+$/.test(value) ? 3 : 1));
+  refused(['run', 'race', '--duration', '0.1', ...Array(257).fill(['--set', 'seed=1']).flat()], ['--set', '256']);
+});
+
+test('what is no scenario is refused', () => {
+  for (const [text, ...words] of [
+    ['', 'JSON'], ['x', 'JSON'], ['{"kind":"netgame"', 'JSON'], ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 36'], ['[]', 'object'], ['null', 'object'], ['{}', 'kind'],
+    ['{"kind":"netgame"}', 'players'], ['{"kind":"netgame","players":[]}', 'players'], ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
+    ['{"kind":"netgame","players":[{"lag_ms":"1"}]}', 'players.0.lag_ms'], ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
+    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nested'], ['\0'], ['{"kind":"netgame\\u0000","players":[{}]} x'],
+  ]) refused(['run', '-'], words, text);
+});
+
+test('files that cannot be written fail the run', () => {
+  for (const option of ['--trace', '--log']) {
+    const { status, stdout, stderr } = laglab(['run', 'race', '--duration', '0.1', option, path.join(folder, 'none', 'file')]);
+    assert.equal(status, 1);
+    assert.equal(stdout, '');
+    assert.match(stderr, /^laglab: cannot write [^\n]+\n$/);
+  }
+});
+
+// ---- lists ----
+
+test('scenarios lists every file', () => {
+  const lines = good(['scenarios']).trimEnd().split('\n');
+  assert.deepEqual(lines.map((line) => line.split(/ +/)[0]).sort(), ids());
+  for (const line of lines) {
+    const of = scenario(line.split(/ +/)[0]);
+    assert.ok(line.includes(of.title) && line.includes(of.paper ?? ''), line);
+  }
+  assert.equal(good(['scenarios', '--scenarios', SCENARIOS]), good(['scenarios']));
+});
+
+test('every scenario runs, and fits the schema, which is a schema', () => {
+  const ajv = new Ajv2020({ strict: true, allErrors: true, keywords: ['x-unit', 'x-live'] });
+  const root = schema();
+  assert.equal(root.$schema, 'https://json-schema.org/draft/2020-12/schema');
+  assert.ok(ajv.validateSchema(root), ajv.errorsText());
+  const fits = ajv.compile(root);
+  for (const id of ids()) {
+    assert.ok(fits(scenario(id)), `${id}: ${ajv.errorsText(fits.errors)}`);
+    assert.ok(run([id, '--duration', '0.5']).ticks >= 5, id);
+  }
+  for (const wrong of [{}, { kind: 'netgame' }, { kind: 'netgame', players: [] }, { kind: 'netgame', players: [{ lag_ms: -1 }] }, { kind: 'netgame', players: [{}], x: 1 },
+    { kind: 'netgame', players: Array(9).fill({}) }, { kind: 'netgame', players: [{}], game: 'chess' }, { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] }])
+    assert.ok(!fits(wrong), JSON.stringify(wrong));
+});
+
+test('help and version', () => {
+  const help = good(['help']);
+  assert.equal(good(['--help']), help);
+  assert.equal(good(['-h']), help);
+  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'healthcheck', 'help']) assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
+  for (const option of ['--set', '--seed', '--duration', '--trace', '--log']) assert.ok(help.includes(option), option);
+  const version = /** @type {{version: string}} */ (JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'))).version;
+  assert.equal(good(['--version']), `laglab ${version}\n`);
+});
