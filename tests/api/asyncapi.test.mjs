@@ -91,7 +91,8 @@ test('the beginning: hello, a key frame, then 60 frames a second in order', asyn
     assert.ok(seqs.every((seq, i) => i === 0 || seq > seqs[i - 1]), 'in order');
     const flags = stream.frames.map((frame) => (Buffer.isBuffer(frame) ? frame.readUInt16LE(2) : frame.flags));
     assert.equal(flags[0] & KEY, KEY);
-    assert.ok(flags.slice(2).every((flag) => (flag & KEY) === 0 && (flag & PLAYING) === PLAYING));
+    assert.ok(flags.every((flag) => flag & PLAYING));
+    assert.ok(flags.filter((flag) => flag & KEY).length <= 2 + flags.length / 10, 'key frames are for the beginning and for gaps');
     checkAll(stream);
     await stream.close();
   }
