@@ -78,7 +78,7 @@ export const DRIVING_HELP = [
 /** Where letters are text, or keys have a meaning of their own. @param {EventTarget | null} target @param {string} code */
 function belongsTo(target, code) {
   if (!(target instanceof HTMLElement)) return false;
-  if (target.closest('dialog')) return true;
+  if (target.closest('dialog[open]')) return true;
   if (target instanceof HTMLSelectElement || target instanceof HTMLTextAreaElement || target.isContentEditable) return true;
   if (target instanceof HTMLInputElement) {
     return target.type === 'checkbox' ? code === 'Space' : true;
