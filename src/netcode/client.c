@@ -1,5 +1,7 @@
 #include "netcode/client.h"
 
+#include "netcode/validate.h"
+
 #include <string.h>
 
 static size_t round8(size_t n)
@@ -50,6 +52,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->spare_since = now;
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
+    c->confirmed = step;
     c->latest_time = now;
     c->has_render = c->held_now = 0;
     c->offset_quarter = -1;
@@ -61,29 +64,30 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     }
 }
 
+#define SPARE_WINDOW (2 * LL_SECOND)
+
 /* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and slowly, by the
- * least of a second, when they come earlier than wanted. Waits for the effect before it looks again. */
+ * least of two seconds, when they come earlier than wanted. Waits for the effect before it looks again. */
 static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
     int32_t want = (int32_t)s->config->slack_ticks, change = 0;
+    if (c->spare == LL_SLACK_UNKNOWN)
+        c->spare_since = now;
     if (m->slack < c->spare)
         c->spare = m->slack;
-    if (m->slack < want) {
+    if (m->slack < want)
         change = want - m->slack;
-    } else if (now - c->spare_since >= LL_SECOND) {
-        if (c->spare > want + 1)
-            change = want - c->spare;
-        c->spare = LL_SLACK_UNKNOWN;
-        c->spare_since = now;
-    }
+    else if (now - c->spare_since < SPARE_WINDOW)
+        return;
+    else if (c->spare > want + 1)
+        change = want - c->spare;
+    c->spare = LL_SLACK_UNKNOWN;
     if (change == 0)
         return;
     c->debt += change;
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
-    c->spare = LL_SLACK_UNKNOWN;
-    c->spare_since = now;
 }
 
 static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, ll_time now)
@@ -98,6 +102,7 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     *r = (ll_received){m.tick, m.time, now, m.head.seq, 0};
     memcpy(ll_received_world(r), packet + sizeof m, (size_t)c->world_size);
     c->newest_tick = m.tick;
+    c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
     ll_interpolate_heard(c, r);
     if (s->sync->leads)
@@ -166,8 +171,12 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
         c->debt++;
         n--;
     }
-    int room = LL_PENDING_MAX - (int)(c->seq - c->acked);
-    return n < room ? n : room;
+    int64_t room = LL_PENDING_MAX - (int64_t)(c->seq - c->acked);
+    if (s->sync->waits) { /* what the server would refuse as too far ahead is not sent */
+        int64_t ahead = LL_BUDGET_TICKS - 1 - (c->tick - c->confirmed);
+        room = ahead < room ? ahead : room;
+    }
+    return (int)(n < room ? n : room);
 }
 
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)

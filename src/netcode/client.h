@@ -72,7 +72,8 @@ typedef struct ll_client {
     /* states */
     int64_t newest;   /* how many were received: the newest is at newest - 1 modulo the ring */
     int64_t fresh;    /* of these, how many a frame has taken */
-    int64_t newest_tick;
+    int64_t newest_tick; /* -1: none in this epoch */
+    int64_t confirmed;   /* the server's last step that is known of */
     int64_t stale;
     ll_time latest_time; /* server's clock, of the state that was taken last */
     double update_hz;

@@ -1,5 +1,7 @@
 #include "netcode/config.h"
 
+#include <stdio.h>
+
 #include "game/game.h"
 #include "netcode/sync.h"
 
@@ -7,7 +9,7 @@ static const char *const controls[] = {"script", "person", NULL};
 static const char *const cheats[] = {"none", "magnitude", "rate", "budget", NULL};
 
 static const ll_param server_rows[] = {
-    {.name = "update_hz", .type = LL_PARAM_REAL, .offset = offsetof(ll_server_config, update_hz), .min = 0.1, .max = 120,
+    {.name = "update_hz", .type = LL_PARAM_REAL, .offset = offsetof(ll_server_config, update_hz), .min = 1, .max = 120,
      .standard = 30, .unit = "Hz", .live = true,
      .help = "How often the server sends its state to every client; in lockstep also how often it steps."},
     {.name = "sync", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_server_config, sync), .choices = ll_sync_names,
@@ -47,11 +49,11 @@ static const ll_param player_rows[] = {
     {.name = "interpolation", .type = LL_PARAM_BOOL, .offset = offsetof(ll_player_config, interpolation), .live = true,
      .help = "Other entities are drawn in the past, between two states of the server."},
     {.name = "interpolation_ratio", .type = LL_PARAM_REAL, .offset = offsetof(ll_player_config, interpolation_ratio),
-     .min = 1, .max = 10, .standard = 2, .live = true,
+     .min = 1, .max = 4, .standard = 2, .live = true,
      .help = "Interpolation delay in update intervals; 2 survives one lost update."},
     {.name = "jitter_margin_ms", .type = LL_PARAM_REAL, .offset = offsetof(ll_player_config, jitter_margin_ms),
-     .max = 1000, .standard = 10, .unit = "ms", .live = true, .help = "Added to the interpolation delay."},
-    {.name = "slack_ticks", .type = LL_PARAM_INT, .offset = offsetof(ll_player_config, slack_ticks), .max = 30,
+     .max = 500, .standard = 10, .unit = "ms", .live = true, .help = "Added to the interpolation delay."},
+    {.name = "slack_ticks", .type = LL_PARAM_INT, .offset = offsetof(ll_player_config, slack_ticks), .max = 10,
      .standard = 1, .unit = "ticks", .live = true,
      .help = "How early the client wants its inputs to reach the server: it runs ahead of the server by its lag and this."},
     {.name = "redundancy", .type = LL_PARAM_INT, .offset = offsetof(ll_player_config, redundancy), .max = 15,
@@ -67,9 +69,29 @@ static const ll_param player_rows[] = {
      .help = "A client that cheats, to try the server's rules: inputs too large, too many, or from the future."},
 };
 
+/* What a client keeps is sized for it: 240 inputs are a round trip of 2.5 s, an update a second and 64 ticks a second. */
+static ll_status check_way(const ll_player_config *player, const ll_link_params *link, const char *path, const char *way)
+{
+    char field[64];
+    double longest = player->lag_ms + link->delay_ms + link->jitter_ms;
+    if (longest <= LL_ONE_WAY_MAX_MS)
+        return ll_ok();
+    snprintf(field, sizeof field, "%slink.%s", path, way);
+    return ll_field_error(LL_BAD_INPUT, field,
+                          "lag_ms + link.%s.delay_ms + link.%s.jitter_ms of a player must be at most %d ms; got %g", way,
+                          way, LL_ONE_WAY_MAX_MS, longest);
+}
+
+static ll_status check_player(const void *object, const char *path)
+{
+    const ll_player_config *player = object;
+    ll_status status = check_way(player, &player->link.up, path, "up");
+    return ll_failed(&status) ? status : check_way(player, &player->link.down, path, "down");
+}
+
 const ll_param_table ll_player_table = {.name = "player", .help = "A player, its link and its techniques.",
                                         .rows = player_rows, .count = sizeof player_rows / sizeof player_rows[0],
-                                        .size = sizeof(ll_player_config)};
+                                        .size = sizeof(ll_player_config), .check = check_player};
 
 void ll_player_settle(ll_player_config *now, const ll_player_config *before)
 {

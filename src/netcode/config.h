@@ -8,6 +8,7 @@
 #include "param/param.h"
 
 #define LL_NAME_MAX 24
+#define LL_ONE_WAY_MAX_MS 1250 /* lag, delay and jitter of one direction together */
 
 typedef struct ll_server_config {
     double update_hz;

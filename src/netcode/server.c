@@ -99,10 +99,9 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(sync, seat, tick);
         seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, action, verdict->seq};
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
-        if (tick > seat->newest) {
+        if (tick > seat->newest)
             seat->newest = tick;
-            measure_slack(seat, ahead, verdict->seq);
-        }
+        measure_slack(seat, ahead, verdict->seq); /* also of one that comes behind a later: it may be the late one */
     }
     return count;
 }

@@ -5,7 +5,6 @@
 #include "base/assert.h"
 #include "base/hash.h"
 
-#define UP_ARENA 16384
 #define LINK_SECONDS 1.6 /* of packets at full rate that a link holds; what is beyond is a full queue */
 
 /* ---- layout ---- */
@@ -19,6 +18,12 @@ static int down_slots(const ll_netgame_config *c)
 {
     (void)c;
     return (int)(120 * LINK_SECONDS);
+}
+
+/* Lockstep sends the most in one packet. */
+static int up_arena(const ll_netgame_config *c)
+{
+    return up_slots(c) * (ll_input_message_size(LL_INPUTS_MAX) + 16);
 }
 
 static int state_size(const ll_netgame_config *c)
@@ -41,7 +46,7 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         at->at[i].client = end;
         end += (int64_t)ll_client_size(world);
         at->at[i].up = end;
-        end += (int64_t)ll_link_size(up_slots(c), UP_ARENA);
+        end += (int64_t)ll_link_size(up_slots(c), up_arena(c));
         at->at[i].down = end;
         end += (int64_t)ll_link_size(down_slots(c), down_slots(c) * state_size(c));
         at->at[i].instruments = end;
@@ -113,7 +118,7 @@ static void init(void *block, const void *config)
     for (int i = 0; i < n; i++) {
         uint64_t stream = (uint64_t)i * 2;
         ll_client_init(ll_netgame_client(g, i), i, world_size, world);
-        ll_link_init(ll_netgame_up(g, i), up_slots(c), UP_ARENA, (uint64_t)c->head.seed, stream);
+        ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
         ll_link_init(ll_netgame_down(g, i), down_slots(c), down_slots(c) * state_size(c), (uint64_t)c->head.seed, stream + 1);
         ll_instruments_init(ll_netgame_instruments(g, i), (ll_time)(c->warmup_s * 1e9));
     }

@@ -10,7 +10,7 @@ static const ll_param rows[] = {
      .help = "The rules that are played."},
     {.name = "params", .type = LL_PARAM_VARIANT, .offset = offsetof(ll_netgame_config, params),
      .variants = ll_game_tables, .count_offset = offsetof(ll_netgame_config, game), .help = "The game's own parameters."},
-    {.name = "tick_hz", .type = LL_PARAM_REAL, .offset = offsetof(ll_netgame_config, tick_hz), .min = 10, .max = 240,
+    {.name = "tick_hz", .type = LL_PARAM_REAL, .offset = offsetof(ll_netgame_config, tick_hz), .min = 10, .max = 64,
      .standard = 60, .unit = "Hz",
      .help = "Steps per second of the clients, and of the server where it does not step by update_hz."},
     {.name = "warmup_s", .type = LL_PARAM_REAL, .offset = offsetof(ll_netgame_config, warmup_s), .max = 3600,
@@ -22,6 +22,17 @@ static const ll_param rows[] = {
      .live = true, .required = true, .help = "Who plays: each with a link and techniques of its own."},
 };
 
+static ll_status check(const void *object, const char *path)
+{
+    const ll_netgame_config *c = object;
+    (void)path;
+    if (ll_syncs[c->server.sync]->client_steps_at_update_hz && c->server.update_hz > c->tick_hz)
+        return ll_field_error(LL_BAD_INPUT, "server.update_hz",
+                              "in %s everybody steps by server.update_hz, which must then be at most tick_hz, %g Hz; got %g",
+                              ll_syncs[c->server.sync]->name, c->tick_hz, c->server.update_hz);
+    return ll_ok();
+}
+
 const ll_param_table ll_netgame_table = {
     .name = "netgame", .help = "A game over a network: server, clients and links.", .rows = rows,
-    .count = sizeof rows / sizeof rows[0], .size = sizeof(ll_netgame_config)};
+    .count = sizeof rows / sizeof rows[0], .size = sizeof(ll_netgame_config), .check = check};
