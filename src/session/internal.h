@@ -82,5 +82,5 @@ void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is t
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context, ll_session **session);
 ll_status ll_session_wake(ll_session *s);
-void ll_session_apply_values(ll_session *s, void *config, const char *values); /* of an entry, whose text was validated */
+ll_status ll_session_apply_values(const ll_session *s, void *config, const char *values); /* of an entry; all or nothing */
 void ll_session_rebase(ll_session *s, const void *base); /* a new log that starts from `base` */

@@ -168,26 +168,13 @@ static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
 
 static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t number)
 {
-    const cJSON *values = cJSON_GetObjectItemCaseSensitive(o, "values"), *v;
+    const cJSON *values = cJSON_GetObjectItemCaseSensitive(o, "values");
     if (!cJSON_IsObject(values))
         return bad_line(number, "has no values");
-    size_t size = s->scenario.kind->table->size;
-    void *probe = malloc(size);
     char *text = cJSON_PrintUnformatted(values);
-    ll_status status = probe && text ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
-    if (probe)
-        memcpy(probe, s->config, size);
-    cJSON_ArrayForEach(v, values)
-    {
-        char *value = cJSON_PrintUnformatted(v);
-        if (!ll_failed(&status))
-            status = ll_param_set(s->scenario.kind->table, probe, v->string, value ? value : "", true);
-        cJSON_free(value);
-    }
-    if (!ll_failed(&status))
-        status = ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text});
+    ll_status status = text ? ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text})
+                            : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
     cJSON_free(text);
-    free(probe);
     return status;
 }
 
@@ -251,6 +238,17 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
     return ll_ok();
 }
 
+/* Changes are checked when all lines are read: what a rewind dropped does not count. */
+static ll_status check_changes(ll_session *s)
+{
+    ll_status status = ll_ok();
+    for (size_t i = 0; i < s->log.count && !ll_failed(&status); i++)
+        if (s->log.entries[i].op == LL_OP_SET)
+            status = ll_session_apply_values(s, s->config, s->log.entries[i].values);
+    memcpy(s->config, s->base, s->scenario.kind->table->size);
+    return status;
+}
+
 ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context, ll_session **session)
 {
     ll_status status = ll_ok();
@@ -273,6 +271,8 @@ ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_lin
     }
     if (!ll_failed(&status) && !*session)
         status = ll_error(LL_BAD_INPUT, "the log is empty");
+    if (!ll_failed(&status))
+        status = check_changes(*session);
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
         *session = NULL;

@@ -119,30 +119,29 @@ static void keep_event(void *context, const ll_event *event)
     slot->id = s->event_count++;
 }
 
-void ll_session_apply_values(ll_session *s, void *config, const char *values)
+ll_status ll_session_apply_values(const ll_session *s, void *config, const char *values)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     void *before = malloc(kind->table->size);
-    cJSON *json = cJSON_Parse(values), *v;
-    LL_ASSERT(before && json);
-    memcpy(before, config, kind->table->size);
-    cJSON_ArrayForEach(v, json)
-    {
-        char *text = cJSON_PrintUnformatted(v);
-        ll_status status = ll_param_set(kind->table, config, v->string, text, true);
-        LL_ASSERT(!ll_failed(&status)); /* validated when the command was taken */
-        cJSON_free(text);
-    }
-    kind->settle(config, before);
+    cJSON *json = cJSON_Parse(values);
+    ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a change");
+    if (before)
+        memcpy(before, config, kind->table->size);
+    if (!ll_failed(&status))
+        status = ll_param_patch(kind->table, json, config, NULL, NULL); /* together: a rule may tie them */
+    if (!ll_failed(&status))
+        kind->settle(config, before);
     cJSON_Delete(json);
     free(before);
+    return status;
 }
 
 static void apply_entry(ll_session *s, const ll_entry *e)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     if (e->op == LL_OP_SET) {
-        ll_session_apply_values(s, s->config, e->values);
+        ll_status status = ll_session_apply_values(s, s->config, e->values);
+        LL_ASSERT(!ll_failed(&status)); /* validated when the command was taken */
         kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
         s->params_version++;
         return;

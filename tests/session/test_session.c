@@ -338,6 +338,53 @@ static void bad_logs_are_refused(void **state)
     }
 }
 
+/* Values that are only right together: a change of several is one change. */
+static void values_of_a_patch_are_applied_together(void **state)
+{
+    (void)state;
+    lines *log = calloc(1, sizeof *log);
+    ll_session *s = open_session(log), *restored;
+    must(patch(s, "{\"players.0.lag_ms\":1000}"));
+    must(ll_session_run_to(s, 10));
+    must(patch(s, "{\"players\":{\"0\":{\"link\":{\"up\":{\"delay_ms\":1000,\"jitter_ms\":100}},\"lag_ms\":50}}}"));
+    must(ll_session_run_to(s, 20));
+    must(patch(s, "{\"players.0.lag_ms\":1000,\"players.0.link.up.delay_ms\":0}"));
+    must(ll_session_run_to(s, 30));
+    must(ll_session_restore(log->text, log->size, NULL, NULL, &restored));
+    must(ll_session_run_to(restored, 30));
+    assert_int_equal(ll_session_hash(restored), ll_session_hash(s));
+    ll_session_destroy(s);
+    ll_session_destroy(restored);
+    free(log);
+}
+
+/* Each change of a log is held against what the changes before it made. */
+static void changes_of_a_log_are_checked_in_their_order(void **state)
+{
+    (void)state;
+    static const char header[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n";
+    static const char lag[] = "{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":1000}}\n";
+    static const char no_lag[] = "{\"op\":\"set\",\"tick\":6,\"values\":{\"players.0.lag_ms\":0}}\n";
+    static const char delay[] = "{\"op\":\"set\",\"tick\":7,\"values\":{\"players.0.link.up.delay_ms\":1000}}\n";
+    static const char back[] = "{\"op\":\"rewind\",\"tick\":4}\n", past[] = "{\"op\":\"rewind\",\"tick\":5}\n";
+    const struct {
+        const char *lines[4];
+        bool good;
+    } logs[] = {{{lag, delay}, false},       {{lag, no_lag, delay}, true}, {{lag, back, delay}, true},
+                {{lag, past, delay}, false}, {{delay}, true},              {{lag, no_lag, past, delay}, false}};
+    for (size_t i = 0; i < sizeof logs / sizeof logs[0]; i++) {
+        char log[1024];
+        ll_session *s;
+        snprintf(log, sizeof log, "%s", header);
+        for (int k = 0; k < 4 && logs[i].lines[k]; k++)
+            strcat(log, logs[i].lines[k]);
+        assert_int_equal(ll_session_restore(log, strlen(log), NULL, NULL, &s).code, logs[i].good ? LL_OK : LL_BAD_INPUT);
+        if (logs[i].good)
+            must(ll_session_run_to(s, 20));
+        ll_session_destroy(s);
+    }
+}
+
 /* The block has the size of the header's scenario: a restart of another one must not be put into it. */
 static void log_that_restarts_another_scenario_is_refused(void **state)
 {
@@ -346,7 +393,7 @@ static void log_that_restarts_another_scenario_is_refused(void **state)
         "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"duration_s\":4,\"players\":[{}]}}\n";
     static const char *const others[] = {
         "\"duration_s\":4,\"players\":[{},{},{},{},{},{},{},{}]",
-        "\"duration_s\":4,\"tick_hz\":240,\"players\":[{}]",
+        "\"duration_s\":4,\"tick_hz\":30,\"players\":[{}]",
         "\"duration_s\":40,\"players\":[{}]",
         "\"duration_s\":4,\"game\":\"gambetta\",\"players\":[{}]",
     };
@@ -460,6 +507,8 @@ int main(void)
         cmocka_unit_test(restart_keeps_parameters_and_reset_does_not),
         cmocka_unit_test(bad_commands_change_nothing),
         cmocka_unit_test(bad_logs_are_refused),
+        cmocka_unit_test(values_of_a_patch_are_applied_together),
+        cmocka_unit_test(changes_of_a_log_are_checked_in_their_order),
         cmocka_unit_test(log_that_restarts_another_scenario_is_refused),
         cmocka_unit_test(log_with_an_impossible_input_runs),
         cmocka_unit_test(frames_carry_the_state),
