@@ -212,6 +212,24 @@ static void acknowledged_beyond_what_was_sent(void **state)
     }
 }
 
+/* The place of such an input holds an older one: what that predicted proves nothing. */
+static void acknowledged_beyond_the_ring(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    packet p = state_of(1, 1, 3 + LL_PENDING_RING, 1, (double[]){1.5});
+    p.entity[0].vx = 0.5; /* as after input 3 */
+    l->config.prediction = l->config.reconciliation = true;
+    start_lone(l, 60, 0, 0);
+    l->client->held = push(0.5);
+    for (int f = 0; f < 5; f++)
+        frame(l, f, NULL);
+    give(l, &p, 5);
+    frame(l, 6, NULL);
+    assert_true(l->client->shown.entity[0].x == 2);
+    free_lone(l);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -221,6 +239,7 @@ int main(void)
         cmocka_unit_test(prediction_may_be_toggled),
         cmocka_unit_test(without_reconciliation_states_win),
         cmocka_unit_test(acknowledged_beyond_what_was_sent),
+        cmocka_unit_test(acknowledged_beyond_the_ring),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -216,7 +216,7 @@ static void slack_is_the_least_since_the_last_update(void **state)
     const struct {
         int64_t tick;
         int slack;
-    } news[] = {{1, 0}, {6, 5}, {4, 0} /* older than the newest: says nothing */, {8, 7}};
+    } news[] = {{1, 0}, {6, 5}, {4, 3}, {8, 7}};
     for (size_t i = 0; i < sizeof news / sizeof news[0]; i++) {
         ll_input_message m = patterned(news[i].tick, 1);
         take(s, &ll_sync_free, &m, NULL);
@@ -238,6 +238,12 @@ static void slack_is_the_least_since_the_last_update(void **state)
     ll_input_message late = patterned(14, 1);
     take(s, &ll_sync_free, &late, NULL); /* at step 16 */
     assert_int_equal(ll_server_state(s, 0).slack, -3);
+    ll_input_message ahead = patterned(30, 1), behind = patterned(20, 1);
+    take(s, &ll_sync_free, &ahead, NULL);
+    take(s, &ll_sync_free, &behind, NULL); /* comes behind a later one, and is the one that is nearly late */
+    m = ll_server_state(s, 0);
+    assert_int_equal(m.slack, 3);
+    assert_int_equal(m.slack_seq, 20);
     free(s);
 }
 
@@ -262,9 +268,11 @@ static void clocks_start_again(void **state)
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
     ll_input_message m = patterned(1, 8);
+    m.head.seq = 11;
     take(s, &ll_sync_free, &m, NULL);
     for (int k = 0; k < 3; k++)
         step(s, &ll_sync_free);
+    assert_int_equal(acked(s), 13);
     double x = at(s, 0);
     ll_server_start(s, 2, HZ(7), HZ(7), HZ(60), 123456789);
     assert_int_equal(s->step, 3);
@@ -276,7 +284,10 @@ static void clocks_start_again(void **state)
     assert_true(at(s, 0) == x); /* inputs of the old epoch are gone */
     m.tick = 33;
     m.head.epoch = 2;
+    m.head.seq = 1;
     assert_int_equal(take(s, &ll_sync_free, &m, NULL), 8);
+    step(s, &ll_sync_free);
+    assert_int_equal(acked(s), 1);
     free(s);
 }
 
