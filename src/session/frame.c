@@ -65,7 +65,7 @@ static ll_status append(ll_buffer *b, const void *bytes, size_t size)
 /* The first event of the window: of a key frame the last seconds, otherwise the last few ticks. */
 static uint32_t first_event(const ll_session *s, bool key)
 {
-    uint32_t end = s->event_count, first = end > LL_EVENT_RING ? end - LL_EVENT_RING : 0;
+    uint32_t end = s->event_count, first = end - s->event_base > LL_EVENT_RING ? end - LL_EVENT_RING : s->event_base;
     ll_time now = ll_tick_time(s->tick, s->freq);
     double frame_s = s->speed > 1 ? s->speed / 60 : 1.0 / 60;
     ll_time window = key ? (ll_time)(LL_FRAME_WINDOW_S * 1e9) : (ll_time)(LL_FRAME_REPEAT * frame_s * 1e9);

@@ -44,6 +44,7 @@ struct ll_session {
     ll_snapshot snapshots[LL_SNAPSHOTS];
     ll_event *events; /* ring; NULL: parked */
     uint32_t event_count;
+    uint32_t event_base; /* the first since time jumped last: those before it are of another past */
 
     ll_session_status status;
     ll_status error;

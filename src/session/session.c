@@ -238,6 +238,7 @@ static void make_state(ll_session *s, int64_t tick)
             best = &s->snapshots[i];
     start_from(s, best);
     s->generation++;
+    s->event_base = s->event_count;
     if (quiet > s->tick)
         run(s, quiet, false);
     run(s, tick, true);

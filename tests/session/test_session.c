@@ -476,6 +476,37 @@ static void frames_carry_the_state(void **state)
     ll_session_destroy(s);
 }
 
+static double latest_event(ll_session *s)
+{
+    ll_buffer json = {0};
+    double latest = 0;
+    cJSON *o, *e;
+    must(ll_frame_encode(s, LL_FRAME_JSON, true, 1, 1, 1, &json));
+    o = cJSON_ParseWithLength(json.bytes, json.size);
+    cJSON_ArrayForEach(e, cJSON_GetObjectItem(o, "events"))
+    {
+        double begin = cJSON_GetObjectItem(e, "begin_s")->valuedouble;
+        latest = begin > latest ? begin : latest;
+    }
+    cJSON_Delete(o);
+    free(json.bytes);
+    return latest;
+}
+
+/* A seek back leaves no events of what has not happened yet. */
+static void frames_hold_no_events_of_the_future(void **state)
+{
+    (void)state;
+    ll_session *s = open_session(NULL);
+    must(ll_session_run_to(s, 300));
+    assert_true(latest_event(s) > 4.9 && latest_event(s) <= 5);
+    must(control(s, 0, "{\"op\":\"seek\",\"tick\":60}"));
+    assert_true(latest_event(s) > 0.9 && latest_event(s) <= 1);
+    must(control(s, 0, "{\"op\":\"restart\"}"));
+    assert_true(latest_event(s) == 0);
+    ll_session_destroy(s);
+}
+
 static void count_text(void *context, const char *text, size_t length)
 {
     int *newlines = context;
@@ -512,6 +543,7 @@ int main(void)
         cmocka_unit_test(log_that_restarts_another_scenario_is_refused),
         cmocka_unit_test(log_with_an_impossible_input_runs),
         cmocka_unit_test(frames_carry_the_state),
+        cmocka_unit_test(frames_hold_no_events_of_the_future),
         cmocka_unit_test(trace_has_a_row_per_tick),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
