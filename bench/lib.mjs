@@ -140,9 +140,12 @@ export function run(command, args, input = "") {
   });
 }
 
-export function temporaryFolder() {
+const folders = [];
+process.on("exit", () => folders.forEach((folder) => rmSync(folder, { recursive: true, force: true })));
+
+function temporaryFolder() {
   const folder = mkdtempSync(join(tmpdir(), "laglab-bench-"));
-  process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
+  folders.push(folder);
   return folder;
 }
 

@@ -83,15 +83,18 @@ static void add_bytes(cJSON *out, cJSON *scenario)
 
 int main(int argc, char **argv)
 {
-    double seconds = argc > 1 ? atof(argv[1]) : 3600;
+    double seconds = argc > 1 ? atof(argv[1]) : 3600, spent = 0;
+    int runs = argc > 2 ? atoi(argv[2]) : 1;
     if (seconds < WARMUP_S)
         seconds = WARMUP_S;
     cJSON *scenario = read_scenario(seconds), *out = cJSON_CreateObject();
     uint64_t hash;
     int64_t ticks;
     run(scenario, WARMUP_S, &hash, &ticks);
-    cJSON_AddNumberToObject(out, "cpu_s", run(scenario, seconds, &hash, &ticks));
-    cJSON_AddNumberToObject(out, "sim_s", seconds);
+    for (int i = 0; i < runs; i++)
+        spent += run(scenario, seconds, &hash, &ticks);
+    cJSON_AddNumberToObject(out, "cpu_s", spent);
+    cJSON_AddNumberToObject(out, "sim_s", seconds * runs);
     cJSON_AddNumberToObject(out, "ticks", (double)ticks);
     char text[17];
     snprintf(text, sizeof text, "%016" PRIx64, hash);
