@@ -1,4 +1,5 @@
-/* The verbs of the command line. Results go to stdout, errors to stderr; exit 2 for bad usage or input, 1 for a failed run. */
+/* The verbs of the command line. Results go to stdout, errors to stderr; exit 2 for bad usage or input, 1 for
+ * a failed run. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <limits.h>
@@ -34,7 +35,10 @@ static ll_status parse_arguments(int argc, char **argv, arguments *a)
 {
     const struct {
         const char *name, **value;
-    } options[] = {{"--seed", &a->seed}, {"--duration", &a->duration}, {"--trace", &a->trace}, {"--log", &a->log},
+    } options[] = {{"--seed", &a->seed},
+                   {"--duration", &a->duration},
+                   {"--trace", &a->trace},
+                   {"--log", &a->log},
                    {"--scenarios", &a->scenarios}};
     for (int i = 0; i < argc; i++) {
         const char **value = NULL;
@@ -101,7 +105,8 @@ static ll_status load_scenario(const arguments *a, cJSON **json)
     char path[PATH_MAX + 16];
     *json = NULL;
     if (!a->positional)
-        return ll_error(LL_BAD_INPUT, "which scenario? An id (see `laglab scenarios`), a file, or - for standard input");
+        return ll_error(LL_BAD_INPUT,
+                        "which scenario? An id (see `laglab scenarios`), a file, or - for standard input");
     if (strcmp(a->positional, "-") == 0) {
         char *text = NULL;
         size_t length = 0;
@@ -118,7 +123,8 @@ static ll_status load_scenario(const arguments *a, cJSON **json)
     return status;
 }
 
-/* Applies --set, --seed and --duration to the scenario's JSON by way of its tables, so that all are checked alike. */
+/* Applies --set, --seed and --duration to the scenario's JSON by way of its tables, so that all are checked
+ * alike. */
 static ll_status override(const arguments *a, cJSON **json)
 {
     ll_scenario scenario = {0};
@@ -184,7 +190,8 @@ static ll_status run_logged(ll_session *s, int64_t end, FILE *log)
     ll_session_log(s, write_line, log);
     for (int64_t tick = 1; tick <= end && !ll_failed(&status); tick++) {
         status = ll_session_run_to(s, tick);
-        fprintf(log, "{\"op\":\"hash\",\"tick\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", tick, ll_session_hash(s));
+        fprintf(log, "{\"op\":\"hash\",\"tick\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", tick,
+                ll_session_hash(s));
     }
     return status;
 }
@@ -218,7 +225,8 @@ static void print_result(const arguments *a, ll_session *s, double wall_s)
     ll_session_info info = ll_session_get_info(s);
     cJSON *report = ll_session_metrics(s), *out = cJSON_CreateObject();
     cJSON_AddStringToObject(out, "scenario", a->positional);
-    cJSON_AddItemToObject(out, "seed", ll_param_number((double)info.seed)); /* to the last digit: it may be run again */
+    cJSON_AddItemToObject(out, "seed",
+                          ll_param_number((double)info.seed)); /* to the last digit: it may be run again */
     cJSON_AddNumberToObject(out, "duration_s", ll_to_s(info.duration));
     cJSON_AddNumberToObject(out, "ticks", (double)info.tick);
     cJSON_AddItemToObject(out, "hash", cJSON_DetachItemFromObject(report, "hash"));
@@ -249,7 +257,8 @@ static ll_status run_session(const arguments *a, ll_session *s, double *wall_s)
         status = ll_session_run_to(s, end);
     }
     *wall_s = seconds_now(CLOCK_MONOTONIC) - wall;
-    ll_session_account(s, (int64_t)((seconds_now(CLOCK_PROCESS_CPUTIME_ID) - cpu) * 1e9), ll_session_get_info(s).tick);
+    ll_session_account(s, (int64_t)((seconds_now(CLOCK_PROCESS_CPUTIME_ID) - cpu) * 1e9),
+                       ll_session_get_info(s).tick);
     if (a->trace && !ll_failed(&status))
         status = write_trace(s, a->trace);
     return status;
@@ -282,10 +291,11 @@ static int verb_run(int argc, char **argv)
 static bool read_hash(const char *line, size_t length, int64_t *tick, char hash[17])
 {
     cJSON *o = cJSON_ParseWithLength(line, length);
-    const cJSON *op = cJSON_GetObjectItemCaseSensitive(o, "op"), *t = cJSON_GetObjectItemCaseSensitive(o, "tick");
+    const cJSON *op = cJSON_GetObjectItemCaseSensitive(o, "op"),
+                *t = cJSON_GetObjectItemCaseSensitive(o, "tick");
     const cJSON *h = cJSON_GetObjectItemCaseSensitive(o, "hash");
-    bool ok = cJSON_IsString(op) && strcmp(op->valuestring, "hash") == 0 && cJSON_IsNumber(t) && cJSON_IsString(h) &&
-              strlen(h->valuestring) == 16;
+    bool ok = cJSON_IsString(op) && strcmp(op->valuestring, "hash") == 0 && cJSON_IsNumber(t) &&
+              cJSON_IsString(h) && strlen(h->valuestring) == 16;
     if (ok) {
         *tick = (int64_t)t->valuedouble;
         memcpy(hash, h->valuestring, 17);
@@ -294,7 +304,8 @@ static bool read_hash(const char *line, size_t length, int64_t *tick, char hash[
     return ok;
 }
 
-/* Compares with every hash line of the log; returns how many there were, or -1 after telling the first that differs. */
+/* Compares with every hash line of the log; returns how many there were, or -1 after telling the first that
+ * differs. */
 static int64_t compare_hashes(ll_session *s, const char *text, size_t length)
 {
     int64_t compared = 0;
@@ -311,7 +322,8 @@ static int64_t compare_hashes(ll_session *s, const char *text, size_t length)
             }
             snprintf(got, sizeof got, "%016" PRIx64, ll_session_hash(s));
             if (strcmp(got, wanted) != 0) {
-                fprintf(stderr, "laglab: tick %" PRId64 " differs: the log says %s, the replay gives %s\n", tick, wanted, got);
+                fprintf(stderr, "laglab: tick %" PRId64 " differs: the log says %s, the replay gives %s\n",
+                        tick, wanted, got);
                 return -1;
             }
             compared++;
@@ -331,7 +343,8 @@ static int verb_replay(int argc, char **argv)
     int result = 2;
     ll_status status = parse_arguments(argc, argv, &a);
     if (!ll_failed(&status) && !a.positional)
-        status = ll_error(LL_BAD_INPUT, "which log? A file as `laglab run --log` writes it, or - for standard input");
+        status = ll_error(LL_BAD_INPUT,
+                          "which log? A file as `laglab run --log` writes it, or - for standard input");
     if (!ll_failed(&status)) {
         f = strcmp(a.positional, "-") == 0 ? stdin : fopen(a.positional, "rb");
         status = f ? read_whole(f, a.positional, &text, &length)
@@ -345,8 +358,8 @@ static int verb_replay(int argc, char **argv)
         result = compared < 0;
         if (compared >= 0) {
             status = ll_session_run_to(session, head);
-            printf("{\"ticks\":%" PRId64 ",\"compared\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", head, compared,
-                   ll_session_hash(session));
+            printf("{\"ticks\":%" PRId64 ",\"compared\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", head,
+                   compared, ll_session_hash(session));
         }
     }
     if (ll_failed(&status))
@@ -383,7 +396,8 @@ static int verb_scenarios(int argc, char **argv)
     cJSON_ArrayForEach(item, list)
     {
         printf("%-24s %-12s %s\n", cJSON_GetObjectItem(item, "id")->valuestring,
-               cJSON_GetObjectItem(item, "paper")->valuestring, cJSON_GetObjectItem(item, "title")->valuestring);
+               cJSON_GetObjectItem(item, "paper")->valuestring,
+               cJSON_GetObjectItem(item, "title")->valuestring);
     }
     cJSON_Delete(list);
     return 0;
@@ -402,7 +416,8 @@ static const struct {
     const char *name, *usage, *help;
     int (*run)(int argc, char **argv);
 } verbs[] = {
-    {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port", ll_serve},
+    {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port",
+     ll_serve},
     {"run", "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE]",
      "run a scenario as fast as it goes and print its metrics", verb_run},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
@@ -432,6 +447,7 @@ int main(int argc, char **argv)
     for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++)
         if (strcmp(name, verbs[i].name) == 0)
             return verbs[i].run(argc - 2, argv + 2);
-    fprintf(stderr, "laglab: %s%s; `laglab help` lists the verbs\n", argc > 1 ? "unknown verb " : "no verb", name);
+    fprintf(stderr, "laglab: %s%s; `laglab help` lists the verbs\n", argc > 1 ? "unknown verb " : "no verb",
+            name);
     return 2;
 }

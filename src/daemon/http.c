@@ -29,8 +29,8 @@ int64_t ll_http_now(void)
 
 static void set_deadline(http_connection *connection, double seconds)
 {
-    atomic_store_explicit(&connection->deadline_ns, seconds > 0 ? ll_http_now() + (int64_t)(seconds * 1e9) : 0,
-                          memory_order_relaxed);
+    atomic_store_explicit(&connection->deadline_ns,
+                          seconds > 0 ? ll_http_now() + (int64_t)(seconds * 1e9) : 0, memory_order_relaxed);
 }
 
 void ll_http_deadline(http_exchange *exchange, double seconds)
@@ -115,8 +115,9 @@ static bool has_left(int fd)
     return recv(fd, &byte, 1, MSG_PEEK | MSG_DONTWAIT) == 0;
 }
 
-/* libmicrohttpd's timeout counts from the last byte, so a byte now and then holds a connection for ever. And it
- * misses the end of what a client sent together with its last request: once in a while that is looked for here. */
+/* libmicrohttpd's timeout counts from the last byte, so a byte now and then holds a connection for ever. And
+ * it misses the end of what a client sent together with its last request: once in a while that is looked for
+ * here. */
 void ll_http_watch(ll_http *http, int64_t now_ns)
 {
     pthread_mutex_lock(&http->watch_lock);
@@ -124,7 +125,8 @@ void ll_http_watch(ll_http *http, int64_t now_ns)
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
         bool late = deadline != 0 && now_ns > deadline;
-        if (late || (look && atomic_load_explicit(&watched->idle, memory_order_relaxed) && has_left(watched->fd))) {
+        if (late ||
+            (look && atomic_load_explicit(&watched->idle, memory_order_relaxed) && has_left(watched->fd))) {
             shutdown(watched->fd, SHUT_RDWR);
             atomic_store_explicit(&watched->deadline_ns, 0, memory_order_relaxed);
             atomic_fetch_add(&http->cut, late);
@@ -295,7 +297,8 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
     if (exchange->phase == HTTP_BODY) {
         return ll_http_handle(exchange) ? ll_http_send(exchange) : MHD_YES;
     }
-    return exchange->phase == HTTP_WAITING || exchange->phase == HTTP_READY ? ll_http_send(exchange) : MHD_YES;
+    return exchange->phase == HTTP_WAITING || exchange->phase == HTTP_READY ? ll_http_send(exchange)
+                                                                            : MHD_YES;
 }
 
 /* ---- slow handlers ---- */

@@ -96,7 +96,7 @@ bool ll_http_submit(ll_http *http, http_exchange *exchange); /* to the slow pool
 
 enum MHD_Result ll_http_send(http_exchange *exchange);
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
-                 ...) __attribute__((format(printf, 5, 6)));
+                    ...) __attribute__((format(printf, 5, 6)));
 
 /* The page: fills the response (a file, 304 or 404). */
 void ll_http_file(http_exchange *exchange);

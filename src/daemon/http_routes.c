@@ -126,8 +126,9 @@ static bool origin_refused(http_exchange *exchange)
         return false;
     }
     if (!allowed || (origin.at == NULL && site != NULL && strcasecmp(site, "cross-site") == 0)) {
-        ll_http_refuse(exchange, 403, LL_FORBIDDEN, "Origin",
-                    "pages of this origin may not change anything here: --allow-origin names those that may");
+        ll_http_refuse(
+            exchange, 403, LL_FORBIDDEN, "Origin",
+            "pages of this origin may not change anything here: --allow-origin names those that may");
         return true;
     }
     return false;
@@ -155,7 +156,7 @@ static bool preflight(http_exchange *exchange, const char *allow)
 static void refuse_method(http_exchange *exchange, const char *allow)
 {
     ll_http_refuse(exchange, 405, LL_BAD_INPUT, "", "%s is not possible here: %s", exchange->request.method,
-                allow);
+                   allow);
     ll_http_set_header(&exchange->response, "Allow", allow);
 }
 
@@ -235,7 +236,7 @@ static void begin_body(http_exchange *exchange)
         ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", route->body_limit);
     } else if (route->types != NULL && (type == NULL || !is_type(route->types, type))) {
         ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type must be one of: %s",
-                    route->types);
+                       route->types);
         ll_http_set_header(&exchange->response,
                            strcmp(exchange->request.method, "PATCH") == 0 ? "Accept-Patch" : "Accept",
                            route->types);
@@ -258,7 +259,7 @@ void ll_http_begin(http_exchange *exchange, const char *version)
     }
     if (host != NULL && !ll_allow_host(&http->allow, text_of(host))) {
         ll_http_refuse(exchange, 421, LL_FORBIDDEN, "Host",
-                    "Host must be localhost, an address or a name given by --allow-host");
+                       "Host must be localhost, an address or a name given by --allow-host");
         return;
     }
     if (ll_stream_path(text_of(exchange->path), session)) {

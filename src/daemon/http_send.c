@@ -14,7 +14,7 @@ static const char policy[] =
     "base-uri 'none'; form-action 'self'";
 
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
-                 ...)
+                    ...)
 {
     ll_status error = ll_field_error(code, field, "%s", "");
     va_list arguments;

@@ -88,7 +88,8 @@ static ll_status read_options(const cJSON *body, ll_host_order *order)
     if (seed) {
         double value = cJSON_IsNumber(seed) ? seed->valuedouble : -1;
         if (!(value >= 0 && value <= 9007199254740991.0 && value == floor(value)))
-            return ll_field_error(LL_BAD_INPUT, "seed", "seed must be a whole number from 0 to 9007199254740991.");
+            return ll_field_error(LL_BAD_INPUT, "seed",
+                                  "seed must be a whole number from 0 to 9007199254740991.");
         order->seed = (int64_t)value;
     }
     if (paused && !cJSON_IsBool(paused))

@@ -287,7 +287,8 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     if (message != NULL) {
         enqueue(viewer, message);
     }
-    /* The close frame leaves from the writeable callback. One that does not read is cut (ll_ws_viewer_sweep). */
+    /* The close frame leaves from the writeable callback. One that does not read is cut (ll_ws_viewer_sweep).
+     */
     viewer->close_ns = viewer->thread->now_ns;
     lws_callback_on_writable(viewer->wsi);
 }

@@ -1,7 +1,8 @@
 /* Cannon: players fire in turn at a target, a projectile each.
  *
- * Axis 0 is the elevation (0 to 1: level to upright), axis 1 the muzzle speed (0 to 1 of the largest); LL_BUTTON_FIRE fires. Flight under gravity and
- * linear drag is solved exactly per step. A shot ends at the target or on the ground; then it is the next player's turn. */
+ * Axis 0 is the elevation (0 to 1: level to upright), axis 1 the muzzle speed (0 to 1 of the largest);
+ * LL_BUTTON_FIRE fires. Flight under gravity and linear drag is solved exactly per step. A shot ends at the
+ * target or on the ground; then it is the next player's turn. */
 #include "base/detmath.h"
 #include "base/rng.h"
 #include "game/games.h"
@@ -21,22 +22,61 @@ typedef struct cannon_tail {
 static const double half_pi = 1.5707963267948966;
 
 static const ll_param rows[] = {
-    {.name = "gravity_mps2", .type = LL_PARAM_REAL, .offset = offsetof(cannon_params, gravity), .min = 0.1, .max = 100,
-     .standard = 9.81, .unit = "m/s2", .help = "Gravity, downwards."},
-    {.name = "drag_per_s", .type = LL_PARAM_REAL, .offset = offsetof(cannon_params, drag), .min = 0, .max = 10,
-     .standard = 0, .unit = "1/s", .help = "Linear drag of the projectile; 0 gives the parabola."},
-    {.name = "muzzle_speed_mps", .type = LL_PARAM_REAL, .offset = offsetof(cannon_params, muzzle_speed), .min = 1,
-     .max = 1000, .standard = 30, .unit = "m/s", .help = "Largest muzzle speed."},
-    {.name = "target_m", .type = LL_PARAM_REAL, .offset = offsetof(cannon_params, target), .min = 1, .max = 10000,
-     .standard = 60, .unit = "m", .help = "Distance of the target."},
-    {.name = "target_radius_m", .type = LL_PARAM_REAL, .offset = offsetof(cannon_params, target_radius), .min = 0.1,
-     .max = 100, .standard = 2, .unit = "m", .help = "A projectile that comes so near hits."},
-    {.name = "pause_s", .type = LL_PARAM_REAL, .offset = offsetof(cannon_params, pause), .min = 0, .max = 60,
-     .standard = 1, .unit = "s", .help = "Time between a landing and the next shot."},
+    {.name = "gravity_mps2",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(cannon_params, gravity),
+     .min = 0.1,
+     .max = 100,
+     .standard = 9.81,
+     .unit = "m/s2",
+     .help = "Gravity, downwards."},
+    {.name = "drag_per_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(cannon_params, drag),
+     .min = 0,
+     .max = 10,
+     .standard = 0,
+     .unit = "1/s",
+     .help = "Linear drag of the projectile; 0 gives the parabola."},
+    {.name = "muzzle_speed_mps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(cannon_params, muzzle_speed),
+     .min = 1,
+     .max = 1000,
+     .standard = 30,
+     .unit = "m/s",
+     .help = "Largest muzzle speed."},
+    {.name = "target_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(cannon_params, target),
+     .min = 1,
+     .max = 10000,
+     .standard = 60,
+     .unit = "m",
+     .help = "Distance of the target."},
+    {.name = "target_radius_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(cannon_params, target_radius),
+     .min = 0.1,
+     .max = 100,
+     .standard = 2,
+     .unit = "m",
+     .help = "A projectile that comes so near hits."},
+    {.name = "pause_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(cannon_params, pause),
+     .min = 0,
+     .max = 60,
+     .standard = 1,
+     .unit = "s",
+     .help = "Time between a landing and the next shot."},
 };
 
-const ll_param_table ll_cannon_table = {.name = "cannon", .help = "Parameters of the cannon.", .rows = rows,
-                                        .count = sizeof rows / sizeof rows[0], .size = sizeof(cannon_params)};
+const ll_param_table ll_cannon_table = {.name = "cannon",
+                                        .help = "Parameters of the cannon.",
+                                        .rows = rows,
+                                        .count = sizeof rows / sizeof rows[0],
+                                        .size = sizeof(cannon_params)};
 
 static const cannon_params *params_of(const ll_game_env *env)
 {
@@ -112,7 +152,8 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
             t->wait -= env->dt_ns;
         } else if (action->buttons & LL_BUTTON_FIRE) {
             double angle = along(action->axis[0]) * half_pi, speed = along(action->axis[1]) * p->muzzle_speed;
-            *shell = (ll_entity){.vx = speed * ll_cos(angle), .vy = speed * ll_sin(angle), .flags = LL_ENTITY_ACTIVE};
+            *shell = (ll_entity){
+                .vx = speed * ll_cos(angle), .vy = speed * ll_sin(angle), .flags = LL_ENTITY_ACTIVE};
         }
     }
 }
@@ -157,8 +198,13 @@ static ll_scene scene(const ll_game_env *env, int players)
     (void)players;
     double reach = p->muzzle_speed * p->muzzle_speed / p->gravity; /* without drag, at 45 degrees */
     double width = reach > p->target ? reach : p->target;
-    return (ll_scene){.x_min = 0, .x_max = width, .y_min = 0, .y_max = reach / 2, .target_x = p->target,
-                      .target_radius = p->target_radius, .entity_length_m = 1};
+    return (ll_scene){.x_min = 0,
+                      .x_max = width,
+                      .y_min = 0,
+                      .y_max = reach / 2,
+                      .target_x = p->target,
+                      .target_radius = p->target_radius,
+                      .entity_length_m = 1};
 }
 
 const ll_game ll_game_cannon = {

@@ -1,5 +1,6 @@
-/* Gambetta: the rule of the live demo "Fast-Paced Multiplayer", kept for comparison: an input moves its entity by speed x
- * time, and nothing else does. Axis 0 is the direction. There is no velocity and no contact, so replayed inputs are always right. */
+/* Gambetta: the rule of the live demo "Fast-Paced Multiplayer", kept for comparison: an input moves its
+ * entity by speed x time, and nothing else does. Axis 0 is the direction. There is no velocity and no
+ * contact, so replayed inputs are always right. */
 #include "game/games.h"
 
 typedef struct gambetta_params {
@@ -7,14 +8,29 @@ typedef struct gambetta_params {
 } gambetta_params;
 
 static const ll_param rows[] = {
-    {.name = "speed_mps", .type = LL_PARAM_REAL, .offset = offsetof(gambetta_params, speed), .min = 0.01, .max = 1000,
-     .standard = 2, .unit = "m/s", .help = "Speed while a key is down."},
-    {.name = "width_m", .type = LL_PARAM_REAL, .offset = offsetof(gambetta_params, width), .min = 1, .max = 1000,
-     .standard = 10, .unit = "m", .help = "What a view shows."},
+    {.name = "speed_mps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(gambetta_params, speed),
+     .min = 0.01,
+     .max = 1000,
+     .standard = 2,
+     .unit = "m/s",
+     .help = "Speed while a key is down."},
+    {.name = "width_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(gambetta_params, width),
+     .min = 1,
+     .max = 1000,
+     .standard = 10,
+     .unit = "m",
+     .help = "What a view shows."},
 };
 
-const ll_param_table ll_gambetta_table = {.name = "gambetta", .help = "Parameters of the demo's rule.", .rows = rows,
-                                          .count = sizeof rows / sizeof rows[0], .size = sizeof(gambetta_params)};
+const ll_param_table ll_gambetta_table = {.name = "gambetta",
+                                          .help = "Parameters of the demo's rule.",
+                                          .rows = rows,
+                                          .count = sizeof rows / sizeof rows[0],
+                                          .size = sizeof(gambetta_params)};
 
 static const gambetta_params *params_of(const ll_game_env *env)
 {

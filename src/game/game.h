@@ -1,7 +1,8 @@
 /* The rules of a game behind one interface.
  *
- * A world is a flat struct that can be copied by memcpy: a header, one entity per player (entity i belongs to player i), and the game's own
- * tail. Steps are pure functions of (world, environment, actions): the server and every client run the same code. */
+ * A world is a flat struct that can be copied by memcpy: a header, one entity per player (entity i belongs to
+ * player i), and the game's own tail. Steps are pure functions of (world, environment, actions): the server
+ * and every client run the same code. */
 #pragma once
 
 #include <stdbool.h>
@@ -14,7 +15,8 @@
 #define LL_PLAYERS_MAX 8
 #define LL_GAME_VALUES 4 /* a game's own numbers per player, for views */
 
-/* What a person or a script does to one player's controls. Axes are in [-1, 1]; the game says what they mean. */
+/* What a person or a script does to one player's controls. Axes are in [-1, 1]; the game says what they mean.
+ */
 typedef struct ll_action {
     float axis[2];
     uint32_t buttons;
@@ -49,9 +51,9 @@ typedef enum ll_script { LL_SCRIPT_VARIED, LL_SCRIPT_STEADY, LL_SCRIPT_IDLE } ll
 extern const char *const ll_script_names[];
 
 typedef struct ll_scene {
-    double x_min, x_max, y_min, y_max; /* m */
-    bool wraps;      /* x is drawn modulo x_max: laps of a track */
-    double finish_m; /* 0: none */
+    double x_min, x_max, y_min, y_max;        /* m */
+    bool wraps;                               /* x is drawn modulo x_max: laps of a track */
+    double finish_m;                          /* 0: none */
     double target_x, target_y, target_radius; /* radius 0: none */
     double entity_length_m;
 } ll_scene;
@@ -59,23 +61,25 @@ typedef struct ll_scene {
 typedef struct ll_game {
     const char *name;
     const char *help;
-    const ll_param_table *params; /* its struct is at most 128 bytes */
+    const ll_param_table *params;           /* its struct is at most 128 bytes */
     const char *values[LL_GAME_VALUES + 1]; /* names of the numbers that `describe` gives per player */
 
-    size_t (*tail)(int players); /* bytes, a multiple of 8 */
+    size_t (*tail)(int players);                           /* bytes, a multiple of 8 */
     void (*prepare)(ll_game_env *env, const void *params); /* from env->dt */
     void (*init)(ll_world *world, const ll_game_env *env, const int32_t *lanes);
 
     /* Advances everybody by env->dt, to `now`. */
     void (*step)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now);
 
-    /* Advances what belongs to `player` by env->dt and nothing else: what a client can predict from its own inputs alone. Cost: one
-     * entity. `own_reads_tail` says that the outcome also depends on the game's tail. */
+    /* Advances what belongs to `player` by env->dt and nothing else: what a client can predict from its own
+     * inputs alone. Cost: one entity. `own_reads_tail` says that the outcome also depends on the game's tail.
+     */
     bool own_reads_tail;
     void (*step_own)(ll_world *world, const ll_game_env *env, int player, const ll_action *action);
 
     /* An autopilot: what `player` does at its tick `tick` (at `t`), having seen `world`. */
-    ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t);
+    ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script,
+                       ll_time t);
 
     void (*describe)(const ll_world *world, const ll_game_env *env, int player, double *values);
 

@@ -1,8 +1,9 @@
 /* Race: cars on parallel lanes of a lap track.
  *
- * Axis 0 is the pedal: throttle when positive, brake when negative. Between inputs a car moves under constant force and linear drag, which
- * is solved exactly. Two cars in one lane touch: they are pushed apart and exchange momentum. Only the server sees that contact in
- * full, so a client that predicts its own car alone is then corrected. */
+ * Axis 0 is the pedal: throttle when positive, brake when negative. Between inputs a car moves under constant
+ * force and linear drag, which is solved exactly. Two cars in one lane touch: they are pushed apart and
+ * exchange momentum. Only the server sees that contact in full, so a client that predicts its own car alone
+ * is then corrected. */
 #include "base/detmath.h"
 #include "base/rng.h"
 #include "game/games.h"
@@ -17,28 +18,83 @@ typedef struct race_tail {
 } race_tail;
 
 static const ll_param rows[] = {
-    {.name = "acceleration_mps2", .type = LL_PARAM_REAL, .offset = offsetof(race_params, acceleration), .min = 0.1,
-     .max = 100, .standard = 6, .unit = "m/s2", .help = "Acceleration at full throttle."},
-    {.name = "brake_mps2", .type = LL_PARAM_REAL, .offset = offsetof(race_params, brake), .min = 0.1, .max = 100,
-     .standard = 9, .unit = "m/s2", .help = "Deceleration at full brake."},
-    {.name = "drag_per_s", .type = LL_PARAM_REAL, .offset = offsetof(race_params, drag), .min = 0, .max = 10,
-     .standard = 0.3, .unit = "1/s", .help = "Linear drag: the share of its speed that a coasting car loses per second."},
-    {.name = "top_speed_mps", .type = LL_PARAM_REAL, .offset = offsetof(race_params, top_speed), .min = 0.1, .max = 500,
-     .standard = 16, .unit = "m/s", .help = "No car goes faster."},
-    {.name = "lap_m", .type = LL_PARAM_REAL, .offset = offsetof(race_params, lap), .min = 10, .max = 100000,
-     .standard = 100, .unit = "m", .help = "Length of a lap; a view shows one lap."},
-    {.name = "laps", .type = LL_PARAM_REAL, .offset = offsetof(race_params, laps), .min = 0.01, .max = 10000,
-     .standard = 6, .help = "The finish line lies after so many laps."},
-    {.name = "car_length_m", .type = LL_PARAM_REAL, .offset = offsetof(race_params, car_length), .min = 0.1,
-     .max = 100, .standard = 4, .unit = "m", .help = "Length of a car: cars of one lane that come nearer touch."},
-    {.name = "lane_width_m", .type = LL_PARAM_REAL, .offset = offsetof(race_params, lane_width), .min = 0.1, .max = 100,
-     .standard = 3, .unit = "m", .help = "Distance between lanes."},
-    {.name = "restitution", .type = LL_PARAM_REAL, .offset = offsetof(race_params, restitution), .min = 0, .max = 1,
-     .standard = 0.3, .help = "Share of the closing speed that a contact gives back."},
+    {.name = "acceleration_mps2",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, acceleration),
+     .min = 0.1,
+     .max = 100,
+     .standard = 6,
+     .unit = "m/s2",
+     .help = "Acceleration at full throttle."},
+    {.name = "brake_mps2",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, brake),
+     .min = 0.1,
+     .max = 100,
+     .standard = 9,
+     .unit = "m/s2",
+     .help = "Deceleration at full brake."},
+    {.name = "drag_per_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, drag),
+     .min = 0,
+     .max = 10,
+     .standard = 0.3,
+     .unit = "1/s",
+     .help = "Linear drag: the share of its speed that a coasting car loses per second."},
+    {.name = "top_speed_mps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, top_speed),
+     .min = 0.1,
+     .max = 500,
+     .standard = 16,
+     .unit = "m/s",
+     .help = "No car goes faster."},
+    {.name = "lap_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, lap),
+     .min = 10,
+     .max = 100000,
+     .standard = 100,
+     .unit = "m",
+     .help = "Length of a lap; a view shows one lap."},
+    {.name = "laps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, laps),
+     .min = 0.01,
+     .max = 10000,
+     .standard = 6,
+     .help = "The finish line lies after so many laps."},
+    {.name = "car_length_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, car_length),
+     .min = 0.1,
+     .max = 100,
+     .standard = 4,
+     .unit = "m",
+     .help = "Length of a car: cars of one lane that come nearer touch."},
+    {.name = "lane_width_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, lane_width),
+     .min = 0.1,
+     .max = 100,
+     .standard = 3,
+     .unit = "m",
+     .help = "Distance between lanes."},
+    {.name = "restitution",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, restitution),
+     .min = 0,
+     .max = 1,
+     .standard = 0.3,
+     .help = "Share of the closing speed that a contact gives back."},
 };
 
-const ll_param_table ll_race_table = {.name = "race", .help = "Parameters of the race.", .rows = rows,
-                                      .count = sizeof rows / sizeof rows[0], .size = sizeof(race_params)};
+const ll_param_table ll_race_table = {.name = "race",
+                                      .help = "Parameters of the race.",
+                                      .rows = rows,
+                                      .count = sizeof rows / sizeof rows[0],
+                                      .size = sizeof(race_params)};
 
 static const race_params *params_of(const ll_game_env *env)
 {
@@ -167,8 +223,10 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     const race_params *p = params_of(env);
     int place = 1;
     for (int i = 0; i < world->players; i++) {
-        bool earlier = t->finish_s[i] > 0 && (t->finish_s[player] == 0 || t->finish_s[i] < t->finish_s[player]);
-        bool further = t->finish_s[i] == 0 && t->finish_s[player] == 0 && world->entity[i].x > world->entity[player].x;
+        bool earlier =
+            t->finish_s[i] > 0 && (t->finish_s[player] == 0 || t->finish_s[i] < t->finish_s[player]);
+        bool further =
+            t->finish_s[i] == 0 && t->finish_s[player] == 0 && world->entity[i].x > world->entity[player].x;
         place += earlier || further;
     }
     values[0] = t->finish_s[player];
@@ -180,8 +238,13 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
 static ll_scene scene(const ll_game_env *env, int players)
 {
     const race_params *p = params_of(env);
-    return (ll_scene){.x_min = 0, .x_max = p->lap, .y_min = -p->lane_width, .y_max = p->lane_width * players,
-                      .wraps = true, .finish_m = p->lap * p->laps, .entity_length_m = p->car_length};
+    return (ll_scene){.x_min = 0,
+                      .x_max = p->lap,
+                      .y_min = -p->lane_width,
+                      .y_max = p->lane_width * players,
+                      .wraps = true,
+                      .finish_m = p->lap * p->laps,
+                      .entity_length_m = p->car_length};
 }
 
 const ll_game ll_game_race = {

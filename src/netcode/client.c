@@ -66,8 +66,9 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
 
 #define SPARE_WINDOW (2 * LL_SECOND)
 
-/* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and slowly, by the
- * least of two seconds, when they come earlier than wanted. Waits for the effect before it looks again. */
+/* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and
+ * slowly, by the least of two seconds, when they come earlier than wanted. Waits for the effect before it
+ * looks again. */
 static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
@@ -191,8 +192,8 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     }
 }
 
-/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other packet starts with the
- * oldest that is open instead, if they are too many for one. */
+/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other
+ * packet starts with the oldest that is open instead, if they are too many for one. */
 static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_input_message *m)
 {
     uint32_t open = c->seq - c->acked;

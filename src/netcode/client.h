@@ -1,6 +1,7 @@
 /* A client: sends its player's inputs, and draws the world from what it has received.
  *
- * It knows of the server only what packets say. Part of a simulation's block: rings behind the struct, reached by offsets. */
+ * It knows of the server only what packets say. Part of a simulation's block: rings behind the struct,
+ * reached by offsets. */
 #pragma once
 
 #include "base/event.h"
@@ -37,7 +38,11 @@ typedef struct ll_received {
     uint32_t reserved;
 } ll_received;
 
-typedef enum ll_shown_flag { LL_SHOWN_PREDICTED = 2, LL_SHOWN_INTERPOLATED = 4, LL_SHOWN_HELD = 8 } ll_shown_flag;
+typedef enum ll_shown_flag {
+    LL_SHOWN_PREDICTED = 2,
+    LL_SHOWN_INTERPOLATED = 4,
+    LL_SHOWN_HELD = 8
+} ll_shown_flag;
 
 /* What the client draws: in `entity` poses, and of which server time they are. */
 typedef struct ll_shown {
@@ -58,20 +63,20 @@ typedef struct ll_client {
     ll_time period; /* of a frame */
 
     /* inputs */
-    int64_t tick;         /* the server's step that the newest input is meant for */
-    uint32_t seq, acked;  /* newest made, newest acknowledged */
-    int32_t debt;         /* inputs to make beyond one a frame, or (negative) to leave out */
-    uint32_t settle;      /* slack is read again from this input on */
-    int32_t spare;        /* least slack since `spare_since` */
+    int64_t tick;        /* the server's step that the newest input is meant for */
+    uint32_t seq, acked; /* newest made, newest acknowledged */
+    int32_t debt;        /* inputs to make beyond one a frame, or (negative) to leave out */
+    uint32_t settle;     /* slack is read again from this input on */
+    int32_t spare;       /* least slack since `spare_since` */
     int32_t reserved1;
     ll_time spare_since;
-    ll_action held;       /* the player's controls */
+    ll_action held; /* the player's controls */
     uint32_t reserved3;
     int64_t refused;
 
     /* states */
-    int64_t newest;   /* how many were received: the newest is at newest - 1 modulo the ring */
-    int64_t fresh;    /* of these, how many a frame has taken */
+    int64_t newest;      /* how many were received: the newest is at newest - 1 modulo the ring */
+    int64_t fresh;       /* of these, how many a frame has taken */
     int64_t newest_tick; /* -1: none in this epoch */
     int64_t confirmed;   /* the server's last step that is known of */
     int64_t stale;
@@ -81,8 +86,8 @@ typedef struct ll_client {
     int64_t states_offset, latest_offset, predicted_offset; /* from the start of this struct */
 
     /* interpolation */
-    ll_time offset;      /* server's clock - client's clock when the fastest recent packet came */
-    ll_time render;      /* server time that is drawn; moves forward only */
+    ll_time offset; /* server's clock - client's clock when the fastest recent packet came */
+    ll_time render; /* server time that is drawn; moves forward only */
     uint8_t has_render, held_now;
     uint8_t reserved2[6];
     ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
@@ -94,7 +99,8 @@ typedef struct ll_client {
 
 #pragma GCC diagnostic pop
 
-/* What a client is set up with; the same for its whole life but for `config`, which may change between frames. */
+/* What a client is set up with; the same for its whole life but for `config`, which may change between
+ * frames. */
 typedef struct ll_client_setup {
     const ll_game *game;
     const ll_game_env *env;
@@ -107,22 +113,25 @@ typedef struct ll_client_setup {
 size_t ll_client_size(size_t world_size); /* a multiple of 8 */
 void ll_client_init(ll_client *client, int self, size_t world_size, const ll_world *start);
 
-/* Starts, or starts again at `now` in a new epoch. `step` is the server's step now and `world` its state (the handshake). */
-void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_freq freq, int64_t step,
-                     const ll_world *world, ll_time now);
+/* Starts, or starts again at `now` in a new epoch. `step` is the server's step now and `world` its state (the
+ * handshake). */
+void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_freq freq,
+                     int64_t step, const ll_world *world, ll_time now);
 
 /* A packet of the server has come. Returns its ll_outcome. */
 int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, ll_time now);
 
-/* One frame: takes what has come, makes inputs, decides what to draw. Fills `message` and returns its size, 0 when there is
- * nothing to send. */
+/* One frame: takes what has come, makes inputs, decides what to draw. Fills `message` and returns its size, 0
+ * when there is nothing to send. */
 int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now, ll_input_message *message);
 
 /* ---- between the client's files ---- */
 
 static inline ll_received *ll_client_state(ll_client *c, int64_t index)
 {
-    return (ll_received *)((char *)c + c->states_offset + (index & (LL_STATE_RING - 1)) * (int64_t)(sizeof(ll_received) + (size_t)c->world_size));
+    return (ll_received *)((char *)c + c->states_offset +
+                           (index & (LL_STATE_RING - 1)) *
+                               (int64_t)(sizeof(ll_received) + (size_t)c->world_size));
 }
 
 static inline ll_world *ll_received_world(ll_received *r)
@@ -148,9 +157,11 @@ static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
 /* predict.c: the own entity */
 void ll_predict_input(ll_client *client, const ll_client_setup *setup, ll_pending *input);
 void ll_reconcile(ll_client *client, const ll_client_setup *setup, ll_received *state, ll_time now);
-void ll_predict_again(ll_client *client, const ll_client_setup *setup, const ll_world *from); /* replays what is not acked */
+void ll_predict_again(ll_client *client, const ll_client_setup *setup,
+                      const ll_world *from); /* replays what is not acked */
 
 /* interpolate.c: the entities of others */
-void ll_interpolate_heard(ll_client *client, const ll_received *state); /* a state came: follow the server's clock */
+void ll_interpolate_heard(ll_client *client,
+                          const ll_received *state); /* a state came: follow the server's clock */
 void ll_interpolate_server_time(ll_client *client, const ll_client_setup *setup, ll_time now);
 void ll_blend(ll_client *client, const ll_received *a, const ll_received *b, double alpha);

@@ -9,77 +9,162 @@ static const char *const controls[] = {"script", "person", NULL};
 static const char *const cheats[] = {"none", "magnitude", "rate", "budget", NULL};
 
 static const ll_param server_rows[] = {
-    {.name = "update_hz", .type = LL_PARAM_REAL, .offset = offsetof(ll_server_config, update_hz), .min = 1, .max = 120,
-     .standard = 30, .unit = "Hz", .live = true,
-     .help = "How often the server sends its state to every client; in lockstep also how often it steps."},
-    {.name = "sync", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_server_config, sync), .choices = ll_sync_names,
+    {.name = "update_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, update_hz),
+     .min = 1,
+     .max = 120,
+     .standard = 30,
+     .unit = "Hz",
      .live = true,
-     .help = "How server and clients keep in step: free runs on its own clock, lockstep waits for every player's input, "
+     .help = "How often the server sends its state to every client; in lockstep also how often it steps."},
+    {.name = "sync",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, sync),
+     .choices = ll_sync_names,
+     .live = true,
+     .help = "How server and clients keep in step: free runs on its own clock, lockstep waits for every "
+             "player's input, "
              "gambetta drains its queue as the live demo does."},
 };
 
-const ll_param_table ll_server_table = {.name = "server", .help = "The authoritative server.", .rows = server_rows,
+const ll_param_table ll_server_table = {.name = "server",
+                                        .help = "The authoritative server.",
+                                        .rows = server_rows,
                                         .count = sizeof server_rows / sizeof server_rows[0],
                                         .size = sizeof(ll_server_config)};
 
 static const ll_param link_rows[] = {
-    {.name = "up", .type = LL_PARAM_OBJECT, .offset = offsetof(ll_link_pair, up), .child = &ll_link_table, .live = true,
+    {.name = "up",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_link_pair, up),
+     .child = &ll_link_table,
+     .live = true,
      .help = "From the client to the server."},
-    {.name = "down", .type = LL_PARAM_OBJECT, .offset = offsetof(ll_link_pair, down), .child = &ll_link_table,
-     .live = true, .help = "From the server to the client."},
+    {.name = "down",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_link_pair, down),
+     .child = &ll_link_table,
+     .live = true,
+     .help = "From the server to the client."},
 };
 
-static const ll_param_table link_table = {.name = "link_pair", .help = "A player's link, per direction.", .rows = link_rows,
+static const ll_param_table link_table = {.name = "link_pair",
+                                          .help = "A player's link, per direction.",
+                                          .rows = link_rows,
                                           .count = sizeof link_rows / sizeof link_rows[0],
                                           .size = sizeof(ll_link_pair)};
 
 static const ll_param player_rows[] = {
-    {.name = "name", .type = LL_PARAM_TEXT, .offset = offsetof(ll_player_config, name), .max = LL_NAME_MAX,
+    {.name = "name",
+     .type = LL_PARAM_TEXT,
+     .offset = offsetof(ll_player_config, name),
+     .max = LL_NAME_MAX,
      .help = "Shown in the views; A, B, ... when empty."},
-    {.name = "lag_ms", .type = LL_PARAM_REAL, .offset = offsetof(ll_player_config, lag_ms), .max = 1000, .unit = "ms",
-     .live = true, .help = "One-way delay, in both directions: the round trip takes twice as long."},
-    {.name = "link", .type = LL_PARAM_OBJECT, .offset = offsetof(ll_player_config, link), .child = &link_table,
-     .live = true, .help = "Impairments of each direction."},
-    {.name = "prediction", .type = LL_PARAM_BOOL, .offset = offsetof(ll_player_config, prediction), .live = true,
+    {.name = "lag_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, lag_ms),
+     .max = 1000,
+     .unit = "ms",
+     .live = true,
+     .help = "One-way delay, in both directions: the round trip takes twice as long."},
+    {.name = "link",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_player_config, link),
+     .child = &link_table,
+     .live = true,
+     .help = "Impairments of each direction."},
+    {.name = "prediction",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, prediction),
+     .live = true,
      .help = "The client moves its own entity by its own inputs at once."},
-    {.name = "reconciliation", .type = LL_PARAM_BOOL, .offset = offsetof(ll_player_config, reconciliation),
+    {.name = "reconciliation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, reconciliation),
      .live = true,
-     .help = "The client takes the server's state and applies the inputs again that the server has not seen; needs "
+     .help = "The client takes the server's state and applies the inputs again that the server has not seen; "
+             "needs "
              "prediction."},
-    {.name = "interpolation", .type = LL_PARAM_BOOL, .offset = offsetof(ll_player_config, interpolation), .live = true,
-     .help = "Other entities are drawn in the past, between two states of the server."},
-    {.name = "interpolation_ratio", .type = LL_PARAM_REAL, .offset = offsetof(ll_player_config, interpolation_ratio),
-     .min = 1, .max = 4, .standard = 2, .live = true,
-     .help = "Interpolation delay in update intervals; 2 survives one lost update."},
-    {.name = "jitter_margin_ms", .type = LL_PARAM_REAL, .offset = offsetof(ll_player_config, jitter_margin_ms),
-     .max = 500, .standard = 10, .unit = "ms", .live = true, .help = "Added to the interpolation delay."},
-    {.name = "slack_ticks", .type = LL_PARAM_INT, .offset = offsetof(ll_player_config, slack_ticks), .max = 10,
-     .standard = 1, .unit = "ticks", .live = true,
-     .help = "How early the client wants its inputs to reach the server: it runs ahead of the server by its lag and this."},
-    {.name = "redundancy", .type = LL_PARAM_INT, .offset = offsetof(ll_player_config, redundancy), .max = 15,
-     .standard = 2, .live = true, .help = "How many earlier unacknowledged inputs each input packet repeats."},
-    {.name = "lane", .type = LL_PARAM_INT, .offset = offsetof(ll_player_config, lane), .min = -1,
-     .max = LL_PLAYERS_MAX - 1, .standard = -1, .help = "Lane of the race; -1 is a lane of the player's own."},
-    {.name = "control", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_player_config, control), .choices = controls,
-     .live = true, .help = "Who drives: a script or a person."},
-    {.name = "script", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_player_config, script), .choices = ll_script_names,
-     .live = true, .help = "What the script does."},
-    {.name = "cheat", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_player_config, cheat), .choices = cheats,
+    {.name = "interpolation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, interpolation),
      .live = true,
-     .help = "A client that cheats, to try the server's rules: inputs too large, too many, or from the future."},
+     .help = "Other entities are drawn in the past, between two states of the server."},
+    {.name = "interpolation_ratio",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, interpolation_ratio),
+     .min = 1,
+     .max = 4,
+     .standard = 2,
+     .live = true,
+     .help = "Interpolation delay in update intervals; 2 survives one lost update."},
+    {.name = "jitter_margin_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, jitter_margin_ms),
+     .max = 500,
+     .standard = 10,
+     .unit = "ms",
+     .live = true,
+     .help = "Added to the interpolation delay."},
+    {.name = "slack_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, slack_ticks),
+     .max = 10,
+     .standard = 1,
+     .unit = "ticks",
+     .live = true,
+     .help = "How early the client wants its inputs to reach the server: it runs ahead of the server by its "
+             "lag and this."},
+    {.name = "redundancy",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, redundancy),
+     .max = 15,
+     .standard = 2,
+     .live = true,
+     .help = "How many earlier unacknowledged inputs each input packet repeats."},
+    {.name = "lane",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, lane),
+     .min = -1,
+     .max = LL_PLAYERS_MAX - 1,
+     .standard = -1,
+     .help = "Lane of the race; -1 is a lane of the player's own."},
+    {.name = "control",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, control),
+     .choices = controls,
+     .live = true,
+     .help = "Who drives: a script or a person."},
+    {.name = "script",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, script),
+     .choices = ll_script_names,
+     .live = true,
+     .help = "What the script does."},
+    {.name = "cheat",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, cheat),
+     .choices = cheats,
+     .live = true,
+     .help =
+         "A client that cheats, to try the server's rules: inputs too large, too many, or from the future."},
 };
 
-/* What a client keeps is sized for it: 240 inputs are a round trip of 2.5 s, an update a second and 64 ticks a second. */
-static ll_status check_way(const ll_player_config *player, const ll_link_params *link, const char *path, const char *way)
+/* What a client keeps is sized for it: 240 inputs are a round trip of 2.5 s, an update a second and 64 ticks
+ * a second. */
+static ll_status check_way(const ll_player_config *player, const ll_link_params *link, const char *path,
+                           const char *way)
 {
     char field[64];
     double longest = player->lag_ms + link->delay_ms + link->jitter_ms;
     if (longest <= LL_ONE_WAY_MAX_MS)
         return ll_ok();
     snprintf(field, sizeof field, "%slink.%s", path, way);
-    return ll_field_error(LL_BAD_INPUT, field,
-                          "lag_ms + link.%s.delay_ms + link.%s.jitter_ms of a player must be at most %d ms; got %g", way,
-                          way, LL_ONE_WAY_MAX_MS, longest);
+    return ll_field_error(
+        LL_BAD_INPUT, field,
+        "lag_ms + link.%s.delay_ms + link.%s.jitter_ms of a player must be at most %d ms; got %g", way, way,
+        LL_ONE_WAY_MAX_MS, longest);
 }
 
 static ll_status check_player(const void *object, const char *path)
@@ -89,9 +174,12 @@ static ll_status check_player(const void *object, const char *path)
     return ll_failed(&status) ? status : check_way(player, &player->link.down, path, "down");
 }
 
-const ll_param_table ll_player_table = {.name = "player", .help = "A player, its link and its techniques.",
-                                        .rows = player_rows, .count = sizeof player_rows / sizeof player_rows[0],
-                                        .size = sizeof(ll_player_config), .check = check_player};
+const ll_param_table ll_player_table = {.name = "player",
+                                        .help = "A player, its link and its techniques.",
+                                        .rows = player_rows,
+                                        .count = sizeof player_rows / sizeof player_rows[0],
+                                        .size = sizeof(ll_player_config),
+                                        .check = check_player};
 
 void ll_player_settle(ll_player_config *now, const ll_player_config *before)
 {

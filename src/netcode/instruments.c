@@ -6,12 +6,16 @@
 #include "netcode/client.h"
 
 const ll_metric_row ll_metric_rows[LL_METRICS] = {
-    [LL_METRIC_INPUT_LATENCY] = {"input_latency_ms", "M1: time until an input's effect is first drawn by its own client", 0.1},
+    [LL_METRIC_INPUT_LATENCY] = {"input_latency_ms",
+                                 "M1: time until an input's effect is first drawn by its own client", 0.1},
     [LL_METRIC_ACK_RTT] = {"ack_rtt_ms", "M2: time until a client learns that its input was applied", 0.1},
     [LL_METRIC_VIEW_AGE] = {"view_age_ms", "M3: age of the others as drawn", 0.1},
-    [LL_METRIC_OWN_ERROR] = {"own_error_m", "M4: distance of the own entity as drawn from the server's now", 0.001},
-    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m", "M4: distance of the others as drawn from the server's now", 0.001},
-    [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m", "M5: distance of the others as drawn from the truth of that time", 0.001},
+    [LL_METRIC_OWN_ERROR] = {"own_error_m", "M4: distance of the own entity as drawn from the server's now",
+                             0.001},
+    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m", "M4: distance of the others as drawn from the server's now",
+                                0.001},
+    [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m",
+                                  "M5: distance of the others as drawn from the truth of that time", 0.001},
     [LL_METRIC_CORRECTION] = {"correction_m", "M6: size of a correction of the own entity", 0.001},
     [LL_METRIC_POP] = {"pop_m", "M6b: jump of the own entity as drawn when a state is taken", 0.001},
     [LL_METRIC_BUFFER] = {"buffer_ms", "M9: how far the newest state is ahead of what is drawn", 0.1},
@@ -58,7 +62,8 @@ void ll_truth_init(ll_truth *truth, int players)
 
 static const record *record_at(const ll_truth *truth, int64_t i)
 {
-    return (const record *)((const char *)(truth + 1) + (size_t)(i & (truth->capacity - 1)) * record_size(truth->players));
+    return (const record *)((const char *)(truth + 1) +
+                            (size_t)(i & (truth->capacity - 1)) * record_size(truth->players));
 }
 
 void ll_truth_add(ll_truth *truth, ll_time time, const ll_world *world)
@@ -92,7 +97,8 @@ void ll_truth_at(const ll_truth *truth, int player, ll_time time, double *x, dou
 {
     int64_t i = find(truth, time);
     const record *a = record_at(truth, i), *b = i + 1 < truth->count ? record_at(truth, i + 1) : a;
-    double s = b->time > a->time && time > a->time ? (double)(time - a->time) / (double)(b->time - a->time) : 0;
+    double s =
+        b->time > a->time && time > a->time ? (double)(time - a->time) / (double)(b->time - a->time) : 0;
     *x = a->at[player].x + s * (b->at[player].x - a->at[player].x);
     *y = a->at[player].y + s * (b->at[player].y - a->at[player].y);
 }
@@ -112,7 +118,8 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-/* Differences of the positions drawn: speed, acceleration, jerk; and whether a picture stands still while the truth moves. */
+/* Differences of the positions drawn: speed, acceleration, jerk; and whether a picture stands still while the
+ * truth moves. */
 static void smoothness(ll_smoothness *s, double x, double truth, double dt)
 {
     double v1 = x - s->x[0], v0 = s->x[0] - s->x[1], vb = s->x[1] - s->x[2];
@@ -135,8 +142,8 @@ static void smoothness(ll_smoothness *s, double x, double truth, double dt)
     s->samples++;
 }
 
-void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world *world, const ll_truth *truth, ll_time now,
-                          double period_s)
+void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world *world,
+                          const ll_truth *truth, ll_time now, double period_s)
 {
     const ll_shown *shown = &c->shown;
     const ll_entity *own = &shown->entity[c->self], *real = &world->entity[c->self];

@@ -1,7 +1,9 @@
-/* What is measured of one player's view. M1 to M13 are the metrics of the field; their definitions stand with each.
+/* What is measured of one player's view. M1 to M13 are the metrics of the field; their definitions stand with
+ * each.
  *
- * Everything is measured from virtual time `from` on, so that the start does not count. The clients write what they know
- * themselves; what needs the truth is written by the observer (instruments.c), who alone sees both. */
+ * Everything is measured from virtual time `from` on, so that the start does not count. The clients write
+ * what they know themselves; what needs the truth is written by the observer (instruments.c), who alone sees
+ * both. */
 #pragma once
 
 #include <stdint.h>
@@ -17,10 +19,11 @@ typedef enum ll_metric {
     LL_METRIC_OWN_ERROR,      /* M4: |own entity as drawn - truth now|, m */
     LL_METRIC_REMOTE_ERROR,   /* M4: the same of the others, m */
     LL_METRIC_TIMELINE_ERROR, /* M5: |others as drawn - truth at the time that is drawn|, m */
-    LL_METRIC_CORRECTION,     /* M6: |own entity before - after a server state|, at the same tick, m; only those above 0 */
-    LL_METRIC_POP,            /* M6b: the same as drawn, in the frame that takes the state, m */
-    LL_METRIC_BUFFER,         /* M9: newest state - drawn time, ms */
-    LL_METRIC_UNACKED,        /* M2b: inputs that wait for an acknowledgement */
+    LL_METRIC_CORRECTION, /* M6: |own entity before - after a server state|, at the same tick, m; only those
+                             above 0 */
+    LL_METRIC_POP,        /* M6b: the same as drawn, in the frame that takes the state, m */
+    LL_METRIC_BUFFER,     /* M9: newest state - drawn time, ms */
+    LL_METRIC_UNACKED,    /* M2b: inputs that wait for an acknowledgement */
     LL_METRICS,
 } ll_metric;
 
@@ -49,7 +52,7 @@ typedef struct ll_instruments {
     ll_histogram histogram[LL_METRICS];
     ll_smoothness smooth[LL_PLAYERS_MAX];
     int64_t frames, underruns, held_frames;
-    int64_t bytes[4], packets[4]; /* M13: by ll_message, payload */
+    int64_t bytes[4], packets[4];             /* M13: by ll_message, payload */
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
@@ -81,5 +84,5 @@ void ll_truth_add(ll_truth *truth, ll_time time, const ll_world *world);
 void ll_truth_at(const ll_truth *truth, int player, ll_time time, double *x, double *y);
 
 /* After a frame of `client`: compares what it draws with the truth. `period` is the time between frames. */
-void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_world *world, const ll_truth *truth,
-                          ll_time now, double period_s);
+void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_world *world,
+                          const ll_truth *truth, ll_time now, double period_s);

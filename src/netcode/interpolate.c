@@ -1,8 +1,9 @@
 /* Snapshot interpolation on the server's time stamps (paper, "Interpolation").
  *
- * The client draws others at a server time that lies ratio / update rate + margin behind the newest it could know: the server's
- * clock as brought by the fastest packet of the last two seconds. That render time moves forward only; it runs at most a tenth faster or
- * slower to follow, waits at the newest state when the buffer has run dry, and jumps ahead when it is far behind. */
+ * The client draws others at a server time that lies ratio / update rate + margin behind the newest it could
+ * know: the server's clock as brought by the fastest packet of the last two seconds. That render time moves
+ * forward only; it runs at most a tenth faster or slower to follow, waits at the newest state when the buffer
+ * has run dry, and jumps ahead when it is far behind. */
 #include "netcode/client.h"
 
 #define JUMP (250 * LL_MS)
@@ -38,7 +39,8 @@ void ll_blend(ll_client *c, const ll_received *a, const ll_received *b, double a
         const ll_entity *p = &wa->entity[i], *q = &wb->entity[i];
         ll_entity *e = &c->shown.entity[i];
         *e = *p;
-        if (((p->flags ^ q->flags) & LL_ENTITY_ACTIVE) == 0) { /* otherwise a flight began or ended in between */
+        if (((p->flags ^ q->flags) & LL_ENTITY_ACTIVE) ==
+            0) { /* otherwise a flight began or ended in between */
             e->x += alpha * (q->x - p->x);
             e->y += alpha * (q->y - p->y);
             e->vx += alpha * (q->vx - p->vx);
@@ -64,7 +66,8 @@ static void advance_render_time(ll_client *c, ll_time target, ll_time newest)
 
 void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_time delay = (ll_time)(s->config->interpolation_ratio / c->update_hz * 1e9) + ll_ms(s->config->jitter_margin_ms);
+    ll_time delay =
+        (ll_time)(s->config->interpolation_ratio / c->update_hz * 1e9) + ll_ms(s->config->jitter_margin_ms);
     const ll_received *newest = ll_client_state(c, c->newest - 1);
     bool held_before = c->held_now;
     advance_render_time(c, now + c->offset - delay, newest->time);

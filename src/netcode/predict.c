@@ -1,8 +1,9 @@
 /* Prediction and reconciliation of a client's own entity (paper, "Working Around Lockstep Delay"; Figure 12).
  *
- * Each input remembers where it had put the entity. A state of the server tells where the acknowledged input really put it: when the
- * two are equal to the bit nothing has to be done; otherwise the inputs that the server has not seen are applied again on top of
- * its state. Cost: one entity step per open input and correction. */
+ * Each input remembers where it had put the entity. A state of the server tells where the acknowledged input
+ * really put it: when the two are equal to the bit nothing has to be done; otherwise the inputs that the
+ * server has not seen are applied again on top of its state. Cost: one entity step per open input and
+ * correction. */
 #include <string.h>
 
 #include "base/detmath.h"
@@ -29,8 +30,8 @@ static bool as_predicted(ll_client *c, const ll_client_setup *s, const ll_world 
            memcmp(&p->after, &truth->entity[c->self], sizeof p->after) == 0;
 }
 
-static void note_correction(ll_client *c, const ll_client_setup *s, const ll_entity *before, const ll_entity *after,
-                            int64_t tick, ll_time now)
+static void note_correction(ll_client *c, const ll_client_setup *s, const ll_entity *before,
+                            const ll_entity *after, int64_t tick, ll_time now)
 {
     ll_instruments *in = s->instruments;
     double dx = after->x - before->x, dy = after->y - before->y;
@@ -42,9 +43,12 @@ static void note_correction(ll_client *c, const ll_client_setup *s, const ll_ent
     in->corrections += now >= in->from;
     in->last_correction = dx < 0 ? -size : size;
     if (s->recorder)
-        s->recorder->record(s->recorder->context,
-                            &(ll_event){.type = LL_EVENT_CORRECTION, .player = (uint8_t)c->self, .begin = now,
-                                        .end = now, .number = (uint32_t)tick, .value = (float)in->last_correction});
+        s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_CORRECTION,
+                                                              .player = (uint8_t)c->self,
+                                                              .begin = now,
+                                                              .end = now,
+                                                              .number = (uint32_t)tick,
+                                                              .value = (float)in->last_correction});
 }
 
 void ll_reconcile(ll_client *c, const ll_client_setup *s, ll_received *state, ll_time now)
@@ -55,7 +59,8 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, ll_received *state, ll
         return; /* this frame starts to predict, from the same state */
     ll_entity before = predicted->entity[c->self];
     if (!s->config->reconciliation)
-        memcpy(predicted, truth, (size_t)c->world_size); /* the paper's plain prediction: back to what the server says */
+        memcpy(predicted, truth,
+               (size_t)c->world_size); /* the paper's plain prediction: back to what the server says */
     else if (!as_predicted(c, s, truth, state->acked))
         ll_predict_again(c, s, truth);
     note_correction(c, s, &before, &predicted->entity[c->self], state->tick, now);

@@ -24,8 +24,8 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
 }
 
-void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
-                     ll_time now)
+void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq,
+                     ll_freq client_freq, ll_time now)
 {
     server->epoch = epoch;
     server->clock = (ll_clock){now, server->step, step_freq};
@@ -67,8 +67,8 @@ static ll_action instead(const ll_sync *sync, const ll_seat *seat, int64_t tick)
     return !sync->drains && before->tick == tick - 1 ? before->action : seat->held;
 }
 
-int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message, ll_time now,
-                      ll_verdict verdicts[LL_INPUTS_MAX])
+int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message,
+                      ll_time now, ll_verdict verdicts[LL_INPUTS_MAX])
 {
     ll_seat *seat = &server->seats[player];
     int count = 0;
@@ -101,7 +101,8 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)
             seat->newest = tick;
-        measure_slack(seat, ahead, verdict->seq); /* also of one that comes behind a later: it may be the late one */
+        measure_slack(seat, ahead,
+                      verdict->seq); /* also of one that comes behind a later: it may be the late one */
     }
     return count;
 }

@@ -24,7 +24,7 @@ typedef struct ll_input_slot {
 typedef struct ll_seat {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
     ll_action held;                     /* the last applied: repeated for a step whose input is missing */
-    uint32_t acked;                     /* the last input that the state includes, or that came too late to be */
+    uint32_t acked; /* the last input that the state includes, or that came too late to be */
     int64_t seq_minus_tick;
     int64_t newest; /* tick; -1: no input yet */
     int32_t slack;  /* least since the last update */
@@ -39,8 +39,8 @@ typedef struct ll_seat {
 typedef struct ll_server {
     ll_clock clock; /* of steps */
     ll_clock updates;
-    int64_t step;   /* steps made; the state is that after this step */
-    int64_t update; /* number of the next update */
+    int64_t step;    /* steps made; the state is that after this step */
+    int64_t update;  /* number of the next update */
     ll_time stepped; /* when the last step was made */
     ll_time stalled; /* lockstep: time spent waiting for inputs */
     ll_freq client_freq;
@@ -53,7 +53,7 @@ typedef struct ll_server {
 #pragma GCC diagnostic pop
 
 size_t ll_server_size(int players, size_t world_size); /* a multiple of 8 */
-void ll_server_init(ll_server *server, int players); /* all zero; the world is the caller's to set */
+void ll_server_init(ll_server *server, int players);   /* all zero; the world is the caller's to set */
 
 static inline ll_world *ll_server_world(ll_server *server)
 {
@@ -66,8 +66,8 @@ static inline const ll_world *ll_server_world_const(const ll_server *server)
 }
 
 /* Starts, or starts again at `now` with clocks of these rates; the world stays as it is. */
-void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
-                     ll_time now);
+void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq,
+                     ll_freq client_freq, ll_time now);
 
 /* What became of one input. */
 typedef struct ll_verdict {
@@ -76,10 +76,10 @@ typedef struct ll_verdict {
     uint8_t rule;
 } ll_verdict;
 
-/* Takes the inputs of a packet. Gives a verdict for each that was not a repetition and returns how many. A refused input is replaced
- * by the one before it, so that nobody waits for it. */
-int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message, ll_time now,
-                      ll_verdict verdicts[LL_INPUTS_MAX]);
+/* Takes the inputs of a packet. Gives a verdict for each that was not a repetition and returns how many. A
+ * refused input is replaced by the one before it, so that nobody waits for it. */
+int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message,
+                      ll_time now, ll_verdict verdicts[LL_INPUTS_MAX]);
 
 /* The header of the state for `player`; the caller appends the world. */
 ll_state_message ll_server_state(ll_server *server, int player);

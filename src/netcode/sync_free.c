@@ -1,6 +1,6 @@
-/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. A missing input is replaced
- * by the one before it; one that comes after its step is late and is not applied. Clients run ahead by their lag, so that this is
- * rare. */
+/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. A missing
+ * input is replaced by the one before it; one that comes after its step is late and is not applied. Clients
+ * run ahead by their lag, so that this is rare. */
 #include "netcode/client.h"
 #include "netcode/server.h"
 

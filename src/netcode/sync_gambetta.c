@@ -1,8 +1,9 @@
 /* Gambetta: the rules of the live demo "Fast-Paced Multiplayer", defects included, to be compared with.
  *
- * The server has one clock: at each update it applies all inputs that have come, each for a client's tick, and sends its state. A client sends
- * inputs only while a key is down. A refused input is dropped in silence. States carry no time that is used: a client takes whatever comes last,
- * even if it is older, and interpolates between receive times, exactly one update interval back. */
+ * The server has one clock: at each update it applies all inputs that have come, each for a client's tick,
+ * and sends its state. A client sends inputs only while a key is down. A refused input is dropped in silence.
+ * States carry no time that is used: a client takes whatever comes last, even if it is older, and
+ * interpolates between receive times, exactly one update interval back. */
 #include "netcode/client.h"
 #include "netcode/server.h"
 
@@ -11,7 +12,8 @@ static ll_time due(const ll_server *server)
     return ll_clock_time(&server->clock, server->step + 1);
 }
 
-/* The demo applies in the order of arrival; that order changes nothing but which input is named last, since its moves add up. */
+/* The demo applies in the order of arrival; that order changes nothing but which input is named last, since
+ * its moves add up. */
 static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
 {
     ll_seat *seat = &server->seats[player];
@@ -43,7 +45,8 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     while (i > oldest && ll_client_state(c, i)->arrived > render)
         i--;
     const ll_received *a = ll_client_state(c, i), *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
-    bool held = b == NULL || a->arrived > render; /* nothing brackets: the demo leaves the entity where it is */
+    bool held =
+        b == NULL || a->arrived > render; /* nothing brackets: the demo leaves the entity where it is */
     if (!held) {
         ll_time span = b->arrived - a->arrived;
         double alpha = span > 0 ? (double)(render - a->arrived) / (double)span : 1;

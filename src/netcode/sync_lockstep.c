@@ -1,5 +1,6 @@
-/* Lockstep as the paper means it (Figure 10): the server makes step k one interval after the last player's input for k has come, and
- * clients draw what it has confirmed. Nothing is guessed, so nothing is corrected; one slow player slows everybody. */
+/* Lockstep as the paper means it (Figure 10): the server makes step k one interval after the last player's
+ * input for k has come, and clients draw what it has confirmed. Nothing is guessed, so nothing is corrected;
+ * one slow player slows everybody. */
 #include "netcode/client.h"
 #include "netcode/server.h"
 

@@ -14,7 +14,8 @@ double ll_rate_burst(ll_freq client_freq)
     return burst > LL_RATE_BURST ? burst : LL_RATE_BURST;
 }
 
-ll_rule ll_validate(const ll_action *action, int64_t ticks_ahead, ll_allowance *allowance, ll_freq client_freq, ll_time now)
+ll_rule ll_validate(const ll_action *action, int64_t ticks_ahead, ll_allowance *allowance,
+                    ll_freq client_freq, ll_time now)
 {
     if (!within(action->axis[0]) || !within(action->axis[1]))
         return LL_RULE_MAGNITUDE;

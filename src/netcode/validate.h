@@ -1,4 +1,5 @@
-/* The server's rules on inputs. A refused input is not applied and is answered with the rule that refused it. */
+/* The server's rules on inputs. A refused input is not applied and is answered with the rule that refused it.
+ */
 #pragma once
 
 #include <stdint.h>
@@ -6,10 +7,11 @@
 #include "base/vtime.h"
 #include "game/game.h"
 
-#define LL_BUDGET_TICKS 128 /* an input must be for a step less than so many ahead of the server's */
-#define LL_RATE_BURST 80.0  /* inputs that may come at once, at least; */
+#define LL_BUDGET_TICKS 128       /* an input must be for a step less than so many ahead of the server's */
+#define LL_RATE_BURST 80.0        /* inputs that may come at once, at least; */
 #define LL_RATE_BURST_S (4.0 / 3) /* and those of so many seconds: a link may stall for one */
-#define LL_RATE_FACTOR 1.25 /* inputs per client tick in the long run: a client that catches up makes up to two a frame */
+#define LL_RATE_FACTOR                                                                                       \
+    1.25 /* inputs per client tick in the long run: a client that catches up makes up to two a frame */
 
 typedef enum ll_rule {
     LL_RULE_NONE = 0,
@@ -30,4 +32,5 @@ typedef struct ll_allowance {
 /* The tokens of a full bucket. */
 double ll_rate_burst(ll_freq client_freq);
 
-ll_rule ll_validate(const ll_action *action, int64_t ticks_ahead, ll_allowance *allowance, ll_freq client_freq, ll_time now);
+ll_rule ll_validate(const ll_action *action, int64_t ticks_ahead, ll_allowance *allowance,
+                    ll_freq client_freq, ll_time now);

@@ -11,7 +11,8 @@
 
 typedef enum ll_message { LL_MESSAGE_INPUT = 1, LL_MESSAGE_STATE = 2, LL_MESSAGE_REFUSAL = 3 } ll_message;
 
-/* Every message starts with these; a change of `sync` starts a new epoch, and what was sent in an older one is void. */
+/* Every message starts with these; a change of `sync` starts a new epoch, and what was sent in an older one
+ * is void. */
 typedef struct ll_message_head {
     uint8_t type;
     uint8_t count; /* inputs; of a refusal: the rule */
@@ -19,7 +20,8 @@ typedef struct ll_message_head {
     uint32_t seq; /* input: sequence number of the first; state: acknowledged; refusal: the refused */
 } ll_message_head;
 
-/* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`, and so on. */
+/* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`, and so on.
+ */
 typedef struct ll_input_message {
     ll_message_head head;
     int64_t tick;

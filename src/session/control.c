@@ -62,8 +62,8 @@ static ll_status do_seek(ll_session *s, ll_time wall, const control_args *a)
         return ll_field_error(LL_BAD_INPUT, "tick", "seek takes either tick or time_s");
     int64_t tick = a->has_tick ? a->tick : ll_tick_at((ll_time)llround(a->time_s * 1e9), s->freq);
     if (tick > s->end)
-        return ll_field_error(LL_BAD_INPUT, a->has_tick ? "tick" : "time_s", "the scenario ends at tick %lld; got %lld",
-                              (long long)s->end, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, a->has_tick ? "tick" : "time_s",
+                              "the scenario ends at tick %lld; got %lld", (long long)s->end, (long long)tick);
     return go_to(s, tick);
 }
 
@@ -100,19 +100,41 @@ static const struct {
 };
 
 static const ll_param control_rows[] = {
-    {.name = "ticks", .type = LL_PARAM_INT, .offset = offsetof(control_args, ticks), .min = -1e9, .max = 1e9,
-     .standard = 1, .unit = "ticks", .help = "How far to step; negative steps back."},
-    {.name = "tick", .type = LL_PARAM_INT, .offset = offsetof(control_args, tick), .max = 1e12, .unit = "ticks",
+    {.name = "ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(control_args, ticks),
+     .min = -1e9,
+     .max = 1e9,
+     .standard = 1,
+     .unit = "ticks",
+     .help = "How far to step; negative steps back."},
+    {.name = "tick",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(control_args, tick),
+     .max = 1e12,
+     .unit = "ticks",
      .help = "Where to seek."},
-    {.name = "time_s", .type = LL_PARAM_REAL, .offset = offsetof(control_args, time_s), .max = 1e6, .unit = "s",
+    {.name = "time_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(control_args, time_s),
+     .max = 1e6,
+     .unit = "s",
      .help = "Where to seek, as virtual time."},
-    {.name = "speed", .type = LL_PARAM_REAL, .offset = offsetof(control_args, speed), .min = 0.1, .max = 10,
-     .standard = 1, .help = "Virtual seconds per second."},
-    {.name = "reset", .type = LL_PARAM_BOOL, .offset = offsetof(control_args, reset),
+    {.name = "speed",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(control_args, speed),
+     .min = 0.1,
+     .max = 10,
+     .standard = 1,
+     .help = "Virtual seconds per second."},
+    {.name = "reset",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(control_args, reset),
      .help = "Restart with the parameters that the session was created with."},
 };
 
-static const ll_param_table control_table = {.name = "control", .help = "An operation on a session's clock.",
+static const ll_param_table control_table = {.name = "control",
+                                             .help = "An operation on a session's clock.",
                                              .rows = control_rows,
                                              .count = sizeof control_rows / sizeof control_rows[0],
                                              .size = sizeof(control_args)};
@@ -124,7 +146,8 @@ ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
         return status;
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(control, "op");
     if (!cJSON_IsString(op))
-        return ll_field_error(LL_BAD_INPUT, "op", "op must be one of pause, play, step, seek, speed, restart");
+        return ll_field_error(LL_BAD_INPUT, "op",
+                              "op must be one of pause, play, step, seek, speed, restart");
     control_args args = {0};
     cJSON *rest = cJSON_Duplicate(control, true);
     cJSON_DeleteItemFromObjectCaseSensitive(rest, "op");
@@ -138,6 +161,7 @@ ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
     for (size_t i = 0; i < sizeof operations / sizeof operations[0]; i++)
         if (strcmp(op->valuestring, operations[i].name) == 0)
             return operations[i].run(s, wall, &args);
-    return ll_field_error(LL_BAD_INPUT, "op", "op must be one of pause, play, step, seek, speed, restart; got %.20s",
+    return ll_field_error(LL_BAD_INPUT, "op",
+                          "op must be one of pause, play, step, seek, speed, restart; got %.20s",
                           op->valuestring);
 }

@@ -65,7 +65,8 @@ static ll_status append(ll_buffer *b, const void *bytes, size_t size)
 /* The first event of the window: of a key frame the last seconds, otherwise the last few ticks. */
 static uint32_t first_event(const ll_session *s, bool key)
 {
-    uint32_t end = s->event_count, first = end - s->event_base > LL_EVENT_RING ? end - LL_EVENT_RING : s->event_base;
+    uint32_t end = s->event_count,
+             first = end - s->event_base > LL_EVENT_RING ? end - LL_EVENT_RING : s->event_base;
     ll_time now = ll_tick_time(s->tick, s->freq);
     double frame_s = s->speed > 1 ? s->speed / 60 : 1.0 / 60;
     ll_time window = key ? (ll_time)(LL_FRAME_WINDOW_S * 1e9) : (ll_time)(LL_FRAME_REPEAT * frame_s * 1e9);
@@ -77,7 +78,8 @@ static uint32_t first_event(const ll_session *s, bool key)
 
 static wire_event wire(const ll_event *e)
 {
-    return (wire_event){e->id, e->type, e->player, e->fate, e->outcome, ll_to_s(e->begin), ll_to_s(e->end), e->number, e->value};
+    return (wire_event){e->id,           e->type,   e->player, e->fate, e->outcome, ll_to_s(e->begin),
+                        ll_to_s(e->end), e->number, e->value};
 }
 
 static ll_status append_events(ll_session *s, bool key, ll_buffer *b)
@@ -119,7 +121,8 @@ static void add_section(void *context, int type, int count, const void *bytes, s
 static uint16_t flags(const ll_session *s, bool key)
 {
     return (uint16_t)((key ? FLAG_KEY : 0) | (s->status == LL_SESSION_PLAYING ? FLAG_PLAYING : 0) |
-                      (s->status == LL_SESSION_ENDED ? FLAG_ENDED : 0) | (s->tick < s->head ? FLAG_BEHIND : 0) |
+                      (s->status == LL_SESSION_ENDED ? FLAG_ENDED : 0) |
+                      (s->tick < s->head ? FLAG_BEHIND : 0) |
                       (s->status == LL_SESSION_FAILED ? FLAG_FAILED : 0));
 }
 
@@ -195,8 +198,8 @@ static ll_status encode_json(ll_session *s, const header *h, bool key, ll_buffer
     return status;
 }
 
-ll_status ll_frame_encode(ll_session *s, ll_frame_format format, bool key, uint32_t seq, uint64_t wall_ns, uint32_t viewers,
-                          ll_buffer *buffer)
+ll_status ll_frame_encode(ll_session *s, ll_frame_format format, bool key, uint32_t seq, uint64_t wall_ns,
+                          uint32_t viewers, ll_buffer *buffer)
 {
     ll_status status = ll_session_wake(s);
     if (ll_failed(&status))

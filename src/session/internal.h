@@ -31,11 +31,11 @@ typedef struct ll_snapshot {
 } ll_snapshot;
 
 struct ll_session {
-    ll_scenario scenario;   /* as created: what a reset goes back to */
-    void *base;             /* configuration at tick 0 of the present log */
-    void *config;           /* at the present tick */
+    ll_scenario scenario; /* as created: what a reset goes back to */
+    void *base;           /* configuration at tick 0 of the present log */
+    void *config;         /* at the present tick */
     ll_log log;
-    size_t next;            /* the first entry that is not applied yet */
+    size_t next; /* the first entry that is not applied yet */
     int64_t tick, head, end;
     ll_freq freq;
 
@@ -71,7 +71,8 @@ void ll_log_free(ll_log *log);
 
 void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context);
 void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context);
-void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line, void *context); /* rewind, head, play, pause */
+void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line,
+                        void *context); /* rewind, head, play, pause */
 
 void ll_session_emit_restart(const ll_session *s);
 
@@ -81,7 +82,9 @@ void ll_session_line(const ll_session *s, const char *op); /* to the session's o
 void ll_session_move_to(ll_session *s, int64_t tick);
 void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is the present tick */
 
-ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context, ll_session **session);
+ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
+                         ll_session **session);
 ll_status ll_session_wake(ll_session *s);
-ll_status ll_session_apply_values(const ll_session *s, void *config, const char *values); /* of an entry; all or nothing */
+ll_status ll_session_apply_values(const ll_session *s, void *config,
+                                  const char *values);   /* of an entry; all or nothing */
 void ll_session_rebase(ll_session *s, const void *base); /* a new log that starts from `base` */

@@ -1,7 +1,7 @@
 /* The log of a session in memory and as lines of JSON.
  *
- * Lines are appended only: {"op":"rewind"} and {"op":"restart"} tell that what came after a tick, or everything, no longer holds. Restoring
- * folds them. */
+ * Lines are appended only: {"op":"rewind"} and {"op":"restart"} tell that what came after a tick, or
+ * everything, no longer holds. Restoring folds them. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <stdlib.h>
@@ -172,8 +172,9 @@ static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t nu
     if (!cJSON_IsObject(values))
         return bad_line(number, "has no values");
     char *text = cJSON_PrintUnformatted(values);
-    ll_status status = text ? ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text})
-                            : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+    ll_status status =
+        text ? ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text})
+             : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
     cJSON_free(text);
     return status;
 }
@@ -207,7 +208,8 @@ static void rewind_to(ll_session *s, int64_t tick)
     s->head = tick;
 }
 
-static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line, void *context)
+static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line,
+                           void *context)
 {
     const cJSON *name = cJSON_GetObjectItemCaseSensitive(o, "op");
     const char *op = cJSON_IsString(name) ? name->valuestring : "";
@@ -233,7 +235,8 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
         return read_input(s, o, tick, number);
     if (strcmp(op, "rewind") == 0)
         rewind_to(s, tick);
-    else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0 && strcmp(op, "hash") != 0)
+    else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0 &&
+             strcmp(op, "hash") != 0)
         return bad_line(number, "has an unknown op");
     return ll_ok();
 }
@@ -249,7 +252,8 @@ static ll_status check_changes(ll_session *s)
     return status;
 }
 
-ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context, ll_session **session)
+ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
+                             ll_session **session)
 {
     ll_status status = ll_ok();
     *session = NULL;

@@ -109,7 +109,8 @@ cJSON *ll_session_cost(const ll_session *s)
 {
     cJSON *o = cJSON_CreateObject();
     double simulated = ll_to_s(ll_tick_time(s->cpu_ticks, s->freq));
-    cJSON_AddNumberToObject(o, "ns_per_sim_s", simulated > 0 ? (double)(int64_t)((double)s->cpu_ns / simulated) : 0);
+    cJSON_AddNumberToObject(o, "ns_per_sim_s",
+                            simulated > 0 ? (double)(int64_t)((double)s->cpu_ns / simulated) : 0);
     cJSON_AddNumberToObject(o, "bytes", (double)all_bytes(s));
     cJSON_AddNumberToObject(o, "block_bytes", (double)block_bytes(s));
     cJSON_AddNumberToObject(o, "snapshot_bytes", (double)snapshot_bytes(s));
@@ -122,7 +123,8 @@ cJSON *ll_session_cost(const ll_session *s)
 /* ---- copies ---- */
 
 /* A session of its own with the commands up to `tick`, at tick 0. */
-static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, void *context, ll_session **out)
+static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, void *context,
+                      ll_session **out)
 {
     cJSON *json = ll_param_write(s->scenario.kind->table, s->scenario.config);
     ll_scenario scenario = {0};
@@ -167,7 +169,8 @@ ll_status ll_session_state_at(ll_session *s, int64_t tick, cJSON **state)
     ll_session *scratch;
     *state = NULL;
     if (tick < 0 || tick > s->head)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld", (long long)s->head, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
+                              (long long)s->head, (long long)tick);
     ll_status status = copy(s, tick, NULL, NULL, &scratch);
     if (ll_failed(&status))
         return status;
@@ -228,7 +231,8 @@ ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
     ll_session *scratch;
     csv out = {.write = write, .context = context};
     if (from < 0 || from > to || to > s->head)
-        return ll_field_error(LL_BAD_INPUT, "to_s", "a trace covers ticks from 0 to %lld in order; got %lld to %lld",
+        return ll_field_error(LL_BAD_INPUT, "to_s",
+                              "a trace covers ticks from 0 to %lld in order; got %lld to %lld",
                               (long long)s->head, (long long)from, (long long)to);
     ll_status status = copy(s, to, NULL, NULL, &scratch);
     if (ll_failed(&status))

@@ -81,7 +81,8 @@ static ll_status kind_of(const cJSON *json, const ll_sim_kind **kind)
         }
     char names[160] = "";
     for (int i = 0; ll_sim_kinds[i]; i++)
-        snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", i ? ", " : "", ll_sim_kinds[i]->name);
+        snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", i ? ", " : "",
+                 ll_sim_kinds[i]->name);
     return ll_field_error(LL_BAD_INPUT, "kind", "kind must be one of: %s", names);
 }
 

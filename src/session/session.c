@@ -25,7 +25,8 @@ void ll_session_line(const ll_session *s, const char *op)
 
 /* ---- life ---- */
 
-ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context, ll_session **session)
+ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
+                         ll_session **session)
 {
     ll_session *s = calloc(1, sizeof *s);
     size_t size = scenario->kind->table->size;
@@ -57,7 +58,8 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     return ll_ok();
 }
 
-ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_line, void *context, ll_session **session)
+ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_line, void *context,
+                            ll_session **session)
 {
     ll_scenario scenario = {0};
     *session = NULL;
@@ -200,7 +202,8 @@ static void run(ll_session *s, int64_t to, bool record)
     while (s->tick < to && s->status != LL_SESSION_FAILED) {
         maybe_snapshot(s);
         int64_t stop = next_stop(s, to);
-        ll_status status = s->scenario.kind->advance(s->block, ll_tick_time(stop, s->freq), record ? &recorder : NULL);
+        ll_status status =
+            s->scenario.kind->advance(s->block, ll_tick_time(stop, s->freq), record ? &recorder : NULL);
         if (ll_failed(&status)) {
             s->status = LL_SESSION_FAILED;
             s->error = status;
@@ -234,7 +237,8 @@ static void make_state(ll_session *s, int64_t tick)
     int64_t quiet = tick - ll_tick_at(EVENT_WINDOW, s->freq);
     const ll_snapshot *best = NULL;
     for (int i = 0; i < LL_SNAPSHOTS; i++)
-        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet && (!best || s->snapshots[i].tick > best->tick))
+        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
+            (!best || s->snapshots[i].tick > best->tick))
             best = &s->snapshots[i];
     start_from(s, best);
     s->generation++;
@@ -308,7 +312,8 @@ ll_status ll_session_run_to(ll_session *s, int64_t tick)
     if (ll_failed(&status))
         return status;
     if (tick < 0 || tick > s->end)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld", (long long)s->end, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
+                              (long long)s->end, (long long)tick);
     if (tick != s->tick)
         ll_session_move_to(s, tick);
     return s->status == LL_SESSION_FAILED ? s->error : ll_ok();

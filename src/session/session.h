@@ -1,12 +1,15 @@
 /* A session is its log: scenario + seed + commands, each stamped with virtual time.
  *
- * The same engine is driven in several ways: paced to the wall clock, unpaced, replayed, scrubbed, forked, recovered. Whatever a
- * session holds besides its log (the block, snapshots, recent events) can be dropped and made again, which is what parking does.
+ * The same engine is driven in several ways: paced to the wall clock, unpaced, replayed, scrubbed, forked,
+ * recovered. Whatever a session holds besides its log (the block, snapshots, recent events) can be dropped
+ * and made again, which is what parking does.
  *
- * Not thread-safe: the owner serialises calls. No function reads a clock: `wall` is the owner's monotonic time in ns.
+ * Not thread-safe: the owner serialises calls. No function reads a clock: `wall` is the owner's monotonic
+ * time in ns.
  *
- * Virtual time moves in whole ticks of the scenario. `head` is the furthest tick of the present log; seeking back leaves the log as it is
- * and plays it again; a command given before the head drops the commands after it (the log tells that by a `rewind` entry). */
+ * Virtual time moves in whole ticks of the scenario. `head` is the furthest tick of the present log; seeking
+ * back leaves the log as it is and plays it again; a command given before the head drops the commands after
+ * it (the log tells that by a `rewind` entry). */
 #pragma once
 
 #include <stdbool.h>
@@ -23,25 +26,30 @@ typedef struct ll_session ll_session;
 typedef enum ll_session_status {
     LL_SESSION_PAUSED,
     LL_SESSION_PLAYING,
-    LL_SESSION_ENDED, /* at the scenario's duration */
+    LL_SESSION_ENDED,  /* at the scenario's duration */
     LL_SESSION_FAILED, /* diverged: see `error` */
 } ll_session_status;
 
 extern const char *const ll_session_status_names[];
 
-/* Every entry of the log as one line of JSON without newline, in order; the first is the header (scenario, seed). */
+/* Every entry of the log as one line of JSON without newline, in order; the first is the header (scenario,
+ * seed). */
 typedef void ll_log_line(void *context, const char *line, size_t length);
 
-/* Makes a session, paused at tick 0. `scenario` is the JSON of a scenario; `seed` < 0 takes the scenario's. `on_line` (may be NULL) is
- * called for each line as it is appended, the header at once: a store that keeps all lines can restore the session. */
+/* Makes a session, paused at tick 0. `scenario` is the JSON of a scenario; `seed` < 0 takes the scenario's.
+ * `on_line` (may be NULL) is called for each line as it is appended, the header at once: a store that keeps
+ * all lines can restore the session. */
 ll_status ll_session_create(const struct cJSON *scenario, int64_t seed, ll_log_line *on_line, void *context,
                             ll_session **session);
 void ll_session_destroy(ll_session *session);
 
-/* Restores a session from the lines of a log (as written, separated by newlines); parked, paused at the last stamped tick. */
-ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context, ll_session **session);
+/* Restores a session from the lines of a log (as written, separated by newlines); parked, paused at the last
+ * stamped tick. */
+ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
+                             ll_session **session);
 
-/* A copy of the log up to the present tick, under a new `on_line` (which gets all lines); paused at that tick. */
+/* A copy of the log up to the present tick, under a new `on_line` (which gets all lines); paused at that
+ * tick. */
 ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *context, ll_session **copy);
 
 /* ---- driving ---- */
@@ -52,15 +60,18 @@ int64_t ll_session_advance(ll_session *session, ll_time wall, int64_t max_ticks)
 /* Runs unpaced to `tick` (beyond the head it moves the head). */
 ll_status ll_session_run_to(ll_session *session, int64_t tick);
 
-/* {"op":"pause"} {"op":"play"} {"op":"step","ticks":1} (negative steps back) {"op":"seek","tick":N} or {"op":"seek","time_s":X}
- * {"op":"speed","speed":0.25} (0.1 to 10) {"op":"restart","reset":false} (reset: back to the scenario as created). Unknown keys are errors.
- * Step and seek pause. Play at the end starts again from tick 0 with the same log (a replay). */
+/* {"op":"pause"} {"op":"play"} {"op":"step","ticks":1} (negative steps back) {"op":"seek","tick":N} or
+ * {"op":"seek","time_s":X}
+ * {"op":"speed","speed":0.25} (0.1 to 10) {"op":"restart","reset":false} (reset: back to the scenario as
+ * created). Unknown keys are errors. Step and seek pause. Play at the end starts again from tick 0 with the
+ * same log (a replay). */
 ll_status ll_session_control(ll_session *session, ll_time wall, const struct cJSON *control);
 
 /* JSON merge patch of live parameters, applied at the present tick, all or nothing. */
 ll_status ll_session_patch(ll_session *session, ll_time wall, const struct cJSON *patch);
 
-/* A person's controls for `player` (whose control must be `person`: LL_CONFLICT otherwise), held until the next call. Appended to the log only when they changed. */
+/* A person's controls for `player` (whose control must be `person`: LL_CONFLICT otherwise), held until the
+ * next call. Appended to the log only when they changed. */
 ll_status ll_session_input(ll_session *session, ll_time wall, int player, const ll_action *action);
 
 /* ---- reading ---- */
@@ -73,9 +84,11 @@ typedef struct ll_session_info {
     ll_freq tick_freq;
     double speed;
     int64_t seed;
-    uint32_t params_version; /* counts changes of parameters, restarts and seeks over them: reread the params when it differs */
-    uint32_t generation;     /* counts jumps of time (seek, step, restart): a viewer drops what it drew when it differs */
-    size_t bytes;            /* memory held now */
+    uint32_t params_version; /* counts changes of parameters, restarts and seeks over them: reread the params
+                                when it differs */
+    uint32_t generation; /* counts jumps of time (seek, step, restart): a viewer drops what it drew when it
+                            differs */
+    size_t bytes;        /* memory held now */
     size_t log_entries;
     const char *title, *kind;
 } ll_session_info;
@@ -87,13 +100,15 @@ uint64_t ll_session_hash(ll_session *session); /* of the state at the present ti
 struct cJSON *ll_session_params(ll_session *session);  /* the whole scenario with its present values */
 struct cJSON *ll_session_state(ll_session *session);   /* {"tick","time_s","hash","state":{...}} */
 struct cJSON *ll_session_metrics(ll_session *session); /* {"tick","time_s","hash","metrics":{...}} */
-struct cJSON *ll_session_cost(const ll_session *session); /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"}; parked_bytes is what is left
- * while it is parked */
+struct cJSON *
+ll_session_cost(const ll_session *session); /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
+                                             * parked_bytes is what is left while it is parked */
 
 /* The state at another tick (0 <= tick <= head), from a scratch copy: the session itself does not move. */
 ll_status ll_session_state_at(ll_session *session, int64_t tick, struct cJSON **state);
 
-/* CSV (RFC 4180) of ticks from..to (at most the head), header first, from a scratch copy. `write` gets pieces. */
+/* CSV (RFC 4180) of ticks from..to (at most the head), header first, from a scratch copy. `write` gets
+ * pieces. */
 ll_status ll_session_trace(ll_session *session, int64_t from, int64_t to,
                            void (*write)(void *context, const char *text, size_t length), void *context);
 
@@ -101,8 +116,9 @@ void ll_session_log(const ll_session *session, ll_log_line *line, void *context)
 
 /* ---- hosting ---- */
 
-/* Drops everything that the log can give again. Any other call wakes the session. While nobody looks, virtual time goes on by `wall` and is
- * caught up by ll_session_advance. */
+/* Drops everything that the log can give again. Any other call wakes the session. While nobody looks, virtual
+ * time goes on by `wall` and is caught up by ll_session_advance. */
 void ll_session_park(ll_session *session);
 
-void ll_session_account(ll_session *session, int64_t cpu_ns, int64_t ticks); /* measured cost of advancing; for `cost` only */
+void ll_session_account(ll_session *session, int64_t cpu_ns,
+                        int64_t ticks); /* measured cost of advancing; for `cost` only */

@@ -7,16 +7,37 @@ extern const char *const ll_sim_kind_names[];
 
 #define LL_DURATION_MAX_S 3600
 
-#define LL_SCENARIO_ROWS                                                                                                 \
-    {.name = "kind", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_scenario_head, kind), .choices = ll_sim_kind_names,  \
-     .required = true, .help = "What is simulated."},                                                                    \
-        {.name = "title", .type = LL_PARAM_TEXT, .offset = offsetof(ll_scenario_head, title), .max = LL_TITLE_MAX,       \
-         .help = "A short name for people."},                                                                            \
-        {.name = "paper", .type = LL_PARAM_TEXT, .offset = offsetof(ll_scenario_head, paper), .max = LL_TITLE_MAX,       \
-         .help = "The figure or section of the paper that this shows."},                                                 \
-        {.name = "text", .type = LL_PARAM_TEXT, .offset = offsetof(ll_scenario_head, text), .max = LL_TEXT_MAX,          \
-         .help = "What to look at."},                                                                                    \
-        {.name = "duration_s", .type = LL_PARAM_REAL, .offset = offsetof(ll_scenario_head, duration_s), .min = 0.01,     \
-         .max = LL_DURATION_MAX_S, .standard = 30, .unit = "s", .help = "How long it runs."},                            \
-        {.name = "seed", .type = LL_PARAM_INT, .offset = offsetof(ll_scenario_head, seed), .max = 9007199254740991,      \
-         .standard = 1, .help = "Of all random draws."}
+#define LL_SCENARIO_ROWS                                                                                     \
+    {.name = "kind",                                                                                         \
+     .type = LL_PARAM_CHOICE,                                                                                \
+     .offset = offsetof(ll_scenario_head, kind),                                                             \
+     .choices = ll_sim_kind_names,                                                                           \
+     .required = true,                                                                                       \
+     .help = "What is simulated."},                                                                          \
+        {.name = "title",                                                                                    \
+         .type = LL_PARAM_TEXT,                                                                              \
+         .offset = offsetof(ll_scenario_head, title),                                                        \
+         .max = LL_TITLE_MAX,                                                                                \
+         .help = "A short name for people."},                                                                \
+        {.name = "paper",                                                                                    \
+         .type = LL_PARAM_TEXT,                                                                              \
+         .offset = offsetof(ll_scenario_head, paper),                                                        \
+         .max = LL_TITLE_MAX,                                                                                \
+         .help = "The figure or section of the paper that this shows."},                                     \
+        {.name = "text",                                                                                     \
+         .type = LL_PARAM_TEXT,                                                                              \
+         .offset = offsetof(ll_scenario_head, text),                                                         \
+         .max = LL_TEXT_MAX,                                                                                 \
+         .help = "What to look at."},                                                                        \
+        {.name = "duration_s",                                                                               \
+         .type = LL_PARAM_REAL,                                                                              \
+         .offset = offsetof(ll_scenario_head, duration_s),                                                   \
+         .min = 0.01,                                                                                        \
+         .max = LL_DURATION_MAX_S,                                                                           \
+         .standard = 30,                                                                                     \
+         .unit = "s",                                                                                        \
+         .help = "How long it runs."},                                                                       \
+    {                                                                                                        \
+        .name = "seed", .type = LL_PARAM_INT, .offset = offsetof(ll_scenario_head, seed),                    \
+        .max = 9007199254740991, .standard = 1, .help = "Of all random draws."                               \
+    }

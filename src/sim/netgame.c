@@ -69,7 +69,7 @@ static ll_freq rate(const ll_netgame *g, bool at_update_hz)
 
 static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
 {
-    return (ll_client_setup){ll_netgame_game(g),      &g->env, ll_netgame_sync(g), &g->config.players[i],
+    return (ll_client_setup){ll_netgame_game(g),           &g->env, ll_netgame_sync(g), &g->config.players[i],
                              ll_netgame_instruments(g, i), recorder};
 }
 
@@ -83,7 +83,8 @@ static void meet(ll_netgame *g, ll_time now)
     g->env.dt = 1000.0 / (double)client_freq;
     g->env.dt_ns = ll_tick_time(1, client_freq);
     ll_netgame_game(g)->prepare(&g->env, g->config.params);
-    ll_server_start(server, (uint16_t)g->epoch, rate(g, sync->server_steps_at_update_hz), rate(g, true), client_freq, now);
+    ll_server_start(server, (uint16_t)g->epoch, rate(g, sync->server_steps_at_update_hz), rate(g, true),
+                    client_freq, now);
     for (int i = 0; i < server->players; i++) {
         ll_client_setup s = setup(g, i, NULL);
         ll_client_start(ll_netgame_client(g, i), &s, (uint16_t)g->epoch, client_freq, server->step,
@@ -119,7 +120,8 @@ static void init(void *block, const void *config)
         uint64_t stream = (uint64_t)i * 2;
         ll_client_init(ll_netgame_client(g, i), i, world_size, world);
         ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
-        ll_link_init(ll_netgame_down(g, i), down_slots(c), down_slots(c) * state_size(c), (uint64_t)c->head.seed, stream + 1);
+        ll_link_init(ll_netgame_down(g, i), down_slots(c), down_slots(c) * state_size(c),
+                     (uint64_t)c->head.seed, stream + 1);
         ll_instruments_init(ll_netgame_instruments(g, i), (ll_time)(c->warmup_s * 1e9));
     }
     meet(g, 0);
@@ -155,7 +157,8 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
     ll_link *link = up ? ll_netgame_up(g, player) : ll_netgame_down(g, player);
     ll_message_head head;
     memcpy(&head, packet, sizeof head);
-    ll_sending s = ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);
+    ll_sending s =
+        ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);
 
     ll_instruments *in = ll_netgame_instruments(g, player);
     if (g->now >= in->from) {
@@ -201,10 +204,15 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
     const ll_sync *sync = ll_netgame_sync(g);
     int n = ll_server_receive(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
     for (int i = 0; i < n; i++) {
-        record(r, (ll_event){.type = LL_EVENT_VERDICT, .player = (uint8_t)player, .outcome = verdicts[i].outcome,
-                             .begin = g->now, .end = g->now, .number = verdicts[i].seq});
+        record(r, (ll_event){.type = LL_EVENT_VERDICT,
+                             .player = (uint8_t)player,
+                             .outcome = verdicts[i].outcome,
+                             .begin = g->now,
+                             .end = g->now,
+                             .number = verdicts[i].seq});
         if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
-            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, (uint16_t)g->epoch, verdicts[i].seq};
+            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, (uint16_t)g->epoch,
+                                       verdicts[i].seq};
             send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
     }
@@ -221,8 +229,12 @@ static void client_receives(ll_netgame *g, int player, const void *packet, const
     if (m->head.type != LL_MESSAGE_STATE)
         return;
     const ll_world *world = ll_received_world(ll_client_state(client, client->newest - 1));
-    record(r, (ll_event){.type = LL_EVENT_APPLIED, .player = (uint8_t)player, .outcome = (uint8_t)outcome, .begin = g->now,
-                         .end = g->now, .number = (uint32_t)m->tick,
+    record(r, (ll_event){.type = LL_EVENT_APPLIED,
+                         .player = (uint8_t)player,
+                         .outcome = (uint8_t)outcome,
+                         .begin = g->now,
+                         .end = g->now,
+                         .number = (uint32_t)m->tick,
                          .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
 }
 
@@ -265,7 +277,9 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
                         g->config.players[player].name, (long long)server->step, ll_to_s(g->now));
     ll_truth_add(ll_netgame_truth(g), g->now, ll_server_world(server));
     if (r)
-        record(r, (ll_event){.type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
+        record(r,
+               (ll_event){
+                   .type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
     if (sync->server_steps_at_update_hz)
         update(g, r);
     return ll_ok();
@@ -279,11 +293,12 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
     int bytes = ll_client_frame(client, &s, g->now, &message);
     if (bytes > 0)
         send(g, player, true, &message, bytes, r);
-    ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_truth(g), g->now, g->env.dt);
+    ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_truth(g),
+                         g->now, g->env.dt);
 }
 
-/* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and the clients: so a packet that
- * arrives at a tick counts for it. */
+/* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and
+ * the clients: so a packet that arrives at a tick counts for it. */
 typedef enum actor { ACTOR_UP, ACTOR_DOWN, ACTOR_STEP, ACTOR_UPDATE, ACTOR_CLIENT } actor;
 
 typedef struct turn {
@@ -325,14 +340,22 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *r)
             break;
         g->now = next.time;
         switch (next.actor) {
-        case ACTOR_UP: deliver(g, next.player, true, r); break;
-        case ACTOR_DOWN: deliver(g, next.player, false, r); break;
-        case ACTOR_STEP: status = server_steps(g, r); break;
+        case ACTOR_UP:
+            deliver(g, next.player, true, r);
+            break;
+        case ACTOR_DOWN:
+            deliver(g, next.player, false, r);
+            break;
+        case ACTOR_STEP:
+            status = server_steps(g, r);
+            break;
         case ACTOR_UPDATE:
             update(g, r);
             ll_netgame_server(g)->update++;
             break;
-        case ACTOR_CLIENT: client_frames(g, next.player, r); break;
+        case ACTOR_CLIENT:
+            client_frames(g, next.player, r);
+            break;
         }
     }
     if (!ll_failed(&status))
@@ -362,12 +385,15 @@ static ll_status accepts(const void *config, int player, const ll_action *action
 {
     const ll_netgame_config *c = config;
     if (player < 0 || player >= c->player_count)
-        return ll_field_error(LL_BAD_INPUT, "player", "player must be between 0 and %d; got %d", c->player_count - 1, player);
+        return ll_field_error(LL_BAD_INPUT, "player", "player must be between 0 and %d; got %d",
+                              c->player_count - 1, player);
     for (int i = 0; i < 2; i++)
         if (!(action->axis[i] >= -1 && action->axis[i] <= 1))
-            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g", (double)action->axis[i]);
+            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g",
+                                  (double)action->axis[i]);
     if (c->players[player].control != LL_CONTROL_PERSON)
-        return ll_error(LL_CONFLICT, "player %s is driven by a script; set players.%d.control to person first",
+        return ll_error(LL_CONFLICT,
+                        "player %s is driven by a script; set players.%d.control to person first",
                         c->players[player].name, player);
     return ll_ok();
 }

@@ -1,7 +1,7 @@
 /* Simulations of kind `netgame`: a server, its clients and the links between them, under one virtual clock.
  *
- * The actors share nothing: only packets pass between them. This room carries the packets, keeps the clocks, and, since it holds
- * everybody, measures every view against the truth. */
+ * The actors share nothing: only packets pass between them. This room carries the packets, keeps the clocks,
+ * and, since it holds everybody, measures every view against the truth. */
 #pragma once
 
 #include "netcode/client.h"
@@ -85,6 +85,7 @@ int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
 /* netgame_frame.c: what is streamed of a block */
-void ll_netgame_sections(const void *block, void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+void ll_netgame_sections(const void *block,
+                         void (*section)(void *context, int type, int count, const void *bytes, size_t size),
                          void *context);
 void ll_netgame_sections_json(const void *block, struct cJSON *frame);

@@ -6,20 +6,48 @@
 
 static const ll_param rows[] = {
     LL_SCENARIO_ROWS,
-    {.name = "game", .type = LL_PARAM_CHOICE, .offset = offsetof(ll_netgame_config, game), .choices = ll_game_names,
+    {.name = "game",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_netgame_config, game),
+     .choices = ll_game_names,
      .help = "The rules that are played."},
-    {.name = "params", .type = LL_PARAM_VARIANT, .offset = offsetof(ll_netgame_config, params),
-     .variants = ll_game_tables, .count_offset = offsetof(ll_netgame_config, game), .help = "The game's own parameters."},
-    {.name = "tick_hz", .type = LL_PARAM_REAL, .offset = offsetof(ll_netgame_config, tick_hz), .min = 10, .max = 64,
-     .standard = 60, .unit = "Hz",
+    {.name = "params",
+     .type = LL_PARAM_VARIANT,
+     .offset = offsetof(ll_netgame_config, params),
+     .variants = ll_game_tables,
+     .count_offset = offsetof(ll_netgame_config, game),
+     .help = "The game's own parameters."},
+    {.name = "tick_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_netgame_config, tick_hz),
+     .min = 10,
+     .max = 64,
+     .standard = 60,
+     .unit = "Hz",
      .help = "Steps per second of the clients, and of the server where it does not step by update_hz."},
-    {.name = "warmup_s", .type = LL_PARAM_REAL, .offset = offsetof(ll_netgame_config, warmup_s), .max = 3600,
-     .standard = 2, .unit = "s", .help = "Metrics count from here on."},
-    {.name = "server", .type = LL_PARAM_OBJECT, .offset = offsetof(ll_netgame_config, server),
-     .child = &ll_server_table, .live = true, .help = "The authoritative server."},
-    {.name = "players", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_netgame_config, players), .min = 1,
-     .max = LL_PLAYERS_MAX, .child = &ll_player_table, .count_offset = offsetof(ll_netgame_config, player_count),
-     .live = true, .required = true, .help = "Who plays: each with a link and techniques of its own."},
+    {.name = "warmup_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_netgame_config, warmup_s),
+     .max = 3600,
+     .standard = 2,
+     .unit = "s",
+     .help = "Metrics count from here on."},
+    {.name = "server",
+     .type = LL_PARAM_OBJECT,
+     .offset = offsetof(ll_netgame_config, server),
+     .child = &ll_server_table,
+     .live = true,
+     .help = "The authoritative server."},
+    {.name = "players",
+     .type = LL_PARAM_ARRAY,
+     .offset = offsetof(ll_netgame_config, players),
+     .min = 1,
+     .max = LL_PLAYERS_MAX,
+     .child = &ll_player_table,
+     .count_offset = offsetof(ll_netgame_config, player_count),
+     .live = true,
+     .required = true,
+     .help = "Who plays: each with a link and techniques of its own."},
 };
 
 static ll_status check(const void *object, const char *path)
@@ -27,12 +55,16 @@ static ll_status check(const void *object, const char *path)
     const ll_netgame_config *c = object;
     (void)path;
     if (ll_syncs[c->server.sync]->client_steps_at_update_hz && c->server.update_hz > c->tick_hz)
-        return ll_field_error(LL_BAD_INPUT, "server.update_hz",
-                              "in %s everybody steps by server.update_hz, which must then be at most tick_hz, %g Hz; got %g",
-                              ll_syncs[c->server.sync]->name, c->tick_hz, c->server.update_hz);
+        return ll_field_error(
+            LL_BAD_INPUT, "server.update_hz",
+            "in %s everybody steps by server.update_hz, which must then be at most tick_hz, %g Hz; got %g",
+            ll_syncs[c->server.sync]->name, c->tick_hz, c->server.update_hz);
     return ll_ok();
 }
 
-const ll_param_table ll_netgame_table = {
-    .name = "netgame", .help = "A game over a network: server, clients and links.", .rows = rows,
-    .count = sizeof rows / sizeof rows[0], .size = sizeof(ll_netgame_config), .check = check};
+const ll_param_table ll_netgame_table = {.name = "netgame",
+                                         .help = "A game over a network: server, clients and links.",
+                                         .rows = rows,
+                                         .count = sizeof rows / sizeof rows[0],
+                                         .size = sizeof(ll_netgame_config),
+                                         .check = check};

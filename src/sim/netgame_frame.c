@@ -38,8 +38,8 @@ _Static_assert(offsetof(view, entity) == 64 && sizeof(view_entity) == 24, "the l
 
 static view_entity entity(const ll_entity *e, ll_time age, uint32_t flags)
 {
-    return (view_entity){(float)e->x, (float)e->y, (float)e->vx, (float)e->vy, (float)ll_to_ms(age),
-                         (uint32_t)e->flags | flags};
+    return (view_entity){(float)e->x,  (float)e->y,          (float)e->vx,
+                         (float)e->vy, (float)ll_to_ms(age), (uint32_t)e->flags | flags};
 }
 
 static view server_view(const ll_netgame *g)
@@ -61,7 +61,8 @@ static view player_view(const ll_netgame *g, int i)
     const ll_instruments *in = ll_netgame_instruments(g, i);
     const ll_seat *seat = &ll_netgame_server(g)->seats[i];
     view v = {.view = (uint8_t)(i + 1), .entities = (uint8_t)g->config.player_count};
-    int flags = (config->prediction ? VIEW_PREDICTION : 0) | (config->reconciliation ? VIEW_RECONCILIATION : 0) |
+    int flags = (config->prediction ? VIEW_PREDICTION : 0) |
+                (config->reconciliation ? VIEW_RECONCILIATION : 0) |
                 (config->interpolation ? VIEW_INTERPOLATION : 0) | (c->held_now ? VIEW_UNDERRUN : 0) |
                 (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0);
     v.flags = (uint16_t)flags;
@@ -100,7 +101,8 @@ static int game_values(const ll_netgame *g, int player, double *values)
     return n;
 }
 
-void ll_netgame_sections(const void *block, void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+void ll_netgame_sections(const void *block,
+                         void (*section)(void *context, int type, int count, const void *bytes, size_t size),
                          void *context)
 {
     const ll_netgame *g = block;

@@ -29,7 +29,8 @@ cJSON *ll_netgame_state(const void *block)
     cJSON *state = cJSON_CreateObject(), *s = cJSON_AddObjectToObject(state, "server");
     number(s, "step", (double)server->step);
     number(s, "stepped_s", ll_to_s(server->stepped));
-    cJSON *entities = cJSON_AddArrayToObject(s, "entities"), *players = cJSON_AddArrayToObject(state, "players");
+    cJSON *entities = cJSON_AddArrayToObject(s, "entities"),
+          *players = cJSON_AddArrayToObject(state, "players");
     for (int i = 0; i < server->players; i++) {
         const ll_client *c = ll_netgame_client(g, i);
         cJSON_AddItemToArray(entities, entity_json(&ll_server_world_const(server)->entity[i]));
@@ -195,7 +196,8 @@ cJSON *ll_netgame_layout(const void *config)
     ll_scene scene = game->scene(&env, c->player_count);
     cJSON *layout = cJSON_CreateObject();
     cJSON_AddStringToObject(layout, "game", game->name);
-    cJSON *players = cJSON_AddArrayToObject(layout, "players"), *values = cJSON_AddArrayToObject(layout, "game_values");
+    cJSON *players = cJSON_AddArrayToObject(layout, "players"),
+          *values = cJSON_AddArrayToObject(layout, "game_values");
     for (int i = 0; i < c->player_count; i++) {
         cJSON *p = cJSON_CreateObject();
         cJSON_AddStringToObject(p, "name", c->players[i].name);
@@ -219,8 +221,9 @@ cJSON *ll_netgame_layout(const void *config)
 
 /* ---- trace ---- */
 
-static const char *const player_columns[] = {"own_x_m", "own_y_m", "own_error_m", "remote_error_m", "view_age_ms",
-                                             "buffer_ms", "unacked", "corrections", "lag_ms"};
+static const char *const player_columns[] = {"own_x_m",        "own_y_m",     "own_error_m",
+                                             "remote_error_m", "view_age_ms", "buffer_ms",
+                                             "unacked",        "corrections", "lag_ms"};
 enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)

@@ -1,7 +1,7 @@
 /* One interface over every kind of simulation.
  *
- * A simulation is one contiguous relocatable block whose size follows from its configuration: a snapshot and a
- * rollback are a memcpy. It is a pure function of (configuration, commands stamped with virtual time). */
+ * A simulation is one contiguous relocatable block whose size follows from its configuration: a snapshot and
+ * a rollback are a memcpy. It is a pure function of (configuration, commands stamped with virtual time). */
 #pragma once
 
 #include <stddef.h>
@@ -36,33 +36,38 @@ typedef struct ll_sim_kind {
 
     size_t (*size)(const void *config); /* bytes of the block: known before anything is made */
     void (*init)(void *block, const void *config);
-    /* Makes dependent values agree after a change; `before` is the configuration before it (all zero for a new one). */
+    /* Makes dependent values agree after a change; `before` is the configuration before it (all zero for a
+     * new one). */
     void (*settle)(void *config, const void *before);
     ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
 
-    /* Runs every event up to and including `until`. LL_DIVERGED names the tick and the entity of the first value that is
-     * not finite; the block then stays at that tick. */
+    /* Runs every event up to and including `until`. LL_DIVERGED names the tick and the entity of the first
+     * value that is not finite; the block then stays at that tick. */
     ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder);
 
     /* Live rows of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);
 
-    /* A person's controls. `accepts` tells whether the configuration lets `player` be driven so; NULL when nobody can drive. */
+    /* A person's controls. `accepts` tells whether the configuration lets `player` be driven so; NULL when
+     * nobody can drive. */
     ll_status (*accepts)(const void *config, int player, const ll_action *action);
     void (*input)(void *block, int player, const ll_action *action);
 
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);
     struct cJSON *(*metrics)(const void *block);
-    struct cJSON *(*layout)(const void *config); /* what a viewer must know to read sections: goes into the hello */
+    struct cJSON *(*layout)(
+        const void *config); /* what a viewer must know to read sections: goes into the hello */
 
-    /* Appends the kind's sections of a binary frame (session/frame.h) or their JSON counterparts. `section` adds one
-     * section of `count` records in `bytes`. */
-    void (*sections)(const void *block, void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+    /* Appends the kind's sections of a binary frame (session/frame.h) or their JSON counterparts. `section`
+     * adds one section of `count` records in `bytes`. */
+    void (*sections)(const void *block,
+                     void (*section)(void *context, int type, int count, const void *bytes, size_t size),
                      void *context);
     void (*sections_json)(const void *block, struct cJSON *frame);
 
-    /* One CSV line per tick: header names with units; values in the same order. Return the count; at most `capacity`. */
+    /* One CSV line per tick: header names with units; values in the same order. Return the count; at most
+     * `capacity`. */
     int (*trace_columns)(const void *config, char (*names)[48], int capacity);
     int (*trace_row)(const void *block, double *values, int capacity);
 } ll_sim_kind;

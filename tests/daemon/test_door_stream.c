@@ -163,8 +163,8 @@ static void test_slow_reader(void **state)
         front_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by ./dev bench: here
-     * the machine may be busy. */
+    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
+     * ./dev bench: here the machine may be busy. */
     assert_true(oldest < 1);
     close(fd);
 }
@@ -389,8 +389,8 @@ static void test_slow_reader_bridged(void **state)
         front_sleep(0.083);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by ./dev bench: here
-     * the machine may be busy. */
+    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
+     * ./dev bench: here the machine may be busy. */
     assert_true(oldest < 1);
     close(fd);
 }
@@ -417,8 +417,8 @@ static void test_slow_link(void **state)
         keys += viewer_is_key(&frame);
         viewer_ack(fd, viewer_seq(&frame));
     }
-    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by ./dev bench: here
-     * the machine may be busy. */
+    /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
+     * ./dev bench: here the machine may be busy. */
     assert_true(oldest < 1);
     assert_in_range(keys, 1, 3);
     close(fd);

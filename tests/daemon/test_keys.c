@@ -12,7 +12,6 @@
 #include "daemon/keys.h"
 #include "daemon/rates.h"
 
-
 /* Two of FIPS 180's vectors, the second cut in two: the digest is that of both parts together. */
 static void digests_are_sha256_of_both_parts(void **state)
 {
@@ -95,8 +94,10 @@ static void rates_are_per_name(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(digests_are_sha256_of_both_parts),  cmocka_unit_test(names_have_their_alphabets),
-        cmocka_unit_test(a_key_matches_its_hash_only), cmocka_unit_test(a_bucket_gives_its_rate_and_burst),
+        cmocka_unit_test(digests_are_sha256_of_both_parts),
+        cmocka_unit_test(names_have_their_alphabets),
+        cmocka_unit_test(a_key_matches_its_hash_only),
+        cmocka_unit_test(a_bucket_gives_its_rate_and_burst),
         cmocka_unit_test(rates_are_per_name),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

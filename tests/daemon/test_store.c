@@ -254,7 +254,7 @@ static void many_writers(void **state)
     pthread_t threads[WRITERS];
     writer writers[WRITERS];
     for (int i = 0; i < WRITERS; i++) {
-        char id[8];
+        char id[16];
         snprintf(id, sizeof id, "w%d", i);
         ll_stored stored = row(store, id);
         ll_store_put(store, &stored);

@@ -38,7 +38,8 @@ static void step(field *f, float angle, float speed, unsigned buttons)
     ll_game_cannon.step(f->world, &f->env, actions, 0);
 }
 
-/* vx = vx0 e^-ct, x = vx0 (1 - e^-ct) / c; vy = (vy0 + g/c) e^-ct - g/c, y by its integral; c = 0 is the parabola. */
+/* vx = vx0 e^-ct, x = vx0 (1 - e^-ct) / c; vy = (vy0 + g/c) e^-ct - g/c, y by its integral; c = 0 is the
+ * parabola. */
 static void flight_follows_the_closed_form(void **state)
 {
     (void)state;

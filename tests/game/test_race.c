@@ -63,7 +63,9 @@ static void drag_factors_are_right_for_any_drag(void **state)
         assert_true(fabsl(d.f - f) <= 1e-15L * f);
         /* g = (dt - f) / c cancels in long double too, so for small c it is compared with its series */
         long double g = z > 1e-2L ? ((long double)dt - f) / c
-                                  : (long double)dt * dt * (0.5L - z / 6 + z * z / 24 - z * z * z / 120 + z * z * z * z / 720 - z * z * z * z * z / 5040);
+                                  : (long double)dt * dt *
+                                        (0.5L - z / 6 + z * z / 24 - z * z * z / 120 + z * z * z * z / 720 -
+                                         z * z * z * z * z / 5040);
         assert_true(fabsl(d.g - g) <= 1e-14L * g);
     }
 }
@@ -158,12 +160,14 @@ static void own_step_is_the_server_step(void **state)
     for (int i = 0; i < 3600; i++) {
         ll_action actions[3];
         for (int p = 0; p < 3; p++) {
-            actions[p] = ll_game_race.drive(server->world, &server->env, p, LL_SCRIPT_VARIED, ll_tick_time(i, 60000));
+            actions[p] =
+                ll_game_race.drive(server->world, &server->env, p, LL_SCRIPT_VARIED, ll_tick_time(i, 60000));
             ll_game_race.step_own(client->world, &client->env, p, &actions[p]);
         }
         ll_game_race.step(server->world, &server->env, actions, ll_tick_time(i + 1, 60000));
         for (int p = 0; p < 3; p++)
-            assert_memory_equal(&server->world->entity[p], &client->world->entity[p], offsetof(ll_entity, flags));
+            assert_memory_equal(&server->world->entity[p], &client->world->entity[p],
+                                offsetof(ll_entity, flags));
         for (int p = 0; p < 3; p++)
             client->world->entity[p].flags = server->world->entity[p].flags;
     }
@@ -175,10 +179,13 @@ static void own_step_is_the_server_step(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(throttle_follows_the_closed_form), cmocka_unit_test(drag_factors_are_right_for_any_drag),
-        cmocka_unit_test(top_speed_is_kept),                cmocka_unit_test(brakes_stop_and_do_not_reverse),
+        cmocka_unit_test(throttle_follows_the_closed_form),
+        cmocka_unit_test(drag_factors_are_right_for_any_drag),
+        cmocka_unit_test(top_speed_is_kept),
+        cmocka_unit_test(brakes_stop_and_do_not_reverse),
         cmocka_unit_test(contact_keeps_momentum_and_takes_energy),
-        cmocka_unit_test(finish_time_lies_between_ticks),   cmocka_unit_test(own_step_is_the_server_step),
+        cmocka_unit_test(finish_time_lies_between_ticks),
+        cmocka_unit_test(own_step_is_the_server_step),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -1,4 +1,5 @@
-/* Golden scenarios: the hash at the end of each, on every compiler and optimisation. `test_golden --update` writes the table anew. */
+/* Golden scenarios: the hash at the end of each, on every compiler and optimisation. `test_golden --update`
+ * writes the table anew. */
 #include <inttypes.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -26,7 +27,7 @@ static row measure(const char *id, int64_t seed, int64_t tick)
 {
     row r = {.seed = seed, .tick = tick};
     cJSON *json;
-    ll_session *s;
+    ll_session *s = NULL;
     snprintf(r.scenario, sizeof r.scenario, "%s", id);
     ll_status status = ll_scenario_load("scenarios", id, &json);
     if (!ll_failed(&status))
@@ -38,7 +39,8 @@ static row measure(const char *id, int64_t seed, int64_t tick)
     r.hash = ll_session_hash(s);
     cJSON *state = ll_session_state(s);
     cJSON *entity = cJSON_GetArrayItem(
-        cJSON_GetObjectItem(cJSON_GetObjectItem(cJSON_GetObjectItem(state, "state"), "server"), "entities"), 0);
+        cJSON_GetObjectItem(cJSON_GetObjectItem(cJSON_GetObjectItem(state, "state"), "server"), "entities"),
+        0);
     r.moved = cJSON_GetObjectItem(entity, "x")->valuedouble;
     cJSON_Delete(state);
     ll_session_destroy(s);
@@ -63,12 +65,13 @@ static void hashes_are_golden(void **state)
     assert_non_null(fgets(line, sizeof line, f)); /* header */
     while (fgets(line, sizeof line, f)) {
         row want = {0};
-        assert_int_equal(sscanf(line, "%63[^,],%" SCNd64 ",%" SCNd64 ",%" SCNx64 ",%lf", want.scenario, &want.seed,
-                                &want.tick, &want.hash, &want.moved), 5);
+        assert_int_equal(sscanf(line, "%63[^,],%" SCNd64 ",%" SCNd64 ",%" SCNx64 ",%lf", want.scenario,
+                                &want.seed, &want.tick, &want.hash, &want.moved),
+                         5);
         row got = measure(want.scenario, want.seed, want.tick);
         if (got.hash != want.hash) {
-            print_error("%s seed %" PRId64 " tick %" PRId64 ": %016" PRIx64 " instead of %016" PRIx64 "\n", want.scenario,
-                        want.seed, want.tick, got.hash, want.hash);
+            print_error("%s seed %" PRId64 " tick %" PRId64 ": %016" PRIx64 " instead of %016" PRIx64 "\n",
+                        want.scenario, want.seed, want.tick, got.hash, want.hash);
             wrong++;
         }
         assert_true(got.moved > 0.5 || got.moved < -0.5);
@@ -112,7 +115,8 @@ static void update(void)
     cJSON_ArrayForEach(item, list)
     {
         row r = measure(cJSON_GetObjectItem(item, "id")->valuestring, 7, 480);
-        fprintf(f, "%s,%" PRId64 ",%" PRId64 ",%016" PRIx64 ",%.17g\n", r.scenario, r.seed, r.tick, r.hash, r.moved);
+        fprintf(f, "%s,%" PRId64 ",%" PRId64 ",%016" PRIx64 ",%.17g\n", r.scenario, r.seed, r.tick, r.hash,
+                r.moved);
     }
     fclose(f);
     cJSON_Delete(list);

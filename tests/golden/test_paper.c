@@ -24,7 +24,8 @@ static void near_ms(ll_time t, double ms)
         fail_msg("%.3f ms instead of %.0f ms", ll_to_ms(t), ms);
 }
 
-/* Figure 8: in lockstep at 3 updates a second the client's dots are the server's, 250 ms later, at the same places. */
+/* Figure 8: in lockstep at 3 updates a second the client's dots are the server's, 250 ms later, at the same
+ * places. */
 static void figure_8_client_dots_are_the_servers_later(void **state)
 {
     (void)state;
@@ -132,8 +133,8 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
     scene_close(&s);
 }
 
-/* Figure 12: inputs wait in a buffer until a state acknowledges them, and the rest are applied again: after it the prediction is the server's
- * state with just those. */
+/* Figure 12: inputs wait in a buffer until a state acknowledges them, and the rest are applied again: after
+ * it the prediction is the server's state with just those. */
 static void figure_12_open_inputs_are_applied_again(void **state)
 {
     (void)state;
@@ -160,7 +161,8 @@ static void figure_12_open_inputs_are_applied_again(void **state)
     tape_free(&t);
 }
 
-/* Figure 13: the own car leads the server's by the lag, with no correction; the other's car is as late as ever. */
+/* Figure 13: the own car leads the server's by the lag, with no correction; the other's car is as late as
+ * ever. */
 static void figure_13_own_car_leads_by_the_lag(void **state)
 {
     (void)state;

@@ -164,14 +164,16 @@ static void seeking_gives_the_same_states(void **state)
 static void restored_forked_and_parked_sessions_are_the_same(void **state)
 {
     (void)state;
-    lines *log = calloc(1, sizeof *log), *whole = calloc(1, sizeof *whole), *copied = calloc(1, sizeof *copied);
+    lines *log = calloc(1, sizeof *log), *whole = calloc(1, sizeof *whole),
+          *copied = calloc(1, sizeof *copied);
     ll_session *s = open_session(log), *restored, *from_log, *fork;
     play_story(s);
     uint64_t hash = ll_session_hash(s);
 
     must(ll_session_restore(log->text, log->size, NULL, NULL, &restored));
     assert_true(ll_session_get_info(restored).parked);
-    assert_int_equal(ll_session_get_info(restored).tick, 400); /* the last command; what came after is not in the lines */
+    assert_int_equal(ll_session_get_info(restored).tick,
+                     400); /* the last command; what came after is not in the lines */
     must(ll_session_run_to(restored, 600));
     assert_int_equal(ll_session_hash(restored), hash);
 
@@ -272,15 +274,30 @@ static void bad_commands_change_nothing(void **state)
 {
     (void)state;
     static const char *const patches[] = {
-        "{\"players\":{\"0\":{\"lag_ms\":-1}}}", "{\"players\":{\"0\":{\"lag_ms\":1e999}}}", "{\"players\":{\"9\":{\"lag_ms\":1}}}",
-        "{\"players\":[{\"lag_ms\":5},{\"lag_ms\":5000}]}", "{\"players\":[{}]}",
-        "{\"nope\":1}", "{\"server\":{\"update_hz\":\"fast\"}}", "{\"server\":{\"sync\":\"maybe\"}}", "[]", "3",
+        "{\"players\":{\"0\":{\"lag_ms\":-1}}}",
+        "{\"players\":{\"0\":{\"lag_ms\":1e999}}}",
+        "{\"players\":{\"9\":{\"lag_ms\":1}}}",
+        "{\"players\":[{\"lag_ms\":5},{\"lag_ms\":5000}]}",
+        "{\"players\":[{}]}",
+        "{\"nope\":1}",
+        "{\"server\":{\"update_hz\":\"fast\"}}",
+        "{\"server\":{\"sync\":\"maybe\"}}",
+        "[]",
+        "3",
     };
     static const char *const not_live[] = {"{\"seed\":2}", "{\"game\":\"cannon\"}", "{\"tick_hz\":30}"};
     static const char *const controls[] = {
-        "{}", "{\"op\":\"fly\"}", "{\"op\":3}", "{\"op\":\"seek\"}", "{\"op\":\"seek\",\"tick\":-1}",
-        "{\"op\":\"seek\",\"tick\":99999}", "{\"op\":\"seek\",\"tick\":1,\"time_s\":1}", "{\"op\":\"speed\",\"speed\":0}",
-        "{\"op\":\"speed\",\"speed\":11}", "{\"op\":\"step\",\"ticks\":1.5}", "{\"op\":\"pause\",\"now\":true}",
+        "{}",
+        "{\"op\":\"fly\"}",
+        "{\"op\":3}",
+        "{\"op\":\"seek\"}",
+        "{\"op\":\"seek\",\"tick\":-1}",
+        "{\"op\":\"seek\",\"tick\":99999}",
+        "{\"op\":\"seek\",\"tick\":1,\"time_s\":1}",
+        "{\"op\":\"speed\",\"speed\":0}",
+        "{\"op\":\"speed\",\"speed\":11}",
+        "{\"op\":\"step\",\"ticks\":1.5}",
+        "{\"op\":\"pause\",\"now\":true}",
     };
     lines *log = calloc(1, sizeof *log);
     ll_session *s = open_session(log);
@@ -310,19 +327,29 @@ static void bad_logs_are_refused(void **state)
 {
     (void)state;
     static const char *const logs[] = {
-        "", "\n", "{}", "nonsense", "{\"op\":\"set\",\"tick\":1}",
+        "",
+        "\n",
+        "{}",
+        "nonsense",
+        "{\"op\":\"set\",\"tick\":1}",
         "{\"op\":\"create\",\"laglab_log\":2,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}",
         "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{}}",
     };
-    static const char header[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n";
+    static const char header[] =
+        "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n";
     static const char *const tails[] = {
-        "{\"op\":\"fly\",\"tick\":1}", "{\"op\":\"set\"}", "{\"op\":\"set\",\"tick\":1e9,\"values\":{}}",
-        "{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":-4}}", "{\"op\":\"set\",\"tick\":5,\"values\":{\"seed\":4}}",
-        "{\"op\":\"set\",\"tick\":5,\"values\":3}", "{\"op\":\"input\",\"tick\":5,\"player\":99,\"axes\":[0,0],\"buttons\":0}",
+        "{\"op\":\"fly\",\"tick\":1}",
+        "{\"op\":\"set\"}",
+        "{\"op\":\"set\",\"tick\":1e9,\"values\":{}}",
+        "{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":-4}}",
+        "{\"op\":\"set\",\"tick\":5,\"values\":{\"seed\":4}}",
+        "{\"op\":\"set\",\"tick\":5,\"values\":3}",
+        "{\"op\":\"input\",\"tick\":5,\"player\":99,\"axes\":[0,0],\"buttons\":0}",
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0],\"buttons\":0}",
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[0,-1e999],\"buttons\":0}",
         "{\"op\":\"input\",\"tick\":5,\"player\":0,\"axes\":[1.1,0],\"buttons\":0}",
-        "{\"op\":\"head\",\"tick\":9}\n{\"op\":\"input\",\"tick\":8,\"player\":0,\"axes\":[0,0],\"buttons\":0}\n{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":4}}",
+        ("{\"op\":\"head\",\"tick\":9}\n{\"op\":\"input\",\"tick\":8,\"player\":0,\"axes\":[0,0],\"buttons\":"
+         "0}\n{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":4}}"),
     };
     ll_session *s;
     for (size_t i = 0; i < sizeof logs / sizeof logs[0]; i++) {
@@ -346,7 +373,8 @@ static void values_of_a_patch_are_applied_together(void **state)
     ll_session *s = open_session(log), *restored;
     must(patch(s, "{\"players.0.lag_ms\":1000}"));
     must(ll_session_run_to(s, 10));
-    must(patch(s, "{\"players\":{\"0\":{\"link\":{\"up\":{\"delay_ms\":1000,\"jitter_ms\":100}},\"lag_ms\":50}}}"));
+    must(patch(
+        s, "{\"players\":{\"0\":{\"link\":{\"up\":{\"delay_ms\":1000,\"jitter_ms\":100}},\"lag_ms\":50}}}"));
     must(ll_session_run_to(s, 20));
     must(patch(s, "{\"players.0.lag_ms\":1000,\"players.0.link.up.delay_ms\":0}"));
     must(ll_session_run_to(s, 30));
@@ -362,23 +390,31 @@ static void values_of_a_patch_are_applied_together(void **state)
 static void changes_of_a_log_are_checked_in_their_order(void **state)
 {
     (void)state;
-    static const char header[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n";
+    static const char header[] =
+        "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n";
     static const char lag[] = "{\"op\":\"set\",\"tick\":5,\"values\":{\"players.0.lag_ms\":1000}}\n";
     static const char no_lag[] = "{\"op\":\"set\",\"tick\":6,\"values\":{\"players.0.lag_ms\":0}}\n";
-    static const char delay[] = "{\"op\":\"set\",\"tick\":7,\"values\":{\"players.0.link.up.delay_ms\":1000}}\n";
-    static const char back[] = "{\"op\":\"rewind\",\"tick\":4}\n", past[] = "{\"op\":\"rewind\",\"tick\":5}\n";
+    static const char delay[] =
+        "{\"op\":\"set\",\"tick\":7,\"values\":{\"players.0.link.up.delay_ms\":1000}}\n";
+    static const char back[] = "{\"op\":\"rewind\",\"tick\":4}\n",
+                      past[] = "{\"op\":\"rewind\",\"tick\":5}\n";
     const struct {
         const char *lines[4];
         bool good;
-    } logs[] = {{{lag, delay}, false},       {{lag, no_lag, delay}, true}, {{lag, back, delay}, true},
-                {{lag, past, delay}, false}, {{delay}, true},              {{lag, no_lag, past, delay}, false}};
+    } logs[] = {{{lag, delay}, false},
+                {{lag, no_lag, delay}, true},
+                {{lag, back, delay}, true},
+                {{lag, past, delay}, false},
+                {{delay}, true},
+                {{lag, no_lag, past, delay}, false}};
     for (size_t i = 0; i < sizeof logs / sizeof logs[0]; i++) {
         char log[1024];
         ll_session *s;
         snprintf(log, sizeof log, "%s", header);
         for (int k = 0; k < 4 && logs[i].lines[k]; k++)
             strcat(log, logs[i].lines[k]);
-        assert_int_equal(ll_session_restore(log, strlen(log), NULL, NULL, &s).code, logs[i].good ? LL_OK : LL_BAD_INPUT);
+        assert_int_equal(ll_session_restore(log, strlen(log), NULL, NULL, &s).code,
+                         logs[i].good ? LL_OK : LL_BAD_INPUT);
         if (logs[i].good)
             must(ll_session_run_to(s, 20));
         ll_session_destroy(s);
@@ -389,8 +425,8 @@ static void changes_of_a_log_are_checked_in_their_order(void **state)
 static void log_that_restarts_another_scenario_is_refused(void **state)
 {
     (void)state;
-    static const char header[] =
-        "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"duration_s\":4,\"players\":[{}]}}\n";
+    static const char header[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\","
+                                 "\"duration_s\":4,\"players\":[{}]}}\n";
     static const char *const others[] = {
         "\"duration_s\":4,\"players\":[{},{},{},{},{},{},{},{}]",
         "\"duration_s\":4,\"tick_hz\":30,\"players\":[{}]",
@@ -401,22 +437,26 @@ static void log_that_restarts_another_scenario_is_refused(void **state)
     char log[1024];
     ll_session *s;
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
-        snprintf(log, sizeof log, "%s{\"op\":\"restart\",\"scenario\":{\"kind\":\"netgame\",%s}}\n", header, others[i]);
+        snprintf(log, sizeof log, "%s{\"op\":\"restart\",\"scenario\":{\"kind\":\"netgame\",%s}}\n", header,
+                 others[i]);
         assert_int_equal(ll_session_restore(log, strlen(log), NULL, NULL, &s).code, LL_BAD_INPUT);
         assert_null(s);
     }
-    snprintf(log, sizeof log, "%s{\"op\":\"restart\",\"scenario\":{\"kind\":\"netgame\",%s}}\n", header, same);
+    snprintf(log, sizeof log, "%s{\"op\":\"restart\",\"scenario\":{\"kind\":\"netgame\",%s}}\n", header,
+             same);
     must(ll_session_restore(log, strlen(log), NULL, NULL, &s));
     must(ll_session_run_to(s, 30));
     ll_session_destroy(s);
 }
 
-/* An input in a log for a player who is not there, or whose control is not a person, must not reach the engine. */
+/* An input in a log for a player who is not there, or whose control is not a person, must not reach the
+ * engine. */
 static void log_with_an_impossible_input_runs(void **state)
 {
     (void)state;
-    static const char log[] = "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n"
-                              "{\"op\":\"input\",\"tick\":5,\"player\":7,\"axes\":[1,0],\"buttons\":0}\n";
+    static const char log[] =
+        "{\"op\":\"create\",\"laglab_log\":1,\"scenario\":{\"kind\":\"netgame\",\"players\":[{}]}}\n"
+        "{\"op\":\"input\",\"tick\":5,\"player\":7,\"axes\":[1,0],\"buttons\":0}\n";
     ll_session *s;
     must(ll_session_restore(log, strlen(log), NULL, NULL, &s));
     must(ll_session_run_to(s, 60));

@@ -20,13 +20,14 @@ static double moved(const scene *s, int player)
     return ll_server_world(ll_netgame_server(s->game))->entity[player].x;
 }
 
-#define ALL_ON(p)                                                                                                      \
+#define ALL_ON(p)                                                                                            \
     "players." p ".prediction=true", "players." p ".reconciliation=true", "players." p ".interpolation=true"
 
 static void clean_link_needs_no_correction(void **state)
 {
     (void)state;
-    const char *const lags[] = {"players.0.lag_ms=0", "players.0.lag_ms=37.3", "players.0.lag_ms=150", "players.0.lag_ms=1000"};
+    const char *const lags[] = {"players.0.lag_ms=0", "players.0.lag_ms=37.3", "players.0.lag_ms=150",
+                                "players.0.lag_ms=1000"};
     for (size_t i = 0; i < sizeof lags / sizeof lags[0]; i++) {
         const char *const sets[] = {lags[i], ALL_ON("0"), ALL_ON("1"), NULL};
         scene s = scene_open("race", sets);
@@ -53,7 +54,8 @@ static void contact_is_mispredicted_and_corrected(void **state)
     scene_close(&s);
 }
 
-/* Without prediction an input is seen after the lag, the wait for its step and for an update, and the lag again. */
+/* Without prediction an input is seen after the lag, the wait for its step and for an update, and the lag
+ * again. */
 static void without_prediction_input_takes_a_round_trip(void **state)
 {
     (void)state;
@@ -66,8 +68,9 @@ static void without_prediction_input_takes_a_round_trip(void **state)
     scene_close(&s);
 }
 
-/* Prediction alone moves at once, but every state throws it back to what the server knew a lag ago: the own car is drawn behind the
- * truth, and jumps when the driving changes. With reconciliation it is drawn ahead and does not jump. */
+/* Prediction alone moves at once, but every state throws it back to what the server knew a lag ago: the own
+ * car is drawn behind the truth, and jumps when the driving changes. With reconciliation it is drawn ahead
+ * and does not jump. */
 static void prediction_alone_is_thrown_back(void **state)
 {
     (void)state;
@@ -85,7 +88,8 @@ static void prediction_alone_is_thrown_back(void **state)
     scene_close(&b);
 }
 
-/* Remote entities are drawn lag + ratio / rate + margin in the past, between two states, and stay on the true path. */
+/* Remote entities are drawn lag + ratio / rate + margin in the past, between two states, and stay on the true
+ * path. */
 static void interpolation_draws_the_true_path_later(void **state)
 {
     (void)state;
@@ -94,20 +98,32 @@ static void interpolation_draws_the_true_path_later(void **state)
     scene_run(&s, 30, NULL);
     ll_summary age = summary(&s, 0, LL_METRIC_VIEW_AGE);
     assert_true(fabs(age.mean - (150 + 2000.0 / 30 + 10)) < 0.1 && age.max - age.mean < 0.1);
-    assert_true(summary(&s, 0, LL_METRIC_TIMELINE_ERROR).max < 1e-5); /* constant speed: the chord is the path; times are whole ns */
+    assert_true(summary(&s, 0, LL_METRIC_TIMELINE_ERROR).max <
+                1e-5); /* constant speed: the chord is the path; times are whole ns */
     double truth = moved(&s, 1), drawn = ll_netgame_client(s.game, 0)->shown.entity[1].x;
     assert_true(fabs(truth - drawn - 16 * age.mean / 1000) < 1e-3);
     scene_close(&s);
 }
 
-/* At ratio 2 a jitter up to (ratio - 1) / rate + margin freezes nothing; the demo's rule does under the same link. */
+/* At ratio 2 a jitter up to (ratio - 1) / rate + margin freezes nothing; the demo's rule does under the same
+ * link. */
 static void jitter_below_the_margin_does_not_freeze(void **state)
 {
     (void)state;
-    const char *const ours[] = {"server.update_hz=10", "players.0.interpolation=true", "players.0.link.down.jitter_ms=30",
-                                "players.1.link.up.jitter_ms=30", "players.1.script=steady", "duration_s=120", NULL};
-    const char *const demo[] = {"server.update_hz=10", "players.0.interpolation=true", "players.0.link.down.jitter_ms=30",
-                                "players.1.link.up.jitter_ms=30", "players.1.script=steady", "duration_s=120", NULL};
+    const char *const ours[] = {"server.update_hz=10",
+                                "players.0.interpolation=true",
+                                "players.0.link.down.jitter_ms=30",
+                                "players.1.link.up.jitter_ms=30",
+                                "players.1.script=steady",
+                                "duration_s=120",
+                                NULL};
+    const char *const demo[] = {"server.update_hz=10",
+                                "players.0.interpolation=true",
+                                "players.0.link.down.jitter_ms=30",
+                                "players.1.link.up.jitter_ms=30",
+                                "players.1.script=steady",
+                                "duration_s=120",
+                                NULL};
     scene a = scene_open("gambetta_default", ours), b = scene_open("gambetta", demo);
     scene_run(&a, 120, NULL);
     scene_run(&b, 120, NULL);
@@ -117,7 +133,8 @@ static void jitter_below_the_margin_does_not_freeze(void **state)
     scene_close(&b);
 }
 
-/* A change of lag while it runs: the client finds the lead that it needs, and then all is as if it had been so. */
+/* A change of lag while it runs: the client finds the lead that it needs, and then all is as if it had been
+ * so. */
 static void lag_may_change_while_it_runs(void **state)
 {
     (void)state;
@@ -147,13 +164,15 @@ static void lag_may_change_while_it_runs(void **state)
 static void repeated_inputs_survive_loss(void **state)
 {
     (void)state;
-    const char *const with[] = {ALL_ON("0"), "players.0.link.up.loss_pct=10", "players.0.slack_ticks=3", NULL};
+    const char *const with[] = {ALL_ON("0"), "players.0.link.up.loss_pct=10", "players.0.slack_ticks=3",
+                                NULL};
     const char *const without[] = {ALL_ON("0"), "players.0.link.up.loss_pct=10", "players.0.slack_ticks=3",
                                    "players.0.redundancy=0", NULL};
     scene a = scene_open("race", with), b = scene_open("race", without);
     scene_run(&a, 60, NULL);
     scene_run(&b, 60, NULL);
-    int64_t starved = ll_netgame_server(a.game)->seats[0].starved, bare = ll_netgame_server(b.game)->seats[0].starved;
+    int64_t starved = ll_netgame_server(a.game)->seats[0].starved,
+            bare = ll_netgame_server(b.game)->seats[0].starved;
     assert_true(bare > 250 && bare < 450); /* 10 % of 3600 */
     assert_true(starved < 20);             /* three losses in a row: 0.1 % */
     scene_close(&a);
@@ -164,8 +183,12 @@ static void repeated_inputs_survive_loss(void **state)
 static void lockstep_survives_loss_and_jitter(void **state)
 {
     (void)state;
-    const char *const sets[] = {"players.0.link.up.loss_pct=30", "players.0.link.down.loss_pct=30", "players.1.link.up.jitter_ms=200",
-                                "players.1.link.up.loss_pct=60", "duration_s=60", NULL};
+    const char *const sets[] = {"players.0.link.up.loss_pct=30",
+                                "players.0.link.down.loss_pct=30",
+                                "players.1.link.up.jitter_ms=200",
+                                "players.1.link.up.loss_pct=60",
+                                "duration_s=60",
+                                NULL};
     scene s = scene_open("paper/fig11", sets);
     scene_run(&s, 60, NULL);
     ll_server *server = ll_netgame_server(s.game);
@@ -194,18 +217,38 @@ static void lockstep_stops_without_a_player_and_goes_on_with_him(void **state)
     scene_close(&s);
 }
 
-/* At the extremes of every range honest players are served: nothing refused, late, or lost to a full queue. */
+/* At the extremes of every range honest players are served: nothing refused, late, or lost to a full queue.
+ */
 static void extremes_of_the_ranges_are_served(void **state)
 {
     (void)state;
-    const char *const free_[] = {ALL_ON("0"), "tick_hz=64", "server.update_hz=1", "players.0.lag_ms=1000",
-                                 "players.0.link.up.delay_ms=150", "players.0.link.up.jitter_ms=100",
-                                 "players.0.link.down.delay_ms=250", "players.0.interpolation_ratio=4",
-                                 "players.0.jitter_margin_ms=500", "warmup_s=12", NULL};
-    const char *const often[] = {ALL_ON("0"), "tick_hz=64", "server.update_hz=120", "players.0.lag_ms=1000",
-                                 "players.0.link.down.delay_ms=250", "players.0.jitter_margin_ms=500", "warmup_s=12", NULL};
-    const char *const lockstep[] = {"server.sync=lockstep", "tick_hz=60", "server.update_hz=60", "players.0.lag_ms=1000",
-                                    "players.0.link.up.delay_ms=250", "players.0.link.down.delay_ms=250", "warmup_s=12", NULL};
+    const char *const free_[] = {ALL_ON("0"),
+                                 "tick_hz=64",
+                                 "server.update_hz=1",
+                                 "players.0.lag_ms=1000",
+                                 "players.0.link.up.delay_ms=150",
+                                 "players.0.link.up.jitter_ms=100",
+                                 "players.0.link.down.delay_ms=250",
+                                 "players.0.interpolation_ratio=4",
+                                 "players.0.jitter_margin_ms=500",
+                                 "warmup_s=12",
+                                 NULL};
+    const char *const often[] = {ALL_ON("0"),
+                                 "tick_hz=64",
+                                 "server.update_hz=120",
+                                 "players.0.lag_ms=1000",
+                                 "players.0.link.down.delay_ms=250",
+                                 "players.0.jitter_margin_ms=500",
+                                 "warmup_s=12",
+                                 NULL};
+    const char *const lockstep[] = {"server.sync=lockstep",
+                                    "tick_hz=60",
+                                    "server.update_hz=60",
+                                    "players.0.lag_ms=1000",
+                                    "players.0.link.up.delay_ms=250",
+                                    "players.0.link.down.delay_ms=250",
+                                    "warmup_s=12",
+                                    NULL};
     const char *const *const all[] = {free_, often, lockstep};
     for (size_t i = 0; i < 3; i++) {
         scene s = scene_open("race", all[i]);
@@ -219,9 +262,11 @@ static void extremes_of_the_ranges_are_served(void **state)
                 assert_int_equal(seat->refused[rule], 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_down(s.game, p))->overflowed, 0);
-            assert_true(summary(&s, p, LL_METRIC_TIMELINE_ERROR).max < 16 * 1.1); /* chords of up to a second */
+            assert_true(summary(&s, p, LL_METRIC_TIMELINE_ERROR).max <
+                        16 * 1.1); /* chords of up to a second */
         }
-        assert_true(ll_netgame_server(s.game)->seats[0].late - late <= 4); /* of 2560; jitter's last extremes */
+        assert_true(ll_netgame_server(s.game)->seats[0].late - late <=
+                    4); /* of 2560; jitter's last extremes */
         scene_close(&s);
     }
 }
@@ -248,13 +293,15 @@ static void sync_may_change_while_it_runs(void **state)
 static void update_rate_is_kept(void **state)
 {
     (void)state;
-    const char *const rates[] = {"server.update_hz=1", "server.update_hz=7", "server.update_hz=60", "server.update_hz=120"};
+    const char *const rates[] = {"server.update_hz=1", "server.update_hz=7", "server.update_hz=60",
+                                 "server.update_hz=120"};
     const double wanted[] = {1, 7, 60, 120};
     for (int i = 0; i < 4; i++) {
         const char *const sets[] = {rates[i], NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 20, NULL);
-        double got = (double)ll_netgame_instruments(s.game, 0)->packets[LL_MESSAGE_STATE] / 18; /* after the warm-up */
+        double got =
+            (double)ll_netgame_instruments(s.game, 0)->packets[LL_MESSAGE_STATE] / 18; /* after the warm-up */
         assert_true(fabs(got - wanted[i]) <= 1.0 / 18 + 1e-9);
         scene_close(&s);
     }
@@ -267,17 +314,23 @@ static void cheats_are_refused_and_answered(void **state)
     const struct {
         const char *set;
         ll_rule rule;
-    } cheats[] = {{"players.0.cheat=magnitude", LL_RULE_MAGNITUDE}, {"players.0.cheat=rate", LL_RULE_RATE},
+    } cheats[] = {{"players.0.cheat=magnitude", LL_RULE_MAGNITUDE},
+                  {"players.0.cheat=rate", LL_RULE_RATE},
                   {"players.0.cheat=budget", LL_RULE_BUDGET}};
     for (size_t i = 0; i < 3; i++) {
-        const char *const sets[] = {cheats[i].set, "players.0.script=steady", "players.1.script=steady",
-                                    "players.1.link.up.jitter_ms=100", "players.1.link.up.loss_pct=2", NULL};
+        const char *const sets[] = {cheats[i].set,
+                                    "players.0.script=steady",
+                                    "players.1.script=steady",
+                                    "players.1.link.up.jitter_ms=100",
+                                    "players.1.link.up.loss_pct=2",
+                                    NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 30, NULL);
         ll_server *server = ll_netgame_server(s.game);
         assert_true(server->seats[0].refused[cheats[i].rule] > 0);
         assert_true(ll_netgame_client(s.game, 0)->refused > 100);
-        assert_true(moved(&s, 0) <= moved(&s, 1) + 16 * 0.5); /* nothing gained beyond the head start of the better link */
+        assert_true(moved(&s, 0) <=
+                    moved(&s, 1) + 16 * 0.5); /* nothing gained beyond the head start of the better link */
         for (int rule = 1; rule < LL_RULES; rule++)
             assert_int_equal(server->seats[1].refused[rule], 0);
         scene_close(&s);
