@@ -15,8 +15,7 @@
 #define LL_PLAYERS_MAX 8
 #define LL_GAME_VALUES 4 /* a game's own numbers per player, for views */
 
-/* What a person or a script does to one player's controls. Axes are in [-1, 1]; the game says what they mean.
- */
+/* What a person or a script does to one player's controls. Axes in [-1, 1]; the game says what they mean. */
 typedef struct ll_action {
     float axis[2];
     uint32_t buttons;
@@ -71,8 +70,8 @@ typedef struct ll_game {
     /* Advances everybody by env->dt, to `now`. */
     void (*step)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now);
 
-    /* Advances what belongs to `player` by env->dt and nothing else: what a client can predict from its own
-     * inputs alone. Cost: one entity. `own_reads_tail` says that the outcome also depends on the game's tail.
+    /* Advances what belongs to `player` by env->dt and nothing else: what a client predicts from its own
+     * inputs. Cost: one entity. `own_reads_tail` says that the outcome also depends on the game's tail.
      */
     bool own_reads_tail;
     void (*step_own)(ll_world *world, const ll_game_env *env, int player, const ll_action *action);

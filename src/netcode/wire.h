@@ -20,8 +20,7 @@ typedef struct ll_message_head {
     uint32_t seq; /* input: sequence number of the first; state: acknowledged; refusal: the refused */
 } ll_message_head;
 
-/* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`, and so on.
- */
+/* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`. */
 typedef struct ll_input_message {
     ll_message_head head;
     int64_t tick;

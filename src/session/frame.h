@@ -1,11 +1,12 @@
+// clang-format off
 /* What a viewer gets: one frame of a session, encoded once and shared by all who look.
  *
  * Binary (`laglab.v1.bin`), little-endian, every part 8-aligned:
  *
  *   header, 80 bytes
  *      0 u16 type        1 = frame
- *      2 u16 flags       1 key (events cover the whole window) 2 playing 4 ended 8 behind the head
- * (replaying) 16 failed 4 u32 seq         counts the frames of a session's stream; the viewer acknowledges it
+ *      2 u16 flags       1 key (events cover the whole window) 2 playing 4 ended 8 behind the head (replaying) 16 failed
+ *      4 u32 seq         counts the frames of a session's stream; the viewer acknowledges it
  *      8 f64 time_s      virtual time
  *     16 f64 head_s      the furthest time of the log
  *     24 f64 duration_s
@@ -21,22 +22,25 @@
  *      0 u16 type   2 u16 count (records)   4 u32 bytes (of all records; a multiple of 8)   8 records
  *
  *   section 1, views of a netgame: record 0 is the server, record 1 + p player p; stride = bytes / count
- *      0 u8 view         1 u8 entities       2 u16 flags  1 prediction 2 reconciliation 4 interpolation 8
- * buffer under-run 16 stalled (lockstep waits) 32 driven by a person 4 u32 input_seq   last sent           8
- * u32 acked_seq             12 u32 unacked 16 f32 lag_ms     20 f32 view_age_ms   of the remote entities 24
- * f32 own_error_m (M4, signed: drawn - truth) 28 f32 remote_error_m (M4, largest, signed) 32 f32 buffer_ms
- * (newest snapshot - drawn time) 36 f32 slack_ticks (input early at the server; negative: late)     40 u32
- * corrections 44 f32 correction_m (last)   48 u32 refused   52 f32 alpha (between the two snapshots) 56 f64
- * shown_s    server time of the remote entities as drawn 64 entities, 24 bytes each: f32 x, y, vx, vy,
- * age_ms; u32 flags 1 finished 2 predicted 4 interpolated 8 held (no data) 16 active (a projectile in flight)
+ *      0 u8 view         1 u8 entities       2 u16 flags  1 prediction 2 reconciliation 4 interpolation 8 buffer under-run
+ *                                                         16 stalled (lockstep waits) 32 driven by a person
+ *      4 u32 input_seq   last sent           8 u32 acked_seq             12 u32 unacked
+ *     16 f32 lag_ms     20 f32 view_age_ms   of the remote entities      24 f32 own_error_m (M4, signed: drawn - truth)
+ *     28 f32 remote_error_m (M4, largest, signed)                        32 f32 buffer_ms (newest snapshot - drawn time)
+ *     36 f32 slack_ticks (input early at the server; negative: late)     40 u32 corrections
+ *     44 f32 correction_m (last)   48 u32 refused   52 f32 alpha (between the two snapshots)
+ *     56 f64 shown_s    server time of the remote entities as drawn
+ *     64 entities, 24 bytes each: f32 x, y, vx, vy, age_ms; u32 flags 1 finished 2 predicted 4 interpolated 8 held (no data)
+ *                                                                     16 active (a projectile in flight)
  *   section 2, events, 32 bytes each (sim.h ll_event)
- *      0 u32 id   4 u8 type  5 u8 player  6 u8 fate  7 u8 outcome   8 f64 begin_s  16 f64 end_s  24 u32
- * number  28 f32 value A frame repeats the events of the last 8 frames, a key frame those of the last 4 s: a
- * viewer keeps them by id. section 3, the game's own values, f64 each: record = player; their names stand in
- * the hello's layout
+ *      0 u32 id   4 u8 type  5 u8 player  6 u8 fate  7 u8 outcome   8 f64 begin_s  16 f64 end_s  24 u32 number  28 f32 value
+ *      A frame repeats the events of the last 8 frames, a key frame those of the last 4 s: a viewer keeps them by id.
+ *      Key frames go to a new viewer, after a jump of time, and after a gap of more than 8 frames, but not to one whose link
+ *      they would choke.
+ *   section 3, the game's own values, f64 each: record = player; their names stand in the hello's layout
  *
- * JSON (`laglab.v1.json`): {"type":"frame", ...the same names...,
- * "views":[{...,"entities":[...]}],"events":[...],"game":[[...]]}. */
+ * JSON (`laglab.v1.json`): {"type":"frame", ...the same names..., "views":[{...,"entities":[...]}],"events":[...],"game":[[...]]}. */
+// clang-format on
 #pragma once
 
 #include <stddef.h>
