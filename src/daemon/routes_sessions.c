@@ -276,7 +276,7 @@ static cJSON *describe(ll_session *session, const ll_hosted *hosted, bool parked
     cJSON_AddNumberToObject(json, "duration_s", (double)info.duration / 1e9);
     cJSON_AddNumberToObject(json, "tick_hz", (double)info.tick_freq / 1e3);
     cJSON_AddNumberToObject(json, "speed", info.speed);
-    cJSON_AddNumberToObject(json, "seed", (double)info.seed);
+    cJSON_AddItemToObject(json, "seed", ll_param_number((double)info.seed));
     cJSON_AddNumberToObject(json, "params_version", info.params_version);
     cJSON_AddNumberToObject(json, "generation", info.generation);
     cJSON_AddNumberToObject(json, "viewers", ll_hosted_viewers(hosted));

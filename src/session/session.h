@@ -100,10 +100,10 @@ uint64_t ll_session_hash(ll_session *session); /* of the state at the present ti
 struct cJSON *ll_session_params(ll_session *session);  /* the whole scenario with its present values */
 struct cJSON *ll_session_state(ll_session *session);   /* {"tick","time_s","hash","state":{...}} */
 struct cJSON *ll_session_metrics(ll_session *session); /* {"tick","time_s","hash","metrics":{...}} */
-struct cJSON *ll_session_cost(
-    const ll_session *
-        session); /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
-                   * parked_bytes is what is left while it is parked */
+
+/* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
+ * parked_bytes is what is left while it is parked. */
+struct cJSON *ll_session_cost(const ll_session *session);
 
 /* The state at another tick (0 <= tick <= head), from a scratch copy: the session itself does not move. */
 ll_status ll_session_state_at(ll_session *session, int64_t tick, struct cJSON **state);
