@@ -126,7 +126,7 @@ test('updates per second take 1 to 120; 0 and nothing are refused in words', asy
   for (const wrong of ['0', '']) {
     await field.fill(wrong);
     await field.press('Tab');
-    await page.waitForFunction(() => /Updates per second: give a number from 0.1 to 120/.test(/** @type {any} */ (document.querySelector('.note')).innerText));
+    await page.waitForFunction(() => /Updates per second: give a number from 1 to 120/.test(/** @type {any} */ (document.querySelector('.note')).innerText));
     assert.equal(await field.inputValue(), '30');
     await page.locator('.note button').click();
   }

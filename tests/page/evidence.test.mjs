@@ -57,6 +57,12 @@ test('one input is picked among the messages, and its life is told', async () =>
   await page.waitForTimeout(2500);
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
+  await page.waitForTimeout(300);
+  /* Inputs are made every 20 ticks: two ticks after one, the oldest that the lane shows is 0.7 s old and has lived its life. */
+  for (let tick = (await frameOf(page)).tick; tick % 20 !== 2; tick++) {
+    await page.keyboard.press('.');
+    await until(async () => (await frameOf(page)).tick === tick + 1, 'a step');
+  }
   await page.locator('.view[data-arrows]').focus();
   await page.keyboard.press('ArrowLeft');
   await page.keyboard.press('ArrowLeft');
