@@ -9,7 +9,12 @@ const NAME = `laglab-${process.pid}`;
 const OUTER = `ll${process.pid}a`.slice(0, 15), INNER = `ll${process.pid}b`.slice(0, 15);
 const NET = `10.${200 + (process.pid % 50)}.${(process.pid >> 6) % 250}`;
 
-const ip = (...words) => execFileSync('ip', words, { stdio: ['ignore', 'pipe', 'pipe'] });
+const run = (/** @type {string[]} */ [command, ...words]) => execFileSync(command, words, { stdio: ['ignore', 'pipe', 'pipe'] });
+const ip = (/** @type {string[]} */ ...words) => run(['ip', ...words]);
+
+/* Not by `ip -n` and `ip netns exec`: these remount `/`, which in a chroot is not a mount point. */
+const INSIDE = ['nsenter', `--net=/run/netns/${NAME}`];
+const ipInside = (/** @type {string[]} */ ...words) => run([...INSIDE, 'ip', ...words]);
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -19,11 +24,11 @@ before(async () => {
   ip('link', 'add', OUTER, 'type', 'veth', 'peer', 'name', INNER, 'netns', NAME);
   ip('addr', 'add', `${NET}.1/24`, 'dev', OUTER);
   ip('link', 'set', OUTER, 'up');
-  ip('-n', NAME, 'addr', 'add', `${NET}.2/24`, 'dev', INNER);
-  ip('-n', NAME, 'link', 'set', INNER, 'up');
-  ip('-n', NAME, 'link', 'set', 'lo', 'up');
+  ipInside('addr', 'add', `${NET}.2/24`, 'dev', INNER);
+  ipInside('link', 'set', INNER, 'up');
+  ipInside('link', 'set', 'lo', 'up');
   [daemon, browser] = await Promise.all([
-    startDaemon({ listen: `${NET}.2:0`, before: ['ip', 'netns', 'exec', NAME] }), launch(),
+    startDaemon({ listen: `${NET}.2:0`, before: INSIDE }), launch(),
   ]);
 });
 after(async () => {
