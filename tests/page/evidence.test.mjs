@@ -58,17 +58,20 @@ test('one input is picked among the messages, and its life is told', async () =>
   await page.keyboard.press('Alt+k');
   await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
   await page.waitForTimeout(300);
-  /* Inputs are made every 20 ticks: two ticks after one, the oldest that the lane shows is 0.7 s old and has lived its life. */
-  for (let tick = (await frameOf(page)).tick; tick % 20 !== 2; tick++) {
-    await page.keyboard.press('.');
-    await until(async () => (await frameOf(page)).tick === tick + 1, 'a step');
-  }
   await page.locator('.view[data-arrows]').focus();
   await page.keyboard.press('ArrowLeft');
   await page.keyboard.press('ArrowLeft');
   await until(async () => /Input \d+ of A/.test(await page.locator('#lane-facts').innerText()), 'its life');
-  for (let i = 0; i < 4; i++) await page.keyboard.press('ArrowLeft');
-  await until(async () => /250 ms to the server's tick .* to its use · in all \d+ ms/.test(await page.locator('#lane-facts').innerText()), 'all of its life');
+  /* The lane shows 0.75 s and a life takes half a second: step until the oldest input that is shown has lived its whole life. */
+  const whole = async () => /250 ms to the server's tick .* to its use · in all \d+ ms/.test(await page.locator('#lane-facts').innerText());
+  for (let i = 0; i < 40 && !await whole(); i++) {
+    const { tick } = await frameOf(page);
+    await page.keyboard.press('.');
+    await until(async () => (await frameOf(page)).tick === tick + 1, 'a step');
+    for (let k = 0; k < 4; k++) await page.keyboard.press('ArrowLeft');
+    await page.waitForTimeout(60);
+  }
+  assert.ok(await whole(), await page.locator('#lane-facts').innerText());
   await page.keyboard.press('Escape');
   await until(async () => /^Last /.test(await page.locator('#lane-facts').innerText()), 'let go');
   await close();
@@ -77,7 +80,7 @@ test('one input is picked among the messages, and its life is told', async () =>
 test('prediction without reconciliation snaps; with it, on a lane of one\'s own, nothing is corrected', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.reconciliation:false&set=players.0.prediction:true&set=players.0.lag_ms:250`);
   await until(async () => (await frameOf(page)).views[1].corrections > 3, 'snaps', 10000);
-  assert.ok(Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0);
+  await until(async () => Number(await page.locator('[data-now="Corrections/0"]').innerText()) > 0, 'the number that is told');
   await control(page, 'players.0.reconciliation').setChecked(true);
   await page.waitForTimeout(1500);
   const count = (await frameOf(page)).views[1].corrections;
