@@ -15,8 +15,10 @@ typedef struct cannon_tail {
     int32_t turn;
     int32_t reserved;
     ll_time wait; /* ns until the player of this turn may fire */
-    int32_t shots[LL_PLAYERS_MAX], hits[LL_PLAYERS_MAX];
-    double miss[LL_PLAYERS_MAX]; /* of the last shot: landing place minus target, m */
+    struct {
+        int32_t shots, hits;
+        double miss; /* of the last shot: landing place minus target, m */
+    } score[];       /* per player */
 } cannon_tail;
 
 static const double half_pi = 1.5707963267948966;
@@ -83,10 +85,11 @@ static const cannon_params *params_of(const ll_game_env *env)
     return (const cannon_params *)env->params;
 }
 
-static size_t tail(int players)
+static ll_extent extent(const void *params, int players)
 {
-    (void)players;
-    return sizeof(cannon_tail);
+    (void)params;
+    const cannon_tail *t = NULL;
+    return (ll_extent){players, (int)(sizeof *t + (size_t)players * sizeof t->score[0])};
 }
 
 static void prepare(ll_game_env *env, const void *params)
@@ -133,9 +136,9 @@ static void fly(ll_world *world, const ll_game_env *env, int player)
     }
     shell->vx = shell->vy = 0;
     shell->flags &= ~(uint64_t)LL_ENTITY_ACTIVE;
-    t->shots[player]++;
-    t->hits[player] += hit;
-    t->miss[player] = shell->x - p->target;
+    t->score[player].shots++;
+    t->score[player].hits += hit;
+    t->score[player].miss = shell->x - p->target;
     t->turn = (t->turn + 1) % world->players;
     t->wait = (ll_time)(p->pause * 1e9);
 }
@@ -170,12 +173,12 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, int player
     const cannon_tail *tail = ll_world_tail_const(world);
     (void)env;
     (void)t;
-    ll_action a = {{0.5f, 0.8f}, 0};
+    ll_action a = {.axis = {0.5f, 0.8f}};
     if (script == LL_SCRIPT_IDLE || tail->turn != player)
         return a;
     a.buttons = LL_BUTTON_FIRE;
     if (script == LL_SCRIPT_VARIED) {
-        uint64_t draw = ll_rng_u64(0x63616e6e, (uint64_t)player, (uint64_t)tail->shots[player]);
+        uint64_t draw = ll_rng_u64(0x63616e6e, (uint64_t)player, (uint64_t)tail->score[player].shots);
         a.axis[0] = 0.4f + 0.025f * (float)(draw % 9);
         a.axis[1] = 0.75f + 0.02f * (float)(draw / 9 % 8);
     }
@@ -187,9 +190,9 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     const cannon_tail *t = ll_world_tail_const(world);
     (void)env;
     values[0] = t->turn == player;
-    values[1] = t->shots[player];
-    values[2] = t->hits[player];
-    values[3] = t->miss[player];
+    values[1] = t->score[player].shots;
+    values[2] = t->score[player].hits;
+    values[3] = t->score[player].miss;
 }
 
 static ll_scene scene(const ll_game_env *env, int players)
@@ -212,7 +215,7 @@ const ll_game ll_game_cannon = {
     .help = "Players fire a projectile in turn at a target.",
     .params = &ll_cannon_table,
     .values = {"turn", "shots", "hits", "miss_m"},
-    .tail = tail,
+    .extent = extent,
     .prepare = prepare,
     .init = init,
     .step = step,

@@ -37,10 +37,10 @@ static const gambetta_params *params_of(const ll_game_env *env)
     return (const gambetta_params *)env->params;
 }
 
-static size_t tail(int players)
+static ll_extent extent(const void *params, int players)
 {
-    (void)players;
-    return 0;
+    (void)params;
+    return (ll_extent){players, 0};
 }
 
 static void prepare(ll_game_env *env, const void *params)
@@ -72,7 +72,7 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
 {
-    ll_action a = {{0, 0}, 0};
+    ll_action a = {0};
     (void)world;
     (void)env;
     ll_time phase = (t + player * 700 * LL_MS) % (4 * LL_SECOND);
@@ -99,7 +99,7 @@ const ll_game ll_game_gambetta = {
     .help = "The live demo's rule: inputs move, nothing else does.",
     .params = &ll_gambetta_table,
     .values = {"speed_mps"},
-    .tail = tail,
+    .extent = extent,
     .prepare = prepare,
     .init = init,
     .step = step,

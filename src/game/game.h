@@ -1,8 +1,8 @@
 /* The rules of a game behind one interface.
  *
- * A world is a flat struct that can be copied by memcpy: a header, one entity per player (entity i belongs to
- * player i), and the game's own tail. Steps are pure functions of (world, environment, actions): the server
- * and every client run the same code. */
+ * A world is a flat struct that can be copied by memcpy: a header, the entities (entity i belongs to player
+ * i; those behind the players' belong to nobody), and the game's own tail. Steps are pure functions of
+ * (world, environment, actions): the server and every client run the same code. */
 #pragma once
 
 #include <stdbool.h>
@@ -12,13 +12,15 @@
 #include "base/vtime.h"
 #include "param/param.h"
 
-#define LL_PLAYERS_MAX 8
-#define LL_GAME_VALUES 4 /* a game's own numbers per player, for views */
+#define LL_PLAYERS_MAX 16
+#define LL_ENTITIES_MAX 255 /* a view counts them in a byte */
+#define LL_GAME_VALUES 4    /* a game's own numbers per player, for views */
 
 /* What a person or a script does to one player's controls. Axes in [-1, 1]; the game says what they mean. */
 typedef struct ll_action {
     float axis[2];
     uint32_t buttons;
+    float view_age_s; /* what the player saw when it acted: so long before the step that this is for */
 } ll_action;
 
 enum { LL_BUTTON_FIRE = 1 };
@@ -28,14 +30,24 @@ typedef enum ll_entity_flag { LL_ENTITY_FINISHED = 1, LL_ENTITY_ACTIVE = 16 } ll
 typedef struct ll_entity {
     double x, y;   /* m */
     double vx, vy; /* m/s */
+    double angle;  /* rad */
+    double spin;   /* rad/s */
     uint64_t flags;
 } ll_entity;
 
 typedef struct ll_world {
     int32_t players;
-    int32_t tail; /* bytes after the entities */
+    int32_t entities; /* the players' and those behind them */
+    int32_t tail;     /* bytes after the entities */
+    int32_t reserved;
     ll_entity entity[];
 } ll_world;
+
+/* What a world needs beside its header. */
+typedef struct ll_extent {
+    int entities; /* players <= entities <= LL_ENTITIES_MAX */
+    int tail;     /* bytes, a multiple of 8 */
+} ll_extent;
 
 /* What a game keeps beside the world: its parameters and what follows from them for one length of step. */
 typedef struct ll_game_env {
@@ -57,13 +69,21 @@ typedef struct ll_scene {
     double entity_length_m;
 } ll_scene;
 
+/* How an entity is drawn; or a fixed part of the scene, which then also has a place. */
+typedef struct ll_shape {
+    const char *kind;     /* `player`, `target`, `crate`, `shell`, `cover` */
+    double width, height; /* m */
+    bool round;           /* an ellipse, otherwise a box */
+    double x, y;          /* m, of the centre */
+} ll_shape;
+
 typedef struct ll_game {
     const char *name;
     const char *help;
     const ll_param_table *params;           /* its struct is at most 128 bytes */
     const char *values[LL_GAME_VALUES + 1]; /* names of the numbers that `describe` gives per player */
 
-    size_t (*tail)(int players);                           /* bytes, a multiple of 8 */
+    ll_extent (*extent)(const void *params, int players);
     void (*prepare)(ll_game_env *env, const void *params); /* from env->dt */
     void (*init)(ll_world *world, const ll_game_env *env, const int32_t *lanes);
 
@@ -76,7 +96,7 @@ typedef struct ll_game {
     bool own_reads_tail;
     void (*step_own)(ll_world *world, const ll_game_env *env, int player, const ll_action *action);
 
-    /* An autopilot: what `player` does at its tick `tick` (at `t`), having seen `world`. */
+    /* An autopilot: what `player` does at `t`, having seen `world` as its client draws it. */
     ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script,
                        ll_time t);
 
@@ -84,25 +104,34 @@ typedef struct ll_game {
 
     /* The ground that a view draws. */
     ll_scene (*scene)(const ll_game_env *env, int players);
+
+    /* The shape of entity `index`; from the number of entities on, the fixed parts of the scene. False when
+     * there is none. NULL: every entity is a player, drawn by entity_length_m. */
+    bool (*shape)(const ll_game_env *env, int players, int index, ll_shape *shape);
 } ll_game;
 
 extern const ll_game *const ll_games[]; /* NULL-terminated; the index is the choice `game` */
 extern const char *const ll_game_names[];
 extern const ll_param_table *const ll_game_tables[];
 
-static inline size_t ll_world_size(const ll_game *game, int players)
+static inline size_t ll_extent_size(ll_extent extent)
 {
-    return sizeof(ll_world) + (size_t)players * sizeof(ll_entity) + game->tail(players);
+    return sizeof(ll_world) + (size_t)extent.entities * sizeof(ll_entity) + (size_t)extent.tail;
+}
+
+static inline size_t ll_world_size(const ll_world *world)
+{
+    return ll_extent_size((ll_extent){world->entities, world->tail});
 }
 
 static inline void *ll_world_tail(ll_world *world)
 {
-    return &world->entity[world->players];
+    return &world->entity[world->entities];
 }
 
 static inline const void *ll_world_tail_const(const ll_world *world)
 {
-    return &world->entity[world->players];
+    return &world->entity[world->entities];
 }
 
 static inline double ll_clamp(double x, double low, double high)

@@ -13,8 +13,8 @@ typedef struct race_params {
 } race_params;
 
 typedef struct race_tail {
-    double finish_s[LL_PLAYERS_MAX]; /* 0: on the way */
     int64_t finished;
+    double finish_s[]; /* per player; 0: on the way */
 } race_tail;
 
 static const ll_param rows[] = {
@@ -106,10 +106,10 @@ static const ll_drag *drag_of(const ll_game_env *env)
     return (const ll_drag *)env->derived;
 }
 
-static size_t tail(int players)
+static ll_extent extent(const void *params, int players)
 {
-    (void)players;
-    return sizeof(race_tail);
+    (void)params;
+    return (ll_extent){players, (int)(sizeof(race_tail) + (size_t)players * sizeof(double))};
 }
 
 static void prepare(ll_game_env *env, const void *params)
@@ -204,7 +204,7 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
 static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
 {
     static const float pedal[] = {1, 1, 0.8f, 0.6f, 0.3f, -0.4f};
-    ll_action a = {{0, 0}, 0};
+    ll_action a = {0};
     (void)env;
     if (script == LL_SCRIPT_IDLE)
         return a;
@@ -252,7 +252,7 @@ const ll_game ll_game_race = {
     .help = "Cars with throttle and brake on a lap track; cars in one lane touch.",
     .params = &ll_race_table,
     .values = {"finish_s", "place", "laps", "speed_mps"},
-    .tail = tail,
+    .extent = extent,
     .prepare = prepare,
     .init = init,
     .step = step,

@@ -9,21 +9,27 @@ static size_t round8(size_t n)
     return (n + 7) & ~(size_t)7;
 }
 
-size_t ll_client_size(size_t world_size)
+/* The worlds latest, predicted and shown, the marks, the states. */
+size_t ll_client_size(ll_extent extent)
 {
-    return round8(sizeof(ll_client)) + 2 * world_size + LL_STATE_RING * (sizeof(ll_received) + world_size);
+    size_t world = ll_extent_size(extent);
+    return round8(sizeof(ll_client)) + 3 * world + (size_t)extent.entities * sizeof(ll_mark) +
+           LL_STATE_RING * (sizeof(ll_received) + world);
 }
 
-void ll_client_init(ll_client *c, int self, size_t world_size, const ll_world *start)
+void ll_client_init(ll_client *c, int self, const ll_world *start)
 {
-    memset(c, 0, ll_client_size(world_size));
+    memset(c, 0, ll_client_size((ll_extent){start->entities, start->tail}));
     c->self = self;
-    c->world_size = (int64_t)world_size;
+    c->world_size = (int64_t)ll_world_size(start);
     c->latest_offset = (int64_t)round8(sizeof(ll_client));
     c->predicted_offset = c->latest_offset + c->world_size;
-    c->states_offset = c->predicted_offset + c->world_size;
-    memcpy(ll_client_latest(c), start, world_size);
-    memcpy(ll_client_predicted(c), start, world_size);
+    c->shown_offset = c->predicted_offset + c->world_size;
+    c->marks_offset = c->shown_offset + c->world_size;
+    c->states_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
+    memcpy(ll_client_latest(c), start, (size_t)c->world_size);
+    memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
+    memcpy(ll_client_shown(c), start, (size_t)c->world_size);
 }
 
 /* How many steps the client runs ahead of the server: what its packets need, as measured by the handshake. */
@@ -53,15 +59,15 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
     c->confirmed = step;
-    c->latest_time = now;
+    c->latest_time = c->view_time = now;
+    c->latest_tick = step;
     c->has_render = c->held_now = 0;
     c->offset_quarter = -1;
     c->predicting = 0;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
-    for (int i = 0; i < world->players; i++) {
-        c->shown.entity[i] = world->entity[i];
-        c->shown.time[i] = now;
-    }
+    memcpy(ll_client_shown(c), world, (size_t)c->world_size);
+    for (int i = 0; i < world->entities; i++)
+        ll_client_marks(c)[i] = (ll_mark){.time = now};
 }
 
 #define SPARE_WINDOW (2 * LL_SECOND)
@@ -143,6 +149,7 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
     ll_received *state = ll_client_state(c, c->newest - 1);
     c->fresh = c->newest;
     c->latest_time = state->time;
+    c->latest_tick = state->tick;
     acknowledge(c, s, state, now);
     memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
     if (s->config->prediction)
@@ -154,7 +161,7 @@ static ll_action control(ll_client *c, const ll_client_setup *s, ll_time now)
     const ll_player_config *config = s->config;
     ll_action a = c->held;
     if (config->control == LL_CONTROL_SCRIPT)
-        a = s->game->drive(ll_client_latest(c), s->env, c->self, (ll_script)config->script, now);
+        a = s->game->drive(ll_client_shown(c), s->env, c->self, (ll_script)config->script, now);
     if (config->cheat == LL_CHEAT_MAGNITUDE)
         a.axis[0] *= 1.5f;
     return a;
@@ -185,6 +192,8 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     ll_pending *p = ll_client_pending(c, ++c->seq);
     c->tick++;
     *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
+    ll_time meant_for = s->sync->drains ? now : c->latest_time + (c->tick - c->latest_tick) * c->period;
+    p->action.view_age_s = (float)ll_to_s(meant_for - c->view_time);
     if (s->config->prediction) {
         ll_predict_input(c, s, p);
         p->shown = 1;
@@ -218,26 +227,29 @@ static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_in
 static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_world *latest = ll_client_latest(c);
+    ll_world *shown = ll_client_shown(c);
+    ll_mark *marks = ll_client_marks(c);
     bool interpolate = s->config->interpolation && c->newest > 0;
-    for (int i = 0; i < latest->players; i++) {
+    for (int i = 0; i < latest->entities; i++) {
         if (interpolate && i != c->self)
             continue;
-        c->shown.entity[i] = latest->entity[i];
-        c->shown.time[i] = c->latest_time;
-        c->shown.flags[i] = 0;
+        shown->entity[i] = latest->entity[i];
+        marks[i] = (ll_mark){.time = c->latest_time};
     }
+    memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
     if (interpolate) {
         s->sync->interpolate(c, s, now);
     } else {
         c->has_render = 0;
-        c->shown.alpha = 1;
-        c->shown.buffer_ms = 0;
+        c->alpha = 1;
+        c->buffer_ms = 0;
     }
     if (s->config->prediction) {
-        c->shown.entity[c->self] = ll_client_predicted(c)->entity[c->self];
-        c->shown.time[c->self] = now;
-        c->shown.flags[c->self] = LL_SHOWN_PREDICTED;
+        shown->entity[c->self] = ll_client_predicted(c)->entity[c->self];
+        marks[c->self] = (ll_mark){.time = now, .flags = LL_SHOWN_PREDICTED};
     }
+    int other = c->self == 0;
+    c->view_time = other < shown->entities ? marks[other].time : now;
 }
 
 int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *message)

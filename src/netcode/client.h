@@ -26,7 +26,6 @@ typedef struct ll_pending {
     ll_time made;
     ll_entity after;
     ll_action action;
-    uint32_t reserved;
 } ll_pending;
 
 /* A state as received; its world follows in the ring. */
@@ -44,14 +43,12 @@ typedef enum ll_shown_flag {
     LL_SHOWN_HELD = 8
 } ll_shown_flag;
 
-/* What the client draws: in `entity` poses, and of which server time they are. */
-typedef struct ll_shown {
-    ll_entity entity[LL_PLAYERS_MAX];
-    ll_time time[LL_PLAYERS_MAX];
-    uint32_t flags[LL_PLAYERS_MAX]; /* ll_shown_flag */
-    double alpha;                   /* between the two states that are interpolated */
-    double buffer_ms;               /* newest state - drawn time */
-} ll_shown;
+/* How an entity is drawn. */
+typedef struct ll_mark {
+    ll_time time;   /* of the server's clock: what is drawn is of that time */
+    uint32_t flags; /* ll_shown_flag */
+    uint32_t reserved;
+} ll_mark;
 
 typedef struct ll_client {
     int32_t self;
@@ -71,7 +68,6 @@ typedef struct ll_client {
     int32_t reserved1;
     ll_time spare_since;
     ll_action held; /* the player's controls */
-    uint32_t reserved3;
     int64_t refused;
 
     /* states */
@@ -81,9 +77,11 @@ typedef struct ll_client {
     int64_t confirmed;   /* the server's last step that is known of */
     int64_t stale;
     ll_time latest_time; /* server's clock, of the state that was taken last */
+    int64_t latest_tick;
     double update_hz;
     int64_t world_size;
-    int64_t states_offset, latest_offset, predicted_offset; /* from the start of this struct */
+    /* from the start of this struct: worlds, and a ll_mark per entity for the one that is shown */
+    int64_t states_offset, latest_offset, predicted_offset, shown_offset, marks_offset;
 
     /* interpolation */
     ll_time offset; /* server's clock - client's clock when the fastest recent packet came */
@@ -93,7 +91,11 @@ typedef struct ll_client {
     ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
     int64_t offset_quarter;
 
-    ll_shown shown;
+    /* drawing */
+    ll_time view_time; /* server's clock: the others are drawn as of then */
+    double alpha;      /* between the two states that are interpolated */
+    double buffer_ms;  /* newest state - drawn time */
+
     ll_pending pending[LL_PENDING_RING];
 } ll_client;
 
@@ -110,8 +112,8 @@ typedef struct ll_client_setup {
     const ll_recorder *recorder;
 } ll_client_setup;
 
-size_t ll_client_size(size_t world_size); /* a multiple of 8 */
-void ll_client_init(ll_client *client, int self, size_t world_size, const ll_world *start);
+size_t ll_client_size(ll_extent extent); /* a multiple of 8 */
+void ll_client_init(ll_client *client, int self, const ll_world *start);
 
 /* Starts, or starts again at `now` in a new epoch. `step` is the server's step now and `world` its state (the
  * handshake). */
@@ -147,6 +149,27 @@ static inline ll_world *ll_client_latest(ll_client *c)
 static inline ll_world *ll_client_predicted(ll_client *c)
 {
     return (ll_world *)((char *)c + c->predicted_offset);
+}
+
+/* What the client draws. */
+static inline ll_world *ll_client_shown(ll_client *c)
+{
+    return (ll_world *)((char *)c + c->shown_offset);
+}
+
+static inline const ll_world *ll_client_shown_const(const ll_client *c)
+{
+    return (const ll_world *)((const char *)c + c->shown_offset);
+}
+
+static inline ll_mark *ll_client_marks(ll_client *c)
+{
+    return (ll_mark *)((char *)c + c->marks_offset);
+}
+
+static inline const ll_mark *ll_client_marks_const(const ll_client *c)
+{
+    return (const ll_mark *)((const char *)c + c->marks_offset);
 }
 
 static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)

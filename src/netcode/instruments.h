@@ -10,7 +10,7 @@
 
 #include "base/histogram.h"
 #include "base/vtime.h"
-#include "game/game.h"
+#include "game/history.h"
 
 typedef enum ll_metric {
     LL_METRIC_INPUT_LATENCY,  /* M1: first frame that draws an input's effect - when it was made, ms */
@@ -50,17 +50,19 @@ typedef struct ll_smoothness {
 typedef struct ll_instruments {
     ll_time from;
     ll_histogram histogram[LL_METRICS];
-    ll_smoothness smooth[LL_PLAYERS_MAX];
+    int32_t entities, reserved;
     int64_t frames, underruns, held_frames;
     int64_t bytes[4], packets[4];             /* M13: by ll_message, payload */
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
+    ll_smoothness smooth[]; /* per entity */
 } ll_instruments;
 
 #pragma GCC diagnostic pop
 
-void ll_instruments_init(ll_instruments *in, ll_time from);
+size_t ll_instruments_size(int entities);
+void ll_instruments_init(ll_instruments *in, int entities, ll_time from);
 
 static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now, double value)
 {
@@ -70,19 +72,6 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
 
 struct ll_client;
 
-/* What the server's entities were: a ring of positions by time, for M5. */
-typedef struct ll_truth {
-    int32_t players, capacity; /* capacity: a power of two */
-    int64_t count;
-    /* then capacity records of {ll_time; {double x, y} [players]} */
-} ll_truth;
-
-size_t ll_truth_size(int players);
-void ll_truth_init(ll_truth *truth, int players);
-void ll_truth_add(ll_truth *truth, ll_time time, const ll_world *world);
-/* Where `player` was at `time`: between the two records around it; the ends hold. */
-void ll_truth_at(const ll_truth *truth, int player, ll_time time, double *x, double *y);
-
 /* After a frame of `client`: compares what it draws with the truth. `period` is the time between frames. */
 void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_world *world,
-                          const ll_truth *truth, ll_time now, double period_s);
+                          const ll_history *history, ll_time now, double period_s);

@@ -32,12 +32,13 @@ void ll_interpolate_heard(ll_client *c, const ll_received *state)
 void ll_blend(ll_client *c, const ll_received *a, const ll_received *b, double alpha)
 {
     const ll_world *wa = (const ll_world *)(a + 1), *wb = (const ll_world *)(b + 1);
-    c->shown.alpha = alpha;
-    for (int i = 0; i < wa->players; i++) {
+    ll_world *shown = ll_client_shown(c);
+    c->alpha = alpha;
+    for (int i = 0; i < wa->entities; i++) {
         if (i == c->self)
             continue;
         const ll_entity *p = &wa->entity[i], *q = &wb->entity[i];
-        ll_entity *e = &c->shown.entity[i];
+        ll_entity *e = &shown->entity[i];
         *e = *p;
         if (((p->flags ^ q->flags) & LL_ENTITY_ACTIVE) ==
             0) { /* otherwise a flight began or ended in between */
@@ -45,8 +46,10 @@ void ll_blend(ll_client *c, const ll_received *a, const ll_received *b, double a
             e->y += alpha * (q->y - p->y);
             e->vx += alpha * (q->vx - p->vx);
             e->vy += alpha * (q->vy - p->vy);
+            e->angle += alpha * (q->angle - p->angle);
+            e->spin += alpha * (q->spin - p->spin);
         }
-        c->shown.flags[i] = LL_SHOWN_INTERPOLATED;
+        ll_client_marks(c)[i].flags = LL_SHOWN_INTERPOLATED;
     }
 }
 
@@ -84,12 +87,13 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
         alpha = (double)(c->render - a->time) / (double)(b->time - a->time);
     ll_blend(c, a, b, alpha);
     ll_time drawn = a->time > c->render ? a->time : c->render;
-    for (int p = 0; p < ll_client_latest(c)->players; p++) {
+    ll_mark *marks = ll_client_marks(c);
+    for (int p = 0; p < ll_client_latest(c)->entities; p++) {
         if (p == c->self)
             continue;
-        c->shown.time[p] = drawn;
+        marks[p].time = drawn;
         if (c->held_now)
-            c->shown.flags[p] |= LL_SHOWN_HELD;
+            marks[p].flags |= LL_SHOWN_HELD;
     }
-    c->shown.buffer_ms = ll_to_ms(newest->time - drawn);
+    c->buffer_ms = ll_to_ms(newest->time - drawn);
 }

@@ -17,7 +17,7 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
 {
     for (int i = 0; i < LL_INPUT_RING; i++)
         seat->slots[i].tick = -1;
-    seat->held = (ll_action){{0, 0}, 0};
+    seat->held = (ll_action){0};
     seat->acked = 0;
     seat->newest = -1;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
@@ -97,7 +97,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
             seat->accepted++;
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(sync, seat, tick);
-        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, action, verdict->seq};
+        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, action, verdict->seq, 0};
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)
             seat->newest = tick;
@@ -107,9 +107,15 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
     return count;
 }
 
-ll_state_message ll_server_state(ll_server *server, int player)
+int ll_server_message_max(ll_extent extent)
+{
+    return (int)(sizeof(ll_state_message) + ll_extent_size(extent));
+}
+
+int ll_server_compose(ll_server *server, int player, void *packet)
 {
     ll_seat *seat = &server->seats[player];
+    size_t world = ll_world_size(ll_server_world(server));
     ll_state_message m = {.head = {.type = LL_MESSAGE_STATE, .epoch = server->epoch, .seq = seat->acked},
                           .tick = server->step,
                           .time = server->stepped,
@@ -117,5 +123,7 @@ ll_state_message ll_server_state(ll_server *server, int player)
                           .slack = seat->slack,
                           .slack_seq = seat->slack_seq};
     seat->slack = LL_SLACK_UNKNOWN;
-    return m;
+    memcpy(packet, &m, sizeof m);
+    memcpy((char *)packet + sizeof m, ll_server_world(server), world);
+    return (int)(sizeof m + world);
 }

@@ -18,6 +18,7 @@ typedef struct ll_input_slot {
     ll_time came; /* when it arrived; -1 once a draining server has applied it */
     ll_action action;
     uint32_t seq;
+    uint32_t reserved;
 } ll_input_slot;
 
 /* What the server knows of one player. */
@@ -25,12 +26,11 @@ typedef struct ll_seat {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
     ll_action held;                     /* the last applied: repeated for a step whose input is missing */
     uint32_t acked; /* the last input that the state includes, or that came too late to be */
+    uint32_t slack_seq;
     int64_t seq_minus_tick;
     int64_t newest; /* tick; -1: no input yet */
     int32_t slack;  /* least since the last update */
     int32_t last_slack;
-    uint32_t slack_seq;
-    uint32_t reserved;
     ll_allowance allowance;
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
@@ -81,5 +81,6 @@ typedef struct ll_verdict {
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message,
                       ll_time now, ll_verdict verdicts[LL_INPUTS_MAX]);
 
-/* The header of the state for `player`; the caller appends the world. */
-ll_state_message ll_server_state(ll_server *server, int player);
+/* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. */
+int ll_server_compose(ll_server *server, int player, void *packet);
+int ll_server_message_max(ll_extent extent);

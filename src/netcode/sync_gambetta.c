@@ -47,23 +47,25 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     const ll_received *a = ll_client_state(c, i), *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
     bool held =
         b == NULL || a->arrived > render; /* nothing brackets: the demo leaves the entity where it is */
+    ll_mark *marks = ll_client_marks(c);
+    int entities = ll_client_latest(c)->entities;
     if (!held) {
         ll_time span = b->arrived - a->arrived;
         double alpha = span > 0 ? (double)(render - a->arrived) / (double)span : 1;
         ll_blend(c, a, b, alpha);
         ll_time drawn = a->time + (ll_time)(alpha * (double)(b->time - a->time));
-        for (int p = 0; p < ll_client_latest(c)->players; p++)
+        for (int p = 0; p < entities; p++)
             if (p != c->self)
-                c->shown.time[p] = drawn;
+                marks[p].time = drawn;
     } else {
-        for (int p = 0; p < ll_client_latest(c)->players; p++)
+        for (int p = 0; p < entities; p++)
             if (p != c->self)
-                c->shown.flags[p] = LL_SHOWN_HELD;
+                marks[p].flags = LL_SHOWN_HELD;
     }
     if (held && !c->held_now && now >= s->instruments->from)
         s->instruments->underruns++;
     c->held_now = held;
-    c->shown.buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->arrived - render);
+    c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->arrived - render);
 }
 
 const ll_sync ll_sync_gambetta = {

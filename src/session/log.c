@@ -195,7 +195,8 @@ static ll_status read_input(ll_session *s, const cJSON *o, int64_t tick, size_t 
         player->valueint >= LL_PLAYERS_MAX)
         return bad_line(number, "is not an input");
     ll_entry e = {.tick = tick, .op = LL_OP_INPUT, .player = player->valueint};
-    e.action = (ll_action){{(float)x->valuedouble, (float)y->valuedouble}, (uint32_t)buttons->valuedouble};
+    e.action = (ll_action){.axis = {(float)x->valuedouble, (float)y->valuedouble},
+                           .buttons = (uint32_t)buttons->valuedouble};
     return ll_log_append(&s->log, &e);
 }
 

@@ -401,7 +401,7 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
     if (ll_failed(&status))
         return status;
     const ll_entry *last = last_input(s, player);
-    const ll_action none = {{0, 0}, 0}, *held = last ? &last->action : &none;
+    const ll_action none = {0}, *held = last ? &last->action : &none;
     if (memcmp(held, action, sizeof *action) == 0)
         return ll_ok();
     return append(s, &(ll_entry){.tick = s->tick, .op = LL_OP_INPUT, .player = player, .action = *action});

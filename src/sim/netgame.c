@@ -1,11 +1,13 @@
 #include "sim/netgame.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #include "base/assert.h"
 #include "base/hash.h"
 
-#define LINK_SECONDS 1.6 /* of packets at full rate that a link holds; what is beyond is a full queue */
+#define LINK_SECONDS 1.3 /* of packets at full rate that a link holds; what is beyond is a full queue */
+#define PACKET_MAX 20000 /* bytes */
 
 /* ---- layout ---- */
 
@@ -26,31 +28,36 @@ static int up_arena(const ll_netgame_config *c)
     return up_slots(c) * (ll_input_message_size(LL_INPUTS_MAX) + 16);
 }
 
-static int state_size(const ll_netgame_config *c)
+static ll_extent extent(const ll_netgame_config *c)
 {
-    return (int)sizeof(ll_state_message) + (int)ll_world_size(ll_games[c->game], c->player_count);
+    return ll_games[c->game]->extent(c->params, c->player_count);
+}
+
+static int down_arena(const ll_netgame_config *c)
+{
+    return down_slots(c) * ll_server_message_max(extent(c));
 }
 
 /* Places the parts one behind the other; with a NULL block only counts. */
 static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
 {
     int n = c->player_count;
-    size_t world = ll_world_size(ll_games[c->game], n);
+    ll_extent world = extent(c);
     ll_netgame counted, *at = g ? g : &counted;
     int64_t end = (int64_t)sizeof(ll_netgame);
     at->server = end;
-    end += (int64_t)ll_server_size(n, world);
-    at->truth = end;
-    end += (int64_t)ll_truth_size(n);
+    end += (int64_t)ll_server_size(n, ll_extent_size(world));
+    at->history = end;
+    end += (int64_t)ll_history_size(world.entities);
     for (int i = 0; i < n; i++) {
         at->at[i].client = end;
         end += (int64_t)ll_client_size(world);
         at->at[i].up = end;
         end += (int64_t)ll_link_size(up_slots(c), up_arena(c));
         at->at[i].down = end;
-        end += (int64_t)ll_link_size(down_slots(c), down_slots(c) * state_size(c));
+        end += (int64_t)ll_link_size(down_slots(c), down_arena(c));
         at->at[i].instruments = end;
-        end += (int64_t)sizeof(ll_instruments);
+        end += (int64_t)ll_instruments_size(world.entities);
     }
     return end;
 }
@@ -102,7 +109,8 @@ static void init(void *block, const void *config)
     g->size = lay_out(g, c);
 
     const ll_game *game = ll_netgame_game(g);
-    size_t world_size = ll_world_size(game, n);
+    ll_extent size_of_world = extent(c);
+    LL_ASSERT(ll_server_message_max(size_of_world) <= PACKET_MAX);
     ll_server *server = ll_netgame_server(g);
     ll_server_init(server, n);
     ll_world *world = ll_server_world(server);
@@ -110,19 +118,19 @@ static void init(void *block, const void *config)
     for (int i = 0; i < n; i++)
         lanes[i] = c->players[i].lane < 0 ? i : (int32_t)c->players[i].lane;
     world->players = n;
-    world->tail = (int32_t)game->tail(n);
+    world->entities = size_of_world.entities;
+    world->tail = size_of_world.tail;
     g->env.dt = 1 / c->tick_hz;
     game->prepare(&g->env, c->params);
     game->init(world, &g->env, lanes);
-    ll_truth_init(ll_netgame_truth(g), n);
-    ll_truth_add(ll_netgame_truth(g), 0, world);
+    ll_history_init(ll_netgame_history(g), world->entities);
+    ll_history_add(ll_netgame_history(g), 0, world);
     for (int i = 0; i < n; i++) {
         uint64_t stream = (uint64_t)i * 2;
-        ll_client_init(ll_netgame_client(g, i), i, world_size, world);
+        ll_client_init(ll_netgame_client(g, i), i, world);
         ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
-        ll_link_init(ll_netgame_down(g, i), down_slots(c), down_slots(c) * state_size(c),
-                     (uint64_t)c->head.seed, stream + 1);
-        ll_instruments_init(ll_netgame_instruments(g, i), (ll_time)(c->warmup_s * 1e9));
+        ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
+        ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
     }
     meet(g, 0);
 }
@@ -184,17 +192,10 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
 static void update(ll_netgame *g, const ll_recorder *r)
 {
     ll_server *server = ll_netgame_server(g);
-    const ll_world *world = ll_server_world(server);
-    size_t world_size = ll_world_size(ll_netgame_game(g), server->players);
-    struct {
-        ll_state_message message;
-        char world[sizeof(ll_world) + LL_PLAYERS_MAX * sizeof(ll_entity) + 256];
-    } packet;
-    LL_ASSERT(world_size <= sizeof packet.world);
-    memcpy(packet.world, world, world_size);
+    _Alignas(8) char packet[PACKET_MAX];
     for (int i = 0; i < server->players; i++) {
-        packet.message = ll_server_state(server, i);
-        send(g, i, false, &packet, (int)(sizeof packet.message + world_size), r);
+        int bytes = ll_server_compose(server, i, packet);
+        send(g, i, false, packet, bytes, r);
     }
 }
 
@@ -240,7 +241,7 @@ static void client_receives(ll_netgame *g, int player, const void *packet, const
 
 static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
 {
-    _Alignas(8) char packet[1024];
+    _Alignas(8) char packet[PACKET_MAX];
     ll_time sent, due;
     int bytes = ll_link_receive(up ? ll_netgame_up(g, player) : ll_netgame_down(g, player), g->now, packet,
                                 (int)sizeof packet, &sent, &due);
@@ -253,29 +254,39 @@ static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
 
 /* ---- time ---- */
 
-static bool finite_world(const ll_world *world, int *player)
+static bool finite_world(const ll_world *world, int *entity)
 {
-    for (int i = 0; i < world->players; i++) {
+    for (int i = 0; i < world->entities; i++) {
         const ll_entity *e = &world->entity[i];
-        double sum = e->x + e->y + e->vx + e->vy;
+        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->spin;
         if (sum - sum != 0) { /* true for an infinity and for a NaN */
-            *player = i;
+            *entity = i;
             return false;
         }
     }
     return true;
 }
 
+static ll_status not_finite(const ll_netgame *g, int entity)
+{
+    char name[LL_NAME_MAX + 16];
+    if (entity < g->config.player_count)
+        snprintf(name, sizeof name, "player %s", g->config.players[entity].name);
+    else
+        snprintf(name, sizeof name, "entity %d", entity);
+    return ll_error(LL_DIVERGED, "the position or speed of %s is not finite at step %lld (%.6f s)", name,
+                    (long long)ll_netgame_server(g)->step, ll_to_s(g->now));
+}
+
 static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
-    int player;
+    int entity;
     sync->step(server, ll_netgame_game(g), &g->env, g->now);
-    if (!finite_world(ll_server_world(server), &player))
-        return ll_error(LL_DIVERGED, "the position or speed of player %s is not finite at step %lld (%.6f s)",
-                        g->config.players[player].name, (long long)server->step, ll_to_s(g->now));
-    ll_truth_add(ll_netgame_truth(g), g->now, ll_server_world(server));
+    if (!finite_world(ll_server_world(server), &entity))
+        return not_finite(g, entity);
+    ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
     if (r)
         record(r,
                (ll_event){
@@ -293,7 +304,7 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
     int bytes = ll_client_frame(client, &s, g->now, &message);
     if (bytes > 0)
         send(g, player, true, &message, bytes, r);
-    ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_truth(g),
+    ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
                          g->now, g->env.dt);
 }
 

@@ -31,7 +31,7 @@ typedef struct ll_netgame {
     ll_time now;
     uint32_t epoch;
     uint32_t reserved;
-    int64_t server, truth;
+    int64_t server, history;
     struct {
         int64_t client, up, down, instruments;
     } at[LL_PLAYERS_MAX];
@@ -42,9 +42,9 @@ static inline ll_server *ll_netgame_server(const ll_netgame *g)
     return (ll_server *)((char *)g + g->server);
 }
 
-static inline ll_truth *ll_netgame_truth(const ll_netgame *g)
+static inline ll_history *ll_netgame_history(const ll_netgame *g)
 {
-    return (ll_truth *)((char *)g + g->truth);
+    return (ll_history *)((char *)g + g->history);
 }
 
 static inline ll_client *ll_netgame_client(const ll_netgame *g, int i)
@@ -65,6 +65,11 @@ static inline ll_link *ll_netgame_down(const ll_netgame *g, int i)
 static inline ll_instruments *ll_netgame_instruments(const ll_netgame *g, int i)
 {
     return (ll_instruments *)((char *)g + g->at[i].instruments);
+}
+
+static inline int ll_netgame_entities(const ll_netgame *g)
+{
+    return ll_server_world_const(ll_netgame_server(g))->entities;
 }
 
 static inline const ll_game *ll_netgame_game(const ll_netgame *g)

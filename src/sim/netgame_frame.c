@@ -17,7 +17,7 @@ enum {
 };
 
 typedef struct view_entity {
-    float x, y, vx, vy, age_ms;
+    float x, y, vx, vy, angle, spin, age_ms;
     uint32_t flags;
 } view_entity;
 
@@ -31,64 +31,75 @@ typedef struct view {
     uint32_t refused;
     float alpha;
     double shown_s;
-    view_entity entity[LL_PLAYERS_MAX];
+    view_entity entity[LL_ENTITIES_MAX];
 } view;
 
-_Static_assert(offsetof(view, entity) == 64 && sizeof(view_entity) == 24, "the layout of session/frame.h");
+_Static_assert(offsetof(view, entity) == 64 && sizeof(view_entity) == 32, "the layout of session/frame.h");
 
 static view_entity entity(const ll_entity *e, ll_time age, uint32_t flags)
 {
-    return (view_entity){(float)e->x,  (float)e->y,          (float)e->vx,
-                         (float)e->vy, (float)ll_to_ms(age), (uint32_t)e->flags | flags};
+    return (view_entity){(float)e->x,     (float)e->y,    (float)e->vx,         (float)e->vy,
+                         (float)e->angle, (float)e->spin, (float)ll_to_ms(age), (uint32_t)e->flags | flags};
 }
 
-static view server_view(const ll_netgame *g)
+/* Only as many entities are written as there are. */
+static size_t stride_of(int entities)
+{
+    return offsetof(view, entity) + (size_t)entities * sizeof(view_entity);
+}
+
+static void server_view(const ll_netgame *g, view *v)
 {
     const ll_server *server = ll_netgame_server(g);
     const ll_world *world = ll_server_world_const(server);
-    view v = {.entities = (uint8_t)world->players, .shown_s = ll_to_s(server->stepped), .alpha = 1};
-    v.input_seq = (uint32_t)server->step;
-    v.flags = ll_netgame_sync(g)->due(server) == LL_NEVER ? VIEW_STALLED : 0;
-    for (int i = 0; i < world->players; i++)
-        v.entity[i] = entity(&world->entity[i], g->now - server->stepped, 0);
-    return v;
+    v->shown_s = ll_to_s(server->stepped);
+    v->alpha = 1;
+    v->input_seq = (uint32_t)server->step;
+    v->flags = ll_netgame_sync(g)->due(server) == LL_NEVER ? VIEW_STALLED : 0;
+    for (int i = 0; i < world->entities; i++)
+        v->entity[i] = entity(&world->entity[i], g->now - server->stepped, 0);
 }
 
-static view player_view(const ll_netgame *g, int i)
+static void player_view(const ll_netgame *g, int i, view *v)
 {
     const ll_client *c = ll_netgame_client(g, i);
     const ll_player_config *config = &g->config.players[i];
     const ll_instruments *in = ll_netgame_instruments(g, i);
     const ll_seat *seat = &ll_netgame_server(g)->seats[i];
-    view v = {.view = (uint8_t)(i + 1), .entities = (uint8_t)g->config.player_count};
     int flags = (config->prediction ? VIEW_PREDICTION : 0) |
                 (config->reconciliation ? VIEW_RECONCILIATION : 0) |
                 (config->interpolation ? VIEW_INTERPOLATION : 0) | (c->held_now ? VIEW_UNDERRUN : 0) |
                 (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0);
-    v.flags = (uint16_t)flags;
-    v.input_seq = c->seq;
-    v.acked_seq = c->acked;
-    v.unacked = c->seq - c->acked;
-    v.lag_ms = (float)config->lag_ms;
-    v.view_age_ms = (float)in->view_age;
-    v.own_error_m = (float)in->own_error;
-    v.remote_error_m = (float)in->remote_error;
-    v.buffer_ms = (float)c->shown.buffer_ms;
-    v.slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? 0 : (float)seat->last_slack;
-    v.corrections = (uint32_t)in->corrections;
-    v.correction_m = (float)in->last_correction;
-    v.refused = (uint32_t)c->refused;
-    v.alpha = (float)c->shown.alpha;
-    int other = i == 0 && g->config.player_count > 1 ? 1 : 0;
-    v.shown_s = ll_to_s(c->shown.time[other]);
-    for (int k = 0; k < g->config.player_count; k++)
-        v.entity[k] = entity(&c->shown.entity[k], g->now - c->shown.time[k], c->shown.flags[k]);
-    return v;
+    v->flags = (uint16_t)flags;
+    v->input_seq = c->seq;
+    v->acked_seq = c->acked;
+    v->unacked = c->seq - c->acked;
+    v->lag_ms = (float)config->lag_ms;
+    v->view_age_ms = (float)in->view_age;
+    v->own_error_m = (float)in->own_error;
+    v->remote_error_m = (float)in->remote_error;
+    v->buffer_ms = (float)c->buffer_ms;
+    v->slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? 0 : (float)seat->last_slack;
+    v->corrections = (uint32_t)in->corrections;
+    v->correction_m = (float)in->last_correction;
+    v->refused = (uint32_t)c->refused;
+    v->alpha = (float)c->alpha;
+    v->shown_s = ll_to_s(c->view_time);
+    const ll_world *shown = ll_client_shown_const(c);
+    const ll_mark *marks = ll_client_marks_const(c);
+    for (int k = 0; k < shown->entities; k++)
+        v->entity[k] = entity(&shown->entity[k], g->now - marks[k].time, marks[k].flags);
 }
 
-static view view_of(const ll_netgame *g, int index)
+static void view_of(const ll_netgame *g, int index, view *v)
 {
-    return index == 0 ? server_view(g) : player_view(g, index - 1);
+    memset(v, 0, offsetof(view, entity));
+    v->view = (uint8_t)index;
+    v->entities = (uint8_t)ll_netgame_entities(g);
+    if (index == 0)
+        server_view(g, v);
+    else
+        player_view(g, index - 1, v);
 }
 
 static int game_values(const ll_netgame *g, int player, double *values)
@@ -107,12 +118,10 @@ void ll_netgame_sections(const void *block,
 {
     const ll_netgame *g = block;
     int n = g->config.player_count;
-    size_t stride = offsetof(view, entity) + (size_t)n * sizeof(view_entity);
-    char views[(LL_PLAYERS_MAX + 1) * sizeof(view)] = {0};
-    for (int i = 0; i <= n; i++) {
-        view v = view_of(g, i);
-        memcpy(views + (size_t)i * stride, &v, stride);
-    }
+    size_t stride = stride_of(ll_netgame_entities(g));
+    _Alignas(8) char views[(LL_PLAYERS_MAX + 1) * sizeof(view)];
+    for (int i = 0; i <= n; i++)
+        view_of(g, i, (view *)(void *)(views + (size_t)i * stride));
     section(context, SECTION_VIEWS, n + 1, views, (size_t)(n + 1) * stride);
 
     double values[LL_PLAYERS_MAX * LL_GAME_VALUES], own[LL_GAME_VALUES];
@@ -156,6 +165,8 @@ static cJSON *view_json(const view *v)
         number(item, "y", (double)e->y);
         number(item, "vx", (double)e->vx);
         number(item, "vy", (double)e->vy);
+        number(item, "angle", (double)e->angle);
+        number(item, "spin", (double)e->spin);
         number(item, "age_ms", (double)e->age_ms);
         number(item, "flags", e->flags);
         cJSON_AddItemToArray(entities, item);
@@ -168,7 +179,8 @@ void ll_netgame_sections_json(const void *block, cJSON *frame)
     const ll_netgame *g = block;
     cJSON *views = cJSON_AddArrayToObject(frame, "views"), *game = cJSON_AddArrayToObject(frame, "game");
     for (int i = 0; i <= g->config.player_count; i++) {
-        view v = view_of(g, i);
+        view v;
+        view_of(g, i, &v);
         cJSON_AddItemToArray(views, view_json(&v));
     }
     for (int i = 0; i < g->config.player_count; i++) {

@@ -1,6 +1,7 @@
 /* What is told of a netgame: state, metrics, layout and the columns of a trace. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
+#include <string.h>
 
 #include "base/detmath.h"
 #include "sim/netgame.h"
@@ -17,6 +18,8 @@ static cJSON *entity_json(const ll_entity *e)
     number(o, "y", e->y);
     number(o, "vx", e->vx);
     number(o, "vy", e->vy);
+    number(o, "angle", e->angle);
+    number(o, "spin", e->spin);
     number(o, "flags", (double)e->flags);
     return o;
 }
@@ -31,17 +34,18 @@ cJSON *ll_netgame_state(const void *block)
     number(s, "stepped_s", ll_to_s(server->stepped));
     cJSON *entities = cJSON_AddArrayToObject(s, "entities"),
           *players = cJSON_AddArrayToObject(state, "players");
+    for (int i = 0; i < ll_netgame_entities(g); i++)
+        cJSON_AddItemToArray(entities, entity_json(&ll_server_world_const(server)->entity[i]));
     for (int i = 0; i < server->players; i++) {
         const ll_client *c = ll_netgame_client(g, i);
-        cJSON_AddItemToArray(entities, entity_json(&ll_server_world_const(server)->entity[i]));
         cJSON *p = cJSON_CreateObject(), *shown = cJSON_CreateArray();
         cJSON_AddStringToObject(p, "name", g->config.players[i].name);
         number(p, "input_seq", c->seq);
         number(p, "acked_seq", c->acked);
         number(p, "unacked", c->seq - c->acked);
-        for (int k = 0; k < server->players; k++) {
-            cJSON *e = entity_json(&c->shown.entity[k]);
-            number(e, "age_ms", ll_to_ms(g->now - c->shown.time[k]));
+        for (int k = 0; k < ll_netgame_entities(g); k++) {
+            cJSON *e = entity_json(&ll_client_shown_const(c)->entity[k]);
+            number(e, "age_ms", ll_to_ms(g->now - ll_client_marks_const(c)[k].time));
             cJSON_AddItemToArray(shown, e);
         }
         cJSON_AddItemToObject(p, "entities", shown);
@@ -76,7 +80,7 @@ static void smoothness(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_instruments *in = ll_netgame_instruments(g, self);
     double acceleration = 0, jerk = 0, frames = 0, moving = 0, frozen = 0, reversals = 0, step = 0, ideal = 0;
-    for (int i = 0; i < g->config.player_count; i++) {
+    for (int i = 0; i < in->entities; i++) {
         const ll_smoothness *s = &in->smooth[i];
         acceleration += s->acceleration;
         jerk += s->jerk;
@@ -187,6 +191,32 @@ cJSON *ll_netgame_metrics(const void *block)
     return metrics;
 }
 
+static cJSON *shape_json(const ll_shape *shape)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "kind", shape->kind);
+    number(o, "width_m", shape->width);
+    number(o, "height_m", shape->height);
+    cJSON_AddBoolToObject(o, "round", shape->round);
+    return o;
+}
+
+static void shapes(cJSON *layout, const ll_game *game, const ll_game_env *env, const ll_netgame_config *c)
+{
+    cJSON *entities = cJSON_AddArrayToObject(layout, "entities"),
+          *fixed = cJSON_AddArrayToObject(layout, "fixed");
+    int count = game->extent(c->params, c->player_count).entities;
+    ll_shape shape;
+    for (int i = 0; memset(&shape, 0, sizeof shape), game->shape(env, c->player_count, i, &shape); i++) {
+        cJSON *o = shape_json(&shape);
+        if (i >= count) {
+            number(o, "x", shape.x);
+            number(o, "y", shape.y);
+        }
+        cJSON_AddItemToArray(i < count ? entities : fixed, o);
+    }
+}
+
 cJSON *ll_netgame_layout(const void *config)
 {
     const ll_netgame_config *c = config;
@@ -216,6 +246,8 @@ cJSON *ll_netgame_layout(const void *config)
     number(s, "target_y", scene.target_y);
     number(s, "target_radius", scene.target_radius);
     number(s, "entity_length_m", scene.entity_length_m);
+    if (game->shape)
+        shapes(layout, game, &env, c);
     return layout;
 }
 
@@ -261,12 +293,12 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
     for (int i = 0; i < server->players; i++) {
         const ll_client *c = ll_netgame_client(g, i);
         const ll_instruments *in = ll_netgame_instruments(g, i);
-        values[n++] = c->shown.entity[i].x;
-        values[n++] = c->shown.entity[i].y;
+        values[n++] = ll_client_shown_const(c)->entity[i].x;
+        values[n++] = ll_client_shown_const(c)->entity[i].y;
         values[n++] = in->own_error;
         values[n++] = in->remote_error;
         values[n++] = in->view_age;
-        values[n++] = c->shown.buffer_ms;
+        values[n++] = c->buffer_ms;
         values[n++] = c->seq - c->acked;
         values[n++] = (double)in->corrections;
         values[n++] = g->config.players[i].lag_ms;

@@ -24,9 +24,9 @@ static field *make(double drag, double target, double pause)
     f->env.dt = 1.0 / 60;
     f->env.dt_ns = ll_tick_time(1, 60000);
     f->world = (ll_world *)f->bytes;
-    f->world->players = 2;
-    f->world->tail = (int32_t)ll_game_cannon.tail(2);
-    assert_true(ll_world_size(&ll_game_cannon, 2) <= sizeof f->bytes);
+    f->world->players = f->world->entities = 2;
+    f->world->tail = ll_game_cannon.extent(params, 2).tail;
+    assert_true(ll_world_size(f->world) <= sizeof f->bytes);
     ll_game_cannon.prepare(&f->env, params);
     ll_game_cannon.init(f->world, &f->env, lanes);
     return f;
@@ -34,7 +34,7 @@ static field *make(double drag, double target, double pause)
 
 static void step(field *f, float angle, float speed, unsigned buttons)
 {
-    const ll_action actions[2] = {{{angle, speed}, buttons}, {{angle, speed}, buttons}};
+    const ll_action action = {.axis = {angle, speed}, .buttons = buttons}, actions[2] = {action, action};
     ll_game_cannon.step(f->world, &f->env, actions, 0);
 }
 

@@ -24,9 +24,9 @@ static field *make(const double *params, int players, const int32_t *lanes, doub
     f->env.dt = dt;
     f->env.dt_ns = (ll_time)(dt * 1e9);
     f->world = (ll_world *)f->bytes;
-    f->world->players = players;
-    f->world->tail = (int32_t)ll_game_race.tail(players);
-    assert_true(ll_world_size(&ll_game_race, players) <= sizeof f->bytes);
+    f->world->players = f->world->entities = players;
+    f->world->tail = ll_game_race.extent(params, players).tail;
+    assert_true(ll_world_size(f->world) <= sizeof f->bytes);
     ll_game_race.prepare(&f->env, params);
     ll_game_race.init(f->world, &f->env, lanes);
     return f;
@@ -38,7 +38,7 @@ static void throttle_follows_the_closed_form(void **state)
     (void)state;
     const int32_t lanes[] = {0};
     const double dts[] = {1.0 / 3, 1.0 / 30, 1.0 / 60, 1.0 / 240};
-    const ll_action full = {{1, 0}, 0};
+    const ll_action full = {.axis = {1, 0}};
     for (size_t k = 0; k < sizeof dts / sizeof dts[0]; k++) {
         field *f = make(usual, 1, lanes, dts[k]);
         int steps = (int)lround(10 / dts[k]);
@@ -77,7 +77,7 @@ static void top_speed_is_kept(void **state)
     memcpy(params, usual, sizeof params);
     params[3] = 16;
     const int32_t lanes[] = {0};
-    const ll_action full = {{1, 0}, 0};
+    const ll_action full = {.axis = {1, 0}};
     field *f = make(params, 1, lanes, 1.0 / 60);
     for (int i = 0; i < 600; i++) {
         ll_game_race.step(f->world, &f->env, &full, 0);
@@ -91,7 +91,7 @@ static void brakes_stop_and_do_not_reverse(void **state)
 {
     (void)state;
     const int32_t lanes[] = {0};
-    const ll_action brake = {{-1, 0}, 0};
+    const ll_action brake = {.axis = {-1, 0}};
     field *f = make(usual, 1, lanes, 1.0 / 60);
     f->world->entity[0].vx = 20;
     double last = 0;
@@ -114,7 +114,7 @@ static void contact_keeps_momentum_and_takes_energy(void **state)
     double params[9];
     memcpy(params, usual, sizeof params);
     params[2] = 0; /* no drag */
-    const ll_action coast[2] = {{{0, 0}, 0}};
+    const ll_action coast[2] = {{.buttons = 0}};
     for (int lane = 0; lane < 2; lane++) {
         field *f = make(params, 2, lane == 0 ? same : apart, 1.0 / 60);
         ll_entity *front = &f->world->entity[0], *rear = &f->world->entity[1];
@@ -137,7 +137,7 @@ static void finish_time_lies_between_ticks(void **state)
 {
     (void)state;
     const int32_t lanes[] = {0};
-    const ll_action coast = {{0, 0}, 0};
+    const ll_action coast = {.axis = {0, 0}};
     double params[9], values[LL_GAME_VALUES];
     memcpy(params, usual, sizeof params);
     params[2] = 0;

@@ -16,7 +16,13 @@ static void lists_follow_the_table(void **state)
         assert_string_equal(ll_games[n]->name, ll_game_names[n]);
         assert_ptr_equal(ll_games[n]->params, ll_game_tables[n]);
         assert_true(ll_games[n]->params->size <= sizeof((ll_game_env *)0)->params);
-        assert_true(ll_games[n]->tail(LL_PLAYERS_MAX) % 8 == 0 && ll_games[n]->tail(LL_PLAYERS_MAX) <= 256);
+        double params[16] = {0};
+        ll_param_defaults(ll_games[n]->params, params);
+        for (int players = 1; players <= LL_PLAYERS_MAX; players++) {
+            ll_extent extent = ll_games[n]->extent(params, players);
+            assert_in_range(extent.entities, players, LL_ENTITIES_MAX);
+            assert_int_equal(extent.tail % 8, 0);
+        }
     }
     assert_null(ll_game_names[n]);
     assert_null(ll_game_tables[n]);

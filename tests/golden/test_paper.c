@@ -119,10 +119,10 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
     assert_true(truth->entity[0].x > 100); /* they race */
     assert_true(truth->entity[0].x == truth->entity[1].x);
     for (int i = 0; i < 2; i++) {
-        assert_true(truth->entity[i].x > a->shown.entity[i].x);
-        assert_true(a->shown.entity[i].x > b->shown.entity[i].x);
+        assert_true(truth->entity[i].x > ll_client_shown_const(a)->entity[i].x);
+        assert_true(ll_client_shown_const(a)->entity[i].x > ll_client_shown_const(b)->entity[i].x);
     }
-    assert_true(a->shown.entity[0].x == a->shown.entity[1].x);
+    assert_true(ll_client_shown_const(a)->entity[0].x == ll_client_shown_const(a)->entity[1].x);
     for (int i = 0; i < 2; i++) {
         const ll_instruments *in = ll_netgame_instruments(s.game, i);
         assert_int_equal(in->corrections, 0);
@@ -172,7 +172,7 @@ static void figure_13_own_car_leads_by_the_lag(void **state)
         const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
         double ahead[2], later[2];
         for (int i = 0; i < 2; i++)
-            ahead[i] = ll_netgame_client(s.game, i)->shown.entity[i].x;
+            ahead[i] = ll_client_shown(ll_netgame_client(s.game, i))->entity[i].x;
         scene_run(&s, t + 0.150, NULL);
         for (int i = 0; i < 2; i++)
             later[i] = truth->entity[i].x;

@@ -1,11 +1,9 @@
 /* The instruments, against values computed by hand. */
 #include "toy.h"
 
-#include "base/rng.h"
-
 static ll_summary of(const lone *l, ll_metric metric)
 {
-    return ll_histogram_summary(&l->instruments.histogram[metric]);
+    return ll_histogram_summary(&l->instruments->histogram[metric]);
 }
 
 static bool near(double a, double b)
@@ -65,7 +63,7 @@ static void start_does_not_count(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
-    ll_instruments_init(&l->instruments, 100 * LL_MS);
+    ll_instruments_init(l->instruments, 1, 100 * LL_MS);
     run_latencies(l);
     assert_int_equal(of(l, LL_METRIC_INPUT_LATENCY).count, 1); /* drawn at 100 ms: the one of 60 ms */
     assert_true(of(l, LL_METRIC_INPUT_LATENCY).mean == 60);
@@ -113,7 +111,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     frame(l, 5 * LL_MS, NULL);
     assert_true(of(l, LL_METRIC_CORRECTION).count == 1 && of(l, LL_METRIC_CORRECTION).max == 5);
     assert_true(of(l, LL_METRIC_POP).count == 2 && of(l, LL_METRIC_POP).max == 5);
-    assert_true(l->instruments.last_correction == 5 && l->instruments.corrections == 1);
+    assert_true(l->instruments->last_correction == 5 && l->instruments->corrections == 1);
     assert_int_equal(last.count, 1);
     assert_int_equal(last.event.type, LL_EVENT_CORRECTION);
     assert_int_equal(last.event.number, 3);
@@ -123,7 +121,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     back.entity[0].y = -4; /* 5 was predicted for input 4; it is 2: 3 to the left */
     give(l, &back, 6 * LL_MS);
     frame(l, 6 * LL_MS, NULL);
-    assert_true(l->instruments.last_correction == -3 && l->instruments.corrections == 2);
+    assert_true(l->instruments->last_correction == -3 && l->instruments->corrections == 2);
     assert_true(near(of(l, LL_METRIC_CORRECTION).mean, 4));
     assert_true(last.count == 2 && last.event.value == -3);
     free_lone(l);
@@ -131,10 +129,10 @@ static void corrections_are_measured_at_the_same_input(void **state)
 
 /* ---- M3, M4, M5, M9: what the observer measures ---- */
 
-static ll_truth *new_truth(int players)
+static ll_history *new_history(int players)
 {
-    ll_truth *truth = malloc(ll_truth_size(players));
-    ll_truth_init(truth, players);
+    ll_history *truth = malloc(ll_history_size(players));
+    ll_history_init(truth, players);
     return truth;
 }
 
@@ -142,47 +140,48 @@ static void views_are_held_against_the_truth(void **state)
 {
     (void)state;
     lone *l = new_lone(3, &toy, &ll_sync_free);
-    ll_truth *truth = new_truth(3);
+    ll_history *truth = new_history(3);
     ll_world *world = new_world(3);
-    ll_shown *shown = &l->client->shown;
+    ll_world *shown = ll_client_shown(l->client);
+    ll_mark *marks = ll_client_marks(l->client);
     start_lone(l, 60, 0, 0);
-    ll_truth_add(truth, 0, world);
+    ll_history_add(truth, 0, world);
     world->entity[1].x = 10;
     world->entity[2].x = -8;
     world->entity[2].y = 6;
-    ll_truth_add(truth, 100 * LL_MS, world);
+    ll_history_add(truth, 100 * LL_MS, world);
 
     shown->entity[0] = (ll_entity){.x = -3, .y = 4}; /* truth: 0, 0 */
     shown->entity[1] = (ll_entity){.x = 7};          /* of 50 ms, when the truth was 5; now it is 10 */
     shown->entity[2] = (ll_entity){.x = -4, .y = 3}; /* of 50 ms, when the truth was the same; now -8, 6 */
-    shown->time[0] = 100 * LL_MS;
-    shown->time[1] = shown->time[2] = 50 * LL_MS;
-    ll_instruments_frame(&l->instruments, l->client, world, truth, 100 * LL_MS, 0.02);
-    assert_true(l->instruments.own_error == -5);
+    marks[0].time = 100 * LL_MS;
+    marks[1].time = marks[2].time = 50 * LL_MS;
+    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS, 0.02);
+    assert_true(l->instruments->own_error == -5);
     assert_true(of(l, LL_METRIC_OWN_ERROR).count == 1 && of(l, LL_METRIC_OWN_ERROR).max == 5);
     assert_true(of(l, LL_METRIC_REMOTE_ERROR).count == 2 && of(l, LL_METRIC_REMOTE_ERROR).max == 5);
     assert_true(near(of(l, LL_METRIC_REMOTE_ERROR).mean, (3 + 5) / 2.0));
-    assert_true(l->instruments.remote_error == 5); /* the larger: -4 is to the right of -8 */
+    assert_true(l->instruments->remote_error == 5); /* the larger: -4 is to the right of -8 */
     assert_true(of(l, LL_METRIC_VIEW_AGE).count == 2 && of(l, LL_METRIC_VIEW_AGE).mean == 50);
-    assert_true(l->instruments.view_age == 50);
+    assert_true(l->instruments->view_age == 50);
     assert_true(of(l, LL_METRIC_TIMELINE_ERROR).count == 2 && near(of(l, LL_METRIC_TIMELINE_ERROR).max, 2));
     assert_true(near(of(l, LL_METRIC_TIMELINE_ERROR).mean, 1));
     assert_int_equal(of(l, LL_METRIC_BUFFER).count, 0); /* nothing is interpolated */
 
     shown->entity[1].x = 2; /* now the larger, and to the left */
-    shown->time[1] = 20 * LL_MS;
-    shown->buffer_ms = 12.5;
+    marks[1].time = 20 * LL_MS;
+    l->client->buffer_ms = 12.5;
     l->client->has_render = l->client->held_now = 1;
-    ll_instruments_frame(&l->instruments, l->client, world, truth, 100 * LL_MS, 0.02);
-    assert_true(l->instruments.remote_error == -8 && l->instruments.view_age == 80);
+    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS, 0.02);
+    assert_true(l->instruments->remote_error == -8 && l->instruments->view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);
-    assert_true(l->instruments.frames == 2 && l->instruments.held_frames == 1);
+    assert_true(l->instruments->frames == 2 && l->instruments->held_frames == 1);
 
-    ll_instruments_init(&l->instruments,
+    ll_instruments_init(l->instruments, 3,
                         200 * LL_MS); /* before its time nothing counts, but views are told */
-    ll_instruments_frame(&l->instruments, l->client, world, truth, 199 * LL_MS, 0.02);
-    assert_true(l->instruments.frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
-    assert_true(l->instruments.own_error == -5 && l->instruments.remote_error == -8);
+    ll_instruments_frame(l->instruments, l->client, world, truth, 199 * LL_MS, 0.02);
+    assert_true(l->instruments->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
+    assert_true(l->instruments->own_error == -5 && l->instruments->remote_error == -8);
     free(truth);
     free(world);
     free_lone(l);
@@ -201,16 +200,16 @@ static void smoothness_is_of_differences(void **state)
     (void)state;
     const double x[] = {0, 1, 3, 6, 6, 5, 7, 7}, truth_x[] = {0, 1, 2, 3, 4, 5, 6, 6};
     lone *l = new_lone(2, &toy, &ll_sync_free);
-    ll_truth *truth = new_truth(2);
+    ll_history *truth = new_history(2);
     ll_world *world = new_world(2);
     start_lone(l, 60, 0, 0);
-    ll_truth_add(truth, 0, world);
+    ll_history_add(truth, 0, world);
     for (int i = 0; i < 8; i++) {
         world->entity[1].x = truth_x[i];
-        l->client->shown.entity[1].x = x[i];
-        ll_instruments_frame(&l->instruments, l->client, world, truth, i * LL_SECOND / 2, 0.5);
+        ll_client_shown(l->client)->entity[1].x = x[i];
+        ll_instruments_frame(l->instruments, l->client, world, truth, i * LL_SECOND / 2, 0.5);
     }
-    const ll_smoothness *s = &l->instruments.smooth[1];
+    const ll_smoothness *s = &l->instruments->smooth[1];
     assert_int_equal(s->frames, 5);
     assert_true(near(s->acceleration, 16 + 144 + 16 + 144 + 64));
     assert_true(near(s->jerk, 0 + 1024 + 256 + 1024 + 1600));
@@ -219,58 +218,10 @@ static void smoothness_is_of_differences(void **state)
     assert_int_equal(s->moving, 4);
     assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth went on; 7 to 7 stood as the truth did */
     assert_int_equal(s->reversals, 1); /* -1, 2 */
-    assert_int_equal(l->instruments.smooth[0].samples, 0); /* of the others only */
+    assert_int_equal(l->instruments->smooth[0].samples, 0); /* of the others only */
     free(truth);
     free(world);
     free_lone(l);
-}
-
-/* ---- the ring of truth ---- */
-
-#define RECORDS 1700
-#define KEPT 512
-
-static void truth_is_found_as_by_a_linear_search(void **state)
-{
-    (void)state;
-    static ll_time time[RECORDS];
-    static double x[RECORDS], y[RECORDS];
-    ll_truth *truth = new_truth(2);
-    ll_world *world = new_world(2);
-    ll_time now = 0;
-    for (int n = 0; n < RECORDS; n++) {
-        /* Even steps, uneven ones, and a stall now and then: lockstep makes those. */
-        uint64_t draw = ll_rng_u64(1, 0, (uint64_t)n);
-        now += n / 300 % 2 ? LL_SECOND / 60 : n % 40 == 0 ? LL_SECOND : 1 + (ll_time)(draw % (40 * LL_MS));
-        time[n] = now;
-        x[n] = world->entity[1].x = ll_rng_unit(1, 1, (uint64_t)n);
-        y[n] = world->entity[1].y = ll_rng_unit(1, 2, (uint64_t)n);
-        ll_truth_add(truth, now, world);
-        int oldest = n < KEPT ? 0 : n - KEPT + 1;
-        for (int q = 0; q < 20; q++) {
-            ll_time span = time[n] - time[oldest], t;
-            if (q < 12) /* anywhere, also before the oldest and after the newest */
-                t = time[oldest] - LL_SECOND / 10 +
-                    (ll_time)(ll_rng_unit(1, 3, (uint64_t)(n * 32 + q)) * (double)(span + LL_SECOND / 5));
-            else /* at a record, and next to it */
-                t = time[oldest +
-                         (int)(ll_rng_u64(1, 4, (uint64_t)(n * 32 + q)) % (uint64_t)(n - oldest + 1))] +
-                    q % 3 - 1;
-            int i = oldest;
-            while (i < n && time[i + 1] <= t)
-                i++;
-            double s = i < n && t > time[i] ? (double)(t - time[i]) / (double)(time[i + 1] - time[i]) : 0, gx,
-                   gy;
-            int j = i < n ? i + 1 : i;
-            ll_truth_at(truth, 1, t, &gx, &gy);
-            assert_true(near(gx, x[i] + s * (x[j] - x[i])) && near(gy, y[i] + s * (y[j] - y[i])));
-        }
-    }
-    double gx, gy;
-    ll_truth_at(truth, 0, now / 2, &gx, &gy);
-    assert_true(gx == 0 && gy == 0);
-    free(truth);
-    free(world);
 }
 
 int main(void)
@@ -282,7 +233,6 @@ int main(void)
         cmocka_unit_test(corrections_are_measured_at_the_same_input),
         cmocka_unit_test(views_are_held_against_the_truth),
         cmocka_unit_test(smoothness_is_of_differences),
-        cmocka_unit_test(truth_is_found_as_by_a_linear_search),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -73,12 +73,12 @@ static void run(view *v, ll_time until, ll_time (*lag)(int64_t k), void (*look)(
 
 static const ll_entity *other(const view *v)
 {
-    return &v->l->client->shown.entity[1];
+    return &ll_client_shown(v->l->client)->entity[1];
 }
 
 static ll_time shown_time(const view *v)
 {
-    return v->l->client->shown.time[1];
+    return ll_client_marks(v->l->client)[1].time;
 }
 
 static ll_time newest_time(const view *v)
@@ -102,8 +102,8 @@ static void is_between_its_states(const view *v)
     assert_true(v->time[a] <= t && (a == b || v->time[b] > t));
     double alpha = a == b ? 0 : (double)(t - v->time[a]) / (double)(v->time[b] - v->time[a]);
     assert_true(fabs(other(v)->x - (v->x[a] + alpha * (v->x[b] - v->x[a]))) < 1e-9);
-    assert_true(fabs(v->l->client->shown.alpha - alpha) < 1e-12);
-    assert_true(fabs(v->l->client->shown.buffer_ms - ll_to_ms(newest_time(v) - t)) < 1e-9);
+    assert_true(fabs(v->l->client->alpha - alpha) < 1e-12);
+    assert_true(fabs(v->l->client->buffer_ms - ll_to_ms(newest_time(v) - t)) < 1e-9);
 }
 
 /* ---- a steady link ---- */
@@ -119,7 +119,7 @@ static void look_steady(view *v)
     if (v->now < LL_SECOND / 2)
         return;
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
-    assert_int_equal(v->l->client->shown.flags[1], LL_SHOWN_INTERPOLATED);
+    assert_int_equal(ll_client_marks(v->l->client)[1].flags, LL_SHOWN_INTERPOLATED);
     is_between_its_states(v);
 }
 
@@ -128,7 +128,7 @@ static void steady_links_are_drawn_one_delay_back(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 10 * LL_SECOND, lag_50, look_steady);
-    assert_int_equal(v->l->instruments.underruns, 0);
+    assert_int_equal(v->l->instruments->underruns, 0);
     assert_true(v->taken > 290);
     free_view(v);
 }
@@ -160,7 +160,7 @@ static ll_time gap(int64_t k)
 
 static void look_dry(view *v)
 {
-    bool held = v->l->client->shown.flags[1] & LL_SHOWN_HELD;
+    bool held = ll_client_marks(v->l->client)[1].flags & LL_SHOWN_HELD;
     if (v->now < LL_SECOND / 2)
         return;
     assert_true(shown_time(v) <= newest_time(v));
@@ -171,7 +171,7 @@ static void look_dry(view *v)
     if (held) {
         assert_true(about(shown_time(v), last));
         assert_true(other(v)->x == path(59));
-        assert_true(v->l->client->shown.buffer_ms == 0);
+        assert_true(v->l->client->buffer_ms == 0);
     }
     is_between_its_states(v);
 }
@@ -181,7 +181,7 @@ static void dry_buffers_hold(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 8 * LL_SECOND, gap, look_dry);
-    assert_int_equal(v->l->instruments.underruns, 1); /* one, however long it lasts */
+    assert_int_equal(v->l->instruments->underruns, 1); /* one, however long it lasts */
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }
@@ -357,10 +357,10 @@ static void oldest_of_a_full_buffer(void **state)
         give(l, &p, now);
         frame(l, now, NULL);
         int64_t oldest = k < LL_STATE_RING ? 0 : k - LL_STATE_RING + 1;
-        assert_int_equal(l->client->shown.time[1], ll_tick_time(oldest, HZ(60)));
-        assert_true(l->client->shown.entity[1].x == path(oldest));
-        assert_true(l->client->shown.time[1] >= shown);
-        shown = l->client->shown.time[1];
+        assert_int_equal(ll_client_marks(l->client)[1].time, ll_tick_time(oldest, HZ(60)));
+        assert_true(ll_client_shown(l->client)->entity[1].x == path(oldest));
+        assert_true(ll_client_marks(l->client)[1].time >= shown);
+        shown = ll_client_marks(l->client)[1].time;
     }
     free_lone(l);
 }
@@ -375,8 +375,10 @@ static void flights_are_not_blended_across_their_ends(void **state)
         lone *l = new_lone(2, &toy, &ll_sync_free);
         packet a = state_of(1, LL_SECOND, 0, 2, (double[]){0, 10}),
                b = state_of(2, 2 * LL_SECOND, 0, 2, (double[]){0, 30});
-        a.entity[1] = (ll_entity){10, 1, 100, 2, flags & 1 ? LL_ENTITY_ACTIVE : 0};
-        b.entity[1] = (ll_entity){30, 5, 200, 6, flags & 2 ? LL_ENTITY_ACTIVE : 0};
+        a.entity[1] =
+            (ll_entity){.x = 10, .y = 1, .vx = 100, .vy = 2, .flags = flags & 1 ? LL_ENTITY_ACTIVE : 0};
+        b.entity[1] =
+            (ll_entity){.x = 30, .y = 5, .vx = 200, .vy = 6, .flags = flags & 2 ? LL_ENTITY_ACTIVE : 0};
         a.head.update_hz = b.head.update_hz = 2;
         l->config.interpolation = true;
         l->config.interpolation_ratio = 1;
@@ -385,10 +387,10 @@ static void flights_are_not_blended_across_their_ends(void **state)
         give(l, &a, LL_SECOND);
         give(l, &b, 2 * LL_SECOND);
         frame(l, 2 * LL_SECOND, NULL);
-        const ll_entity *e = &l->client->shown.entity[1];
+        const ll_entity *e = &ll_client_shown(l->client)->entity[1];
         bool blended = flags == 0 || flags == 3;
-        assert_int_equal(l->client->shown.time[1], 1250 * LL_MS);
-        assert_true(l->client->shown.alpha == 0.25);
+        assert_int_equal(ll_client_marks(l->client)[1].time, 1250 * LL_MS);
+        assert_true(l->client->alpha == 0.25);
         assert_true(e->x == (blended ? 15 : 10) && e->y == (blended ? 2 : 1));
         assert_true(e->vx == (blended ? 125 : 100) && e->vy == (blended ? 3 : 2));
         assert_int_equal(e->flags, a.entity[1].flags);
@@ -406,14 +408,14 @@ static void the_own_entity_is_not_touched(void **state)
     give(l, &a, 0);
     give(l, &b, LL_SECOND);
     frame(l, LL_SECOND, NULL);
-    assert_true(l->client->shown.entity[0].x == 2); /* the newest state */
-    assert_int_equal(l->client->shown.time[0], LL_SECOND);
-    assert_int_equal(l->client->shown.flags[0], 0);
+    assert_true(ll_client_shown(l->client)->entity[0].x == 2); /* the newest state */
+    assert_int_equal(ll_client_marks(l->client)[0].time, LL_SECOND);
+    assert_int_equal(ll_client_marks(l->client)[0].flags, 0);
     l->config.interpolation = false;
     frame(l, LL_SECOND + 1, NULL);
-    assert_true(l->client->shown.entity[1].x == 20);
-    assert_int_equal(l->client->shown.time[1], LL_SECOND);
-    assert_int_equal(l->client->shown.flags[1], 0);
+    assert_true(ll_client_shown(l->client)->entity[1].x == 20);
+    assert_int_equal(ll_client_marks(l->client)[1].time, LL_SECOND);
+    assert_int_equal(ll_client_marks(l->client)[1].flags, 0);
     free_lone(l);
 }
 
@@ -437,8 +439,8 @@ static void demo_interpolates_between_arrivals(void **state)
             give(l, &p, came[i]);
         }
         frame(l, now, NULL);
-        double drawn = l->client->shown.entity[1].x, ms = ll_to_ms(now - 100 * LL_MS);
-        bool held = l->client->shown.flags[1] & LL_SHOWN_HELD;
+        double drawn = ll_client_shown(l->client)->entity[1].x, ms = ll_to_ms(now - 100 * LL_MS);
+        bool held = ll_client_marks(l->client)[1].flags & LL_SHOWN_HELD;
         if (now < 190 * LL_MS)
             continue; /* nothing to go between yet */
         /* x was chosen to be (came - 100) / 10: what is drawn grows evenly, but where nothing brackets. */
@@ -449,7 +451,7 @@ static void demo_interpolates_between_arrivals(void **state)
         last = drawn;
     }
     assert_int_equal(held_frames, 1 + 3 + 21); /* at 190, 290 to 310, 500 to 700 ms */
-    assert_int_equal(l->instruments.underruns, 3);
+    assert_int_equal(l->instruments->underruns, 3);
     free_lone(l);
 }
 

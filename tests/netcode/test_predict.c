@@ -32,10 +32,11 @@ static race_track *new_track(bool pushes)
     t->env.dt = 1.0 / 60;
     t->env.dt_ns = LL_SECOND / 60;
     ll_game_race.prepare(&t->env, params);
-    t->size = ll_world_size(&ll_game_race, 2);
+    ll_extent extent = ll_game_race.extent(NULL, 2);
+    t->size = ll_extent_size(extent);
     assert_true(t->size <= sizeof(race_state));
-    world_of(&t->state[0])->players = 2;
-    world_of(&t->state[0])->tail = (int32_t)ll_game_race.tail(2);
+    world_of(&t->state[0])->players = world_of(&t->state[0])->entities = 2;
+    world_of(&t->state[0])->tail = extent.tail;
     ll_game_race.init(world_of(&t->state[0]), &t->env, (const int32_t[]){0, 1});
     for (int k = 1; k <= FRAMES; k++) {
         t->actions[k] = push(ll_rng_unit(5, 0, (uint64_t)k / 20) * 2 - 0.7);
@@ -50,13 +51,13 @@ static race_track *new_track(bool pushes)
 
 static lone *new_racer(const ll_game *game, race_track *t)
 {
-    lone *l = new_lone(1, game, &ll_sync_free);
+    lone *l = new_lone(2, game, &ll_sync_free);
     free(l->client);
-    l->client = malloc(ll_client_size(t->size));
+    l->client = malloc(ll_client_size(ll_game_race.extent(NULL, 2)));
     l->env = t->env;
     l->config.prediction = l->config.reconciliation = true;
     l->config.slack_ticks = 0;
-    ll_client_init(l->client, 0, t->size, world_of(&t->state[0]));
+    ll_client_init(l->client, 0, world_of(&t->state[0]));
     ll_client_start(l->client, &l->setup, 1, HZ(60), 0, world_of(&t->state[0]), 0);
     return l;
 }
@@ -83,7 +84,7 @@ static void race_frame(lone *l, race_track *t, int k)
 
 static const ll_entity *own(const lone *l)
 {
-    return &l->client->shown.entity[0];
+    return &ll_client_shown(l->client)->entity[0];
 }
 
 /* Where no state says otherwise, the prediction is the truth of the time when the input counts, to the bit.
@@ -96,10 +97,10 @@ static void prediction_is_the_truth_to_come(void **state)
     for (int k = 1; k <= FRAMES; k++) {
         race_frame(l, t, k);
         assert_memory_equal(own(l), &world_of(&t->state[k])->entity[0], sizeof(ll_entity));
-        assert_int_equal(l->client->shown.flags[0], LL_SHOWN_PREDICTED);
-        assert_int_equal(l->client->shown.time[0], ll_tick_time(k - 1, HZ(60)));
+        assert_int_equal(ll_client_marks(l->client)[0].flags, LL_SHOWN_PREDICTED);
+        assert_int_equal(ll_client_marks(l->client)[0].time, ll_tick_time(k - 1, HZ(60)));
     }
-    assert_int_equal(l->instruments.corrections, 0);
+    assert_int_equal(l->instruments->corrections, 0);
     free_lone(l);
     free(t);
 }
@@ -117,9 +118,9 @@ static void shortcut_is_the_whole_replay(void **state)
         race_frame(a, t, k);
         race_frame(b, t, k);
         assert_memory_equal(own(a), own(b), sizeof(ll_entity));
-        assert_int_equal(a->instruments.corrections, b->instruments.corrections);
+        assert_int_equal(a->instruments->corrections, b->instruments->corrections);
     }
-    assert_true(a->instruments.corrections > 10);
+    assert_true(a->instruments->corrections > 10);
     free_lone(a);
     free_lone(b);
     free(t);
@@ -155,12 +156,12 @@ static void prediction_may_be_toggled(void **state)
         race_frame(b, t, k);
         if (b->config.prediction) {
             assert_memory_equal(own(a), own(b), sizeof(ll_entity));
-            assert_int_equal(b->client->shown.flags[0], LL_SHOWN_PREDICTED);
+            assert_int_equal(ll_client_marks(b->client)[0].flags, LL_SHOWN_PREDICTED);
             continue;
         }
         int base = k > DELAY ? (k - DELAY) / 3 * 3 : 0;
         assert_memory_equal(own(b), &world_of(&t->state[base])->entity[0], sizeof(ll_entity));
-        assert_int_equal(b->client->shown.flags[0], 0);
+        assert_int_equal(ll_client_marks(b->client)[0].flags, 0);
     }
     free_lone(a);
     free_lone(b);
@@ -200,14 +201,14 @@ static void acknowledged_beyond_what_was_sent(void **state)
         l->client->held = push(0.5);
         for (int f = 0; f < 5; f++)
             frame(l, f, NULL);
-        assert_true(l->client->shown.entity[0].x == 2.5);
+        assert_true(ll_client_shown(l->client)->entity[0].x == 2.5);
         give(l, &p, 5);
         frame(l, 6, NULL);
         assert_int_equal(l->client->acked, 5);
         assert_int_equal(l->client->seq, 6);
-        assert_true(l->client->shown.entity[0].x == 100.5); /* the state and the one input since */
+        assert_true(ll_client_shown(l->client)->entity[0].x == 100.5); /* the state and the one input since */
         frame(l, 7, NULL);
-        assert_true(l->client->shown.entity[0].x == 101);
+        assert_true(ll_client_shown(l->client)->entity[0].x == 101);
         free_lone(l);
     }
 }
@@ -226,7 +227,7 @@ static void acknowledged_beyond_the_ring(void **state)
         frame(l, f, NULL);
     give(l, &p, 5);
     frame(l, 6, NULL);
-    assert_true(l->client->shown.entity[0].x == 2);
+    assert_true(ll_client_shown(l->client)->entity[0].x == 2);
     free_lone(l);
 }
 

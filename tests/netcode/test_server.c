@@ -1,6 +1,16 @@
 /* The server: what it makes of the inputs that come, in whatever order and number. */
 #include "toy.h"
 
+/* The head of what an update sends. */
+static ll_state_message state_to(ll_server *s, int player)
+{
+    char bytes[4096];
+    ll_state_message m;
+    assert_true(ll_server_compose(s, player, bytes) <= (int)sizeof bytes);
+    memcpy(&m, bytes, sizeof m);
+    return m;
+}
+
 static const ll_game_env env = {.dt = 1.0 / 60};
 
 static int take_at(ll_server *s, const ll_sync *sync, int player, const ll_input_message *m, ll_time now,
@@ -31,7 +41,7 @@ static double at(ll_server *s, int player)
 
 static uint32_t acked(ll_server *s)
 {
-    return ll_server_state(s, 0).head.seq;
+    return state_to(s, 0).head.seq;
 }
 
 static void inputs_apply_at_their_step(void **state)
@@ -212,7 +222,7 @@ static void slack_is_the_least_since_the_last_update(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    assert_int_equal(ll_server_state(s, 0).slack, LL_SLACK_UNKNOWN);
+    assert_int_equal(state_to(s, 0).slack, LL_SLACK_UNKNOWN);
     const struct {
         int64_t tick;
         int slack;
@@ -221,27 +231,27 @@ static void slack_is_the_least_since_the_last_update(void **state)
         ll_input_message m = patterned(news[i].tick, 1);
         take(s, &ll_sync_free, &m, NULL);
     }
-    ll_state_message m = ll_server_state(s, 0);
+    ll_state_message m = state_to(s, 0);
     assert_int_equal(m.slack, 0);
     assert_int_equal(m.slack_seq, 1);
-    assert_int_equal(ll_server_state(s, 0).slack, LL_SLACK_UNKNOWN); /* nothing came since */
+    assert_int_equal(state_to(s, 0).slack, LL_SLACK_UNKNOWN); /* nothing came since */
     step(s, &ll_sync_free);
     step(s, &ll_sync_free);
     ll_input_message early = patterned(12, 1), later = patterned(13, 1);
     take(s, &ll_sync_free, &early, NULL); /* 9 steps early at step 2 */
     take(s, &ll_sync_free, &later, NULL); /* 10 */
-    m = ll_server_state(s, 0);
+    m = state_to(s, 0);
     assert_int_equal(m.slack, 9);
     assert_int_equal(m.slack_seq, 12);
     for (int k = 0; k < 14; k++)
         step(s, &ll_sync_free);
     ll_input_message late = patterned(14, 1);
     take(s, &ll_sync_free, &late, NULL); /* at step 16 */
-    assert_int_equal(ll_server_state(s, 0).slack, -3);
+    assert_int_equal(state_to(s, 0).slack, -3);
     ll_input_message ahead = patterned(30, 1), behind = patterned(20, 1);
     take(s, &ll_sync_free, &ahead, NULL);
     take(s, &ll_sync_free, &behind, NULL); /* comes behind a later one, and is the one that is nearly late */
-    m = ll_server_state(s, 0);
+    m = state_to(s, 0);
     assert_int_equal(m.slack, 3);
     assert_int_equal(m.slack_seq, 20);
     free(s);
@@ -253,7 +263,7 @@ static void state_tells_step_time_and_rate(void **state)
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
     step(s, &ll_sync_free);
     step(s, &ll_sync_free);
-    ll_state_message m = ll_server_state(s, 0);
+    ll_state_message m = state_to(s, 0);
     assert_int_equal(m.head.type, LL_MESSAGE_STATE);
     assert_int_equal(m.head.epoch, 1);
     assert_int_equal(m.tick, 2);
@@ -315,7 +325,7 @@ static void lockstep_waits_for_everybody(void **state)
     step(s, sync);
     assert_int_equal(s->stalled, 360 * LL_MS);
     assert_true(at(s, 0) == 1.5 && at(s, 1) == 1.5);
-    assert_int_equal(ll_server_state(s, 1).head.seq, 2);
+    assert_int_equal(state_to(s, 1).head.seq, 2);
     free(s);
 }
 

@@ -18,10 +18,10 @@
 
 #define HZ(f) ((ll_freq)(f)*1000)
 
-static inline size_t toy_tail(int players)
+static inline ll_extent toy_extent(const void *params, int players)
 {
-    (void)players;
-    return 8;
+    (void)params;
+    return (ll_extent){players, 8};
 }
 
 static inline void toy_step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
@@ -38,17 +38,17 @@ static inline void toy_step(ll_world *world, const ll_game_env *env, const ll_ac
         toy_step_own(world, env, i, &actions[i]);
 }
 
-static const ll_game toy = {.name = "toy", .tail = toy_tail, .step = toy_step, .step_own = toy_step_own};
+static const ll_game toy = {.name = "toy", .extent = toy_extent, .step = toy_step, .step_own = toy_step_own};
 
 static inline ll_action push(double x)
 {
-    return (ll_action){{(float)x, 0}, 0};
+    return (ll_action){.axis = {(float)x, 0}};
 }
 
 static inline ll_world *new_world(int players)
 {
-    ll_world *world = calloc(1, ll_world_size(&toy, players));
-    world->players = players;
+    ll_world *world = calloc(1, ll_extent_size(toy_extent(NULL, players)));
+    world->players = world->entities = players;
     world->tail = 8;
     return world;
 }
@@ -57,7 +57,7 @@ static inline ll_world *new_world(int players)
 
 static inline ll_server *new_server(int players, const ll_sync *sync, double step_hz, double client_hz)
 {
-    size_t size = ll_world_size(&toy, players);
+    size_t size = ll_extent_size(toy_extent(NULL, players));
     ll_server *server = malloc(ll_server_size(players, size));
     ll_world *world = new_world(players);
     (void)sync;
@@ -82,7 +82,7 @@ static inline ll_input_message inputs(int64_t tick, int count, const double *pus
 typedef struct lone {
     ll_client *client;
     ll_player_config config;
-    ll_instruments instruments;
+    ll_instruments *instruments;
     ll_game_env env;
     ll_client_setup setup;
     int players;
@@ -93,14 +93,15 @@ static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sy
 {
     lone *l = calloc(1, sizeof *l);
     ll_world *world = new_world(players);
-    size_t size = ll_world_size(&toy, players);
+    ll_extent extent = toy_extent(NULL, players);
     l->players = players;
-    l->client = malloc(ll_client_size(size));
+    l->client = malloc(ll_client_size(extent));
+    l->instruments = malloc(ll_instruments_size(players));
     ll_param_defaults(&ll_player_table, &l->config);
     l->config.control = LL_CONTROL_PERSON;
-    ll_instruments_init(&l->instruments, 0);
-    l->setup = (ll_client_setup){game, &l->env, sync, &l->config, &l->instruments, NULL};
-    ll_client_init(l->client, 0, size, world);
+    ll_instruments_init(l->instruments, players, 0);
+    l->setup = (ll_client_setup){game, &l->env, sync, &l->config, l->instruments, NULL};
+    ll_client_init(l->client, 0, world);
     free(world);
     return l;
 }
@@ -114,6 +115,7 @@ static inline void start_lone(lone *l, double hz, int64_t step, ll_time now)
 
 static inline void free_lone(lone *l)
 {
+    free(l->instruments);
     free(l->client);
     free(l);
 }
@@ -121,7 +123,7 @@ static inline void free_lone(lone *l)
 /* A state with the players at `x`. */
 typedef struct packet {
     ll_state_message head;
-    int32_t world_players, world_tail; /* as in ll_world */
+    int32_t world_players, world_entities, world_tail, reserved; /* as in ll_world */
     ll_entity entity[LL_PLAYERS_MAX];
     char tail[64];
 } packet;
@@ -134,6 +136,7 @@ static inline packet state_of(int64_t tick, ll_time time, uint32_t acked, int pl
                          .update_hz = 30,
                          .slack = LL_SLACK_UNKNOWN},
                 .world_players = players,
+                .world_entities = players,
                 .world_tail = 8};
     for (int i = 0; i < players; i++)
         p.entity[i].x = x[i];

@@ -64,7 +64,7 @@ static ll_status patch(ll_session *s, const char *text)
 /* A run with commands at ticks 100, 200, 250 and 400. */
 static void play_story(ll_session *s)
 {
-    const ll_action full = {{1, 0}, 0}, half = {{0.5f, 0}, 0};
+    const ll_action full = {.axis = {1, 0}}, half = {.axis = {0.5f, 0}};
     must(ll_session_run_to(s, 100));
     must(patch(s, "{\"players\":{\"0\":{\"lag_ms\":40,\"control\":\"person\"}}}"));
     must(ll_session_input(s, 0, 0, &full));
@@ -493,7 +493,7 @@ static void frames_carry_the_state(void **state)
         if (type == 1) {
             float x;
             size_t stride = bytes / count;
-            memcpy(&x, binary.bytes + at + 8 + 2 * stride + 64 + 24, 4); /* B's own car in B's view */
+            memcpy(&x, binary.bytes + at + 8 + 2 * stride + 64 + 32, 4); /* B's own car in B's view */
             cJSON *view = cJSON_GetArrayItem(cJSON_GetObjectItem(o, "views"), 2);
             cJSON *entity = cJSON_GetArrayItem(cJSON_GetObjectItem(view, "entities"), 1);
             assert_true((float)cJSON_GetObjectItem(entity, "x")->valuedouble == x);

@@ -100,7 +100,7 @@ static void interpolation_draws_the_true_path_later(void **state)
     assert_true(fabs(age.mean - (150 + 2000.0 / 30 + 10)) < 0.1 && age.max - age.mean < 0.1);
     assert_true(summary(&s, 0, LL_METRIC_TIMELINE_ERROR).max <
                 1e-5); /* constant speed: the chord is the path; times are whole ns */
-    double truth = moved(&s, 1), drawn = ll_netgame_client(s.game, 0)->shown.entity[1].x;
+    double truth = moved(&s, 1), drawn = ll_client_shown(ll_netgame_client(s.game, 0))->entity[1].x;
     assert_true(fabs(truth - drawn - 16 * age.mean / 1000) < 1e-3);
     scene_close(&s);
 }

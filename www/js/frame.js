@@ -6,7 +6,7 @@ export const E_FINISHED = 1, E_PREDICTED = 2, E_INTERPOLATED = 4, E_HELD = 8, E_
 export const INPUT = 1, STATE = 2, REFUSAL = 3, VERDICT = 16, APPLIED = 17, CORRECTION = 18, STEP = 19; /* events */
 export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
 
-/** @typedef {{x: number, y: number, vx: number, vy: number, age: number, flags: number}} Entity */
+/** @typedef {{x: number, y: number, vx: number, vy: number, angle: number, age: number, flags: number}} Entity */
 
 /**
  * @typedef {object} View
@@ -49,7 +49,7 @@ export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
  * @property {number[][]} game  the game's own values by player
  */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 24, EVENT = 32;
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
 function view(d, at, stride) {
@@ -59,7 +59,8 @@ function view(d, at, stride) {
     const e = at + VIEW + i * ENTITY;
     entities.push({
       x: d.getFloat32(e, true), y: d.getFloat32(e + 4, true), vx: d.getFloat32(e + 8, true),
-      vy: d.getFloat32(e + 12, true), age: d.getFloat32(e + 16, true), flags: d.getUint32(e + 20, true),
+      vy: d.getFloat32(e + 12, true), angle: d.getFloat32(e + 16, true), age: d.getFloat32(e + 24, true),
+      flags: d.getUint32(e + 28, true),
     });
   }
   return {
