@@ -223,7 +223,7 @@ static void command_before_the_head_drops_what_came_after(void **state)
     assert_int_equal(ll_session_get_info(s).head_tick, 150);
     must(ll_session_run_to(s, 500));
 
-    const ll_action full = {{1, 0}, 0};
+    const ll_action full = {.axis = {1, 0}};
     must(ll_session_run_to(t, 100));
     must(patch(t, "{\"players\":{\"0\":{\"lag_ms\":40,\"control\":\"person\"}}}"));
     must(ll_session_input(t, 0, 0, &full));
@@ -301,7 +301,7 @@ static void bad_commands_change_nothing(void **state)
     };
     lines *log = calloc(1, sizeof *log);
     ll_session *s = open_session(log);
-    const ll_action wild = {{1.5f, 0}, 0}, fine = {{1, 0}, 0};
+    const ll_action wild = {.axis = {1.5f, 0}}, fine = {.axis = {1, 0}};
     must(ll_session_run_to(s, 100));
     uint64_t hash = ll_session_hash(s);
     size_t size = log->size;
