@@ -280,6 +280,7 @@ static cJSON *describe(ll_session *session, const ll_hosted *hosted, bool parked
     cJSON_AddNumberToObject(json, "params_version", info.params_version);
     cJSON_AddNumberToObject(json, "generation", info.generation);
     cJSON_AddNumberToObject(json, "viewers", ll_hosted_viewers(hosted));
+    cJSON_AddNumberToObject(json, "timeline_skipped", info.timeline_skipped);
     cJSON_AddItemToObject(json, "params", ll_session_params(session));
     cJSON_AddItemToObject(json, "cost", ll_session_cost(session));
     cJSON_AddItemToObject(json, "error", describe_error(session));

@@ -22,6 +22,7 @@ typedef enum ll_param_type {
     LL_PARAM_BOOL,    /* bool */
     LL_PARAM_CHOICE,  /* int32_t: index into `choices` */
     LL_PARAM_TEXT,    /* char[max + 1], NUL-terminated; valid UTF-8 without control characters */
+    LL_PARAM_JSON,    /* char[max + 1]: a JSON object as text, as short as it goes; empty for {} */
     LL_PARAM_OBJECT,  /* nested struct described by `child` */
     LL_PARAM_VARIANT, /* nested struct whose table is `variants[i]`, i the CHOICE at `count_offset` (a game's
                          or a problem's own params); that row must stand before this one in the table. The

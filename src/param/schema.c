@@ -197,6 +197,9 @@ static void describe_row(schema *s, cJSON *node, const ll_param_table *table, co
     case LL_PARAM_TEXT:
         describe_text(s, node, row);
         break;
+    case LL_PARAM_JSON:
+        add_string(s, node, "type", "object");
+        break;
     case LL_PARAM_OBJECT:
         refer(s, node, row->child);
         break;

@@ -51,6 +51,7 @@ static size_t size_of(const ll_param_table *table, int i)
     case LL_PARAM_CHOICE:
         return sizeof(int32_t);
     case LL_PARAM_TEXT:
+    case LL_PARAM_JSON:
         return (size_t)row->max + 1;
     case LL_PARAM_OBJECT:
         return row->child == NULL ? 0 : row->child->size;
@@ -88,6 +89,8 @@ static const char *fault_of_value(const ll_param *row)
                    ? "has a default of the wrong length"
                    : NULL;
     }
+    case LL_PARAM_JSON:
+        return row->max < 2 ? "has no length" : NULL;
     default:
         return NULL;
     }

@@ -108,6 +108,26 @@ static ll_status set_text(const ll_place *place, const cJSON *json, const ll_pat
     return ll_ok();
 }
 
+/* What it may hold is up to whoever reads it. */
+static ll_status set_json(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    const ll_param *row = place->row;
+    if (!cJSON_IsObject(json))
+        return ll_wrong_type(path, "an object", json);
+    char *text = cJSON_PrintUnformatted(json);
+    if (text == NULL)
+        return ll_error(LL_NO_MEMORY, "out of memory");
+    size_t length = strlen(text);
+    bool fits = (double)length <= row->max;
+    memset(place->member, 0, (size_t)row->max + 1);
+    if (fits)
+        memcpy(place->member, text, length);
+    cJSON_free(text);
+    return fits ? ll_ok()
+                : ll_field_error(LL_BAD_INPUT, path->text, "%s must be at most %.0f bytes of JSON; got %zu",
+                                 ll_path_subject(path), row->max, length);
+}
+
 ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *path, bool fresh)
 {
     switch (place->row->type) {
@@ -119,6 +139,8 @@ ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *
         return set_bool(place, json, path);
     case LL_PARAM_CHOICE:
         return set_choice(place, json, path, fresh);
+    case LL_PARAM_JSON:
+        return set_json(place, json, path);
     default:
         return set_text(place, json, path);
     }

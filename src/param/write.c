@@ -29,6 +29,8 @@ cJSON *ll_write_value(const ll_param *row, const char *member)
         memcpy(&value, member, sizeof value);
         return cJSON_CreateString(row->choices[value]);
     }
+    case LL_PARAM_JSON:
+        return member[0] == '\0' ? cJSON_CreateObject() : cJSON_Parse(member);
     default:
         return cJSON_CreateString(member);
     }

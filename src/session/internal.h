@@ -28,6 +28,8 @@ typedef struct ll_snapshot {
     void *config;
     int64_t tick; /* -1: none */
     size_t next;  /* entry that comes next */
+    int32_t step; /* of the timeline, that comes next */
+    int32_t skipped;
 } ll_snapshot;
 
 struct ll_session {
@@ -35,7 +37,9 @@ struct ll_session {
     void *base;           /* configuration at tick 0 of the present log */
     void *config;         /* at the present tick */
     ll_log log;
-    size_t next; /* the first entry that is not applied yet */
+    size_t next;     /* the first entry that is not applied yet */
+    int32_t step;    /* the first of the timeline that is not applied yet */
+    int32_t skipped; /* steps of the timeline that did not fit what commands had made of the parameters */
     int64_t tick, head, end;
     ll_freq freq;
 
@@ -76,6 +80,12 @@ void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line,
 
 void ll_session_emit_restart(const ll_session *s);
 
+/* ---- timeline.c ---- */
+
+/* When a step acts; INT64_MAX behind the last. */
+int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
+ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
+
 /* ---- session.c ---- */
 
 void ll_session_line(const ll_session *s, const char *op); /* to the session's own listener */
@@ -85,6 +95,6 @@ void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is t
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session);
 ll_status ll_session_wake(ll_session *s);
-ll_status ll_session_apply_values(const ll_session *s, void *config,
-                                  const char *values);   /* of an entry; all or nothing */
+ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
+                          const char *values);           /* of an entry; all or nothing */
 void ll_session_rebase(ll_session *s, const void *base); /* a new log that starts from `base` */

@@ -245,10 +245,16 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
 /* Changes are checked when all lines are read: what a rewind dropped does not count. */
 static ll_status check_changes(ll_session *s)
 {
+    const ll_sim_kind *kind = s->scenario.kind;
+    const ll_scenario_head *head = ll_session_head(s);
     ll_status status = ll_ok();
-    for (size_t i = 0; i < s->log.count && !ll_failed(&status); i++)
+    int32_t step = 0;
+    for (size_t i = 0; i < s->log.count && !ll_failed(&status); i++) {
+        while (ll_timeline_tick(head, step, s->freq) <= s->log.entries[i].tick)
+            ll_apply_values(kind, s->config, head->timeline[step++].set);
         if (s->log.entries[i].op == LL_OP_SET)
-            status = ll_session_apply_values(s, s->config, s->log.entries[i].values);
+            status = ll_apply_values(kind, s->config, s->log.entries[i].values);
+    }
     memcpy(s->config, s->base, s->scenario.kind->table->size);
     return status;
 }

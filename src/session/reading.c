@@ -61,6 +61,7 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .generation = s->generation,
         .bytes = all_bytes(s),
         .log_entries = s->log.count,
+        .timeline_skipped = s->skipped,
         .title = head->title,
         .kind = s->scenario.kind->name,
     };
@@ -103,6 +104,42 @@ cJSON *ll_session_state(ll_session *s)
 cJSON *ll_session_metrics(ll_session *s)
 {
     return report(s, "metrics", s->scenario.kind->metrics);
+}
+
+/* The number at a dotted path; NULL with none. */
+static const cJSON *number_at(const cJSON *json, const char *path)
+{
+    char name[LL_METRIC_PATH_MAX + 1], *end;
+    while (json && *path != '\0') {
+        size_t length = strcspn(path, ".");
+        memcpy(name, path, length);
+        name[length] = '\0';
+        path += length + (path[length] == '.');
+        long index = strtol(name, &end, 10);
+        json = cJSON_IsArray(json) && end != name && *end == '\0' && index >= 0
+                   ? cJSON_GetArrayItem(json, (int)index)
+                   : cJSON_GetObjectItemCaseSensitive(json, name);
+    }
+    return cJSON_IsNumber(json) ? json : NULL;
+}
+
+cJSON *ll_session_activity(ll_session *s)
+{
+    cJSON *report = ll_session_metrics(s), *list = cJSON_CreateArray();
+    const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
+    const ll_scenario_head *head = ll_session_head(s);
+    for (int i = 0; i < head->activity_count; i++) {
+        const ll_activity *a = &head->activity[i];
+        const cJSON *value = number_at(metrics, a->metric);
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "metric", a->metric);
+        cJSON_AddItemToObject(o, "min", ll_param_number(a->min));
+        cJSON_AddItemToObject(o, "value", value ? ll_param_number(value->valuedouble) : cJSON_CreateNull());
+        cJSON_AddBoolToObject(o, "met", value && value->valuedouble >= a->min);
+        cJSON_AddItemToArray(list, o);
+    }
+    cJSON_Delete(report);
+    return list;
 }
 
 cJSON *ll_session_cost(const ll_session *s)
@@ -183,7 +220,7 @@ ll_status ll_session_state_at(ll_session *s, int64_t tick, cJSON **state)
 
 /* ---- trace ---- */
 
-enum { COLUMNS_MAX = 128 };
+enum { COLUMNS_MAX = 256 };
 
 typedef struct csv {
     void (*write)(void *context, const char *text, size_t length);

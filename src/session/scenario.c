@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "session/internal.h"
 #include "sim/kinds.h"
 
 #define SCENARIO_BYTES_MAX (1 << 20)
@@ -102,6 +103,9 @@ ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
     if (ll_failed(&status))
         goto cleanup;
     kind->settle(config, before);
+    status = ll_timeline_check(kind, config);
+    if (ll_failed(&status))
+        goto cleanup;
     *scenario = (ll_scenario){kind, config};
     config = NULL;
 cleanup:

@@ -121,9 +121,8 @@ static void keep_event(void *context, const ll_event *event)
     slot->id = s->event_count++;
 }
 
-ll_status ll_session_apply_values(const ll_session *s, void *config, const char *values)
+ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values)
 {
-    const ll_sim_kind *kind = s->scenario.kind;
     void *before = malloc(kind->table->size);
     cJSON *json = cJSON_Parse(values);
     ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a change");
@@ -138,14 +137,22 @@ ll_status ll_session_apply_values(const ll_session *s, void *config, const char 
     return status;
 }
 
+static ll_status change_parameters(ll_session *s, const char *values)
+{
+    ll_status status = ll_apply_values(s->scenario.kind, s->config, values);
+    if (ll_failed(&status))
+        return status;
+    s->scenario.kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
+    s->params_version++;
+    return status;
+}
+
 static void apply_entry(ll_session *s, const ll_entry *e)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     if (e->op == LL_OP_SET) {
-        ll_status status = ll_session_apply_values(s, s->config, e->values);
+        ll_status status = change_parameters(s, e->values);
         LL_ASSERT(!ll_failed(&status)); /* validated when the command was taken */
-        kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
-        s->params_version++;
         return;
     }
     ll_status status = kind->accepts(s->config, e->player, &e->action);
@@ -155,6 +162,11 @@ static void apply_entry(ll_session *s, const ll_entry *e)
 
 static void apply_due(ll_session *s)
 {
+    const ll_scenario_head *head = ll_session_head(s);
+    while (ll_timeline_tick(head, s->step, s->freq) <= s->tick) {
+        ll_status status = change_parameters(s, head->timeline[s->step++].set);
+        s->skipped += ll_failed(&status);
+    }
     while (s->next < s->log.count && s->log.entries[s->next].tick <= s->tick)
         apply_entry(s, &s->log.entries[s->next++]);
 }
@@ -180,6 +192,8 @@ static void maybe_snapshot(ll_session *s)
     memcpy(shot->config, s->config, config_size(s));
     shot->tick = s->tick;
     shot->next = s->next;
+    shot->step = s->step;
+    shot->skipped = s->skipped;
 }
 
 /* The next tick at which something must be done besides running: a command, or a snapshot. */
@@ -189,6 +203,8 @@ static int64_t next_stop(const ll_session *s, int64_t to)
     int64_t every = s->end / (LL_SNAPSHOTS + 1);
     if (s->next < s->log.count && s->log.entries[s->next].tick < stop)
         stop = s->log.entries[s->next].tick;
+    int64_t step = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
+    stop = step < stop ? step : stop;
     if (every > 0) {
         int64_t mark = (s->tick / every + 1) * every;
         stop = mark < stop ? mark : stop;
@@ -226,6 +242,8 @@ static void start_from(ll_session *s, const ll_snapshot *shot)
         s->scenario.kind->init(s->block, s->base);
     s->tick = shot ? shot->tick : 0;
     s->next = shot ? shot->next : 0;
+    s->step = shot ? shot->step : 0;
+    s->skipped = shot ? shot->skipped : 0;
     if (s->status == LL_SESSION_FAILED)
         s->status = LL_SESSION_PAUSED;
     apply_due(s);

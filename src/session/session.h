@@ -90,6 +90,8 @@ typedef struct ll_session_info {
                             differs */
     size_t bytes;        /* memory held now */
     size_t log_entries;
+    int timeline_skipped; /* steps of the timeline that did not fit what commands had made of the parameters
+                           */
     const char *title, *kind;
 } ll_session_info;
 
@@ -100,6 +102,10 @@ uint64_t ll_session_hash(ll_session *session); /* of the state at the present ti
 struct cJSON *ll_session_params(ll_session *session);  /* the whole scenario with its present values */
 struct cJSON *ll_session_state(ll_session *session);   /* {"tick","time_s","hash","state":{...}} */
 struct cJSON *ll_session_metrics(ll_session *session); /* {"tick","time_s","hash","metrics":{...}} */
+
+/* The scenario's activity: [{"metric","min","value","met"}]; `value` is null where there is no such number.
+ */
+struct cJSON *ll_session_activity(ll_session *session);
 
 /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
  * parked_bytes is what is left while it is parked. */

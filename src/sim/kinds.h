@@ -4,6 +4,7 @@
 #include "sim/sim.h"
 
 extern const char *const ll_sim_kind_names[];
+extern const ll_param_table ll_timeline_table, ll_activity_table;
 
 #define LL_DURATION_MAX_S 3600
 
@@ -37,7 +38,22 @@ extern const char *const ll_sim_kind_names[];
          .standard = 30,                                                                                     \
          .unit = "s",                                                                                        \
          .help = "How long it runs."},                                                                       \
+        {.name = "seed",                                                                                     \
+         .type = LL_PARAM_INT,                                                                               \
+         .offset = offsetof(ll_scenario_head, seed),                                                         \
+         .max = 9007199254740991,                                                                            \
+         .standard = 1,                                                                                      \
+         .help = "Of all random draws."},                                                                    \
+        {.name = "timeline",                                                                                 \
+         .type = LL_PARAM_ARRAY,                                                                             \
+         .offset = offsetof(ll_scenario_head, timeline),                                                     \
+         .count_offset = offsetof(ll_scenario_head, timeline_count),                                         \
+         .max = LL_TIMELINE_MAX,                                                                             \
+         .child = &ll_timeline_table,                                                                        \
+         .help = "Changes of live parameters while it runs, in the order of time."},                         \
     {                                                                                                        \
-        .name = "seed", .type = LL_PARAM_INT, .offset = offsetof(ll_scenario_head, seed),                    \
-        .max = 9007199254740991, .standard = 1, .help = "Of all random draws."                               \
+        .name = "activity", .type = LL_PARAM_ARRAY, .offset = offsetof(ll_scenario_head, activity),          \
+        .count_offset = offsetof(ll_scenario_head, activity_count), .max = LL_ACTIVITY_MAX,                  \
+        .child = &ll_activity_table,                                                                         \
+        .help = "What must have happened at the end; a run tells whether it did."                            \
     }

@@ -18,6 +18,23 @@ struct cJSON;
 #define LL_TITLE_MAX 120
 #define LL_TEXT_MAX 600
 
+#define LL_TIMELINE_MAX 8
+#define LL_TIMELINE_SET_MAX 175
+#define LL_ACTIVITY_MAX 4
+#define LL_METRIC_PATH_MAX 63
+
+/* A change of live parameters that belongs to the scenario. */
+typedef struct ll_timeline_step {
+    double at_s;
+    char set[LL_TIMELINE_SET_MAX + 1]; /* a merge patch, as JSON */
+} ll_timeline_step;
+
+/* What must have happened at the end, so that the scenario shows what it is for. */
+typedef struct ll_activity {
+    char metric[LL_METRIC_PATH_MAX + 1]; /* `players.0.corrections`, from the metrics */
+    double min;
+} ll_activity;
+
 /* The first member of every kind's configuration. */
 typedef struct ll_scenario_head {
     int32_t kind; /* index into ll_sim_kinds */
@@ -27,6 +44,9 @@ typedef struct ll_scenario_head {
     char title[LL_TITLE_MAX + 8];
     char paper[LL_TITLE_MAX + 8]; /* `Figure 11` */
     char text[LL_TEXT_MAX + 8];
+    int32_t timeline_count, activity_count;
+    ll_timeline_step timeline[LL_TIMELINE_MAX]; /* in the order of time */
+    ll_activity activity[LL_ACTIVITY_MAX];
 } ll_scenario_head;
 
 typedef struct ll_sim_kind {

@@ -7,7 +7,7 @@
 static ll_rule judge(double x, double y, int64_t ahead)
 {
     ll_allowance full = {LL_RATE_BURST, 0};
-    ll_action a = {{(float)x, (float)y}, 0};
+    ll_action a = {.axis = {(float)x, (float)y}};
     return ll_validate(&a, ahead, &full, HZ(60), 0);
 }
 

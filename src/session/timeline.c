@@ -1,0 +1,49 @@
+/* The scenario's own changes: they act like commands of the log, before those of the same tick, but stay when
+ * a command drops what came after it. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "session/internal.h"
+
+int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq)
+{
+    return step < head->timeline_count ? ll_tick_at((ll_time)llround(head->timeline[step].at_s * 1e9), freq)
+                                       : INT64_MAX;
+}
+
+static ll_status in_step(const ll_status *status, int step)
+{
+    char field[48];
+    snprintf(field, sizeof field, "timeline.%d.set", step);
+    ll_code code = status->code == LL_CONFLICT ? LL_BAD_INPUT : status->code; /* a row that is not live */
+    return ll_field_error(code, field, "%s: %s", field, status->text);
+}
+
+ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config)
+{
+    const ll_scenario_head *head = config;
+    ll_status status = ll_ok();
+    void *probe = head->timeline_count > 0 ? malloc(kind->table->size) : NULL;
+    if (head->timeline_count > 0 && !probe)
+        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+    if (probe)
+        memcpy(probe, config, kind->table->size);
+    for (int i = 0; i < head->timeline_count && !ll_failed(&status); i++) {
+        if (i > 0 && head->timeline[i].at_s < head->timeline[i - 1].at_s) {
+            char field[48];
+            snprintf(field, sizeof field, "timeline.%d.at_s", i);
+            status = ll_field_error(LL_BAD_INPUT, field,
+                                    "%s must be at least that of the step before it, %g; got %g", field,
+                                    head->timeline[i - 1].at_s, head->timeline[i].at_s);
+        } else {
+            status = ll_apply_values(kind, probe, head->timeline[i].set);
+            if (ll_failed(&status))
+                status = in_step(&status, i);
+        }
+    }
+    free(probe);
+    return status;
+}

@@ -1,0 +1,206 @@
+/* A scenario's own changes, and what it says must have happened. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "session/scenario.h"
+#include "session/session.h"
+
+#define STEPS                                                                                                \
+    "[{\"at_s\":1,\"set\":{\"players.1.lag_ms\":300}},"                                                      \
+    "{\"at_s\":2,\"set\":{\"players\":{\"0\":{\"link\":{\"up\":{\"delay_ms\":900}}}}}},"                     \
+    "{\"at_s\":2.5,\"set\":{\"server.update_hz\":10}}]"
+
+typedef struct text {
+    char bytes[1 << 14];
+    size_t size;
+} text;
+
+static void keep_line(void *context, const char *line, size_t length)
+{
+    text *t = context;
+    assert_true(t->size + length + 1 < sizeof t->bytes);
+    memcpy(t->bytes + t->size, line, length);
+    t->size += length;
+    t->bytes[t->size++] = '\n';
+}
+
+static void must(ll_status status)
+{
+    if (ll_failed(&status))
+        fail_msg("%s", status.text);
+}
+
+/* The race with one more member, from JSON. */
+static ll_status make(const char *name, const char *value, text *log, ll_session **s)
+{
+    cJSON *json;
+    must(ll_scenario_load("scenarios", "race", &json));
+    cJSON_DeleteItemFromObject(json, name);
+    cJSON_AddItemToObject(json, name, cJSON_Parse(value));
+    ll_status status = ll_session_create(json, 7, log ? keep_line : NULL, log, s);
+    cJSON_Delete(json);
+    return status;
+}
+
+static double param(ll_session *s, const char *object, int player, const char *name)
+{
+    cJSON *all = ll_session_params(s), *o = cJSON_GetObjectItem(all, object);
+    o = player < 0 ? o : cJSON_GetArrayItem(o, player);
+    double value = cJSON_GetObjectItem(o, name)->valuedouble;
+    cJSON_Delete(all);
+    return value;
+}
+
+static ll_status patch(ll_session *s, const char *json)
+{
+    cJSON *o = cJSON_Parse(json);
+    ll_status status = ll_session_patch(s, 0, o);
+    cJSON_Delete(o);
+    return status;
+}
+
+static void steps_act_at_their_times(void **state)
+{
+    (void)state;
+    ll_session *s;
+    must(make("timeline", STEPS, NULL, &s));
+    must(ll_session_run_to(s, 59));
+    assert_true(param(s, "players", 1, "lag_ms") == 250);
+    must(ll_session_run_to(s, 60));
+    assert_true(param(s, "players", 1, "lag_ms") == 300);
+    must(ll_session_run_to(s, 149));
+    assert_true(param(s, "server", -1, "update_hz") == 30);
+    must(ll_session_run_to(s, 151));
+    assert_true(param(s, "server", -1, "update_hz") == 10);
+    assert_int_equal(ll_session_get_info(s).timeline_skipped, 0);
+    ll_session_destroy(s);
+}
+
+/* The same as a person would give them, but for the configuration that the block carries: so the cars, not
+ * the hash. */
+static void steps_are_what_commands_would_be(void **state)
+{
+    (void)state;
+    ll_session *a, *b;
+    must(make("timeline", STEPS, NULL, &a));
+    must(make("timeline", "[]", NULL, &b));
+    must(ll_session_run_to(b, 60));
+    must(patch(b, "{\"players.1.lag_ms\":300}"));
+    must(ll_session_run_to(b, 120));
+    must(patch(b, "{\"players.0.link.up.delay_ms\":900}"));
+    must(ll_session_run_to(b, 150));
+    must(patch(b, "{\"server.update_hz\":10}"));
+    must(ll_session_run_to(a, 600));
+    must(ll_session_run_to(b, 600));
+    cJSON *x = ll_session_metrics(a), *y = ll_session_metrics(b);
+    assert_true(cJSON_Compare(cJSON_GetObjectItem(x, "metrics"), cJSON_GetObjectItem(y, "metrics"), true));
+    cJSON_Delete(x);
+    cJSON_Delete(y);
+    ll_session_destroy(a);
+    ll_session_destroy(b);
+}
+
+/* A command drops later commands, never later steps; seeking, parking, forking and restoring give the same.
+ */
+static void steps_outlive_commands(void **state)
+{
+    (void)state;
+    text log = {.size = 0};
+    ll_session *s, *copy, *restored;
+    must(make("timeline", STEPS, &log, &s));
+    must(ll_session_run_to(s, 200));
+    must(ll_session_run_to(s, 30));
+    must(patch(s, "{\"players.1.lag_ms\":20}"));
+    must(ll_session_run_to(s, 600));
+    assert_true(param(s, "players", 1, "lag_ms") == 300);
+    uint64_t hash = ll_session_hash(s);
+    must(ll_session_run_to(s, 100));
+    must(ll_session_run_to(s, 600));
+    assert_true(ll_session_hash(s) == hash);
+    ll_session_park(s);
+    assert_true(ll_session_hash(s) == hash);
+    must(ll_session_fork(s, NULL, NULL, &copy));
+    assert_true(ll_session_hash(copy) == hash);
+    must(ll_session_restore(log.bytes, log.size, NULL, NULL, &restored));
+    must(ll_session_run_to(restored, 600));
+    assert_true(ll_session_hash(restored) == hash);
+    ll_session_destroy(restored);
+    ll_session_destroy(copy);
+    ll_session_destroy(s);
+}
+
+/* What no longer fits is left out and told: here lag and delay together are too long. */
+static void steps_that_do_not_fit_are_told(void **state)
+{
+    (void)state;
+    ll_session *s;
+    must(make("timeline", STEPS, NULL, &s));
+    must(patch(s, "{\"players.0.lag_ms\":800}"));
+    must(ll_session_run_to(s, 300));
+    assert_int_equal(ll_session_get_info(s).timeline_skipped, 1);
+    assert_true(param(s, "server", -1, "update_hz") == 10);
+    must(ll_session_run_to(s, 100));
+    assert_int_equal(ll_session_get_info(s).timeline_skipped, 0);
+    ll_session_destroy(s);
+}
+
+static void bad_steps_are_named(void **state)
+{
+    (void)state;
+    static const char *const bad[][2] = {
+        {"[{\"at_s\":1,\"set\":{\"players.1.lag_ms\":3000}}]", "timeline.0.set"},
+        {"[{\"at_s\":1,\"set\":{\"players.7.lag_ms\":30}}]", "timeline.0.set"},
+        {"[{\"at_s\":1,\"set\":{\"game\":\"cannon\"}}]", "timeline.0.set"},
+        {"[{\"at_s\":1,\"set\":3}]", "timeline.0.set"},
+        {"[{\"at_s\":1,\"set\":{}},{\"at_s\":0.5,\"set\":{}}]", "timeline.1.at_s"},
+        {"[{\"at_s\":-1,\"set\":{}}]", "timeline.0.at_s"},
+        {"[{\"at_s\":1}]", "timeline.0.set"},
+        {"[{\"at_s\":1,\"set\":{\"players.0.lag_ms\":800}},{\"at_s\":2,\"set\":{\"players.0.link.up.delay_"
+         "ms\":900}}]",
+         "timeline.1.set"},
+    };
+    for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
+        ll_session *s;
+        ll_status status = make("timeline", bad[i][0], NULL, &s);
+        assert_int_equal(status.code, LL_BAD_INPUT);
+        assert_string_equal(status.field, bad[i][1]);
+        assert_non_null(strstr(status.text, bad[i][1]));
+    }
+}
+
+static void activity_is_told(void **state)
+{
+    (void)state;
+    ll_session *s;
+    must(make("activity",
+              "[{\"metric\":\"players.0.unacked.mean\",\"min\":1},{\"metric\":\"players.1.corrections\"},"
+              "{\"metric\":\"players.9.unacked.mean\"},{\"metric\":\"players\"}]",
+              NULL, &s));
+    must(ll_session_run_to(s, 300));
+    cJSON *a = ll_session_activity(s);
+    assert_int_equal(cJSON_GetArraySize(a), 4);
+    for (int i = 0; i < 4; i++) {
+        cJSON *item = cJSON_GetArrayItem(a, i);
+        assert_int_equal(cJSON_IsTrue(cJSON_GetObjectItem(item, "met")), i == 0);
+        assert_int_equal(cJSON_IsNull(cJSON_GetObjectItem(item, "value")), i >= 2);
+    }
+    cJSON_Delete(a);
+    ll_session_destroy(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(steps_act_at_their_times), cmocka_unit_test(steps_are_what_commands_would_be),
+        cmocka_unit_test(steps_outlive_commands),   cmocka_unit_test(steps_that_do_not_fit_are_told),
+        cmocka_unit_test(bad_steps_are_named),      cmocka_unit_test(activity_is_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
