@@ -232,7 +232,6 @@ static void print_result(const arguments *a, ll_session *s, double wall_s)
     cJSON_AddItemToObject(out, "hash", cJSON_DetachItemFromObject(report, "hash"));
     cJSON_AddNumberToObject(out, "wall_s", wall_s);
     cJSON_AddItemToObject(out, "metrics", cJSON_DetachItemFromObject(report, "metrics"));
-    cJSON_AddItemToObject(out, "activity", ll_session_activity(s));
     cJSON_AddItemToObject(out, "cost", ll_session_cost(s));
     char *text = cJSON_Print(out);
     puts(text);

