@@ -50,25 +50,27 @@ typedef struct ll_ode_counters {
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
 typedef struct ll_ode_run {
-    int32_t dim, stride;               /* of a vector: dim rounded up, the rest zero */
-    int32_t state;                     /* ll_ode_state */
-    int32_t reason;                    /* ll_ode_reason */
-    int32_t at_rest;                   /* an event has stopped the motion for good */
-    int32_t event;                     /* index of the event that ended the last step, or -1 */
-    double t;                          /* of the state */
-    double t_last;                     /* of the state before the last step */
-    double h;                          /* adaptive: the step to be tried next, with its sign */
-    double failed_t;                   /* where it diverged */
-    double event_t[LL_ODE_EVENTS_MAX]; /* the last time of each event */
-    int64_t event_n[LL_ODE_EVENTS_MAX];
-    int64_t n;       /* steps of dt since `origin` */
-    double origin;   /* t0, or where stepping by other steps ended */
-    double error;    /* of the last accepted step over the tolerance */
-    int32_t current; /* which of the two state vectors is y */
-    int32_t fresh;   /* methods' own marks: history is to be made anew, dense output is to be prepared */
+    int32_t dim, stride;                /* of a vector: dim rounded up, the rest zero */
+    int32_t state;                      /* ll_ode_state */
+    int32_t reason;                     /* ll_ode_reason */
+    int32_t at_rest;                    /* an event has stopped the motion for good */
+    int32_t event;                      /* index of the event that ended the last step, or -1 */
+    double t;                           /* of the state */
+    double t_last;                      /* of the state before the last step */
+    double h;                           /* adaptive: the step to be tried next, with its sign */
+    double failed_t;                    /* where it diverged */
+    double event_t[LL_ODE_EVENTS_MAX];  /* the last time of each event */
+    int64_t event_n[LL_ODE_EVENTS_MAX]; /* how often each has happened */
+    int64_t n;                          /* steps of dt since `origin` */
+    double origin;                      /* t0, or where stepping by other steps ended */
+    double error;                       /* of the last accepted step over the tolerance */
+    int32_t current;                    /* which of the two state vectors is y */
+    int32_t partial; /* the step is not one of the method's own size: up to an event, or the rest after it */
+    int32_t history; /* the method's own: what it has kept of the past; 0 after the start and a jump */
+    int32_t dense;   /* the method's own: whether the dense output of the last step is prepared */
     ll_ode_control control;
     ll_ode_counters counters;
-    double data[]; /* two state vectors, then the method's own */
+    double data[]; /* vectors: y and the state before it, y before a jump, then the method's own */
 } ll_ode_run;
 
 #pragma GCC diagnostic pop
