@@ -125,8 +125,8 @@ static void fly(ll_world *world, const ll_game_env *env, int player)
     cannon_tail *t = ll_world_tail(world);
     ll_entity *shell = &world->entity[player];
     double x = shell->x, y = shell->y;
-    ll_drag_move(d, 0, &shell->x, &shell->vx);
-    ll_drag_move(d, -p->gravity, &shell->y, &shell->vy);
+    ll_drag_move(env, d, 0, &shell->x, &shell->vx);
+    ll_drag_move(env, d, -p->gravity, &shell->y, &shell->vy);
     bool hit = hits(p, x, y, shell->x, shell->y);
     if (!hit && shell->y > 0)
         return;

@@ -60,7 +60,7 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
 {
     ll_entity *e = &world->entity[player];
     e->vx = action->axis[0] * params_of(env)->speed;
-    e->x += e->vx * env->dt;
+    e->x = ll_mul_add(env, e->vx, env->dt, e->x);
 }
 
 static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)

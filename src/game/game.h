@@ -53,6 +53,8 @@ typedef struct ll_extent {
 typedef struct ll_game_env {
     double dt; /* s */
     ll_time dt_ns;
+    int32_t fused; /* a * b + c is rounded once, as on a machine with fused multiply-add */
+    int32_t reserved;
     double params[16];
     double derived[16];
 } ll_game_env;

@@ -135,7 +135,7 @@ static void move(ll_entity *car, const ll_game_env *env, double pedal)
     const race_params *p = params_of(env);
     double a = pedal > 0 ? pedal * p->acceleration : car->vx > 0 ? pedal * p->brake : 0;
     double x = car->x, v = car->vx;
-    ll_drag_move(drag_of(env), a, &car->x, &car->vx);
+    ll_drag_move(env, drag_of(env), a, &car->x, &car->vx);
     if (car->vx > p->top_speed) {
         car->vx = p->top_speed;
         car->x = x + env->dt * (v + p->top_speed) / 2;

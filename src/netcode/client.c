@@ -252,7 +252,7 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     c->view_time = other < shown->entities ? marks[other].time : now;
 }
 
-int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *message)
+int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     c->frame++;
     if (c->newest > c->fresh)
@@ -268,5 +268,5 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, ll_inpu
     ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
 
     draw(c, s, now);
-    return compose(c, s, made, message);
+    return compose(c, s, made, packet);
 }

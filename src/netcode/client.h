@@ -123,9 +123,9 @@ void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t e
 /* A packet of the server has come. Returns its ll_outcome. */
 int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, ll_time now);
 
-/* One frame: takes what has come, makes inputs, decides what to draw. Fills `message` and returns its size, 0
- * when there is nothing to send. */
-int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now, ll_input_message *message);
+/* One frame: takes what has come, makes inputs, decides what to draw. Writes an ll_input_message and returns
+ * its size, 0 when there is nothing to send. */
+int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
 /* ---- between the client's files ---- */
 

@@ -67,9 +67,10 @@ static ll_action instead(const ll_sync *sync, const ll_seat *seat, int64_t tick)
     return !sync->drains && before->tick == tick - 1 ? before->action : seat->held;
 }
 
-int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message,
-                      ll_time now, ll_verdict verdicts[LL_INPUTS_MAX])
+int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
+                      ll_verdict verdicts[LL_INPUTS_MAX])
 {
+    const ll_input_message *message = packet;
     ll_seat *seat = &server->seats[player];
     int count = 0;
     if (message->head.epoch != server->epoch)

@@ -76,10 +76,10 @@ typedef struct ll_verdict {
     uint8_t rule;
 } ll_verdict;
 
-/* Takes the inputs of a packet. Gives a verdict for each that was not a repetition and returns how many. A
- * refused input is replaced by the one before it, so that nobody waits for it. */
-int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const ll_input_message *message,
-                      ll_time now, ll_verdict verdicts[LL_INPUTS_MAX]);
+/* Takes the inputs of an ll_input_message. Gives a verdict for each that was not a repetition and returns how
+ * many. A refused input is replaced by the one before it, so that nobody waits for it. */
+int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
+                      ll_verdict verdicts[LL_INPUTS_MAX]);
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. */
 int ll_server_compose(ll_server *server, int player, void *packet);

@@ -9,6 +9,7 @@
 struct ll_server;
 struct ll_client;
 struct ll_client_setup;
+struct ll_verdict;
 
 typedef struct ll_sync {
     const char *name;
@@ -28,7 +29,24 @@ typedef struct ll_sync {
     /* One step of the server's world by the inputs it has. */
     void (*step)(struct ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now);
 
-    /* Puts the entities of others where the client draws them at `now` with interpolation on. */
+    /* The server takes a packet of `player`. Gives a verdict for each input that was not a repetition, at
+     * most LL_INPUTS_MAX, and returns how many. */
+    int (*take)(struct ll_server *server, const struct ll_sync *sync, int player, const void *packet,
+                ll_time now, struct ll_verdict *verdicts);
+
+    /* Writes the server's message of an update to `player` and returns its size. */
+    int (*compose)(struct ll_server *server, int player, void *packet);
+
+    /* A packet of the server has come to a client. Returns its ll_outcome. */
+    int (*receive)(struct ll_client *client, const struct ll_client_setup *setup, const void *packet,
+                   ll_time now);
+
+    /* One frame of a client: takes what has come, makes inputs, decides what to draw. Writes the client's
+     * message and returns its size, 0 when there is nothing to send. */
+    int (*frame)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now, void *packet);
+
+    /* Puts the entities of others where the client draws them at `now` with interpolation on; NULL where
+     * `frame` does not interpolate. */
     void (*interpolate)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now);
 } ll_sync;
 

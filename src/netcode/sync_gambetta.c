@@ -75,5 +75,9 @@ const ll_sync ll_sync_gambetta = {
     .drains = true,
     .due = due,
     .step = step,
+    .take = ll_server_receive,
+    .compose = ll_server_compose,
+    .receive = ll_client_receive,
+    .frame = ll_client_frame,
     .interpolate = interpolate,
 };

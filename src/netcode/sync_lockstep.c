@@ -46,5 +46,9 @@ const ll_sync ll_sync_lockstep = {
     .drops_stale = true,
     .due = due,
     .step = step,
+    .take = ll_server_receive,
+    .compose = ll_server_compose,
+    .receive = ll_client_receive,
+    .frame = ll_client_frame,
     .interpolate = ll_interpolate_server_time,
 };

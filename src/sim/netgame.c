@@ -191,10 +191,11 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
 
 static void update(ll_netgame *g, const ll_recorder *r)
 {
+    const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[PACKET_MAX];
     for (int i = 0; i < server->players; i++) {
-        int bytes = ll_server_compose(server, i, packet);
+        int bytes = sync->compose(server, i, packet);
         send(g, i, false, packet, bytes, r);
     }
 }
@@ -203,7 +204,7 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
 {
     ll_verdict verdicts[LL_INPUTS_MAX];
     const ll_sync *sync = ll_netgame_sync(g);
-    int n = ll_server_receive(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
+    int n = sync->take(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
     for (int i = 0; i < n; i++) {
         record(r, (ll_event){.type = LL_EVENT_VERDICT,
                              .player = (uint8_t)player,
@@ -223,7 +224,7 @@ static void client_receives(ll_netgame *g, int player, const void *packet, const
 {
     ll_client *client = ll_netgame_client(g, player);
     ll_client_setup s = setup(g, player, r);
-    int outcome = ll_client_receive(client, &s, packet, g->now);
+    int outcome = s.sync->receive(client, &s, packet, g->now);
     if (!r)
         return;
     const ll_state_message *m = packet;
@@ -300,10 +301,10 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
 {
     ll_client *client = ll_netgame_client(g, player);
     ll_client_setup s = setup(g, player, r);
-    ll_input_message message;
-    int bytes = ll_client_frame(client, &s, g->now, &message);
+    _Alignas(8) char packet[PACKET_MAX];
+    int bytes = s.sync->frame(client, &s, g->now, packet);
     if (bytes > 0)
-        send(g, player, true, &message, bytes, r);
+        send(g, player, true, packet, bytes, r);
     ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
                          g->now, g->env.dt);
 }

@@ -6,7 +6,7 @@
 
 #include <cmocka.h>
 
-#include "netcode/sync.h"
+#include "netcode/client.h"
 #include "sim/kinds.h"
 
 static void lists_follow_their_tables(void **state)
@@ -15,7 +15,9 @@ static void lists_follow_their_tables(void **state)
     int n = 0;
     for (; ll_syncs[n]; n++) {
         assert_string_equal(ll_syncs[n]->name, ll_sync_names[n]);
-        assert_true(ll_syncs[n]->due && ll_syncs[n]->step && ll_syncs[n]->interpolate);
+        assert_true(ll_syncs[n]->due && ll_syncs[n]->step && ll_syncs[n]->take && ll_syncs[n]->compose);
+        assert_true(ll_syncs[n]->receive && ll_syncs[n]->frame);
+        assert_true(ll_syncs[n]->interpolate || ll_syncs[n]->frame != ll_client_frame);
     }
     assert_null(ll_sync_names[n]);
     for (n = 0; ll_sim_kinds[n]; n++)
