@@ -1,0 +1,60 @@
+/* Arenstorf's orbit: a satellite between earth and moon, in the frame that turns with them; it closes after
+ * 17.07 units of time. */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double mu;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, mu, NULL, 1e-6, 0.5, 0.012277471, "The moon's share of the mass.")};
+LL_ODE_TABLE(table, "arenstorf", "Parameters of the three bodies.", rows, params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t;
+    double mu = ((const params *)p)->mu, rest = 1 - mu, y2 = q[1] * q[1];
+    double e = q[0] + mu, m = q[0] - rest, re2 = e * e + y2, rm2 = m * m + y2;
+    double earth = rest / (re2 * ll_sqrt(re2)), moon = mu / (rm2 * ll_sqrt(rm2));
+    a[0] = q[0] + 2 * v[1] - earth * e - moon * m;
+    a[1] = q[1] - 2 * v[0] - (earth + moon) * q[1];
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){
+        .dim = 4, .autonomous = true, .velocity_dependent = true, .params = p, .acceleration = acceleration};
+}
+
+static void start(const void *p, double *y)
+{
+    (void)p;
+    y[0] = 0.994;
+    y[1] = y[2] = 0;
+    y[3] = -2.00158510637908252240537862224;
+}
+
+/* Jacobi's integral. */
+static double energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    double mu = ((const params *)p)->mu, e = y[0] + mu, m = y[0] - 1 + mu, y2 = y[1] * y[1];
+    return (y[2] * y[2] + y[3] * y[3] - y[0] * y[0] - y2) / 2 - (1 - mu) / ll_sqrt(e * e + y2) -
+           mu / ll_sqrt(m * m + y2);
+}
+
+static const double reference[] = {0.994, 0, 0, -2.00158510637908252};
+static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
+
+const ll_ode_problem ll_ode_arenstorf = {.name = "arenstorf",
+                                         .help =
+                                             "A closed orbit between earth and moon, with a close encounter.",
+                                         .source = "Hairer, Norsett and Wanner I, section II.0",
+                                         .params = &table,
+                                         .system = system_of,
+                                         .duration = 17.0652165601579625588917206249,
+                                         .start = start,
+                                         .components = components,
+                                         .reference = reference,
+                                         .floor = 1.4e-11,
+                                         .energy = energy};

@@ -1,0 +1,150 @@
+/* Bodies that attract each other in the plane: the Pleiades (seven, with close encounters), and the figure of
+ * eight that three follow. The order of the positions is x1 ... xn, y1 ... yn. */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double gravity;
+} params;
+
+static const ll_param rows[] = {LL_ODE_PARAM(params, gravity, NULL, 0, 100, 1, "Constant of gravity.")};
+LL_ODE_TABLE(seven_table, "pleiades", "Parameters of the seven bodies.", rows, params);
+LL_ODE_TABLE(three_table, "figure_eight", "Parameters of the three bodies.", rows, params);
+
+static void attract(int n, const double *mass, double gravity, const double *q, double *a)
+{
+    for (int i = 0; i < 2 * n; i++)
+        a[i] = 0;
+    for (int i = 0; i < n; i++)
+        for (int j = i + 1; j < n; j++) {
+            double dx = q[j] - q[i], dy = q[n + j] - q[n + i], r2 = dx * dx + dy * dy;
+            double w = gravity / (r2 * ll_sqrt(r2));
+            a[i] += w * mass[j] * dx;
+            a[n + i] += w * mass[j] * dy;
+            a[j] -= w * mass[i] * dx;
+            a[n + j] -= w * mass[i] * dy;
+        }
+}
+
+static double energy_of(int n, const double *mass, double gravity, const double *y)
+{
+    const double *q = y, *v = y + 2 * n;
+    double sum = 0;
+    for (int i = 0; i < n; i++) {
+        sum += mass[i] * (v[i] * v[i] + v[n + i] * v[n + i]) / 2;
+        for (int j = i + 1; j < n; j++) {
+            double dx = q[j] - q[i], dy = q[n + j] - q[n + i];
+            sum -= gravity * mass[i] * mass[j] / ll_sqrt(dx * dx + dy * dy);
+        }
+    }
+    return sum;
+}
+
+/* ---- Pleiades ---- */
+
+static const double seven_masses[] = {1, 2, 3, 4, 5, 6, 7};
+
+static void seven_acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t, (void)v;
+    attract(7, seven_masses, ((const params *)p)->gravity, q, a);
+}
+
+static void seven_system(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 28, .autonomous = true, .params = p, .acceleration = seven_acceleration};
+}
+
+static void seven_start(const void *p, double *y)
+{
+    static const double start[28] = {3, 3, -1, -3, 2, -2,   2,    3, -3, 2, 0,     0, -4, 4,
+                                     0, 0, 0,  0,  0, 1.75, -1.5, 0, 0,  0, -1.25, 1, 0,  0};
+    (void)p;
+    for (int i = 0; i < 28; i++)
+        y[i] = start[i];
+}
+
+static double seven_energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    return energy_of(7, seven_masses, ((const params *)p)->gravity, y);
+}
+
+static const double seven_reference[] = {
+    0.370613914397051290,  3.23728409205723309,   -3.22255903241832335,  0.659709145577530836,
+    0.342558170715657979,  1.56217210140063102,   -0.700309292221249539, -3.94343758551739206,
+    -3.27138097397254993,  5.22508184345654419,   -2.59061243497746951,  1.19821369339227464,
+    -0.242968234493582341, 1.09144924042897975,   3.41700380631431475,   1.35458450162550122,
+    -2.59006559781077542,  2.02505373471424111,   -1.15581510016044909,  -0.807298817022302173,
+    0.595239635420871877,  -3.74124496123400847,  0.377345968575062904,  0.938685886955107889,
+    0.366792222720056987,  -0.347404635380849437, 2.34491544818093692,   -1.94702043426329190};
+
+static const char *const seven_components[] = {
+    "x1_m",    "x2_m",    "x3_m",    "x4_m",    "x5_m",    "x6_m",    "x7_m",
+    "y1_m",    "y2_m",    "y3_m",    "y4_m",    "y5_m",    "y6_m",    "y7_m",
+    "vx1_mps", "vx2_mps", "vx3_mps", "vx4_mps", "vx5_mps", "vx6_mps", "vx7_mps",
+    "vy1_mps", "vy2_mps", "vy3_mps", "vy4_mps", "vy5_mps", "vy6_mps", "vy7_mps"};
+
+const ll_ode_problem ll_ode_pleiades = {.name = "pleiades",
+                                        .help = "Seven bodies with close encounters.",
+                                        .source = "Hairer, Norsett and Wanner I, section II.10",
+                                        .params = &seven_table,
+                                        .system = seven_system,
+                                        .duration = 3,
+                                        .start = seven_start,
+                                        .components = seven_components,
+                                        .reference = seven_reference,
+                                        .floor = 1e-14,
+                                        .energy = seven_energy};
+
+/* ---- figure of eight ---- */
+
+static const double three_masses[] = {1, 1, 1};
+
+static void three_acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t, (void)v;
+    attract(3, three_masses, ((const params *)p)->gravity, q, a);
+}
+
+static void three_system(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 12, .autonomous = true, .params = p, .acceleration = three_acceleration};
+}
+
+static void three_start(const void *p, double *y)
+{
+    static const double start[12] = {0.97000436,  -0.97000436, 0,           -0.24308753,
+                                     0.24308753,  0,           0.466203685, 0.466203685,
+                                     -0.93240737, 0.43236573,  0.43236573,  -0.86473146};
+    (void)p;
+    for (int i = 0; i < 12; i++)
+        y[i] = start[i];
+}
+
+static double three_energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    return energy_of(3, three_masses, ((const params *)p)->gravity, y);
+}
+
+static const double three_reference[] = {0.970004344431125317,  -0.970004374486295608, 3.00551702911370721e-8,
+                                         -0.243087543456793790, 0.243087515537224619,  2.79195691706713038e-8,
+                                         0.466203723963919193,  0.466203646795362357,  -0.932407370759281550,
+                                         0.432365720512007769,  0.432365739916925725,  -0.864731460428933494};
+
+static const char *const three_components[] = {"x1_m",    "x2_m",    "x3_m",    "y1_m",
+                                               "y2_m",    "y3_m",    "vx1_mps", "vx2_mps",
+                                               "vx3_mps", "vy1_mps", "vy2_mps", "vy3_mps"};
+
+const ll_ode_problem ll_ode_figure_eight = {.name = "figure_eight",
+                                            .help =
+                                                "Three bodies that follow one another on a figure of eight.",
+                                            .source = "Chenciner and Montgomery 2000; binary128 reference",
+                                            .params = &three_table,
+                                            .system = three_system,
+                                            .duration = 6.32591398,
+                                            .start = three_start,
+                                            .components = three_components,
+                                            .reference = three_reference,
+                                            .floor = 1e-14,
+                                            .energy = three_energy};

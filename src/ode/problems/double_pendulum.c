@@ -1,0 +1,64 @@
+/* The double pendulum in angles: an acceleration that depends on speeds, and chaos. Unit masses and lengths.
+ */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double g, theta1, theta2;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
+    LL_ODE_PARAM(params, theta1, "rad", -3.15, 3.15, 2, "Upper angle at the start, at rest; 0 hangs down."),
+    LL_ODE_PARAM(params, theta2, "rad", -3.15, 3.15, 2, "Lower angle at the start."),
+};
+LL_ODE_TABLE(table, "double_pendulum", "Parameters of the double pendulum.", rows, params);
+
+/* Lagrange's equations: 2 a1 + c a2 = -s w2^2 - 2 g sin th1, c a1 + a2 = s w1^2 - g sin th2, with c and s of
+ * the difference of the angles. */
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t;
+    double g = ((const params *)p)->g, c = ll_cos(q[0] - q[1]), s = ll_sin(q[0] - q[1]);
+    double f1 = -s * v[1] * v[1] - 2 * g * ll_sin(q[0]), f2 = s * v[0] * v[0] - g * ll_sin(q[1]);
+    double determinant = 2 - c * c;
+    a[0] = (f1 - c * f2) / determinant;
+    a[1] = (2 * f2 - c * f1) / determinant;
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){
+        .dim = 4, .autonomous = true, .velocity_dependent = true, .params = p, .acceleration = acceleration};
+}
+
+static void start(const void *p, double *y)
+{
+    const params *c = p;
+    y[0] = c->theta1;
+    y[1] = c->theta2;
+    y[2] = y[3] = 0;
+}
+
+static double energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    double g = ((const params *)p)->g;
+    return y[2] * y[2] + y[3] * y[3] / 2 + ll_cos(y[0] - y[1]) * y[2] * y[3] - 2 * g * ll_cos(y[0]) -
+           g * ll_cos(y[1]);
+}
+
+static const double reference[] = {-1.50603586835282372, -4.31058980967322825, -1.98117844326947505,
+                                   -5.79165359773206454};
+static const char *const components[] = {"theta1_rad", "theta2_rad", "omega1_radps", "omega2_radps"};
+
+const ll_ode_problem ll_ode_double_pendulum = {.name = "double_pendulum",
+                                               .help = "Two pendulums in a row: chaos.",
+                                               .source = "binary128 reference",
+                                               .params = &table,
+                                               .system = system_of,
+                                               .duration = 5,
+                                               .start = start,
+                                               .components = components,
+                                               .reference = reference,
+                                               .floor = 1e-14,
+                                               .energy = energy};

@@ -1,0 +1,94 @@
+/* A pendulum on a spring, q'' = -k (r - 1) q / r - (0, g): a fast oscillation under a slow one. */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double k, g;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, k, "N/m", 1, 1e8, 1e4, "Stiffness of the spring; the mass is 1 kg, the length 1 m."),
+    LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
+};
+LL_ODE_TABLE(table, "elastic_pendulum", "Parameters of the pendulum on a spring.", rows, params);
+
+static const ll_param stiff_rows[] = {
+    LL_ODE_PARAM(params, k, "N/m", 1, 1e8, 1e6, "Stiffness of the spring; the mass is 1 kg, the length 1 m."),
+    LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
+};
+LL_ODE_TABLE(stiff_table, "stiff_pendulum", "Parameters of the pendulum on a stiff spring.", stiff_rows,
+             params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t, (void)v;
+    const params *c = p;
+    double r = ll_sqrt(q[0] * q[0] + q[1] * q[1]), w = -c->k * (r - 1) / r;
+    a[0] = w * q[0];
+    a[1] = w * q[1] - c->g;
+}
+
+static void jacobian(const void *p, double t, const double *y, double *j)
+{
+    (void)t;
+    const params *c = p;
+    double x = y[0], z = y[1], r2 = x * x + z * z, r = ll_sqrt(r2), r3 = r * r2;
+    for (int i = 0; i < 16; i++)
+        j[i] = 0;
+    j[2] = j[7] = 1;
+    j[8] = -c->k * (1 - z * z / r3);
+    j[9] = j[12] = -c->k * x * z / r3;
+    j[13] = -c->k * (1 - x * x / r3);
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){
+        .dim = 4, .autonomous = true, .params = p, .acceleration = acceleration, .jacobian = jacobian};
+}
+
+static void start(const void *p, double *y)
+{
+    (void)p;
+    y[0] = 1;
+    y[1] = y[2] = y[3] = 0;
+}
+
+static double energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    const params *c = p;
+    double stretch = ll_sqrt(y[0] * y[0] + y[1] * y[1]) - 1;
+    return (y[2] * y[2] + y[3] * y[3] + c->k * stretch * stretch) / 2 + c->g * y[1];
+}
+
+static const double reference[] = {0.901229341243433376, -0.436341094340919674, -1.27865934176811728,
+                                   -2.65986311000513250};
+static const double stiff_reference[] = {0.889238669982539966, -0.457473535369027246, -1.38366491400610039,
+                                         -2.68974975990245786};
+static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
+
+const ll_ode_problem ll_ode_elastic_pendulum = {.name = "elastic_pendulum",
+                                                .help = "A pendulum on a spring, 100 rad/s under 3 rad/s.",
+                                                .source = "binary128 reference",
+                                                .params = &table,
+                                                .system = system_of,
+                                                .duration = 5,
+                                                .start = start,
+                                                .components = components,
+                                                .reference = reference,
+                                                .floor = 1e-14,
+                                                .energy = energy};
+
+const ll_ode_problem ll_ode_stiff_pendulum = {.name = "stiff_pendulum",
+                                              .help =
+                                                  "A pendulum on a stiff spring, 1000 rad/s under 3 rad/s.",
+                                              .source = "binary128 reference",
+                                              .stiff = true,
+                                              .params = &stiff_table,
+                                              .system = system_of,
+                                              .duration = 5,
+                                              .start = start,
+                                              .components = components,
+                                              .reference = stiff_reference,
+                                              .floor = 1e-13,
+                                              .energy = energy};

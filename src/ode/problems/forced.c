@@ -1,0 +1,48 @@
+/* A free mass under a periodic force, x'' = cos(omega t). */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double omega;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, omega, "rad/s", 0.01, 1000, 1, "Frequency of the force.")};
+LL_ODE_TABLE(table, "forced", "Parameters of the periodic force.", rows, params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)q, (void)v;
+    a[0] = ll_cos(((const params *)p)->omega * t);
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration};
+}
+
+static void start(const void *p, double *y)
+{
+    (void)p;
+    y[0] = y[1] = 0;
+}
+
+/* 1 - cos z = 2 sin^2(z / 2), which keeps its digits near 0. */
+static bool exact(const void *p, double t, double *y)
+{
+    double w = ((const params *)p)->omega, s = ll_sin(w * t / 2);
+    y[0] = 2 * s * s / (w * w);
+    y[1] = ll_sin(w * t) / w;
+    return true;
+}
+
+static const char *const components[] = {"x_m", "v_mps"};
+
+const ll_ode_problem ll_ode_forced = {.name = "forced",
+                                      .help = "A free mass under a periodic force.",
+                                      .source = "closed form",
+                                      .params = &table,
+                                      .system = system_of,
+                                      .duration = 10,
+                                      .start = start,
+                                      .components = components,
+                                      .exact = exact};

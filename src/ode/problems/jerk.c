@@ -1,0 +1,47 @@
+/* A constant jerk, x'' = j t: the simplest acceleration that is not constant. */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double jerk;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, jerk, "m/s3", -1000, 1000, 6, "Change of the acceleration.")};
+LL_ODE_TABLE(table, "jerk", "Parameters of the constant jerk.", rows, params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)q, (void)v;
+    a[0] = ((const params *)p)->jerk * t;
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration};
+}
+
+static void start(const void *p, double *y)
+{
+    (void)p;
+    y[0] = y[1] = 0;
+}
+
+static bool exact(const void *p, double t, double *y)
+{
+    double j = ((const params *)p)->jerk;
+    y[0] = j * t * t * t / 6;
+    y[1] = j * t * t / 2;
+    return true;
+}
+
+static const char *const components[] = {"x_m", "v_mps"};
+
+const ll_ode_problem ll_ode_jerk = {.name = "jerk",
+                                    .help = "An acceleration that grows evenly.",
+                                    .source = "closed form",
+                                    .params = &table,
+                                    .system = system_of,
+                                    .duration = 2,
+                                    .start = start,
+                                    .components = components,
+                                    .exact = exact};

@@ -1,0 +1,74 @@
+/* A charge in a homogeneous magnetic field: x'' = b y', y'' = -b x'. */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double b, speed;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, b, "rad/s", 1e-3, 1e4, 1, "Field, as the frequency of the circle."),
+    LL_ODE_PARAM(params, speed, "m/s", 1e-3, 1e6, 1, "Speed at the start."),
+};
+LL_ODE_TABLE(table, "lorentz", "Parameters of the charge.", rows, params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t, (void)q;
+    double b = ((const params *)p)->b;
+    a[0] = b * v[1];
+    a[1] = -b * v[0];
+}
+
+static void magnetic(const void *p, double t, const double *q, double *e, double *b)
+{
+    (void)t, (void)q;
+    e[0] = e[1] = b[0] = b[1] = 0;
+    b[2] = ((const params *)p)->b;
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 4,
+                    .autonomous = true,
+                    .velocity_dependent = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .magnetic = magnetic};
+}
+
+static void start(const void *p, double *y)
+{
+    y[0] = y[1] = y[3] = 0;
+    y[2] = ((const params *)p)->speed;
+}
+
+static bool exact(const void *p, double t, double *y)
+{
+    const params *c = p;
+    double half = ll_sin(c->b * t / 2);
+    y[0] = c->speed * ll_sin(c->b * t) / c->b;
+    y[1] = -2 * c->speed * half * half / c->b;
+    y[2] = c->speed * ll_cos(c->b * t);
+    y[3] = -c->speed * ll_sin(c->b * t);
+    return true;
+}
+
+static double energy(const void *p, double t, const double *y)
+{
+    (void)p, (void)t;
+    return (y[2] * y[2] + y[3] * y[3]) / 2;
+}
+
+static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
+
+const ll_ode_problem ll_ode_lorentz = {
+    .name = "lorentz",
+    .help = "A charge circles in a magnetic field: a force that depends on speed.",
+    .source = "closed form",
+    .params = &table,
+    .system = system_of,
+    .duration = 10,
+    .start = start,
+    .components = components,
+    .exact = exact,
+    .energy = energy};

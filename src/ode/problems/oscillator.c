@@ -1,0 +1,123 @@
+/* The harmonic oscillator, x'' = -omega^2 x - 2 zeta omega x': undamped as `oscillator`, and `damped`. */
+#include "ode/problems/problems.h"
+
+typedef struct params {
+    double omega, x0, v0, zeta;
+} params;
+
+#define COMMON                                                                                               \
+    LL_ODE_PARAM(params, omega, "rad/s", 1e-3, 1e4, 1, "Natural frequency."),                                \
+        LL_ODE_PARAM(params, x0, "m", -1e6, 1e6, 1, "Place at the start."),                                  \
+        LL_ODE_PARAM(params, v0, "m/s", -1e6, 1e6, 0, "Speed at the start.")
+
+static const ll_param rows[] = {COMMON};
+LL_ODE_TABLE(table, "oscillator", "Parameters of the oscillator.", rows, params);
+
+static const ll_param damped_rows[] = {
+    COMMON, LL_ODE_PARAM(params, zeta, NULL, 0, 100, 0.1, "Damping ratio; 1 is critical.")};
+LL_ODE_TABLE(damped_table, "damped", "Parameters of the damped oscillator.", damped_rows, params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t, (void)v;
+    const params *c = p;
+    a[0] = -(c->omega * c->omega) * q[0];
+}
+
+static void damped_acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t;
+    const params *c = p;
+    a[0] = -(c->omega * c->omega) * q[0] - 2 * c->zeta * c->omega * v[0];
+}
+
+static void jacobian(const void *p, double t, const double *y, double *j)
+{
+    (void)t, (void)y;
+    const params *c = p;
+    j[0] = 0;
+    j[1] = 1;
+    j[2] = -(c->omega * c->omega);
+    j[3] = -2 * c->zeta * c->omega;
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){
+        .dim = 2, .autonomous = true, .params = p, .acceleration = acceleration, .jacobian = jacobian};
+}
+
+static void damped_system(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 2,
+                    .autonomous = true,
+                    .velocity_dependent = true,
+                    .params = p,
+                    .acceleration = damped_acceleration,
+                    .jacobian = jacobian};
+}
+
+static void start(const void *p, double *y)
+{
+    const params *c = p;
+    y[0] = c->x0;
+    y[1] = c->v0;
+}
+
+/* sin(r t) / r and cos(r t) of a real or imaginary r, by r^2: sinh and cosh where it is negative. The damped
+ * exponential is taken in, since the hyperbolic functions alone would overflow. */
+static void waves(double r2, double decay, double t, double *c, double *s)
+{
+    if (r2 > 0) {
+        double r = ll_sqrt(r2), e = ll_exp(-decay * t);
+        *c = e * ll_cos(r * t);
+        *s = e * ll_sin(r * t) / r;
+    } else if (r2 < 0) {
+        double r = ll_sqrt(-r2), slow = ll_exp((r - decay) * t), fast = ll_exp(-(r + decay) * t);
+        *c = (slow + fast) / 2;
+        *s = (slow - fast) / (2 * r);
+    } else {
+        *c = ll_exp(-decay * t);
+        *s = t * *c;
+    }
+}
+
+static bool exact(const void *p, double t, double *y)
+{
+    const params *k = p;
+    double decay = k->zeta * k->omega, w2 = k->omega * k->omega, c, s;
+    waves((1 - k->zeta) * (1 + k->zeta) * w2, decay, t, &c, &s);
+    y[0] = k->x0 * c + (k->v0 + decay * k->x0) * s;
+    y[1] = k->v0 * c - (w2 * k->x0 + decay * k->v0) * s;
+    return true;
+}
+
+static double energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    double w = ((const params *)p)->omega;
+    return (y[1] * y[1] + w * w * y[0] * y[0]) / 2;
+}
+
+static const char *const components[] = {"x_m", "v_mps"};
+
+const ll_ode_problem ll_ode_oscillator = {.name = "oscillator",
+                                          .help = "A mass on a spring, without damping.",
+                                          .source = "closed form",
+                                          .params = &table,
+                                          .system = system_of,
+                                          .duration = 10,
+                                          .start = start,
+                                          .components = components,
+                                          .exact = exact,
+                                          .energy = energy};
+
+const ll_ode_problem ll_ode_damped = {.name = "damped",
+                                      .help = "A mass on a spring with linear damping.",
+                                      .source = "closed form",
+                                      .params = &damped_table,
+                                      .system = damped_system,
+                                      .duration = 10,
+                                      .start = start,
+                                      .components = components,
+                                      .exact = exact};

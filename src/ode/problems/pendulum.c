@@ -1,0 +1,63 @@
+/* The pendulum, theta'' = -(g / l) sin theta, let go at rest: sin(theta / 2) = k cd(w t, k). */
+#include "ode/problems/problems.h"
+#include "ode/problems/special.h"
+
+typedef struct params {
+    double g, length, theta0;
+} params;
+
+static const ll_param rows[] = {
+    LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
+    LL_ODE_PARAM(params, length, "m", 0.01, 1000, 1, "Length."),
+    LL_ODE_PARAM(params, theta0, "rad", -3.14, 3.14, 2, "Angle at the start, at rest; 0 hangs down."),
+};
+LL_ODE_TABLE(table, "pendulum", "Parameters of the pendulum.", rows, params);
+
+static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
+{
+    (void)t, (void)v;
+    const params *c = p;
+    a[0] = -c->g / c->length * ll_sin(q[0]);
+}
+
+static void system_of(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .acceleration = acceleration};
+}
+
+static void start(const void *p, double *y)
+{
+    y[0] = ((const params *)p)->theta0;
+    y[1] = 0;
+}
+
+static bool exact(const void *p, double t, double *y)
+{
+    const params *c = p;
+    double w = ll_sqrt(c->g / c->length), sign = c->theta0 < 0 ? -1 : 1, k = sign * ll_sin(c->theta0 / 2);
+    ll_ode_elliptic j = ll_ode_jacobi(w * t, k);
+    y[0] = sign * 2 * ll_ode_asin(k * j.cn / j.dn);
+    y[1] = -sign * 2 * k * w * ll_sqrt((1 - k) * (1 + k)) * j.sn / j.dn;
+    return true;
+}
+
+static double energy(const void *p, double t, const double *y)
+{
+    (void)t;
+    const params *c = p;
+    double half = ll_sin(y[0] / 2);
+    return c->length * c->length * y[1] * y[1] / 2 + 2 * c->g * c->length * half * half;
+}
+
+static const char *const components[] = {"theta_rad", "omega_radps"};
+
+const ll_ode_problem ll_ode_pendulum = {.name = "pendulum",
+                                        .help = "A pendulum with a large swing.",
+                                        .source = "closed form, by Jacobi's elliptic functions",
+                                        .params = &table,
+                                        .system = system_of,
+                                        .duration = 10,
+                                        .start = start,
+                                        .components = components,
+                                        .exact = exact,
+                                        .energy = energy};

@@ -1,0 +1,100 @@
+/* Euler's equations of a turning body: the tennis racket that flips, and a driven top. */
+#include "ode/problems/problems.h"
+
+typedef struct racket {
+    double i1, i2, i3, tilt;
+} racket;
+
+static const ll_param racket_rows[] = {
+    LL_ODE_PARAM(racket, i1, "kg m2", 0.01, 100, 1, "Least moment of inertia."),
+    LL_ODE_PARAM(racket, i2, "kg m2", 0.01, 100, 2, "Middle moment of inertia."),
+    LL_ODE_PARAM(racket, i3, "kg m2", 0.01, 100, 3, "Largest moment of inertia."),
+    LL_ODE_PARAM(racket, tilt, "rad/s", -1, 1, 1.0 / 128,
+                 "Turning about the first axis at the start; 1 rad/s about the second."),
+};
+LL_ODE_TABLE(racket_table, "tennis_racket", "Parameters of the racket.", racket_rows, racket);
+
+static void racket_f(const void *p, double t, const double *w, double *dw)
+{
+    (void)t;
+    const racket *c = p;
+    dw[0] = (c->i2 - c->i3) / c->i1 * w[1] * w[2];
+    dw[1] = (c->i3 - c->i1) / c->i2 * w[2] * w[0];
+    dw[2] = (c->i1 - c->i2) / c->i3 * w[0] * w[1];
+}
+
+static void racket_system(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 3, .autonomous = true, .params = p, .f = racket_f};
+}
+
+static void racket_start(const void *p, double *w)
+{
+    w[0] = ((const racket *)p)->tilt;
+    w[1] = 1;
+    w[2] = 0;
+}
+
+static double racket_energy(const void *p, double t, const double *w)
+{
+    (void)t;
+    const racket *c = p;
+    return (c->i1 * w[0] * w[0] + c->i2 * w[1] * w[1] + c->i3 * w[2] * w[2]) / 2;
+}
+
+static const double racket_reference[] = {0.194034852772687332, 0.981025744344016464, -0.111935232663459526};
+static const char *const racket_components[] = {"omega1_radps", "omega2_radps", "omega3_radps"};
+
+const ll_ode_problem ll_ode_tennis_racket = {.name = "tennis_racket",
+                                             .help = "A body that turns about its middle axis flips.",
+                                             .source = "Euler's equations; binary128 reference",
+                                             .params = &racket_table,
+                                             .system = racket_system,
+                                             .duration = 50,
+                                             .start = racket_start,
+                                             .components = racket_components,
+                                             .reference = racket_reference,
+                                             .floor = 1e-14,
+                                             .energy = racket_energy};
+
+typedef struct top {
+    double drive;
+} top;
+
+static const ll_param top_rows[] = {
+    LL_ODE_PARAM(top, drive, "rad/s2", 0, 10, 0.25, "Strength of the drive.")};
+LL_ODE_TABLE(top_table, "euler_top", "Parameters of the top.", top_rows, top);
+
+static void top_f(const void *p, double t, const double *w, double *dw)
+{
+    double s = ll_sin(t);
+    dw[0] = -2 * w[1] * w[2];
+    dw[1] = 1.25 * w[0] * w[2];
+    dw[2] = -0.5 * w[0] * w[1] + ((const top *)p)->drive * s * s;
+}
+
+static void top_system(const void *p, ll_ode *ode)
+{
+    *ode = (ll_ode){.dim = 3, .params = p, .f = top_f};
+}
+
+static void top_start(const void *p, double *w)
+{
+    (void)p;
+    w[0] = 1;
+    w[1] = 0;
+    w[2] = 0.9;
+}
+
+static const double top_reference[] = {-0.668862422980134302, -0.587698402204068395, 2.01077739307361082};
+
+const ll_ode_problem ll_ode_euler_top = {.name = "euler_top",
+                                         .help = "A turning body under a periodic drive.",
+                                         .source = "SciMLBenchmarks, rigid body; binary128 reference",
+                                         .params = &top_table,
+                                         .system = top_system,
+                                         .duration = 10,
+                                         .start = top_start,
+                                         .components = racket_components,
+                                         .reference = top_reference,
+                                         .floor = 1e-15};
