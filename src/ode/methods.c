@@ -30,6 +30,12 @@ const ll_ode_method *const ll_ode_methods[] = {&ll_ode_explicit_euler,
                                                &ll_ode_bs32,
                                                &ll_ode_dopri5,
                                                &ll_ode_tsit5,
+                                               &ll_ode_dop853,
+                                               &ll_ode_rodas4,
+                                               &ll_ode_rodas5p,
+                                               &ll_ode_radau5,
+                                               &ll_ode_radau9,
+                                               &ll_ode_radau13,
                                                NULL};
 
 const ll_ode_method *ll_ode_method_find(const char *name)

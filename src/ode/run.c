@@ -60,13 +60,14 @@ double ll_ode_power(double x, double p)
 double ll_ode_norm2(const ll_ode_run *run, const double *e)
 {
     const double *y = run->data, *next = run->data + run->stride;
-    ll_pair tolerance = {run->control.tolerance, run->control.tolerance}, sum = {0, 0};
+    ll_pair relative = {run->control.tolerance, run->control.tolerance}, sum = {0, 0};
+    ll_pair absolute = {run->control.absolute, run->control.absolute};
     for (int i = 0; i < run->stride; i += 2) {
         ll_pair a = ll_pair_at(y + i), b = ll_pair_at(next + i);
         ll_pair size = {magnitude(a[0]), magnitude(a[1])}, other = {magnitude(b[0]), magnitude(b[1])};
         size[0] = size[0] > other[0] ? size[0] : other[0];
         size[1] = size[1] > other[1] ? size[1] : other[1];
-        ll_pair ratio = ll_pair_at(e + i) / (tolerance + tolerance * size);
+        ll_pair ratio = ll_pair_at(e + i) / (absolute + relative * size);
         sum += ratio * ratio;
     }
     return (sum[0] + sum[1]) / run->dim;
@@ -95,6 +96,10 @@ static ll_status check_control(const ll_ode_method *method, const ll_ode_control
             return ll_field_error(LL_BAD_INPUT, "tolerance",
                                   "The tolerance of %s must be between 1e-15 and 0.1, got %.17g.",
                                   method->name, c->tolerance);
+        if (!(c->absolute >= 0 && finite(c->absolute)))
+            return ll_field_error(LL_BAD_INPUT, "absolute",
+                                  "The absolute tolerance must be finite and at least 0, got %.17g.",
+                                  c->absolute);
         if (!(c->first_step >= 0 && finite(c->first_step)))
             return ll_field_error(LL_BAD_INPUT, "first_step",
                                   "first_step must be finite and at least 0 s, got %.17g.", c->first_step);
@@ -126,18 +131,17 @@ static double first_step(ll_ode_run *run, const ll_ode_method *method, const ll_
         return c->first_step < span ? c->first_step : span;
     double *f0 = ll_ode_work(run, 0), *f1 = ll_ode_work(run, 1);
     ll_ode_f(run, ode, c->t0, y, f0);
-    memcpy(next, y, (size_t)run->stride * sizeof *y);
-    double tolerance = c->tolerance;
-    double d0 = ll_sqrt(ll_ode_norm2(run, y)) * tolerance, d1 = ll_sqrt(ll_ode_norm2(run, f0)) * tolerance;
-    double h = d0 < 1e-10 || d1 < 1e-10 ? 1e-6 : 0.01 * d0 / d1;
+    double d0 = ll_sqrt(ll_ode_norm2(run, y)), d1 = ll_sqrt(ll_ode_norm2(run, f0));
+    double h = d0 < 1e-5 || d1 < 1e-5 ? 1e-6 : 0.01 * d0 / d1;
     h = h < span ? h : span;
     for (int i = 0; i < run->dim; i++)
         next[i] = y[i] + direction(run) * h * f0[i];
     ll_ode_f(run, ode, c->t0 + direction(run) * h, next, f1);
     for (int i = 0; i < run->dim; i++)
         f1[i] -= f0[i];
-    double d2 = ll_sqrt(ll_ode_norm2(run, f1)) / h, most = d1 / tolerance > d2 ? d1 / tolerance : d2;
-    double better = ll_ode_power(0.01 / (most > 1e-12 ? most : 1e-12), 1.0 / method->body->error_order);
+    memcpy(next, y, (size_t)run->stride * sizeof *y);
+    double d2 = ll_sqrt(ll_ode_norm2(run, f1)) / h, most = d1 > d2 ? d1 : d2;
+    double better = most <= 1e-15 ? 100 * h : ll_ode_power(0.01 / most, 1.0 / method->body->error_order);
     memset(f0, 0, 2 * (size_t)run->stride * sizeof *f0);
     better = better < 100 * h ? better : 100 * h;
     return better < span ? better : span;
@@ -159,6 +163,8 @@ ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_od
     run->control = *control;
     if (run->control.max_steps == 0)
         run->control.max_steps = DEFAULT_MAX_STEPS;
+    if (run->control.absolute == 0)
+        run->control.absolute = control->tolerance;
     run->t = run->t_last = run->origin = control->t0;
     run->event = -1;
     memcpy(ll_ode_state_y(run), y0, (size_t)ode->dim * sizeof *y0);

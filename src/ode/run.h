@@ -2,7 +2,7 @@
  * is a snapshot. Nothing is allocated, and the method, the system and the control are arguments.
  *
  * Methods of fixed step stand at t_n = t0 + n dt, by multiplication. Adaptive ones keep the estimated error
- * of a step below atol + rtol |y|, atol = rtol = tolerance, in the root mean square over the components, and
+ * of a step below absolute + tolerance |y|, in the root mean square over the components, and
  * end exactly at t_end. t_end < t0 integrates backwards. */
 #pragma once
 
@@ -17,6 +17,7 @@ typedef struct ll_ode_control {
     double t0, t_end;    /* s */
     double dt;           /* s, > 0: step of methods that are not adaptive */
     double tolerance;    /* 1e-15 to 0.1: of methods that are */
+    double absolute;     /* the absolute part of it, where y is small by nature; 0: as `tolerance` */
     double first_step;   /* s; 0: chosen by the method */
     double largest_step; /* s; 0: no limit */
     int64_t max_steps;   /* accepted and rejected; 0: 100 million */

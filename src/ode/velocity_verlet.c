@@ -1,6 +1,6 @@
 /* Velocity Verlet: q+ = q + h v + h^2 a / 2, v+ = v + h (a + a+) / 2. A force that is free of v is evaluated
- * once a step: a+ is kept for the next one. Where it depends on v it is evaluated twice, and the methods differ
- * in the velocity that a+ sees. */
+ * once a step: a+ is kept for the next one. Where it depends on v it is evaluated twice, and the methods
+ * differ in the velocity that a+ sees. */
 #include "ode/internal.h"
 
 typedef struct variant {
