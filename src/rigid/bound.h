@@ -1,0 +1,27 @@
+/* Bounding volumes: simpler shapes that stand for the true one (the paper's AABB, sphere and OBB).
+ *
+ * A world can let any of them collide in the shape's place, so that one sees what each overestimates. */
+#pragma once
+
+#include "rigid/shape.h"
+
+typedef enum ll_volume {
+    LL_VOLUME_EXACT,
+    LL_VOLUME_AABB,
+    LL_VOLUME_SPHERE, /* the smallest circle around */
+    LL_VOLUME_OBB,    /* the rectangle of least area around */
+    LL_VOLUMES
+} ll_volume;
+
+extern const char *const ll_volume_names[LL_VOLUMES + 1]; /* NULL-terminated */
+
+/* The volume of `g` in the body's own frame. An AABB is aligned with the world's axes and so depends on the
+ * body's rotation `q`; the others do not. */
+ll_geometry ll_bound_of(ll_volume volume, const ll_geometry *g, ll_rot q);
+
+double ll_bound_area(ll_volume volume, const ll_geometry *g, ll_rot q);
+
+/* Whether two bodies hit each other by the volumes: a false hit when the exact shapes do not, a missed one
+ * when they do and the volumes do not (which encloses, hence never). */
+bool ll_bound_hit(ll_volume volume, const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
+                  ll_pose pose_b);

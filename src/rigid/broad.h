@@ -1,0 +1,61 @@
+/* Broad phases: which boxes overlap, without testing all against all.
+ *
+ * Each is a row of one table and one file. All find the same pairs: every two proxies whose boxes overlap and
+ * of which at least one has moved since the last call. A proxy is an index into the caller's `boxes`; the
+ * state is a part of the caller's block and holds no pointers. */
+#pragma once
+
+#include <stddef.h>
+
+#include "rigid/vec.h"
+
+typedef struct ll_pair {
+    int32_t a, b; /* a < b */
+} ll_pair;
+
+typedef struct ll_pair_list {
+    ll_pair *at;
+    int32_t count, capacity;
+    bool overflowed; /* there were more pairs than room */
+} ll_pair_list;
+
+typedef void ll_broad_visit(void *context, int32_t proxy);
+
+typedef struct ll_broad_phase {
+    const char *name;
+    const char *help;                 /* how it works and what it costs */
+    size_t (*size)(int32_t capacity); /* bytes, a multiple of 64 */
+    void (*init)(void *state, int32_t capacity);
+    void (*insert)(void *state, const ll_aabb *boxes, int32_t proxy);
+    void (*remove)(void *state, int32_t proxy);
+    void (*move)(void *state, const ll_aabb *boxes, int32_t proxy); /* its box is another now */
+    /* Visits every proxy whose box overlaps `box`, in an order of its own. */
+    void (*query)(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad_visit *visit, void *context);
+    /* All pairs at once; NULL: by a query for each that moved. */
+    void (*pairs)(void *state, const ll_aabb *boxes, const uint8_t *moved, ll_pair_list *out);
+} ll_broad_phase;
+
+typedef enum ll_broad_kind {
+    LL_BROAD_BRUTE,
+    LL_BROAD_SAP,
+    LL_BROAD_GRID,
+    LL_BROAD_TREE,
+    LL_BROADS
+} ll_broad_kind;
+
+extern const ll_broad_phase ll_broad_brute, ll_broad_sap, ll_broad_grid, ll_broad_tree;
+extern const ll_broad_phase *const ll_broad_phases[LL_BROADS];
+extern const char *const ll_broad_names[LL_BROADS + 1]; /* NULL-terminated */
+
+/* The overlapping pairs with a moved proxy, sorted: the same list from every phase. `moved` has a byte for
+ * each proxy, `list` names those that are set. */
+void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *boxes, const uint8_t *moved,
+                    const int32_t *list, int32_t count, ll_pair_list *out);
+
+static inline void ll_pair_emit(ll_pair_list *out, int32_t a, int32_t b)
+{
+    if (out->count < out->capacity)
+        out->at[out->count++] = a < b ? (ll_pair){a, b} : (ll_pair){b, a};
+    else
+        out->overflowed = true;
+}
