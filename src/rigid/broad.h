@@ -16,7 +16,9 @@ typedef struct ll_pair {
 typedef struct ll_pair_list {
     ll_pair *at;
     int32_t count, capacity;
-    bool overflowed; /* there were more pairs than room */
+    bool overflowed;                                           /* there were more pairs than room */
+    bool (*accept)(const void *context, int32_t a, int32_t b); /* whether the pair is wanted; NULL: all are */
+    const void *context;
 } ll_pair_list;
 
 typedef void ll_broad_visit(void *context, int32_t proxy);
@@ -54,6 +56,8 @@ void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *box
 
 static inline void ll_pair_emit(ll_pair_list *out, int32_t a, int32_t b)
 {
+    if (out->accept != NULL && !out->accept(out->context, a, b))
+        return;
     if (out->count < out->capacity)
         out->at[out->count++] = a < b ? (ll_pair){a, b} : (ll_pair){b, a};
     else

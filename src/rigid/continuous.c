@@ -1,0 +1,141 @@
+/* Swept detection: a body that would pass through another in this step is put where it first touched.
+ *
+ * The solver has moved every body; nothing is written to the poses yet. A body that moved more than half of
+ * its core is swept against whatever its path's box overlaps, also what moves itself. At the earliest touch
+ * it stays at the same place of the other body, which goes on to its own end: so nothing passes and nothing
+ * is left overlapping, however fast either is. What remains of its motion in this step is lost; its velocity
+ * is not, and the next step's contact deals with it. There is no limit to the speed. */
+#include "rigid/internal.h"
+
+#include "base/detmath.h"
+#include "rigid/distance.h"
+
+typedef struct search {
+    ll_rigid *world;
+    int32_t body, other;
+    int32_t shape; /* of the body */
+    double t;
+} search;
+
+static ll_sweep sweep_of(const ll_rigid *w, int32_t body)
+{
+    const ll_motion *m = &ll_motions(w)[body];
+    return (ll_sweep){ll_poses(w)[body], m->d, m->turn};
+}
+
+static ll_pose end_of(const ll_rigid *w, int32_t body)
+{
+    const ll_motion *m = &ll_motions(w)[body];
+    ll_pose start = ll_poses(w)[body];
+    return (ll_pose){ll_add(start.p, m->d), ll_rot_normalised(ll_rot_mul(start.q, m->q))};
+}
+
+static bool collide_at_all(const ll_shape *a, const ll_shape *b)
+{
+    return (a->category & b->mask) != 0 && (b->category & a->mask) != 0 &&
+           (a->group == 0 || a->group != b->group);
+}
+
+/* A body whose surface is in touch already can still go through: then its core is swept. */
+static ll_geometry core_of(const ll_shape *shape)
+{
+    return (ll_geometry){.kind = LL_SHAPE_CIRCLE,
+                         .count = 1,
+                         .radius = 0.5 * shape->core,
+                         .centre = shape->centre,
+                         .vertex[0] = shape->centre};
+}
+
+static void consider(void *context, int32_t other_shape)
+{
+    search *s = context;
+    const ll_rigid *w = s->world;
+    const ll_shape *shape = &ll_shapes(w)[s->shape], *other = &ll_shapes(w)[other_shape];
+    if (other->body == s->body || !collide_at_all(shape, other) || ll_joined(w, s->body, other->body))
+        return;
+    ll_geometry room_a, room_b;
+    const ll_geometry *a = ll_geometry_of(w, shape, &room_a), *b = ll_geometry_of(w, other, &room_b);
+    ll_sweep sweep_a = sweep_of(w, s->body), sweep_b = sweep_of(w, other->body);
+    double apart = ll_distance(a, sweep_a.start, b, sweep_b.start).distance;
+    double target = fmin(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
+    ll_geometry core;
+    if (apart <= 1.1 * target) {
+        core = core_of(shape);
+        a = &core;
+    }
+    if (b->kind == LL_SHAPE_LINK &&
+        ll_dot(b->normal[0],
+               ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a->centre)), b->vertex[0])) < 0)
+        return;
+    ll_touch touch = ll_first_touch(b, &sweep_b, a, &sweep_a, target);
+    if (touch.hit && touch.t < s->t) {
+        s->t = touch.t;
+        s->other = other->body;
+    }
+}
+
+/* The body keeps its place at the other from the touch on. */
+static void stop(ll_rigid *w, const search *s)
+{
+    ll_sweep sweep = sweep_of(w, s->body), other = sweep_of(w, s->other);
+    ll_pose touched = ll_sweep_at(&sweep, s->t);
+    ll_pose seen = ll_pose_between(ll_sweep_at(&other, s->t), touched);
+    ll_pose end = ll_pose_mul(end_of(w, s->other), seen);
+    ll_motion *m = &ll_motions(w)[s->body];
+    m->d = ll_sub(end.p, sweep.start.p);
+    m->turn = s->t * m->turn + (1 - s->t) * other.turn;
+    m->q = (ll_rot){ll_cos(m->turn), ll_sin(m->turn)};
+    w->stats.stopped++;
+}
+
+static bool is_fast(const ll_rigid *w, int32_t body)
+{
+    const ll_body *b = &ll_bodys(w)[body];
+    const ll_motion *m = &ll_motions(w)[body];
+    return b->type == LL_BODY_DYNAMIC && ll_length(m->d) + fabs(m->turn) * b->extent > 0.5 * b->core;
+}
+
+/* Where a shape is at any time of this step. */
+static ll_aabb path_box(const ll_rigid *w, int32_t body, int32_t shape)
+{
+    const ll_motion *m = &ll_motions(w)[body];
+    const ll_shape *s = &ll_shapes(w)[shape];
+    ll_aabb box = ll_aabb_union(ll_tight_box(w, s, ll_poses(w)[body]), ll_tight_box(w, s, end_of(w, body)));
+    double turn = fabs(m->turn);
+    return ll_aabb_grown(box, (turn < 1 ? 0.5 * turn : 2) * ll_bodys(w)[body].extent);
+}
+
+/* So that the query of another finds it there. */
+static void cover_paths(ll_rigid *w)
+{
+    for (int32_t i = 0; i < w->awake; i++) {
+        int32_t body = ll_awakes(w)[i];
+        const ll_motion *m = &ll_motions(w)[body];
+        ll_body *b = &ll_bodys(w)[body];
+        if (b->drift + ll_length(m->d) + fabs(m->turn) * b->extent <= b->slack)
+            continue;
+        b->drift = INFINITY; /* made anew at the end of the step */
+        for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
+            ll_boxs(w)[s] = path_box(w, body, s);
+            ll_broad_of(w)->move(ll_broad_state(w), ll_boxs(w), s);
+        }
+    }
+}
+
+void ll_stop_at_first_touch(ll_rigid *w)
+{
+    w->stats.swept = w->stats.stopped = 0;
+    if (w->params.continuous != LL_CONTINUOUS_SWEPT)
+        return;
+    cover_paths(w);
+    for (int32_t i = 0; i < w->awake; i++) {
+        search s = {.world = w, .body = ll_awakes(w)[i], .other = LL_NONE, .t = 1};
+        if (!is_fast(w, s.body))
+            continue;
+        w->stats.swept++;
+        for (s.shape = ll_bodys(w)[s.body].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
+            ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, s.body, s.shape), consider, &s);
+        if (s.other != LL_NONE)
+            stop(w, &s);
+    }
+}

@@ -1,0 +1,53 @@
+#include "rigid/internal.h"
+#include "rigid/scene.h"
+
+void ll_rigid_refer(const ll_rigid *w, ll_body_reference *references, int32_t count)
+{
+    for (int32_t i = 0; i < count; i++)
+        references[i] = (ll_body_reference){ll_poses(w)[i].p, ll_bodys(w)[i].angle};
+}
+
+static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *first, ll_rigid_metrics *m)
+{
+    const ll_body *b = &ll_bodys(w)[i];
+    ll_vec2 p = ll_poses(w)[i].p, v = ll_motions(w)[i].v;
+    double spin = ll_motions(w)[i].w;
+    m->bodies++;
+    m->kinetic_energy += 0.5 * b->mass * ll_dot(v, v) + 0.5 * b->inertia * spin * spin;
+    m->potential_energy -=
+        b->mass * b->gravity_scale * (w->params.gravity_x * p.x + w->params.gravity_y * p.y);
+    m->momentum = ll_madd(m->momentum, b->mass, v);
+    m->spin_momentum += b->inertia * spin + b->mass * ll_cross(p, v);
+    m->speed_max = fmax(m->speed_max, ll_length(v));
+    if (first == NULL)
+        return;
+    m->drift_max = fmax(m->drift_max, fabs(p.x - first->position.x));
+    m->sag_max = fmax(m->sag_max, first->position.y - p.y);
+    m->tilt_max = fmax(m->tilt_max, fabs(b->angle - first->angle));
+}
+
+ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *references, int32_t count,
+                                  double beyond_x)
+{
+    ll_rigid_metrics m = {0};
+    for (int32_t i = 0; i < w->body_end; i++) {
+        if (ll_bodys(w)[i].type != LL_BODY_DYNAMIC)
+            continue;
+        measure_body(w, i, i < count ? &references[i] : NULL, &m);
+        m.passed += ll_poses(w)[i].p.x > beyond_x;
+    }
+    double sum = 0;
+    for (int32_t i = 0; i < w->contact_end; i++) {
+        ll_contact_view c;
+        if (!ll_rigid_contact_at(w, i, &c))
+            continue;
+        m.contacts++;
+        for (int k = 0; k < c.count; k++, m.points++) {
+            double depth = fmax(0, -c.at[k].separation);
+            m.penetration_max = fmax(m.penetration_max, depth);
+            sum += depth;
+        }
+    }
+    m.penetration_mean = m.points > 0 ? sum / m.points : 0;
+    return m;
+}

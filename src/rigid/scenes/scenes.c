@@ -1,0 +1,54 @@
+#include "rigid/scenes/all.h"
+
+#include <string.h>
+
+#define LL_SCENE_ROW(name) &ll_scene_##name,
+const ll_scene *const ll_scenes[] = {LL_SCENES(LL_SCENE_ROW)};
+const int ll_scene_count = sizeof ll_scenes / sizeof ll_scenes[0];
+
+#define REAL(field, low, high, of, text)                                                                     \
+    {                                                                                                        \
+        .name = #field, .type = LL_PARAM_REAL, .offset = offsetof(ll_scene_args, field), .min = low,         \
+        .max = high, .unit = of, .help = text                                                                \
+    }
+
+static const ll_param rows[] = {
+    {.name = "size",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_scene_args, size),
+     .max = 100000,
+     .help = "Rows, bodies along a side or links; 0: as the scene has it."},
+    REAL(ratio, 0, 1e6, NULL, "Ratio of masses; 0: as the scene has it."),
+    REAL(offset, 0, 1e7, "m", "How far things are out of place; 0: as the scene has it."),
+    REAL(speed, 0, 1e5, NULL, "Speed in m/s or rad/s; 0: as the scene has it."),
+    REAL(friction, 0, 10, NULL, "Friction; 0: as the scene has it."),
+};
+
+const ll_param_table ll_scene_args_table = {.name = "rigid_scene",
+                                            .help = "What varies in a scene of rigid bodies.",
+                                            .rows = rows,
+                                            .count = sizeof rows / sizeof rows[0],
+                                            .size = sizeof(ll_scene_args)};
+
+const ll_scene *ll_scene_named(const char *name)
+{
+    for (int i = 0; i < ll_scene_count; i++)
+        if (strcmp(ll_scenes[i]->name, name) == 0)
+            return ll_scenes[i];
+    return NULL;
+}
+
+static double either(double given, double standard)
+{
+    return given != 0 ? given : standard;
+}
+
+ll_scene_args ll_scene_args_of(const ll_scene *scene, const ll_scene_args *given)
+{
+    const ll_scene_args *s = &scene->standard;
+    return (ll_scene_args){.size = given->size != 0 ? given->size : s->size,
+                           .ratio = either(given->ratio, s->ratio),
+                           .offset = either(given->offset, s->offset),
+                           .speed = either(given->speed, s->speed),
+                           .friction = either(given->friction, s->friction)};
+}

@@ -1,0 +1,93 @@
+/* What contact solvers are, and what they share.
+ *
+ * A solver takes the world from the beginning of a step to its end: it changes the velocities, moves the
+ * bodies (in `ll_motion`; the poses are written when the step is finished) and stores the impulses in the
+ * contacts. One file each, one row of the table each. */
+#pragma once
+
+#include "rigid/joint.h"
+
+typedef struct ll_solver {
+    const char *name;
+    const char *help;                              /* method, cost in passes over contacts, source */
+    size_t (*size)(const ll_rigid_limits *limits); /* bytes of solver memory, a multiple of 64 */
+    void (*solve)(ll_rigid *world);
+} ll_solver;
+
+extern const ll_solver ll_solver_impulse, ll_solver_pgs, ll_solver_pgs_ngs, ll_solver_soft_step,
+    ll_solver_tgs_sticky, ll_solver_xpbd, ll_solver_avbd;
+extern const ll_solver *const ll_solvers[LL_SOLVERS];
+
+/* A spring and damper as an implicit Euler step of h solves it (Catto, "Soft Constraints", GDC 2011). */
+typedef struct ll_softness {
+    double bias_rate, mass_scale, impulse_scale;
+} ll_softness;
+
+ll_softness ll_soft(double hertz, double damping, double h);
+
+/* ---- bodies ---- */
+
+void ll_prepare_drives(ll_rigid *w, double h); /* `drive` of the awake bodies, for substeps of h */
+void ll_integrate_velocities(ll_rigid *w, double h);
+void ll_integrate_positions(ll_rigid *w, double h);
+
+/* ---- contacts, one after the other ---- */
+
+/* The awake contacts that touch, sorted by colour into `order`; colour c is from start[c] to start[c + 1].
+ * Returns their count. */
+int32_t ll_order_contacts(ll_rigid *w, int32_t start[LL_COLOUR_SLOTS + 1]);
+
+typedef struct ll_line { /* a point of a contact */
+    ll_vec2 ra, rb;      /* anchors from the centres of mass, at the beginning of the step */
+    double adjust;       /* separation = n . (gap of the anchors) + adjust */
+    double normal_mass, tangent_mass;
+    double normal_impulse, tangent_impulse;
+    double approach; /* normal velocity at the beginning of the step */
+    double most;     /* largest normal impulse in the step */
+} ll_line;
+
+typedef struct ll_touch_row {
+    int32_t contact, a, b, count;
+    double ma, ia, mb, ib; /* inverse masses and moments */
+    double friction, restitution;
+    ll_vec2 n;
+    int32_t fixed, pad; /* one of the two cannot be moved */
+    ll_line at[2];
+} ll_touch_row;
+
+typedef struct ll_touch_rows {
+    ll_touch_row *at;
+    int32_t count;
+} ll_touch_rows;
+
+size_t ll_touch_rows_size(const ll_rigid_limits *limits);
+ll_touch_rows ll_prepare_touch_rows(ll_rigid *w); /* into the solver's memory; with last step's impulses */
+void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows);
+void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows);
+double ll_line_separation(const ll_rigid *w, const ll_touch_row *row,
+                          const ll_line *line); /* where they are now */
+void ll_apply_restitution(ll_rigid *w, ll_touch_rows rows);
+
+static inline void ll_push(ll_motion *a, ll_motion *b, const ll_touch_row *r, const ll_line *line,
+                           ll_vec2 impulse)
+{
+    a->v = ll_madd(a->v, -r->ma, impulse);
+    a->w -= r->ia * ll_cross(line->ra, impulse);
+    b->v = ll_madd(b->v, r->mb, impulse);
+    b->w += r->ib * ll_cross(line->rb, impulse);
+}
+
+static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const ll_line *line)
+{
+    return ll_sub(ll_add(b->v, ll_cross_sv(b->w, line->rb)), ll_add(a->v, ll_cross_sv(a->w, line->ra)));
+}
+
+/* ---- joints, one after the other ---- */
+
+void ll_warm_start_joints(ll_rigid *w);
+/* One pass over the rows of all joints. With `bias` errors of position are corrected too. */
+void ll_solve_joints(ll_rigid *w, double h, ll_softness stiff, bool bias);
+void ll_clear_joint_impulses(ll_rigid *w);
+
+ll_pose ll_pose_now(const ll_rigid *w, int32_t body);          /* with what the step has moved so far */
+double ll_angle_now(const ll_rigid *w, const ll_joint *joint); /* of b to a */

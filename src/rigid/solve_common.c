@@ -1,0 +1,350 @@
+#include "rigid/solve.h"
+
+#include <string.h>
+
+const ll_solver *const ll_solvers[LL_SOLVERS] = {
+    &ll_solver_impulse,    &ll_solver_pgs,  &ll_solver_pgs_ngs, &ll_solver_soft_step,
+    &ll_solver_tgs_sticky, &ll_solver_xpbd, &ll_solver_avbd};
+const char *const ll_rigid_solver_names[LL_SOLVERS + 1] = {"impulse",    "pgs",  "pgs_ngs", "soft_step",
+                                                           "tgs_sticky", "xpbd", "avbd",    NULL};
+
+const char *ll_rigid_solver_help(ll_rigid_solver_kind kind)
+{
+    return ll_solvers[kind]->help;
+}
+
+ll_softness ll_soft(double hertz, double damping, double h)
+{
+    double omega = 2 * 3.14159265358979323846 * hertz;
+    double a1 = 2 * damping + h * omega, a2 = h * omega * a1, a3 = 1 / (1 + a2);
+    return hertz > 0 ? (ll_softness){omega / a1, a2 * a3, a3} : (ll_softness){0, 1, 0};
+}
+
+/* ---- bodies ---- */
+
+void ll_prepare_drives(ll_rigid *w, double h)
+{
+    ll_vec2 gravity = {w->params.gravity_x, w->params.gravity_y};
+    for (int32_t i = 0; i < w->awake; i++) {
+        int32_t k = ll_awakes(w)[i];
+        const ll_body *b = &ll_bodys(w)[k];
+        ll_drive *d = &ll_drives(w)[k];
+        *d = (ll_drive){.keep = 1, .keep_spin = 1};
+        if (b->inv_mass > 0) {
+            d->a = ll_madd(ll_scale(b->gravity_scale, gravity), b->inv_mass, b->force);
+            d->spin = b->inv_inertia * b->torque;
+            d->keep = 1 / (1 + h * b->damping);
+            d->keep_spin = 1 / (1 + h * b->spin_damping);
+        }
+    }
+}
+
+void ll_integrate_velocities(ll_rigid *w, double h)
+{
+    for (int32_t i = 0; i < w->awake; i++) {
+        int32_t k = ll_awakes(w)[i];
+        const ll_drive *d = &ll_drives(w)[k];
+        ll_motion *m = &ll_motions(w)[k];
+        m->v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
+        m->w = d->keep_spin * (m->w + h * d->spin);
+    }
+}
+
+void ll_integrate_positions(ll_rigid *w, double h)
+{
+    for (int32_t i = 0; i < w->awake; i++) {
+        ll_motion *m = &ll_motions(w)[ll_awakes(w)[i]];
+        double turn = h * m->w;
+        m->d = ll_madd(m->d, h, m->v);
+        m->q = ll_rot_mul(m->q, ll_rot_small(turn));
+        m->turn += turn;
+    }
+}
+
+ll_pose ll_pose_now(const ll_rigid *w, int32_t body)
+{
+    ll_pose pose = ll_poses(w)[body];
+    const ll_motion *m = &ll_motions(w)[body];
+    return (ll_pose){ll_add(pose.p, m->d), ll_rot_mul(pose.q, m->q)};
+}
+
+double ll_angle_now(const ll_rigid *w, const ll_joint *j)
+{
+    const ll_body *bodies = ll_bodys(w);
+    const ll_motion *m = ll_motions(w);
+    return (bodies[j->body[1]].angle - bodies[j->body[0]].angle) + (m[j->body[1]].turn - m[j->body[0]].turn);
+}
+
+/* ---- contacts ---- */
+
+int32_t ll_order_contacts(ll_rigid *w, int32_t start[LL_COLOUR_SLOTS + 1])
+{
+    const ll_contact *contacts = ll_contacts(w);
+    const int32_t *awake = ll_awake_contacts(w);
+    int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
+    for (int32_t i = 0; i < w->awake_contacts; i++) {
+        const ll_contact *c = &contacts[awake[i]];
+        if (c->colour != LL_NONE)
+            count[c->colour]++;
+    }
+    int32_t total = 0, colours = 0;
+    for (int c = 0; c < LL_COLOUR_SLOTS; c++) {
+        start[c] = total;
+        total += count[c];
+        colours += c < LL_COLOURS && count[c] > 0;
+        count[c] = start[c];
+    }
+    start[LL_COLOUR_SLOTS] = total;
+    for (int32_t i = 0; i < w->awake_contacts; i++) {
+        const ll_contact *c = &contacts[awake[i]];
+        if (c->colour == LL_NONE)
+            continue;
+        points += c->count;
+        ll_orders(w)[count[c->colour]++] = awake[i];
+    }
+    w->stats.touching = total;
+    w->stats.points = points;
+    w->stats.colours = colours;
+    w->stats.overflow = total - start[LL_COLOURS];
+    return total;
+}
+
+size_t ll_touch_rows_size(const ll_rigid_limits *limits)
+{
+    return ((size_t)limits->contacts * sizeof(ll_touch_row) + 63) & ~(size_t)63;
+}
+
+static double inverse(double k)
+{
+    return k > 0 ? 1 / k : 0;
+}
+
+static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, const ll_contact_point *p)
+{
+    line->ra = ll_rotate(ll_poses(w)[r->a].q, p->a);
+    line->rb = ll_rotate(ll_poses(w)[r->b].q, p->b);
+    line->adjust = p->adjust;
+    line->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
+    line->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
+    ll_vec2 t = ll_right(r->n);
+    double na = ll_cross(line->ra, r->n), nb = ll_cross(line->rb, r->n);
+    double ta = ll_cross(line->ra, t), tb = ll_cross(line->rb, t);
+    line->normal_mass = inverse(r->ma + r->mb + r->ia * na * na + r->ib * nb * nb);
+    line->tangent_mass = inverse(r->ma + r->mb + r->ia * ta * ta + r->ib * tb * tb);
+    line->approach = ll_dot(ll_relative(&ll_motions(w)[r->a], &ll_motions(w)[r->b], line), r->n);
+    line->most = 0;
+}
+
+ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
+{
+    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_touch_rows rows = {ll_solver_memory(w), ll_order_contacts(w, start)};
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_touch_row *r = &rows.at[i];
+        const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];
+        const ll_body *a = &ll_bodys(w)[c->body[0]], *b = &ll_bodys(w)[c->body[1]];
+        r->contact = ll_orders(w)[i];
+        r->a = c->body[0];
+        r->b = c->body[1];
+        r->count = c->count;
+        r->ma = a->inv_mass;
+        r->ia = a->inv_inertia;
+        r->mb = b->inv_mass;
+        r->ib = b->inv_inertia;
+        r->friction = c->friction;
+        r->restitution = c->restitution;
+        r->n = ll_rotate(ll_poses(w)[r->a].q, c->normal);
+        r->fixed = a->inv_mass == 0 || b->inv_mass == 0;
+        for (int k = 0; k < c->count; k++)
+            prepare_line(w, r, &r->at[k], &c->at[k]);
+    }
+    return rows;
+}
+
+void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows)
+{
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_contact *c = &ll_contacts(w)[rows.at[i].contact];
+        for (int k = 0; k < c->count; k++) {
+            c->at[k].normal_impulse = rows.at[i].at[k].normal_impulse;
+            c->at[k].tangent_impulse = rows.at[i].at[k].tangent_impulse;
+        }
+    }
+}
+
+void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows)
+{
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_touch_row *r = &rows.at[i];
+        ll_vec2 t = ll_right(r->n);
+        for (int k = 0; k < r->count; k++) {
+            const ll_line *line = &r->at[k];
+            ll_push(&ll_motions(w)[r->a], &ll_motions(w)[r->b], r, line,
+                    ll_madd(ll_scale(line->normal_impulse, r->n), line->tangent_impulse, t));
+        }
+    }
+}
+
+double ll_line_separation(const ll_rigid *w, const ll_touch_row *r, const ll_line *line)
+{
+    const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    const ll_pose *poses = ll_poses(w);
+    ll_vec2 gap = ll_add(ll_sub(poses[r->b].p, poses[r->a].p), ll_sub(b->d, a->d));
+    gap = ll_add(gap, ll_sub(ll_rotate(b->q, line->rb), ll_rotate(a->q, line->ra)));
+    return ll_dot(gap, r->n) + line->adjust;
+}
+
+/* Once, at the end: what came in fast and was pushed goes out with its share of that speed. */
+void ll_apply_restitution(ll_rigid *w, ll_touch_rows rows)
+{
+    if (w->bouncing == 0)
+        return;
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_touch_row *r = &rows.at[i];
+        for (int k = 0; k < r->count && r->restitution > 0; k++) {
+            ll_line *line = &r->at[k];
+            if (line->approach > -w->params.restitution_speed || line->most == 0)
+                continue;
+            ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+            double vn = ll_dot(ll_relative(a, b, line), r->n);
+            double sum =
+                fmax(line->normal_impulse - line->normal_mass * (vn + r->restitution * line->approach), 0);
+            double impulse = sum - line->normal_impulse;
+            line->normal_impulse = sum;
+            line->most = fmax(line->most, impulse);
+            ll_push(a, b, r, line, ll_scale(impulse, r->n));
+        }
+    }
+}
+
+/* ---- joints ---- */
+
+typedef struct pair {
+    ll_motion *a, *b;
+    double ma, ia, mb, ib;
+} pair;
+
+static pair pair_of(ll_rigid *w, const ll_joint *j)
+{
+    const ll_body *a = &ll_bodys(w)[j->body[0]], *b = &ll_bodys(w)[j->body[1]];
+    return (pair){&ll_motions(w)[j->body[0]],
+                  &ll_motions(w)[j->body[1]],
+                  a->inv_mass,
+                  a->inv_inertia,
+                  b->inv_mass,
+                  b->inv_inertia};
+}
+
+static bool joint_awake(const ll_rigid *w, const ll_joint *j)
+{
+    return j->body[0] != LL_NONE &&
+           (ll_bodys(w)[j->body[0]].awake != LL_NONE || ll_bodys(w)[j->body[1]].awake != LL_NONE);
+}
+
+static void push_row(const pair *p, const ll_row *row, double impulse)
+{
+    p->a->v = ll_madd(p->a->v, -p->ma * impulse, row->n);
+    p->a->w -= p->ia * row->ja * impulse;
+    p->b->v = ll_madd(p->b->v, p->mb * impulse, row->n);
+    p->b->w += p->ib * row->jb * impulse;
+}
+
+static double row_speed(const pair *p, const ll_row *row)
+{
+    return ll_dot(row->n, ll_sub(p->b->v, p->a->v)) + row->jb * p->b->w - row->ja * p->a->w;
+}
+
+static double row_cross(const pair *p, const ll_row *x, const ll_row *y)
+{
+    return (p->ma + p->mb) * ll_dot(x->n, y->n) + p->ia * x->ja * y->ja + p->ib * x->jb * y->jb;
+}
+
+static void rows_of(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
+{
+    memset(rows, 0, LL_ROWS * sizeof(ll_row));
+    ll_joint_row_types[j->def.type]->rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
+                                          ll_angle_now(w, j), rows);
+}
+
+void ll_warm_start_joints(ll_rigid *w)
+{
+    for (int32_t i = 0; i < w->joint_end; i++) {
+        const ll_joint *j = &ll_joints(w)[i];
+        if (!joint_awake(w, j))
+            continue;
+        ll_row rows[LL_ROWS];
+        rows_of(w, j, rows);
+        pair p = pair_of(w, j);
+        for (int k = 0; k < LL_ROWS; k++)
+            if (rows[k].kind != LL_ROW_NONE)
+                push_row(&p, &rows[k], j->impulse[k]);
+    }
+}
+
+void ll_clear_joint_impulses(ll_rigid *w)
+{
+    for (int32_t i = 0; i < w->joint_end; i++)
+        memset(ll_joints(w)[i].impulse, 0, sizeof ll_joints(w)[i].impulse);
+}
+
+/* How a row is to be solved in this pass. A spring is one in every pass. */
+static ll_softness row_softness(const ll_row *row, double h, ll_softness stiff, bool bias)
+{
+    if (row->kind == LL_ROW_MOTOR)
+        return (ll_softness){0, 1, 0};
+    if (row->hertz > 0)
+        return ll_soft(row->hertz, row->damping, h);
+    if (row->kind == LL_ROW_LIMIT && row->c > 0)
+        return (ll_softness){1 / h, 1, 0};
+    return bias ? stiff : (ll_softness){0, 1, 0};
+}
+
+static void solve_row(const pair *p, const ll_row *row, double h, ll_softness soft, double *total)
+{
+    double k = row_cross(p, row, row);
+    if (k <= 0)
+        return;
+    double speed = row_speed(p, row) - (row->kind == LL_ROW_MOTOR ? row->speed : 0);
+    double sum =
+        *total - soft.mass_scale / k * (speed + soft.bias_rate * row->c) - soft.impulse_scale * *total;
+    double most = row->most * h;
+    sum = fmin(sum, most);
+    sum = fmax(sum, row->kind == LL_ROW_LIMIT ? 0 : -most);
+    push_row(p, row, sum - *total);
+    *total = sum;
+}
+
+/* Two rows at once: a hinge under load does not give way in one direction while the other is solved. */
+static void solve_block(const pair *p, const ll_row *rows, ll_softness soft, double total[2])
+{
+    double k11 = row_cross(p, &rows[0], &rows[0]), k12 = row_cross(p, &rows[0], &rows[1]);
+    double k22 = row_cross(p, &rows[1], &rows[1]), det = k11 * k22 - k12 * k12;
+    if (det <= 0)
+        return;
+    double e0 = row_speed(p, &rows[0]) + soft.bias_rate * rows[0].c;
+    double e1 = row_speed(p, &rows[1]) + soft.bias_rate * rows[1].c;
+    double impulse[2] = {-soft.mass_scale * (k22 * e0 - k12 * e1) / det - soft.impulse_scale * total[0],
+                         -soft.mass_scale * (k11 * e1 - k12 * e0) / det - soft.impulse_scale * total[1]};
+    for (int i = 0; i < 2; i++) {
+        total[i] += impulse[i];
+        push_row(p, &rows[i], impulse[i]);
+    }
+}
+
+void ll_solve_joints(ll_rigid *w, double h, ll_softness stiff, bool bias)
+{
+    for (int32_t i = 0; i < w->joint_end; i++) {
+        ll_joint *j = &ll_joints(w)[i];
+        if (!joint_awake(w, j))
+            continue;
+        ll_row rows[LL_ROWS];
+        rows_of(w, j, rows);
+        pair p = pair_of(w, j);
+        bool block = ll_joint_row_types[j->def.type]->block;
+        for (int k = LL_ROWS; k-- > (block ? 2 : 0);)
+            if (rows[k].kind != LL_ROW_NONE)
+                solve_row(&p, &rows[k], h, row_softness(&rows[k], h, stiff, bias), &j->impulse[k]);
+        if (block)
+            solve_block(&p, rows, row_softness(&rows[0], h, stiff, bias), j->impulse);
+    }
+}

@@ -1,0 +1,7 @@
+#include "rigid/solve.h"
+static void solve(ll_rigid *w)
+{
+    ll_solver_soft_step.solve(w);
+}
+const ll_solver ll_solver_pgs_ngs = {
+    .name = "pgs_ngs", .help = "", .size = ll_touch_rows_size, .solve = solve};

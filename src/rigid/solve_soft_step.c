@@ -1,0 +1,296 @@
+/* Soft step: substeps with soft contacts, each followed by a pass that takes out the speed which the
+ * correction of overlap put in (Catto, "Solver2D", 2024, there TGS Soft; the default of Box2D 3). Contacts of
+ * one colour are solved four at a time.
+ *
+ * Passes over contacts with n substeps: 1 warm start + 2 n; friction in every second. Without joints the
+ * later substeps need no warm start: the Jacobian is constant in a step, so what the contacts hold a body
+ * with is how its velocity differs from that after gravity, and is put on it when velocities are integrated.
+ */
+#include "rigid/soft.h"
+
+#include <string.h>
+
+typedef struct batch { /* of one colour */
+    ll_wide_contact *at;
+    int32_t count;
+    bool fixed; /* one of the bodies cannot be moved: stiffer */
+    bool alone; /* overflow: bodies may be shared, one lane after the other */
+} batch;
+
+typedef struct batches {
+    batch at[LL_COLOUR_SLOTS];
+    int32_t count;
+    ll_wide_contact *all;
+    int32_t contacts; /* wide ones */
+} batches;
+
+static size_t size(const ll_rigid_limits *limits)
+{
+    return ((size_t)limits->contacts / LL_LANES + LL_COLOUR_SLOTS + 1) * sizeof(ll_wide_contact);
+}
+
+static const ll_soft_loops *loops_of(const ll_rigid *w)
+{
+#if defined(__x86_64__)
+    bool avx2 = __builtin_cpu_supports("avx2");
+#else
+    bool avx2 = false;
+#endif
+    switch ((ll_simd)w->params.simd) {
+    case LL_SIMD_SCALAR:
+        return &ll_soft_scalar;
+    case LL_SIMD_SSE2:
+        return &ll_soft_sse2;
+    default:
+        return avx2 ? &ll_soft_avx2 : &ll_soft_sse2;
+    }
+}
+
+/* ---- contacts into lanes and back ---- */
+
+static void empty_lane(const ll_rigid *w, ll_wide_contact *c, int lane)
+{
+    c->a[lane] = c->b[lane] = w->limits.bodies;
+    c->contact[lane] = LL_NONE;
+    c->points[lane] = 0;
+    c->ma[lane] = c->ia[lane] = c->mb[lane] = c->ib[lane] = 0;
+    c->nx[lane] = c->ny[lane] = c->friction[lane] = 0;
+    for (int k = 0; k < 2; k++) {
+        double *p = (double *)&c->at[k];
+        for (size_t i = 0; i < sizeof c->at[k] / sizeof(double) / LL_LANES; i++)
+            p[i * LL_LANES + (size_t)lane] = 0;
+    }
+}
+
+static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, const ll_contact_point *from,
+                       ll_rot qa, ll_rot qb, ll_vec2 gap)
+{
+    ll_wide_point *p = &c->at[k];
+    ll_vec2 n = {c->nx[lane], c->ny[lane]}, t = ll_right(n);
+    ll_vec2 ra = ll_rotate(qa, from->a), rb = ll_rotate(qb, from->b);
+    double ma = c->ma[lane], ia = c->ia[lane], mb = c->mb[lane], ib = c->ib[lane];
+    double na = ll_cross(ra, n), nb = ll_cross(rb, n), ta = ll_cross(ra, t), tb = ll_cross(rb, t);
+    double kn = ma + mb + ia * na * na + ib * nb * nb, kt = ma + mb + ia * ta * ta + ib * tb * tb;
+    p->ax[lane] = ra.x;
+    p->ay[lane] = ra.y;
+    p->bx[lane] = rb.x;
+    p->by[lane] = rb.y;
+    p->adjust[lane] = from->adjust + ll_dot(gap, n);
+    p->normal_mass[lane] = kn > 0 ? 1 / kn : 0;
+    p->tangent_mass[lane] = kt > 0 ? 1 / kt : 0;
+    p->normal_impulse[lane] = w->params.warm_start ? from->normal_impulse : 0;
+    p->tangent_impulse[lane] = w->params.warm_start ? from->tangent_impulse : 0;
+}
+
+static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t contact)
+{
+    const ll_contact *from = &ll_contacts(w)[contact];
+    const ll_body *a = &ll_bodys(w)[from->body[0]], *b = &ll_bodys(w)[from->body[1]];
+    ll_pose pa = ll_poses(w)[from->body[0]], pb = ll_poses(w)[from->body[1]];
+    ll_vec2 n = ll_rotate(pa.q, from->normal);
+    if (from->count < 2)
+        empty_lane(w, c, lane);
+    c->a[lane] = from->body[0];
+    c->b[lane] = from->body[1];
+    c->contact[lane] = contact;
+    c->points[lane] = from->count;
+    c->ma[lane] = a->inv_mass;
+    c->ia[lane] = a->inv_inertia;
+    c->mb[lane] = b->inv_mass;
+    c->ib[lane] = b->inv_inertia;
+    c->nx[lane] = n.x;
+    c->ny[lane] = n.y;
+    c->friction[lane] = from->friction;
+    ll_vec2 gap = ll_sub(pb.p, pa.p);
+    for (int k = 0; k < from->count; k++)
+        fill_point(w, c, lane, k, &from->at[k], pa.q, pb.q, gap);
+}
+
+static batches prepare(ll_rigid *w)
+{
+    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_order_contacts(w, start);
+    batches all = {.all = ll_solver_memory(w)};
+    /* What stands on the ground is solved last. */
+    static const int32_t first[2] = {LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_STATIC};
+    for (int s = 0; s < LL_COLOUR_SLOTS; s++) {
+        int c = s == 0                        ? first[0]
+                : s <= LL_COLOURS_DYNAMIC     ? s - 1
+                : s == LL_COLOURS_DYNAMIC + 1 ? first[1]
+                                              : s - 2;
+        int32_t count = start[c + 1] - start[c];
+        if (count == 0)
+            continue;
+        batch *b = &all.at[all.count++];
+        *b = (batch){.at = all.all + all.contacts,
+                     .count = (count + LL_LANES - 1) / LL_LANES,
+                     .fixed = c == LL_OVERFLOW_STATIC || (c >= LL_COLOURS_DYNAMIC && c < LL_COLOURS),
+                     .alone = c >= LL_COLOURS};
+        for (int32_t i = 0; i < b->count * LL_LANES; i++) {
+            if (i < count)
+                fill_lane(w, &b->at[i / LL_LANES], i % LL_LANES, ll_orders(w)[start[c] + i]);
+            else
+                empty_lane(w, &b->at[i / LL_LANES], i % LL_LANES);
+        }
+        all.contacts += b->count;
+    }
+    return all;
+}
+
+static void store(ll_rigid *w, const batches *all)
+{
+    for (int32_t i = 0; i < all->contacts; i++)
+        for (int lane = 0; lane < LL_LANES; lane++) {
+            const ll_wide_contact *c = &all->all[i];
+            if (c->contact[lane] == LL_NONE)
+                continue;
+            ll_contact *to = &ll_contacts(w)[c->contact[lane]];
+            for (int k = 0; k < c->points[lane]; k++) {
+                to->at[k].normal_impulse = c->at[k].normal_impulse[lane];
+                to->at[k].tangent_impulse = c->at[k].tangent_impulse[lane];
+            }
+        }
+}
+
+/* ---- bounces: few contacts have them, so they are done one by one ---- */
+
+static double approach(const ll_motion *a, const ll_motion *b, const ll_wide_contact *c, int lane, int k)
+{
+    const ll_wide_point *p = &c->at[k];
+    double vx = (b->v.x - b->w * p->by[lane]) - (a->v.x - a->w * p->ay[lane]);
+    double vy = (b->v.y + b->w * p->bx[lane]) - (a->v.y + a->w * p->ax[lane]);
+    return vx * c->nx[lane] + vy * c->ny[lane];
+}
+
+/* Speeds before the step, kept where the impulses of the contact will be stored in the end. */
+static void note_approach(ll_rigid *w, const batches *all)
+{
+    for (int32_t i = 0; i < all->contacts; i++)
+        for (int lane = 0; lane < LL_LANES; lane++) {
+            const ll_wide_contact *c = &all->all[i];
+            if (c->contact[lane] == LL_NONE || ll_contacts(w)[c->contact[lane]].restitution == 0)
+                continue;
+            for (int k = 0; k < c->points[lane]; k++)
+                ll_contacts(w)[c->contact[lane]].at[k].normal_impulse =
+                    approach(&ll_motions(w)[c->a[lane]], &ll_motions(w)[c->b[lane]], c, lane, k);
+        }
+}
+
+static void bounce(ll_rigid *w, ll_wide_contact *c, int lane)
+{
+    ll_contact *contact = &ll_contacts(w)[c->contact[lane]];
+    ll_motion *a = &ll_motions(w)[c->a[lane]], *b = &ll_motions(w)[c->b[lane]];
+    for (int k = 0; k < c->points[lane]; k++) {
+        ll_wide_point *p = &c->at[k];
+        double before = contact->at[k].normal_impulse;
+        double vn = approach(a, b, c, lane, k), old = p->normal_impulse[lane];
+        if (before > -w->params.restitution_speed || vn < 0.5 * before) /* slow, or did not meet */
+            continue;
+        double sum = fmax(old - p->normal_mass[lane] * (vn + contact->restitution * before), 0);
+        double px = (sum - old) * c->nx[lane], py = (sum - old) * c->ny[lane];
+        p->normal_impulse[lane] = sum;
+        a->v = ll_sub(a->v, ll_vec(c->ma[lane] * px, c->ma[lane] * py));
+        a->w -= c->ia[lane] * (p->ax[lane] * py - p->ay[lane] * px);
+        b->v = ll_add(b->v, ll_vec(c->mb[lane] * px, c->mb[lane] * py));
+        b->w += c->ib[lane] * (p->bx[lane] * py - p->by[lane] * px);
+    }
+}
+
+static void bounce_all(ll_rigid *w, const batches *all)
+{
+    for (int32_t i = 0; i < all->contacts; i++)
+        for (int lane = 0; lane < LL_LANES; lane++)
+            if (all->all[i].contact[lane] != LL_NONE &&
+                ll_contacts(w)[all->all[i].contact[lane]].restitution > 0)
+                bounce(w, &all->all[i], lane);
+}
+
+/* ---- substeps ---- */
+
+/* After gravity: what the contacts held the body with in the substep before. */
+static void integrate_velocities(ll_rigid *w, double h, bool held)
+{
+    for (int32_t i = 0; i < w->awake; i++) {
+        int32_t k = ll_awakes(w)[i];
+        ll_drive *d = &ll_drives(w)[k];
+        ll_motion *m = &ll_motions(w)[k];
+        ll_vec2 v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
+        double spin = d->keep_spin * (m->w + h * d->spin);
+        m->v = held ? ll_add(v, d->held) : v;
+        m->w = held ? spin + d->held_spin : spin;
+        d->held = v;
+        d->held_spin = spin;
+    }
+}
+
+static void note_held(ll_rigid *w)
+{
+    for (int32_t i = 0; i < w->awake; i++) {
+        int32_t k = ll_awakes(w)[i];
+        ll_drive *d = &ll_drives(w)[k];
+        d->held = ll_sub(ll_motions(w)[k].v, d->held);
+        d->held_spin = ll_motions(w)[k].w - d->held_spin;
+    }
+}
+
+typedef void pass_function(ll_wide_contact *at, int32_t count, ll_motion *motions, const ll_soft_pass *pass);
+
+static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_function *alone,
+                     const ll_soft_pass pass[2])
+{
+    for (int32_t i = 0; i < all->count; i++) {
+        const batch *b = &all->at[i];
+        (b->alone ? alone : wide)(b->at, b->count, ll_motions(w), &pass[b->fixed]);
+    }
+}
+
+static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, double h, bool first)
+{
+    const ll_rigid_params *p = &w->params;
+    double hertz = fmin(p->contact_hertz, 0.125 / h);
+    bool joints = w->joints > 0;
+    ll_softness stiff = ll_soft(fmin(p->joint_hertz, 0.25 / h), p->joint_damping, h);
+    const ll_soft_pass push[2] = {{ll_soft(hertz, p->contact_damping, h), 1 / h, p->push_speed},
+                                  {ll_soft(2 * hertz, p->contact_damping, h), 1 / h, p->push_speed}};
+    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->push_speed};
+    integrate_velocities(w, h, !first && !joints);
+    if (joints && (p->warm_start || !first))
+        ll_warm_start_joints(w);
+    if (first || joints)
+        for (int32_t i = 0; i < all->count; i++)
+            (all->at[i].alone ? &ll_soft_scalar : loops)
+                ->warm_start(all->at[i].at, all->at[i].count, ll_motions(w));
+    if (joints)
+        ll_solve_joints(w, h, stiff, true);
+    pass_all(w, all, loops->solve, ll_soft_scalar.solve, push);
+    ll_integrate_positions(w, h);
+    if (joints)
+        ll_solve_joints(w, h, stiff, false);
+    pass_all(w, all, loops->relax, ll_soft_scalar.relax, (ll_soft_pass[2]){rest, rest});
+    if (!joints)
+        note_held(w);
+}
+
+static void solve(ll_rigid *w)
+{
+    double h = w->dt / (double)w->params.substeps;
+    const ll_soft_loops *loops = loops_of(w);
+    batches all = prepare(w);
+    ll_prepare_drives(w, h);
+    if (w->bouncing > 0)
+        note_approach(w, &all);
+    if (w->joints > 0 && !w->params.warm_start)
+        ll_clear_joint_impulses(w);
+    for (int64_t i = 0; i < w->params.substeps; i++)
+        substep(w, loops, &all, h, i == 0);
+    if (w->bouncing > 0)
+        bounce_all(w, &all);
+    store(w, &all);
+}
+
+const ll_solver ll_solver_soft_step = {
+    .name = "soft_step",
+    .help =
+        "Substeps with soft contacts and a relaxing pass each (TGS soft, as Box2D 3): 2 passes a substep.",
+    .size = size,
+    .solve = solve};

@@ -1,0 +1,91 @@
+/* Stacks with the standard parameters, sleeping off: the bounds that laglab promises after 10 s. */
+#include "rigid/harness.h"
+
+static void column(ll_scene_args args, double lift, double sag, double drift)
+{
+    lab l = lab_standard("column", args);
+    lab_run(&l, 600);
+    ll_rigid_metrics m = lab_measure(&l);
+    at_most("sag", m.sag_max - lift, sag);
+    at_most("drift", m.drift_max, drift);
+    at_most("tilt", m.tilt_max, 0.01);
+    lab_close(&l);
+}
+
+static void a_column_of_twenty_stands(void **state)
+{
+    (void)state;
+    column((ll_scene_args){.size = 20}, 0, 0.01, 0.01);
+}
+
+static void also_when_it_is_crooked_and_dropped(void **state)
+{
+    (void)state;
+    column((ll_scene_args){.size = 20, .offset = 0.01}, 0.1, 0.01, 0.01);
+}
+
+static void a_top_of_a_hundred_times_the_mass_is_borne(void **state)
+{
+    (void)state;
+    column((ll_scene_args){.size = 10, .ratio = 100}, 0, 0.04, 0.01);
+    column((ll_scene_args){.size = 10, .ratio = 100, .offset = 0.01}, 0.1, 0.04, 0.04);
+}
+
+/* physics.md D3: sag ~ 1 / hertz^2, four times less for twice the contact hertz. */
+static void sag_follows_the_law(void **state)
+{
+    (void)state;
+    double sag[3];
+    for (int i = 0; i < 3; i++) {
+        ll_rigid_params p = scene_params("column", (ll_scene_args){.size = 10});
+        p.substeps = 4 << i;
+        lab l = lab_open("column", (ll_scene_args){.size = 10}, &p, LL_BROAD_GRID);
+        lab_run(&l, 600);
+        sag[i] = lab_measure(&l).sag_max;
+        lab_close(&l);
+    }
+    near(sag[0] / sag[1], 4, 0.2);
+    near(sag[1] / sag[2], 4, 0.2);
+}
+
+static void a_heavy_box_on_two_stays(void **state)
+{
+    (void)state;
+    lab l = lab_standard("heavy_on_two", (ll_scene_args){0});
+    lab_run(&l, 600);
+    ll_rigid_metrics m = lab_measure(&l);
+    at_most("sag", m.sag_max, 0.01); /* 1 % of the small boxes' height */
+    at_most("drift", m.drift_max, 0.01);
+    lab_close(&l);
+}
+
+static void a_pile_of_820_stays(void **state)
+{
+    (void)state;
+    lab l = lab_standard("pyramid", (ll_scene_args){.size = 40});
+    lab_run(&l, 600);
+    ll_rigid_metrics m = lab_measure(&l);
+    at_most("sag", m.sag_max, 0.01);
+    at_most("drift", m.drift_max, 0.01);
+    lab_close(&l);
+
+    ll_rigid_params p = scene_params("pyramid", (ll_scene_args){.size = 40});
+    p.substeps = 4; /* Box2D's standard */
+    l = lab_open("pyramid", (ll_scene_args){.size = 40}, &p, LL_BROAD_GRID);
+    lab_run(&l, 600);
+    at_most("sag", lab_measure(&l).sag_max, 0.125);
+    lab_close(&l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_column_of_twenty_stands),
+        cmocka_unit_test(also_when_it_is_crooked_and_dropped),
+        cmocka_unit_test(a_top_of_a_hundred_times_the_mass_is_borne),
+        cmocka_unit_test(sag_follows_the_law),
+        cmocka_unit_test(a_heavy_box_on_two_stays),
+        cmocka_unit_test(a_pile_of_820_stays),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
