@@ -168,6 +168,19 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
     step_own(world, env, turn, &actions[turn]);
 }
 
+/* A shell flies on under gravity and drag, and lies where it would go underground. */
+static void coast(const ll_game_env *env, ll_entity *shell, double dt)
+{
+    if (!(shell->flags & LL_ENTITY_ACTIVE))
+        return;
+    const cannon_params *p = params_of(env);
+    ll_drag over = ll_drag_over(p->drag, dt);
+    ll_drag_move(env, &over, 0, &shell->x, &shell->vx);
+    ll_drag_move(env, &over, -p->gravity, &shell->y, &shell->vy);
+    if (shell->y < 0)
+        shell->y = shell->vx = shell->vy = 0;
+}
+
 static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
 {
     const cannon_tail *tail = ll_world_tail_const(world);
@@ -221,6 +234,7 @@ const ll_game ll_game_cannon = {
     .step = step,
     .own_reads_tail = true,
     .step_own = step_own,
+    .coast = coast,
     .drive = drive,
     .describe = describe,
     .scene = scene,

@@ -98,6 +98,10 @@ typedef struct ll_game {
     bool own_reads_tail;
     void (*step_own)(ll_world *world, const ll_game_env *env, int player, const ll_action *action);
 
+    /* Where an entity of others is `dt` seconds later when nothing acts on it but the world's own forces: for
+     * extrapolation. NULL: it keeps its velocity and its spin. */
+    void (*coast)(const ll_game_env *env, ll_entity *entity, double dt);
+
     /* An autopilot: what `player` does at `t`, having seen `world` as its client draws it. */
     ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script,
                        ll_time t);

@@ -9,11 +9,12 @@ static size_t round8(size_t n)
     return (n + 7) & ~(size_t)7;
 }
 
-/* The worlds latest, predicted and shown, the marks, the states. */
+/* The worlds latest, predicted and shown, the marks and the errors, the states. */
 size_t ll_client_size(ll_extent extent)
 {
     size_t world = ll_extent_size(extent);
-    return round8(sizeof(ll_client)) + 3 * world + (size_t)extent.entities * sizeof(ll_mark) +
+    return round8(sizeof(ll_client)) + 3 * world +
+           (size_t)extent.entities * (sizeof(ll_mark) + sizeof(ll_view_error)) +
            LL_STATE_RING * (sizeof(ll_received) + world);
 }
 
@@ -26,7 +27,8 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->predicted_offset = c->latest_offset + c->world_size;
     c->shown_offset = c->predicted_offset + c->world_size;
     c->marks_offset = c->shown_offset + c->world_size;
-    c->states_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
+    c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
+    c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
     memcpy(ll_client_latest(c), start, (size_t)c->world_size);
     memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
     memcpy(ll_client_shown(c), start, (size_t)c->world_size);
@@ -50,6 +52,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->clock = (ll_clock){now, 0, freq};
     c->frame = 0;
     c->period = ll_tick_time(1, freq);
+    c->framed = now - c->period;
     c->seq = c->acked = 0;
     c->tick = s->sync->drains ? 0 : s->sync->leads ? step + lead(s, freq) - 1 : step;
     c->debt = 0;
@@ -61,13 +64,19 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->confirmed = step;
     c->latest_time = c->view_time = now;
     c->latest_tick = step;
-    c->has_render = c->held_now = 0;
-    c->offset_quarter = -1;
+    c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
+    c->view_state = LL_VIEW_NEWEST;
+    c->drawn_newest = c->depth = 0;
+    c->offset_quarter = c->heard = -1;
+    c->gap = -1;
+    c->gap_deviation = c->late = 0;
     c->predicting = 0;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_shown(c), world, (size_t)c->world_size);
-    for (int i = 0; i < world->entities; i++)
+    for (int i = 0; i < world->entities; i++) {
         ll_client_marks(c)[i] = (ll_mark){.time = now};
+        ll_client_errors(c)[i] = (ll_view_error){0};
+    }
 }
 
 #define SPARE_WINDOW (2 * LL_SECOND)
@@ -224,37 +233,48 @@ static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_in
     return ll_input_message_size((int)count);
 }
 
+/* Others are drawn at a time of their own, or as the newest state has them. */
+static bool draws_by_time(const ll_client *c, const ll_client_setup *s)
+{
+    return c->newest > 0 &&
+           (s->config->interpolation || (s->sync->extrapolates && s->config->extrapolation_ms > 0));
+}
+
 static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_world *latest = ll_client_latest(c);
     ll_world *shown = ll_client_shown(c);
     ll_mark *marks = ll_client_marks(c);
-    bool interpolate = s->config->interpolation && c->newest > 0;
+    bool by_time = draws_by_time(c, s);
     for (int i = 0; i < latest->entities; i++) {
-        if (interpolate && i != c->self)
+        if (by_time && i != c->self)
             continue;
         shown->entity[i] = latest->entity[i];
         marks[i] = (ll_mark){.time = c->latest_time};
     }
     memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
-    if (interpolate) {
+    if (by_time) {
         s->sync->interpolate(c, s, now);
     } else {
-        c->has_render = 0;
-        c->alpha = 1;
+        c->has_render = c->extrapolated = c->held_now = c->dry = 0;
+        c->view_state = LL_VIEW_NEWEST;
+        c->drawn_newest = c->newest;
+        c->depth = 0;
+        c->alpha = c->time_scale = 1;
         c->buffer_ms = 0;
     }
     if (s->config->prediction) {
         shown->entity[c->self] = ll_client_predicted(c)->entity[c->self];
         marks[c->self] = (ll_mark){.time = now, .flags = LL_SHOWN_PREDICTED};
     }
+    ll_smooth_draw(c, s, now);
     int other = c->self == 0;
     c->view_time = other < shown->entities ? marks[other].time : now;
 }
 
 int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
-    c->frame++;
+    ll_client_begin_frame(c, now);
     if (c->newest > c->fresh)
         take_newest_state(c, s, now);
     if (s->config->prediction && !c->predicting)

@@ -8,6 +8,7 @@
 #include "netcode/config.h"
 #include "netcode/instruments.h"
 #include "netcode/sync.h"
+#include "netcode/view.h"
 #include "netcode/wire.h"
 
 #define LL_PENDING_RING 256 /* inputs that are not acknowledged: at most LL_PENDING_MAX of them */
@@ -40,8 +41,19 @@ typedef struct ll_received {
 typedef enum ll_shown_flag {
     LL_SHOWN_PREDICTED = 2,
     LL_SHOWN_INTERPOLATED = 4,
-    LL_SHOWN_HELD = 8
+    LL_SHOWN_HELD = 8,          /* for want of a state */
+    LL_SHOWN_EXTRAPOLATED = 32, /* beyond the newest state */
 } ll_shown_flag;
+
+/* How the others are drawn. */
+typedef enum ll_view_state {
+    LL_VIEW_NEWEST, /* as the newest state has them */
+    LL_VIEW_NORMAL, /* at a delay, in real time */
+    LL_VIEW_CATCHING_UP,
+    LL_VIEW_SLOWING,
+    LL_VIEW_STARVED, /* held: the buffer has run dry */
+    LL_VIEW_EXTRAPOLATING,
+} ll_view_state;
 
 /* How an entity is drawn. */
 typedef struct ll_mark {
@@ -50,14 +62,20 @@ typedef struct ll_mark {
     uint32_t reserved;
 } ll_mark;
 
+/* What is drawn - what is right: decays (smooth.c). */
+typedef struct ll_view_error {
+    double x, y, angle;
+} ll_view_error;
+
 typedef struct ll_client {
     int32_t self;
     uint16_t epoch;
     uint8_t predicting;
     uint8_t reserved;
-    ll_clock clock; /* of frames; a frame is a tick of the client */
-    int64_t frame;  /* number of the next frame */
-    ll_time period; /* of a frame */
+    ll_clock clock;          /* of frames; a frame is a tick of the client */
+    int64_t frame;           /* number of the next frame */
+    ll_time period;          /* of a frame */
+    ll_time framed, elapsed; /* when the last frame was, and how long after the one before it */
 
     /* inputs */
     int64_t tick;        /* the server's step that the newest input is meant for */
@@ -80,21 +98,33 @@ typedef struct ll_client {
     int64_t latest_tick;
     double update_hz;
     int64_t world_size;
-    /* from the start of this struct: worlds, and a ll_mark per entity for the one that is shown */
-    int64_t states_offset, latest_offset, predicted_offset, shown_offset, marks_offset;
+    /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
+     * shown */
+    int64_t states_offset, latest_offset, predicted_offset, shown_offset, marks_offset, errors_offset;
 
     /* interpolation */
     ll_time offset; /* server's clock - client's clock when the fastest recent packet came */
     ll_time render; /* server time that is drawn; moves forward only */
-    uint8_t has_render, held_now;
-    uint8_t reserved2[6];
+    ll_time delay;  /* interpolation delay in use */
+    double drift;   /* averaged distance from the target, ns (time_scale catch_up) */
+    uint8_t has_render, extrapolated, held_now;
+    uint8_t dry;        /* nothing newer than what is drawn is in stock */
+    uint8_t view_state; /* ll_view_state */
+    uint8_t erring;     /* an error is not zero */
+    uint8_t reserved2[2];
     ll_time offset_window[LL_OFFSET_WINDOW]; /* largest per quarter of a second */
     int64_t offset_quarter;
+    ll_time heard;             /* when the newest state came; -1 */
+    double gap, gap_deviation; /* between the arrivals of states, averages in ns; -1: none yet */
+    double late;               /* of states against the fastest, average in ns */
 
     /* drawing */
-    ll_time view_time; /* server's clock: the others are drawn as of then */
-    double alpha;      /* between the two states that are interpolated */
-    double buffer_ms;  /* newest state - drawn time */
+    ll_time view_time;    /* server's clock: the others are drawn as of then */
+    double alpha;         /* between the two states that are interpolated */
+    double buffer_ms;     /* newest state - drawn time */
+    double time_scale;    /* drawn time per time in the last frame */
+    int64_t depth;        /* states newer than what is drawn */
+    int64_t drawn_newest; /* of the states, how many had come when it was drawn */
 
     ll_pending pending[LL_PENDING_RING];
 } ll_client;
@@ -172,6 +202,19 @@ static inline const ll_mark *ll_client_marks_const(const ll_client *c)
     return (const ll_mark *)((const char *)c + c->marks_offset);
 }
 
+/* First of a frame, of every sync's. */
+static inline void ll_client_begin_frame(ll_client *c, ll_time now)
+{
+    c->frame++;
+    c->elapsed = now - c->framed;
+    c->framed = now;
+}
+
+static inline ll_view_error *ll_client_errors(ll_client *c)
+{
+    return (ll_view_error *)((char *)c + c->errors_offset);
+}
+
 static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
 {
     return &c->pending[seq & (LL_PENDING_RING - 1)];
@@ -187,4 +230,16 @@ void ll_predict_again(ll_client *client, const ll_client_setup *setup,
 void ll_interpolate_heard(ll_client *client,
                           const ll_received *state); /* a state came: follow the server's clock */
 void ll_interpolate_server_time(ll_client *client, const ll_client_setup *setup, ll_time now);
-void ll_blend(ll_client *client, const ll_received *a, const ll_received *b, double alpha);
+void ll_blend(ll_client *client, const ll_received *a, const ll_received *b, double alpha); /* linear */
+
+/* extrapolate.c: `from` after `dt` seconds of its own */
+void ll_extrapolate(const ll_client_setup *setup, const ll_entity *from, double dt, ll_entity *out);
+
+/* smooth.c: corrections of what is drawn */
+#define LL_SMOOTH_MAX_M 4.0 /* a larger error is not smoothed: it is drawn as a jump at once */
+
+/* What was drawn as `drawn` (errors aside) is `right`, at the same time. */
+void ll_smooth_correct(ll_client *client, int entity, const ll_entity *drawn, const ll_entity *right);
+
+/* Last of a frame: lets the errors decay and adds what is left to what is drawn. */
+void ll_smooth_draw(ll_client *client, const ll_client_setup *setup, ll_time now);

@@ -4,8 +4,10 @@
 
 #include "game/game.h"
 #include "netcode/sync.h"
+#include "netcode/view.h"
 
 static const char *const controls[] = {"script", "person", NULL};
+static const char *const corrections[] = {"snap", "smooth", NULL};
 static const char *const cheats[] = {"none", "magnitude", "rate", "budget", NULL};
 
 static const ll_param server_rows[] = {
@@ -107,6 +109,54 @@ static const ll_param player_rows[] = {
      .unit = "ms",
      .live = true,
      .help = "Added to the interpolation delay."},
+    {.name = "interpolation_method",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, interpolation_method),
+     .choices = ll_interpolation_names,
+     .live = true,
+     .help = "Between two states: linear is on the straight line, hermite on the cubic that also has their "
+             "velocities."},
+    {.name = "interpolation_delay",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, interpolation_delay),
+     .choices = ll_interpolation_delay_names,
+     .live = true,
+     .help =
+         "ratio is interpolation_ratio / update_hz, adaptive the average gap between states, 1.25 times its "
+         "deviation and the average lateness; jitter_margin_ms is added to both."},
+    {.name = "time_scale",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, time_scale),
+     .choices = ll_time_scale_names,
+     .live = true,
+     .help = "How the time that is drawn follows the link: proportional by up to a tenth faster or slower, "
+             "catch_up "
+             "2 % faster or 4 % slower once it is more than an update interval off."},
+    {.name = "extrapolation_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, extrapolation_ms),
+     .max = 1000,
+     .unit = "ms",
+     .live = true,
+     .help = "How long the others go on by their velocity when no newer state has come; then they are held. "
+             "Without interpolation they are drawn so at the server's present time."},
+    {.name = "correction",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, correction),
+     .choices = corrections,
+     .live = true,
+     .help =
+         "When what was drawn was wrong: snap jumps, smooth lets the error decay in the view, never in the "
+         "state. Errors above 4 m always jump."},
+    {.name = "correction_half_life_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, correction_half_life_ms),
+     .min = 1,
+     .max = 5000,
+     .standard = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "In this time a smoothed error halves."},
     {.name = "slack_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, slack_ticks),

@@ -21,6 +21,9 @@ typedef enum ll_control { LL_CONTROL_SCRIPT, LL_CONTROL_PERSON } ll_control;
 /* A client that does not play by the rules, to try the server's validation. */
 typedef enum ll_cheat { LL_CHEAT_NONE, LL_CHEAT_MAGNITUDE, LL_CHEAT_RATE, LL_CHEAT_BUDGET } ll_cheat;
 
+/* What becomes of the error when what is drawn was wrong. */
+typedef enum ll_correction { LL_CORRECTION_SNAP, LL_CORRECTION_SMOOTH } ll_correction;
+
 typedef struct ll_link_pair {
     ll_link_params up, down;
 } ll_link_pair;
@@ -29,10 +32,12 @@ typedef struct ll_player_config {
     char name[LL_NAME_MAX + 8];
     double lag_ms; /* one way, both directions */
     ll_link_pair link;
-    double interpolation_ratio, jitter_margin_ms;
+    double interpolation_ratio, jitter_margin_ms, extrapolation_ms, correction_half_life_ms;
     int64_t slack_ticks;
     int64_t redundancy;
-    int64_t lane; /* -1: the player's own */
+    int64_t lane;                                                  /* -1: the player's own */
+    int32_t interpolation_method, interpolation_delay, time_scale; /* indices into the tables of view.h */
+    int32_t correction;                                            /* ll_correction */
     int32_t control, script, cheat;
     bool prediction, reconciliation, interpolation;
     uint8_t reserved;

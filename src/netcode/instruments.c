@@ -17,14 +17,14 @@ const ll_metric_row ll_metric_rows[LL_METRICS] = {
     [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m",
                                   "M5: distance of the others as drawn from the truth of that time", 0.001},
     [LL_METRIC_CORRECTION] = {"correction_m", "M6: size of a correction of the own entity", 0.001},
-    [LL_METRIC_POP] = {"pop_m", "M6b: jump of the own entity as drawn when a state is taken", 0.001},
+    [LL_METRIC_POP] = {"pop_m", "M6b: how far corrections move what is drawn, per frame", 0.001},
     [LL_METRIC_BUFFER] = {"buffer_ms", "M9: how far the newest state is ahead of what is drawn", 0.1},
     [LL_METRIC_UNACKED] = {"unacked", "M2b: inputs that wait for an acknowledgement", 1},
 };
 
 size_t ll_instruments_size(int entities)
 {
-    return sizeof(ll_instruments) + (size_t)entities * sizeof(ll_smoothness);
+    return sizeof(ll_instruments) + (size_t)entities * sizeof(ll_track);
 }
 
 void ll_instruments_init(ll_instruments *in, int entities, ll_time from)
@@ -51,52 +51,52 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-/* Differences of the positions drawn: speed, acceleration, jerk; and whether a picture stands still while the
- * truth moves. */
-static void smoothness(ll_smoothness *s, double x, double truth, double dt)
+static void gauge(ll_gauge *g, double value)
 {
-    double v1 = x - s->x[0], v0 = s->x[0] - s->x[1], vb = s->x[1] - s->x[2];
-    double moved = magnitude(truth - s->truth);
-    if (s->samples >= 3) {
-        double a1 = (v1 - v0) / (dt * dt), a0 = (v0 - vb) / (dt * dt), jerk = (a1 - a0) / dt;
-        s->acceleration += a1 * a1;
-        s->jerk += jerk * jerk;
-        s->frames++;
-        s->step_max = magnitude(v1) > s->step_max ? magnitude(v1) : s->step_max;
-        s->truth_step_sum += moved;
-        s->moving += moved > 0;
-        s->frozen += moved > 0 && v1 == 0;
-        s->reversals += v1 * v0 < 0;
-    }
-    s->x[2] = s->x[1];
-    s->x[1] = s->x[0];
-    s->x[0] = x;
-    s->truth = truth;
-    s->samples++;
+    g->min = g->count == 0 || value < g->min ? value : g->min;
+    g->max = g->count == 0 || value > g->max ? value : g->max;
+    g->sum += value;
+    g->count++;
 }
 
-static void measure_own(ll_instruments *in, const ll_entity *own, const ll_entity *real, bool counts)
+static void measure_own(ll_instruments *in, const ll_entity *own, const ll_entity *real, int self,
+                        ll_time elapsed, bool counts)
 {
     double error = distance(own->x, own->y, real->x, real->y);
     in->own_error = own->x < real->x ? -error : error;
-    if (counts)
-        ll_histogram_add(&in->histogram[LL_METRIC_OWN_ERROR], error);
+    if (!counts)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_OWN_ERROR], error);
+    ll_inconsistency_add(&in->server, &in->track[self].server, error, elapsed);
+}
+
+static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
+{
+    in->held_frames += c->held_now;
+    in->extrapolated_frames += c->extrapolated;
+    if (!c->has_render)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
+    gauge(&in->depth, (double)c->depth);
+    gauge(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
+    gauge(&in->time_scale, c->time_scale);
 }
 
 void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world *world,
-                          const ll_history *history, ll_time now, double period_s)
+                          const ll_history *history, ll_time now)
 {
     const ll_world *shown = ll_client_shown_const(c);
     const ll_mark *marks = ll_client_marks_const(c);
     bool counts = now >= in->from;
     ll_moment moment = {0};
     ll_time found = LL_NEVER;
-    measure_own(in, &shown->entity[c->self], &world->entity[c->self], counts);
+    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
     in->remote_error = in->view_age = 0;
     for (int i = 0; i < world->entities; i++) {
         if (i == c->self)
             continue;
         const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
+        ll_track *track = &in->track[i];
         double error = distance(e->x, e->y, t->x, t->y), age = ll_to_ms(now - marks[i].time), x, y;
         if (error >= magnitude(in->remote_error))
             in->remote_error = e->x < t->x ? -error : error;
@@ -108,15 +108,59 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world
             moment = ll_history_find(history, found);
         }
         ll_history_at(history, moment, i, &x, &y);
-        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age);
+        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
         ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
         ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
-        smoothness(&in->smooth[i], e->x, t->x, period_s);
+        ll_inconsistency_add(&in->server, &track->server, error, c->elapsed);
+        ll_smoothness_add(&track->smooth, e->x, e->y, t->x, t->y, ll_to_s(c->elapsed));
     }
     if (!counts)
         return;
     in->frames++;
-    in->held_frames += c->held_now;
-    if (c->has_render)
-        ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms);
+    measure_buffer(in, c, now);
+}
+
+/* ---- between clients ---- */
+
+/* All pictures of entity `e` lie within the distance that is no inconsistency: mostly so for what rests. */
+static bool agree(const ll_client *const *clients, int count, int e)
+{
+    const ll_entity *first = &ll_client_shown_const(clients[0])->entity[e];
+    double x0 = first->x, x1 = x0, y0 = first->y, y1 = y0;
+    for (int i = 1; i < count; i++) {
+        const ll_entity *other = &ll_client_shown_const(clients[i])->entity[e];
+        x0 = other->x < x0 ? other->x : x0;
+        x1 = other->x > x1 ? other->x : x1;
+        y0 = other->y < y0 ? other->y : y0;
+        y1 = other->y > y1 ? other->y : y1;
+    }
+    return (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0) <= LL_EXCURSION_M * LL_EXCURSION_M;
+}
+
+static void farthest_others(const ll_client *const *clients, int count, int e, double *squares)
+{
+    for (int i = 0; i < count; i++)
+        squares[i] = 0;
+    for (int i = 0; i < count; i++)
+        for (int j = i + 1; j < count; j++) {
+            const ll_entity *a = &ll_client_shown_const(clients[i])->entity[e],
+                            *b = &ll_client_shown_const(clients[j])->entity[e];
+            double square = (a->x - b->x) * (a->x - b->x) + (a->y - b->y) * (a->y - b->y);
+            squares[i] = square > squares[i] ? square : squares[i];
+            squares[j] = square > squares[j] ? square : squares[j];
+        }
+}
+
+void ll_instruments_between(ll_instruments *const *in, const ll_client *const *clients, int count,
+                            ll_time now, ll_time elapsed)
+{
+    if (now < in[0]->from)
+        return;
+    for (int e = 0; e < in[0]->entities; e++) {
+        double squares[LL_PLAYERS_MAX] = {0};
+        if (!agree(clients, count, e))
+            farthest_others(clients, count, e, squares);
+        for (int i = 0; i < count; i++)
+            ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
+    }
 }

@@ -1,5 +1,5 @@
 /* What is measured of one player's view. M1 to M13 are the metrics of the field; their definitions stand with
- * each.
+ * each; M7 and M8 have files of their own.
  *
  * Everything is measured from virtual time `from` on, so that the start does not count. The clients write
  * what they know themselves; what needs the truth is written by the observer (instruments.c), who alone sees
@@ -11,6 +11,8 @@
 #include "base/histogram.h"
 #include "base/vtime.h"
 #include "game/history.h"
+#include "netcode/inconsistency.h"
+#include "netcode/smoothness.h"
 
 typedef enum ll_metric {
     LL_METRIC_INPUT_LATENCY,  /* M1: first frame that draws an input's effect - when it was made, ms */
@@ -21,9 +23,9 @@ typedef enum ll_metric {
     LL_METRIC_TIMELINE_ERROR, /* M5: |others as drawn - truth at the time that is drawn|, m */
     LL_METRIC_CORRECTION, /* M6: |own entity before - after a server state|, at the same tick, m; only those
                              above 0 */
-    LL_METRIC_POP,        /* M6b: the same as drawn, in the frame that takes the state, m */
-    LL_METRIC_BUFFER,     /* M9: newest state - drawn time, ms */
-    LL_METRIC_UNACKED,    /* M2b: inputs that wait for an acknowledgement */
+    LL_METRIC_POP,     /* M6b: per frame, how far corrections moved what is drawn, the farthest of all, m */
+    LL_METRIC_BUFFER,  /* M9: newest state - drawn time, ms; 0 beyond the newest */
+    LL_METRIC_UNACKED, /* M2b: inputs that wait for an acknowledgement */
     LL_METRICS,
 } ll_metric;
 
@@ -35,28 +37,36 @@ typedef struct ll_metric_row {
 
 extern const ll_metric_row ll_metric_rows[LL_METRICS];
 
-/* M8: smoothness of the others as drawn. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
-typedef struct ll_smoothness {
-    double x[3], truth;        /* the last three positions drawn, the last true one */
-    int64_t samples;           /* how many of these there are */
-    double acceleration, jerk; /* sums of squares */
-    double step_max, truth_step_sum;
-    int64_t frames, moving, frozen, reversals;
-} ll_smoothness;
+/* Mean and extremes of a value, where percentiles are not worth a histogram. */
+typedef struct ll_gauge {
+    double sum, min, max;
+    int64_t count;
+} ll_gauge;
+
+/* What is kept per entity. */
+typedef struct ll_track {
+    ll_smoothness smooth;         /* of the others */
+    ll_excursion server, clients; /* M7: against the truth; against the other clients' pictures */
+} ll_track;
 
 typedef struct ll_instruments {
     ll_time from;
     ll_histogram histogram[LL_METRICS];
     int32_t entities, reserved;
-    int64_t frames, underruns, held_frames;
-    int64_t bytes[4], packets[4];             /* M13: by ll_message, payload */
+    int64_t frames, held_frames, extrapolated_frames;
+    int64_t underruns,
+        overruns; /* M9: times that the buffer ran dry; that it was so full that the view jumped */
+    ll_gauge depth, delay_ms,
+        time_scale;                   /* M9: states in stock; drawn time behind the newest known; its rate */
+    ll_inconsistency server, clients; /* M7, over all entities */
+    int64_t bytes[4], packets[4];     /* M13: by ll_message, payload */
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
-    ll_smoothness smooth[]; /* per entity */
+    ll_track track[]; /* per entity */
 } ll_instruments;
 
 #pragma GCC diagnostic pop
@@ -72,6 +82,11 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
 
 struct ll_client;
 
-/* After a frame of `client`: compares what it draws with the truth. `period` is the time between frames. */
+/* After a frame of `client`: compares what it draws with the truth. */
 void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_world *world,
-                          const ll_history *history, ll_time now, double period_s);
+                          const ll_history *history, ll_time now);
+
+/* After the last frame of an instant: compares what the clients draw with each other (M7). The distance of an
+ * entity in one picture is that from the farthest of the others. `elapsed` since the last such instant. */
+void ll_instruments_between(ll_instruments *const *in, const struct ll_client *const *clients, int count,
+                            ll_time now, ll_time elapsed);

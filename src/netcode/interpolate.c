@@ -1,12 +1,26 @@
 /* Snapshot interpolation on the server's time stamps (paper, "Interpolation").
  *
- * The client draws others at a server time that lies ratio / update rate + margin behind the newest it could
- * know: the server's clock as brought by the fastest packet of the last two seconds. That render time moves
- * forward only; it runs at most a tenth faster or slower to follow, waits at the newest state when the buffer
- * has run dry, and jumps ahead when it is far behind. */
+ * The client draws others at a server time that lies one interpolation delay behind the newest it could know:
+ * the server's clock as brought by the fastest packet of the last two seconds. That drawn time moves forward
+ * only and follows by its time scale. Where the buffer has run dry it goes on by extrapolation up to a cap,
+ * and waits there. */
 #include "netcode/client.h"
 
-#define JUMP (250 * LL_MS)
+#define GAIN 0.25 /* of the averages of gaps and lateness, as Netcode for Entities has it */
+
+static void average_gaps(ll_client *c, const ll_received *state, ll_time sample)
+{
+    c->late += GAIN * ((double)(c->offset - sample) - c->late);
+    if (c->heard >= 0) {
+        double gap = (double)(state->arrived - c->heard);
+        if (c->gap < 0)
+            c->gap = gap;
+        double off = gap > c->gap ? gap - c->gap : c->gap - gap;
+        c->gap_deviation += GAIN * (off - c->gap_deviation);
+        c->gap += GAIN * (gap - c->gap);
+    }
+    c->heard = state->arrived;
+}
 
 void ll_interpolate_heard(ll_client *c, const ll_received *state)
 {
@@ -27,73 +41,151 @@ void ll_interpolate_heard(ll_client *c, const ll_received *state)
     for (int i = 0; i < LL_OFFSET_WINDOW; i++)
         if (c->offset_window[i] > c->offset)
             c->offset = c->offset_window[i];
+    average_gaps(c, state, sample);
+}
+
+/* ---- a place in the buffer ---- */
+
+/* Where a time of the server's lies: between two states, or behind the newest; at the ends the two are one.
+ */
+typedef struct place {
+    int64_t index; /* of `a` */
+    const ll_received *a, *b;
+    double alpha, span_s; /* of the way from a to b, and its length */
+    double beyond_s;      /* behind the newest */
+} place;
+
+static place find(ll_client *c, ll_time time)
+{
+    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
+    while (i > oldest && ll_client_state(c, i)->time > time)
+        i--;
+    place p = {.index = i, .a = ll_client_state(c, i)};
+    p.b = i + 1 < c->newest ? ll_client_state(c, i + 1) : p.a;
+    if (p.b->time > p.a->time && time > p.a->time) {
+        p.alpha = (double)(time - p.a->time) / (double)(p.b->time - p.a->time);
+        p.span_s = ll_to_s(p.b->time - p.a->time);
+    } else if (p.a == p.b && time > p.a->time) {
+        p.beyond_s = ll_to_s(time - p.a->time);
+    }
+    return p;
+}
+
+static const ll_entity *entity_of(const ll_received *state, int i)
+{
+    return &((const ll_world *)(state + 1))->entity[i];
+}
+
+static void between(const ll_interpolation *method, const place *p, int i, ll_entity *out)
+{
+    const ll_entity *a = entity_of(p->a, i), *b = entity_of(p->b, i);
+    *out = *a;
+    if (p->alpha > 0 && ((a->flags ^ b->flags) & LL_ENTITY_ACTIVE) == 0) /* else a flight began or ended */
+        method->between(a, b, p->alpha, p->span_s, out);
+}
+
+static void pose(const ll_client_setup *s, const place *p, int i, ll_entity *out)
+{
+    if (p->beyond_s > 0)
+        ll_extrapolate(s, entity_of(p->a, i), p->beyond_s, out);
+    else
+        between(ll_interpolations[s->config->interpolation_method], p, i, out);
 }
 
 void ll_blend(ll_client *c, const ll_received *a, const ll_received *b, double alpha)
 {
-    const ll_world *wa = (const ll_world *)(a + 1), *wb = (const ll_world *)(b + 1);
-    ll_world *shown = ll_client_shown(c);
+    const place p = {.a = a, .b = b, .alpha = alpha};
     c->alpha = alpha;
-    for (int i = 0; i < wa->entities; i++) {
+    for (int i = 0; i < ll_client_shown(c)->entities; i++) {
         if (i == c->self)
             continue;
-        const ll_entity *p = &wa->entity[i], *q = &wb->entity[i];
-        ll_entity *e = &shown->entity[i];
-        *e = *p;
-        if (((p->flags ^ q->flags) & LL_ENTITY_ACTIVE) ==
-            0) { /* otherwise a flight began or ended in between */
-            e->x += alpha * (q->x - p->x);
-            e->y += alpha * (q->y - p->y);
-            e->vx += alpha * (q->vx - p->vx);
-            e->vy += alpha * (q->vy - p->vy);
-            e->angle += alpha * (q->angle - p->angle);
-            e->spin += alpha * (q->spin - p->spin);
-        }
+        between(&ll_interpolation_linear, &p, i, &ll_client_shown(c)->entity[i]);
         ll_client_marks(c)[i].flags = LL_SHOWN_INTERPOLATED;
     }
 }
 
-static void advance_render_time(ll_client *c, ll_time target, ll_time newest)
+/* ---- a frame ---- */
+
+/* New states tell where the others really were when the last frame drew them by extrapolation. */
+static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
 {
-    ll_time error = target - (c->render + c->period);
-    ll_time tenth = c->period / 10;
-    if (!c->has_render || error > JUMP)
+    if (c->drawn_newest == c->newest || !c->has_render || !c->extrapolated)
+        return;
+    const place p = find(c, c->render);
+    for (int i = 0; i < ll_client_shown(c)->entities; i++) {
+        const ll_view_error *e = &ll_client_errors(c)[i];
+        ll_entity drawn = ll_client_shown(c)->entity[i], right;
+        if (i == c->self)
+            continue;
+        pose(s, &p, i, &right);
+        drawn.x -= e->x;
+        drawn.y -= e->y;
+        drawn.angle -= e->angle;
+        ll_smooth_correct(c, i, &drawn, &right);
+    }
+}
+
+/* Moves the drawn time towards `target` and tells what that was. */
+static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target, ll_time now)
+{
+    const ll_time_scale *rule = ll_time_scales[s->config->time_scale];
+    ll_time error = target - (c->render + c->elapsed), limit = rule->limit(c), step;
+    c->time_scale = 1;
+    if (!c->has_render || error > limit) {
+        s->instruments->overruns += c->has_render && now >= s->instruments->from;
         c->render = target;
-    else if (error > -JUMP)
-        c->render += c->period + (error > tenth ? tenth : error < -tenth ? -tenth : error);
-    c->has_render = 1;
-    c->held_now = c->render > newest;
-    if (c->held_now)
-        c->render = newest;
+        c->drift = 0;
+        return LL_VIEW_NORMAL;
+    }
+    step = error > -limit ? c->elapsed + rule->extra(c, error) : 0;
+    c->render += step;
+    c->time_scale = c->elapsed > 0 ? (double)step / (double)c->elapsed : 1;
+    return c->time_scale > 1.005   ? LL_VIEW_CATCHING_UP
+           : c->time_scale < 0.995 ? LL_VIEW_SLOWING
+                                   : LL_VIEW_NORMAL;
+}
+
+static void draw_others(ll_client *c, const ll_client_setup *s, const place *p, uint32_t flags)
+{
+    ll_world *shown = ll_client_shown(c);
+    ll_mark mark = {.time = p->a->time > c->render ? p->a->time : c->render, .flags = flags};
+    for (int i = 0; i < shown->entities; i++) {
+        if (i == c->self)
+            continue;
+        pose(s, p, i, &shown->entity[i]);
+        ll_client_marks(c)[i] = mark;
+    }
+    c->alpha = p->alpha;
+    c->depth = c->newest - 1 - p->index;
+    c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->time - mark.time);
 }
 
 void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_time delay =
-        (ll_time)(s->config->interpolation_ratio / c->update_hz * 1e9) + ll_ms(s->config->jitter_margin_ms);
-    const ll_received *newest = ll_client_state(c, c->newest - 1);
-    bool held_before = c->held_now;
-    advance_render_time(c, now + c->offset - delay, newest->time);
-    if (c->held_now && !held_before && now >= s->instruments->from)
-        s->instruments->underruns++;
+    const ll_player_config *config = s->config;
+    correct_extrapolation(c, s);
+    c->delay =
+        config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
+    ll_view_state state = move(c, s, now + c->offset - c->delay, now);
 
-    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
-    int64_t i = c->newest - 1;
-    while (i > oldest && ll_client_state(c, i)->time > c->render)
-        i--;
-    const ll_received *a = ll_client_state(c, i), *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : a;
-    double alpha = 0;
-    if (b->time > a->time && c->render > a->time)
-        alpha = (double)(c->render - a->time) / (double)(b->time - a->time);
-    ll_blend(c, a, b, alpha);
-    ll_time drawn = a->time > c->render ? a->time : c->render;
-    ll_mark *marks = ll_client_marks(c);
-    for (int p = 0; p < ll_client_latest(c)->entities; p++) {
-        if (p == c->self)
-            continue;
-        marks[p].time = drawn;
-        if (c->held_now)
-            marks[p].flags |= LL_SHOWN_HELD;
+    ll_time newest = ll_client_state(c, c->newest - 1)->time,
+            reach = newest + ll_ms(config->extrapolation_ms);
+    bool was_dry = c->dry, held = c->render > reach;
+    if (held) {
+        c->render = reach;
+        c->time_scale = 0;
     }
-    c->buffer_ms = ll_to_ms(newest->time - drawn);
+    c->has_render = 1;
+    c->held_now = held;
+    c->extrapolated = c->render > newest;
+    c->dry =
+        held || (c->extrapolated && config->interpolation); /* without a delay nothing is kept in stock */
+    s->instruments->underruns += c->dry && !was_dry && now >= s->instruments->from;
+    c->drawn_newest = c->newest;
+    c->view_state = (uint8_t)(held ? LL_VIEW_STARVED : c->extrapolated ? LL_VIEW_EXTRAPOLATING : state);
+
+    const place p = find(c, c->render);
+    draw_others(c, s, &p,
+                (c->extrapolated ? LL_SHOWN_EXTRAPOLATED : LL_SHOWN_INTERPOLATED) |
+                    (held ? LL_SHOWN_HELD : 0u));
 }

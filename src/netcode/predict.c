@@ -36,9 +36,9 @@ static void note_correction(ll_client *c, const ll_client_setup *s, const ll_ent
     ll_instruments *in = s->instruments;
     double dx = after->x - before->x, dy = after->y - before->y;
     double size = ll_sqrt(dx * dx + dy * dy);
-    ll_measure(in, LL_METRIC_POP, now, size);
     if (size == 0)
         return;
+    ll_smooth_correct(c, c->self, before, after);
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     in->corrections += now >= in->from;
     in->last_correction = dx < 0 ? -size : size;

@@ -22,6 +22,7 @@ typedef struct ll_sync {
     bool sends_idle;     /* an input for every tick, also when no control is touched */
     bool tells_refusals; /* a refused input is answered */
     bool drops_stale;    /* a client ignores a state that is older than the one it has */
+    bool extrapolates;   /* a client goes on beyond the newest state when it is set to */
 
     /* When the server's next step is due; LL_NEVER while it waits. */
     ll_time (*due)(const struct ll_server *server);

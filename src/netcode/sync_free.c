@@ -36,6 +36,7 @@ const ll_sync ll_sync_free = {
     .sends_idle = true,
     .tells_refusals = true,
     .drops_stale = true,
+    .extrapolates = true,
     .due = due,
     .step = step,
     .take = ll_server_receive,

@@ -62,6 +62,10 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
             if (p != c->self)
                 marks[p].flags = LL_SHOWN_HELD;
     }
+    c->view_state = held ? LL_VIEW_STARVED : LL_VIEW_NORMAL;
+    c->time_scale = held ? 0 : 1;
+    c->delay = now - render;
+    c->depth = c->newest - 1 - i;
     if (held && !c->held_now && now >= s->instruments->from)
         s->instruments->underruns++;
     c->held_now = held;

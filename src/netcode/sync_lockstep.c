@@ -44,6 +44,7 @@ const ll_sync ll_sync_lockstep = {
     .sends_idle = true,
     .tells_refusals = true,
     .drops_stale = true,
+    .extrapolates = true,
     .due = due,
     .step = step,
     .take = ll_server_receive,

@@ -297,6 +297,19 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
     return ll_ok();
 }
 
+/* Every client has drawn: their pictures are held against each other. */
+static void compare_pictures(ll_netgame *g, ll_time elapsed)
+{
+    ll_instruments *instruments[LL_PLAYERS_MAX];
+    const ll_client *clients[LL_PLAYERS_MAX];
+    int n = g->config.player_count;
+    for (int i = 0; i < n; i++) {
+        instruments[i] = ll_netgame_instruments(g, i);
+        clients[i] = ll_netgame_client(g, i);
+    }
+    ll_instruments_between(instruments, clients, n, g->now, elapsed);
+}
+
 static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
 {
     ll_client *client = ll_netgame_client(g, player);
@@ -306,7 +319,9 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
     if (bytes > 0)
         send(g, player, true, packet, bytes, r);
     ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
-                         g->now, g->env.dt);
+                         g->now);
+    if (player == g->config.player_count - 1)
+        compare_pictures(g, client->elapsed);
 }
 
 /* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and

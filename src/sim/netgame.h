@@ -89,6 +89,9 @@ struct cJSON *ll_netgame_layout(const void *config);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
+/* netgame_views.c: M7 to M9 of a player's view, added to its metrics */
+void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
+
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,
                          void (*section)(void *context, int type, int count, const void *bytes, size_t size),

@@ -76,31 +76,6 @@ static double ratio(double a, double b)
     return b > 0 ? a / b : 0;
 }
 
-static void smoothness(cJSON *player, const ll_netgame *g, int self)
-{
-    const ll_instruments *in = ll_netgame_instruments(g, self);
-    double acceleration = 0, jerk = 0, frames = 0, moving = 0, frozen = 0, reversals = 0, step = 0, ideal = 0;
-    for (int i = 0; i < in->entities; i++) {
-        const ll_smoothness *s = &in->smooth[i];
-        acceleration += s->acceleration;
-        jerk += s->jerk;
-        frames += (double)s->frames;
-        moving += (double)s->moving;
-        frozen += (double)s->frozen;
-        reversals += (double)s->reversals;
-        step = s->step_max > step ? s->step_max : step;
-        ideal += s->truth_step_sum;
-    }
-    double seconds = frames * g->env.dt;
-    cJSON *o = cJSON_AddObjectToObject(player, "smoothness");
-    number(o, "acceleration_rms_mps2", ll_sqrt(ratio(acceleration, frames)));
-    number(o, "jerk_rms_mps3", ll_sqrt(ratio(jerk, frames)));
-    number(o, "freeze_ratio", ratio(frozen, moving));
-    number(o, "reversals_per_s", ratio(reversals, seconds));
-    number(o, "step_max_m", step);
-    number(o, "step_max_over_mean", ratio(step, ratio(ideal, moving)));
-}
-
 static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 {
     static const char *const names[] = {NULL, "input", "state", "refusal"};
@@ -150,11 +125,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
         summary(o, ll_metric_rows[m].name, &in->histogram[m]);
     number(o, "corrections", (double)in->corrections);
     number(o, "corrections_per_s", seconds > 0 ? (double)in->corrections / seconds : 0);
-    smoothness(o, g, i);
-    cJSON *buffer = cJSON_AddObjectToObject(o, "buffer");
-    number(buffer, "underruns", (double)in->underruns);
-    number(buffer, "held_ratio", ratio((double)in->held_frames, (double)in->frames));
-    number(buffer, "stale_states", (double)ll_netgame_client(g, i)->stale);
+    ll_netgame_view_metrics(g, i, o);
     cJSON *inputs = cJSON_AddObjectToObject(o, "inputs");
     number(inputs, "accepted", (double)seat->accepted);
     number(inputs, "duplicate", (double)seat->duplicate);

@@ -103,14 +103,14 @@ static void corrections_are_measured_at_the_same_input(void **state)
     give(l, &as_said, 4 * LL_MS);
     frame(l, 4 * LL_MS, NULL);
     assert_int_equal(last.count, 0);
-    assert_true(of(l, LL_METRIC_POP).count == 1 && of(l, LL_METRIC_POP).max == 0);
-    assert_int_equal(of(l, LL_METRIC_CORRECTION).count, 0); /* only those above 0 */
+    assert_true(of(l, LL_METRIC_POP).count == 5 && of(l, LL_METRIC_POP).max == 0); /* each frame */
+    assert_int_equal(of(l, LL_METRIC_CORRECTION).count, 0);                        /* only those above 0 */
 
     other.entity[0].y = -4; /* 3 to the right of the 1.5 that were predicted, 4 down: by 5 */
     give(l, &other, 5 * LL_MS);
     frame(l, 5 * LL_MS, NULL);
     assert_true(of(l, LL_METRIC_CORRECTION).count == 1 && of(l, LL_METRIC_CORRECTION).max == 5);
-    assert_true(of(l, LL_METRIC_POP).count == 2 && of(l, LL_METRIC_POP).max == 5);
+    assert_true(of(l, LL_METRIC_POP).count == 6 && of(l, LL_METRIC_POP).max == 5);
     assert_true(l->instruments->last_correction == 5 && l->instruments->corrections == 1);
     assert_int_equal(last.count, 1);
     assert_int_equal(last.event.type, LL_EVENT_CORRECTION);
@@ -156,7 +156,7 @@ static void views_are_held_against_the_truth(void **state)
     shown->entity[2] = (ll_entity){.x = -4, .y = 3}; /* of 50 ms, when the truth was the same; now -8, 6 */
     marks[0].time = 100 * LL_MS;
     marks[1].time = marks[2].time = 50 * LL_MS;
-    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS, 0.02);
+    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS);
     assert_true(l->instruments->own_error == -5);
     assert_true(of(l, LL_METRIC_OWN_ERROR).count == 1 && of(l, LL_METRIC_OWN_ERROR).max == 5);
     assert_true(of(l, LL_METRIC_REMOTE_ERROR).count == 2 && of(l, LL_METRIC_REMOTE_ERROR).max == 5);
@@ -172,14 +172,14 @@ static void views_are_held_against_the_truth(void **state)
     marks[1].time = 20 * LL_MS;
     l->client->buffer_ms = 12.5;
     l->client->has_render = l->client->held_now = 1;
-    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS, 0.02);
+    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS);
     assert_true(l->instruments->remote_error == -8 && l->instruments->view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);
     assert_true(l->instruments->frames == 2 && l->instruments->held_frames == 1);
 
     ll_instruments_init(l->instruments, 3,
                         200 * LL_MS); /* before its time nothing counts, but views are told */
-    ll_instruments_frame(l->instruments, l->client, world, truth, 199 * LL_MS, 0.02);
+    ll_instruments_frame(l->instruments, l->client, world, truth, 199 * LL_MS);
     assert_true(l->instruments->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
     assert_true(l->instruments->own_error == -5 && l->instruments->remote_error == -8);
     free(truth);
@@ -207,9 +207,10 @@ static void smoothness_is_of_differences(void **state)
     for (int i = 0; i < 8; i++) {
         world->entity[1].x = truth_x[i];
         ll_client_shown(l->client)->entity[1].x = x[i];
-        ll_instruments_frame(l->instruments, l->client, world, truth, i * LL_SECOND / 2, 0.5);
+        l->client->elapsed = LL_SECOND / 2;
+        ll_instruments_frame(l->instruments, l->client, world, truth, i * LL_SECOND / 2);
     }
-    const ll_smoothness *s = &l->instruments->smooth[1];
+    const ll_smoothness *s = &l->instruments->track[1].smooth;
     assert_int_equal(s->frames, 5);
     assert_true(near(s->acceleration, 16 + 144 + 16 + 144 + 64));
     assert_true(near(s->jerk, 0 + 1024 + 256 + 1024 + 1600));
@@ -218,7 +219,7 @@ static void smoothness_is_of_differences(void **state)
     assert_int_equal(s->moving, 4);
     assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth went on; 7 to 7 stood as the truth did */
     assert_int_equal(s->reversals, 1); /* -1, 2 */
-    assert_int_equal(l->instruments->smooth[0].samples, 0); /* of the others only */
+    assert_int_equal(l->instruments->track[0].smooth.samples, 0); /* of the others only */
     free(truth);
     free(world);
     free_lone(l);

@@ -1,95 +1,5 @@
 /* The others as drawn: between which states, and of what time. */
-#include "toy.h"
-
-#include "base/rng.h"
-
-#define RATE 30
-#define DELAY (2 * LL_SECOND / RATE + 10 * LL_MS) /* ratio 2, margin 10 ms: the defaults */
-#define STATES 4096
-
-/* The server's states as they were, and the client's view of them. */
-typedef struct view {
-    lone *l;
-    int64_t sent; /* states 0 to sent - 1, state k of tick k */
-    ll_time time[STATES], arrived[STATES];
-    double x[STATES];
-    int64_t order[STATES], taken; /* of those that were taken, in the order of their coming */
-    int64_t frames;
-    ll_time now;
-} view;
-
-static view *new_view(const ll_sync *sync)
-{
-    view *v = calloc(1, sizeof *v);
-    v->l = new_lone(2, &toy, sync);
-    v->l->config.interpolation = true;
-    start_lone(v->l, 60, 0, 0);
-    return v;
-}
-
-static void free_view(view *v)
-{
-    free_lone(v->l);
-    free(v);
-}
-
-/* The path of the other: nothing that a straight line would meet by chance. */
-static double path(int64_t k)
-{
-    return ll_rng_unit(3, 1, (uint64_t)k) * 100;
-}
-
-/* The server makes a state every 1/RATE s; each comes after `lag(k)`, LL_NEVER: not at all. Runs both until
- * `until`, and calls `look` after each frame. */
-static void run(view *v, ll_time until, ll_time (*lag)(int64_t k), void (*look)(view *v))
-{
-    for (; ll_tick_time(v->frames, HZ(60)) < until; v->frames++) {
-        v->now = ll_tick_time(v->frames, HZ(60));
-        for (; ll_tick_time(v->sent, HZ(RATE)) <= v->now; v->sent++) {
-            int64_t k = v->sent;
-            assert_true(k < STATES);
-            v->time[k] = ll_tick_time(k, HZ(RATE));
-            ll_time way = lag(k);
-            v->arrived[k] = way == LL_NEVER ? LL_NEVER : v->time[k] + way;
-            v->x[k] = path(k);
-        }
-        for (;;) { /* what has come since the last frame, in the order of its coming */
-            int64_t next = -1;
-            for (int64_t k = v->sent > 200 ? v->sent - 200 : 0; k < v->sent; k++)
-                if (v->arrived[k] <= v->now && (next < 0 || v->arrived[k] < v->arrived[next]))
-                    next = k;
-            if (next < 0)
-                break;
-            packet p = state_of(next, v->time[next], 0, 2, (double[]){0, v->x[next]});
-            if (give(v->l, &p, v->arrived[next]) == LL_OUTCOME_APPLIED)
-                v->order[v->taken++] = next;
-            v->arrived[next] = LL_NEVER;
-        }
-        frame(v->l, v->now, NULL);
-        if (look != NULL)
-            look(v);
-    }
-}
-
-static const ll_entity *other(const view *v)
-{
-    return &ll_client_shown(v->l->client)->entity[1];
-}
-
-static ll_time shown_time(const view *v)
-{
-    return ll_client_marks(v->l->client)[1].time;
-}
-
-static ll_time newest_time(const view *v)
-{
-    return v->time[v->order[v->taken - 1]];
-}
-
-static bool about(ll_time a, ll_time b)
-{
-    return a - b <= 2 && b - a <= 2;
-}
+#include "drawn.h"
 
 /* What is drawn lies on the line between the two states around its time, by a search from the beginning. */
 static void is_between_its_states(const view *v)
@@ -107,12 +17,6 @@ static void is_between_its_states(const view *v)
 }
 
 /* ---- a steady link ---- */
-
-static ll_time lag_50(int64_t k)
-{
-    (void)k;
-    return 50 * LL_MS;
-}
 
 static void look_steady(view *v)
 {

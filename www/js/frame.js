@@ -2,7 +2,7 @@
 
 export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16; /* flags of a frame */
 export const PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32; /* of a view */
-export const E_FINISHED = 1, E_PREDICTED = 2, E_INTERPOLATED = 4, E_HELD = 8, E_ACTIVE = 16; /* of an entity */
+export const E_FINISHED = 1, E_PREDICTED = 2, E_INTERPOLATED = 4, E_HELD = 8, E_ACTIVE = 16, E_EXTRAPOLATED = 32; /* of an entity */
 export const INPUT = 1, STATE = 2, REFUSAL = 3, VERDICT = 16, APPLIED = 17, CORRECTION = 18, STEP = 19; /* events */
 export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
 

@@ -1,0 +1,20 @@
+#include "netcode/inconsistency.h"
+
+#include <stdbool.h>
+
+void ll_inconsistency_add(ll_inconsistency *total, ll_excursion *open, double distance, ll_time elapsed)
+{
+    if (distance <= LL_EXCURSION_M) {
+        *open = (ll_excursion){0};
+        return;
+    }
+    bool counts = open->time >= LL_EXCURSION;
+    double part = distance * ll_to_s(elapsed);
+    open->sum += part;
+    open->time += elapsed;
+    if (open->time < LL_EXCURSION)
+        return;
+    total->sum += counts ? part : open->sum;
+    total->time += counts ? elapsed : open->time;
+    total->excursions += !counts;
+}

@@ -1,0 +1,29 @@
+/* M7: time-space inconsistency (Zhou, Cai, Lee, Turner, ACM TOMACS 14(1), 2004): how far off a picture is,
+ * and for how long.
+ *
+ * An excursion is a stretch of frames in which the distance d between two pictures of an entity is above
+ * LL_EXCURSION_M. It counts if it lasts LL_EXCURSION at least, then from its start, by the integral of d over
+ * time: a large error that passes at once and a small one that stays are both told. */
+#pragma once
+
+#include <stdint.h>
+
+#include "base/vtime.h"
+
+#define LL_EXCURSION_M 0.1
+#define LL_EXCURSION (100 * LL_MS)
+
+typedef struct ll_inconsistency {
+    double sum;   /* m s: integral of the distance over all excursions that count */
+    ll_time time; /* in them */
+    int64_t excursions;
+} ll_inconsistency;
+
+/* The excursion that is under way. */
+typedef struct ll_excursion {
+    double sum; /* m s */
+    ll_time time;
+} ll_excursion;
+
+/* For `elapsed` the distance was `distance`. */
+void ll_inconsistency_add(ll_inconsistency *total, ll_excursion *open, double distance, ll_time elapsed);
