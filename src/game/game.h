@@ -59,6 +59,11 @@ typedef struct ll_game_env {
     double derived[16];
 } ll_game_env;
 
+/* Some of the entities of a world. */
+typedef struct ll_entity_set {
+    uint64_t bits[(LL_ENTITIES_MAX + 63) / 64];
+} ll_entity_set;
+
 typedef enum ll_script { LL_SCRIPT_VARIED, LL_SCRIPT_STEADY, LL_SCRIPT_IDLE } ll_script;
 
 extern const char *const ll_script_names[];
@@ -102,6 +107,15 @@ typedef struct ll_game {
      * extrapolation. NULL: it keeps its velocity and its spin. */
     void (*coast)(const ll_game_env *env, ll_entity *entity, double dt);
 
+    /* Adds to `set`, which holds some entities, whatever may touch one of them within `horizon_s` of `world`,
+     * directly or through others, whatever anybody does: never too little. NULL: nothing touches. */
+    void (*reach)(const ll_world *world, const ll_game_env *env, double horizon_s, ll_entity_set *set);
+
+    /* `step` for the entities of `set` as if they were alone; the others stay as they are. NULL where `reach`
+     * is. Cost: that of a step of so many entities. */
+    void (*step_some)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                      const ll_entity_set *set);
+
     /* An autopilot: what `player` does at `t`, having seen `world` as its client draws it. */
     ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script,
                        ll_time t);
@@ -119,6 +133,16 @@ typedef struct ll_game {
 extern const ll_game *const ll_games[]; /* NULL-terminated; the index is the choice `game` */
 extern const char *const ll_game_names[];
 extern const ll_param_table *const ll_game_tables[];
+
+static inline bool ll_entity_set_has(const ll_entity_set *set, int entity)
+{
+    return set->bits[entity >> 6] >> (entity & 63) & 1;
+}
+
+static inline void ll_entity_set_add(ll_entity_set *set, int entity)
+{
+    set->bits[entity >> 6] |= UINT64_C(1) << (entity & 63);
+}
 
 static inline size_t ll_extent_size(ll_extent extent)
 {

@@ -158,11 +158,34 @@ static void touch(ll_entity *rear, ll_entity *front, double length, double resti
     }
 }
 
-static void contacts(ll_world *world, const race_params *p)
+/* The cars that a step is about, by their players' numbers. */
+typedef struct cars {
+    int count;
+    int car[LL_PLAYERS_MAX];
+} cars;
+
+static cars everybody(const ll_world *world)
 {
+    cars c = {.count = world->players};
+    for (int i = 0; i < c.count; i++)
+        c.car[i] = i;
+    return c;
+}
+
+static cars those_of(const ll_world *world, const ll_entity_set *set)
+{
+    cars c = {0};
     for (int i = 0; i < world->players; i++)
-        for (int j = i + 1; j < world->players; j++) {
-            ll_entity *a = &world->entity[i], *b = &world->entity[j];
+        if (ll_entity_set_has(set, i))
+            c.car[c.count++] = i;
+    return c;
+}
+
+static void contacts(ll_world *world, const race_params *p, const cars *c)
+{
+    for (int i = 0; i < c->count; i++)
+        for (int j = i + 1; j < c->count; j++) {
+            ll_entity *a = &world->entity[c->car[i]], *b = &world->entity[c->car[j]];
             double gap = b->x - a->x;
             if (a->y != b->y || gap >= p->car_length || gap <= -p->car_length)
                 continue;
@@ -173,11 +196,12 @@ static void contacts(ll_world *world, const race_params *p)
         }
 }
 
-static void finish(ll_world *world, const race_params *p, ll_time now)
+static void finish(ll_world *world, const race_params *p, const cars *c, ll_time now)
 {
     race_tail *t = ll_world_tail(world);
     double line = p->lap * p->laps;
-    for (int i = 0; i < world->players; i++) {
+    for (int k = 0; k < c->count; k++) {
+        int i = c->car[k];
         ll_entity *car = &world->entity[i];
         if (car->x < line || (car->flags & LL_ENTITY_FINISHED))
             continue;
@@ -187,13 +211,47 @@ static void finish(ll_world *world, const race_params *p, ll_time now)
     }
 }
 
-static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+static void advance(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                    const cars *c)
 {
     const race_params *p = params_of(env);
-    for (int i = 0; i < world->players; i++)
-        move(&world->entity[i], env, actions[i].axis[0]);
-    contacts(world, p);
-    finish(world, p, now);
+    for (int k = 0; k < c->count; k++)
+        move(&world->entity[c->car[k]], env, actions[c->car[k]].axis[0]);
+    contacts(world, p, c);
+    finish(world, p, c, now);
+}
+
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+{
+    cars all = everybody(world);
+    advance(world, env, actions, now, &all);
+}
+
+static void step_some(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                      const ll_entity_set *set)
+{
+    cars some = those_of(world, set);
+    advance(world, env, actions, now, &some);
+}
+
+/* A car may stop and the one behind it go on at top speed; a contact adds at most a car's length of pushing.
+ */
+static void reach(const ll_world *world, const ll_game_env *env, double horizon_s, ll_entity_set *set)
+{
+    const race_params *p = params_of(env);
+    double far = 2 * p->car_length + p->top_speed * horizon_s;
+    for (bool grown = true; grown;) {
+        grown = false;
+        cars in = those_of(world, set);
+        for (int j = 0; j < world->players; j++)
+            for (int k = 0; k < in.count && !ll_entity_set_has(set, j); k++) {
+                const ll_entity *a = &world->entity[in.car[k]], *b = &world->entity[j];
+                if (a->y == b->y && b->x - a->x < far && b->x - a->x > -far) {
+                    ll_entity_set_add(set, j);
+                    grown = true;
+                }
+            }
+    }
 }
 
 static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
@@ -257,6 +315,8 @@ const ll_game ll_game_race = {
     .init = init,
     .step = step,
     .step_own = step_own,
+    .reach = reach,
+    .step_some = step_some,
     .drive = drive,
     .describe = describe,
     .scene = scene,

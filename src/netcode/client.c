@@ -1,8 +1,9 @@
 #include "netcode/client.h"
 
-#include "netcode/validate.h"
-
 #include <string.h>
+
+#include "netcode/scope.h"
+#include "netcode/validate.h"
 
 static size_t round8(size_t n)
 {
@@ -71,6 +72,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->gap = -1;
     c->gap_deviation = c->late = 0;
     c->predicting = 0;
+    memset(c->told, 0, sizeof c->told);
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_shown(c), world, (size_t)c->world_size);
     for (int i = 0; i < world->entities; i++) {
@@ -106,8 +108,24 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
 }
 
+/* What each player's controls were, but for the own. Returns what follows. */
+static const char *take_controls(ll_client *c, const char *at)
+{
+    int players = ll_client_latest(c)->players;
+    for (int i = 0; i < players; i++) {
+        ll_controls controls;
+        if (i == c->self)
+            continue;
+        memcpy(&controls, at, sizeof controls);
+        at += sizeof controls;
+        c->told[i] = (ll_action){{controls.axis[0], controls.axis[1]}, controls.buttons, 0};
+    }
+    return at;
+}
+
 static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, ll_time now)
 {
+    const char *at = packet + sizeof(ll_state_message);
     ll_state_message m;
     memcpy(&m, packet, sizeof m);
     if (s->sync->drops_stale && m.tick <= c->newest_tick) {
@@ -116,7 +134,9 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     }
     ll_received *r = ll_client_state(c, c->newest++);
     *r = (ll_received){m.tick, m.time, now, m.head.seq, 0};
-    memcpy(ll_received_world(r), packet + sizeof m, (size_t)c->world_size);
+    if (m.head.count & LL_PART_CONTROLS)
+        at = take_controls(c, at);
+    memcpy(ll_received_world(r), at, (size_t)c->world_size);
     c->newest_tick = m.tick;
     c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
@@ -156,13 +176,15 @@ static void acknowledge(ll_client *c, const ll_client_setup *s, const ll_receive
 static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_received *state = ll_client_state(c, c->newest - 1);
+    uint32_t acked = c->acked;
     c->fresh = c->newest;
+    acknowledge(c, s, state, now);
+    bool foretold = s->config->prediction && ll_foretold(c, s, state, acked);
     c->latest_time = state->time;
     c->latest_tick = state->tick;
-    acknowledge(c, s, state, now);
     memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
     if (s->config->prediction)
-        ll_reconcile(c, s, state, now);
+        ll_reconcile(c, s, foretold, now);
 }
 
 static ll_action control(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -225,7 +247,9 @@ static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_in
     if (s->sync->waits && open > count && (c->frame & 1))
         first = c->acked + 1;
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
-    m->tick = c->tick - (int64_t)(c->seq - first);
+    m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
+    m->wants =
+        s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses ? LL_PART_CONTROLS : 0;
     if (s->config->cheat == LL_CHEAT_BUDGET)
         m->tick += 1000;
     for (uint32_t i = 0; i < count; i++)
@@ -263,10 +287,8 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
         c->alpha = c->time_scale = 1;
         c->buffer_ms = 0;
     }
-    if (s->config->prediction) {
-        shown->entity[c->self] = ll_client_predicted(c)->entity[c->self];
-        marks[c->self] = (ll_mark){.time = now, .flags = LL_SHOWN_PREDICTED};
-    }
+    if (s->config->prediction)
+        ll_draw_predicted(c, now);
     ll_smooth_draw(c, s, now);
     int other = c->self == 0;
     c->view_time = other < shown->entities ? marks[other].time : now;
@@ -277,9 +299,10 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
     ll_client_begin_frame(c, now);
     if (c->newest > c->fresh)
         take_newest_state(c, s, now);
-    if (s->config->prediction && !c->predicting)
-        ll_predict_again(c, s, ll_client_latest(c));
-    c->predicting = s->config->prediction;
+    uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
+    if (predicting != 0 && predicting != c->predicting)
+        ll_predict_again(c, s);
+    c->predicting = predicting;
 
     ll_action action = control(c, s, now);
     int made = inputs_due(c, s, &action);

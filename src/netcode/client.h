@@ -20,12 +20,12 @@
 
 #define LL_OFFSET_WINDOW 8 /* quarters of a second over which the fastest packet counts */
 
-/* An input that was made, and where it had put the player's own entity. */
+/* An input that was made. */
 typedef struct ll_pending {
     uint32_t seq;
     uint32_t shown; /* its effect has been drawn */
     ll_time made;
-    ll_entity after;
+    double x; /* where it put the own entity, as predicted last */
     ll_action action;
 } ll_pending;
 
@@ -70,7 +70,7 @@ typedef struct ll_view_error {
 typedef struct ll_client {
     int32_t self;
     uint16_t epoch;
-    uint8_t predicting;
+    uint8_t predicting; /* 0, or 1 + the scope that the predicted world was made with */
     uint8_t reserved;
     ll_clock clock;          /* of frames; a frame is a tick of the client */
     int64_t frame;           /* number of the next frame */
@@ -97,10 +97,16 @@ typedef struct ll_client {
     ll_time latest_time; /* server's clock, of the state that was taken last */
     int64_t latest_tick;
     double update_hz;
+    ll_action told[LL_PLAYERS_MAX]; /* others' controls at the newest state; zeroes until it tells */
     int64_t world_size;
     /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
      * shown */
     int64_t states_offset, latest_offset, predicted_offset, shown_offset, marks_offset, errors_offset;
+
+    /* prediction */
+    int64_t predicted_tick;            /* of the predicted world */
+    ll_entity_set predicted;           /* what of it is stepped */
+    ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
 
     /* interpolation */
     ll_time offset; /* server's clock - client's clock when the fastest recent packet came */
@@ -220,11 +226,13 @@ static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
     return &c->pending[seq & (LL_PENDING_RING - 1)];
 }
 
-/* predict.c: the own entity */
+/* predict.c: what is in the prediction's scope */
 void ll_predict_input(ll_client *client, const ll_client_setup *setup, ll_pending *input);
-void ll_reconcile(ll_client *client, const ll_client_setup *setup, ll_received *state, ll_time now);
-void ll_predict_again(ll_client *client, const ll_client_setup *setup,
-                      const ll_world *from); /* replays what is not acked */
+void ll_predict_again(ll_client *client,
+                      const ll_client_setup *setup); /* the latest state, and what is open */
+bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);
+void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, ll_time now);
+void ll_draw_predicted(ll_client *client, ll_time now);
 
 /* interpolate.c: the entities of others */
 void ll_interpolate_heard(ll_client *client,

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "game/game.h"
+#include "netcode/scope.h"
 #include "netcode/sync.h"
 #include "netcode/view.h"
 
@@ -81,6 +82,14 @@ static const ll_param player_rows[] = {
      .offset = offsetof(ll_player_config, prediction),
      .live = true,
      .help = "The client moves its own entity by its own inputs at once."},
+    {.name = "prediction_scope",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, prediction_scope),
+     .choices = ll_scope_names,
+     .live = true,
+     .help = "What the client predicts: its own entity, also whatever may touch it, or the whole world; "
+             "others by "
+             "what their controls were when last heard of."},
     {.name = "reconciliation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_player_config, reconciliation),

@@ -39,8 +39,9 @@ typedef struct ll_player_config {
     int32_t interpolation_method, interpolation_delay, time_scale; /* indices into the tables of view.h */
     int32_t correction;                                            /* ll_correction */
     int32_t control, script, cheat;
+    int32_t prediction_scope; /* index into ll_scopes */
     bool prediction, reconciliation, interpolation;
-    uint8_t reserved;
+    uint8_t reserved[5];
 } ll_player_config;
 
 extern const ll_param_table ll_server_table;

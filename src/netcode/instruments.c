@@ -82,6 +82,21 @@ static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
     gauge(&in->time_scale, c->time_scale);
 }
 
+/* M5 of what is drawn ahead of the server. */
+static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn, ll_time time,
+                          const ll_history *history, ll_time now)
+{
+    ll_awaited *a = &in->track[entity].awaited;
+    double x, y;
+    if (a->time > 0 && a->time <= now) {
+        ll_history_at(history, ll_history_find(history, a->time), entity, &x, &y);
+        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(a->x, a->y, x, y));
+        a->time = 0;
+    }
+    if (a->time == 0 && time > now)
+        *a = (ll_awaited){time, drawn->x, drawn->y};
+}
+
 void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world *world,
                           const ll_history *history, ll_time now)
 {
@@ -103,14 +118,17 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world
         in->view_age = age > in->view_age ? age : in->view_age;
         if (!counts)
             continue;
-        if (marks[i].time != found) {
-            found = marks[i].time;
-            moment = ll_history_find(history, found);
-        }
-        ll_history_at(history, moment, i, &x, &y);
         ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
         ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
-        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
+        measure_ahead(in, i, e, marks[i].time, history, now);
+        if (marks[i].time <= now) {
+            if (marks[i].time != found) {
+                found = marks[i].time;
+                moment = ll_history_find(history, found);
+            }
+            ll_history_at(history, moment, i, &x, &y);
+            ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
+        }
         ll_inconsistency_add(&in->server, &track->server, error, c->elapsed);
         ll_smoothness_add(&track->smooth, e->x, e->y, t->x, t->y, ll_to_s(c->elapsed));
     }

@@ -46,10 +46,18 @@ typedef struct ll_gauge {
     int64_t count;
 } ll_gauge;
 
+/* An entity as predicted for a time that the server has not reached: the truth of then is compared with it
+ * when it is there. One at a time, since a lead is short. */
+typedef struct ll_awaited {
+    ll_time time; /* 0: none */
+    double x, y;
+} ll_awaited;
+
 /* What is kept per entity. */
 typedef struct ll_track {
     ll_smoothness smooth;         /* of the others */
     ll_excursion server, clients; /* M7: against the truth; against the other clients' pictures */
+    ll_awaited awaited;           /* M5 of what is drawn ahead of the server */
 } ll_track;
 
 typedef struct ll_instruments {
@@ -66,7 +74,8 @@ typedef struct ll_instruments {
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
-    ll_track track[]; /* per entity */
+    int64_t replays, replayed; /* M14: reconciliations that applied inputs again, and how many */
+    ll_track track[];          /* per entity */
 } ll_instruments;
 
 #pragma GCC diagnostic pop
@@ -78,6 +87,12 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
 {
     if (now >= in->from)
         ll_histogram_add(&in->histogram[metric], value);
+}
+
+static inline void ll_count_replay(ll_instruments *in, uint32_t inputs, ll_time now)
+{
+    in->replays += now >= in->from;
+    in->replayed += now >= in->from ? inputs : 0;
 }
 
 struct ll_client;

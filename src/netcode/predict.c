@@ -1,44 +1,124 @@
-/* Prediction and reconciliation of a client's own entity (paper, "Working Around Lockstep Delay"; Figure 12).
+/* Prediction and reconciliation (paper, "Working Around Lockstep Delay"; Figure 12).
  *
- * Each input remembers where it had put the entity. A state of the server tells where the acknowledged input
- * really put it: when the two are equal to the bit nothing has to be done; otherwise the inputs that the
- * server has not seen are applied again on top of its state. Cost: one entity step per open input and
- * correction. */
+ * The predicted world is the server's latest state with the inputs that it does not include applied on top,
+ * in the player's prediction scope. When a state comes, the state before it is stepped to the same tick by
+ * the same inputs and guesses. If what is in scope then equals the new state to the bit, the predicted world
+ * is right as it stands; otherwise it is made again from the new state. Cost: a step of the scope for each
+ * tick between two states, and one for each open input where something was mispredicted. */
 #include <string.h>
 
 #include "base/detmath.h"
 #include "netcode/client.h"
+#include "netcode/scope.h"
+
+static const ll_scope *scope_of(const ll_client_setup *s)
+{
+    return ll_scopes[s->config->prediction_scope];
+}
+
+static uint8_t mark_of(const ll_client_setup *s)
+{
+    return (uint8_t)(1 + s->config->prediction_scope);
+}
+
+static ll_time time_of(const ll_client *c, int64_t tick) /* by the server's clock */
+{
+    return c->latest_time + (tick - c->latest_tick) * c->period;
+}
+
+static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
+{
+    c->guessed[c->self] = *own;
+    scope_of(s)->step(s->game, s->env, world, c->guessed, time_of(c, tick), c->self, &c->predicted);
+}
 
 void ll_predict_input(ll_client *c, const ll_client_setup *s, ll_pending *input)
 {
-    ll_world *world = ll_client_predicted(c);
-    s->game->step_own(world, s->env, c->self, &input->action);
-    input->after = world->entity[c->self];
+    step(c, s, ll_client_predicted(c), &input->action, ++c->predicted_tick);
+    input->x = ll_client_predicted(c)->entity[c->self].x;
 }
 
-void ll_predict_again(ll_client *c, const ll_client_setup *s, const ll_world *from)
+/* What is in scope from a state at `tick` to the client's newest input, and on until the next state. */
+static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const ll_world *state, int64_t tick)
 {
-    memcpy(ll_client_predicted(c), from, (size_t)c->world_size);
+    ll_entity_set set = {{0}};
+    double horizon_s = (double)(c->tick - tick + 1) * s->env->dt;
+    if (c->update_hz > 0)
+        horizon_s += 1 / c->update_hz;
+    scope_of(s)->choose(s->game, s->env, state, c->self, horizon_s, &set);
+    return set;
+}
+
+/* The predicted world is the latest state. */
+static void begin(ll_client *c, const ll_client_setup *s)
+{
+    memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
+    memcpy(c->guessed, c->told, sizeof c->guessed);
+    c->predicted = choose(c, s, ll_client_latest(c), c->latest_tick);
+    c->predicted_tick = c->latest_tick;
+}
+
+/* The steps between a state and the one that a player's first input is for: the server makes them with no
+ * input. */
+static int64_t steps_before(const ll_client *c, const ll_client_setup *s)
+{
+    int64_t first = c->tick - (int64_t)c->seq + 1, steps = first - 1 - c->latest_tick;
+    return c->acked > 0 || s->sync->drains || steps > LL_PENDING_RING ? 0 : steps;
+}
+
+void ll_predict_again(ll_client *c, const ll_client_setup *s)
+{
+    const ll_action none = {0};
+    begin(c, s);
+    for (int64_t k = steps_before(c, s); k > 0; k--)
+        step(c, s, ll_client_predicted(c), &none, ++c->predicted_tick);
     for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
         ll_predict_input(c, s, ll_client_pending(c, seq));
 }
 
-static bool as_predicted(ll_client *c, const ll_client_setup *s, const ll_world *truth, uint32_t acked)
+static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
 {
-    const ll_pending *p = ll_client_pending(c, acked);
-    return acked > 0 && !s->game->own_reads_tail && p->seq == acked &&
-           memcmp(&p->after, &truth->entity[c->self], sizeof p->after) == 0;
+    for (int i = 0; i < players && scope_of(s)->guesses; i++)
+        if (i != c->self && memcmp(&c->guessed[i], &c->told[i], sizeof c->told[i]) != 0)
+            return false;
+    return true;
 }
 
-static void note_correction(ll_client *c, const ll_client_setup *s, const ll_entity *before,
-                            const ll_entity *after, int64_t tick, ll_time now)
+static bool same_in_scope(const ll_client *c, const ll_world *a, const ll_world *b)
+{
+    for (int i = 0; i < a->entities; i++)
+        if (ll_entity_set_has(&c->predicted, i) &&
+            memcmp(&a->entity[i], &b->entity[i], sizeof a->entity[i]) != 0)
+            return false;
+    return true;
+}
+
+/* Whether `state` is what the prediction was made of. `acked` is what had been acknowledged before it; steps
+ * the latest state, which is about to be replaced. */
+bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+{
+    const ll_action none = {0};
+    const ll_world *truth = (const ll_world *)(state + 1);
+    ll_world *world = ll_client_latest(c);
+    int64_t inputs = (int64_t)c->acked - acked;
+    int64_t steps = s->sync->drains ? inputs : state->tick - c->latest_tick;
+    if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_tail ||
+        !guessed_right(c, s, world->players))
+        return false;
+    if (inputs < 0 || steps < inputs || steps > LL_PENDING_RING || (steps > inputs && acked > 0))
+        return false; /* not one input a step: others were applied than the client's */
+    for (int64_t k = 1; k <= steps; k++) {
+        bool before = k <= steps - inputs;
+        uint32_t seq = acked + (uint32_t)(k - (steps - inputs));
+        step(c, s, world, before ? &none : &ll_client_pending(c, seq)->action, c->latest_tick + k);
+    }
+    ll_entity_set set = choose(c, s, truth, state->tick);
+    return memcmp(&set, &c->predicted, sizeof set) == 0 && same_in_scope(c, world, truth);
+}
+
+static void note_correction(const ll_client *c, const ll_client_setup *s, double dx, double size, ll_time now)
 {
     ll_instruments *in = s->instruments;
-    double dx = after->x - before->x, dy = after->y - before->y;
-    double size = ll_sqrt(dx * dx + dy * dy);
-    if (size == 0)
-        return;
-    ll_smooth_correct(c, c->self, before, after);
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     in->corrections += now >= in->from;
     in->last_correction = dx < 0 ? -size : size;
@@ -47,21 +127,52 @@ static void note_correction(ll_client *c, const ll_client_setup *s, const ll_ent
                                                               .player = (uint8_t)c->self,
                                                               .begin = now,
                                                               .end = now,
-                                                              .number = (uint32_t)tick,
+                                                              .number = (uint32_t)c->latest_tick,
                                                               .value = (float)in->last_correction});
 }
 
-void ll_reconcile(ll_client *c, const ll_client_setup *s, ll_received *state, ll_time now)
+/* What was and is in scope, and moved: the view learns of it. Only the own entity's are counted as
+ * corrections: others are guessed, and nobody acts by their place but the eye. */
+static void correct(ll_client *c, const ll_client_setup *s, const ll_entity_set *set, const ll_entity *before,
+                    ll_time now)
 {
-    const ll_world *truth = ll_received_world(state);
-    ll_world *predicted = ll_client_predicted(c);
-    if (!c->predicting)
-        return; /* this frame starts to predict, from the same state */
-    ll_entity before = predicted->entity[c->self];
-    if (!s->config->reconciliation)
-        memcpy(predicted, truth,
-               (size_t)c->world_size); /* the paper's plain prediction: back to what the server says */
-    else if (!as_predicted(c, s, truth, state->acked))
-        ll_predict_again(c, s, truth);
-    note_correction(c, s, &before, &predicted->entity[c->self], state->tick, now);
+    const ll_world *world = ll_client_predicted(c);
+    for (int i = 0; i < world->entities; i++) {
+        const ll_entity *after = &world->entity[i];
+        double dx = after->x - before[i].x, dy = after->y - before[i].y, size = ll_sqrt(dx * dx + dy * dy);
+        if (size == 0 || !ll_entity_set_has(set, i) || !ll_entity_set_has(&c->predicted, i))
+            continue;
+        ll_smooth_correct(c, i, &before[i], after);
+        if (i == c->self)
+            note_correction(c, s, dx, size, now);
+    }
+}
+
+void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time now)
+{
+    const ll_world *world = ll_client_predicted(c);
+    ll_entity before[LL_ENTITIES_MAX];
+    ll_entity_set set = c->predicted;
+    if (foretold || c->predicting != mark_of(s))
+        return; /* the prediction stands; or it is about to start, from the same state */
+    memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
+    if (s->config->reconciliation) {
+        ll_predict_again(c, s);
+        ll_count_replay(s->instruments, c->seq - c->acked, now);
+    } else {
+        begin(c, s); /* the paper's plain prediction: back to what the server says */
+    }
+    correct(c, s, &set, before, now);
+}
+
+void ll_draw_predicted(ll_client *c, ll_time now)
+{
+    const ll_world *world = ll_client_predicted(c);
+    ll_time present = time_of(c, c->predicted_tick);
+    for (int i = 0; i < world->entities; i++) {
+        if (!ll_entity_set_has(&c->predicted, i))
+            continue;
+        ll_client_shown(c)->entity[i] = world->entity[i];
+        ll_client_marks(c)[i] = (ll_mark){.time = i == c->self ? now : present, .flags = LL_SHOWN_PREDICTED};
+    }
 }

@@ -19,6 +19,7 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
         seat->slots[i].tick = -1;
     seat->held = (ll_action){0};
     seat->acked = 0;
+    seat->wants = 0;
     seat->newest = -1;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
@@ -75,6 +76,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
     int count = 0;
     if (message->head.epoch != server->epoch)
         return 0;
+    seat->wants = message->wants;
     for (int i = 0; i < message->head.count; i++) {
         int64_t tick = message->tick + i;
         if (tick < 1 || !is_new(seat, tick)) {
@@ -108,23 +110,43 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
     return count;
 }
 
-int ll_server_message_max(ll_extent extent)
+int ll_server_message_max(ll_extent extent, int players)
 {
-    return (int)(sizeof(ll_state_message) + ll_extent_size(extent));
+    return (int)(sizeof(ll_state_message) + (size_t)(players - 1) * sizeof(ll_controls) +
+                 ll_extent_size(extent));
+}
+
+/* Appends everybody's controls but those of `player`; returns the end. */
+static char *put_controls(const ll_server *server, int player, char *at)
+{
+    for (int i = 0; i < server->players; i++) {
+        const ll_action *held = &server->seats[i].held;
+        ll_controls controls = {{held->axis[0], held->axis[1]}, held->buttons};
+        if (i == player)
+            continue;
+        memcpy(at, &controls, sizeof controls);
+        at += sizeof controls;
+    }
+    return at;
 }
 
 int ll_server_compose(ll_server *server, int player, void *packet)
 {
     ll_seat *seat = &server->seats[player];
     size_t world = ll_world_size(ll_server_world(server));
-    ll_state_message m = {.head = {.type = LL_MESSAGE_STATE, .epoch = server->epoch, .seq = seat->acked},
+    uint8_t parts = seat->wants & LL_PART_CONTROLS;
+    ll_state_message m = {.head = {LL_MESSAGE_STATE, parts, server->epoch, seat->acked},
                           .tick = server->step,
                           .time = server->stepped,
                           .update_hz = (float)server->updates.freq / 1000.0f,
                           .slack = seat->slack,
                           .slack_seq = seat->slack_seq};
     seat->slack = LL_SLACK_UNKNOWN;
-    memcpy(packet, &m, sizeof m);
-    memcpy((char *)packet + sizeof m, ll_server_world(server), world);
-    return (int)(sizeof m + world);
+    char *at = packet;
+    memcpy(at, &m, sizeof m);
+    at += sizeof m;
+    if (parts & LL_PART_CONTROLS)
+        at = put_controls(server, player, at);
+    memcpy(at, ll_server_world(server), world);
+    return (int)(at + world - (char *)packet);
 }

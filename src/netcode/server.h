@@ -27,6 +27,8 @@ typedef struct ll_seat {
     ll_action held;                     /* the last applied: repeated for a step whose input is missing */
     uint32_t acked; /* the last input that the state includes, or that came too late to be */
     uint32_t slack_seq;
+    uint32_t wants; /* ll_part */
+    uint32_t reserved;
     int64_t seq_minus_tick;
     int64_t newest; /* tick; -1: no input yet */
     int32_t slack;  /* least since the last update */
@@ -83,4 +85,4 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. */
 int ll_server_compose(ll_server *server, int player, void *packet);
-int ll_server_message_max(ll_extent extent);
+int ll_server_message_max(ll_extent extent, int players);

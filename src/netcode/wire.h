@@ -15,19 +15,31 @@ typedef enum ll_message { LL_MESSAGE_INPUT = 1, LL_MESSAGE_STATE = 2, LL_MESSAGE
  * is void. */
 typedef struct ll_message_head {
     uint8_t type;
-    uint8_t count; /* inputs; of a refusal: the rule */
+    uint8_t count; /* inputs; of a state: its ll_part; of a refusal: the rule */
     uint16_t epoch;
     uint32_t seq; /* input: sequence number of the first; state: acknowledged; refusal: the refused */
 } ll_message_head;
 
+/* What a state may hold between its message and the world, in this order. */
+typedef enum ll_part {
+    LL_PART_CONTROLS = 1, /* an ll_controls for each player but the receiver */
+} ll_part;
+
 /* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`. */
 typedef struct ll_input_message {
     ll_message_head head;
-    int64_t tick;
+    int32_t tick;
+    uint32_t wants;                  /* ll_part: what the states to this client are to hold */
     ll_action inputs[LL_INPUTS_MAX]; /* only head.count are sent */
 } ll_input_message;
 
-/* The world follows. */
+/* What somebody's controls were at the step of a state. */
+typedef struct ll_controls {
+    float axis[2];
+    uint32_t buttons;
+} ll_controls;
+
+/* Its parts and the world follow. */
 typedef struct ll_state_message {
     ll_message_head head;
     int64_t tick; /* the server's step that this is the state after */

@@ -35,7 +35,7 @@ static ll_extent extent(const ll_netgame_config *c)
 
 static int down_arena(const ll_netgame_config *c)
 {
-    return down_slots(c) * ll_server_message_max(extent(c));
+    return down_slots(c) * ll_server_message_max(extent(c), c->player_count);
 }
 
 /* Places the parts one behind the other; with a NULL block only counts. */
@@ -110,7 +110,7 @@ static void init(void *block, const void *config)
 
     const ll_game *game = ll_netgame_game(g);
     ll_extent size_of_world = extent(c);
-    LL_ASSERT(ll_server_message_max(size_of_world) <= PACKET_MAX);
+    LL_ASSERT(ll_server_message_max(size_of_world, n) <= PACKET_MAX);
     ll_server *server = ll_netgame_server(g);
     ll_server_init(server, n);
     ll_world *world = ll_server_world(server);

@@ -92,6 +92,9 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity);
 /* netgame_views.c: M7 to M9 of a player's view, added to its metrics */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
 
+/* netgame_inputs.c: adds to the metrics of `player` what became of its inputs */
+void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,
                          void (*section)(void *context, int type, int count, const void *bytes, size_t size),

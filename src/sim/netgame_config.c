@@ -1,7 +1,9 @@
 #include "sim/netgame.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "netcode/scope.h"
 #include "sim/kinds.h"
 
 static const ll_param rows[] = {
@@ -54,6 +56,16 @@ static ll_status check(const void *object, const char *path)
 {
     const ll_netgame_config *c = object;
     (void)path;
+    for (int i = 0; i < c->player_count; i++) {
+        const ll_scope *scope = ll_scopes[c->players[i].prediction_scope];
+        char field[48];
+        snprintf(field, sizeof field, "players.%d.prediction_scope", i);
+        if (scope->guesses && ll_syncs[c->server.sync]->drains)
+            return ll_field_error(LL_BAD_INPUT, field,
+                                  "%s must be own where server.sync is %s, in which there is no step to "
+                                  "predict others by; got %s",
+                                  field, ll_syncs[c->server.sync]->name, scope->name);
+    }
     if (ll_syncs[c->server.sync]->client_steps_at_update_hz && c->server.update_hz > c->tick_hz)
         return ll_field_error(
             LL_BAD_INPUT, "server.update_hz",

@@ -135,6 +135,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     cJSON *refused = cJSON_AddObjectToObject(inputs, "refused");
     for (int rule = 1; rule < LL_RULES; rule++)
         number(refused, ll_rule_names[rule], (double)seat->refused[rule]);
+    ll_netgame_inputs_metrics(g, i, o);
     bandwidth(o, g, i);
     link_report(o, "link_up", ll_netgame_up(g, i));
     link_report(o, "link_down", ll_netgame_down(g, i));

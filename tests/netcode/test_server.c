@@ -162,7 +162,7 @@ static void ticks_before_the_first_are_void(void **state)
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
     ll_input_message m = inputs(-3, 5, (double[]){1, 1, 1, 1, 1}),
-                     far = inputs(INT64_MIN + 1, 1, (double[]){1});
+                     far = inputs(INT32_MIN + 1, 1, (double[]){1});
     ll_verdict v[LL_INPUTS_MAX];
     assert_int_equal(take(s, &ll_sync_free, &m, v), 1);
     assert_int_equal(take(s, &ll_sync_free, &far, v), 0);
@@ -269,6 +269,39 @@ static void state_tells_step_time_and_rate(void **state)
     assert_int_equal(m.tick, 2);
     assert_int_equal(m.time, 2 * LL_SECOND / 60);
     assert_true(m.update_hz == 30);
+    free(s);
+}
+
+/* Who asks is told what the others' controls were at the step, between the message and the world. */
+static void controls_are_told_to_who_asks(void **state)
+{
+    (void)state;
+    ll_server *s = new_server(3, &ll_sync_free, 60, 60);
+    ll_input_message ask = inputs(1, 1, (double[]){0.5}), other = inputs(1, 1, (double[]){-0.25});
+    size_t world = ll_world_size(ll_server_world(s));
+    char bytes[4096];
+    ll_state_message m;
+    ll_controls told[2];
+    ask.wants = LL_PART_CONTROLS;
+    other.inputs[0].buttons = LL_BUTTON_FIRE;
+    take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
+    take_at(s, &ll_sync_free, 2, &other, 0, NULL);
+    step(s, &ll_sync_free);
+    assert_int_equal(ll_server_compose(s, 2, bytes), sizeof m + world);
+    memcpy(&m, bytes, sizeof m);
+    assert_int_equal(m.head.count, 0);
+    assert_int_equal(ll_server_compose(s, 1, bytes), sizeof m + sizeof told + world);
+    assert_int_equal(sizeof m + sizeof told + world,
+                     ll_server_message_max(toy_extent(NULL, 3), 3)); /* and that is the most */
+    memcpy(&m, bytes, sizeof m);
+    memcpy(told, bytes + sizeof m, sizeof told);
+    assert_int_equal(m.head.count, LL_PART_CONTROLS);
+    assert_true(told[0].axis[0] == 0 && told[0].buttons == 0);
+    assert_true(told[1].axis[0] == -0.25f && told[1].buttons == LL_BUTTON_FIRE);
+    assert_memory_equal(bytes + sizeof m + sizeof told, ll_server_world(s), world);
+    ask.wants = 0; /* and no longer */
+    take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
+    assert_int_equal(ll_server_compose(s, 1, bytes), sizeof m + world);
     free(s);
 }
 
@@ -420,6 +453,7 @@ int main(void)
         cmocka_unit_test(ring_goes_round),
         cmocka_unit_test(slack_is_the_least_since_the_last_update),
         cmocka_unit_test(state_tells_step_time_and_rate),
+        cmocka_unit_test(controls_are_told_to_who_asks),
         cmocka_unit_test(clocks_start_again),
         cmocka_unit_test(lockstep_waits_for_everybody),
         cmocka_unit_test(lockstep_keeps_its_pace),
