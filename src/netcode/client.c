@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "base/rng.h"
 #include "netcode/scope.h"
 #include "netcode/validate.h"
 
@@ -54,6 +55,8 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->frame = 0;
     c->period = ll_tick_time(1, freq);
     c->framed = now - c->period;
+    c->due = now;
+    c->skipped = 0;
     c->seq = c->acked = 0;
     c->tick = s->sync->drains ? 0 : s->sync->leads ? step + lead(s, freq) - 1 : step;
     c->debt = 0;
@@ -195,12 +198,19 @@ static ll_action control(ll_client *c, const ll_client_setup *s, ll_time now)
         a = s->game->drive(ll_client_shown(c), s->env, c->self, (ll_script)config->script, now);
     if (config->cheat == LL_CHEAT_MAGNITUDE)
         a.axis[0] *= 1.5f;
+    if (s->sync->press_s > 0 && config->timer_jitter_ms > 0) { /* what counts is how long a key was down */
+        double ticks = (double)c->elapsed / (double)c->period;
+        a.axis[0] = (float)(a.axis[0] * ticks);
+        a.axis[1] = (float)(a.axis[1] * ticks);
+    }
     return a;
 }
 
 static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action)
 {
     int n = s->config->cheat == LL_CHEAT_RATE ? 2 : 1;
+    if (!s->sync->drains)
+        n += (int)c->skipped;
     if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0)
         return 0;
     if (c->debt > 0) {
@@ -312,4 +322,20 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
 
     draw(c, s, now);
     return compose(c, s, made, packet);
+}
+
+#define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */
+
+/* A timer that fires late sets the next one from there, as a browser's does. */
+void ll_client_set_timer(ll_client *c, const ll_client_setup *s, uint64_t seed, ll_time now)
+{
+    double late_ms = s->config->timer_jitter_ms;
+    c->due = ll_clock_time(&c->clock, c->frame);
+    c->skipped = 0;
+    if (late_ms == 0)
+        return;
+    uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->frame;
+    c->due = now + c->period + ll_ms(late_ms * ll_rng_unit(seed, TIMER_STREAM + (uint64_t)c->self, draw));
+    for (; ll_clock_time(&c->clock, c->frame + 1) <= c->due; c->frame++)
+        c->skipped++;
 }

@@ -76,6 +76,8 @@ typedef struct ll_client {
     int64_t frame;           /* number of the next frame */
     ll_time period;          /* of a frame */
     ll_time framed, elapsed; /* when the last frame was, and how long after the one before it */
+    ll_time due;             /* the next frame */
+    int64_t skipped;         /* ticks that passed without a frame, the timer being late */
 
     /* inputs */
     int64_t tick;        /* the server's step that the newest input is meant for */
@@ -162,6 +164,9 @@ int ll_client_receive(ll_client *client, const ll_client_setup *setup, const voi
 /* One frame: takes what has come, makes inputs, decides what to draw. Writes an ll_input_message and returns
  * its size, 0 when there is nothing to send. */
 int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+
+/* Sets the timer of the next frame, `client->due`: at its tick, or late as `timer_jitter_ms` has it. */
+void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, uint64_t seed, ll_time now);
 
 /* ---- between the client's files ---- */
 

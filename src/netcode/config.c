@@ -166,6 +166,15 @@ static const ll_param player_rows[] = {
      .unit = "ms",
      .live = true,
      .help = "In this time a smoothed error halves."},
+    {.name = "timer_jitter_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, timer_jitter_ms),
+     .max = 50,
+     .unit = "ms",
+     .live = true,
+     .help =
+         "The client's timer fires late by up to so much, uniformly, and sets the next from there, as a busy "
+         "browser does."},
     {.name = "slack_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, slack_ticks),

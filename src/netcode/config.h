@@ -33,6 +33,7 @@ typedef struct ll_player_config {
     double lag_ms; /* one way, both directions */
     ll_link_pair link;
     double interpolation_ratio, jitter_margin_ms, extrapolation_ms, correction_half_life_ms;
+    double timer_jitter_ms;
     int64_t slack_ticks;
     int64_t redundancy;
     int64_t lane;                                                  /* -1: the player's own */

@@ -115,8 +115,8 @@ static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
     for (int i = 0; i < ll_client_shown(c)->entities; i++) {
         const ll_view_error *e = &ll_client_errors(c)[i];
         ll_entity drawn = ll_client_shown(c)->entity[i], right;
-        if (i == c->self)
-            continue;
+        if (!(ll_client_marks(c)[i].flags & LL_SHOWN_EXTRAPOLATED))
+            continue; /* the own, or predicted */
         pose(s, &p, i, &right);
         drawn.x -= e->x;
         drawn.y -= e->y;

@@ -61,11 +61,22 @@ static void measure_slack(ll_seat *seat, int64_t ahead, uint32_t seq)
     }
 }
 
-/* What takes the place of a refused input: the one before it, or nothing where inputs are not for a step. */
-static ll_action instead(const ll_sync *sync, const ll_seat *seat, int64_t tick)
+/* What takes the place of a refused input: the one before it. */
+static ll_action instead(const ll_seat *seat, int64_t tick)
 {
     const ll_input_slot *before = &seat->slots[(tick - 1) & (LL_INPUT_RING - 1)];
-    return !sync->drains && before->tick == tick - 1 ? before->action : seat->held;
+    return before->tick == tick - 1 ? before->action : seat->held;
+}
+
+/* An input as the rules see it: where it counts for the time that a key was down, as a share of the longest,
+ * which is a tick at least. */
+static ll_action judged(const ll_server *server, const ll_sync *sync, const ll_action *input)
+{
+    ll_action a = *input;
+    double ticks = sync->press_s * (double)server->client_freq / 1000, longest = ticks > 1 ? ticks : 1;
+    a.axis[0] = (float)(a.axis[0] / longest);
+    a.axis[1] = (float)(a.axis[1] / longest);
+    return a;
 }
 
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
@@ -86,20 +97,21 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         int64_t ahead = tick - done(server, sync, seat);
         ll_verdict *verdict = &verdicts[count++];
         *verdict = (ll_verdict){.seq = message->head.seq + (uint32_t)i};
-        ll_rule rule = ll_validate(&message->inputs[i], ahead, &seat->allowance, server->client_freq, now);
+        ll_action input = judged(server, sync, &message->inputs[i]);
+        ll_rule rule = ll_validate(&input, ahead, &seat->allowance, server->client_freq, now);
         if (rule != LL_RULE_NONE) {
             seat->refused[rule]++;
             verdict->outcome = LL_OUTCOME_REFUSED;
             verdict->rule = (uint8_t)rule;
-            if (rule == LL_RULE_BUDGET)
-                continue; /* there is no slot so far ahead */
+            if (rule == LL_RULE_BUDGET || !sync->tells_refusals)
+                continue; /* there is no slot so far ahead, or it is dropped in silence */
         } else if (ahead <= 0 && !sync->drains) {
             seat->late++;
             verdict->outcome = LL_OUTCOME_LATE;
         } else {
             seat->accepted++;
         }
-        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(sync, seat, tick);
+        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(seat, tick);
         seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, action, verdict->seq, 0};
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)

@@ -1,9 +1,10 @@
 /* Gambetta: the rules of the live demo "Fast-Paced Multiplayer", defects included, to be compared with.
  *
- * The server has one clock: at each update it applies all inputs that have come, each for a client's tick,
- * and sends its state. A client sends inputs only while a key is down. A refused input is dropped in silence.
- * States carry no time that is used: a client takes whatever comes last, even if it is older, and
- * interpolates between receive times, exactly one update interval back. */
+ * The server has one clock: at each update it applies all inputs that have come and sends its state. A client
+ * sends inputs only while a key is down; each counts for the time since the frame before. One of more than
+ * 1/40 s is dropped in silence and never acknowledged. States carry no time that is used: a client takes
+ * whatever comes last, even if it is older, and interpolates between the times of the frames that took them,
+ * exactly one update interval back. */
 #include "netcode/client.h"
 #include "netcode/server.h"
 
@@ -38,7 +39,8 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
 
 static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    (void)s;
+    for (; c->drawn_newest < c->newest; c->drawn_newest++)
+        ll_client_state(c, c->drawn_newest)->arrived = now;
     ll_time render = now - (ll_time)(1e9 / c->update_hz);
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
     int64_t i = c->newest - 1;
@@ -77,6 +79,7 @@ const ll_sync ll_sync_gambetta = {
     .help = "The live demo's rules: a queue that is drained at each update, receive times, silent refusals.",
     .server_steps_at_update_hz = true,
     .drains = true,
+    .press_s = 1.0 / 40,
     .due = due,
     .step = step,
     .take = ll_server_receive,

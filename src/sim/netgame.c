@@ -316,6 +316,7 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
     ll_client_setup s = setup(g, player, r);
     _Alignas(8) char packet[PACKET_MAX];
     int bytes = s.sync->frame(client, &s, g->now, packet);
+    ll_client_set_timer(client, &s, (uint64_t)g->config.head.seed, g->now);
     if (bytes > 0)
         send(g, player, true, packet, bytes, r);
     ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
@@ -351,7 +352,7 @@ static turn next_turn(const ll_netgame *g, const ll_sync *sync)
         const ll_client *client = ll_netgame_client(g, i);
         consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
         consider(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN, i);
-        consider(&next, ll_clock_time(&client->clock, client->frame), ACTOR_CLIENT, i);
+        consider(&next, client->due, ACTOR_CLIENT, i);
     }
     return next;
 }
