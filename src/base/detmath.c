@@ -170,3 +170,33 @@ double ll_cos(double x)
         return sine(r, low);
     }
 }
+
+/* Of t in [0, 1]: from the nearest of three angles on, whose tangents are 0, sqrt(2) - 1 and 1. */
+static double arctan(double t)
+{
+    const double middle = 0x1.a827999fcef32p-2;
+    double high = 0, low = 0, r = t; /* |r| <= tan(pi / 16) = 0.199 */
+    if (t > 0.6681786379192989) {
+        high = 0x1.921fb54442d18p-1, low = 0x1.1a62633145c07p-55;
+        r = (t - 1) / (1 + t);
+    } else if (t > 0.198912367379658) {
+        high = 0x1.921fb54442d18p-2, low = 0x1.c398861b78b55p-59;
+        r = (t - middle) / (1 + t * middle);
+    }
+    double z = r * r, sum = 0;
+    for (int i = 25; i >= 3; i -= 2)
+        sum = z * (1.0 / i - sum);
+    return high + (r - (r * sum - low));
+}
+
+double ll_atan2(double y, double x)
+{
+    const double pi_high = 0x1.921fb54442d18p+1, pi_low = 0x1.1a62633145c07p-53;
+    double ax = x < 0 ? -x : x, ay = y < 0 ? -y : y;
+    if (ax == 0 && ay == 0)
+        return 0;
+    double a = ay > ax ? pi_high / 2 - (arctan(ax / ay) - pi_low / 2) : arctan(ay / ax);
+    if (x < 0)
+        a = pi_high - (a - pi_low);
+    return y < 0 ? -a : a;
+}

@@ -2,11 +2,13 @@
  *
  * libm's differ between versions and machines, so nothing in simulated state may call them. These use only
  * + - * / and sqrt, which IEEE 754 fixes. Errors are measured by tests/base/test_detmath.c against
- * long double: at most 1 ulp for exp and log, 1 ulp for sin and cos with |x| <= 1e6 away from their zeros. */
+ * long double: at most 1 ulp for exp and log, 1 ulp for sin and cos with |x| <= 1e6 away from their zeros,
+ * 2 ulp for atan2. */
 #pragma once
 
 double ll_sin(double x); /* |x| <= 1e6, otherwise the error grows with |x| */
 double ll_cos(double x);
-double ll_exp(double x); /* 0 below -745, infinite above 709.8 */
-double ll_log(double x); /* x > 0; NaN otherwise (-inf for 0) */
+double ll_exp(double x);             /* 0 below -745, infinite above 709.8 */
+double ll_log(double x);             /* x > 0; NaN otherwise (-inf for 0) */
+double ll_atan2(double y, double x); /* in [-pi, pi]; 0 at the origin; both finite */
 double ll_sqrt(double x);

@@ -161,8 +161,10 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     }
 }
 
-static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                 const struct ll_past *past)
 {
+    (void)past;
     (void)now;
     int turn = ((cannon_tail *)ll_world_tail(world))->turn; /* one turn a step */
     step_own(world, env, turn, &actions[turn]);
@@ -190,7 +192,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, int player
     if (script == LL_SCRIPT_IDLE || tail->turn != player)
         return a;
     a.buttons = LL_BUTTON_FIRE;
-    if (script == LL_SCRIPT_VARIED) {
+    if (script != LL_SCRIPT_STEADY) {
         uint64_t draw = ll_rng_u64(0x63616e6e, (uint64_t)player, (uint64_t)tail->score[player].shots);
         a.axis[0] = 0.4f + 0.025f * (float)(draw % 9);
         a.axis[1] = 0.75f + 0.02f * (float)(draw / 9 % 8);

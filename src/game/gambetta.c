@@ -63,8 +63,10 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     e->x = ll_mul_add(env, e->vx, env->dt, e->x);
 }
 
-static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                 const struct ll_past *past)
 {
+    (void)past;
     (void)now;
     for (int i = 0; i < world->players; i++)
         step_own(world, env, i, &actions[i]);
@@ -78,7 +80,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, int player
     ll_time phase = (t + player * 700 * LL_MS) % (4 * LL_SECOND);
     if (script == LL_SCRIPT_STEADY)
         a.axis[0] = phase < 2 * LL_SECOND ? 1 : -1;
-    else if (script == LL_SCRIPT_VARIED) /* out, wait, back, wait: bursts of inputs, as from keys */
+    else if (script != LL_SCRIPT_IDLE) /* out, wait, back, wait: bursts of inputs, as from keys */
         a.axis[0] = phase < 1500 * LL_MS ? 1 : phase < 2 * LL_SECOND ? 0 : phase < 3500 * LL_MS ? -1 : 0;
     return a;
 }

@@ -19,11 +19,15 @@
 /* What a person or a script does to one player's controls. Axes in [-1, 1]; the game says what they mean. */
 typedef struct ll_action {
     float axis[2];
-    uint32_t buttons;
-    float view_age_s; /* what the player saw when it acted: so long before the step that this is for */
+    uint32_t buttons;     /* LL_BUTTON_*, and what the client says that it hit: ll_claim */
+    uint32_t view_age_ns; /* what the player saw when it acted: so long before the step that this is for; at
+                             most 4.29 s */
 } ll_action;
 
-enum { LL_BUTTON_FIRE = 1 };
+enum { LL_BUTTON_FIRE = 1, LL_BUTTON_CANNON = 2, LL_BUTTONS = 255 };
+
+struct ll_past;
+struct ll_weapons;
 
 typedef enum ll_entity_flag { LL_ENTITY_FINISHED = 1, LL_ENTITY_ACTIVE = 16 } ll_entity_flag;
 
@@ -64,7 +68,14 @@ typedef struct ll_entity_set {
     uint64_t bits[(LL_ENTITIES_MAX + 63) / 64];
 } ll_entity_set;
 
-typedef enum ll_script { LL_SCRIPT_VARIED, LL_SCRIPT_STEADY, LL_SCRIPT_IDLE } ll_script;
+/* A game treats a script that it does not know like `varied`. */
+typedef enum ll_script {
+    LL_SCRIPT_VARIED,
+    LL_SCRIPT_STEADY,
+    LL_SCRIPT_IDLE,
+    LL_SCRIPT_PEEK,
+    LL_SCRIPT_HOLD
+} ll_script;
 
 extern const char *const ll_script_names[];
 
@@ -94,8 +105,10 @@ typedef struct ll_game {
     void (*prepare)(ll_game_env *env, const void *params); /* from env->dt */
     void (*init)(ll_world *world, const ll_game_env *env, const int32_t *lanes);
 
-    /* Advances everybody by env->dt, to `now`. */
-    void (*step)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now);
+    /* Advances everybody by env->dt, to `now`. `past` is what a server may look into to judge shots
+     * (game/compensate.h); NULL elsewhere. */
+    void (*step)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                 const struct ll_past *past);
 
     /* Advances what belongs to `player` by env->dt and nothing else: what a client predicts from its own
      * inputs. Cost: one entity. `own_reads_tail` says that the outcome also depends on the game's tail.
@@ -128,6 +141,8 @@ typedef struct ll_game {
     /* The shape of entity `index`; from the number of entities on, the fixed parts of the scene. False when
      * there is none. NULL: every entity is a player, drawn by entity_length_m. */
     bool (*shape)(const ll_game_env *env, int players, int index, ll_shape *shape);
+
+    const struct ll_weapons *weapons; /* game/weapons.h; NULL in a game without */
 } ll_game;
 
 extern const ll_game *const ll_games[]; /* NULL-terminated; the index is the choice `game` */
@@ -162,6 +177,12 @@ static inline void *ll_world_tail(ll_world *world)
 static inline const void *ll_world_tail_const(const ll_world *world)
 {
     return &world->entity[world->entities];
+}
+
+/* What stands in for an action that is missing: controls stay where they were, presses are not repeated. */
+static inline ll_action ll_held(const ll_action *last)
+{
+    return (ll_action){.axis = {last->axis[0], last->axis[1]}};
 }
 
 static inline double ll_clamp(double x, double low, double high)

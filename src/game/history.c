@@ -41,11 +41,27 @@ void ll_history_add(ll_history *history, ll_time time, const ll_world *world)
         r->at[i] = (place){world->entity[i].x, world->entity[i].y};
 }
 
+static int64_t oldest_record(const ll_history *history)
+{
+    return history->count > LL_HISTORY_STEPS ? history->count - LL_HISTORY_STEPS : 0;
+}
+
+ll_time ll_history_newest(const ll_history *history)
+{
+    return record_at(history, history->count - 1)->time;
+}
+
+ll_time ll_history_time(const ll_history *history, int64_t step)
+{
+    int64_t newest = history->count - 1, oldest = oldest_record(history);
+    return record_at(history, step < oldest ? oldest : step > newest ? newest : step)->time;
+}
+
 /* The last record at or before `time`; steps are nearly even, so a guess from the newest is nearly right. */
 static int64_t find(const ll_history *history, ll_time time)
 {
     int64_t newest = history->count - 1;
-    int64_t oldest = history->count > LL_HISTORY_STEPS ? history->count - LL_HISTORY_STEPS : 0;
+    int64_t oldest = oldest_record(history);
     const record *last = record_at(history, newest);
     if (time >= last->time || newest == oldest)
         return newest;

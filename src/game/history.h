@@ -25,5 +25,10 @@ typedef struct ll_moment {
     double share;          /* of the way from `before` to `after` */
 } ll_moment;
 
+ll_time ll_history_newest(const ll_history *history);
+
+/* When record `step` was made, the step that it is of; the nearest that is kept. */
+ll_time ll_history_time(const ll_history *history, int64_t step);
+
 ll_moment ll_history_find(const ll_history *history, ll_time time); /* beyond the ends: the end */
 void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x, double *y);

@@ -221,8 +221,10 @@ static void advance(ll_world *world, const ll_game_env *env, const ll_action *ac
     finish(world, p, c, now);
 }
 
-static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                 const struct ll_past *past)
 {
+    (void)past;
     cars all = everybody(world);
     advance(world, env, actions, now, &all);
 }

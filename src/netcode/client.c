@@ -65,7 +65,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->spare_since = now;
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
-    c->confirmed = step;
+    c->confirmed = c->met = step;
     c->latest_time = c->view_time = now;
     c->latest_tick = step;
     c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
@@ -228,13 +228,17 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
     return (int)(n < room ? n : room);
 }
 
+static uint32_t age_ns(ll_time age)
+{
+    return age < 0 ? 0 : age > UINT32_MAX ? UINT32_MAX : (uint32_t)age;
+}
+
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
     ll_pending *p = ll_client_pending(c, ++c->seq);
     c->tick++;
     *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
-    ll_time meant_for = s->sync->drains ? now : c->latest_time + (c->tick - c->latest_tick) * c->period;
-    p->action.view_age_s = (float)ll_to_s(meant_for - c->view_time);
+    p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - c->view_time);
     if (s->config->prediction) {
         ll_predict_input(c, s, p);
         p->shown = 1;
@@ -260,6 +264,7 @@ static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_in
     m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
     m->wants =
         s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses ? LL_PART_CONTROLS : 0;
+    m->lead = m->tick > c->confirmed && !s->sync->drains ? (uint16_t)(m->tick - c->confirmed) : 0;
     if (s->config->cheat == LL_CHEAT_BUDGET)
         m->tick += 1000;
     for (uint32_t i = 0; i < count; i++)

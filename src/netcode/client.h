@@ -95,6 +95,7 @@ typedef struct ll_client {
     int64_t fresh;       /* of these, how many a frame has taken */
     int64_t newest_tick; /* -1: none in this epoch */
     int64_t confirmed;   /* the server's last step that is known of */
+    int64_t met;         /* the server's step at the meeting */
     int64_t stale;
     ll_time latest_time; /* server's clock, of the state that was taken last */
     int64_t latest_tick;
@@ -224,6 +225,14 @@ static inline void ll_client_begin_frame(ll_client *c, ll_time now)
 static inline ll_view_error *ll_client_errors(ll_client *c)
 {
     return (ll_view_error *)((char *)c + c->errors_offset);
+}
+
+/* When the server makes step `tick`, by its clock. Steps are where that clock has them, whatever the period's
+ * fraction of a nanosecond. */
+static inline ll_time ll_client_step_time(const ll_client *c, int64_t tick)
+{
+    return c->latest_time + ll_tick_time(tick - c->met, c->clock.freq) -
+           ll_tick_time(c->latest_tick - c->met, c->clock.freq);
 }
 
 static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)

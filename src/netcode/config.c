@@ -29,6 +29,58 @@ static const ll_param server_rows[] = {
      .help = "How server and clients keep in step: free runs on its own clock, lockstep waits for every "
              "player's input, "
              "gambetta drains its queue as the live demo does."},
+    {.name = "rifle",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, compensation.rifle),
+     .choices = ll_rifle_names,
+     .standard = 1,
+     .live = true,
+     .help = "How shots of a rifle are judged: none against the server's present, rewind against the targets "
+             "where the shooter saw them, trust as the client says (insecure)."},
+    {.name = "shell",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, compensation.shell),
+     .choices = ll_shell_names,
+     .standard = 2,
+     .live = true,
+     .help =
+         "How shells are judged: none (A) starts them at the server's present, fast_forward (B) puts them "
+         "where the shooter has them, among the targets of the present, rewind (C) lets shell and targets go "
+         "together from the time that the shooter saw, partial (D) forwards by at most shell_forward_ms, "
+         "trust takes the client's word (insecure)."},
+    {.name = "shell_trace",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, compensation.shell_trace),
+     .choices = ll_trace_names,
+     .live = true,
+     .help =
+         "How a stretch of a shell's way is tested: along the parabola, or along the straight line between "
+         "its ends."},
+    {.name = "max_rewind_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, compensation.max_rewind_ms),
+     .max = 1000,
+     .standard = 250,
+     .unit = "ms",
+     .live = true,
+     .help = "The server looks no further back, however old the shooter's view was."},
+    {.name = "rewind_tolerance_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, compensation.rewind_tolerance_ms),
+     .max = 10000,
+     .standard = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "When the age of view that a client states differs by more from the measured age of its newest "
+             "state, the measured one counts. It must cover the interpolation delay."},
+    {.name = "shell_forward_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, compensation.shell_forward_ms),
+     .max = 1000,
+     .standard = 100,
+     .unit = "ms",
+     .live = true,
+     .help = "The most that the shell family partial forwards."},
 };
 
 const ll_param_table ll_server_table = {.name = "server",

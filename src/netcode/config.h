@@ -4,6 +4,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "game/compensate.h"
 #include "link/link.h"
 #include "param/param.h"
 
@@ -14,6 +15,7 @@ typedef struct ll_server_config {
     double update_hz;
     int32_t sync; /* index into ll_syncs */
     int32_t reserved;
+    ll_compensation compensation;
 } ll_server_config;
 
 typedef enum ll_control { LL_CONTROL_SCRIPT, LL_CONTROL_PERSON } ll_control;

@@ -21,15 +21,11 @@ static uint8_t mark_of(const ll_client_setup *s)
     return (uint8_t)(1 + s->config->prediction_scope);
 }
 
-static ll_time time_of(const ll_client *c, int64_t tick) /* by the server's clock */
-{
-    return c->latest_time + (tick - c->latest_tick) * c->period;
-}
-
 static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
 {
     c->guessed[c->self] = *own;
-    scope_of(s)->step(s->game, s->env, world, c->guessed, time_of(c, tick), c->self, &c->predicted);
+    scope_of(s)->step(s->game, s->env, world, c->guessed, ll_client_step_time(c, tick), c->self,
+                      &c->predicted);
 }
 
 void ll_predict_input(ll_client *c, const ll_client_setup *s, ll_pending *input)
@@ -168,7 +164,7 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time
 void ll_draw_predicted(ll_client *c, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
-    ll_time present = time_of(c, c->predicted_tick);
+    ll_time present = ll_client_step_time(c, c->predicted_tick);
     for (int i = 0; i < world->entities; i++) {
         if (!ll_entity_set_has(&c->predicted, i))
             continue;

@@ -19,7 +19,7 @@ static void step(const ll_game *game, const ll_game_env *env, ll_world *world, c
 {
     (void)self;
     (void)set;
-    game->step(world, env, actions, now);
+    game->step(world, env, actions, now, NULL);
 }
 
 const ll_scope ll_scope_all = {

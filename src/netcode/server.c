@@ -65,7 +65,7 @@ static void measure_slack(ll_seat *seat, int64_t ahead, uint32_t seq)
 static ll_action instead(const ll_seat *seat, int64_t tick)
 {
     const ll_input_slot *before = &seat->slots[(tick - 1) & (LL_INPUT_RING - 1)];
-    return before->tick == tick - 1 ? before->action : seat->held;
+    return ll_held(before->tick == tick - 1 ? &before->action : &seat->held);
 }
 
 /* An input as the rules see it: where it counts for the time that a key was down, as a share of the longest,
@@ -112,7 +112,8 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
             seat->accepted++;
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(seat, tick);
-        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){tick, now, action, verdict->seq, 0};
+        seat->slots[tick & (LL_INPUT_RING - 1)] =
+            (ll_input_slot){tick, now, action, verdict->seq, message->tick - message->lead};
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)
             seat->newest = tick;
@@ -120,6 +121,12 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
                       verdict->seq); /* also of one that comes behind a later: it may be the late one */
     }
     return count;
+}
+
+void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_time now)
+{
+    if (past)
+        past->measured[player] = now - ll_history_time(past->history, slot->seen);
 }
 
 int ll_server_message_max(ll_extent extent, int players)

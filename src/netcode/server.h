@@ -4,6 +4,7 @@
 #pragma once
 
 #include "base/event.h"
+#include "game/compensate.h"
 #include "netcode/sync.h"
 #include "netcode/validate.h"
 #include "netcode/wire.h"
@@ -18,7 +19,7 @@ typedef struct ll_input_slot {
     ll_time came; /* when it arrived; -1 once a draining server has applied it */
     ll_action action;
     uint32_t seq;
-    uint32_t reserved;
+    int32_t seen; /* the step of the newest state that the client had when it sent this */
 } ll_input_slot;
 
 /* What the server knows of one player. */
@@ -82,6 +83,9 @@ typedef struct ll_verdict {
  * many. A refused input is replaced by the one before it, so that nobody waits for it. */
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
                       ll_verdict verdicts[LL_INPUTS_MAX]);
+
+/* Tells `past` how old the newest state was that `player` had, at `now`, when it made the input of `slot`. */
+void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_time now);
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. */
 int ll_server_compose(ll_server *server, int player, void *packet);

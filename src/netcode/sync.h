@@ -6,6 +6,7 @@
 #include "base/vtime.h"
 #include "game/game.h"
 
+struct ll_past;
 struct ll_server;
 struct ll_client;
 struct ll_client_setup;
@@ -28,8 +29,10 @@ typedef struct ll_sync {
     /* When the server's next step is due; LL_NEVER while it waits. */
     ll_time (*due)(const struct ll_server *server);
 
-    /* One step of the server's world by the inputs it has. */
-    void (*step)(struct ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now);
+    /* One step of the server's world by the inputs it has. `past` is for the game; the way of keeping in step
+     * fills in how old the players' views must be. NULL where nobody looks back. */
+    void (*step)(struct ll_server *server, const ll_game *game, const ll_game_env *env, struct ll_past *past,
+                 ll_time now);
 
     /* The server takes a packet of `player`. Gives a verdict for each input that was not a repetition, at
      * most LL_INPUTS_MAX, and returns how many. */

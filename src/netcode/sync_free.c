@@ -9,7 +9,7 @@ static ll_time due(const ll_server *server)
     return ll_clock_time(&server->clock, server->step + 1);
 }
 
-static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now)
+static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past, ll_time now)
 {
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
@@ -18,14 +18,16 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
         const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
         bool begun = seat->newest >= 0 && k + seat->seq_minus_tick > 0;
         if (slot->tick == k)
-            seat->held = slot->action;
-        else if (begun)
+            actions[i] = seat->held = slot->action;
+        else
+            actions[i] = ll_held(&seat->held);
+        if (slot->tick != k && begun)
             seat->starved++;
-        actions[i] = seat->held;
+        ll_server_measure(past, i, slot, now);
         if (begun)
             seat->acked = (uint32_t)(k + seat->seq_minus_tick);
     }
-    game->step(ll_server_world(server), env, actions, now);
+    game->step(ll_server_world(server), env, actions, now, past);
     server->stepped = now;
 }
 

@@ -29,8 +29,9 @@ static void drain(ll_server *server, int player, const ll_game *game, const ll_g
     }
 }
 
-static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now)
+static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past, ll_time now)
 {
+    (void)past;
     server->step++;
     for (int i = 0; i < server->players; i++)
         drain(server, i, game, env);

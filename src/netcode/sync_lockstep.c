@@ -18,7 +18,7 @@ static ll_time due(const ll_server *server)
     return ready + ll_tick_time(1, server->clock.freq);
 }
 
-static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_time now)
+static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past, ll_time now)
 {
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
@@ -30,8 +30,9 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
         const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
         actions[i] = seat->held = slot->action;
         seat->acked = slot->seq;
+        ll_server_measure(past, i, slot, now);
     }
-    game->step(ll_server_world(server), env, actions, now);
+    game->step(ll_server_world(server), env, actions, now, past);
     server->stepped = now;
 }
 

@@ -284,7 +284,8 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     int entity;
-    sync->step(server, ll_netgame_game(g), &g->env, g->now);
+    ll_past past = {.history = ll_netgame_history(g), .rules = &g->config.server.compensation};
+    sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
     if (!finite_world(ll_server_world(server), &entity))
         return not_finite(g, entity);
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));

@@ -68,6 +68,22 @@ static void sine_and_cosine_are_within_an_ulp(void **state)
     }
 }
 
+static void arctangent_is_within_two_ulp(void **state)
+{
+    (void)state;
+    static const double sizes[] = {1, 1e-3, 1e3, 1e-12};
+    double most = 0;
+    for (uint64_t i = 0; i < COUNT; i++) {
+        double y = 2 * ll_rng_unit(1, 2, i) - 1, x = (2 * ll_rng_unit(1, 3, i) - 1) * sizes[i % 4];
+        double error = error_ulp(ll_atan2(y, x), atan2l((long double)y, (long double)x));
+        if (error > most)
+            most = error;
+    }
+    assert_true(most <= 2);
+    assert_true(ll_atan2(0, 1) == 0 && ll_atan2(0, 0) == 0 && ll_atan2(1, 1) == atan(1));
+    assert_true(ll_atan2(1, 0) == acos(0) && ll_atan2(-1, 0) == -acos(0) && ll_atan2(0, -1) == acos(-1));
+}
+
 /* The double nearest to k pi is the hardest argument near it: what is left is the rounding error of that
  * double. */
 static void zeros_of_the_sine_are_found(void **state)
@@ -111,6 +127,7 @@ int main(void)
         cmocka_unit_test(exp_is_within_an_ulp),
         cmocka_unit_test(log_is_within_an_ulp),
         cmocka_unit_test(sine_and_cosine_are_within_an_ulp),
+        cmocka_unit_test(arctangent_is_within_two_ulp),
         cmocka_unit_test(zeros_of_the_sine_are_found),
         cmocka_unit_test(special_values),
         cmocka_unit_test(bits_are_pinned),

@@ -35,7 +35,7 @@ static field *make(double drag, double target, double pause)
 static void step(field *f, float angle, float speed, unsigned buttons)
 {
     const ll_action action = {.axis = {angle, speed}, .buttons = buttons}, actions[2] = {action, action};
-    ll_game_cannon.step(f->world, &f->env, actions, 0);
+    ll_game_cannon.step(f->world, &f->env, actions, 0, NULL);
 }
 
 /* vx = vx0 e^-ct, x = vx0 (1 - e^-ct) / c; vy = (vy0 + g/c) e^-ct - g/c, y by its integral; c = 0 is the

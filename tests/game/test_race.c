@@ -44,7 +44,7 @@ static void throttle_follows_the_closed_form(void **state)
         field *f = make(usual, 1, lanes, dts[k]);
         int steps = (int)lround(10 / dts[k]);
         for (int i = 0; i < steps; i++)
-            ll_game_race.step(f->world, &f->env, &full, (ll_time)((i + 1) * dts[k] * 1e9));
+            ll_game_race.step(f->world, &f->env, &full, (ll_time)((i + 1) * dts[k] * 1e9), NULL);
         double a = 6, c = 0.3, v = a / c * (1 - exp(-c * 10)), x = a / c * 10 - v / c;
         assert_true(fabs(f->world->entity[0].vx - v) < 1e-10 * v);
         assert_true(fabs(f->world->entity[0].x - x) < 1e-10 * x);
@@ -81,7 +81,7 @@ static void top_speed_is_kept(void **state)
     const ll_action full = {.axis = {1, 0}};
     field *f = make(params, 1, lanes, 1.0 / 60);
     for (int i = 0; i < 600; i++) {
-        ll_game_race.step(f->world, &f->env, &full, 0);
+        ll_game_race.step(f->world, &f->env, &full, 0, NULL);
         assert_true(f->world->entity[0].vx <= 16);
     }
     assert_true(f->world->entity[0].vx == 16);
@@ -97,7 +97,7 @@ static void brakes_stop_and_do_not_reverse(void **state)
     f->world->entity[0].vx = 20;
     double last = 0;
     for (int i = 0; i < 600; i++) {
-        ll_game_race.step(f->world, &f->env, &brake, 0);
+        ll_game_race.step(f->world, &f->env, &brake, 0, NULL);
         assert_true(f->world->entity[0].x >= last);
         last = f->world->entity[0].x;
     }
@@ -123,7 +123,7 @@ static void contact_keeps_momentum_and_takes_energy(void **state)
         rear->vx = 12;
         front->vx = 2;
         for (int i = 0; i < 120; i++) {
-            ll_game_race.step(f->world, &f->env, coast, 0);
+            ll_game_race.step(f->world, &f->env, coast, 0, NULL);
             if (lane == 0)
                 assert_true(front->x - rear->x >= 4 - 1e-9);
         }
@@ -145,7 +145,7 @@ static void finish_time_lies_between_ticks(void **state)
     field *f = make(params, 1, lanes, 1.0 / 60);
     f->world->entity[0].vx = 70;
     for (int64_t i = 1; i <= 600; i++)
-        ll_game_race.step(f->world, &f->env, &coast, ll_tick_time(i, 60000));
+        ll_game_race.step(f->world, &f->env, &coast, ll_tick_time(i, 60000), NULL);
     ll_game_race.describe(f->world, &f->env, 0, values);
     assert_true(fabs(values[0] - 600.0 / 70) < 1e-6);
     assert_true(f->world->entity[0].flags & LL_ENTITY_FINISHED);
@@ -165,7 +165,7 @@ static void own_step_is_the_server_step(void **state)
                 ll_game_race.drive(server->world, &server->env, p, LL_SCRIPT_VARIED, ll_tick_time(i, 60000));
             ll_game_race.step_own(client->world, &client->env, p, &actions[p]);
         }
-        ll_game_race.step(server->world, &server->env, actions, ll_tick_time(i + 1, 60000));
+        ll_game_race.step(server->world, &server->env, actions, ll_tick_time(i + 1, 60000), NULL);
         for (int p = 0; p < 3; p++)
             assert_memory_equal(&server->world->entity[p], &client->world->entity[p],
                                 offsetof(ll_entity, flags));

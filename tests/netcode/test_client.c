@@ -217,7 +217,7 @@ static void must_hold(const ll_input_message *m, uint32_t first, int count, int6
     assert_int_equal(m->tick, tick);
     for (int i = 0; i < count; i++) {
         ll_action a = numbered(first + (uint32_t)i);
-        assert_memory_equal(&m->inputs[i], &a, offsetof(ll_action, view_age_s));
+        assert_memory_equal(&m->inputs[i], &a, offsetof(ll_action, view_age_ns));
     }
 }
 

@@ -42,7 +42,7 @@ static race_track *new_track(bool pushes)
         t->actions[k] = push(ll_rng_unit(5, 0, (uint64_t)k / 20) * 2 - 0.7);
         ll_action both[2] = {t->actions[k], push(0.5)};
         t->state[k] = t->state[k - 1];
-        ll_game_race.step(world_of(&t->state[k]), &t->env, both, ll_tick_time(k, HZ(60)));
+        ll_game_race.step(world_of(&t->state[k]), &t->env, both, ll_tick_time(k, HZ(60)), NULL);
         if (pushes && k % 50 < 3)
             world_of(&t->state[k])->entity[0].vx *= 0.9;
     }

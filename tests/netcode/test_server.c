@@ -31,7 +31,7 @@ static void step(ll_server *s, const ll_sync *sync)
 {
     ll_time due = sync->due(s);
     assert_true(due != LL_NEVER);
-    sync->step(s, &toy, &env, due);
+    sync->step(s, &toy, &env, NULL, due);
 }
 
 static double at(ll_server *s, int player)

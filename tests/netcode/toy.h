@@ -31,9 +31,10 @@ static inline void toy_step_own(ll_world *world, const ll_game_env *env, int pla
     world->entity[player].vx = (double)action->axis[0];
 }
 
-static inline void toy_step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now)
+static inline void toy_step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                            const ll_past *past)
 {
-    (void)now;
+    (void)now, (void)past;
     for (int i = 0; i < world->players; i++)
         toy_step_own(world, env, i, &actions[i]);
 }

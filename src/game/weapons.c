@@ -1,0 +1,169 @@
+#include "game/weapons.h"
+
+#include "base/detmath.h"
+
+static void tell(const ll_field *field, const ll_judgement *judgement)
+{
+    if (field->past && field->past->witness)
+        field->past->witness(field->past->context, judgement);
+}
+
+/* The time that the shooter saw, as far as the rules believe it, for an input of the step that ends at `now`.
+ */
+static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
+{
+    ll_time age = view_age_ns, measured = past->measured[shot->shooter];
+    ll_time tolerance = ll_ms(past->rules->rewind_tolerance_ms), most = ll_ms(past->rules->max_rewind_ms);
+    shot->distrusted = age - measured > tolerance || measured - age > tolerance;
+    if (shot->distrusted)
+        age = measured;
+    shot->clamped = age > most;
+    if (shot->clamped)
+        age = most;
+    ll_time oldest = ll_history_time(past->history, 0);
+    shot->seen = now - age < oldest ? oldest : now - age > shot->now ? shot->now : now - age;
+}
+
+static void fire_rifle(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+{
+    int policy = field->past ? field->past->rules->rifle : 0;
+    ll_judgement j = {.kind = LL_JUDGED_RIFLE, .shooter = shot->shooter, .shot = shot};
+    j.body = ll_rifle_policies[policy]->judge(field, shot);
+    j.number = (uint32_t)++arms->shots[LL_RIFLE];
+    arms->hits[LL_RIFLE] += j.body != LL_NOBODY;
+    tell(field, &j);
+}
+
+static const ll_shell_family *family_of(const ll_field *field)
+{
+    return ll_shell_families[field->past ? field->past->rules->shell : 0];
+}
+
+static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
+{
+    return (ll_flight){shell->from, shell->velocity, arena->gravity};
+}
+
+static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int shooter, ll_meeting m)
+{
+    ll_flight flight = flight_of(shell, field->arena);
+    shell->end = shell->start + (ll_time)(m.s * 1e9 + 0.5);
+    shell->body = m.body;
+    arms->hits[LL_CANNON] += m.body != LL_NOBODY;
+    tell(field, &(ll_judgement){.kind = LL_JUDGED_IMPACT,
+                                .shooter = shooter,
+                                .number = shell->number,
+                                .body = m.body,
+                                .start = shell->start,
+                                .end = shell->end,
+                                .at = ll_flight_at(&flight, m.s)});
+}
+
+/* How far the middle of what was traced at the launch is from the parabola: there it is furthest. */
+static double trace_error(const ll_field *field, const ll_flight *flight, double s)
+{
+    ll_flight traced = ll_traced(field->past, flight, s);
+    ll_point a = ll_flight_at(&traced, s / 2), b = ll_flight_at(flight, s / 2);
+    return ll_sqrt((a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y));
+}
+
+static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+{
+    uint32_t number = (uint32_t)arms->shots[LL_CANNON] + 1;
+    ll_shell *shell = &arms->shells[number % LL_SHELLS];
+    if (shell->number > 0 && shell->end == LL_NEVER)
+        return;
+    double speed = field->arena->shell_speed;
+    *shell = (ll_shell){.end = LL_NEVER,
+                        .from = shot->from,
+                        .velocity = {speed * shot->direction.x, speed * shot->direction.y},
+                        .number = number,
+                        .body = LL_NOBODY};
+    ll_flight flight = flight_of(shell, field->arena);
+    arms->shots[LL_CANNON]++;
+    ll_meeting m = family_of(field)->launch(field, shot, &flight, &shell->start);
+    tell(field,
+         &(ll_judgement){.kind = LL_JUDGED_LAUNCH,
+                         .shooter = shot->shooter,
+                         .number = number,
+                         .body = LL_NOBODY,
+                         .shot = shot,
+                         .start = shell->start,
+                         .trace_error_m = trace_error(field, &flight, ll_to_s(shot->now - shell->start))});
+    if (m.met != LL_MET_NOTHING)
+        strike(arms, shell, field, shot->shooter, m);
+}
+
+/* Where the client's word counts: its oldest shell in flight has hit what it says. */
+static void take_claim(ll_arms *arms, const ll_field *field, int shooter, int body, ll_time now)
+{
+    ll_shell *oldest = NULL;
+    for (int i = 0; i < LL_SHELLS; i++) {
+        ll_shell *shell = &arms->shells[i];
+        if (shell->number > 0 && shell->end == LL_NEVER && (!oldest || shell->number < oldest->number))
+            oldest = shell;
+    }
+    if (oldest && ll_arena_enemies(field->arena, shooter, body))
+        strike(arms, oldest, field, shooter, (ll_meeting){ll_to_s(now - oldest->start), LL_MET_BODY, body});
+}
+
+void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action, ll_aim aim,
+                     ll_time before, ll_time now)
+{
+    static void (*const fire[])(ll_arms *, const ll_field *, const ll_shot *) = {fire_rifle, fire_cannon};
+    if (family_of(field)->claims)
+        take_claim(arms, field, shooter, ll_claim(action, LL_CANNON), before);
+    for (int w = 0; w < LL_WEAPONS; w++) {
+        if (!(action->buttons & UINT32_C(1) << w) || field->arena->interval_s[w] == 0)
+            continue;
+        ll_shot shot = {.shooter = shooter,
+                        .claim = ll_claim(action, (ll_weapon)w),
+                        .from = aim.from,
+                        .direction = aim.direction,
+                        .now = before,
+                        .seen = before};
+        if (field->past)
+            look_back(&shot, field->past, action->view_age_ns, now);
+        fire[w](arms, field, &shot);
+    }
+}
+
+#define CLAIM_GRACE_S 1.0 /* a claim may come so long after the shell would have ended */
+
+/* A shell whose client tells what it hits ends unclaimed when it has been out of the arena for a while. */
+static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
+{
+    const ll_box *b = &field->arena->bounds;
+    ll_point p = ll_flight_at(flight, s - CLAIM_GRACE_S);
+    return s > CLAIM_GRACE_S && (p.x < b->x_min || p.x > b->x_max || p.y < b->y_min);
+}
+
+static ll_meeting meet(const ll_field *field, int shooter, const ll_flight *flight, double s0, double s1,
+                       const ll_point *after)
+{
+    if (!field->past || field->past->rules->shell_trace == LL_TRACE_PARABOLA)
+        return ll_arena_flight(field->arena, shooter, flight, s0, s1, field->present, after);
+    ll_flight chord = ll_flight_chord(flight, s0, s1);
+    ll_meeting m = ll_arena_flight(field->arena, shooter, &chord, 0, s1 - s0, field->present, after);
+    m.s += s0;
+    return m;
+}
+
+void ll_weapons_fly(ll_arms *arms, const ll_field *field, int shooter, const ll_point *after, ll_time before,
+                    ll_time now)
+{
+    for (int i = 0; i < LL_SHELLS; i++) {
+        ll_shell *shell = &arms->shells[i];
+        if (shell->number == 0 || shell->end != LL_NEVER)
+            continue;
+        ll_flight flight = flight_of(shell, field->arena);
+        double s0 = ll_to_s(before - shell->start), s1 = ll_to_s(now - shell->start);
+        ll_meeting m = {s1, LL_MET_NOTHING, LL_NOBODY};
+        if (!family_of(field)->claims)
+            m = meet(field, shooter, &flight, s0, s1, after);
+        else if (unclaimed(field, &flight, s1))
+            m.met = LL_MET_BOUNDS;
+        if (m.met != LL_MET_NOTHING)
+            strike(arms, shell, field, shooter, m);
+    }
+}
