@@ -3,7 +3,7 @@
  * libm's differ between versions and machines, so nothing in simulated state may call them. These use only
  * + - * / and sqrt, which IEEE 754 fixes. Errors are measured by tests/base/test_detmath.c against
  * long double: at most 1 ulp for exp and log, 1 ulp for sin and cos with |x| <= 1e6 away from their zeros,
- * 2 ulp for atan2. */
+ * 2.5 ulp for atan2. */
 #pragma once
 
 double ll_sin(double x); /* |x| <= 1e6, otherwise the error grows with |x| */

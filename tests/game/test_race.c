@@ -215,7 +215,7 @@ static void groups_out_of_reach_may_be_stepped_alone(void **state)
         for (int k = 0; k < steps; k++) {
             ll_action actions[LL_PLAYERS_MAX] = {{.buttons = 0}};
             any_actions(actions, players, seed, k);
-            ll_game_race.step(whole->world, &whole->env, actions, ll_tick_time(k + 1, 60000));
+            ll_game_race.step(whole->world, &whole->env, actions, ll_tick_time(k + 1, 60000), NULL);
             ll_game_race.step_some(part->world, &part->env, actions, ll_tick_time(k + 1, 60000), &set);
         }
         field *start = crowd(players, seed);
@@ -242,7 +242,7 @@ static void stepping_everybody_as_some_is_a_step(void **state)
     for (int k = 0; k < 3600; k++) {
         ll_action actions[LL_PLAYERS_MAX] = {{.buttons = 0}};
         any_actions(actions, 16, 7, k);
-        ll_game_race.step(whole->world, &whole->env, actions, ll_tick_time(k + 1, 60000));
+        ll_game_race.step(whole->world, &whole->env, actions, ll_tick_time(k + 1, 60000), NULL);
         ll_game_race.step_some(some->world, &some->env, actions, ll_tick_time(k + 1, 60000), &set);
     }
     assert_memory_equal(whole->bytes, some->bytes, sizeof whole->bytes);
