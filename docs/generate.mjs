@@ -51,7 +51,7 @@ function rowsOf(node, linkOf) {
 }
 
 /** Where each definition stands in a scenario: `players[].link.up`. */
-function placesOf(schema) {
+function placesOf(schema, defs) {
   const places = new Map();
   const visit = (node, at) => {
     for (const [name, row] of Object.entries(node.properties)) {
@@ -59,7 +59,7 @@ function placesOf(schema) {
       for (const ref of [row.$ref, row.items?.$ref, ...(row.anyOf ?? []).map((any) => any.$ref)].filter(Boolean)) {
         const key = ref.replace('#/$defs/', '');
         places.set(key, [...(places.get(key) ?? []), row.items ? `${here}[]` : here]);
-        visit(schema.$defs[key], row.items ? `${here}[]` : here);
+        visit(defs[key], row.items ? `${here}[]` : here);
       }
     }
   };
@@ -75,8 +75,8 @@ function library(folder = 'scenarios', at = '') {
   });
 }
 
-function kindDoc(schema) {
-  const places = placesOf(schema);
+function kindDoc(schema, defs) {
+  const places = placesOf(schema, defs);
   const heading = (/** @type {string} */ name) => `${places.get(name).map(code).join(', ')}: ${name.replaceAll('_', ' ')}`;
   const linkOf = (/** @type {string} */ ref) => {
     const name = ref.replace('#/$defs/', '');
@@ -85,14 +85,13 @@ function kindDoc(schema) {
   const head = ['Name', 'Type', 'Range', 'Unit', 'Default', 'Live', 'Meaning'];
   const parts = [`## Kind \`${schema.title}\``, schema.description, table(head, rowsOf(schema, linkOf))];
   for (const name of places.keys()) {
-    const node = schema.$defs[name];
+    const node = defs[name];
     parts.push(`### ${heading(name)}`, node.description, table(head, rowsOf(node, linkOf)));
   }
   return parts.join('\n\n');
 }
 
 function scenarioDoc(schema) {
-  const kinds = schema.oneOf ?? [schema];
   return `${NOTE('`laglab schema` and scenarios/')}
 # The scenario format
 
@@ -123,7 +122,7 @@ END
 build/laglab run mine.json --set players.1.lag_ms=60 --set server.update_hz=30
 \`\`\`
 
-${kinds.map(kindDoc).join('\n\n')}
+${schema.oneOf.map((kind) => kindDoc(kind, schema.$defs)).join('\n\n')}
 
 ## The library
 

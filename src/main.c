@@ -220,6 +220,11 @@ static ll_status write_trace(ll_session *s, const char *path)
     return ll_failed(&status) ? status : closed;
 }
 
+static int64_t cpu_now_ns(void)
+{
+    return (int64_t)(seconds_now(CLOCK_PROCESS_CPUTIME_ID) * 1e9);
+}
+
 static void print_result(const arguments *a, ll_session *s, double wall_s)
 {
     ll_session_info info = ll_session_get_info(s);
@@ -231,6 +236,7 @@ static void print_result(const arguments *a, ll_session *s, double wall_s)
     cJSON_AddNumberToObject(out, "ticks", (double)info.tick);
     cJSON_AddItemToObject(out, "hash", cJSON_DetachItemFromObject(report, "hash"));
     cJSON_AddNumberToObject(out, "wall_s", wall_s);
+    ll_session_time_parts(s, cJSON_GetObjectItem(report, "metrics"), cpu_now_ns);
     cJSON_AddItemToObject(out, "metrics", cJSON_DetachItemFromObject(report, "metrics"));
     cJSON_AddItemToObject(out, "cost", ll_session_cost(s));
     char *text = cJSON_Print(out);

@@ -82,7 +82,7 @@ size_t ll_ode_run_size(const ll_ode_method *method, const ll_ode *ode)
     return sizeof(ll_ode_run) + doubles * sizeof(double);
 }
 
-static ll_status check_control(const ll_ode_method *method, const ll_ode_control *c)
+ll_status ll_ode_check_control(const ll_ode_method *method, const ll_ode_control *c)
 {
     double span = magnitude(c->t_end - c->t0);
     if (!finite(span) || span == 0)
@@ -153,7 +153,7 @@ ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_od
     ll_status status = ll_ode_method_fits(method, ode);
     if (ll_failed(&status))
         return status;
-    status = check_control(method, control);
+    status = ll_ode_check_control(method, control);
     if (ll_failed(&status))
         return status;
     LL_ASSERT(ode->dim >= 1 && ode->dim <= LL_ODE_DIM_MAX && ode->event_count <= LL_ODE_EVENTS_MAX);

@@ -78,6 +78,9 @@ typedef struct ll_ode_run {
 
 size_t ll_ode_run_size(const ll_ode_method *method, const ll_ode *ode); /* bytes, a multiple of 8 */
 
+/* The error names the field of `control` (dt, tolerance, t_end, max_steps), its range and the value. */
+ll_status ll_ode_check_control(const ll_ode_method *method, const ll_ode_control *control);
+
 /* Checks the control, and the method against the system; then makes the run ready. The error names the field
  * of `control` (dt, tolerance, t_end, max_steps), its range and the value. */
 ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode,

@@ -115,7 +115,7 @@ static const cJSON *number_at(const cJSON *json, const char *path)
                    ? cJSON_GetArrayItem(json, (int)index)
                    : cJSON_GetObjectItemCaseSensitive(json, name);
     }
-    return cJSON_IsNumber(json) ? json : NULL;
+    return cJSON_IsNumber(json) || cJSON_IsRaw(json) ? json : NULL;
 }
 
 static void add_activity(cJSON *metrics, const ll_scenario_head *head)
@@ -141,6 +141,12 @@ cJSON *ll_session_metrics(ll_session *s)
     if (metrics)
         add_activity(metrics, ll_session_head(s));
     return o;
+}
+
+void ll_session_time_parts(const ll_session *s, cJSON *metrics, int64_t (*now_ns)(void))
+{
+    if (s->scenario.kind->time_parts)
+        s->scenario.kind->time_parts(s->scenario.config, metrics, now_ns);
 }
 
 cJSON *ll_session_cost(const ll_session *s)

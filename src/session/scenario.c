@@ -120,13 +120,34 @@ void ll_scenario_free(ll_scenario *scenario)
     *scenario = (ll_scenario){0};
 }
 
+/* The definitions of a kind move to the root, where references look for them; kinds that share a table share its
+ * definition. */
+static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
+{
+    cJSON *one = ll_param_schema(kind->table), *def;
+    cJSON *own = cJSON_DetachItemFromObject(one, "$defs");
+    while ((def = cJSON_DetachItemFromArray(own, 0)) != NULL)
+        if (cJSON_GetObjectItemCaseSensitive(defs, def->string))
+            cJSON_Delete(def);
+        else
+            cJSON_AddItemToArray(defs, def); /* it brings its name */
+    cJSON_Delete(own);
+    cJSON_DeleteItemFromObject(one, "$schema");
+    cJSON *name = cJSON_GetObjectItem(cJSON_GetObjectItem(one, "properties"), "kind");
+    cJSON_DeleteItemFromObject(name, "enum");
+    cJSON_AddStringToObject(name, "const", kind->name);
+    cJSON_AddItemToArray(any, one);
+}
+
 cJSON *ll_scenario_schema(void)
 {
-    if (!ll_sim_kinds[1])
-        return ll_param_schema(ll_sim_kinds[0]->table);
-    cJSON *schema = cJSON_CreateObject(), *any = cJSON_AddArrayToObject(schema, "oneOf");
+    cJSON *schema = cJSON_CreateObject(), *any, *defs;
+    cJSON_AddStringToObject(schema, "$schema", "https://json-schema.org/draft/2020-12/schema");
+    cJSON_AddStringToObject(schema, "title", "scenario");
+    any = cJSON_AddArrayToObject(schema, "oneOf");
+    defs = cJSON_AddObjectToObject(schema, "$defs");
     for (int i = 0; ll_sim_kinds[i]; i++)
-        cJSON_AddItemToArray(any, ll_param_schema(ll_sim_kinds[i]->table));
+        merge_kind(any, defs, ll_sim_kinds[i]);
     return schema;
 }
 

@@ -155,6 +155,8 @@ static void apply_entry(ll_session *s, const ll_entry *e)
         LL_ASSERT(!ll_failed(&status)); /* validated when the command was taken */
         return;
     }
+    if (!kind->input)
+        return;
     ll_status status = kind->accepts(s->config, e->player, &e->action);
     if (!ll_failed(&status)) /* a log from outside may hold an input for nobody */
         kind->input(s->block, e->player, &e->action);

@@ -106,6 +106,9 @@ struct cJSON *ll_session_state(ll_session *session);  /* {"tick","time_s","hash"
  * [{"metric","min","value","met"}]; `value` is null where there is no such number. */
 struct cJSON *ll_session_metrics(ll_session *session);
 
+/* Measures the parts of the scenario, as it was made, into `metrics`. */
+void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));
+
 /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
  * parked_bytes is what is left while it is parked. */
 struct cJSON *ll_session_cost(const ll_session *session);

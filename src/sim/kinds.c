@@ -1,11 +1,12 @@
 #include "sim/kinds.h"
 
+#include "sim/motion.h"
 #include "sim/netgame.h"
 
-const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, NULL};
+const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, &ll_sim_motion, NULL};
 
 /* In the order of ll_sim_kinds; a test holds them against each other. */
-const char *const ll_sim_kind_names[] = {"netgame", NULL};
+const char *const ll_sim_kind_names[] = {"netgame", "motion", NULL};
 
 static const ll_param timeline_rows[] = {
     {.name = "at_s",

@@ -76,6 +76,11 @@ typedef struct ll_sim_kind {
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);
     struct cJSON *(*metrics)(const void *block);
+
+    /* Runs the scenario's parts one by one and adds what each costs to `metrics`, by the caller's clock.
+     * NULL: it has no parts. */
+    void (*time_parts)(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+
     struct cJSON *(*layout)(
         const void *config); /* what a viewer must know to read sections: goes into the hello */
 

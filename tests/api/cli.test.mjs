@@ -228,15 +228,15 @@ test('every parameter refuses bad values by name and range', () => {
   const follow = (node) => (node.$ref ? { ...root.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);
   let tried = 0;
 
-  /** @param {string[]} at @param {string} game */
-  const walk = (node, at, game) => {
+  /** @param {string[]} at @param {string[]} sets what the scenario needs first */
+  const walk = (node, at, sets) => {
     const full = follow(node);
-    if (full.properties) for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child, [...at, name], game);
-    else if (full.items) walk(full.items, [...at, '0'], game);
-    else if (full.anyOf?.[0].$ref) for (const variant of full.anyOf) walk(variant, at, variant.$ref.split('/').at(-1));
-    else leaf(at.join('.'), full, game);
+    if (full.properties) for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child, [...at, name], sets);
+    else if (full.items) walk(full.items, [...at, '0'], sets);
+    else if (full.anyOf?.[0].$ref) for (const any of full.anyOf) walk(any, at, [...sets, '--set', `${sets[0] === 'race' ? 'game' : 'problem'}=${any.$ref.split('/').at(-1)}`]);
+    else leaf(at.join('.'), full, sets);
   };
-  const leaf = (name, full, game) => {
+  const leaf = (name, full, sets) => {
     const values = { boolean: ['yes', '1', '', 'null', '"true"'], string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'] }[full.type]
       ?? [String(full.minimum - 1), String(full.maximum * 2 + 1), 'NaN', 'nan', 'inf', '-inf', '1e999', '-1e999', '', 'fast', '"1"', 'true', 'null', '[1]', '0x10', '1,5',
         ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : [])];
@@ -245,11 +245,12 @@ test('every parameter refuses bad values by name and range', () => {
       if (full.enum) words.push(...full.enum);
       // The range is told for every number that is out of it.
       if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) words.push(`${full.minimum}`, `${full.maximum}`.replace(/^1000000000$/, '1e'));
-      refused(['run', 'race', '--duration', '0.1', '--set', `game=${game}`, '--set', `${name}=${value}`], words);
+      refused(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
       tried++;
     }
   };
-  walk(root, [], 'race');
+  walk(root.oneOf[0], [], ['race']);
+  walk(root.oneOf[1], [], ['motion/orbit', '--set', 'methods=[{"method":"rk4"}]']);
   assert.ok(tried > 300, `${tried} values`);
 });
 

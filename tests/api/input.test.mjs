@@ -23,19 +23,28 @@ after(async () => {
 
 const follow = (node) => (node.$ref ? { ...schema.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);
 
-/** All leaves: path, schema, and the choice of game that they need. */
-function* leaves(node, path, game) {
+/** All leaves of both kinds: path, schema, and the scenario and choice that they need. */
+function* allLeaves() {
+  const [netgame, motion] = schema.oneOf;
+  for (const leaf of leaves(netgame, [])) yield { ...leaf, scenario: 'race', choice: leaf.variant && `"game":"${leaf.variant}",` };
+  for (const leaf of leaves(motion, [])) {
+    const method = leaf.path.startsWith('params') ? ',"methods":[{"method":"rk4"}]' : '';
+    yield { ...leaf, scenario: 'motion/orbit', choice: leaf.variant && `"problem":"${leaf.variant}"${method},` };
+  }
+}
+
+function* leaves(node, path, variant) {
   const full = follow(node);
   if (full.properties) {
     for (const [name, child] of Object.entries(full.properties)) {
-      if (name !== 'timeline') yield* leaves(child, [...path, name], game); // the scenarios here have none
+      if (name !== 'timeline') yield* leaves(child, [...path, name], variant); // the scenarios here have none
     }
   } else if (full.items) {
-    yield* leaves(full.items, [...path, '0'], game);
+    yield* leaves(full.items, [...path, '0'], variant);
   } else if (full.anyOf && full.anyOf[0].$ref) {
-    for (const variant of full.anyOf) yield* leaves(variant, path, variant.$ref.split('/').at(-1));
+    for (const any of full.anyOf) yield* leaves(any, path, any.$ref.split('/').at(-1));
   } else {
-    yield { path: path.join('.'), leaf: full, game };
+    yield { path: path.join('.'), leaf: full, variant };
   }
 }
 
@@ -80,10 +89,10 @@ const count = async () => /^laglab_sessions (\d+)$/m.exec((await c.get('/metrics
 test('every parameter refuses what it must, on creation', async () => {
   const sessions = await count();
   let tried = 0;
-  for (const { path, leaf, game } of leaves(schema, [])) {
+  for (const { path, leaf, scenario, choice } of allLeaves()) {
     for (const value of wrongValues(leaf)) {
-      const set = game ? `{"game":"${game}","${path}":${value}}` : `{"${path}":${value}}`;
-      refused(await c.call('POST', '/api/v1/sessions', { body: `{"scenario":"race","paused":true,"set":${set}}` }), path, leaf, value);
+      const body = `{"scenario":"${scenario}","paused":true,"set":{${choice ?? ''}"${path}":${value}}}`;
+      refused(await c.call('POST', '/api/v1/sessions', { body }), path, leaf, value);
       tried++;
     }
   }
@@ -93,12 +102,13 @@ test('every parameter refuses what it must, on creation', async () => {
 
 test('every parameter refuses what it must, while a session runs', async () => {
   const made = new Map();
-  for (const { path, leaf, game = 'race' } of leaves(schema, [])) {
-    if (!made.has(game)) {
-      const session = await c.make({ scenario: game, paused: true });
-      made.set(game, { session, params: (await c.get(session.links.self)).json.params, log: (await c.get(session.links.log)).text });
+  for (const { path, leaf, scenario, choice, variant } of allLeaves()) {
+    const key = `${scenario} ${variant}`;
+    if (!made.has(key)) {
+      const session = await c.make({ scenario, paused: true, set: JSON.parse(`{${(choice ?? '').replace(/,$/, '')}}`) });
+      made.set(key, { session, params: (await c.get(session.links.self)).json.params, log: (await c.get(session.links.log)).text });
     }
-    const { session } = made.get(game);
+    const { session } = made.get(key);
     const values = wrongValues(leaf);
     if (!leaf['x-live'] && leaf.default !== undefined) values.push(JSON.stringify(leaf.default));
     for (const value of values) {

@@ -8,7 +8,7 @@ typedef struct params {
 
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, mu, NULL, 1e-6, 0.5, 0.012277471, "The moon's share of the mass.")};
-LL_ODE_TABLE(table, "arenstorf", "Parameters of the three bodies.", rows, params);
+LL_ODE_TABLE(ll_ode_arenstorf_table, "arenstorf", "Parameters of the three bodies.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -50,7 +50,7 @@ const ll_ode_problem ll_ode_arenstorf = {.name = "arenstorf",
                                          .help =
                                              "A closed orbit between earth and moon, with a close encounter.",
                                          .source = "Hairer, Norsett and Wanner I, section II.0",
-                                         .params = &table,
+                                         .params = &ll_ode_arenstorf_table,
                                          .system = system_of,
                                          .duration = 17.0652165601579625588917206249,
                                          .start = start,

@@ -7,8 +7,8 @@ typedef struct params {
 } params;
 
 static const ll_param rows[] = {LL_ODE_PARAM(params, gravity, NULL, 0, 100, 1, "Constant of gravity.")};
-LL_ODE_TABLE(seven_table, "pleiades", "Parameters of the seven bodies.", rows, params);
-LL_ODE_TABLE(three_table, "figure_eight", "Parameters of the three bodies.", rows, params);
+LL_ODE_TABLE(ll_ode_pleiades_table, "pleiades", "Parameters of the seven bodies.", rows, params);
+LL_ODE_TABLE(ll_ode_figure_eight_table, "figure_eight", "Parameters of the three bodies.", rows, params);
 
 static void attract(int n, const double *mass, double gravity, const double *q, double *a)
 {
@@ -87,7 +87,7 @@ static const char *const seven_components[] = {
 const ll_ode_problem ll_ode_pleiades = {.name = "pleiades",
                                         .help = "Seven bodies with close encounters.",
                                         .source = "Hairer, Norsett and Wanner I, section II.10",
-                                        .params = &seven_table,
+                                        .params = &ll_ode_pleiades_table,
                                         .system = seven_system,
                                         .duration = 3,
                                         .start = seven_start,
@@ -140,7 +140,7 @@ const ll_ode_problem ll_ode_figure_eight = {.name = "figure_eight",
                                             .help =
                                                 "Three bodies that follow one another on a figure of eight.",
                                             .source = "Chenciner and Montgomery 2000; binary128 reference",
-                                            .params = &three_table,
+                                            .params = &ll_ode_figure_eight_table,
                                             .system = three_system,
                                             .duration = 6.32591398,
                                             .start = three_start,

@@ -11,7 +11,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, e, NULL, 0, 1, 0.5, "Restitution: share of the speed that an impact leaves."),
     LL_ODE_PARAM(params, rest_speed, "m/s", 0, 1, 1e-9, "A ball that leaves the floor slower stays there."),
 };
-LL_ODE_TABLE(table, "bouncing_ball", "Parameters of the ball.", rows, params);
+LL_ODE_TABLE(ll_ode_bouncing_ball_table, "bouncing_ball", "Parameters of the ball.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -82,7 +82,7 @@ static const char *const components[] = {"y_m", "v_mps"};
 const ll_ode_problem ll_ode_bouncing_ball = {.name = "bouncing_ball",
                                              .help = "A ball that bounces to rest; impacts are located.",
                                              .source = "closed form",
-                                             .params = &table,
+                                             .params = &ll_ode_bouncing_ball_table,
                                              .system = system_of,
                                              .duration = 2,
                                              .start = start,

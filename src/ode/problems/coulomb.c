@@ -10,8 +10,8 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, mu_g, "m/s2", 1e-3, 1000, 2, "Deceleration by friction."),
     LL_ODE_PARAM(params, v0, "m/s", 0, 1000, 3, "Speed at the start."),
 };
-LL_ODE_TABLE(table, "coulomb", "Parameters of the sliding block.", rows, params);
-LL_ODE_TABLE(naive_table, "coulomb_naive", "Parameters of the sliding block.", rows, params);
+LL_ODE_TABLE(ll_ode_coulomb_table, "coulomb", "Parameters of the sliding block.", rows, params);
+LL_ODE_TABLE(ll_ode_coulomb_naive_table, "coulomb_naive", "Parameters of the sliding block.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -69,7 +69,7 @@ const ll_ode_problem ll_ode_coulomb = {.name = "coulomb",
                                        .help =
                                            "A block slides to a stop by dry friction; the stop is located.",
                                        .source = "closed form",
-                                       .params = &table,
+                                       .params = &ll_ode_coulomb_table,
                                        .system = system_of,
                                        .duration = 5,
                                        .start = start,
@@ -80,7 +80,7 @@ const ll_ode_problem ll_ode_coulomb_naive = {
     .name = "coulomb_naive",
     .help = "The same with a force by the sign of the speed: it chatters.",
     .source = "closed form",
-    .params = &naive_table,
+    .params = &ll_ode_coulomb_naive_table,
     .system = naive_system,
     .duration = 5,
     .start = start,

@@ -11,7 +11,8 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, theta1, "rad", -3.15, 3.15, 2, "Upper angle at the start, at rest; 0 hangs down."),
     LL_ODE_PARAM(params, theta2, "rad", -3.15, 3.15, 2, "Lower angle at the start."),
 };
-LL_ODE_TABLE(table, "double_pendulum", "Parameters of the double pendulum.", rows, params);
+LL_ODE_TABLE(ll_ode_double_pendulum_table, "double_pendulum", "Parameters of the double pendulum.", rows,
+             params);
 
 /* Lagrange's equations: 2 a1 + c a2 = -s w2^2 - 2 g sin th1, c a1 + a2 = s w1^2 - g sin th2, with c and s of
  * the difference of the angles. */
@@ -54,7 +55,7 @@ static const char *const components[] = {"theta1_rad", "theta2_rad", "omega1_rad
 const ll_ode_problem ll_ode_double_pendulum = {.name = "double_pendulum",
                                                .help = "Two pendulums in a row: chaos.",
                                                .source = "binary128 reference",
-                                               .params = &table,
+                                               .params = &ll_ode_double_pendulum_table,
                                                .system = system_of,
                                                .duration = 5,
                                                .start = start,

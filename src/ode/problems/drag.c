@@ -14,7 +14,8 @@ static const ll_param vertical_rows[] = {
     LL_ODE_PARAM(vertical, kd, "1/m", 1e-6, 100, 1.0 / 128, "Drag: deceleration over speed squared."),
     LL_ODE_PARAM(vertical, v0, "m/s", -1000, 1000, 0, "Speed at the start, downwards; negative: thrown up."),
 };
-LL_ODE_TABLE(vertical_table, "drag_vertical", "Parameters of the fall with drag.", vertical_rows, vertical);
+LL_ODE_TABLE(ll_ode_drag_vertical_table, "drag_vertical", "Parameters of the fall with drag.", vertical_rows,
+             vertical);
 
 static void vertical_acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -72,7 +73,7 @@ static const char *const vertical_components[] = {"s_m", "v_mps"};
 const ll_ode_problem ll_ode_drag_vertical = {.name = "drag_vertical",
                                              .help = "A fall with quadratic drag.",
                                              .source = "closed form",
-                                             .params = &vertical_table,
+                                             .params = &ll_ode_drag_vertical_table,
                                              .system = vertical_system,
                                              .duration = 4,
                                              .start = vertical_start,
@@ -92,7 +93,7 @@ static const ll_param plane_rows[] = {
     LL_ODE_PARAM(plane, vx0, "m/s", -1000, 1000, 30, "Speed at the start, forwards."),
     LL_ODE_PARAM(plane, vy0, "m/s", 0, 1000, 40, "Speed at the start, upwards."),
 };
-LL_ODE_TABLE(plane_table, "drag_2d", "Parameters of the projectile.", plane_rows, plane);
+LL_ODE_TABLE(ll_ode_drag_2d_table, "drag_2d", "Parameters of the projectile.", plane_rows, plane);
 
 static void plane_acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -157,7 +158,7 @@ static const char *const plane_components[] = {"x_m", "y_m", "vx_mps", "vy_mps"}
 const ll_ode_problem ll_ode_drag_2d = {.name = "drag_2d",
                                        .help = "A projectile with quadratic drag; its impact is located.",
                                        .source = "binary128 extrapolation and collocation",
-                                       .params = &plane_table,
+                                       .params = &ll_ode_drag_2d_table,
                                        .system = plane_system,
                                        .duration = 4,
                                        .start = plane_start,

@@ -9,14 +9,15 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, k, "N/m", 1, 1e8, 1e4, "Stiffness of the spring; the mass is 1 kg, the length 1 m."),
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
 };
-LL_ODE_TABLE(table, "elastic_pendulum", "Parameters of the pendulum on a spring.", rows, params);
+LL_ODE_TABLE(ll_ode_elastic_pendulum_table, "elastic_pendulum", "Parameters of the pendulum on a spring.",
+             rows, params);
 
 static const ll_param stiff_rows[] = {
     LL_ODE_PARAM(params, k, "N/m", 1, 1e8, 1e6, "Stiffness of the spring; the mass is 1 kg, the length 1 m."),
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
 };
-LL_ODE_TABLE(stiff_table, "stiff_pendulum", "Parameters of the pendulum on a stiff spring.", stiff_rows,
-             params);
+LL_ODE_TABLE(ll_ode_stiff_pendulum_table, "stiff_pendulum", "Parameters of the pendulum on a stiff spring.",
+             stiff_rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -70,7 +71,7 @@ static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
 const ll_ode_problem ll_ode_elastic_pendulum = {.name = "elastic_pendulum",
                                                 .help = "A pendulum on a spring, 100 rad/s under 3 rad/s.",
                                                 .source = "binary128 reference",
-                                                .params = &table,
+                                                .params = &ll_ode_elastic_pendulum_table,
                                                 .system = system_of,
                                                 .duration = 5,
                                                 .start = start,
@@ -84,7 +85,7 @@ const ll_ode_problem ll_ode_stiff_pendulum = {.name = "stiff_pendulum",
                                                   "A pendulum on a stiff spring, 1000 rad/s under 3 rad/s.",
                                               .source = "binary128 reference",
                                               .stiff = true,
-                                              .params = &stiff_table,
+                                              .params = &ll_ode_stiff_pendulum_table,
                                               .system = system_of,
                                               .duration = 5,
                                               .start = start,

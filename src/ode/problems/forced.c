@@ -7,7 +7,7 @@ typedef struct params {
 
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, omega, "rad/s", 0.01, 1000, 1, "Frequency of the force.")};
-LL_ODE_TABLE(table, "forced", "Parameters of the periodic force.", rows, params);
+LL_ODE_TABLE(ll_ode_forced_table, "forced", "Parameters of the periodic force.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -40,7 +40,7 @@ static const char *const components[] = {"x_m", "v_mps"};
 const ll_ode_problem ll_ode_forced = {.name = "forced",
                                       .help = "A free mass under a periodic force.",
                                       .source = "closed form",
-                                      .params = &table,
+                                      .params = &ll_ode_forced_table,
                                       .system = system_of,
                                       .duration = 10,
                                       .start = start,

@@ -9,7 +9,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
     LL_ODE_PARAM(params, v0, "m/s", -1000, 1000, 0, "Speed at the start, downwards."),
 };
-LL_ODE_TABLE(table, "free_fall", "Parameters of free fall.", rows, params);
+LL_ODE_TABLE(ll_ode_free_fall_table, "free_fall", "Parameters of free fall.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -47,7 +47,7 @@ static const char *const components[] = {"s_m", "v_mps"};
 const ll_ode_problem ll_ode_free_fall = {.name = "free_fall",
                                          .help = "A body falls from rest, without drag.",
                                          .source = "the paper, Figures 1 to 4",
-                                         .params = &table,
+                                         .params = &ll_ode_free_fall_table,
                                          .system = system_of,
                                          .duration = 3,
                                          .start = start,

@@ -11,7 +11,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, p1, "m/s", -1, 1, 0, "First speed at the start."),
     LL_ODE_PARAM(params, p2, "m/s", -1, 1, 0.5, "Second speed at the start."),
 };
-LL_ODE_TABLE(table, "henon_heiles", "Parameters of the star.", rows, params);
+LL_ODE_TABLE(ll_ode_henon_heiles_table, "henon_heiles", "Parameters of the star.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -48,7 +48,7 @@ static const char *const components[] = {"q1_m", "q2_m", "p1_mps", "p2_mps"};
 const ll_ode_problem ll_ode_henon_heiles = {.name = "henon_heiles",
                                             .help = "A star in the field of a galaxy, at an energy of 0.13.",
                                             .source = "Henon and Heiles 1964; binary128 reference",
-                                            .params = &table,
+                                            .params = &ll_ode_henon_heiles_table,
                                             .system = system_of,
                                             .duration = 100,
                                             .start = start,

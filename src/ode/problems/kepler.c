@@ -6,7 +6,7 @@ typedef struct params {
 } params;
 
 static const ll_param rows[] = {LL_ODE_PARAM(params, e, NULL, 0, 0.999, 0.6, "Eccentricity.")};
-LL_ODE_TABLE(table, "kepler", "Parameters of the orbit.", rows, params);
+LL_ODE_TABLE(ll_ode_kepler_table, "kepler", "Parameters of the orbit.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -67,7 +67,7 @@ static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
 const ll_ode_problem ll_ode_kepler = {.name = "kepler",
                                       .help = "An orbit around a fixed sun.",
                                       .source = "closed form, by Kepler's equation",
-                                      .params = &table,
+                                      .params = &ll_ode_kepler_table,
                                       .system = system_of,
                                       .duration = 10,
                                       .start = start,

@@ -18,7 +18,8 @@ static const ll_param robertson_rows[] = {
     LL_ODE_PARAM(robertson, k2, "1/s", 0, 1e12, 3e7, "Fastest reaction."),
     LL_ODE_PARAM(robertson, k3, "1/s", 0, 1e12, 1e4, "Fast reaction."),
 };
-LL_ODE_TABLE(robertson_table, "robertson", "Parameters of Robertson's reaction.", robertson_rows, robertson);
+LL_ODE_TABLE(ll_ode_robertson_table, "robertson", "Parameters of Robertson's reaction.", robertson_rows,
+             robertson);
 
 static void robertson_f(const void *p, double t, const double *y, double *dy)
 {
@@ -65,7 +66,7 @@ const ll_ode_problem ll_ode_robertson = {.name = "robertson",
                                          .help = "Three substances whose reactions differ by nine orders.",
                                          .source = "Robertson 1966; Test Set for IVP Solvers",
                                          .stiff = true,
-                                         .params = &robertson_table,
+                                         .params = &ll_ode_robertson_table,
                                          .system = robertson_system,
                                          .duration = 40,
                                          .start = robertson_start,
@@ -84,7 +85,8 @@ static const ll_param oregonator_rows[] = {
     LL_ODE_PARAM(oregonator, w, NULL, 0, 100, 0.161, "Second constant."),
     LL_ODE_PARAM(oregonator, q, NULL, 0, 1, 8.375e-6, "Third constant."),
 };
-LL_ODE_TABLE(oregonator_table, "oregonator", "Parameters of the Oregonator.", oregonator_rows, oregonator);
+LL_ODE_TABLE(ll_ode_oregonator_table, "oregonator", "Parameters of the Oregonator.", oregonator_rows,
+             oregonator);
 
 static void oregonator_f(const void *p, double t, const double *y, double *dy)
 {
@@ -130,7 +132,7 @@ const ll_ode_problem ll_ode_oregonator = {
     .help = "The Belousov-Zhabotinskii reaction: bursts between long rests.",
     .source = "Field and Noyes 1974; Test Set for IVP Solvers",
     .stiff = true,
-    .params = &oregonator_table,
+    .params = &ll_ode_oregonator_table,
     .system = oregonator_system,
     .duration = 360,
     .start = oregonator_start,
@@ -145,7 +147,7 @@ typedef struct hires {
 } hires;
 
 static const ll_param hires_rows[] = {LL_ODE_PARAM(hires, k, NULL, 0, 1e6, 280, "The fast reaction.")};
-LL_ODE_TABLE(hires_table, "hires", "Parameters of the response to light.", hires_rows, hires);
+LL_ODE_TABLE(ll_ode_hires_table, "hires", "Parameters of the response to light.", hires_rows, hires);
 
 static void hires_f(const void *p, double t, const double *y, double *dy)
 {
@@ -199,7 +201,7 @@ const ll_ode_problem ll_ode_hires = {.name = "hires",
                                      .help = "A plant's response to light: eight substances.",
                                      .source = "Schaefer 1975; Test Set for IVP Solvers",
                                      .stiff = true,
-                                     .params = &hires_table,
+                                     .params = &ll_ode_hires_table,
                                      .system = hires_system,
                                      .duration = 321.8122,
                                      .start = hires_start,

@@ -9,7 +9,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, b, "rad/s", 1e-3, 1e4, 1, "Field, as the frequency of the circle."),
     LL_ODE_PARAM(params, speed, "m/s", 1e-3, 1e6, 1, "Speed at the start."),
 };
-LL_ODE_TABLE(table, "lorentz", "Parameters of the charge.", rows, params);
+LL_ODE_TABLE(ll_ode_lorentz_table, "lorentz", "Parameters of the charge.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -65,7 +65,7 @@ const ll_ode_problem ll_ode_lorentz = {
     .name = "lorentz",
     .help = "A charge circles in a magnetic field: a force that depends on speed.",
     .source = "closed form",
-    .params = &table,
+    .params = &ll_ode_lorentz_table,
     .system = system_of,
     .duration = 10,
     .start = start,

@@ -11,11 +11,11 @@ typedef struct params {
         LL_ODE_PARAM(params, v0, "m/s", -1e6, 1e6, 0, "Speed at the start.")
 
 static const ll_param rows[] = {COMMON};
-LL_ODE_TABLE(table, "oscillator", "Parameters of the oscillator.", rows, params);
+LL_ODE_TABLE(ll_ode_oscillator_table, "oscillator", "Parameters of the oscillator.", rows, params);
 
 static const ll_param damped_rows[] = {
     COMMON, LL_ODE_PARAM(params, zeta, NULL, 0, 100, 0.1, "Damping ratio; 1 is critical.")};
-LL_ODE_TABLE(damped_table, "damped", "Parameters of the damped oscillator.", damped_rows, params);
+LL_ODE_TABLE(ll_ode_damped_table, "damped", "Parameters of the damped oscillator.", damped_rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -104,7 +104,7 @@ static const char *const components[] = {"x_m", "v_mps"};
 const ll_ode_problem ll_ode_oscillator = {.name = "oscillator",
                                           .help = "A mass on a spring, without damping.",
                                           .source = "closed form",
-                                          .params = &table,
+                                          .params = &ll_ode_oscillator_table,
                                           .system = system_of,
                                           .duration = 10,
                                           .start = start,
@@ -115,7 +115,7 @@ const ll_ode_problem ll_ode_oscillator = {.name = "oscillator",
 const ll_ode_problem ll_ode_damped = {.name = "damped",
                                       .help = "A mass on a spring with linear damping.",
                                       .source = "closed form",
-                                      .params = &damped_table,
+                                      .params = &ll_ode_damped_table,
                                       .system = damped_system,
                                       .duration = 10,
                                       .start = start,

@@ -11,7 +11,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, k, "N/m", 1, 1e9, 1e5, "Stiffness of the floor; the mass is 1 kg."),
     LL_ODE_PARAM(params, h, "m", 1e-3, 1e4, 1, "Height at the start."),
 };
-LL_ODE_TABLE(table, "penalty_floor", "Parameters of the floor.", rows, params);
+LL_ODE_TABLE(ll_ode_penalty_floor_table, "penalty_floor", "Parameters of the floor.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -63,7 +63,7 @@ static const char *const components[] = {"y_m", "v_mps"};
 const ll_ode_problem ll_ode_penalty_floor = {.name = "penalty_floor",
                                              .help = "A ball on a floor made of a stiff spring.",
                                              .source = "closed form",
-                                             .params = &table,
+                                             .params = &ll_ode_penalty_floor_table,
                                              .system = system_of,
                                              .duration = 0.9,
                                              .start = start,

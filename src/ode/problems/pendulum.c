@@ -11,7 +11,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, length, "m", 0.01, 1000, 1, "Length."),
     LL_ODE_PARAM(params, theta0, "rad", -3.14, 3.14, 2, "Angle at the start, at rest; 0 hangs down."),
 };
-LL_ODE_TABLE(table, "pendulum", "Parameters of the pendulum.", rows, params);
+LL_ODE_TABLE(ll_ode_pendulum_table, "pendulum", "Parameters of the pendulum.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -54,7 +54,7 @@ static const char *const components[] = {"theta_rad", "omega_radps"};
 const ll_ode_problem ll_ode_pendulum = {.name = "pendulum",
                                         .help = "A pendulum with a large swing.",
                                         .source = "closed form, by Jacobi's elliptic functions",
-                                        .params = &table,
+                                        .params = &ll_ode_pendulum_table,
                                         .system = system_of,
                                         .duration = 10,
                                         .start = start,

@@ -6,7 +6,8 @@ typedef struct params {
 } params;
 
 static const ll_param rows[] = {LL_ODE_PARAM(params, lambda, "1/s", 0, 1e9, 1e4, "Stiffness.")};
-LL_ODE_TABLE(table, "prothero_robinson", "Parameters of the stiff follower.", rows, params);
+LL_ODE_TABLE(ll_ode_prothero_robinson_table, "prothero_robinson", "Parameters of the stiff follower.", rows,
+             params);
 
 static void f(const void *p, double t, const double *y, double *dy)
 {
@@ -43,7 +44,7 @@ const ll_ode_problem ll_ode_prothero_robinson = {.name = "prothero_robinson",
                                                  .help = "A slow solution that a stiff force holds to.",
                                                  .source = "Prothero and Robinson 1974; closed form",
                                                  .stiff = true,
-                                                 .params = &table,
+                                                 .params = &ll_ode_prothero_robinson_table,
                                                  .system = system_of,
                                                  .duration = 10,
                                                  .start = start,

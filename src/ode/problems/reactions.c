@@ -9,7 +9,7 @@ static const ll_param brusselator_rows[] = {
     LL_ODE_PARAM(brusselator, a, NULL, 0.01, 100, 1, "Inflow."),
     LL_ODE_PARAM(brusselator, b, NULL, 0, 100, 3, "Second constant; it oscillates above 1 + a^2."),
 };
-LL_ODE_TABLE(brusselator_table, "brusselator", "Parameters of the Brusselator.", brusselator_rows,
+LL_ODE_TABLE(ll_ode_brusselator_table, "brusselator", "Parameters of the Brusselator.", brusselator_rows,
              brusselator);
 
 static void brusselator_f(const void *p, double t, const double *y, double *dy)
@@ -39,7 +39,7 @@ static const char *const brusselator_components[] = {"u", "v"};
 const ll_ode_problem ll_ode_brusselator = {.name = "brusselator",
                                            .help = "A reaction that oscillates.",
                                            .source = "Hairer, Norsett and Wanner I, section I.16",
-                                           .params = &brusselator_table,
+                                           .params = &ll_ode_brusselator_table,
                                            .system = brusselator_system,
                                            .duration = 20,
                                            .start = brusselator_start,
@@ -57,7 +57,8 @@ static const ll_param hunter_rows[] = {
     LL_ODE_PARAM(hunters, death, "1/s", 0, 100, 3, "Death of the hunters."),
     LL_ODE_PARAM(hunters, gain, "1/s", 0, 100, 1, "Growth of the hunters, per prey."),
 };
-LL_ODE_TABLE(hunter_table, "lotka_volterra", "Parameters of hunters and prey.", hunter_rows, hunters);
+LL_ODE_TABLE(ll_ode_lotka_volterra_table, "lotka_volterra", "Parameters of hunters and prey.", hunter_rows,
+             hunters);
 
 static void hunter_f(const void *p, double t, const double *y, double *dy)
 {
@@ -84,7 +85,7 @@ static const char *const hunter_components[] = {"prey", "hunters"};
 const ll_ode_problem ll_ode_lotka_volterra = {.name = "lotka_volterra",
                                               .help = "Hunters and prey.",
                                               .source = "SciMLBenchmarks; binary128 reference",
-                                              .params = &hunter_table,
+                                              .params = &ll_ode_lotka_volterra_table,
                                               .system = hunter_system,
                                               .duration = 10,
                                               .start = hunter_start,

@@ -11,7 +11,7 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, k, "N/m", 1e-3, 1e8, 1e4, "Stiffness of each spring."),
     LL_ODE_PARAM(params, m, "kg", 1e-3, 1e3, 1, "Each mass."),
 };
-LL_ODE_TABLE(table, "spring_chain", "Parameters of the chain.", rows, params);
+LL_ODE_TABLE(ll_ode_spring_chain_table, "spring_chain", "Parameters of the chain.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -101,7 +101,7 @@ static const char *const components[] = {
 const ll_ode_problem ll_ode_spring_chain = {.name = "spring_chain",
                                             .help = "Sixteen masses between stiff springs.",
                                             .source = "closed form, a sum of modes",
-                                            .params = &table,
+                                            .params = &ll_ode_spring_chain_table,
                                             .system = system_of,
                                             .duration = 1,
                                             .start = start,

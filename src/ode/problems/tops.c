@@ -12,7 +12,7 @@ static const ll_param racket_rows[] = {
     LL_ODE_PARAM(racket, tilt, "rad/s", -1, 1, 1.0 / 128,
                  "Turning about the first axis at the start; 1 rad/s about the second."),
 };
-LL_ODE_TABLE(racket_table, "tennis_racket", "Parameters of the racket.", racket_rows, racket);
+LL_ODE_TABLE(ll_ode_tennis_racket_table, "tennis_racket", "Parameters of the racket.", racket_rows, racket);
 
 static void racket_f(const void *p, double t, const double *w, double *dw)
 {
@@ -48,7 +48,7 @@ static const char *const racket_components[] = {"omega1_radps", "omega2_radps", 
 const ll_ode_problem ll_ode_tennis_racket = {.name = "tennis_racket",
                                              .help = "A body that turns about its middle axis flips.",
                                              .source = "Euler's equations; binary128 reference",
-                                             .params = &racket_table,
+                                             .params = &ll_ode_tennis_racket_table,
                                              .system = racket_system,
                                              .duration = 50,
                                              .start = racket_start,
@@ -63,7 +63,7 @@ typedef struct top {
 
 static const ll_param top_rows[] = {
     LL_ODE_PARAM(top, drive, "rad/s2", 0, 10, 0.25, "Strength of the drive.")};
-LL_ODE_TABLE(top_table, "euler_top", "Parameters of the top.", top_rows, top);
+LL_ODE_TABLE(ll_ode_euler_top_table, "euler_top", "Parameters of the top.", top_rows, top);
 
 static void top_f(const void *p, double t, const double *w, double *dw)
 {
@@ -91,7 +91,7 @@ static const double top_reference[] = {-0.668862422980134302, -0.587698402204068
 const ll_ode_problem ll_ode_euler_top = {.name = "euler_top",
                                          .help = "A turning body under a periodic drive.",
                                          .source = "SciMLBenchmarks, rigid body; binary128 reference",
-                                         .params = &top_table,
+                                         .params = &ll_ode_euler_top_table,
                                          .system = top_system,
                                          .duration = 10,
                                          .start = top_start,

@@ -6,7 +6,8 @@ typedef struct params {
 } params;
 
 static const ll_param rows[] = {LL_ODE_PARAM(params, mu, NULL, 0, 1e6, 1000, "Strength of the damping.")};
-LL_ODE_TABLE(table, "van_der_pol", "Parameters of van der Pol's oscillator.", rows, params);
+LL_ODE_TABLE(ll_ode_van_der_pol_table, "van_der_pol", "Parameters of van der Pol's oscillator.", rows,
+             params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
 {
@@ -48,7 +49,7 @@ const ll_ode_problem ll_ode_van_der_pol = {.name = "van_der_pol",
                                            .help = "An oscillator that relaxes slowly and jumps fast.",
                                            .source = "Test Set for IVP Solvers; binary128 reference",
                                            .stiff = true,
-                                           .params = &table,
+                                           .params = &ll_ode_van_der_pol_table,
                                            .system = system_of,
                                            .duration = 2000,
                                            .start = start,

@@ -1,0 +1,247 @@
+#include "sim/motion.h"
+
+#include <string.h>
+
+#include "base/detmath.h"
+#include "base/hash.h"
+
+/* ---- the system ---- */
+
+ll_ode ll_motion_system(ll_motion_config *config)
+{
+    const ll_ode_problem *problem = ll_motion_problem(config);
+    ll_ode ode;
+    if (problem->prepare)
+        problem->prepare(config->params);
+    problem->system(config->params, &ode);
+    return ode;
+}
+
+ll_ode_control ll_motion_control(const ll_motion_config *config, int i)
+{
+    return (ll_ode_control){.t_end = config->head.duration_s,
+                            .dt = config->methods[i].dt_s,
+                            .tolerance = config->methods[i].tolerance,
+                            .max_steps = LL_MOTION_STEPS_MAX};
+}
+
+/* ---- the reference, where there is no formula ---- */
+
+static bool has_formula(const ll_motion_config *config)
+{
+    double y[LL_ODE_DIM_MAX];
+    const ll_ode_problem *problem = ll_motion_problem(config);
+    return problem->exact && problem->exact(config->params, 0, y);
+}
+
+static const ll_ode_method *best_method(const ll_ode_problem *problem)
+{
+    return ll_ode_method_find(problem->stiff ? "radau13" : "dop853");
+}
+
+/* ---- layout ---- */
+
+/* Any method may be chosen while it runs: the largest counts. */
+static size_t largest_run(const ll_ode *ode)
+{
+    size_t largest = 0;
+    for (int i = 0; ll_ode_methods[i]; i++) {
+        ll_status fits = ll_ode_method_fits(ll_ode_methods[i], ode);
+        size_t size = ll_failed(&fits) ? 0 : ll_ode_run_size(ll_ode_methods[i], ode);
+        largest = size > largest ? size : largest;
+    }
+    return largest;
+}
+
+/* Places the parts one behind the other; with a NULL block only counts. */
+static int64_t lay_out(ll_motion *m, const ll_motion_config *c)
+{
+    ll_motion_config copy = *c;
+    ll_ode ode = ll_motion_system(&copy);
+    const ll_ode_problem *problem = ll_motion_problem(c);
+    int64_t vector = ode.dim * (int64_t)sizeof(double), end = (int64_t)sizeof(ll_motion);
+    int64_t run = (int64_t)largest_run(&ode);
+    int64_t reference = (int64_t)ll_ode_run_size(best_method(problem), &ode);
+    ll_motion counted, *at = m ? m : &counted;
+    at->dim = ode.dim;
+    at->solution = end;
+    at->reference = end + vector;
+    end = at->reference + reference;
+    for (int i = 0; i < c->method_count; i++) {
+        at->at[i].shown = end;
+        at->at[i].wanted = end + vector;
+        at->at[i].run = end + 2 * vector;
+        end = at->at[i].run + run;
+        at->at[i].reference = end;
+        end += reference;
+    }
+    return end;
+}
+
+static size_t size(const void *config)
+{
+    return (size_t)lay_out(NULL, config);
+}
+
+/* ---- start ---- */
+
+static double energy_of(const ll_motion *m, double t, const double *y)
+{
+    const ll_ode_problem *problem = ll_motion_problem(&m->config);
+    return problem->energy ? problem->energy(m->config.params, t, y) : 0;
+}
+
+static ll_ode_run *run_at(const ll_motion *m, int64_t offset)
+{
+    return (ll_ode_run *)((char *)m + offset);
+}
+
+static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, const double *y0)
+{
+    ll_ode_control control = {.t_end = m->config.head.duration_s,
+                              .tolerance = 1e-14,
+                              .absolute = 1e-18,
+                              .max_steps = LL_MOTION_STEPS_MAX};
+    if (!has_formula(&m->config))
+        ll_ode_start(run_at(m, offset), best_method(ll_motion_problem(&m->config)), ode, &control, y0);
+}
+
+static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
+{
+    ll_ode_control control = ll_motion_control(&m->config, i);
+    size_t vector = (size_t)m->dim * sizeof(double);
+    ll_ode_start(ll_motion_run(m, i), ll_motion_method_of(&m->config, i), ode, &control,
+                 y0); /* was checked */
+    start_reference(m, ode, m->at[i].reference, y0);
+    memcpy(ll_motion_vector(m, m->at[i].shown), y0, vector);
+    memcpy(ll_motion_vector(m, m->at[i].wanted), y0, vector);
+    m->record[i] = (ll_motion_record){.energy_start = energy_of(m, 0, y0)};
+}
+
+static void init(void *block, const void *config)
+{
+    ll_motion *m = block;
+    double y0[LL_ODE_DIM_MAX];
+    memset(block, 0, size(config));
+    m->config = *(const ll_motion_config *)config;
+    m->size = lay_out(m, &m->config);
+    ll_ode ode = ll_motion_system(&m->config);
+    ll_motion_problem(&m->config)->start(m->config.params, y0);
+    memcpy(ll_motion_vector(m, m->solution), y0, (size_t)m->dim * sizeof *y0);
+    start_reference(m, &ode, m->reference, y0);
+    for (int i = 0; i < m->config.method_count; i++)
+        start_one(m, &ode, i, y0);
+}
+
+static ll_freq tick_freq(const void *config)
+{
+    return ll_freq_from_hz(((const ll_motion_config *)config)->tick_hz);
+}
+
+static void settle(void *config, const void *before)
+{
+    (void)config;
+    (void)before;
+}
+
+/* ---- time ---- */
+
+/* The solution at `t`, which only goes forward. */
+static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, double t, double *y)
+{
+    const ll_ode_problem *problem = ll_motion_problem(&m->config);
+    ll_ode_run *reference = run_at(m, offset);
+    if (problem->exact && problem->exact(m->config.params, t, y))
+        return;
+    if (reference->t < t)
+        ll_ode_advance(reference, best_method(problem), ode, t);
+    ll_ode_sample(reference, best_method(problem), ode, t, y);
+}
+
+static void measure(ll_motion *m, int i, double t, const double *y, const double *wanted)
+{
+    ll_motion_record *r = &m->record[i];
+    double square = 0;
+    for (int k = 0; k < m->dim; k++)
+        square += (y[k] - wanted[k]) * (y[k] - wanted[k]);
+    r->t = t;
+    r->error = ll_sqrt(square);
+    r->error_max = r->error > r->error_max ? r->error : r->error_max;
+    r->error_squares += square;
+    double scale = r->energy_start < 0 ? -r->energy_start : r->energy_start;
+    double drift = (energy_of(m, t, y) - r->energy_start) / (scale > 0 ? scale : 1);
+    double size_of_drift = drift < 0 ? -drift : drift;
+    r->energy_drift = drift;
+    r->energy_drift_max = size_of_drift > r->energy_drift_max ? size_of_drift : r->energy_drift_max;
+    r->sums[0] += t;
+    r->sums[1] += t * t;
+    r->sums[2] += drift;
+    r->sums[3] += t * drift;
+    r->samples++;
+}
+
+static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t)
+{
+    const ll_ode_method *method = ll_motion_method_of(&m->config, i);
+    ll_ode_run *run = ll_motion_run(m, i);
+    double *wanted = ll_motion_vector(m, m->at[i].wanted);
+    if (!m->config.methods[i].shown || run->state == LL_ODE_DIVERGED)
+        return;
+    if (ll_ode_advance(run, method, ode, t) == LL_ODE_DIVERGED)
+        return;
+    ll_ode_sample(run, method, ode, t < run->t ? t : run->t, ll_motion_vector(m, m->at[i].shown));
+    if (run->t <= m->record[i].t && m->record[i].samples > 0)
+        return; /* a long step: this state has been measured */
+    solution_at(m, ode, m->at[i].reference, run->t, wanted);
+    measure(m, i, run->t, ll_ode_y(run), wanted);
+}
+
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
+{
+    ll_motion *m = block;
+    ll_freq freq = tick_freq(&m->config);
+    ll_ode ode = ll_motion_system(&m->config);
+    int64_t last = ll_tick_at((ll_time)(m->config.head.duration_s * 1e9 + 0.5), freq);
+    (void)recorder;
+    for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
+        m->now = ll_tick_time(tick, freq);
+        double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
+        for (int i = 0; i < m->config.method_count; i++)
+            advance_one(m, &ode, i, t);
+        solution_at(m, &ode, m->reference, t, ll_motion_vector(m, m->solution));
+    }
+    m->now = until;
+    return ll_ok();
+}
+
+static void change(void *block, const void *config, ll_time now)
+{
+    init(block, config);
+    advance(block, now, NULL);
+}
+
+static uint64_t hash(const void *block)
+{
+    return ll_hash(0, block, (size_t)((const ll_motion *)block)->size);
+}
+
+const ll_sim_kind ll_sim_motion = {
+    .name = "motion",
+    .help = "A problem of motion, solved by several methods side by side.",
+    .table = &ll_motion_table,
+    .size = size,
+    .init = init,
+    .settle = settle,
+    .tick_freq = tick_freq,
+    .advance = advance,
+    .change = change,
+    .hash = hash,
+    .state = ll_motion_state,
+    .metrics = ll_motion_metrics,
+    .time_parts = ll_motion_time_parts,
+    .layout = ll_motion_layout,
+    .sections = ll_motion_sections,
+    .sections_json = ll_motion_sections_json,
+    .trace_columns = ll_motion_trace_columns,
+    .trace_row = ll_motion_trace_row,
+};

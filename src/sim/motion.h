@@ -1,0 +1,102 @@
+/* Simulations of kind `motion`: one problem of the ode room, integrated by several methods side by side from
+ * the same start, each measured against the solution.
+ *
+ * The solution is the problem's formula; where there is none, each method has beside it a reference run by
+ * the best method at the least tolerance. A change of a method, its step or a parameter takes effect from
+ * time 0: the run is made again up to now, so that a picture never mixes two settings. */
+#pragma once
+
+#include "ode/problem.h"
+#include "ode/run.h"
+#include "sim/sim.h"
+
+#define LL_MOTION_METHODS_MAX 8
+#define LL_MOTION_STEPS_MAX 20000000
+
+typedef struct ll_motion_method {
+    double dt_s;      /* of methods of fixed step */
+    double tolerance; /* of adaptive ones */
+    int32_t method;   /* index into ll_ode_methods */
+    bool shown;
+    uint8_t reserved[3];
+} ll_motion_method;
+
+typedef struct ll_motion_config {
+    ll_scenario_head head;
+    double tick_hz;  /* of sampling */
+    int32_t problem; /* index into ll_ode_problems */
+    int32_t method_count;
+    double params[LL_ODE_PARAMS_MAX / sizeof(double)];
+    ll_motion_method methods[LL_MOTION_METHODS_MAX];
+} ll_motion_config;
+
+extern const ll_param_table ll_motion_table;
+extern const ll_sim_kind ll_sim_motion;
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
+/* What is measured of one method, at every tick. An error is the Euclidean distance of the whole state from
+ * the solution at the method's own time. */
+typedef struct ll_motion_record {
+    double t; /* s, of the state that was measured last */
+    double error, error_max, error_squares;
+    double energy_start, energy_drift, energy_drift_max; /* relative, where the start has any */
+    double sums[4];                                      /* t, t^2, drift, t drift: for the secular slope */
+    int64_t samples;
+} ll_motion_record;
+
+/* The start of a block. Offsets are from here; a vector has `dim` doubles. */
+typedef struct ll_motion {
+    int64_t size;
+    ll_motion_config config;
+    ll_time now;
+    int32_t dim;
+    int32_t reserved;
+    int64_t solution;  /* vector: the solution now, for drawing; */
+    int64_t reference; /* and the run that gives it where there is no formula */
+    struct {
+        int64_t run, reference; /* ll_ode_run */
+        int64_t shown,
+            wanted; /* vectors: the state now, for drawing; the solution at the method's own time */
+    } at[LL_MOTION_METHODS_MAX];
+    ll_motion_record record[LL_MOTION_METHODS_MAX];
+} ll_motion;
+
+#pragma GCC diagnostic pop
+
+static inline const ll_ode_problem *ll_motion_problem(const ll_motion_config *config)
+{
+    return ll_ode_problems[config->problem];
+}
+
+static inline const ll_ode_method *ll_motion_method_of(const ll_motion_config *config, int i)
+{
+    return ll_ode_methods[config->methods[i].method];
+}
+
+static inline ll_ode_run *ll_motion_run(const ll_motion *m, int i)
+{
+    return (ll_ode_run *)((char *)m + m->at[i].run);
+}
+
+static inline double *ll_motion_vector(const ll_motion *m, int64_t offset)
+{
+    return (double *)((char *)m + offset);
+}
+
+/* The system of a configuration, which must stay where it is. Sets what is derived from its parameters. */
+ll_ode ll_motion_system(ll_motion_config *config);
+ll_ode_control ll_motion_control(const ll_motion_config *config, int i);
+
+/* motion_report.c: what is told of a block */
+struct cJSON *ll_motion_state(const void *block);
+struct cJSON *ll_motion_metrics(const void *block);
+void ll_motion_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+struct cJSON *ll_motion_layout(const void *config);
+int ll_motion_trace_columns(const void *config, char (*names)[48], int capacity);
+int ll_motion_trace_row(const void *block, double *values, int capacity);
+void ll_motion_sections(const void *block,
+                        void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+                        void *context);
+void ll_motion_sections_json(const void *block, struct cJSON *frame);

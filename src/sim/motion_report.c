@@ -1,0 +1,315 @@
+/* What is told and streamed of a motion: state, metrics, layout, trace and sections. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/detmath.h"
+#include "sim/motion.h"
+
+/* JSON has no infinity: what has grown beyond is null. */
+static cJSON *number_json(double value)
+{
+    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
+}
+
+static void number(cJSON *object, const char *name, double value)
+{
+    cJSON_AddItemToObject(object, name, number_json(value));
+}
+
+static cJSON *vector_json(const double *y, int dim)
+{
+    cJSON *array = cJSON_CreateArray();
+    for (int i = 0; i < dim; i++)
+        cJSON_AddItemToArray(array, number_json(y[i]));
+    return array;
+}
+
+/* ---- status ---- */
+
+typedef enum status { STATUS_OK, STATUS_DIVERGED, STATUS_OFF } status;
+
+static const char *const status_names[] = {"ok", "diverged", "off"};
+
+static status status_of(const ll_motion *m, int i)
+{
+    if (!m->config.methods[i].shown)
+        return STATUS_OFF;
+    return ll_motion_run(m, i)->state == LL_ODE_DIVERGED ? STATUS_DIVERGED : STATUS_OK;
+}
+
+/* ---- state ---- */
+
+cJSON *ll_motion_state(const void *block)
+{
+    const ll_motion *m = block;
+    cJSON *state = cJSON_CreateObject(), *methods;
+    cJSON_AddItemToObject(state, "solution", vector_json(ll_motion_vector(m, m->solution), m->dim));
+    methods = cJSON_AddArrayToObject(state, "methods");
+    for (int i = 0; i < m->config.method_count; i++) {
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "method", ll_motion_method_of(&m->config, i)->name);
+        cJSON_AddStringToObject(o, "status", status_names[status_of(m, i)]);
+        number(o, "t_s", ll_motion_run(m, i)->t);
+        cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(ll_motion_run(m, i)), m->dim));
+        cJSON_AddItemToArray(methods, o);
+    }
+    return state;
+}
+
+/* ---- metrics ---- */
+
+/* Least squares over the samples: relative drift per second. */
+static double secular_slope(const ll_motion_record *r)
+{
+    double n = (double)r->samples, determinant = n * r->sums[1] - r->sums[0] * r->sums[0];
+    return r->samples > 1 && determinant > 0 ? (n * r->sums[3] - r->sums[0] * r->sums[2]) / determinant : 0;
+}
+
+static void errors(cJSON *o, const ll_motion *m, int i)
+{
+    const ll_motion_record *r = &m->record[i];
+    number(o, "e_final", r->error);
+    number(o, "e_max", r->error_max);
+    number(o, "e_l2", r->samples > 0 ? ll_sqrt(r->error_squares / (double)r->samples) : 0);
+    if (!ll_motion_problem(&m->config)->energy)
+        return;
+    number(o, "energy_drift_final", r->energy_drift);
+    number(o, "energy_drift_max", r->energy_drift_max);
+    number(o, "energy_drift_per_s", secular_slope(r));
+}
+
+static void counters(cJSON *o, const ll_ode_counters *c)
+{
+    const struct {
+        const char *name;
+        int64_t count;
+    } all[] = {{"evaluations", c->evaluations},
+               {"steps", c->steps},
+               {"rejected", c->rejected},
+               {"jacobians", c->jacobians},
+               {"factorisations", c->factorisations},
+               {"events", c->events}};
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
+        number(o, all[i].name, (double)all[i].count);
+}
+
+static cJSON *method_metrics(const ll_motion *m, int i)
+{
+    const ll_ode_method *method = ll_motion_method_of(&m->config, i);
+    const ll_ode_run *run = ll_motion_run(m, i);
+    cJSON *o = cJSON_CreateObject();
+    status s = status_of(m, i);
+    cJSON_AddStringToObject(o, "method", method->name);
+    if (method->adaptive)
+        number(o, "tolerance", m->config.methods[i].tolerance);
+    else
+        number(o, "dt_s", m->config.methods[i].dt_s);
+    cJSON_AddStringToObject(o, "status", status_names[s]);
+    if (s == STATUS_DIVERGED) {
+        char reason[160];
+        ll_ode_reason_text(run, reason, sizeof reason);
+        cJSON_AddStringToObject(o, "reason", reason);
+        number(o, "diverged_t_s", run->failed_t);
+    }
+    number(o, "t_s", run->t);
+    cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(run), m->dim));
+    cJSON_AddItemToObject(o, "solution", vector_json(ll_motion_vector(m, m->at[i].wanted), m->dim));
+    errors(o, m, i);
+    counters(o, &run->counters);
+    return o;
+}
+
+cJSON *ll_motion_metrics(const void *block)
+{
+    const ll_motion *m = block;
+    const ll_ode_problem *problem = ll_motion_problem(&m->config);
+    double y[LL_ODE_DIM_MAX];
+    bool formula = problem->exact && problem->exact(m->config.params, 0, y);
+    cJSON *metrics = cJSON_CreateObject();
+    cJSON_AddStringToObject(metrics, "problem", problem->name);
+    cJSON_AddStringToObject(metrics, "solution_by", formula ? "formula" : "integration");
+    cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
+    for (int i = 0; i < m->config.method_count; i++)
+        cJSON_AddItemToArray(methods, method_metrics(m, i));
+    return metrics;
+}
+
+/* ---- cost ---- */
+
+enum { REPEATS = 5 };
+
+/* The least of a few runs: what is above it is not the method's. 0 without memory. */
+static double cost_of(ll_motion_config *c, int i, int64_t (*now_ns)(void))
+{
+    const ll_ode_method *method = ll_motion_method_of(c, i);
+    ll_ode ode = ll_motion_system(c);
+    ll_ode_control control = ll_motion_control(c, i);
+    ll_ode_run *run = malloc(ll_ode_run_size(method, &ode));
+    double y0[LL_ODE_DIM_MAX];
+    int64_t least = INT64_MAX;
+    ll_motion_problem(c)->start(c->params, y0);
+    for (int n = 0; run && n < REPEATS; n++) {
+        int64_t from = now_ns();
+        ll_ode_start(run, method, &ode, &control, y0);
+        ll_ode_advance(run, method, &ode, control.t_end);
+        int64_t took = now_ns() - from;
+        least = took < least ? took : least;
+    }
+    free(run);
+    return run ? (double)least / control.t_end : 0;
+}
+
+void ll_motion_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(void))
+{
+    ll_motion_config c = *(const ll_motion_config *)config;
+    cJSON *methods = cJSON_GetObjectItemCaseSensitive(metrics, "methods");
+    for (int i = 0; i < c.method_count; i++)
+        if (c.methods[i].shown)
+            number(cJSON_GetArrayItem(methods, i), "ns_per_sim_s", cost_of(&c, i, now_ns));
+}
+
+/* ---- layout ---- */
+
+cJSON *ll_motion_layout(const void *config)
+{
+    ll_motion_config c = *(const ll_motion_config *)config;
+    const ll_ode_problem *problem = ll_motion_problem(&c);
+    ll_ode ode = ll_motion_system(&c);
+    cJSON *layout = cJSON_CreateObject();
+    cJSON_AddStringToObject(layout, "problem", problem->name);
+    cJSON_AddStringToObject(layout, "help", problem->help);
+    cJSON_AddBoolToObject(layout, "mechanical", ll_ode_mechanical(&ode));
+    cJSON_AddBoolToObject(layout, "energy", problem->energy != NULL);
+    cJSON *components = cJSON_AddArrayToObject(layout, "components"),
+          *methods = cJSON_AddArrayToObject(layout, "methods");
+    for (int i = 0; i < ode.dim; i++)
+        cJSON_AddItemToArray(components, cJSON_CreateString(problem->components[i]));
+    for (int i = 0; i < c.method_count; i++) {
+        const ll_ode_method *method = ll_motion_method_of(&c, i);
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "method", method->name);
+        cJSON_AddNumberToObject(o, "order", method->order);
+        cJSON_AddBoolToObject(o, "adaptive", method->adaptive);
+        cJSON_AddItemToArray(methods, o);
+    }
+    return layout;
+}
+
+/* ---- trace ---- */
+
+enum { TRACED = 8 /* components */ };
+
+static int traced(int dim)
+{
+    return dim < TRACED ? dim : TRACED;
+}
+
+int ll_motion_trace_columns(const void *config, char (*names)[48], int capacity)
+{
+    ll_motion_config c = *(const ll_motion_config *)config;
+    const ll_ode_problem *problem = ll_motion_problem(&c);
+    int dim = ll_motion_system(&c).dim, n = 0;
+    if (capacity < traced(dim) + c.method_count * (traced(dim) + 2))
+        return 0;
+    for (int k = 0; k < traced(dim); k++)
+        snprintf(names[n++], 48, "solution_%s", problem->components[k]);
+    for (int i = 0; i < c.method_count; i++) {
+        for (int k = 0; k < traced(dim); k++)
+            snprintf(names[n++], 48, "%d_%s", i, problem->components[k]);
+        snprintf(names[n++], 48, "%d_error", i);
+        snprintf(names[n++], 48, "%d_energy_drift", i);
+    }
+    return n;
+}
+
+int ll_motion_trace_row(const void *block, double *values, int capacity)
+{
+    const ll_motion *m = block;
+    int n = 0;
+    if (capacity < traced(m->dim) + m->config.method_count * (traced(m->dim) + 2))
+        return 0;
+    for (int k = 0; k < traced(m->dim); k++)
+        values[n++] = ll_motion_vector(m, m->solution)[k];
+    for (int i = 0; i < m->config.method_count; i++) {
+        for (int k = 0; k < traced(m->dim); k++)
+            values[n++] = ll_motion_vector(m, m->at[i].shown)[k];
+        values[n++] = m->record[i].error;
+        values[n++] = m->record[i].energy_drift;
+    }
+    return n;
+}
+
+/* ---- sections ---- */
+
+enum { SECTION_MOTION = 16 };
+
+typedef struct motion_record {
+    uint8_t index, status;
+    uint16_t components;
+    uint32_t reserved;
+    double t_s, error, error_max, energy_drift, evaluations, steps, rejected;
+    double state[LL_ODE_DIM_MAX];
+} motion_record;
+
+_Static_assert(offsetof(motion_record, state) == 64, "the layout of session/frame.h");
+
+/* Record 0 is the solution, 1 + i method i. */
+static void record_of(const ll_motion *m, int index, motion_record *out)
+{
+    int i = index - 1;
+    const double *y = ll_motion_vector(m, index == 0 ? m->solution : m->at[i].shown);
+    memset(out, 0, offsetof(motion_record, state));
+    out->index = (uint8_t)index;
+    out->components = (uint16_t)m->dim;
+    out->t_s = ll_to_s(m->now);
+    memcpy(out->state, y, (size_t)m->dim * sizeof *y);
+    if (index == 0)
+        return;
+    const ll_ode_run *run = ll_motion_run(m, i);
+    const ll_motion_record *r = &m->record[i];
+    out->status = (uint8_t)status_of(m, i);
+    out->t_s = run->t;
+    out->error = r->error;
+    out->error_max = r->error_max;
+    out->energy_drift = r->energy_drift;
+    out->evaluations = (double)run->counters.evaluations;
+    out->steps = (double)run->counters.steps;
+    out->rejected = (double)run->counters.rejected;
+}
+
+void ll_motion_sections(const void *block,
+                        void (*section)(void *context, int type, int count, const void *bytes, size_t size),
+                        void *context)
+{
+    const ll_motion *m = block;
+    int count = 1 + m->config.method_count;
+    size_t stride = offsetof(motion_record, state) + (size_t)m->dim * sizeof(double);
+    _Alignas(8) char bytes[(1 + LL_MOTION_METHODS_MAX) * sizeof(motion_record)];
+    for (int i = 0; i < count; i++)
+        record_of(m, i, (motion_record *)(void *)(bytes + (size_t)i * stride));
+    section(context, SECTION_MOTION, count, bytes, (size_t)count * stride);
+}
+
+void ll_motion_sections_json(const void *block, cJSON *frame)
+{
+    const ll_motion *m = block;
+    cJSON *array = cJSON_AddArrayToObject(frame, "motion");
+    for (int i = 0; i <= m->config.method_count; i++) {
+        motion_record r;
+        record_of(m, i, &r);
+        cJSON *o = cJSON_CreateObject();
+        number(o, "index", r.index);
+        number(o, "status", r.status);
+        number(o, "t_s", r.t_s);
+        number(o, "error", r.error);
+        number(o, "error_max", r.error_max);
+        number(o, "energy_drift", r.energy_drift);
+        number(o, "evaluations", r.evaluations);
+        number(o, "steps", r.steps);
+        number(o, "rejected", r.rejected);
+        cJSON_AddItemToObject(o, "state", vector_json(r.state, m->dim));
+        cJSON_AddItemToArray(array, o);
+    }
+}
