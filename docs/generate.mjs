@@ -233,8 +233,8 @@ function layoutDoc(layout) {
   for (const section of layout.sections) {
     parts.push(`Section ${section.type}, ${section.name}. ${section.description}` + (section.bytes ? ` A record, ${section.bytes} bytes:` : ''));
     if (section.fields) parts.push(fields(section.fields));
-    if (section.items) parts.push(`then its ${section.items.name}, ${section.items.bytes} bytes each. ${section.items.description}`,
-      fields(section.items.fields));
+    if (section.items) parts.push(`then its ${section.items.name}, ${section.items.bytes} bytes each. ${section.items.description ?? ''}`,
+      section.items.fields ? fields(section.items.fields) : `of type ${section.items.type}.`);
   }
   return parts.join('\n\n');
 }

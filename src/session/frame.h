@@ -37,6 +37,9 @@
  *      A frame repeats the events of the last 8 frames, a key frame those of the last 4 s: a viewer keeps them by id.
  *      Key frames go to a new viewer, after a jump of time, and after a gap of more than 8 frames, but not to one whose link
  *      they would choke.
+ *   section 16, a motion: record 0 is the solution, record 1 + i method i; stride = bytes / count
+ *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
+ *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each
  *   section 3, the game's own values, f64 each: record = player; their names stand in the hello's layout
  *
  * JSON (`laglab.v1.json`): {"type":"frame", ...the same names..., "views":[{...,"entities":[...]}],"events":[...],"game":[[...]]}. */

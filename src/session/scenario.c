@@ -120,8 +120,8 @@ void ll_scenario_free(ll_scenario *scenario)
     *scenario = (ll_scenario){0};
 }
 
-/* The definitions of a kind move to the root, where references look for them; kinds that share a table share its
- * definition. */
+/* The definitions of a kind move to the root, where references look for them; kinds that share a table share
+ * its definition. */
 static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
 {
     cJSON *one = ll_param_schema(kind->table), *def;

@@ -164,6 +164,8 @@ static void measure(ll_motion *m, int i, double t, const double *y, const double
     double square = 0;
     for (int k = 0; k < m->dim; k++)
         square += (y[k] - wanted[k]) * (y[k] - wanted[k]);
+    if (square - square != 0)
+        return; /* it has left all bounds, and diverges with the next steps */
     r->t = t;
     r->error = ll_sqrt(square);
     r->error_max = r->error > r->error_max ? r->error : r->error_max;
@@ -180,6 +182,18 @@ static void measure(ll_motion *m, int i, double t, const double *y, const double
     r->samples++;
 }
 
+/* Between two huge values the interpolation can overflow: then the method's own state is drawn. */
+static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
+{
+    ll_ode_run *run = ll_motion_run(m, i);
+    double *shown = ll_motion_vector(m, m->at[i].shown), sum = 0;
+    ll_ode_sample(run, ll_motion_method_of(&m->config, i), ode, t, shown);
+    for (int k = 0; k < m->dim; k++)
+        sum += shown[k] * 0;
+    if (sum != 0)
+        memcpy(shown, ll_ode_y(run), (size_t)m->dim * sizeof *shown);
+}
+
 static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t)
 {
     const ll_ode_method *method = ll_motion_method_of(&m->config, i);
@@ -189,7 +203,7 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t)
         return;
     if (ll_ode_advance(run, method, ode, t) == LL_ODE_DIVERGED)
         return;
-    ll_ode_sample(run, method, ode, t < run->t ? t : run->t, ll_motion_vector(m, m->at[i].shown));
+    draw(m, ode, i, t < run->t ? t : run->t);
     if (run->t <= m->record[i].t && m->record[i].samples > 0)
         return; /* a long step: this state has been measured */
     solution_at(m, ode, m->at[i].reference, run->t, wanted);

