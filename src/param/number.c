@@ -1,5 +1,6 @@
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cjson/cJSON.h>
 
@@ -26,4 +27,22 @@ cJSON *ll_param_number(double value)
     if (item != NULL)
         item->valuedouble = value;
     return item;
+}
+
+const cJSON *ll_param_number_at(const cJSON *json, const char *path)
+{
+    char name[64], *end;
+    while (json && *path != '\0') {
+        size_t length = strcspn(path, ".");
+        if (length >= sizeof name)
+            return NULL;
+        memcpy(name, path, length);
+        name[length] = '\0';
+        path += length + (path[length] == '.');
+        long index = strtol(name, &end, 10);
+        json = cJSON_IsArray(json) && end != name && *end == '\0' && index >= 0
+                   ? cJSON_GetArrayItem(json, (int)index)
+                   : cJSON_GetObjectItemCaseSensitive(json, name);
+    }
+    return cJSON_IsNumber(json) || cJSON_IsRaw(json) ? json : NULL;
 }

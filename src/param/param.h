@@ -98,6 +98,9 @@ struct cJSON *ll_param_write(const ll_param_table *table, const void *object);
  * numbers. */
 struct cJSON *ll_param_number(double value);
 
+/* The number at a dotted path of a document, indices into arrays included; NULL with none. */
+const struct cJSON *ll_param_number_at(const struct cJSON *json, const char *path);
+
 /* A JSON Schema (2020-12) object with `$defs` for nested tables; units stand in `x-unit`, `live` in `x-live`.
  * Caller deletes. */
 struct cJSON *ll_param_schema(const ll_param_table *table);

@@ -101,29 +101,12 @@ cJSON *ll_session_state(ll_session *s)
     return report(s, "state", s->scenario.kind->state);
 }
 
-/* The number at a dotted path; NULL with none. */
-static const cJSON *number_at(const cJSON *json, const char *path)
-{
-    char name[LL_METRIC_PATH_MAX + 1], *end;
-    while (json && *path != '\0') {
-        size_t length = strcspn(path, ".");
-        memcpy(name, path, length);
-        name[length] = '\0';
-        path += length + (path[length] == '.');
-        long index = strtol(name, &end, 10);
-        json = cJSON_IsArray(json) && end != name && *end == '\0' && index >= 0
-                   ? cJSON_GetArrayItem(json, (int)index)
-                   : cJSON_GetObjectItemCaseSensitive(json, name);
-    }
-    return cJSON_IsNumber(json) || cJSON_IsRaw(json) ? json : NULL;
-}
-
 static void add_activity(cJSON *metrics, const ll_scenario_head *head)
 {
     cJSON *list = cJSON_CreateArray();
     for (int i = 0; i < head->activity_count; i++) {
         const ll_activity *a = &head->activity[i];
-        const cJSON *value = number_at(metrics, a->metric);
+        const cJSON *value = ll_param_number_at(metrics, a->metric);
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "metric", a->metric);
         cJSON_AddItemToObject(o, "min", ll_param_number(a->min));

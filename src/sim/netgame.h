@@ -95,6 +95,8 @@ void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *o
 /* netgame_inputs.c: adds to the metrics of `player` what became of its inputs */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
+void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
+
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,
                          void (*section)(void *context, int type, int count, const void *bytes, size_t size),

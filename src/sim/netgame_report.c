@@ -160,6 +160,7 @@ cJSON *ll_netgame_metrics(const void *block)
     cJSON *players = cJSON_AddArrayToObject(metrics, "players");
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));
+    ll_netgame_add_fairness(g, s, players);
     return metrics;
 }
 
