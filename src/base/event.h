@@ -9,7 +9,7 @@ typedef struct ll_event {
     uint32_t id;  /* set by whoever keeps events; counts up */
     uint8_t type; /* ll_event_type */
     uint8_t player;
-    uint8_t fate;    /* of a packet: 0 delivered, 1 lost, 2 queue overflow */
+    uint8_t fate;    /* of a packet: 0 delivered, 1 lost, 2 queue overflow, 3 corrupted */
     uint8_t outcome; /* of a verdict: ll_outcome */
     ll_time begin;   /* sent; of other events: when */
     ll_time end;     /* due; equal to `begin` when lost */

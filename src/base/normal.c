@@ -51,3 +51,33 @@ double ll_normal_quantile(double p)
     double x = r <= 5 ? evaluate(&tail_near, r - 1.6) : evaluate(&tail_far, r - 5);
     return q < 0 ? -x : x;
 }
+
+/* x + x^3/3 + x^5/(3 5) + ..., which times the density is the area from 0 to x. */
+static double series(double x)
+{
+    double term = x, sum = x;
+    for (int odd = 3; odd < 61; odd += 2) {
+        term *= x * x / odd;
+        sum += term;
+    }
+    return sum;
+}
+
+/* 1/(x + 1/(x + 2/(x + 3/(x + ...)))), which times the density is the area from x on (Laplace). */
+static double fraction(double x)
+{
+    double f = x;
+    for (int i = 120; i >= 1; i--)
+        f = x + i / f;
+    return 1 / f;
+}
+
+double ll_normal_cdf(double x)
+{
+    double size = x < 0 ? -x : x;
+    double density = ll_exp(-0.5 * x * x) * 0.398942280401432678;
+    if (size < 1.9)
+        return 0.5 + density * series(x);
+    double tail = density * fraction(size);
+    return x < 0 ? tail : 1 - tail;
+}

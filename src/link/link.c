@@ -1,4 +1,4 @@
-/* A link is three things in a row: this struct, the queue and the store.
+/* A link is four things in a row: this struct, the queue, the ring of the rate's stage and the store.
  *
  * The queue holds the packets in flight, sorted by due time. Most packets are due after all others, so a
  * sorted array is as good as appending and costs less than a heap: with 20 ms of jitter at 60 Hz one in eight
@@ -6,29 +6,30 @@
  *
  * The store holds the packets' bytes in the order of sending, each behind a head. What is delivered out of
  * order leaves a hole, which stays until the store is full; then it is packed. So a packet is refused only
- * when what is in flight really exceeds the limits. */
+ * when what is in flight really exceeds the limits.
+ *
+ * Heads are short because a session keeps several copies of every link. */
 #include "link/link.h"
 
 #include <string.h>
 
 #include "base/assert.h"
-#include "base/rng.h"
+#include "link/stage.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
 typedef struct entry {
     ll_time due;
-    int32_t at; /* of its parcel in the store */
-    int32_t size;
+    int32_t at;    /* of its parcel in the store */
+    uint32_t took; /* ns from its sending */
 } entry;
 
-/* The head of a packet's bytes in the store, which follow rounded up to 8. */
+/* The head of a packet's bytes in the store, which follow rounded up to 4. */
 typedef struct parcel {
-    ll_time sent;
-    int64_t number; /* of the sending: a copy has that of its original */
-    int32_t size;
-    int32_t state; /* DELIVERED; or in flight, and while packing the place where it goes */
+    int32_t size;    /* of the packet; ~size when it is delivered */
+    uint32_t number; /* of the sending, modulo 2^32: a copy has that of its original. While packing, the index
+                        of its entry */
 } parcel;
 
 struct ll_link {
@@ -41,30 +42,33 @@ struct ll_link {
     int32_t first, end; /* of the queue */
     int32_t bytes;      /* in flight */
     int32_t top;        /* the store is in use up to here */
+    ll_memory memory;
+    int64_t delay_number; /* of the last packet that was put on its way by a link with impairments */
+    double delay_ms;      /* and its delay: for the statistics */
     ll_link_stats stats;
 };
 
 #pragma GCC diagnostic pop
 
-/* One stream of random numbers per stage. */
-enum { STAGE_LOSS, STAGE_DUPLICATE, STAGE_DELAY, STAGE_COPY_DELAY, STAGES = 8 };
-
-#define DELIVERED (-1)
-
-static int32_t round8(int32_t n)
+static int32_t round_up(int32_t n, int32_t to) /* a power of two */
 {
-    return (n + 7) & ~7;
+    return (n + to - 1) & ~(to - 1);
 }
 
 static int32_t queue_capacity(int32_t slots)
 {
-    return 2 * slots; /* so that it slides at most once in `slots` sendings */
+    return slots + slots / 8 + 1; /* so that a full one slides once in slots / 8 sendings */
+}
+
+static int32_t ring_capacity(int32_t slots)
+{
+    return round_up(slots, 2); /* what follows begins at a multiple of 8 */
 }
 
 /* Fits `slots` packets of `arena` bytes together, whatever their rounding. */
 static int32_t store_capacity(int32_t slots, int32_t arena)
 {
-    return round8(arena) + slots * ((int32_t)sizeof(parcel) + 8);
+    return round_up(arena + slots * ((int32_t)sizeof(parcel) + 3), 8);
 }
 
 static entry *queue_of(const ll_link *l)
@@ -72,9 +76,14 @@ static entry *queue_of(const ll_link *l)
     return (entry *)(l + 1);
 }
 
+static uint32_t *ring_of(const ll_link *l)
+{
+    return (uint32_t *)(queue_of(l) + queue_capacity(l->slots));
+}
+
 static char *store_of(const ll_link *l)
 {
-    return (char *)(queue_of(l) + queue_capacity(l->slots));
+    return (char *)(ring_of(l) + ring_capacity(l->slots));
 }
 
 static parcel *parcel_at(const ll_link *l, int32_t at)
@@ -82,15 +91,25 @@ static parcel *parcel_at(const ll_link *l, int32_t at)
     return (parcel *)(void *)(store_of(l) + at);
 }
 
+static bool in_flight(const parcel *p)
+{
+    return p->size >= 0;
+}
+
+static int32_t size_of(const parcel *p)
+{
+    return in_flight(p) ? p->size : ~p->size;
+}
+
 static int32_t stride_of(int32_t size)
 {
-    return (int32_t)sizeof(parcel) + round8(size);
+    return (int32_t)sizeof(parcel) + round_up(size, 4);
 }
 
 size_t ll_link_size(int slots, int arena_bytes)
 {
     return sizeof(ll_link) + (size_t)queue_capacity(slots) * sizeof(entry) +
-           (size_t)store_capacity(slots, arena_bytes);
+           (size_t)ring_capacity(slots) * sizeof(uint32_t) + (size_t)store_capacity(slots, arena_bytes);
 }
 
 void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_t stream)
@@ -98,30 +117,18 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
     LL_ASSERT(slots > 0 && slots <= 1 << 24 && arena_bytes > 0 && arena_bytes <= 1 << 28);
     memset(l, 0, ll_link_size(slots, arena_bytes));
     l->seed = seed;
-    l->stream = stream * STAGES;
+    l->stream = stream * LL_STREAMS;
     l->slots = slots;
     l->arena = arena_bytes;
     l->delivered = -1;
+    l->delay_number = LL_NO_NUMBER;
+    l->memory = (ll_memory){.loss_number = LL_NO_NUMBER,
+                            .lost = LL_NO_NUMBER,
+                            .duplicated = LL_NO_NUMBER,
+                            .reordered = LL_NO_NUMBER,
+                            .corrupted = LL_NO_NUMBER,
+                            .deviate_number = LL_NO_NUMBER};
     l->stats.delay_min_ms = 1e9;
-}
-
-/* ---- draws ---- */
-
-static bool happens(const ll_link *l, int stage, double percent)
-{
-    return percent > 0 &&
-           100 * ll_rng_unit(l->seed, l->stream + (uint64_t)stage, (uint64_t)l->number) < percent;
-}
-
-static double draw_delay_ms(const ll_link *l, int stage, const ll_link_params *p, double lag_ms)
-{
-    double delay = lag_ms + p->delay_ms;
-    uint64_t stream = l->stream + (uint64_t)stage, counter = (uint64_t)l->number;
-    if (p->jitter_ms > 0)
-        delay += p->jitter_ms * (p->distribution == LL_DISTRIBUTION_NORMAL
-                                     ? ll_rng_normal(l->seed, stream, counter)
-                                     : 2 * ll_rng_unit(l->seed, stream, counter) - 1);
-    return delay > 0 ? delay : 0;
 }
 
 /* ---- queue ---- */
@@ -163,39 +170,39 @@ static void enqueue(ll_link *l, entry e)
 
 /* ---- store ---- */
 
-/* Closes the holes: decides the new places, tells the queue, moves. The order in the store stays, so no move
- * overtakes. */
+/* Closes the holes from the front; the order stays, so no move overtakes. Meanwhile each parcel says whose it
+ * is, and its entry keeps the number. */
 static void pack(ll_link *l)
 {
+    entry *queue = queue_of(l);
+    for (int32_t i = l->first; i < l->end; i++) {
+        parcel *p = parcel_at(l, queue[i].at);
+        queue[i].at = (int32_t)p->number;
+        p->number = (uint32_t)i;
+    }
     int32_t top = 0;
     for (int32_t at = 0, stride; at < l->top; at += stride) {
         parcel *p = parcel_at(l, at);
-        stride = stride_of(p->size);
-        if (p->state != DELIVERED) {
-            p->state = top;
-            top += stride;
-        }
-    }
-    entry *queue = queue_of(l);
-    for (int32_t i = l->first; i < l->end; i++)
-        queue[i].at = parcel_at(l, queue[i].at)->state;
-    for (int32_t at = 0, stride; at < l->top; at += stride) {
-        const parcel *p = parcel_at(l, at);
-        stride = stride_of(p->size);
-        if (p->state != DELIVERED)
-            memmove(store_of(l) + p->state, p, (size_t)stride);
+        stride = stride_of(size_of(p));
+        if (!in_flight(p))
+            continue;
+        entry *e = &queue[p->number];
+        p->number = (uint32_t)e->at;
+        e->at = top;
+        memmove(parcel_at(l, top), p, (size_t)stride);
+        top += stride;
     }
     l->top = top;
 }
 
 /* The limits are checked: after packing there is room. */
-static int32_t store(ll_link *l, ll_time now, const void *bytes, int32_t size)
+static int32_t store(ll_link *l, const void *bytes, int32_t size)
 {
     int32_t stride = stride_of(size);
     if (l->top + stride > store_capacity(l->slots, l->arena))
         pack(l);
     int32_t at = l->top;
-    *parcel_at(l, at) = (parcel){.sent = now, .number = l->number, .size = size};
+    *parcel_at(l, at) = (parcel){.size = size, .number = (uint32_t)l->number};
     if (size > 0)
         memcpy(parcel_at(l, at) + 1, bytes, (size_t)size);
     l->top += stride;
@@ -210,54 +217,117 @@ static bool has_room(const ll_link *l, int32_t size)
     return l->end - l->first < l->slots && l->bytes + size <= l->arena;
 }
 
-static void count_delay(ll_link_stats *s, double delay_ms)
+static void count_delay(ll_link *l, double delay_ms)
 {
+    ll_link_stats *s = &l->stats;
     s->delay_min_ms = delay_ms < s->delay_min_ms ? delay_ms : s->delay_min_ms;
     s->delay_max_ms = delay_ms > s->delay_max_ms ? delay_ms : s->delay_max_ms;
     s->delay_sum_ms += delay_ms;
     s->delay_sum_squares += delay_ms * delay_ms;
 }
 
-/* Puts a packet or its copy on its way; returns when it is due. */
-static ll_time dispatch(ll_link *l, int stage, const ll_link_params *p, double lag_ms, ll_time now,
-                        const void *bytes, int32_t size)
+/* There is room. Returns when the packet is due. */
+static ll_time put_on_way(ll_link *l, ll_order order, ll_time now, double delay_ms, ll_time queued,
+                          const void *bytes, int32_t size)
 {
-    double delay_ms = draw_delay_ms(l, stage, p, lag_ms);
-    ll_time due = now + ll_ms(delay_ms);
-    if (p->order == LL_ORDER_FIFO && due < l->latest) {
+    ll_time due = now + ll_ms(delay_ms) + queued;
+    if (queued > 0)
+        delay_ms += ll_to_ms(queued);
+    if (order == LL_ORDER_FIFO && due < l->latest) {
         due = l->latest;
         delay_ms = ll_to_ms(due - now);
     }
     l->latest = due > l->latest ? due : l->latest;
-    count_delay(&l->stats, delay_ms);
-    enqueue(l, (entry){.due = due, .at = store(l, now, bytes, size), .size = size});
+    count_delay(l, delay_ms);
+    LL_ASSERT(due - now <= UINT32_MAX);
+    enqueue(l, (entry){.due = due, .at = store(l, bytes, size), .took = (uint32_t)(due - now)});
     return due;
 }
 
-ll_sending ll_link_send(ll_link *l, const ll_link_params *p, double lag_ms, ll_time now, const void *bytes,
-                        int size)
+/* Of two packets sent one after the other. */
+static void count_pair(ll_link *l, double delay_ms)
+{
+    bool follows = l->delay_number == l->number - 1;
+    double step = delay_ms - l->delay_ms;
+    l->stats.delay_step_squares += follows ? step * step : 0;
+    l->stats.delay_pairs += follows;
+    l->delay_number = l->number;
+    l->delay_ms = delay_ms;
+}
+
+#define ENTRY (1U << LL_STAGE_LOSS | 1U << LL_STAGE_DUPLICATE) /* the others are the way */
+
+/* Takes a packet or its copy through the stages of the way; returns when it is due. */
+static ll_time travel(ll_link *l, uint32_t stages, ll_passage *p, const void *bytes)
+{
+    if (p->fate == LL_FATE_DELIVERED && !has_room(l, p->size)) {
+        p->fate = LL_FATE_OVERFLOW;
+        l->stats.overflowed++;
+    }
+    ll_stages_pass(stages & ~ENTRY, p, &l->memory, &l->stats);
+    if (p->fate == LL_FATE_CORRUPTED)
+        return p->now + ll_ms(p->delay_ms) + p->queued;
+    if (p->fate != LL_FATE_DELIVERED)
+        return p->now;
+    ll_time due = put_on_way(l, (ll_order)p->params->order, p->now, p->delay_ms, p->queued, bytes, p->size);
+    if (!p->is_copy)
+        count_pair(l, ll_to_ms(due - p->now));
+    return due;
+}
+
+static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                                const void *bytes, int32_t size)
+{
+    uint32_t stages = ll_stages_used(params);
+    ll_passage packet = {.params = params,
+                         .seed = l->seed,
+                         .stream = l->stream,
+                         .number = l->number,
+                         .now = now,
+                         .lag_ms = lag_ms,
+                         .delay_ms = lag_ms + params->delay_ms,
+                         .departures = ring_of(l),
+                         .slots = l->slots,
+                         .size = size};
+    ll_stages_pass(stages & ENTRY, &packet, &l->memory, &l->stats);
+    ll_time due = travel(l, stages, &packet, bytes);
+    ll_sending sending = {.fate = packet.fate,
+                          .due = due,
+                          .queued = packet.queued,
+                          .reordered = packet.reordered,
+                          .duplicated = packet.duplicated};
+    if (packet.duplicated) {
+        packet.is_copy = true;
+        packet.fate = LL_FATE_DELIVERED;
+        packet.delay_ms = lag_ms + params->delay_ms;
+        sending.copy_due = travel(l, stages, &packet, bytes);
+        sending.copy_fate = packet.fate;
+    }
+    return sending;
+}
+
+/* Nothing is drawn. */
+static ll_sending send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                             const void *bytes, int32_t size)
+{
+    ll_sending sending = {.fate = LL_FATE_OVERFLOW, .due = now};
+    if (!has_room(l, size)) {
+        l->stats.overflowed++;
+        return sending;
+    }
+    sending.fate = LL_FATE_DELIVERED;
+    sending.due = put_on_way(l, (ll_order)params->order, now, lag_ms + params->delay_ms, 0, bytes, size);
+    return sending;
+}
+
+ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                        const void *bytes, int size)
 {
     LL_ASSERT(size >= 0 && size <= l->arena);
-    ll_sending sending = {.fate = LL_FATE_DELIVERED, .due = now, .copy_due = now};
     l->stats.sent++;
     l->stats.bytes += size;
-    if (happens(l, STAGE_LOSS, p->loss_pct)) {
-        sending.fate = LL_FATE_LOST;
-        l->stats.lost++;
-    } else if (!has_room(l, size)) {
-        sending.fate = LL_FATE_OVERFLOW;
-        l->stats.overflowed++;
-    } else {
-        sending.due = dispatch(l, STAGE_DELAY, p, lag_ms, now, bytes, size);
-        if (happens(l, STAGE_DUPLICATE, p->duplicate_pct)) {
-            l->stats.duplicated++;
-            sending.duplicated = has_room(l, size);
-            if (sending.duplicated)
-                sending.copy_due = dispatch(l, STAGE_COPY_DELAY, p, lag_ms, now, bytes, size);
-            else
-                l->stats.overflowed++;
-        }
-    }
+    ll_sending sending = ll_stages_any(params) ? send_impaired(l, params, lag_ms, now, bytes, size)
+                                               : send_plain(l, params, lag_ms, now, bytes, size);
     l->number++;
     LL_VALIDATE(ll_link_valid(l));
     return sending;
@@ -275,32 +345,41 @@ static void drop_all(ll_link *l)
     l->first = l->end = l->bytes = l->top = 0;
 }
 
+static void count_delivery(ll_link *l, uint32_t number)
+{
+    int32_t ahead = (int32_t)(number - (uint32_t)l->delivered);
+    l->stats.delivered++;
+    l->stats.reordered += ahead < 0;
+    l->delivered += ahead > 0 ? ahead : 0;
+}
+
 int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due)
 {
     if (ll_link_next_due(l) > now)
         return -1;
     entry e = queue_of(l)[l->first++];
     parcel *p = parcel_at(l, e.at);
-    LL_ASSERT(e.size <= capacity);
-    if (e.size > 0)
-        memcpy(bytes, p + 1, (size_t)e.size);
-    *sent = p->sent;
+    int32_t size = p->size;
+    LL_ASSERT(size >= 0 && size <= capacity);
+    if (size > 0)
+        memcpy(bytes, p + 1, (size_t)size);
+    *sent = e.due - e.took;
     *due = e.due;
-    l->stats.delivered++;
-    l->stats.reordered += p->number < l->delivered;
-    l->delivered = p->number > l->delivered ? p->number : l->delivered;
-    p->state = DELIVERED;
-    l->bytes -= e.size;
+    count_delivery(l, p->number);
+    p->size = ~size;
+    l->bytes -= size;
     if (l->first == l->end)
         drop_all(l);
     LL_VALIDATE(ll_link_valid(l));
-    return e.size;
+    return size;
 }
 
 void ll_link_clear(ll_link *l)
 {
     drop_all(l);
     l->latest = 0;
+    l->memory.free = 0;
+    l->memory.queue_count = 0;
 }
 
 int ll_link_in_flight(const ll_link *l)
@@ -311,6 +390,21 @@ int ll_link_in_flight(const ll_link *l)
 const ll_link_stats *ll_link_get_stats(const ll_link *l)
 {
     return &l->stats;
+}
+
+int64_t ll_link_put_on_way(const ll_link_stats *s)
+{
+    return s->sent - s->lost - s->overflowed - s->queue_drops - s->corrupted + s->duplicated;
+}
+
+/* By the differences, which need no mean: that of all packets is not quite that of the pairs. */
+double ll_link_delay_correlation(const ll_link_stats *s)
+{
+    double n = (double)ll_link_put_on_way(s), mean = s->delay_sum_ms / n;
+    double variance = s->delay_sum_squares / n - mean * mean;
+    if (s->delay_pairs == 0 || s->delay_step_squares <= 0 || variance <= 0)
+        return 0;
+    return 1 - s->delay_step_squares / (double)s->delay_pairs / (2 * variance);
 }
 
 /* ---- validation ---- */
@@ -324,11 +418,10 @@ static bool queue_valid(const ll_link *l)
     for (int32_t i = l->first; i < l->end; i++) {
         if (i > l->first && queue[i].due < queue[i - 1].due)
             return false;
-        if (queue[i].at < 0 || queue[i].at >= l->top || queue[i].at % 8 != 0)
+        if (queue[i].at < 0 || queue[i].at >= l->top || queue[i].at % 4 != 0)
             return false;
         const parcel *p = parcel_at(l, queue[i].at);
-        if (p->size != queue[i].size || p->state == DELIVERED || p->number >= l->number ||
-            queue[i].due < p->sent)
+        if (!in_flight(p) || (int32_t)(p->number - (uint32_t)l->number) >= 0)
             return false;
     }
     return true;
@@ -338,24 +431,30 @@ static bool queue_valid(const ll_link *l)
  * those queued. */
 static bool store_valid(const ll_link *l)
 {
-    int32_t in_flight = 0, bytes = 0, at = 0;
-    int64_t number = 0;
+    int32_t packets = 0, bytes = 0, at = 0;
+    const parcel *before = NULL;
     while (at < l->top) {
         const parcel *p = parcel_at(l, at);
-        if (p->size < 0 || p->size > l->arena || p->number < number)
+        if (size_of(p) > l->arena || (before && (int32_t)(p->number - before->number) < 0))
             return false;
-        number = p->number;
-        in_flight += p->state != DELIVERED;
-        bytes += p->state != DELIVERED ? p->size : 0;
-        at += stride_of(p->size);
+        packets += in_flight(p);
+        bytes += in_flight(p) ? p->size : 0;
+        at += stride_of(size_of(p));
+        before = p;
     }
-    return at == l->top && at <= store_capacity(l->slots, l->arena) && in_flight == l->end - l->first &&
+    return at == l->top && at <= store_capacity(l->slots, l->arena) && packets == l->end - l->first &&
            bytes == l->bytes && bytes <= l->arena;
+}
+
+static bool ring_valid(const ll_link *l)
+{
+    const ll_memory *m = &l->memory;
+    return m->queue_first >= 0 && m->queue_first < l->slots && m->queue_count >= 0 &&
+           m->queue_count <= l->slots;
 }
 
 bool ll_link_valid(const ll_link *l)
 {
-    const ll_link_stats *s = &l->stats;
-    int64_t accepted = s->sent - s->lost - s->overflowed + s->duplicated;
-    return queue_valid(l) && store_valid(l) && s->delivered + ll_link_in_flight(l) <= accepted;
+    return queue_valid(l) && ring_valid(l) && store_valid(l) &&
+           l->stats.delivered + ll_link_in_flight(l) <= ll_link_put_on_way(&l->stats);
 }

@@ -1,13 +1,13 @@
 /* One direction of an impaired network path, in netem's terms.
  *
  * Packets go in at a virtual time and come out at their due time, in an order fixed by (due time, order of
- * sending). Their fate is drawn when they are sent: one draw per packet and stage from a stream of its own,
- * also where a stage is off, so that switching one impairment on does not reshuffle the others. The stages,
- * in order: loss, duplicate, delay + jitter.
+ * sending). Their fate is drawn when they are sent, in stages: loss, duplicate, delay + jitter, rate,
+ * reorder, corrupt. Each stage draws once per packet, also for packets that an earlier stage took, from a
+ * stream of its own that the packet's number steps through: switching one impairment on leaves the draws of
+ * all others. A copy has draws of its own from the delay on.
  *
  * A link is a relocatable part of a simulation's block: offsets, no pointers. It holds at most `slots`
- * packets and `arena` bytes in flight; a packet beyond is dropped and counted (netem's `limit`). No
- * allocation. */
+ * packets and `arena` bytes in flight; a packet beyond is dropped and counted. No allocation. */
 #pragma once
 
 #include <stdbool.h>
@@ -17,42 +17,99 @@
 #include "base/vtime.h"
 #include "param/param.h"
 
-typedef enum ll_distribution { LL_DISTRIBUTION_UNIFORM, LL_DISTRIBUTION_NORMAL } ll_distribution;
+/* How a delay varies: delay + jitter * variate.
+ * uniform: in [-1, 1), so that the jitter is the half-width (netem's default distribution).
+ * The others have mean 0 and standard deviation 1, so that the jitter is the standard deviation:
+ * normal: standard normal, cut off at 4 standard deviations and scaled by 1 / 0.9994645; at most 4.0021.
+ * pareto: shape 3, minimum 1, cut off at 10, which 0.1 % exceed; minus its mean 55/37, over its standard
+ *     deviation 0.7021828; from -0.6928 to 12.1244.
+ * paretonormal: (normal + 3 pareto) / 4 at the same quantile, over 0.9579611; from -1.5869 to 10.5368.
+ * Shapes and mixture are those of iproute2's netem/pareto.c and paretonormal.c, whose tables end at 4 and
+ * have other variances than 1. A sum of lag, delay and jitter below zero counts as zero. */
+typedef enum ll_distribution {
+    LL_DISTRIBUTION_UNIFORM,
+    LL_DISTRIBUTION_NORMAL,
+    LL_DISTRIBUTION_PARETO,
+    LL_DISTRIBUTION_PARETONORMAL
+} ll_distribution;
+
 typedef enum ll_order { LL_ORDER_FREE, LL_ORDER_FIFO } ll_order;
 
-/* Parameters of one direction; `ll_link_table` gives names, ranges and defaults. */
+/* random: loss_pct, with loss_corr_pct.
+ * gemodel (Gilbert-Elliott): a packet is lost by 1-h in the bad state, by 1-k in the good one; p leads from
+ *     good to bad and r back. Each packet draws the transition, then the loss in the state before it.
+ * state: netem's four states, 1 received and 4 lost on its own in a gap, 3 lost and 2 received in a burst; a
+ *     packet's fate is that of the state it leads to. 4 leads to 1 always. */
+typedef enum ll_loss { LL_LOSS_RANDOM, LL_LOSS_GEMODEL, LL_LOSS_STATE } ll_loss;
+
+/* Parameters of one direction; `ll_link_table` gives names, ranges and defaults.
+ *
+ * Correlations are those of successive packets and leave mean and variance as they are; netem's (x' = rho x +
+ * (1 - rho) u) shrink the variance, and with it rates. Delays follow a first-order autoregressive normal
+ * process, mapped to their distribution (a Gaussian copula) so that their own correlation is the one given.
+ * What happens or not (loss, duplicate, reorder, corrupt) is a chain of two states: after a packet to which
+ * it happened the probability is p + corr (1 - p), otherwise p (1 - corr). */
 typedef struct ll_link_params {
-    double delay_ms;      /* added to the player's lag_ms, 0 to 1000 */
-    double jitter_ms;     /* uniform: half-width; normal: standard deviation; 0 to 500 */
+    double delay_ms; /* added to the player's lag_ms */
+    double jitter_ms, delay_corr_pct;
+    double loss_pct, loss_corr_pct;
+    double ge_p_pct, ge_r_pct, ge_1h_pct, ge_1k_pct;
+    double p13_pct, p31_pct, p32_pct, p23_pct, p14_pct;
+    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* windows in which all is lost */
+    double duplicate_pct, duplicate_corr_pct;
+    double spike_at_ms, spike_every_ms, spike_length_ms, spike_add_ms; /* windows with more delay */
+    double rate_kbps, limit_ms;                                        /* rate 0: no queue */
+    int64_t limit_packets, packet_overhead_bytes;
+    double reorder_pct, reorder_corr_pct;
+    int64_t reorder_gap;
+    double corrupt_pct, corrupt_corr_pct;
     int32_t distribution; /* ll_distribution */
     int32_t order;        /* ll_order: free = sorted by due time; fifo = never before an earlier packet */
-    double loss_pct;      /* 0 to 100 */
-    double duplicate_pct; /* 0 to 100; the copy draws its own delay */
+    int32_t loss_model;   /* ll_loss */
+    int32_t reserved;
 } ll_link_params;
 
 extern const ll_param_table ll_link_table;
 
-typedef enum ll_fate { LL_FATE_DELIVERED, LL_FATE_LOST, LL_FATE_OVERFLOW } ll_fate;
+/* The longest time that a packet can take with these parameters and `lag_ms` of base delay. (One in fifo
+ * order may wait for a packet that was sent with others.) */
+double ll_link_delay_max_ms(const ll_link_params *params, double lag_ms);
+
+/* lost: by the loss model or in a blackout. overflow: beyond the limits of the queue or of the link.
+ * corrupted: it arrives when due, but the receiver's checksum drops it. */
+typedef enum ll_fate { LL_FATE_DELIVERED, LL_FATE_LOST, LL_FATE_OVERFLOW, LL_FATE_CORRUPTED } ll_fate;
 
 /* What became of one sending: known at once, since the link draws it at once. */
 typedef struct ll_sending {
     ll_fate fate;
-    ll_time due;     /* when delivered */
-    bool duplicated; /* a copy is delivered at `copy_due` */
-    ll_time copy_due;
+    ll_time due;    /* when delivered or corrupted; otherwise when sent */
+    ll_time queued; /* of that: wait and transmission in the rate's queue */
+    bool reordered; /* sent ahead, without its delay */
+    bool duplicated;
+    ll_fate copy_fate; /* when duplicated */
+    ll_time copy_due;  /* as `due` */
 } ll_sending;
 
-/* Realised statistics, to stand next to the configured ones. sent - lost - overflowed + duplicated is what
- * was put on its way: the delays are those of it, as drawn or, in fifo order, as they became. */
+/* Realised statistics, to stand next to the configured ones. The delays are those of what was put on its way,
+ * copies too: as drawn or, in fifo order, as they became. */
 typedef struct ll_link_stats {
     int64_t sent, lost;
-    int64_t duplicated; /* copies drawn */
-    int64_t overflowed; /* packets and copies beyond the limits */
-    int64_t delivered;  /* copies too */
-    int64_t reordered;  /* deliveries after that of a packet sent later */
-    int64_t bytes;      /* of all sendings, without copies */
+    int64_t lost_in_blackouts;
+    int64_t loss_bursts; /* runs of lost packets: their mean length is lost / loss_bursts */
+    int64_t duplicated;  /* copies drawn */
+    int64_t overflowed;  /* packets and copies beyond the link's slots and arena */
+    int64_t queue_drops; /* packets and copies beyond limit_packets or limit_ms */
+    int64_t corrupted;   /* copies too */
+    int64_t delivered;   /* copies too */
+    int64_t reordered;   /* deliveries after that of a packet sent later */
+    int64_t sent_ahead;  /* by the stage `reorder`; copies too */
+    int64_t bytes;       /* of all sendings, without copies */
     double delay_sum_ms, delay_sum_squares;
     double delay_min_ms, delay_max_ms; /* the least is 1e9 before the first */
+    double delay_step_squares; /* of the differences of the delays of two packets sent one after the other */
+    int64_t delay_pairs;       /* so many, on a link with impairments */
+    int64_t queued;            /* packets and copies that passed the rate's queue */
+    double queue_sum_ms, queue_max_ms; /* wait and transmission */
 } ll_link_stats;
 
 typedef struct ll_link ll_link; /* lives in a block; size from ll_link_size */
@@ -60,8 +117,7 @@ typedef struct ll_link ll_link; /* lives in a block; size from ll_link_size */
 size_t ll_link_size(int slots, int arena_bytes); /* a multiple of 8 */
 void ll_link_init(ll_link *link, int slots, int arena_bytes, uint64_t seed, uint64_t stream);
 
-/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. A delay below zero (normal
- * jitter) counts as zero. */
+/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. */
 ll_sending ll_link_send(ll_link *link, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size);
 
@@ -70,7 +126,10 @@ ll_time ll_link_next_due(const ll_link *link); /* LL_NEVER when empty */
 /* Takes the next packet due at or before `now`; copies it out. Returns its size, or -1 when none is due. */
 int ll_link_receive(ll_link *link, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due);
 
-void ll_link_clear(ll_link *link); /* drops what is in flight; fifo order starts anew */
+void ll_link_clear(ll_link *link); /* drops what is in flight; fifo order and the queue start anew */
 int ll_link_in_flight(const ll_link *link);
 const ll_link_stats *ll_link_get_stats(const ll_link *link);
+int64_t ll_link_put_on_way(const ll_link_stats *stats); /* packets and copies */
+/* Correlation of the delays of successive packets so far; 0 when they do not vary. */
+double ll_link_delay_correlation(const ll_link_stats *stats);
 bool ll_link_valid(const ll_link *link); /* whole-structure check for LL_VALIDATE */

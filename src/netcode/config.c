@@ -277,14 +277,14 @@ static ll_status check_way(const ll_player_config *player, const ll_link_params 
                            const char *way)
 {
     char field[64];
-    double longest = player->lag_ms + link->delay_ms + link->jitter_ms;
+    double longest = ll_link_delay_max_ms(link, player->lag_ms);
     if (longest <= LL_ONE_WAY_MAX_MS)
         return ll_ok();
     snprintf(field, sizeof field, "%slink.%s", path, way);
-    return ll_field_error(
-        LL_BAD_INPUT, field,
-        "lag_ms + link.%s.delay_ms + link.%s.jitter_ms of a player must be at most %d ms; got %g", way, way,
-        LL_ONE_WAY_MAX_MS, longest);
+    return ll_field_error(LL_BAD_INPUT, field,
+                          "%s must delay a packet by at most %d ms: lag_ms, delay_ms, the largest jitter, "
+                          "spike_add_ms and, with a rate_kbps, limit_ms together; got %g",
+                          field, LL_ONE_WAY_MAX_MS, longest);
 }
 
 static ll_status check_player(const void *object, const char *path)

@@ -9,7 +9,8 @@
 #include "param/param.h"
 
 #define LL_NAME_MAX 24
-#define LL_ONE_WAY_MAX_MS 1250 /* lag, delay and jitter of one direction together */
+#define LL_ONE_WAY_MAX_MS 1250 /* the longest that a packet of one direction may take: ll_link_delay_max_ms  \
+                                */
 
 typedef struct ll_server_config {
     double update_hz;

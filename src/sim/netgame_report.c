@@ -94,24 +94,42 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
     number(o, "down_bytes_per_s", seconds > 0 ? down / seconds : 0);
 }
 
+static void loss_report(cJSON *o, const ll_link_stats *s)
+{
+    number(o, "lost", (double)s->lost);
+    number(o, "loss_pct", 100 * ratio((double)s->lost, (double)s->sent));
+    number(o, "loss_bursts", (double)s->loss_bursts);
+    number(o, "loss_burst_mean_packets", ratio((double)s->lost, (double)s->loss_bursts));
+    number(o, "lost_in_blackouts", (double)s->lost_in_blackouts);
+}
+
+static void delay_report(cJSON *o, const ll_link_stats *s)
+{
+    double n = (double)ll_link_put_on_way(s), mean = ratio(s->delay_sum_ms, n);
+    double variance = ratio(s->delay_sum_squares, n) - mean * mean;
+    number(o, "delay_mean_ms", mean);
+    number(o, "delay_sd_ms", variance > 0 ? ll_sqrt(variance) : 0);
+    number(o, "delay_min_ms", n > 0 ? s->delay_min_ms : 0);
+    number(o, "delay_max_ms", n > 0 ? s->delay_max_ms : 0);
+    number(o, "delay_corr_pct", 100 * ll_link_delay_correlation(s));
+}
+
 static void link_report(cJSON *player, const char *name, const ll_link *link)
 {
     const ll_link_stats *s = ll_link_get_stats(link);
-    double drawn = (double)(s->sent - s->lost - s->overflowed + s->duplicated);
-    double mean = ratio(s->delay_sum_ms, drawn);
-    double variance = ratio(s->delay_sum_squares, drawn) - mean * mean;
     cJSON *o = cJSON_AddObjectToObject(player, name);
     number(o, "sent", (double)s->sent);
     number(o, "delivered", (double)s->delivered);
-    number(o, "lost", (double)s->lost);
-    number(o, "loss_pct", 100 * ratio((double)s->lost, (double)s->sent));
+    loss_report(o, s);
     number(o, "duplicated", (double)s->duplicated);
+    number(o, "corrupted", (double)s->corrupted);
     number(o, "overflowed", (double)s->overflowed);
     number(o, "reordered", (double)s->reordered);
-    number(o, "delay_mean_ms", mean);
-    number(o, "delay_sd_ms", variance > 0 ? ll_sqrt(variance) : 0);
-    number(o, "delay_min_ms", drawn > 0 ? s->delay_min_ms : 0);
-    number(o, "delay_max_ms", drawn > 0 ? s->delay_max_ms : 0);
+    number(o, "sent_ahead", (double)s->sent_ahead);
+    delay_report(o, s);
+    number(o, "queue_mean_ms", ratio(s->queue_sum_ms, (double)s->queued));
+    number(o, "queue_max_ms", s->queue_max_ms);
+    number(o, "queue_drops", (double)s->queue_drops);
 }
 
 static cJSON *player_metrics(const ll_netgame *g, int i)

@@ -53,6 +53,18 @@ static void quantile_of_known_values(void **state)
     assert_true(fabs(ll_normal_quantile(1e-20) + 9.262340089798409) < 1e-13);
 }
 
+/* Against the error function of libm in long double; equal to the relative error that is stated. */
+static void distribution_agrees_with_libm(void **state)
+{
+    (void)state;
+    for (int i = -36000; i <= 9000; i++) {
+        double x = i / 1000.0 + 1e-5;
+        long double want = erfcl(-x / sqrtl(2)) / 2;
+        assert_true(fabsl(ll_normal_cdf(x) - want) <= (fabs(x) <= 7 ? 1e-14L : 3e-13L) * want);
+    }
+    assert_true(ll_normal_cdf(0) == 0.5 && ll_normal_cdf(40) == 1 && ll_normal_cdf(-1e9) == 0);
+}
+
 /* Moments of COUNT deviates within 4 standard errors: 0, 1, 0, 3. */
 static void moments_are_normal(void **state)
 {
@@ -77,6 +89,7 @@ int main(void)
         cmocka_unit_test(quantile_inverts_the_distribution),
         cmocka_unit_test(quantile_is_odd_about_a_half),
         cmocka_unit_test(quantile_of_known_values),
+        cmocka_unit_test(distribution_agrees_with_libm),
         cmocka_unit_test(moments_are_normal),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
