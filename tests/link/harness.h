@@ -2,6 +2,7 @@
  * number. */
 #pragma once
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -53,4 +54,67 @@ static inline int64_t packet_receive(ll_link *link, ll_time now, ll_time *sent, 
     assert_int_equal(size, packet_size(p.number));
     assert_memory_equal(&p, &want, (size_t)size);
     return p.number;
+}
+
+/* ---- many packets: short ones, a step apart ---- */
+
+#define STEP (LL_SECOND / 60)
+
+static inline void link_drain(ll_link *link, ll_time now)
+{
+    char bytes[256];
+    ll_time sent, due;
+    while (ll_link_receive(link, now, bytes, (int)sizeof bytes, &sent, &due) >= 0)
+        ;
+}
+
+/* Sends `count` packets and returns what became of each; the caller frees. Each is taken out at once: what is
+ * in flight does not matter here, and the whole-structure checks would walk it. */
+static inline ll_sending *link_send_many(ll_link *link, const ll_link_params *params, double lag_ms,
+                                         int64_t count)
+{
+    ll_sending *sendings = malloc((size_t)count * sizeof *sendings);
+    assert_non_null(sendings);
+    for (int64_t i = 0; i < count; i++) {
+        sendings[i] = ll_link_send(link, params, lag_ms, i * STEP, &i, (int)sizeof i);
+        link_drain(link, LL_NEVER - 1);
+    }
+    return sendings;
+}
+
+static inline ll_link_params link_params(void)
+{
+    ll_link_params params;
+    ll_param_defaults(&ll_link_table, &params);
+    return params;
+}
+
+/* Mean of a series and its standard error. What follows each other may be correlated, so the error is that of
+ * the means of 100 batches, which are nearly independent where a batch is much longer than the correlation.
+ */
+#define BATCHES 100
+
+typedef struct estimate {
+    double mean, error;
+} estimate;
+
+static inline estimate estimate_of(const double *x, int64_t count)
+{
+    double sum = 0, squares = 0;
+    int64_t length = count / BATCHES;
+    for (int b = 0; b < BATCHES; b++) {
+        double batch = 0;
+        for (int64_t i = 0; i < length; i++)
+            batch += x[b * length + i];
+        sum += batch / (double)length;
+        squares += batch / (double)length * (batch / (double)length);
+    }
+    double mean = sum / BATCHES;
+    return (estimate){mean, sqrt((squares / BATCHES - mean * mean) / (BATCHES - 1))};
+}
+
+static inline void assert_within(double got, double want, double error)
+{
+    if (fabs(got - want) > error)
+        fail_msg("got %.9g, not %.9g +- %.3g", got, want, error);
 }

@@ -9,7 +9,6 @@
 #include "base/hash.h"
 #include "link/harness.h"
 
-#define STEP (LL_SECOND / 60)
 #define SLOTS 60
 #define ARENA 5000
 
@@ -161,7 +160,8 @@ static void a_copy_without_room_is_counted(void **state)
     assert_true(packet_send(link, &params, 100, 0, 0).duplicated);
     ll_sending s = packet_send(link, &params, 100, 0, 1);
     assert_int_equal(s.fate, LL_FATE_DELIVERED);
-    assert_false(s.duplicated);
+    assert_true(s.duplicated);
+    assert_int_equal(s.copy_fate, LL_FATE_OVERFLOW);
     const ll_link_stats *stats = ll_link_get_stats(link);
     assert_int_equal(stats->duplicated, 2);
     assert_int_equal(stats->overflowed, 1);

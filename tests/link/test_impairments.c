@@ -9,7 +9,6 @@
 #include "link/harness.h"
 
 #define COUNT 100000
-#define STEP (LL_SECOND / 60)
 
 typedef struct tally {
     int64_t lost, duplicated;

@@ -1,5 +1,5 @@
 /* Every stage draws for every packet from a stream of its own: switching one on leaves the others' draws as
- * they were. */
+ * they were, for every pair. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,7 +10,6 @@
 #include "link/harness.h"
 
 #define COUNT 100000
-#define STEP (LL_SECOND / 60)
 
 typedef struct fates {
     ll_sending of[COUNT];
@@ -19,11 +18,11 @@ typedef struct fates {
 static fates *run(const ll_link_params *params, uint64_t seed, uint64_t stream)
 {
     fates *f = malloc(sizeof *f);
-    ll_link *link = link_open(60, 4000, seed, stream);
+    ll_link *link = link_open(200, 20000, seed, stream);
     ll_time sent, due;
     for (int64_t i = 0; i < COUNT; i++) {
         f->of[i] = packet_send(link, params, 100, i * STEP, i);
-        while (packet_receive(link, i * STEP, &sent, &due) >= 0)
+        while (packet_receive(link, LL_NEVER - 1, &sent, &due) >= 0)
             ;
     }
     free(link);
@@ -132,6 +131,227 @@ static void copies_draw_for_themselves(void **state)
     free(copies);
 }
 
+/* ---- every pair ---- */
+
+/* The impairments one by one, correlated where they can be, so that what they remember counts as well. */
+typedef struct impairment {
+    const char *name;
+    void (*set)(ll_link_params *params);
+    /* What it decided about a packet, comparable only where `seen`. The delay is that without the queue. */
+    bool (*seen)(const ll_sending *s);
+    int64_t (*decided)(const ll_sending *s, ll_time now);
+} impairment;
+
+static void set_random(ll_link_params *p)
+{
+    p->loss_pct = 20;
+    p->loss_corr_pct = 50;
+}
+
+static void set_gemodel(ll_link_params *p)
+{
+    p->loss_model = LL_LOSS_GEMODEL;
+    p->ge_p_pct = 10;
+    p->ge_r_pct = 30;
+    p->ge_1h_pct = 80;
+    p->ge_1k_pct = 5;
+}
+
+static void set_state(ll_link_params *p)
+{
+    p->loss_model = LL_LOSS_STATE;
+    p->p13_pct = 10;
+    p->p31_pct = 40;
+    p->p32_pct = 30;
+    p->p23_pct = 50;
+    p->p14_pct = 3;
+}
+
+static void set_blackout(ll_link_params *p)
+{
+    p->blackout_every_ms = 1000;
+    p->blackout_length_ms = 300;
+}
+
+static void set_duplicate(ll_link_params *p)
+{
+    p->duplicate_pct = 30;
+    p->duplicate_corr_pct = 50;
+}
+
+static void set_jitter(ll_link_params *p)
+{
+    p->jitter_ms = 30;
+    p->distribution = LL_DISTRIBUTION_PARETONORMAL;
+    p->delay_corr_pct = 60;
+}
+
+static void set_spike(ll_link_params *p)
+{
+    p->spike_every_ms = 700;
+    p->spike_length_ms = 200;
+    p->spike_add_ms = 90;
+}
+
+static void set_rate(ll_link_params *p)
+{
+    p->rate_kbps = 30;
+    p->limit_ms = 300;
+}
+
+static void set_reorder(ll_link_params *p)
+{
+    p->reorder_pct = 30;
+    p->reorder_corr_pct = 40;
+    p->reorder_gap = 3;
+}
+
+static void set_corrupt(ll_link_params *p)
+{
+    p->corrupt_pct = 20;
+    p->corrupt_corr_pct = 50;
+}
+
+static bool always(const ll_sending *s)
+{
+    (void)s;
+    return true;
+}
+
+static bool not_lost(const ll_sending *s)
+{
+    return s->fate != LL_FATE_LOST;
+}
+
+static bool travelled(const ll_sending *s)
+{
+    return s->fate == LL_FATE_DELIVERED || s->fate == LL_FATE_CORRUPTED;
+}
+
+static bool travelled_in_turn(const ll_sending *s)
+{
+    return travelled(s) && !s->reordered;
+}
+
+static int64_t lost(const ll_sending *s, ll_time now)
+{
+    (void)now;
+    return s->fate == LL_FATE_LOST;
+}
+
+static int64_t duplicated(const ll_sending *s, ll_time now)
+{
+    (void)now;
+    return s->duplicated;
+}
+
+static int64_t delay(const ll_sending *s, ll_time now)
+{
+    return s->due - s->queued - now;
+}
+
+static int64_t reordered(const ll_sending *s, ll_time now)
+{
+    (void)now;
+    return s->reordered;
+}
+
+static int64_t corrupted(const ll_sending *s, ll_time now)
+{
+    (void)now;
+    return s->fate == LL_FATE_CORRUPTED;
+}
+
+static const impairment impairments[] = {
+    {"random", set_random, always, lost},
+    {"gemodel", set_gemodel, always, lost},
+    {"state", set_state, always, lost},
+    {"blackout", set_blackout, NULL, NULL}, /* draws nothing, as spikes and the rate */
+    {"duplicate", set_duplicate, not_lost, duplicated},
+    {"jitter", set_jitter, travelled_in_turn, delay},
+    {"spike", set_spike, NULL, NULL},
+    {"rate", set_rate, NULL, NULL},
+    {"reorder", set_reorder, travelled, reordered},
+    {"corrupt", set_corrupt, travelled, corrupted},
+};
+enum { IMPAIRMENTS = sizeof impairments / sizeof impairments[0], LOSSES = 3 };
+
+static bool excluded(int a, int b)
+{
+    bool two_models = a < LOSSES && b < LOSSES;
+    bool two_causes = a < LOSSES && impairments[b].set == set_blackout; /* both show as lost */
+    bool two_delays = impairments[a].set == set_jitter && impairments[b].set == set_spike;
+    return a == b || two_models || two_causes || two_delays;
+}
+
+static fates *run_with(int a, int b)
+{
+    ll_link_params params = link_params();
+    params.delay_ms = 500;
+    impairments[a].set(&params);
+    if (b >= 0)
+        impairments[b].set(&params);
+    return run(&params, 5, 2);
+}
+
+static void every_impairment_leaves_the_draws_of_every_other(void **state)
+{
+    (void)state;
+    for (int a = 0; a < IMPAIRMENTS; a++) {
+        if (!impairments[a].decided)
+            continue;
+        fates *alone = run_with(a, -1);
+        for (int b = 0; b < IMPAIRMENTS; b++) {
+            if (excluded(a, b))
+                continue;
+            fates *with = run_with(a, b);
+            int compared = 0, different = 0;
+            for (int i = 0; i < COUNT; i++) {
+                const ll_sending *x = &alone->of[i], *y = &with->of[i];
+                if (!impairments[a].seen(x) || !impairments[a].seen(y))
+                    continue;
+                different += impairments[a].decided(x, i * STEP) != impairments[a].decided(y, i * STEP);
+                compared++;
+            }
+            if (different != 0 || compared < COUNT / 4)
+                fail_msg("%s changes %d of %d draws of %s", impairments[b].name, different, compared,
+                         impairments[a].name);
+            free(with);
+        }
+        free(alone);
+    }
+}
+
+/* Copies too: with all impairments on, one more does not change when or whether the copies arrive. */
+static void copies_keep_their_draws(void **state)
+{
+    (void)state;
+    for (int b = 0; b < IMPAIRMENTS; b++) {
+        bool delays = impairments[b].set == set_spike || impairments[b].set == set_rate;
+        if (impairments[b].set == set_jitter || delays || impairments[b].set == set_reorder)
+            continue;
+        ll_link_params params = link_params();
+        params.delay_ms = 500;
+        set_duplicate(&params);
+        set_jitter(&params);
+        set_reorder(&params);
+        fates *without = run(&params, 5, 2);
+        impairments[b].set(&params);
+        fates *with = run(&params, 5, 2);
+        int compared = 0;
+        for (int i = 0; i < COUNT; i++) {
+            const ll_sending *x = &without->of[i], *y = &with->of[i];
+            if (!x->duplicated || !y->duplicated || y->copy_fate != LL_FATE_DELIVERED)
+                continue;
+            assert_int_equal(x->copy_due, y->copy_due);
+            compared++;
+        }
+        assert_true(compared > COUNT / 20);
+        free(without);
+        free(with);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -140,6 +360,8 @@ int main(void)
         cmocka_unit_test(an_overflow_leaves_the_draws_of_the_others),
         cmocka_unit_test(streams_seeds_and_neighbours_are_uncorrelated),
         cmocka_unit_test(copies_draw_for_themselves),
+        cmocka_unit_test(every_impairment_leaves_the_draws_of_every_other),
+        cmocka_unit_test(copies_keep_their_draws),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -6,8 +6,6 @@
 
 #include "link/harness.h"
 
-#define STEP (LL_SECOND / 60)
-
 static void packets_come_by_due_time_then_by_sending(void **state)
 {
     (void)state;

@@ -119,7 +119,7 @@ static void honest_clients_are_never_refused(void **state)
     static const char *const links[][6] = {
         {"players.0.link.up.jitter_ms=500", "players.0.lag_ms=500"},
         {"players.0.link.up.jitter_ms=500", "players.0.link.up.order=fifo", "players.0.lag_ms=500"},
-        {"players.0.link.up.jitter_ms=300", "players.0.link.up.distribution=normal",
+        {"players.0.link.up.jitter_ms=270", "players.0.link.up.distribution=normal",
          "players.0.link.up.loss_pct=30"},
         {"players.0.link.up.duplicate_pct=100", "players.0.redundancy=15", "players.0.link.up.loss_pct=50"},
         {"players.0.lag_ms=1000", "players.0.slack_ticks=10"},
