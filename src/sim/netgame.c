@@ -38,13 +38,19 @@ static int down_arena(const ll_netgame_config *c)
     return down_slots(c) * ll_server_message_max(extent(c), c->player_count);
 }
 
+/* Of the configuration that a block keeps. */
+static size_t config_size(const ll_netgame_config *c)
+{
+    return offsetof(ll_netgame_config, players) + (size_t)c->player_count * sizeof c->players[0];
+}
+
 /* Places the parts one behind the other; with a NULL block only counts. */
 static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
 {
     int n = c->player_count;
     ll_extent world = extent(c);
     ll_netgame counted, *at = g ? g : &counted;
-    int64_t end = (int64_t)sizeof(ll_netgame);
+    int64_t end = (int64_t)(offsetof(ll_netgame, config) + config_size(c));
     at->server = end;
     end += (int64_t)ll_server_size(n, ll_extent_size(world));
     at->history = end;
@@ -105,7 +111,7 @@ static void init(void *block, const void *config)
     const ll_netgame_config *c = config;
     int n = c->player_count;
     memset(block, 0, size(config));
-    g->config = *c;
+    memcpy(&g->config, c, config_size(c));
     g->size = lay_out(g, c);
 
     const ll_game *game = ll_netgame_game(g);
@@ -176,7 +182,7 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
     if (!r)
         return;
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
-    e.end = s.fate == LL_FATE_DELIVERED ? s.due : g->now;
+    e.end = s.due;
     e.number = head.seq;
     if (head.type == LL_MESSAGE_STATE)
         e.number = (uint32_t)ll_netgame_server(g)->step;
@@ -184,6 +190,7 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
         e.number += head.count - 1u; /* its newest */
     record(r, e);
     if (s.duplicated) {
+        e.fate = (uint8_t)s.copy_fate;
         e.end = s.copy_due;
         record(r, e);
     }
@@ -398,7 +405,7 @@ static void change(void *block, const void *config, ll_time now)
 {
     ll_netgame *g = block;
     ll_server_config before = g->config.server;
-    g->config = *(const ll_netgame_config *)config;
+    memcpy(&g->config, config, config_size(config));
     const ll_sync *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {

@@ -26,7 +26,6 @@ extern const ll_sim_kind ll_sim_netgame;
 /* The start of a block. Offsets are from here. */
 typedef struct ll_netgame {
     int64_t size;
-    ll_netgame_config config;
     ll_game_env env;
     ll_time now;
     uint32_t epoch;
@@ -35,6 +34,7 @@ typedef struct ll_netgame {
     struct {
         int64_t client, up, down, instruments;
     } at[LL_PLAYERS_MAX];
+    ll_netgame_config config; /* the last: a block ends it behind the players that there are */
 } ll_netgame;
 
 static inline ll_server *ll_netgame_server(const ll_netgame *g)
