@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "daemon/serve.h"
+#include "experiment/precision.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
@@ -22,7 +23,7 @@ typedef struct arguments {
     const char *positional;
     const char *sets[SETS_MAX];
     int set_count;
-    const char *seed, *duration, *trace, *log, *scenarios;
+    const char *seed, *duration, *trace, *log, *scenarios, *methods;
 } arguments;
 
 static int fail(const ll_status *status)
@@ -35,11 +36,8 @@ static ll_status parse_arguments(int argc, char **argv, arguments *a)
 {
     const struct {
         const char *name, **value;
-    } options[] = {{"--seed", &a->seed},
-                   {"--duration", &a->duration},
-                   {"--trace", &a->trace},
-                   {"--log", &a->log},
-                   {"--scenarios", &a->scenarios}};
+    } options[] = {{"--seed", &a->seed}, {"--duration", &a->duration},   {"--trace", &a->trace},
+                   {"--log", &a->log},   {"--scenarios", &a->scenarios}, {"--methods", &a->methods}};
     for (int i = 0; i < argc; i++) {
         const char **value = NULL;
         for (size_t k = 0; k < sizeof options / sizeof options[0]; k++)
@@ -409,6 +407,142 @@ static int verb_scenarios(int argc, char **argv)
     return 0;
 }
 
+static int verb_methods(int argc, char **argv)
+{
+    arguments a = {0};
+    ll_status status = parse_arguments(argc, argv, &a);
+    if (ll_failed(&status))
+        return fail(&status);
+    printf("%-27s order  steps     kept             %s\n", "name", "what it is");
+    for (int i = 0; ll_ode_methods[i]; i++) {
+        const ll_ode_method *m = ll_ode_methods[i];
+        char kept[32];
+        snprintf(kept, sizeof kept, "%s%s%s", m->symplectic ? "symplectic " : "",
+                 m->a_stable ? "A-stable " : "", m->reversible && !m->symplectic ? "reversible" : "");
+        printf("%-27s %5d  %-8s  %-15s  %s\n", m->name, m->order, m->adaptive ? "adaptive" : "fixed", kept,
+               m->help);
+    }
+    return 0;
+}
+
+static int verb_problems(int argc, char **argv)
+{
+    arguments a = {0};
+    ll_status status = parse_arguments(argc, argv, &a);
+    if (ll_failed(&status))
+        return fail(&status);
+    for (int i = 0; ll_ode_problems[i]; i++) {
+        const ll_ode_problem *p = ll_ode_problems[i];
+        char given[160] = "";
+        size_t used = 0;
+        for (int k = 0; k < p->params->count && used < sizeof given; k++)
+            used += (size_t)snprintf(given + used, sizeof given - used, "%s%s=%g", k ? " " : "",
+                                     p->params->rows[k].name, p->params->rows[k].standard);
+        printf("%-18s %9g s  %-6s %s (%s)\n", p->name, p->duration, p->stiff ? "stiff" : "", p->help, given);
+    }
+    return 0;
+}
+
+/* ---- work-precision ---- */
+
+/* Whether `name` is one of the comma-separated `list`; NULL lists all. */
+static bool listed(const char *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
+        if (strncmp(p, name, length) == 0 && (p[length] == ',' || p[length] == '\0'))
+            return true;
+    return list == NULL;
+}
+
+static ll_status check_methods(const char *list)
+{
+    for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL) {
+        char name[64];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(p, ","), p);
+        if (!ll_ode_method_find(name))
+            return ll_error(LL_BAD_INPUT, "there is no method %s: see `laglab methods`", name);
+    }
+    return ll_ok();
+}
+
+static void print_header(void)
+{
+    fputs("problem,method,order,setting,value,status,steps,rejected,evaluations,jacobians,factorisations,cpu_"
+          "min_s,"
+          "cpu_median_s,e_final,e_max,e_l2,drift_final,drift_max,drift_per_s,order_observed\r\n",
+          stdout);
+}
+
+static void print_rung(const ll_ode_problem *problem, const ll_ode_method *method, const ll_precision *r)
+{
+    static const char *const states[] = {"running", "ok", "diverged"};
+    printf("%s,%s,%d,%s,%.9g,%s,%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64
+           ",%.6g,%.6g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,",
+           problem->name, method->name, method->order, method->adaptive ? "tolerance" : "dt_s", r->setting,
+           states[r->state], r->counters.steps, r->counters.rejected, r->counters.evaluations,
+           r->counters.jacobians, r->counters.factorisations, r->cpu_min_s, r->cpu_median_s, r->e_final,
+           r->e_max, r->e_l2, r->drift_final, r->drift_max, r->drift_per_s);
+    printf(r->order == r->order ? "%.3f\r\n" : "\r\n", r->order);
+}
+
+static ll_status make_problem(const arguments *a, const ll_ode_problem **problem, void *params)
+{
+    *problem = a->positional ? ll_ode_problem_find(a->positional) : NULL;
+    if (!*problem)
+        return ll_error(LL_BAD_INPUT, "which problem? One of those that `laglab problems` lists; got %.60s",
+                        a->positional ? a->positional : "none");
+    ll_status status = check_methods(a->methods);
+    ll_param_defaults((*problem)->params, params);
+    for (int i = 0; i < a->set_count && !ll_failed(&status); i++) {
+        char path[64];
+        const char *equals = strchr(a->sets[i], '=');
+        if (!equals || (size_t)(equals - a->sets[i]) >= sizeof path)
+            return ll_error(LL_BAD_INPUT, "--set takes name=value; got %.100s", a->sets[i]);
+        snprintf(path, sizeof path, "%.*s", (int)(equals - a->sets[i]), a->sets[i]);
+        status = ll_param_set((*problem)->params, params, path, equals + 1, false);
+    }
+    if (!ll_failed(&status) && (*problem)->prepare)
+        (*problem)->prepare(params);
+    return status;
+}
+
+static int verb_work_precision(int argc, char **argv)
+{
+    arguments a = {0};
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision_order order = {.params = params, .now_ns = cpu_now_ns};
+    bool begun = false;
+    ll_status status = parse_arguments(argc, argv, &a);
+    if (!ll_failed(&status))
+        status = make_problem(&a, &order.problem, params);
+    if (!ll_failed(&status) && a.duration) {
+        char *end;
+        order.duration = strtod(a.duration, &end);
+        if (*end != '\0' || !(order.duration > 0 && order.duration <= 1e12))
+            status = ll_error(LL_BAD_INPUT, "--duration must be above 0 and at most 1e12 s; got %.40s",
+                              a.duration);
+    }
+    if (ll_failed(&status))
+        return fail(&status);
+    for (int i = 0; ll_ode_methods[i] && !ll_failed(&status); i++) {
+        ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+        int count = 0;
+        if (!listed(a.methods, ll_ode_methods[i]->name))
+            continue;
+        status = ll_precision_ladder(&order, ll_ode_methods[i], rungs, &count);
+        if (status.code == LL_BAD_INPUT && !a.methods)
+            status = ll_ok(); /* of all methods, those that can do the problem */
+        if (count > 0 && !begun)
+            print_header();
+        begun |= count > 0;
+        for (int k = 0; k < count; k++)
+            print_rung(order.problem, ll_ode_methods[i], &rungs[k]);
+        fflush(stdout);
+    }
+    return ll_failed(&status) ? fail(&status) : 0;
+}
+
 static int verb_schema(int argc, char **argv)
 {
     arguments a = {0};
@@ -429,6 +563,10 @@ static const struct {
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
     {"scenarios", "", "list the scenarios", verb_scenarios},
     {"schema", "", "print the JSON Schema of scenarios", verb_schema},
+    {"methods", "", "list the integrators", verb_methods},
+    {"problems", "", "list the problems of motion, with their parameters", verb_problems},
+    {"work-precision", "PROBLEM [--methods A,B,...] [--set name=value]... [--duration S]",
+     "measure each method's error against its cost, as CSV", verb_work_precision},
     {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_healthcheck},
     {"help", "", "print this", verb_help},
 };

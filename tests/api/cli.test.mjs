@@ -296,6 +296,32 @@ test('files that cannot be written fail the run', () => {
   }
 });
 
+// ---- methods and problems ----
+
+test('methods and problems are those of the schema', () => {
+  const kind = schema().oneOf[1];
+  for (const [verb, names] of [['methods', schema().$defs.motion_method.properties.method.enum], ['problems', kind.properties.problem.enum]]) {
+    const text = good([verb]);
+    for (const name of names) assert.match(text, new RegExp(`^${name} `, 'm'));
+  }
+});
+
+test('work-precision writes the ladder as CSV', () => {
+  const lines = good(['work-precision', 'free_fall', '--methods', 'explicit_euler,dopri5', '--set', 'g=20']).trimEnd().split('\r\n');
+  const names = lines[0].split(',');
+  const rows = lines.slice(1).map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
+  assert.ok(rows.length > 20);
+  const euler = rows.filter((row) => row.method === 'explicit_euler');
+  for (const row of euler) assert.ok(Math.abs(Number(row.e_final) - 30 * Number(row.value)) < 1e-8, JSON.stringify(row)); // a t dt / 2
+  assert.ok(rows.every((row) => row.status === 'ok' && Number(row.cpu_min_s) > 0));
+  refused(['work-precision'], ['which problem']);
+  refused(['work-precision', 'nothing'], ['nothing', 'laglab problems']);
+  refused(['work-precision', 'kepler', '--methods', 'rk4,rk5'], ['rk5', 'laglab methods']);
+  refused(['work-precision', 'kepler', '--set', 'e=2'], ['e', '0.999']);
+  refused(['work-precision', 'kepler', '--duration', '-1'], ['--duration']);
+  refused(['work-precision', 'hires', '--methods', 'boris'], ['boris']);
+});
+
 // ---- lists ----
 
 test('scenarios lists every file', () => {
@@ -327,7 +353,7 @@ test('help and version', () => {
   const help = good(['help']);
   assert.equal(good(['--help']), help);
   assert.equal(good(['-h']), help);
-  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'healthcheck', 'help']) assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
+  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'methods', 'problems', 'work-precision', 'healthcheck', 'help']) assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
   for (const option of ['--set', '--seed', '--duration', '--trace', '--log']) assert.ok(help.includes(option), option);
   const version = /** @type {{version: string}} */ (JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'))).version;
   assert.equal(good(['--version']), `laglab ${version}\n`);

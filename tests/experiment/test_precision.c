@@ -1,0 +1,91 @@
+/* The ladder of work against precision, where errors are known in closed form. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "experiment/precision.h"
+
+/* A clock that only counts how often it is read: a millisecond each time. */
+static int64_t ticks;
+
+static int64_t counting_clock(void)
+{
+    return ++ticks * 1000000;
+}
+
+static ll_precision_order order_of(const char *name, void *params)
+{
+    const ll_ode_problem *p = ll_ode_problem_find(name);
+    assert_non_null(p);
+    ll_param_defaults(p->params, params);
+    return (ll_precision_order){.problem = p, .params = params, .now_ns = counting_clock};
+}
+
+/* Euler on free fall is off by a t dt / 2 in the position: at 3 s by 15 dt. */
+static void eulers_error_is_known(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    int count;
+    ll_precision_order order = order_of("free_fall", params);
+    ll_status status = ll_precision_ladder(&order, ll_ode_method_find("explicit_euler"), rungs, &count);
+    assert_false(ll_failed(&status));
+    assert_true(count >= 15);
+    for (int k = 0; k < count; k++) {
+        double dt = 3.0 / 16 / (1 << k);
+        assert_true(rungs[k].setting == dt && rungs[k].state == LL_ODE_FINISHED);
+        assert_int_equal(rungs[k].counters.steps, 16 << k);
+        assert_true(fabs(rungs[k].e_final - 15 * dt) < 1e-9 && fabs(rungs[k].e_max - 15 * dt) < 1e-9);
+        assert_true(k == 0 ? rungs[k].order != rungs[k].order : fabs(rungs[k].order - 1) < 1e-4);
+        assert_true(fabs(rungs[k].cpu_min_s - 0.001) < 1e-12 && fabs(rungs[k].cpu_median_s - 0.001) < 1e-12);
+        assert_true(rungs[k].drift_max > 0); /* it falls behind: v is right, s is not */
+    }
+}
+
+static void tolerances_go_down_by_tens(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    int count;
+    ll_precision_order order = order_of("kepler", params);
+    ll_status status = ll_precision_ladder(&order, ll_ode_method_find("dop853"), rungs, &count);
+    assert_false(ll_failed(&status));
+    assert_int_equal(count, 13);
+    for (int k = 0; k < count; k++)
+        assert_true(fabs(rungs[k].setting / pow(10, -2 - k) - 1) < 1e-12);
+    assert_true(rungs[8].e_max < 1e-7 && rungs[12].e_max < 1e-11 && rungs[0].e_max > 1e-4);
+    assert_true(rungs[12].counters.evaluations > 3 * rungs[0].counters.evaluations);
+}
+
+static void blow_ups_and_misfits_are_told(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision r;
+    ll_precision_order order = order_of("stiff_pendulum", params);
+    ll_status status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 1.0 / 60, &r);
+    assert_false(ll_failed(&status));
+    assert_int_equal(r.state, LL_ODE_DIVERGED);
+    assert_int_equal(r.reason, LL_ODE_NOT_FINITE);
+    status = ll_precision_rung(&order, ll_ode_method_find("boris"), 0.01, &r);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 0, &r);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    assert_string_equal(status.field, "dt");
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(eulers_error_is_known),
+        cmocka_unit_test(tolerances_go_down_by_tens),
+        cmocka_unit_test(blow_ups_and_misfits_are_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
