@@ -10,7 +10,7 @@ typedef struct ll_event {
     uint8_t type; /* ll_event_type */
     uint8_t player;
     uint8_t fate;    /* of a packet: 0 delivered, 1 lost, 2 queue overflow, 3 corrupted */
-    uint8_t outcome; /* of a verdict: ll_outcome */
+    uint8_t outcome; /* of a verdict and of an applied state: ll_outcome */
     ll_time begin;   /* sent; of other events: when */
     ll_time end;     /* due; equal to `begin` when lost */
     uint32_t number; /* input: sequence number; state: server tick; verdict: sequence number or tick */
@@ -19,9 +19,10 @@ typedef struct ll_event {
 
 typedef enum ll_outcome {
     LL_OUTCOME_APPLIED = 0,
-    LL_OUTCOME_REFUSED = 1, /* against a rule of the server */
-    LL_OUTCOME_STALE = 2,   /* a state older than the one before it */
-    LL_OUTCOME_LATE = 3,    /* an input that came after its step */
+    LL_OUTCOME_REFUSED = 1,    /* against a rule of the server */
+    LL_OUTCOME_STALE = 2,      /* a state older than the one before it */
+    LL_OUTCOME_LATE = 3,       /* an input that came after its step */
+    LL_OUTCOME_UNREADABLE = 4, /* a state that could not be decoded */
 } ll_outcome;
 
 typedef enum ll_event_type {

@@ -14,6 +14,7 @@
 
 #define LL_PLAYERS_MAX 16
 #define LL_ENTITIES_MAX 255 /* a view counts them in a byte */
+#define LL_WORLD_MAX 20000  /* bytes, with its tail */
 #define LL_GAME_VALUES 4    /* a game's own numbers per player, for views */
 
 /* What a person or a script does to one player's controls. Axes in [-1, 1]; the game says what they mean. */

@@ -2,6 +2,7 @@
 
 #include <string.h>
 
+#include "base/assert.h"
 #include "base/rng.h"
 #include "netcode/scope.h"
 #include "netcode/validate.h"
@@ -65,6 +66,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->spare_since = now;
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
+    c->grid_tick = LL_NEVER;
     c->confirmed = c->met = step;
     c->latest_time = c->view_time = now;
     c->latest_tick = step;
@@ -111,8 +113,8 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
 }
 
-/* What each player's controls were, but for the own. Returns what follows. */
-static const char *take_controls(ll_client *c, const char *at)
+/* What each player's controls were, but for the own. */
+static void take_controls(ll_client *c, const char *at)
 {
     int players = ll_client_latest(c)->players;
     for (int i = 0; i < players; i++) {
@@ -123,23 +125,43 @@ static const char *take_controls(ll_client *c, const char *at)
         at += sizeof controls;
         c->told[i] = (ll_action){{controls.axis[0], controls.axis[1]}, controls.buttons, 0};
     }
-    return at;
 }
 
-static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, ll_time now)
+/* Bytes between the message of a state and its world. */
+static int parts_size(const ll_client *c, const ll_state_message *m)
 {
-    const char *at = packet + sizeof(ll_state_message);
+    int others = ll_client_shown_const(c)->players - 1;
+    return m->head.count & LL_PART_CONTROLS ? others * (int)sizeof(ll_controls) : 0;
+}
+
+static int unreadable(ll_client *c)
+{
+    c->unreadable++;
+    return LL_OUTCOME_UNREADABLE;
+}
+
+static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, int size, ll_time now)
+{
+    _Alignas(8) char bytes[LL_WORLD_MAX];
     ll_state_message m;
+    if (size < (int)sizeof m)
+        return unreadable(c);
     memcpy(&m, packet, sizeof m);
+    int start = (int)sizeof m + parts_size(c, &m);
+    if (size < start)
+        return unreadable(c);
     if (s->sync->drops_stale && m.tick <= c->newest_tick) {
         c->stale++;
         return LL_OUTCOME_STALE;
     }
+    ll_status status = ll_client_decode(c, &m, packet + start, size - start, (ll_world *)(void *)bytes);
+    if (ll_failed(&status))
+        return unreadable(c);
     ll_received *r = ll_client_state(c, c->newest++);
     *r = (ll_received){m.tick, m.time, now, m.head.seq, 0};
     if (m.head.count & LL_PART_CONTROLS)
-        at = take_controls(c, at);
-    memcpy(ll_received_world(r), at, (size_t)c->world_size);
+        take_controls(c, packet + sizeof m);
+    memcpy(ll_received_world(r), bytes, (size_t)c->world_size);
     c->newest_tick = m.tick;
     c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
@@ -149,14 +171,15 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     return LL_OUTCOME_APPLIED;
 }
 
-int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet, ll_time now)
+int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet, int size, ll_time now)
 {
     ll_message_head head;
+    LL_ASSERT(size >= (int)sizeof head);
     memcpy(&head, packet, sizeof head);
     if (head.epoch != c->epoch)
         return LL_OUTCOME_STALE;
     if (head.type == LL_MESSAGE_STATE)
-        return receive_state(c, s, packet, now);
+        return receive_state(c, s, packet, size, now);
     c->refused++; /* the server put another input in its place: the next state corrects the prediction */
     return LL_OUTCOME_REFUSED;
 }

@@ -5,7 +5,9 @@
 #pragma once
 
 #include "base/event.h"
+#include "base/status.h"
 #include "netcode/config.h"
+#include "netcode/grid.h"
 #include "netcode/instruments.h"
 #include "netcode/sync.h"
 #include "netcode/view.h"
@@ -96,7 +98,9 @@ typedef struct ll_client {
     int64_t newest_tick; /* -1: none in this epoch */
     int64_t confirmed;   /* the server's last step that is known of */
     int64_t met;         /* the server's step at the meeting */
-    int64_t stale;
+    int64_t stale, unreadable;
+    ll_grid grid;        /* of the states from `grid_tick` on */
+    int64_t grid_tick;   /* LL_NEVER: none yet */
     ll_time latest_time; /* server's clock, of the state that was taken last */
     int64_t latest_tick;
     double update_hz;
@@ -160,7 +164,8 @@ void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t e
                      int64_t step, const ll_world *world, ll_time now);
 
 /* A packet of the server has come. Returns its ll_outcome. */
-int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, ll_time now);
+int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
+                      ll_time now);
 
 /* One frame: takes what has come, makes inputs, decides what to draw. Writes an ll_input_message and returns
  * its size, 0 when there is nothing to send. */
@@ -239,6 +244,10 @@ static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
 {
     return &c->pending[seq & (LL_PENDING_RING - 1)];
 }
+
+/* decode.c: the world of a state, in `size` bytes; `world` is of no use on an error */
+ll_status ll_client_decode(ll_client *client, const ll_state_message *message, const void *bytes, int size,
+                           ll_world *world);
 
 /* predict.c: what is in the prediction's scope */
 void ll_predict_input(ll_client *client, const ll_client_setup *setup, ll_pending *input);

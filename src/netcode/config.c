@@ -4,6 +4,7 @@
 
 #include "game/game.h"
 #include "netcode/scope.h"
+#include "netcode/snapshot.h"
 #include "netcode/sync.h"
 #include "netcode/view.h"
 
@@ -81,6 +82,51 @@ static const ll_param server_rows[] = {
      .unit = "ms",
      .live = true,
      .help = "The most that the shell family partial forwards."},
+    {.name = "snapshot",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, snapshot),
+     .choices = ll_codec_names,
+     .live = true,
+     .help = "How a state travels: full as it lies in memory, quantised on a grid, delta as what differs on "
+             "that grid "
+             "from the newest state that the client has acknowledged (of the last 32)."},
+    {.name = "quantum_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, quantum_m),
+     .min = 0.0001,
+     .max = 10,
+     .standard = 0.002,
+     .unit = "m",
+     .live = true,
+     .help =
+         "Step of the grid for positions: what is sent of the others is at most half of it off per axis."},
+    {.name = "quantum_mps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, quantum_mps),
+     .min = 0.0001,
+     .max = 10,
+     .standard = 0.02,
+     .unit = "m/s",
+     .live = true,
+     .help = "Step of the grid for velocities."},
+    {.name = "quantum_rad",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, quantum_rad),
+     .min = 0.0001,
+     .max = 1,
+     .standard = 0.005,
+     .unit = "rad",
+     .live = true,
+     .help = "Step of the grid for angles."},
+    {.name = "quantum_radps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, quantum_radps),
+     .min = 0.0001,
+     .max = 10,
+     .standard = 0.05,
+     .unit = "rad/s",
+     .live = true,
+     .help = "Step of the grid for spins."},
 };
 
 const ll_param_table ll_server_table = {.name = "server",

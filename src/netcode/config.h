@@ -14,9 +14,10 @@
 
 typedef struct ll_server_config {
     double update_hz;
-    int32_t sync; /* index into ll_syncs */
-    int32_t reserved;
+    int32_t sync;     /* index into ll_syncs */
+    int32_t snapshot; /* index into ll_codecs */
     ll_compensation compensation;
+    double quantum_m, quantum_mps, quantum_rad, quantum_radps; /* steps of the grid */
 } ll_server_config;
 
 typedef enum ll_control { LL_CONTROL_SCRIPT, LL_CONTROL_PERSON } ll_control;

@@ -2,15 +2,30 @@
 
 #include <string.h>
 
-size_t ll_server_size(int players, size_t world_size)
+size_t ll_server_size(int players, ll_extent extent)
 {
-    return sizeof(ll_server) + (size_t)players * sizeof(ll_seat) + world_size;
+    return sizeof(ll_server) + (size_t)players * sizeof(ll_seat) + ll_extent_size(extent) +
+           ll_baselines_size(extent);
 }
 
-void ll_server_init(ll_server *server, int players)
+void ll_server_init(ll_server *server, int players, ll_extent extent)
 {
-    memset(server, 0, ll_server_size(players, 0));
+    memset(server, 0, ll_server_size(players, extent));
     server->players = players;
+    ll_world *world = ll_server_world(server);
+    world->players = players;
+    world->entities = extent.entities;
+    world->tail = extent.tail;
+    ll_baselines_init(ll_server_baselines(server), extent);
+}
+
+void ll_server_configure(ll_server *server, const ll_server_config *config)
+{
+    if (server->codec != config->snapshot)
+        ll_baselines_clear(ll_server_baselines(server)); /* clients may no longer hold what was sent so */
+    server->codec = (uint16_t)config->snapshot;
+    server->grid = (ll_grid){(float)config->quantum_m, (float)config->quantum_mps, (float)config->quantum_rad,
+                             (float)config->quantum_radps};
 }
 
 static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
@@ -21,6 +36,7 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
     seat->acked = 0;
     seat->wants = 0;
     seat->newest = -1;
+    seat->received = seat->full = 0;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
 }
@@ -34,6 +50,7 @@ void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_fr
     server->update = 1;
     server->stepped = now;
     server->client_freq = client_freq;
+    ll_baselines_clear(ll_server_baselines(server));
     for (int i = 0; i < server->players; i++)
         empty_seat(&server->seats[i], client_freq, now);
 }
@@ -79,6 +96,14 @@ static ll_action judged(const ll_server *server, const ll_sync *sync, const ll_a
     return a;
 }
 
+/* Notes the newest state that the client has. */
+static void take_received(ll_seat *seat, const ll_input_message *message)
+{
+    int64_t tick = message->lead > 0 ? message->tick - message->lead : 0;
+    if (tick > seat->received)
+        seat->received = tick;
+}
+
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
                       ll_verdict verdicts[LL_INPUTS_MAX])
 {
@@ -88,6 +113,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
     if (message->head.epoch != server->epoch)
         return 0;
     seat->wants = message->wants;
+    take_received(seat, message);
     for (int i = 0; i < message->head.count; i++) {
         int64_t tick = message->tick + i;
         if (tick < 1 || !is_new(seat, tick)) {
@@ -149,10 +175,61 @@ static char *put_controls(const ll_server *server, int player, char *at)
     return at;
 }
 
+static void add_cost(ll_snapshot_cost *sum, const ll_snapshot_cost *cost)
+{
+    sum->entity_bits += cost->entity_bits;
+    sum->tail_bits += cost->tail_bits;
+    sum->entities += cost->entities;
+    sum->unchanged += cost->unchanged;
+    sum->resting += cost->resting;
+    sum->whole += cost->whole;
+}
+
+/* Returns the bits, which are too many when they exceed the full world's. */
+static int64_t encode(const ll_codec *codec, const ll_outgoing *out, uint8_t *bytes, ll_snapshot_cost *cost)
+{
+    ll_bit_writer w = {.bytes = bytes, .capacity = 8 * (int64_t)ll_world_size(out->world)};
+    *cost = (ll_snapshot_cost){.whole = !codec->compares};
+    codec->encode(&w, out, cost);
+    return w.count;
+}
+
+/* Returns the bytes of the world and notes in `m` how it is told. */
+static int put_world(ll_server *server, int player, uint8_t *bytes, ll_state_message *m)
+{
+    ll_seat *seat = &server->seats[player];
+    bool counts = server->stepped >= server->from;
+    ll_outgoing out = {.world = ll_server_world(server), .self = player, .grid = &server->grid};
+    const ll_codec *codec = ll_codecs[server->codec];
+    const ll_baseline *from = NULL;
+    ll_snapshot_cost cost;
+    if (codec->gridded) {
+        ll_baselines *all = ll_server_baselines(server);
+        const ll_baseline *now = ll_baselines_take(all, out.world, server->step, &server->grid, counts);
+        if (codec->compares && seat->received > seat->full)
+            from = ll_baselines_find(all, seat->received);
+        out.cells = now->cell;
+        out.baseline = from ? from->cell : NULL;
+        out.same_tail = from && from->tail_version == now->tail_version;
+    }
+    if (codec->compares && !from)
+        codec = &ll_codec_quantised;
+    int64_t bits = encode(codec, &out, bytes, &cost);
+    if (bits > 8 * (int64_t)ll_world_size(out.world)) {
+        codec = &ll_codec_full;
+        bits = encode(codec, &out, bytes, &cost);
+        seat->full = server->step;
+    }
+    m->codec = (uint16_t)ll_codec_index(codec);
+    m->baseline = codec->compares ? (uint16_t)(server->step - from->tick) : 0;
+    if (counts)
+        add_cost(&seat->sent, &cost);
+    return (int)((bits + 7) / 8);
+}
+
 int ll_server_compose(ll_server *server, int player, void *packet)
 {
     ll_seat *seat = &server->seats[player];
-    size_t world = ll_world_size(ll_server_world(server));
     uint8_t parts = seat->wants & LL_PART_CONTROLS;
     ll_state_message m = {.head = {LL_MESSAGE_STATE, parts, server->epoch, seat->acked},
                           .tick = server->step,
@@ -161,11 +238,10 @@ int ll_server_compose(ll_server *server, int player, void *packet)
                           .slack = seat->slack,
                           .slack_seq = seat->slack_seq};
     seat->slack = LL_SLACK_UNKNOWN;
-    char *at = packet;
-    memcpy(at, &m, sizeof m);
-    at += sizeof m;
+    char *at = (char *)packet + sizeof m;
     if (parts & LL_PART_CONTROLS)
         at = put_controls(server, player, at);
-    memcpy(at, ll_server_world(server), world);
-    return (int)(at + world - (char *)packet);
+    int world = put_world(server, player, (uint8_t *)at, &m);
+    memcpy(packet, &m, sizeof m);
+    return (int)(at - (char *)packet) + world;
 }

@@ -5,6 +5,9 @@
 
 #include "base/event.h"
 #include "game/compensate.h"
+#include "netcode/baselines.h"
+#include "netcode/config.h"
+#include "netcode/snapshot.h"
 #include "netcode/sync.h"
 #include "netcode/validate.h"
 #include "netcode/wire.h"
@@ -31,12 +34,15 @@ typedef struct ll_seat {
     uint32_t wants; /* ll_part */
     uint32_t reserved;
     int64_t seq_minus_tick;
-    int64_t newest; /* tick; -1: no input yet */
-    int32_t slack;  /* least since the last update */
+    int64_t newest;   /* tick; -1: no input yet */
+    int64_t received; /* tick of the newest state that the client has; 0: none */
+    int64_t full;     /* tick of the last that was too long for a grid: none up to it is a baseline */
+    int32_t slack;    /* least since the last update */
     int32_t last_slack;
     ll_allowance allowance;
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
+    ll_snapshot_cost sent;
 } ll_seat;
 
 typedef struct ll_server {
@@ -49,14 +55,19 @@ typedef struct ll_server {
     ll_freq client_freq;
     int32_t players;
     uint16_t epoch;
-    uint16_t reserved;
-    ll_seat seats[]; /* one per player; then the world */
+    uint16_t codec;  /* index into ll_codecs */
+    ll_grid grid;    /* that the codec rounds to */
+    ll_time from;    /* what snapshots cost counts from then on */
+    ll_seat seats[]; /* one per player; then the world; then the baselines */
 } ll_server;
 
 #pragma GCC diagnostic pop
 
-size_t ll_server_size(int players, size_t world_size); /* a multiple of 8 */
-void ll_server_init(ll_server *server, int players);   /* all zero; the world is the caller's to set */
+size_t ll_server_size(int players, ll_extent extent); /* a multiple of 8 */
+
+/* All zero but for the size of the world: what is in it is the caller's to set. */
+void ll_server_init(ll_server *server, int players, ll_extent extent);
+void ll_server_configure(ll_server *server, const ll_server_config *config); /* how it sends its world */
 
 static inline ll_world *ll_server_world(ll_server *server)
 {
@@ -66,6 +77,12 @@ static inline ll_world *ll_server_world(ll_server *server)
 static inline const ll_world *ll_server_world_const(const ll_server *server)
 {
     return (const ll_world *)&server->seats[server->players];
+}
+
+static inline ll_baselines *ll_server_baselines(const ll_server *server)
+{
+    const ll_world *world = ll_server_world_const(server);
+    return (ll_baselines *)((char *)world + ll_world_size(world));
 }
 
 /* Starts, or starts again at `now` with clocks of these rates; the world stays as it is. */
@@ -87,6 +104,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
 /* Tells `past` how old the newest state was that `player` had, at `now`, when it made the input of `slot`. */
 void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_time now);
 
-/* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. */
+/* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. Where the
+ * client has no baseline, delta becomes quantised; what would be longer than full is full. */
 int ll_server_compose(ll_server *server, int player, void *packet);
 int ll_server_message_max(ll_extent extent, int players);

@@ -44,7 +44,7 @@ typedef struct ll_sync {
 
     /* A packet of the server has come to a client. Returns its ll_outcome. */
     int (*receive)(struct ll_client *client, const struct ll_client_setup *setup, const void *packet,
-                   ll_time now);
+                   int size, ll_time now);
 
     /* One frame of a client: takes what has come, makes inputs, decides what to draw. Writes the client's
      * message and returns its size, 0 when there is nothing to send. */

@@ -40,7 +40,7 @@ typedef struct ll_controls {
     uint32_t buttons;
 } ll_controls;
 
-/* Its parts and the world follow. */
+/* Its parts follow, and then the world, encoded. */
 typedef struct ll_state_message {
     ll_message_head head;
     int64_t tick; /* the server's step that this is the state after */
@@ -48,7 +48,8 @@ typedef struct ll_state_message {
     float update_hz;
     int32_t slack;      /* how many steps early the player's inputs came, the least since the last update */
     uint32_t slack_seq; /* of the input that came so */
-    uint32_t reserved;
+    uint16_t codec;     /* index into ll_codecs */
+    uint16_t baseline;  /* how many ticks before `tick` the state was that this is told against; 0: none */
 } ll_state_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX

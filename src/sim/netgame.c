@@ -7,7 +7,7 @@
 #include "base/hash.h"
 
 #define LINK_SECONDS 1.3 /* of packets at full rate that a link holds; what is beyond is a full queue */
-#define PACKET_MAX 20000 /* bytes */
+#define PACKET_MAX (LL_WORLD_MAX + (int)sizeof(ll_state_message))
 
 /* ---- layout ---- */
 
@@ -52,7 +52,7 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
     ll_netgame counted, *at = g ? g : &counted;
     int64_t end = (int64_t)(offsetof(ll_netgame, config) + config_size(c));
     at->server = end;
-    end += (int64_t)ll_server_size(n, ll_extent_size(world));
+    end += (int64_t)ll_server_size(n, world);
     at->history = end;
     end += (int64_t)ll_history_size(world.entities);
     for (int i = 0; i < n; i++) {
@@ -118,14 +118,13 @@ static void init(void *block, const void *config)
     ll_extent size_of_world = extent(c);
     LL_ASSERT(ll_server_message_max(size_of_world, n) <= PACKET_MAX);
     ll_server *server = ll_netgame_server(g);
-    ll_server_init(server, n);
+    ll_server_init(server, n, size_of_world);
+    ll_server_configure(server, &c->server);
+    server->from = (ll_time)(c->warmup_s * 1e9);
     ll_world *world = ll_server_world(server);
     int32_t lanes[LL_PLAYERS_MAX];
     for (int i = 0; i < n; i++)
         lanes[i] = c->players[i].lane < 0 ? i : (int32_t)c->players[i].lane;
-    world->players = n;
-    world->entities = size_of_world.entities;
-    world->tail = size_of_world.tail;
     g->env.dt = 1 / c->tick_hz;
     game->prepare(&g->env, c->params);
     game->init(world, &g->env, lanes);
@@ -227,11 +226,11 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
     }
 }
 
-static void client_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+static void client_receives(ll_netgame *g, int player, const void *packet, int bytes, const ll_recorder *r)
 {
     ll_client *client = ll_netgame_client(g, player);
     ll_client_setup s = setup(g, player, r);
-    int outcome = s.sync->receive(client, &s, packet, g->now);
+    int outcome = s.sync->receive(client, &s, packet, bytes, g->now);
     if (!r)
         return;
     const ll_state_message *m = packet;
@@ -257,7 +256,7 @@ static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
     if (up)
         server_receives(g, player, packet, r);
     else
-        client_receives(g, player, packet, r);
+        client_receives(g, player, packet, bytes, r);
 }
 
 /* ---- time ---- */
@@ -406,6 +405,7 @@ static void change(void *block, const void *config, ll_time now)
     ll_netgame *g = block;
     ll_server_config before = g->config.server;
     memcpy(&g->config, config, config_size(config));
+    ll_server_configure(ll_netgame_server(g), &g->config.server);
     const ll_sync *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {

@@ -58,9 +58,8 @@ cJSON *ll_netgame_state(const void *block)
     return state;
 }
 
-static void summary(cJSON *object, const char *name, const ll_histogram *h)
+static void distribution(cJSON *object, const char *name, ll_summary s)
 {
-    ll_summary s = ll_histogram_summary(h);
     cJSON *o = cJSON_AddObjectToObject(object, name);
     number(o, "mean", s.mean);
     number(o, "rms", s.rms);
@@ -92,6 +91,24 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
     }
     number(o, "up_bytes_per_s", seconds > 0 ? up / seconds : 0);
     number(o, "down_bytes_per_s", seconds > 0 ? down / seconds : 0);
+}
+
+static void snapshots(cJSON *player, const ll_netgame *g, int self)
+{
+    const ll_instruments *in = ll_netgame_instruments(g, self);
+    const ll_snapshot_cost *sent = &ll_netgame_server(g)->seats[self].sent;
+    double packets = (double)in->packets[LL_MESSAGE_STATE], entities = (double)sent->entities;
+    ll_extent extent = {ll_netgame_entities(g), ll_server_world_const(ll_netgame_server(g))->tail};
+    cJSON *o = cJSON_AddObjectToObject(player, "snapshot");
+    number(o, "bits_per_entity", ratio((double)sent->entity_bits, entities));
+    number(o, "tail_bits", ratio((double)sent->tail_bits, packets));
+    number(o, "unchanged_ratio", ratio((double)sent->unchanged, entities));
+    number(o, "at_rest_ratio", ratio((double)sent->resting, entities));
+    number(o, "whole_ratio", ratio((double)sent->whole, packets));
+    number(o, "bytes_over_full",
+           ratio((double)in->bytes[LL_MESSAGE_STATE],
+                 packets * (double)ll_server_message_max(extent, g->config.player_count)));
+    number(o, "unreadable", (double)ll_netgame_client(g, self)->unreadable);
 }
 
 static void loss_report(cJSON *o, const ll_link_stats *s)
@@ -140,7 +157,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "name", g->config.players[i].name);
     for (int m = 0; m < LL_METRICS; m++)
-        summary(o, ll_metric_rows[m].name, &in->histogram[m]);
+        distribution(o, ll_metric_rows[m].name, ll_histogram_summary(&in->histogram[m]));
     number(o, "corrections", (double)in->corrections);
     number(o, "corrections_per_s", seconds > 0 ? (double)in->corrections / seconds : 0);
     ll_netgame_view_metrics(g, i, o);
@@ -155,6 +172,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
         number(refused, ll_rule_names[rule], (double)seat->refused[rule]);
     ll_netgame_inputs_metrics(g, i, o);
     bandwidth(o, g, i);
+    snapshots(o, g, i);
     link_report(o, "link_up", ll_netgame_up(g, i));
     link_report(o, "link_down", ll_netgame_down(g, i));
     double values[LL_GAME_VALUES];
@@ -175,6 +193,8 @@ cJSON *ll_netgame_metrics(const void *block)
     number(s, "steps", (double)server->step);
     number(s, "steps_per_s", ratio((double)server->step, ll_to_s(g->now)));
     number(s, "stalled_s", ll_to_s(server->stalled));
+    cJSON_AddStringToObject(s, "snapshot", ll_codec_names[server->codec]);
+    distribution(s, "rounding_m", ll_rounding_summary(ll_server_baselines(server)));
     cJSON *players = cJSON_AddArrayToObject(metrics, "players");
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));

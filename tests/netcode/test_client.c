@@ -394,11 +394,13 @@ static void another_epoch_is_void(void **state)
     start_lone(l, 60, 0, 0);
     p.head.head.epoch = 2;
     assert_int_equal(give(l, &p, LL_MS), LL_OUTCOME_STALE);
-    assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, LL_MS), LL_OUTCOME_STALE);
+    assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, sizeof refusal, LL_MS),
+                     LL_OUTCOME_STALE);
     assert_int_equal(l->client->newest, 0);
     assert_int_equal(l->client->refused, 0);
     refusal.epoch = 1;
-    assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, LL_MS), LL_OUTCOME_REFUSED);
+    assert_int_equal(ll_client_receive(l->client, &l->setup, &refusal, sizeof refusal, LL_MS),
+                     LL_OUTCOME_REFUSED);
     assert_int_equal(l->client->refused, 1);
     free_lone(l);
 }

@@ -75,7 +75,8 @@ static void race_frame(lone *l, race_track *t, int k)
     if (old > 0 && old % 3 == 0) {
         p.head = state_of(old, ll_tick_time(old, HZ(60)), (uint32_t)old, 0, NULL).head;
         p.world = t->state[old];
-        assert_int_equal(ll_client_receive(l->client, &l->setup, &p, now), LL_OUTCOME_APPLIED);
+        int size = (int)(sizeof p.head + ll_world_size(world_of(&p.world)));
+        assert_int_equal(ll_client_receive(l->client, &l->setup, &p, size, now), LL_OUTCOME_APPLIED);
     }
     l->client->held = t->actions[k];
     frame(l, now, NULL);

@@ -59,10 +59,11 @@ static inline ll_world *new_world(int players)
 static inline ll_server *new_server(int players, const ll_sync *sync, double step_hz, double client_hz)
 {
     size_t size = ll_extent_size(toy_extent(NULL, players));
-    ll_server *server = malloc(ll_server_size(players, size));
+    ll_extent extent = toy_extent(NULL, players);
+    ll_server *server = malloc(ll_server_size(players, extent));
     ll_world *world = new_world(players);
     (void)sync;
-    ll_server_init(server, players);
+    ll_server_init(server, players, extent);
     memcpy(ll_server_world(server), world, size);
     ll_server_start(server, 1, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
     free(world);
@@ -145,9 +146,14 @@ static inline packet state_of(int64_t tick, ll_time time, uint32_t acked, int pl
     return p;
 }
 
+static inline int size_of(const packet *p)
+{
+    return (int)(sizeof p->head + ll_extent_size((ll_extent){p->world_entities, p->world_tail}));
+}
+
 static inline int give(lone *l, const packet *p, ll_time now)
 {
-    return ll_client_receive(l->client, &l->setup, p, now);
+    return ll_client_receive(l->client, &l->setup, p, size_of(p), now);
 }
 
 static inline int frame(lone *l, ll_time now, ll_input_message *m)
