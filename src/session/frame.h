@@ -37,10 +37,18 @@
  *      A frame repeats the events of the last 8 frames, a key frame those of the last 4 s: a viewer keeps them by id.
  *      Key frames go to a new viewer, after a jump of time, and after a gap of more than 8 frames, but not to one whose link
  *      they would choke.
+ *   section 3, the game's own values, f64 each: record = player; their names stand in the hello's layout
+ *   section 6, buffers of the players' views: record = player, 32 bytes
+ *      0 u8 player       1 u8 state  0 draws the newest state 1 normal 2 catching up 3 slowing 4 starved 5 extrapolating
+ *      4 f32 delay_ms (interpolation delay in use)          8 f32 behind_ms (drawn time behind the newest that could be known)
+ *     12 f32 time_scale 16 f32 dejitter_ms (in use)        20 u32 underruns   24 u32 overruns   28 u32 late (at the de-jitter buffer)
+ *   section 8, states in these buffers, 24 bytes each, by player; at most 16 each of a place, from the one that is drawn on
+ *      0 u8 player       1 u8 place  0 snapshot buffer 1 de-jitter buffer
+ *      4 u32 tick        8 f32 time_ms (its server time - the drawn one)
+ *     12 f32 sent_ms    16 f32 arrived_ms   20 f32 due_ms (played out): from the frame's time on; negative: before it
  *   section 16, a motion: record 0 is the solution, record 1 + i method i; stride = bytes / count
  *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
  *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each
- *   section 3, the game's own values, f64 each: record = player; their names stand in the hello's layout
  *
  * JSON (`laglab.v1.json`): {"type":"frame", ...the same names..., "views":[{...,"entities":[...]}],"events":[...],"game":[[...]]}. */
 // clang-format on

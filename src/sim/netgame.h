@@ -89,8 +89,13 @@ struct cJSON *ll_netgame_layout(const void *config);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* netgame_views.c: M7 to M9 of a player's view, added to its metrics */
+/* netgame_views.c: M7 to M9 of a player's view, added to its metrics; its buffers, streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
+void ll_netgame_view_sections(const ll_netgame *game,
+                              void (*section)(void *context, int type, int count, const void *bytes,
+                                              size_t size),
+                              void *context);
+void ll_netgame_view_sections_json(const ll_netgame *game, struct cJSON *frame);
 
 /* netgame_inputs.c: adds to the metrics of `player` what became of its inputs */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);

@@ -132,6 +132,7 @@ void ll_netgame_sections(const void *block,
             values[count++] = own[k];
     }
     section(context, SECTION_GAME, n, values, (size_t)count * sizeof(double));
+    ll_netgame_view_sections(g, section, context);
 }
 
 static void number(cJSON *object, const char *name, double value)
@@ -188,4 +189,5 @@ void ll_netgame_sections_json(const void *block, cJSON *frame)
         int n = game_values(g, i, values);
         cJSON_AddItemToArray(game, cJSON_CreateDoubleArray(values, n));
     }
+    ll_netgame_view_sections_json(g, frame);
 }

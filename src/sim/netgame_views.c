@@ -1,5 +1,6 @@
-/* What is told of the players' views: M7 to M9. */
+/* What is told of the players' views: M7 to M9, and sections 6 and 8 of session/frame.h. */
 #include <cjson/cJSON.h>
+#include <stddef.h>
 
 #include "base/detmath.h"
 #include "sim/netgame.h"
@@ -80,4 +81,121 @@ void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
     cJSON *o = cJSON_AddObjectToObject(object, "inconsistency");
     excursions(o, "server", &in->server, in->entities, seconds);
     excursions(o, "clients", &in->clients, in->entities, seconds);
+}
+
+/* ---- frames ---- */
+
+enum { SECTION_BUFFERS = 6, SECTION_BUFFERED = 8, BUFFERED_MAX = 16 };
+
+typedef struct buffer_record {
+    uint8_t player, state;
+    uint16_t reserved;
+    float delay_ms, behind_ms, time_scale, dejitter_ms;
+    uint32_t underruns, overruns, late;
+} buffer_record;
+
+typedef struct buffered_record {
+    uint8_t player, place;
+    uint16_t reserved;
+    uint32_t tick;
+    float time_ms, sent_ms, arrived_ms, due_ms;
+} buffered_record;
+
+_Static_assert(sizeof(buffer_record) == 32 && sizeof(buffered_record) == 24, "the layout of session/frame.h");
+
+static buffer_record buffer_of(const ll_netgame *g, int player)
+{
+    const ll_client *c = ll_netgame_client(g, player);
+    const ll_instruments *in = ll_netgame_instruments(g, player);
+    bool by_time = c->view_state != LL_VIEW_NEWEST;
+    return (buffer_record){.player = (uint8_t)player,
+                           .state = c->view_state,
+                           .delay_ms = by_time ? (float)ll_to_ms(c->delay) : 0,
+                           .behind_ms = by_time ? (float)ll_to_ms(g->now + c->offset - c->render) : 0,
+                           .time_scale = by_time ? (float)c->time_scale : 1,
+                           .underruns = (uint32_t)in->underruns,
+                           .overruns = (uint32_t)in->overruns};
+}
+
+/* The states from the one that is drawn, or just passed, to the newest. Returns how many were written. */
+static int list_buffered(const ll_netgame *g, int player, buffered_record *records)
+{
+    ll_client *c = ll_netgame_client(g, player);
+    int n = 0;
+    for (int64_t i = c->newest - 1 - c->depth; c->newest > 0 && i < c->newest && n < BUFFERED_MAX; i++) {
+        const ll_received *state = ll_client_state(c, i);
+        ll_time drawn = c->view_state != LL_VIEW_NEWEST ? c->render : state->time;
+        float arrived = (float)ll_to_ms(state->arrived - g->now);
+        records[n++] = (buffered_record){.player = (uint8_t)player,
+                                         .tick = (uint32_t)state->tick,
+                                         .time_ms = (float)ll_to_ms(state->time - drawn),
+                                         .sent_ms = (float)ll_to_ms(state->time - g->now),
+                                         .arrived_ms = arrived,
+                                         .due_ms = arrived};
+    }
+    return n;
+}
+
+static int list_all_buffered(const ll_netgame *g, buffered_record *records)
+{
+    int n = 0;
+    for (int i = 0; i < g->config.player_count; i++)
+        n += list_buffered(g, i, records + n);
+    return n;
+}
+
+void ll_netgame_view_sections(const ll_netgame *g,
+                              void (*section)(void *context, int type, int count, const void *bytes,
+                                              size_t size),
+                              void *context)
+{
+    buffer_record buffers[LL_PLAYERS_MAX];
+    buffered_record buffered[LL_PLAYERS_MAX * BUFFERED_MAX];
+    int players = g->config.player_count, n = list_all_buffered(g, buffered);
+    for (int i = 0; i < players; i++)
+        buffers[i] = buffer_of(g, i);
+    section(context, SECTION_BUFFERS, players, buffers, (size_t)players * sizeof buffers[0]);
+    section(context, SECTION_BUFFERED, n, buffered, (size_t)n * sizeof buffered[0]);
+}
+
+static cJSON *buffer_json(const buffer_record *b)
+{
+    cJSON *o = cJSON_CreateObject();
+    number(o, "player", b->player);
+    number(o, "state", b->state);
+    number(o, "delay_ms", (double)b->delay_ms);
+    number(o, "behind_ms", (double)b->behind_ms);
+    number(o, "time_scale", (double)b->time_scale);
+    number(o, "dejitter_ms", (double)b->dejitter_ms);
+    number(o, "underruns", b->underruns);
+    number(o, "overruns", b->overruns);
+    number(o, "late", b->late);
+    return o;
+}
+
+static cJSON *buffered_json(const buffered_record *b)
+{
+    cJSON *o = cJSON_CreateObject();
+    number(o, "player", b->player);
+    number(o, "place", b->place);
+    number(o, "tick", b->tick);
+    number(o, "time_ms", (double)b->time_ms);
+    number(o, "sent_ms", (double)b->sent_ms);
+    number(o, "arrived_ms", (double)b->arrived_ms);
+    number(o, "due_ms", (double)b->due_ms);
+    return o;
+}
+
+void ll_netgame_view_sections_json(const ll_netgame *g, cJSON *frame)
+{
+    cJSON *buffers = cJSON_AddArrayToObject(frame, "buffers"),
+          *buffered = cJSON_AddArrayToObject(frame, "buffered");
+    buffered_record records[LL_PLAYERS_MAX * BUFFERED_MAX];
+    int n = list_all_buffered(g, records);
+    for (int i = 0; i < g->config.player_count; i++) {
+        buffer_record b = buffer_of(g, i);
+        cJSON_AddItemToArray(buffers, buffer_json(&b));
+    }
+    for (int i = 0; i < n; i++)
+        cJSON_AddItemToArray(buffered, buffered_json(&records[i]));
 }

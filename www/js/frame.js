@@ -32,6 +32,16 @@ export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
 /** @typedef {{id: number, type: number, player: number, fate: number, outcome: number, begin: number, end: number,
  *   number: number, value: number}} Event */
 
+export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STARVED = 4, V_EXTRAPOLATING = 5; /* states of a buffer */
+
+/** The buffer of a player's view; times in ms. `behind`: the drawn time behind the newest that could be known.
+ * @typedef {{player: number, state: number, delay: number, behind: number, timeScale: number, dejitter: number,
+ *   underruns: number, overruns: number, late: number}} Buffer */
+
+/** A state in a snapshot buffer (place 0) or a de-jitter buffer (1). `time`: its server time minus the drawn one; the others
+ * count from the frame's time; ms.
+ * @typedef {{player: number, place: number, tick: number, time: number, sent: number, arrived: number, due: number}} Buffered */
+
 /**
  * @typedef {object} Frame
  * @property {number} flags
@@ -47,9 +57,11 @@ export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
  * @property {View[]} views
  * @property {Event[]} events
  * @property {number[][]} game  the game's own values by player
+ * @property {Buffer[]} buffers  of the players' views
+ * @property {Buffered[]} buffered  the states in them
  */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32;
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, BUFFER = 32, BUFFERED = 24;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
 function view(d, at, stride) {
@@ -82,6 +94,23 @@ function event(d, at) {
   };
 }
 
+/** @param {DataView} d @param {number} at @returns {Buffer} */
+function buffer(d, at) {
+  return {
+    player: d.getUint8(at), state: d.getUint8(at + 1), delay: d.getFloat32(at + 4, true), behind: d.getFloat32(at + 8, true),
+    timeScale: d.getFloat32(at + 12, true), dejitter: d.getFloat32(at + 16, true), underruns: d.getUint32(at + 20, true),
+    overruns: d.getUint32(at + 24, true), late: d.getUint32(at + 28, true),
+  };
+}
+
+/** @param {DataView} d @param {number} at @returns {Buffered} */
+function buffered(d, at) {
+  return {
+    player: d.getUint8(at), place: d.getUint8(at + 1), tick: d.getUint32(at + 4, true), time: d.getFloat32(at + 8, true),
+    sent: d.getFloat32(at + 12, true), arrived: d.getFloat32(at + 16, true), due: d.getFloat32(at + 20, true),
+  };
+}
+
 /** @param {ArrayBuffer} bytes @returns {Frame | null} null when the bytes are no frame */
 export function decode(bytes) {
   const d = new DataView(bytes);
@@ -91,7 +120,7 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [],
+    views: [], events: [], game: [], buffers: [], buffered: [],
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -110,6 +139,10 @@ export function decode(bytes) {
         for (let k = 0; k + 8 <= stride; k += 8) values.push(d.getFloat64(at + i * stride + k, true));
         frame.game.push(values);
       }
+    } else if (type === 6 && stride >= BUFFER) {
+      for (let i = 0; i < count; i++) frame.buffers.push(buffer(d, at + i * stride));
+    } else if (type === 8 && stride >= BUFFERED) {
+      for (let i = 0; i < count; i++) frame.buffered.push(buffered(d, at + i * stride));
     }
     at += size;
   }
