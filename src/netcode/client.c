@@ -68,7 +68,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->newest_tick = -1;
     c->grid_tick = LL_NEVER;
     c->confirmed = c->met = step;
-    c->latest_time = c->view_time = now;
+    c->latest_time = c->view_time = c->render = now;
     c->latest_tick = step;
     c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
     c->view_state = LL_VIEW_NEWEST;

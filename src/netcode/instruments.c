@@ -74,7 +74,7 @@ static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
 {
     in->held_frames += c->held_now;
     in->extrapolated_frames += c->extrapolated;
-    if (!c->has_render)
+    if (c->view_state == LL_VIEW_NEWEST)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
     gauge(&in->depth, (double)c->depth);
@@ -135,6 +135,7 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world
     if (!counts)
         return;
     in->frames++;
+    in->measured += c->elapsed;
     measure_buffer(in, c, now);
 }
 

@@ -62,6 +62,7 @@ typedef struct ll_track {
 
 typedef struct ll_instruments {
     ll_time from;
+    ll_time measured; /* the length of all frames from then on */
     ll_histogram histogram[LL_METRICS];
     int32_t entities, reserved;
     int64_t frames, held_frames, extrapolated_frames;

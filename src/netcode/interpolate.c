@@ -125,14 +125,14 @@ static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
     }
 }
 
-/* Moves the drawn time towards `target` and tells what that was. */
-static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target, ll_time now)
+/* Moves the drawn time towards `target` and tells how; `jumped` when it was too far behind. */
+static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target, bool *jumped)
 {
     const ll_time_scale *rule = ll_time_scales[s->config->time_scale];
     ll_time error = target - (c->render + c->elapsed), limit = rule->limit(c), step;
     c->time_scale = 1;
     if (!c->has_render || error > limit) {
-        s->instruments->overruns += c->has_render && now >= s->instruments->from;
+        *jumped = c->has_render;
         c->render = target;
         c->drift = 0;
         return LL_VIEW_NORMAL;
@@ -166,7 +166,8 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
     correct_extrapolation(c, s);
     c->delay =
         config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
-    ll_view_state state = move(c, s, now + c->offset - c->delay, now);
+    bool jumped = false;
+    ll_view_state state = move(c, s, now + c->offset - c->delay, &jumped);
 
     ll_time newest = ll_client_state(c, c->newest - 1)->time,
             reach = newest + ll_ms(config->extrapolation_ms);
@@ -180,7 +181,10 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
     c->extrapolated = c->render > newest;
     c->dry =
         held || (c->extrapolated && config->interpolation); /* without a delay nothing is kept in stock */
-    s->instruments->underruns += c->dry && !was_dry && now >= s->instruments->from;
+    if (now >= s->instruments->from) {
+        s->instruments->underruns += c->dry && !was_dry;
+        s->instruments->overruns += jumped && !held;
+    }
     c->drawn_newest = c->newest;
     c->view_state = (uint8_t)(held ? LL_VIEW_STARVED : c->extrapolated ? LL_VIEW_EXTRAPOLATING : state);
 

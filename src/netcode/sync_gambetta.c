@@ -56,10 +56,10 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
         ll_time span = b->arrived - a->arrived;
         double alpha = span > 0 ? (double)(render - a->arrived) / (double)span : 1;
         ll_blend(c, a, b, alpha);
-        ll_time drawn = a->time + (ll_time)(alpha * (double)(b->time - a->time));
+        c->render = a->time + (ll_time)(alpha * (double)(b->time - a->time));
         for (int p = 0; p < entities; p++)
             if (p != c->self)
-                marks[p].time = drawn;
+                marks[p].time = c->render;
     } else {
         for (int p = 0; p < entities; p++)
             if (p != c->self)

@@ -75,7 +75,7 @@ static void excursions(cJSON *object, const char *name, const ll_inconsistency *
 void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
 {
     const ll_instruments *in = ll_netgame_instruments(g, player);
-    double seconds = ll_to_s(g->now - in->from);
+    double seconds = ll_to_s(in->measured);
     smoothness(object, in);
     buffer(object, in, ll_netgame_client(g, player));
     cJSON *o = cJSON_AddObjectToObject(object, "inconsistency");

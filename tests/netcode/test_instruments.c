@@ -171,7 +171,8 @@ static void views_are_held_against_the_truth(void **state)
     shown->entity[1].x = 2; /* now the larger, and to the left */
     marks[1].time = 20 * LL_MS;
     l->client->buffer_ms = 12.5;
-    l->client->has_render = l->client->held_now = 1;
+    l->client->view_state = LL_VIEW_STARVED;
+    l->client->held_now = 1;
     ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS);
     assert_true(l->instruments->remote_error == -8 && l->instruments->view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);

@@ -43,6 +43,23 @@ void scene_run(scene *s, double until_s, const ll_recorder *recorder)
     must(s->scenario.kind->advance(s->game, (ll_time)(until_s * 1e9 + 0.5), recorder));
 }
 
+void scene_run_whole(scene *s)
+{
+    const ll_param_table *table = s->scenario.kind->table;
+    const ll_scenario_head *head = s->scenario.config;
+    void *config = malloc(table->size);
+    memcpy(config, s->scenario.config, table->size);
+    for (int i = 0; i < head->timeline_count; i++) {
+        cJSON *patch = cJSON_Parse(head->timeline[i].set);
+        scene_run(s, head->timeline[i].at_s, NULL);
+        must(ll_param_patch(table, patch, config, NULL, NULL));
+        s->scenario.kind->change(s->game, config, s->game->now);
+        cJSON_Delete(patch);
+    }
+    scene_run(s, head->duration_s, NULL);
+    free(config);
+}
+
 void scene_close(scene *s)
 {
     free(s->game);

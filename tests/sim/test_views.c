@@ -1,0 +1,148 @@
+/* The scenarios of what a client draws: each technique really acts, and does what it is for. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/scene.h"
+
+static const ll_instruments *of(const scene *s, int player)
+{
+    return ll_netgame_instruments(s->game, player);
+}
+
+static ll_summary summary(const scene *s, int player, ll_metric metric)
+{
+    return ll_histogram_summary(&of(s, player)->histogram[metric]);
+}
+
+static double mean(const ll_gauge *g)
+{
+    return g->sum / (double)g->count;
+}
+
+static scene run_whole(const char *id, const char *const *sets)
+{
+    scene s = scene_open(id, sets);
+    scene_run_whole(&s);
+    return s;
+}
+
+/* Jitter J needs a delay of an interval + 2 J against the fastest state: 190 ms of the 210 that A has. */
+static void two_intervals_ride_out_jitter(void **state)
+{
+    (void)state;
+    scene s = run_whole("interpolation_jitter", NULL);
+    assert_true(of(&s, 0)->underruns == 0 && of(&s, 0)->held_frames == 0);
+    assert_true(of(&s, 0)->track[1].smooth.frozen == 0);
+    assert_true(of(&s, 1)->underruns > 100);
+    scene_close(&s);
+}
+
+/* The same path and delay: the chord is off by a dt^2 / 8 at most, a being 6 m/s2, the brake's 9, and drag;
+ * the cubic only where the pedal changes in between. */
+static void cubics_are_nearer_than_chords(void **state)
+{
+    (void)state;
+    scene s = run_whole("hermite", NULL);
+    ll_summary chord = summary(&s, 0, LL_METRIC_TIMELINE_ERROR),
+               cubic = summary(&s, 1, LL_METRIC_TIMELINE_ERROR);
+    assert_true(chord.max < (9 + 0.3 * 16) / 16 / 8);
+    assert_true(cubic.rms < chord.rms / 10);
+    scene_close(&s);
+}
+
+/* 30 states a second, ratio 2 and 10 ms of margin: at the end of each interval the newest state is 43 ms
+ * ahead at least. So silences of 0.2 and 0.5 s leave nothing to draw for 157 to 190 and 457 to 490 ms, and A
+ * bridges 400. */
+static void silences_are_bridged_up_to_the_cap(void **state)
+{
+    (void)state;
+    scene s = run_whole("extrapolation_silence", NULL);
+    const ll_instruments *a = of(&s, 0), *b = of(&s, 1);
+    double bridged = (double)a->extrapolated_frames / 60, waited = (double)a->held_frames / 60,
+           alone = (double)b->held_frames / 60;
+    /* What A waits at the cap counts as extrapolated too: it stands where its guess has put it. */
+    assert_true(fabs(bridged - alone) < 3 * 0.05);
+    assert_true(fabs(bridged - waited - (0.175 + 0.4 + 0.4)) < 0.06);
+    assert_true(a->underruns == 3 && b->underruns == 3);
+    assert_true(summary(&s, 0, LL_METRIC_POP).max > 0.01 && summary(&s, 1, LL_METRIC_POP).max == 0);
+    scene_close(&s);
+}
+
+/* Guessed at present: nearer to the truth of now by what it is less late; on its own timeline worse. */
+static void dead_reckoning_trades_lateness_for_error(void **state)
+{
+    (void)state;
+    scene s = run_whole("dead_reckoning", NULL);
+    assert_true(fabs(summary(&s, 1, LL_METRIC_VIEW_AGE).mean - 80) < 0.1);
+    assert_true(summary(&s, 1, LL_METRIC_REMOTE_ERROR).rms < summary(&s, 0, LL_METRIC_REMOTE_ERROR).rms / 3);
+    assert_true(summary(&s, 1, LL_METRIC_TIMELINE_ERROR).rms >
+                3 * summary(&s, 0, LL_METRIC_TIMELINE_ERROR).rms);
+    assert_true(of(&s, 1)->server.sum < of(&s, 0)->server.sum);
+    scene_close(&s);
+}
+
+/* On the even link it is one interval and the margin. While the link was bad it ran dry a third as often as
+ * two fixed intervals; on the whole it is less late. */
+static void adaptive_delays_are_what_the_link_needs(void **state)
+{
+    (void)state;
+    scene s = run_whole("adaptive_delay", NULL);
+    assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, 0)->delay) - (1000.0 / 30 + 10)) < 0.001);
+    assert_true(of(&s, 0)->underruns < of(&s, 1)->underruns / 3);
+    assert_true(mean(&of(&s, 0)->delay_ms) < mean(&of(&s, 1)->delay_ms));
+    scene_close(&s);
+}
+
+/* 60 ms more lag leave 17 ms too few in a buffer of 77: A, who keeps to its target, runs dry at state after
+ * state; B, 33 ms behind at most without minding, once or twice. */
+static void catching_up_calmly_leaves_something_in_stock(void **state)
+{
+    (void)state;
+    scene s = run_whole("time_scale", NULL);
+    assert_true(fabs(of(&s, 0)->time_scale.max - 1.1) < 1e-6 &&
+                fabs(of(&s, 1)->time_scale.max - 1.02) < 1e-6);
+    assert_true(of(&s, 0)->underruns > 60 && of(&s, 1)->underruns <= 2);
+    assert_true(of(&s, 1)->track[0].smooth.acceleration < of(&s, 0)->track[1].smooth.acceleration);
+    scene_close(&s);
+}
+
+/* Smoothing is in the view alone: the server's world and what the clients compute with are the same to the
+ * bit. */
+static void smoothing_leaves_the_state_alone(void **state)
+{
+    (void)state;
+    const char *const snap[] = {"players.1.correction=snap", NULL};
+    scene a = run_whole("smoothing", NULL), b = run_whole("smoothing", snap);
+    ll_world *wa = ll_server_world(ll_netgame_server(a.game)),
+             *wb = ll_server_world(ll_netgame_server(b.game));
+    assert_memory_equal(wa, wb, ll_world_size(wa));
+    for (int p = 0; p < 2; p++)
+        assert_memory_equal(ll_client_predicted(ll_netgame_client(a.game, p)),
+                            ll_client_predicted(ll_netgame_client(b.game, p)), ll_world_size(wa));
+    assert_true(of(&a, 1)->corrections == of(&b, 1)->corrections && of(&a, 1)->corrections > 50);
+    /* A frame shows 1 - 2^(-(16.7 / 100)) = 0.109 of what is off by then, which corrections of several states
+     * make. */
+    assert_true(summary(&a, 1, LL_METRIC_POP).max < summary(&b, 1, LL_METRIC_POP).max / 5);
+    scene_close(&a);
+    scene_close(&b);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(two_intervals_ride_out_jitter),
+        cmocka_unit_test(cubics_are_nearer_than_chords),
+        cmocka_unit_test(silences_are_bridged_up_to_the_cap),
+        cmocka_unit_test(dead_reckoning_trades_lateness_for_error),
+        cmocka_unit_test(adaptive_delays_are_what_the_link_needs),
+        cmocka_unit_test(catching_up_calmly_leaves_something_in_stock),
+        cmocka_unit_test(smoothing_leaves_the_state_alone),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
