@@ -29,11 +29,15 @@ typedef enum ll_event_type {
     LL_EVENT_INPUT = 1,    /* an input packet was sent by `player` */
     LL_EVENT_STATE = 2,    /* a state packet was sent to `player` */
     LL_EVENT_REFUSAL = 3,  /* a refusal was sent to `player` */
+    LL_EVENT_RELAY = 4,    /* the others' inputs were sent to `player` */
     LL_EVENT_VERDICT = 16, /* the server took or refused input `number` of `player` */
     LL_EVENT_APPLIED = 17, /* `player` applied state `number` */
     LL_EVENT_CORRECTION =
-        18,             /* `player`'s own entity was moved by `value` m on reconciling with state `number` */
-    LL_EVENT_STEP = 19, /* the server made step `number` */
+        18,              /* `player`'s own entity was moved by `value` m on reconciling with state `number` */
+    LL_EVENT_STEP = 19,  /* the server made step `number` */
+    LL_EVENT_STALL = 20, /* `player` had waited `value` ms for the players of the bits of `number` */
+    LL_EVENT_ROLLBACK = 21, /* `player` made tick `number` and those after it again, `value` in all */
+    LL_EVENT_DESYNC = 22,   /* `player` left the server's world at tick `number`, by `value` ulps */
 } ll_event_type;
 
 /* `record` is called in the order of virtual time. A NULL recorder writes nothing: a batch run pays for

@@ -83,6 +83,11 @@ ll_moment ll_history_find(const ll_history *history, ll_time time)
     return (ll_moment){i, next, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
 }
 
+ll_moment ll_history_step(int64_t step)
+{
+    return (ll_moment){step, step, 0};
+}
+
 void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x, double *y)
 {
     const place *a = &record_at(history, moment.before)->at[entity];

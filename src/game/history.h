@@ -27,6 +27,9 @@ typedef struct ll_moment {
 
 ll_time ll_history_newest(const ll_history *history);
 
+/* The moment of a step, which must be in the ring. */
+ll_moment ll_history_step(int64_t step);
+
 /* When record `step` was made, the step that it is of; the nearest that is kept. */
 ll_time ll_history_time(const ll_history *history, int64_t step);
 

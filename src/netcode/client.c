@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/rng.h"
+#include "netcode/peer.h"
 #include "netcode/scope.h"
 #include "netcode/validate.h"
 
@@ -12,13 +13,15 @@ static size_t round8(size_t n)
     return (n + 7) & ~(size_t)7;
 }
 
-/* The worlds latest, predicted and shown, the marks and the errors, the states. */
+/* The worlds latest, predicted and shown, the marks and the errors; the states, or what a peer has in their
+ * place. */
 size_t ll_client_size(ll_extent extent)
 {
-    size_t world = ll_extent_size(extent);
+    size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_received) + world);
+    size_t peer = ll_peer_size(extent.entities < LL_PLAYERS_MAX ? extent.entities : LL_PLAYERS_MAX, world);
     return round8(sizeof(ll_client)) + 3 * world +
            (size_t)extent.entities * (sizeof(ll_mark) + sizeof(ll_view_error)) +
-           LL_STATE_RING * (sizeof(ll_received) + world);
+           (peer > states ? peer : states);
 }
 
 void ll_client_init(ll_client *c, int self, const ll_world *start)
@@ -78,12 +81,15 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->gap_deviation = c->late = 0;
     c->predicting = 0;
     memset(c->told, 0, sizeof c->told);
+    c->view_step = -1;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_shown(c), world, (size_t)c->world_size);
     for (int i = 0; i < world->entities; i++) {
         ll_client_marks(c)[i] = (ll_mark){.time = now};
         ll_client_errors(c)[i] = (ll_view_error){0};
     }
+    if (s->sync->start)
+        s->sync->start(c, s, step, world, now);
 }
 
 #define SPARE_WINDOW (2 * LL_SECOND)
@@ -213,12 +219,12 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
         ll_reconcile(c, s, foretold, now);
 }
 
-static ll_action control(ll_client *c, const ll_client_setup *s, ll_time now)
+ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
     ll_action a = c->held;
     if (config->control == LL_CONTROL_SCRIPT)
-        a = s->game->drive(ll_client_shown(c), s->env, c->self, (ll_script)config->script, now);
+        a = s->game->drive(seen, s->env, c->self, (ll_script)config->script, t);
     if (config->cheat == LL_CHEAT_MAGNITUDE)
         a.axis[0] *= 1.5f;
     if (s->sync->press_s > 0 && config->timer_jitter_ms > 0) { /* what counts is how long a key was down */
@@ -342,7 +348,7 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
         ll_predict_again(c, s);
     c->predicting = predicting;
 
-    ll_action action = control(c, s, now);
+    ll_action action = ll_client_control(c, s, ll_client_shown(c), now);
     int made = inputs_due(c, s, &action);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, now);

@@ -105,6 +105,7 @@ typedef struct ll_client {
     int64_t latest_tick;
     double update_hz;
     ll_action told[LL_PLAYERS_MAX]; /* others' controls at the newest state; zeroes until it tells */
+    int64_t view_step;              /* the step whose world is drawn; -1: the marks tell the times */
     int64_t world_size;
     /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
      * shown */
@@ -153,6 +154,7 @@ typedef struct ll_client_setup {
     const ll_player_config *config;
     ll_instruments *instruments;
     const ll_recorder *recorder;
+    const ll_server_config *rules; /* what everybody has agreed on */
 } ll_client_setup;
 
 size_t ll_client_size(ll_extent extent); /* a multiple of 8 */
@@ -175,6 +177,10 @@ int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now
 void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, uint64_t seed, ll_time now);
 
 /* ---- between the client's files ---- */
+
+/* The player's controls at `t`: those of a person, or what a script does that has seen `seen`. */
+ll_action ll_client_control(const ll_client *client, const ll_client_setup *setup, const ll_world *seen,
+                            ll_time t);
 
 static inline ll_received *ll_client_state(ll_client *c, int64_t index)
 {
@@ -256,6 +262,8 @@ void ll_predict_again(ll_client *client,
 bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);
 void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, ll_time now);
 void ll_draw_predicted(ll_client *client, ll_time now);
+void ll_note_correction(const ll_client *client, const ll_client_setup *setup, double dx, double size,
+                        ll_time now); /* M6 of the own entity: moved by `size` m */
 
 /* interpolate.c: the entities of others */
 void ll_interpolate_heard(ll_client *client,

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "game/game.h"
+#include "netcode/hardware.h"
 #include "netcode/scope.h"
 #include "netcode/snapshot.h"
 #include "netcode/sync.h"
@@ -21,7 +22,8 @@ static const ll_param server_rows[] = {
      .standard = 30,
      .unit = "Hz",
      .live = true,
-     .help = "How often the server sends its state to every client; in lockstep also how often it steps."},
+     .help = "How often the server sends to every client: its state, or with deterministic and rollback the "
+             "others' inputs; in lockstep also how often it steps."},
     {.name = "sync",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, sync),
@@ -29,7 +31,9 @@ static const ll_param server_rows[] = {
      .live = true,
      .help = "How server and clients keep in step: free runs on its own clock, lockstep waits for every "
              "player's input, "
-             "gambetta drains its queue as the live demo does."},
+             "gambetta drains its queue as the live demo does; with deterministic and rollback only inputs "
+             "travel "
+             "and every client steps its own world."},
     {.name = "rifle",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.rifle),
@@ -127,6 +131,22 @@ static const ll_param server_rows[] = {
      .unit = "rad/s",
      .live = true,
      .help = "Step of the grid for spins."},
+    {.name = "max_rollback_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_server_config, max_rollback_ticks),
+     .max = LL_ROLLBACK_MAX,
+     .standard = 8,
+     .unit = "ticks",
+     .live = true,
+     .help = "Rollback: how far a client steps on by guessed inputs before it waits."},
+    {.name = "sync_test_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_server_config, sync_test_ticks),
+     .max = LL_SYNC_TEST_MAX,
+     .unit = "ticks",
+     .live = true,
+     .help = "Deterministic and rollback: every frame a client goes back so far, steps again and compares; 0 "
+             "is off."},
 };
 
 const ll_param_table ll_server_table = {.name = "server",
@@ -282,6 +302,14 @@ static const ll_param player_rows[] = {
      .live = true,
      .help = "How early the client wants its inputs to reach the server: it runs ahead of the server by its "
              "lag and this."},
+    {.name = "input_delay_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_player_config, input_delay_ticks),
+     .max = LL_INPUT_DELAY_MAX,
+     .unit = "ticks",
+     .live = true,
+     .help = "An input that is made now is for a tick so much later: it is felt later, and known earlier to "
+             "the others."},
     {.name = "redundancy",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, redundancy),
@@ -315,6 +343,14 @@ static const ll_param player_rows[] = {
      .live = true,
      .help =
          "A client that cheats, to try the server's rules: inputs too large, too many, or from the future."},
+    {.name = "hardware",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, hardware),
+     .choices = ll_hardware_names,
+     .live = true,
+     .help = "Deterministic and rollback: the arithmetic of the player's machine: as the server's, stored as "
+             "floats, "
+             "with fused multiply-add, or off by one ulp now and then."},
 };
 
 /* What a client keeps is sized for it: 240 inputs are a round trip of 2.5 s, an update a second and 64 ticks

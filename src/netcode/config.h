@@ -9,11 +9,16 @@
 #include "param/param.h"
 
 #define LL_NAME_MAX 24
-#define LL_ONE_WAY_MAX_MS 1250 /* the longest that a packet of one direction may take: ll_link_delay_max_ms  \
-                                */
+#define LL_ROLLBACK_MAX 16 /* ticks */
+#define LL_SYNC_TEST_MAX 8
+#define LL_INPUT_DELAY_MAX 16
+#define LL_ONE_WAY_MAX_MS                                                                                    \
+    1250 /* the longest that a packet of one direction may take: ll_link_delay_max_ms                        \
+          */
 
 typedef struct ll_server_config {
     double update_hz;
+    int64_t max_rollback_ticks, sync_test_ticks;
     int32_t sync;     /* index into ll_syncs */
     int32_t snapshot; /* index into ll_codecs */
     ll_compensation compensation;
@@ -38,12 +43,12 @@ typedef struct ll_player_config {
     ll_link_pair link;
     double interpolation_ratio, jitter_margin_ms, extrapolation_ms, correction_half_life_ms;
     double timer_jitter_ms;
-    int64_t slack_ticks;
+    int64_t slack_ticks, input_delay_ticks;
     int64_t redundancy;
     int64_t lane;                                                  /* -1: the player's own */
     int32_t interpolation_method, interpolation_delay, time_scale; /* indices into the tables of view.h */
     int32_t correction;                                            /* ll_correction */
-    int32_t control, script, cheat;
+    int32_t control, script, cheat, hardware;
     int32_t prediction_scope; /* index into ll_scopes */
     bool prediction, reconciliation, interpolation;
     uint8_t reserved[5];

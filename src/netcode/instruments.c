@@ -82,29 +82,59 @@ static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
     gauge(&in->time_scale, c->time_scale);
 }
 
+/* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a
+ * negative number. */
+static int64_t when_of(const ll_client *c, int entity)
+{
+    return c->view_step >= 0 ? -c->view_step : ll_client_marks_const(c)[entity].time;
+}
+
+static bool has_been(const ll_history *history, int64_t when, ll_time now)
+{
+    return when < 0 ? -when < history->count : when <= now;
+}
+
+static ll_moment moment_of(const ll_history *history, int64_t when)
+{
+    return when < 0 ? ll_history_step(-when) : ll_history_find(history, when);
+}
+
+static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
+{
+    int64_t when = when_of(c, entity);
+    if (when < 0 && has_been(history, when, now))
+        return ll_history_time(history, -when);
+    return ll_client_marks_const(c)[entity].time;
+}
+
 /* M5 of what is drawn ahead of the server. */
-static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn, ll_time time,
+static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn, int64_t when,
                           const ll_history *history, ll_time now)
 {
     ll_awaited *a = &in->track[entity].awaited;
     double x, y;
-    if (a->time > 0 && a->time <= now) {
-        ll_history_at(history, ll_history_find(history, a->time), entity, &x, &y);
+    if (a->when != 0 && has_been(history, a->when, now)) {
+        ll_history_at(history, moment_of(history, a->when), entity, &x, &y);
         ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(a->x, a->y, x, y));
-        a->time = 0;
+        a->when = 0;
     }
-    if (a->time == 0 && time > now)
-        *a = (ll_awaited){time, drawn->x, drawn->y};
+    if (a->when == 0 && !has_been(history, when, now))
+        *a = (ll_awaited){when, drawn->x, drawn->y};
+}
+
+void ll_instruments_meet(ll_instruments *in)
+{
+    for (int i = 0; i < in->entities; i++)
+        in->track[i].awaited.when = 0;
 }
 
 void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world *world,
                           const ll_history *history, ll_time now)
 {
     const ll_world *shown = ll_client_shown_const(c);
-    const ll_mark *marks = ll_client_marks_const(c);
     bool counts = now >= in->from;
     ll_moment moment = {0};
-    ll_time found = LL_NEVER;
+    int64_t found = LL_NEVER;
     measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
     in->remote_error = in->view_age = 0;
     for (int i = 0; i < world->entities; i++) {
@@ -112,7 +142,9 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world
             continue;
         const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
         ll_track *track = &in->track[i];
-        double error = distance(e->x, e->y, t->x, t->y), age = ll_to_ms(now - marks[i].time), x, y;
+        int64_t when = when_of(c, i);
+        double error = distance(e->x, e->y, t->x, t->y), x, y;
+        double age = ll_to_ms(now - drawn_time(c, i, history, now));
         if (error >= magnitude(in->remote_error))
             in->remote_error = e->x < t->x ? -error : error;
         in->view_age = age > in->view_age ? age : in->view_age;
@@ -120,11 +152,11 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world
             continue;
         ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
         ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
-        measure_ahead(in, i, e, marks[i].time, history, now);
-        if (marks[i].time <= now) {
-            if (marks[i].time != found) {
-                found = marks[i].time;
-                moment = ll_history_find(history, found);
+        measure_ahead(in, i, e, when, history, now);
+        if (has_been(history, when, now)) {
+            if (when != found) {
+                found = when;
+                moment = moment_of(history, found);
             }
             ll_history_at(history, moment, i, &x, &y);
             ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));

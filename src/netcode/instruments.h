@@ -13,6 +13,7 @@
 #include "game/history.h"
 #include "netcode/inconsistency.h"
 #include "netcode/smoothness.h"
+#include "netcode/wire.h"
 
 typedef enum ll_metric {
     LL_METRIC_INPUT_LATENCY,  /* M1: first frame that draws an input's effect - when it was made, ms */
@@ -49,7 +50,7 @@ typedef struct ll_gauge {
 /* An entity as predicted for a time that the server has not reached: the truth of then is compared with it
  * when it is there. One at a time, since a lead is short. */
 typedef struct ll_awaited {
-    ll_time time; /* 0: none */
+    int64_t when; /* a time; negative: a step; 0: none */
     double x, y;
 } ll_awaited;
 
@@ -59,6 +60,15 @@ typedef struct ll_track {
     ll_excursion server, clients; /* M7: against the truth; against the other clients' pictures */
     ll_awaited awaited;           /* M5 of what is drawn ahead of the server */
 } ll_track;
+
+/* M12 and M14 of a client that steps a world of its own (deterministic, rollback). */
+typedef struct ll_stepping {
+    int64_t stalls, stalled_frames;        /* without the input of another */
+    int32_t waited_frames[LL_PLAYERS_MAX]; /* of these, by whose input was missing */
+    int64_t rested_frames;                 /* left out so that the others come after */
+    int64_t rollbacks, rollback_ticks, rollback_ticks_max;
+    int64_t sync_tests, sync_test_mismatches;
+} ll_stepping;
 
 typedef struct ll_instruments {
     ll_time from;
@@ -71,7 +81,8 @@ typedef struct ll_instruments {
     ll_gauge depth, delay_ms,
         time_scale;                   /* M9: states in stock; drawn time behind the newest known; its rate */
     ll_inconsistency server, clients; /* M7, over all entities */
-    int64_t bytes[4], packets[4];     /* M13: by ll_message, payload */
+    int64_t bytes[LL_MESSAGES], packets[LL_MESSAGES]; /* M13: by ll_message, payload */
+    ll_stepping stepping;
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
@@ -97,6 +108,9 @@ static inline void ll_count_replay(ll_instruments *in, uint32_t inputs, ll_time 
 }
 
 struct ll_client;
+
+/* The server and the clients start anew: what was awaited does not come. */
+void ll_instruments_meet(ll_instruments *in);
 
 /* After a frame of `client`: compares what it draws with the truth. */
 void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_world *world,

@@ -112,7 +112,7 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     return memcmp(&set, &c->predicted, sizeof set) == 0 && same_in_scope(c, world, truth);
 }
 
-static void note_correction(const ll_client *c, const ll_client_setup *s, double dx, double size, ll_time now)
+void ll_note_correction(const ll_client *c, const ll_client_setup *s, double dx, double size, ll_time now)
 {
     ll_instruments *in = s->instruments;
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
@@ -140,7 +140,7 @@ static void correct(ll_client *c, const ll_client_setup *s, const ll_entity_set 
             continue;
         ll_smooth_correct(c, i, &before[i], after);
         if (i == c->self)
-            note_correction(c, s, dx, size, now);
+            ll_note_correction(c, s, dx, size, now);
     }
 }
 

@@ -28,7 +28,7 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
                              (float)config->quantum_radps};
 }
 
-static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
+static void empty_seat(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
 {
     for (int i = 0; i < LL_INPUT_RING; i++)
         seat->slots[i].tick = -1;
@@ -39,6 +39,9 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, ll_time now)
     seat->received = seat->full = 0;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
+    seat->peer = (ll_refereed){.at = -1, .hashed = step, .desync = -1};
+    for (int i = 0; i < LL_PLAYERS_MAX; i++)
+        seat->peer.heard[i].known = (int32_t)step;
 }
 
 void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq,
@@ -52,7 +55,7 @@ void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_fr
     server->client_freq = client_freq;
     ll_baselines_clear(ll_server_baselines(server));
     for (int i = 0; i < server->players; i++)
-        empty_seat(&server->seats[i], client_freq, now);
+        empty_seat(&server->seats[i], client_freq, server->step, now);
 }
 
 /* Where an input belongs: `false` when it has been seen before. */

@@ -14,6 +14,8 @@
 
 #define LL_INPUT_RING 256 /* inputs kept per player, by step; more than LL_BUDGET_TICKS on either side */
 
+#define LL_HASH_RING 64 /* hashes of the server's world kept, by step */
+
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
@@ -24,6 +26,15 @@ typedef struct ll_input_slot {
     uint32_t seq;
     int32_t seen; /* the step of the newest state that the client had when it sent this */
 } ll_input_slot;
+
+/* What the referee of the peer-to-peer syncs knows of one player's client. */
+typedef struct ll_refereed {
+    int32_t at; /* its tick; -1: not heard of */
+    int32_t reserved;
+    ll_heard heard[LL_PLAYERS_MAX];
+    int64_t hashed; /* its hashes up to this tick have been compared */
+    int64_t desync; /* the first that differed; -1: none */
+} ll_refereed;
 
 /* What the server knows of one player. */
 typedef struct ll_seat {
@@ -43,6 +54,7 @@ typedef struct ll_seat {
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;
+    ll_refereed peer;
 } ll_seat;
 
 typedef struct ll_server {
@@ -55,10 +67,11 @@ typedef struct ll_server {
     ll_freq client_freq;
     int32_t players;
     uint16_t epoch;
-    uint16_t codec;  /* index into ll_codecs */
-    ll_grid grid;    /* that the codec rounds to */
-    ll_time from;    /* what snapshots cost counts from then on */
-    ll_seat seats[]; /* one per player; then the world; then the baselines */
+    uint16_t codec;                /* index into ll_codecs */
+    ll_grid grid;                  /* that the codec rounds to */
+    ll_time from;                  /* what snapshots cost counts from then on */
+    uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
+    ll_seat seats[];               /* one per player; then the world; then the baselines */
 } ll_server;
 
 #pragma GCC diagnostic pop

@@ -11,6 +11,7 @@ struct ll_server;
 struct ll_client;
 struct ll_client_setup;
 struct ll_verdict;
+struct ll_desync;
 
 typedef struct ll_sync {
     const char *name;
@@ -25,6 +26,7 @@ typedef struct ll_sync {
     bool tells_refusals; /* a refused input is answered */
     bool drops_stale;    /* a client ignores a state that is older than the one it has */
     bool extrapolates;   /* a client goes on beyond the newest state when it is set to */
+    bool guesses;        /* clients step on by guessed inputs, up to max_rollback_ticks */
 
     /* When the server's next step is due; LL_NEVER while it waits. */
     ll_time (*due)(const struct ll_server *server);
@@ -42,6 +44,10 @@ typedef struct ll_sync {
     /* Writes the server's message of an update to `player` and returns its size. */
     int (*compose)(struct ll_server *server, int player, void *packet);
 
+    /* What a client sets up beside the common, at step `step` of `world`; NULL: nothing. */
+    void (*start)(struct ll_client *client, const struct ll_client_setup *setup, int64_t step,
+                  const ll_world *world, ll_time now);
+
     /* A packet of the server has come to a client. Returns its ll_outcome. */
     int (*receive)(struct ll_client *client, const struct ll_client_setup *setup, const void *packet,
                    int size, ll_time now);
@@ -53,11 +59,18 @@ typedef struct ll_sync {
     /* Puts the entities of others where the client draws them at `now` with interpolation on; NULL where
      * `frame` does not interpolate. */
     void (*interpolate)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now);
+
+    /* After a frame: one who sees both sides compares the client's world with the server's; NULL where
+     * clients have no world of their own. */
+    void (*observe)(struct ll_desync *desync, const struct ll_client *client,
+                    const struct ll_client_setup *setup, const struct ll_server *server);
 } ll_sync;
 
 extern const ll_sync ll_sync_free;
 extern const ll_sync ll_sync_lockstep;
 extern const ll_sync ll_sync_gambetta;
+extern const ll_sync ll_sync_deterministic;
+extern const ll_sync ll_sync_rollback;
 
 extern const ll_sync *const ll_syncs[]; /* NULL-terminated; the index is the choice `sync` */
 extern const char *const ll_sync_names[];

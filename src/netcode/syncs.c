@@ -2,7 +2,8 @@
 
 #include <stddef.h>
 
-const ll_sync *const ll_syncs[] = {&ll_sync_free, &ll_sync_lockstep, &ll_sync_gambetta, NULL};
+const ll_sync *const ll_syncs[] = {&ll_sync_free,          &ll_sync_lockstep, &ll_sync_gambetta,
+                                   &ll_sync_deterministic, &ll_sync_rollback, NULL};
 
 /* In the order of ll_syncs; a test holds them against each other. */
-const char *const ll_sync_names[] = {"free", "lockstep", "gambetta", NULL};
+const char *const ll_sync_names[] = {"free", "lockstep", "gambetta", "deterministic", "rollback", NULL};

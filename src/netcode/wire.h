@@ -2,6 +2,7 @@
 #pragma once
 
 #include <stdint.h>
+#include <string.h>
 
 #include "base/vtime.h"
 #include "game/game.h"
@@ -9,7 +10,13 @@
 #define LL_INPUTS_MAX 16   /* inputs in a packet: the newest and repeated ones */
 #define LL_UDP_OVERHEAD 28 /* bytes of IPv4 and UDP headers, for bandwidth */
 
-typedef enum ll_message { LL_MESSAGE_INPUT = 1, LL_MESSAGE_STATE = 2, LL_MESSAGE_REFUSAL = 3 } ll_message;
+typedef enum ll_message {
+    LL_MESSAGE_INPUT = 1,
+    LL_MESSAGE_STATE = 2,
+    LL_MESSAGE_REFUSAL = 3,
+    LL_MESSAGE_RELAY = 4, /* the inputs of others */
+    LL_MESSAGES,
+} ll_message;
 
 /* Every message starts with these; a change of `sync` starts a new epoch, and what was sent in an older one
  * is void. */
@@ -17,7 +24,7 @@ typedef struct ll_message_head {
     uint8_t type;
     uint8_t count; /* inputs; of a state: its ll_part; of a refusal: the rule */
     uint16_t epoch;
-    uint32_t seq; /* input: sequence number of the first; state: acknowledged; refusal: the refused */
+    uint32_t seq; /* input: sequence number of the first; state, relay: acknowledged; refusal: the refused */
 } ll_message_head;
 
 /* What a state may hold between its message and the world, in this order. */
@@ -34,7 +41,7 @@ typedef struct ll_input_message {
     ll_action inputs[LL_INPUTS_MAX]; /* only head.count are sent */
 } ll_input_message;
 
-/* What somebody's controls were at the step of a state. */
+/* What somebody's controls were in a step. */
 typedef struct ll_controls {
     float axis[2];
     uint32_t buttons;
@@ -53,6 +60,62 @@ typedef struct ll_state_message {
 } ll_state_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX
+
+/* ---- deterministic and rollback: only inputs travel ---- */
+
+#define LL_RUNS_MAX 32   /* of one player in a packet; what is beyond comes when these are acknowledged */
+#define LL_HASHES_MAX 64 /* in a packet */
+
+/* Equal inputs for `count` ticks in a row. */
+typedef struct ll_input_run {
+    ll_controls input;
+    uint32_t count;
+} ll_input_run;
+
+/* What a client knows of a player. */
+typedef struct ll_heard {
+    int32_t known; /* has its inputs up to this tick */
+    int32_t ahead; /* is so many ticks ahead of it */
+} ll_heard;
+
+/* From a client: all inputs that are not acknowledged, head.count of them, and the hashes of its world after
+ * ticks hashed, hashed + 1, ... that are not. An ll_heard per player, runs and hashes (uint32_t) follow. */
+typedef struct ll_peer_message {
+    ll_message_head head;
+    int64_t tick;   /* that the first input is for */
+    int32_t at;     /* the client's tick */
+    int32_t hashed; /* tick of the first hash */
+    uint32_t runs, hashes;
+} ll_peer_message;
+
+/* To a client: what it has not acknowledged of the others' inputs, a part per player. The parts follow. */
+typedef struct ll_relay_message {
+    ll_message_head head; /* count: parts */
+    int64_t tick;         /* steps that the server has made */
+    ll_time time;         /* of the last, by the server's clock */
+    int64_t hashed;       /* the client's hashes up to this tick have come */
+} ll_relay_message;
+
+/* The runs follow. */
+typedef struct ll_relay_part {
+    int32_t tick;  /* that the first input is for */
+    int32_t at;    /* the player's tick; -1: not heard of */
+    int32_t ahead; /* of the client that this is sent to, as the player sees it */
+    uint16_t player, runs;
+} ll_relay_part;
+
+/* Adds an input to `count` runs; false when it would be one too many. */
+static inline bool ll_run_add(ll_input_run *runs, int *count, const ll_controls *input)
+{
+    if (*count > 0 && memcmp(&runs[*count - 1].input, input, sizeof *input) == 0) {
+        runs[*count - 1].count++;
+        return true;
+    }
+    if (*count == LL_RUNS_MAX)
+        return false;
+    runs[(*count)++] = (ll_input_run){*input, 1};
+    return true;
+}
 
 static inline int ll_input_message_size(int count)
 {

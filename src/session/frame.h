@@ -23,7 +23,7 @@
  *
  *   section 1, views of a netgame: record 0 is the server, record 1 + p player p; stride = bytes / count
  *      0 u8 view         1 u8 entities       2 u16 flags  1 prediction 2 reconciliation 4 interpolation 8 buffer under-run
- *                                                         16 stalled (lockstep waits) 32 driven by a person
+ *                                                         16 stalled (waits for an input) 32 driven by a person
  *      4 u32 input_seq   last sent           8 u32 acked_seq             12 u32 unacked
  *     16 f32 lag_ms     20 f32 view_age_ms   of the remote entities      24 f32 own_error_m (M4, signed: drawn - truth)
  *     28 f32 remote_error_m (M4, largest, signed)                        32 f32 buffer_ms (newest snapshot - drawn time)
@@ -38,6 +38,12 @@
  *      Key frames go to a new viewer, after a jump of time, and after a gap of more than 8 frames, but not to one whose link
  *      they would choke.
  *   section 3, the game's own values, f64 each: record = player; their names stand in the hello's layout
+ *   section 5, clients with worlds of their own (deterministic, rollback; otherwise no record): record = player, 64 bytes
+ *      0 i64 confirmed   tick up to which all inputs have come            8 i64 tick        that is drawn
+ *     16 i64 desync_tick first that differs from the server's, -1: none  24 u32 waiting     bit p: stalls for player p
+ *     28 u32 stalls     32 f32 stalled_s  36 u32 rollbacks  40 u32 rollback_ticks (made again)
+ *     44 i32 desync_entity (-1: the game's tail)   48 u32 desync_field 0 x 1 y 2 vx 3 vy 4 angle 5 spin 6 flags 7 tail
+ *     52 f32 desync_m    distance now              56 f64 desync_ulps   of that field at that tick
  *   section 6, buffers of the players' views: record = player, 32 bytes
  *      0 u8 player       1 u8 state  0 draws the newest state 1 normal 2 catching up 3 slowing 4 starved 5 extrapolating
  *      4 f32 delay_ms (interpolation delay in use)          8 f32 behind_ms (drawn time behind the newest that could be known)
@@ -50,7 +56,7 @@
  *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
  *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each
  *
- * JSON (`laglab.v1.json`): {"type":"frame", ...the same names..., "views":[{...,"entities":[...]}],"events":[...],"game":[[...]]}. */
+ * JSON (`laglab.v1.json`): {"type":"frame", ...the same names..., "views":[{...,"entities":[...]}],"events":[...],"game":[[...]],"peers":[...]}. */
 // clang-format on
 #pragma once
 

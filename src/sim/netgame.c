@@ -64,6 +64,8 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         end += (int64_t)ll_link_size(down_slots(c), down_arena(c));
         at->at[i].instruments = end;
         end += (int64_t)ll_instruments_size(world.entities);
+        at->at[i].desync = end;
+        end += (int64_t)ll_desync_size(ll_extent_size(world));
     }
     return end;
 }
@@ -82,8 +84,9 @@ static ll_freq rate(const ll_netgame *g, bool at_update_hz)
 
 static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
 {
-    return (ll_client_setup){ll_netgame_game(g),           &g->env, ll_netgame_sync(g), &g->config.players[i],
-                             ll_netgame_instruments(g, i), recorder};
+    return (ll_client_setup){
+        ll_netgame_game(g),           &g->env,  ll_netgame_sync(g), &g->config.players[i],
+        ll_netgame_instruments(g, i), recorder, &g->config.server};
 }
 
 /* Everybody meets: clocks start anew, and what is in flight is void. */
@@ -102,6 +105,8 @@ static void meet(ll_netgame *g, ll_time now)
         ll_client_setup s = setup(g, i, NULL);
         ll_client_start(ll_netgame_client(g, i), &s, (uint16_t)g->epoch, client_freq, server->step,
                         ll_server_world(server), now);
+        ll_desync_start(ll_netgame_desync(g, i), server->step);
+        ll_instruments_meet(ll_netgame_instruments(g, i));
     }
 }
 
@@ -183,7 +188,7 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
     e.end = s.due;
     e.number = head.seq;
-    if (head.type == LL_MESSAGE_STATE)
+    if (head.type == LL_MESSAGE_STATE || head.type == LL_MESSAGE_RELAY)
         e.number = (uint32_t)ll_netgame_server(g)->step;
     else if (head.type == LL_MESSAGE_INPUT)
         e.number += head.count - 1u; /* its newest */
@@ -326,6 +331,8 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
     ll_client_set_timer(client, &s, (uint64_t)g->config.head.seed, g->now);
     if (bytes > 0)
         send(g, player, true, packet, bytes, r);
+    if (s.sync->observe)
+        s.sync->observe(ll_netgame_desync(g, player), client, &s, ll_netgame_server(g));
     ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
                          g->now);
     if (player == g->config.player_count - 1)

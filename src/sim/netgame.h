@@ -6,6 +6,7 @@
 
 #include "netcode/client.h"
 #include "netcode/config.h"
+#include "netcode/desync.h"
 #include "netcode/instruments.h"
 #include "netcode/server.h"
 #include "sim/sim.h"
@@ -32,7 +33,7 @@ typedef struct ll_netgame {
     uint32_t reserved;
     int64_t server, history;
     struct {
-        int64_t client, up, down, instruments;
+        int64_t client, up, down, instruments, desync;
     } at[LL_PLAYERS_MAX];
     ll_netgame_config config; /* the last: a block ends it behind the players that there are */
 } ll_netgame;
@@ -67,6 +68,11 @@ static inline ll_instruments *ll_netgame_instruments(const ll_netgame *g, int i)
     return (ll_instruments *)((char *)g + g->at[i].instruments);
 }
 
+static inline ll_desync *ll_netgame_desync(const ll_netgame *g, int i)
+{
+    return (ll_desync *)((char *)g + g->at[i].desync);
+}
+
 static inline int ll_netgame_entities(const ll_netgame *g)
 {
     return ll_server_world_const(ll_netgame_server(g))->entities;
@@ -80,6 +86,12 @@ static inline const ll_game *ll_netgame_game(const ll_netgame *g)
 static inline const ll_sync *ll_netgame_sync(const ll_netgame *g)
 {
     return ll_syncs[g->config.server.sync];
+}
+
+/* Whether a client waits for the input of another. */
+static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
+{
+    return ll_netgame_sync(g)->observe && ll_client_peer(ll_netgame_client(g, i))->waiting != 0;
 }
 
 /* netgame_report.c: what is told of a block */
@@ -101,6 +113,15 @@ void ll_netgame_view_sections_json(const ll_netgame *game, struct cJSON *frame);
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
 void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
+
+/* netgame_peers.c: of the peer-to-peer syncs */
+void ll_netgame_peer_metrics(struct cJSON *player, const ll_netgame *g, int i);
+void ll_netgame_slowest(struct cJSON *server, const ll_netgame *g);
+void ll_netgame_peer_section(const ll_netgame *g,
+                             void (*section)(void *context, int type, int count, const void *bytes,
+                                             size_t size),
+                             void *context);
+void ll_netgame_peer_section_json(const ll_netgame *g, struct cJSON *frame);
 
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,

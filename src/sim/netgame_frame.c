@@ -69,6 +69,7 @@ static void player_view(const ll_netgame *g, int i, view *v)
     int flags = (config->prediction ? VIEW_PREDICTION : 0) |
                 (config->reconciliation ? VIEW_RECONCILIATION : 0) |
                 (config->interpolation ? VIEW_INTERPOLATION : 0) | (c->held_now ? VIEW_UNDERRUN : 0) |
+                (ll_netgame_stalled(g, i) ? VIEW_STALLED : 0) |
                 (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0);
     v->flags = (uint16_t)flags;
     v->input_seq = c->seq;
@@ -132,6 +133,7 @@ void ll_netgame_sections(const void *block,
             values[count++] = own[k];
     }
     section(context, SECTION_GAME, n, values, (size_t)count * sizeof(double));
+    ll_netgame_peer_section(g, section, context);
     ll_netgame_view_sections(g, section, context);
 }
 
@@ -189,5 +191,6 @@ void ll_netgame_sections_json(const void *block, cJSON *frame)
         int n = game_values(g, i, values);
         cJSON_AddItemToArray(game, cJSON_CreateDoubleArray(values, n));
     }
+    ll_netgame_peer_section_json(g, frame);
     ll_netgame_view_sections_json(g, frame);
 }

@@ -77,11 +77,11 @@ static double ratio(double a, double b)
 
 static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 {
-    static const char *const names[] = {NULL, "input", "state", "refusal"};
+    static const char *const names[LL_MESSAGES] = {NULL, "input", "state", "refusal", "relay"};
     const ll_instruments *in = ll_netgame_instruments(g, self);
     double seconds = ll_to_s(g->now - in->from), up = 0, down = 0;
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
-    for (int type = LL_MESSAGE_INPUT; type <= LL_MESSAGE_REFUSAL; type++) {
+    for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
         double wire = (double)in->bytes[type] + LL_UDP_OVERHEAD * (double)in->packets[type];
         cJSON *m = cJSON_AddObjectToObject(o, names[type]);
         number(m, "packets_per_s", seconds > 0 ? (double)in->packets[type] / seconds : 0);
@@ -161,6 +161,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     number(o, "corrections", (double)in->corrections);
     number(o, "corrections_per_s", seconds > 0 ? (double)in->corrections / seconds : 0);
     ll_netgame_view_metrics(g, i, o);
+    ll_netgame_peer_metrics(o, g, i);
     cJSON *inputs = cJSON_AddObjectToObject(o, "inputs");
     number(inputs, "accepted", (double)seat->accepted);
     number(inputs, "duplicate", (double)seat->duplicate);
@@ -193,6 +194,7 @@ cJSON *ll_netgame_metrics(const void *block)
     number(s, "steps", (double)server->step);
     number(s, "steps_per_s", ratio((double)server->step, ll_to_s(g->now)));
     number(s, "stalled_s", ll_to_s(server->stalled));
+    ll_netgame_slowest(s, g);
     cJSON_AddStringToObject(s, "snapshot", ll_codec_names[server->codec]);
     distribution(s, "rounding_m", ll_rounding_summary(ll_server_baselines(server)));
     cJSON *players = cJSON_AddArrayToObject(metrics, "players");
@@ -264,9 +266,9 @@ cJSON *ll_netgame_layout(const void *config)
 
 /* ---- trace ---- */
 
-static const char *const player_columns[] = {"own_x_m",        "own_y_m",     "own_error_m",
-                                             "remote_error_m", "view_age_ms", "buffer_ms",
-                                             "unacked",        "corrections", "lag_ms"};
+static const char *const player_columns[] = {"own_x_m",     "own_y_m",       "own_error_m", "remote_error_m",
+                                             "view_age_ms", "buffer_ms",     "unacked",     "corrections",
+                                             "lag_ms",      "compared_tick", "desync_m"};
 enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)
@@ -313,6 +315,8 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         values[n++] = c->seq - c->acked;
         values[n++] = (double)in->corrections;
         values[n++] = g->config.players[i].lag_ms;
+        values[n++] = (double)ll_netgame_desync(g, i)->compared;
+        values[n++] = ll_netgame_desync(g, i)->error;
     }
     return n;
 }

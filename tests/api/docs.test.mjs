@@ -73,7 +73,7 @@ test('the schema refuses what the program refuses', () => {
     'a lag out of range': { ...race, players: [{ lag_ms: 1000.5 }] },
     'a text for a number': { ...race, duration_s: '30' },
     'another game\'s parameter': { ...race, params: { gravity_mps2: 9.81 } },
-    'an unknown choice': { ...race, server: { sync: 'rollback' } },
+    'an unknown choice': { ...race, server: { sync: 'quantum' } },
     'part of a tick': { ...race, players: [{ slack_ticks: 1.5 }] },
   };
   for (const [what, scenario] of Object.entries(wrong)) {

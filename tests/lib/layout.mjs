@@ -1,6 +1,7 @@
 // Decodes binary frames by nothing but the layout table of asyncapi.yaml.
 const READ = {
   u8: (b, at) => b.readUInt8(at), u16: (b, at) => b.readUInt16LE(at), u32: (b, at) => b.readUInt32LE(at),
+  i32: (b, at) => b.readInt32LE(at),
   u64: (b, at) => Number(b.readBigUInt64LE(at)), i64: (b, at) => Number(b.readBigInt64LE(at)),
   f32: (b, at) => b.readFloatLE(at), f64: (b, at) => b.readDoubleLE(at),
 };

@@ -85,6 +85,7 @@ static inline ll_input_message inputs(int64_t tick, int count, const double *pus
 typedef struct lone {
     ll_client *client;
     ll_player_config config;
+    ll_server_config rules;
     ll_instruments *instruments;
     ll_game_env env;
     ll_client_setup setup;
@@ -101,9 +102,10 @@ static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sy
     l->client = malloc(ll_client_size(extent));
     l->instruments = malloc(ll_instruments_size(players));
     ll_param_defaults(&ll_player_table, &l->config);
+    ll_param_defaults(&ll_server_table, &l->rules);
     l->config.control = LL_CONTROL_PERSON;
     ll_instruments_init(l->instruments, players, 0);
-    l->setup = (ll_client_setup){game, &l->env, sync, &l->config, l->instruments, NULL};
+    l->setup = (ll_client_setup){game, &l->env, sync, &l->config, l->instruments, NULL, &l->rules};
     ll_client_init(l->client, 0, world);
     free(world);
     return l;

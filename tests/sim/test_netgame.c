@@ -275,13 +275,22 @@ static void extremes_of_the_ranges_are_served(void **state)
 static void sync_may_change_while_it_runs(void **state)
 {
     (void)state;
-    const char *const sets[] = {ALL_ON("0"), "players.0.script=steady", "players.1.script=steady", NULL};
+    const char *const sets[] = {ALL_ON("0"),
+                                "players.0.script=steady",
+                                "players.1.script=steady",
+                                "players.0.input_delay_ticks=16",
+                                "players.1.input_delay_ticks=16",
+                                "params.laps=10000",
+                                NULL};
     scene s = scene_open("race", sets);
     double t = 4, last = 0;
     scene_run(&s, t, NULL);
-    for (int i = 0; i < 12; i++) {
+    int syncs = 0;
+    while (ll_syncs[syncs])
+        syncs++;
+    for (int i = 0; i < 2 * syncs * syncs; i++) { /* from each to each */
         ll_netgame_config config = s.game->config;
-        config.server.sync = (config.server.sync + 1) % 3;
+        config.server.sync = i % 2 ? i / 2 % syncs : i / 2 / syncs;
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, t += 2, NULL);
         assert_true(moved(&s, 0) > last + 10);

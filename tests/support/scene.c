@@ -14,11 +14,10 @@ static void must(ll_status status)
         fail_msg("%s", status.text);
 }
 
-scene scene_open(const char *id, const char *const *sets)
+/* Takes `json`. */
+static scene start(cJSON *json, const char *const *sets)
 {
     scene s = {0};
-    cJSON *json;
-    must(ll_scenario_load("scenarios", id, &json));
     must(ll_scenario_parse(json, &s.scenario));
     cJSON_Delete(json);
     const ll_param_table *table = s.scenario.kind->table;
@@ -36,6 +35,20 @@ scene scene_open(const char *id, const char *const *sets)
     s.game = malloc(s.scenario.kind->size(s.scenario.config));
     s.scenario.kind->init(s.game, s.scenario.config);
     return s;
+}
+
+scene scene_open(const char *id, const char *const *sets)
+{
+    cJSON *json;
+    must(ll_scenario_load("scenarios", id, &json));
+    return start(json, sets);
+}
+
+scene scene_make(const char *text, const char *const *sets)
+{
+    cJSON *json;
+    must(ll_json_parse(text, strlen(text), &json));
+    return start(json, sets);
 }
 
 void scene_run(scene *s, double until_s, const ll_recorder *recorder)

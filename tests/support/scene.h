@@ -11,6 +11,7 @@ typedef struct scene {
 
 /* Loads `id`, applies NULL-terminated "path=value" pairs, and starts it. Fails the test on any error. */
 scene scene_open(const char *id, const char *const *sets);
+scene scene_make(const char *json, const char *const *sets); /* the same of a scenario's text */
 void scene_run(scene *s, double until_s, const ll_recorder *recorder);
 void scene_run_whole(scene *s); /* to its end, its timeline included */
 void scene_close(scene *s);

@@ -3,8 +3,12 @@
 export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16; /* flags of a frame */
 export const PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32; /* of a view */
 export const E_FINISHED = 1, E_PREDICTED = 2, E_INTERPOLATED = 4, E_HELD = 8, E_ACTIVE = 16, E_EXTRAPOLATED = 32; /* of an entity */
-export const INPUT = 1, STATE = 2, REFUSAL = 3, VERDICT = 16, APPLIED = 17, CORRECTION = 18, STEP = 19; /* events */
+export const INPUT = 1, STATE = 2, REFUSAL = 3, RELAY = 4, VERDICT = 16, APPLIED = 17, CORRECTION = 18, STEP = 19, STALL = 20,
+  ROLLBACK = 21, DESYNC = 22; /* events */
 export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
+
+/** Fields of an entity, and the game's own part of the world: where two worlds differ. */
+export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
 
 /** @typedef {{x: number, y: number, vx: number, vy: number, angle: number, age: number, flags: number}} Entity */
 
@@ -43,6 +47,22 @@ export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STA
  * @typedef {{player: number, place: number, tick: number, time: number, sent: number, arrived: number, due: number}} Buffered */
 
 /**
+ * @typedef {object} Peer       a client with a world of its own
+ * @property {number} confirmed  tick up to which everybody's inputs have come
+ * @property {number} tick       that is drawn
+ * @property {number} desyncTick  first that differs from the server's, -1: none
+ * @property {number} waiting    bit p: stalls for the input of player p
+ * @property {number} stalls
+ * @property {number} stalled    s
+ * @property {number} rollbacks
+ * @property {number} rollbackTicks
+ * @property {number} desyncEntity  -1: the game's tail
+ * @property {number} desyncField   index into FIELDS
+ * @property {number} desyncDistance  m, now
+ * @property {number} desyncUlps    of that field at that tick
+ */
+
+/**
  * @typedef {object} Frame
  * @property {number} flags
  * @property {number} seq
@@ -57,11 +77,12 @@ export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STA
  * @property {View[]} views
  * @property {Event[]} events
  * @property {number[][]} game  the game's own values by player
+ * @property {Peer[]} peers     by player; empty unless sync is deterministic or rollback
  * @property {Buffer[]} buffers  of the players' views
  * @property {Buffered[]} buffered  the states in them
  */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, BUFFER = 32, BUFFERED = 24;
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
 function view(d, at, stride) {
@@ -94,6 +115,17 @@ function event(d, at) {
   };
 }
 
+/** @param {DataView} d @param {number} at @returns {Peer} */
+function peer(d, at) {
+  return {
+    confirmed: Number(d.getBigInt64(at, true)), tick: Number(d.getBigInt64(at + 8, true)),
+    desyncTick: Number(d.getBigInt64(at + 16, true)), waiting: d.getUint32(at + 24, true), stalls: d.getUint32(at + 28, true),
+    stalled: d.getFloat32(at + 32, true), rollbacks: d.getUint32(at + 36, true), rollbackTicks: d.getUint32(at + 40, true),
+    desyncEntity: d.getInt32(at + 44, true), desyncField: d.getUint32(at + 48, true),
+    desyncDistance: d.getFloat32(at + 52, true), desyncUlps: d.getFloat64(at + 56, true),
+  };
+}
+
 /** @param {DataView} d @param {number} at @returns {Buffer} */
 function buffer(d, at) {
   return {
@@ -120,7 +152,7 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [], buffers: [], buffered: [],
+    views: [], events: [], game: [], peers: [], buffers: [], buffered: [],
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -139,6 +171,8 @@ export function decode(bytes) {
         for (let k = 0; k + 8 <= stride; k += 8) values.push(d.getFloat64(at + i * stride + k, true));
         frame.game.push(values);
       }
+    } else if (type === 5 && stride >= PEER) {
+      for (let i = 0; i < count; i++) frame.peers.push(peer(d, at + i * stride));
     } else if (type === 6 && stride >= BUFFER) {
       for (let i = 0; i < count; i++) frame.buffers.push(buffer(d, at + i * stride));
     } else if (type === 8 && stride >= BUFFERED) {

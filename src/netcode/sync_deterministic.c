@@ -1,0 +1,21 @@
+/* Deterministic lockstep (paper, "Deterministic Lockstep"; Fiedler): only inputs travel, and everybody makes
+ * tick k when all inputs for k are there. Nothing is guessed and nothing corrected, at the price of two lags
+ * between an input and its effect, and of equal arithmetic on every machine. */
+#include "netcode/desync.h"
+#include "netcode/peer.h"
+#include "netcode/referee.h"
+
+const ll_sync ll_sync_deterministic = {
+    .name = "deterministic",
+    .help = "Only inputs travel; every client makes a tick when it has all inputs for it.",
+    .sends_idle = true,
+    .tells_refusals = true,
+    .due = ll_referee_due,
+    .step = ll_referee_step,
+    .take = ll_referee_take,
+    .compose = ll_referee_compose,
+    .start = ll_peer_start,
+    .receive = ll_peer_receive,
+    .frame = ll_peer_frame,
+    .observe = ll_desync_observe,
+};

@@ -1,0 +1,22 @@
+/* Rollback (GGPO, GGRS): deterministic lockstep that does not wait. A client guesses the inputs that have not
+ * come, and makes the ticks again whose guess was wrong. */
+#include "netcode/desync.h"
+#include "netcode/peer.h"
+#include "netcode/referee.h"
+
+const ll_sync ll_sync_rollback = {
+    .name = "rollback",
+    .help =
+        "Only inputs travel; every client guesses those that are missing, and goes back when it was wrong.",
+    .guesses = true,
+    .sends_idle = true,
+    .tells_refusals = true,
+    .due = ll_referee_due,
+    .step = ll_referee_step,
+    .take = ll_referee_take,
+    .compose = ll_referee_compose,
+    .start = ll_peer_start,
+    .receive = ll_peer_receive,
+    .frame = ll_peer_frame,
+    .observe = ll_desync_observe,
+};

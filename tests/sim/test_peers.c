@@ -1,0 +1,344 @@
+/* Deterministic lockstep and rollback as a whole: everybody has the same world at every tick, whatever the
+ * links do; other hardware is found out; what is known late is made again. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/hash.h"
+#include "support/scene.h"
+
+#define TICKS_MAX 40000
+
+/* The worlds of everybody by tick, or their hashes: written down as they come to be, compared afterwards. */
+typedef struct diary {
+    scene *s;
+    int ticks;                        /* of which whole worlds are kept */
+    size_t size;                      /* of a world */
+    int64_t seen[1 + LL_PLAYERS_MAX]; /* ticks written, of the server and of each client */
+    uint64_t *hashes[1 + LL_PLAYERS_MAX];
+    char *worlds[1 + LL_PLAYERS_MAX];
+} diary;
+
+static void write_down(diary *d, int whose, int64_t tick, const ll_world *world)
+{
+    assert_true(tick == d->seen[whose] + 1 && tick < TICKS_MAX);
+    d->hashes[whose][tick] = ll_hash(1, world, d->size);
+    if (tick < d->ticks)
+        memcpy(d->worlds[whose] + (size_t)tick * d->size, world, d->size);
+    d->seen[whose] = tick;
+}
+
+static void on_event(void *context, const ll_event *event)
+{
+    diary *d = context;
+    ll_server *server = ll_netgame_server(d->s->game);
+    if (event->type == LL_EVENT_STEP)
+        write_down(d, 0, server->step, ll_server_world(server));
+}
+
+static diary diary_of(scene *s, int ticks)
+{
+    diary d = {.s = s, .ticks = ticks, .size = ll_world_size(ll_server_world(ll_netgame_server(s->game)))};
+    for (int i = 0; i <= s->game->config.player_count; i++) {
+        d.hashes[i] = calloc(TICKS_MAX, sizeof *d.hashes[i]);
+        d.worlds[i] = calloc((size_t)ticks + 1, d.size);
+    }
+    return d;
+}
+
+static void diary_free(diary *d)
+{
+    for (int i = 0; i <= LL_PLAYERS_MAX; i++) {
+        free(d->hashes[i]);
+        free(d->worlds[i]);
+    }
+}
+
+static const ll_peer *peer_of(const scene *s, int player)
+{
+    return ll_client_peer(ll_netgame_client(s->game, player));
+}
+
+/* Runs on frame by frame. */
+static void run(diary *d, double from_s, double until_s)
+{
+    ll_recorder r = {on_event, d};
+    for (int64_t k = (int64_t)(from_s * 60) + 1; k <= (int64_t)(until_s * 60); k++) {
+        scene_run(d->s, (double)k / 60 + 1e-6, &r);
+        for (int p = 0; p < d->s->game->config.player_count; p++)
+            while (d->seen[1 + p] < peer_of(d->s, p)->confirmed) {
+                int64_t tick = d->seen[1 + p] + 1;
+                write_down(d, 1 + p, tick, ll_peer_world(ll_netgame_client(d->s->game, p), tick));
+            }
+    }
+}
+
+/* The first tick at which a client's world differs from the server's; -1: none. */
+static int64_t first_difference(const diary *d, int player)
+{
+    int64_t end = d->seen[0] < d->seen[1 + player] ? d->seen[0] : d->seen[1 + player];
+    for (int64_t tick = 1; tick <= end; tick++)
+        if (d->hashes[0][tick] != d->hashes[1 + player][tick])
+            return tick;
+    return -1;
+}
+
+#define BAD_LINKS(p)                                                                                         \
+    "players." p ".lag_ms=100", "players." p ".link.up.jitter_ms=100", "players." p ".link.up.loss_pct=5",   \
+        "players." p ".link.down.jitter_ms=100", "players." p ".link.down.loss_pct=5",                       \
+        "players." p ".input_delay_ticks=8"
+
+static const char *const syncs[] = {"server.sync=deterministic", "server.sync=rollback"};
+
+static void honest_clients_agree(const char *id, const char *sync, const char *const *more, double seconds)
+{
+    const char *sets[64] = {sync, "server.update_hz=60", "params.laps=10000", "duration_s=3600"};
+    int n = 4;
+    for (; *more; more++)
+        sets[n++] = *more;
+    scene s = scene_open(id, sets);
+    diary d = diary_of(&s, 0);
+    run(&d, 0, seconds);
+    assert_true(d.seen[0] > (int64_t)seconds * 30);
+    for (int p = 0; p < s.game->config.player_count; p++) {
+        assert_true(d.seen[1 + p] > d.seen[0] - 40);
+        assert_int_equal(first_difference(&d, p), -1);
+        const ll_refereed *known = &ll_netgame_server(s.game)->seats[p].peer;
+        assert_int_equal(known->desync, -1);
+        assert_true(known->hashed > d.seen[0] - 100);
+        assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
+        assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
+    }
+    diary_free(&d);
+    scene_close(&s);
+}
+
+static void two_honest_clients_agree_at_every_tick(void **state)
+{
+    (void)state;
+    static const char *const links[] = {"players.0.lane=0", "players.1.lane=0", BAD_LINKS("0"),
+                                        BAD_LINKS("1"), NULL};
+    for (int i = 0; i < 2; i++)
+        honest_clients_agree("race", syncs[i], links, 600);
+}
+
+static void eight_honest_clients_agree_at_every_tick(void **state)
+{
+    (void)state;
+    static const char *const links[] = {BAD_LINKS("0"), BAD_LINKS("1"), BAD_LINKS("2"),
+                                        BAD_LINKS("3"), BAD_LINKS("4"), BAD_LINKS("5"),
+                                        BAD_LINKS("6"), BAD_LINKS("7"), NULL};
+    for (int i = 0; i < 2; i++)
+        honest_clients_agree("eight", syncs[i], links, 600);
+}
+
+/* ---- other hardware ---- */
+
+static void other_hardware_is_named(void **state)
+{
+    (void)state;
+    static const char *const hardware[] = {"players.1.hardware=float", "players.1.hardware=fma",
+                                           "players.1.hardware=ulp"};
+    static const char *const games[] = {"contact", "cannon"};
+    for (int i = 0; i < 3 * 2 * 2; i++) {
+        const char *const sets[] = {syncs[i / 6],
+                                    hardware[i % 3],
+                                    "players.0.input_delay_ticks=4",
+                                    "players.1.input_delay_ticks=4",
+                                    "server.update_hz=60",
+                                    NULL};
+        scene s = scene_open(games[i / 3 % 2], sets);
+        diary d = diary_of(&s, 4000);
+        run(&d, 0, 60);
+        const ll_desync *found = ll_netgame_desync(s.game, 1);
+        int64_t tick = first_difference(&d, 1);
+        assert_int_equal(first_difference(&d, 0), -1);
+        assert_true(tick > 0 && tick < d.ticks);
+        assert_int_equal(found->tick, tick);
+        assert_int_equal(ll_netgame_server(s.game)->seats[1].peer.desync, tick);
+        assert_int_equal(ll_netgame_desync(s.game, 0)->tick, -1);
+
+        const ll_world *truth = (const ll_world *)(const void *)(d.worlds[0] + (size_t)tick * d.size);
+        const ll_world *world = (const ll_world *)(const void *)(d.worlds[2] + (size_t)tick * d.size);
+        const double *a = &truth->entity[0].x, *b = &world->entity[0].x; /* seven numbers an entity */
+        int first = 0;
+        while (memcmp(&a[first], &b[first], sizeof *a) == 0)
+            first++;
+        assert_int_equal(found->entity * LL_FIELDS + found->field, first);
+        assert_true(found->ulps == ll_ulps(a[first], b[first]) && found->ulps >= 1);
+        assert_true(found->ulps_max >= found->ulps);
+        diary_free(&d);
+        scene_close(&s);
+    }
+}
+
+/* ---- the same outcome as without lag ---- */
+
+/* Until the server has made `tick`: its world then. */
+static void run_to_tick(scene *s, int64_t tick)
+{
+    ll_server *server = ll_netgame_server(s->game);
+    for (int64_t k = 1; server->step < tick; k++) {
+        assert_true(k < 2000000);
+        scene_run(s, (double)k / 1000, NULL);
+    }
+    assert_int_equal(server->step, tick); /* a slice holds no two steps */
+}
+
+static void lag_does_not_change_the_outcome(void **state)
+{
+    (void)state;
+    static const char *const games[] = {"contact", "cannon", "gambetta_default", "eight"};
+    for (int i = 0; i < 4 * 2; i++) {
+        const char *const without[] = {
+            syncs[i % 2],         "server.update_hz=120", "players.0.input_delay_ticks=3",
+            "players.0.lag_ms=0", "players.1.lag_ms=0",   NULL};
+        const char *const with[] = {syncs[i % 2],
+                                    "server.update_hz=120",
+                                    "players.0.input_delay_ticks=3",
+                                    "players.0.lag_ms=40",
+                                    "players.1.lag_ms=90",
+                                    "players.0.link.up.jitter_ms=30",
+                                    "players.1.link.down.jitter_ms=30",
+                                    "players.0.link.down.loss_pct=10",
+                                    "players.1.link.up.loss_pct=10",
+                                    NULL};
+        scene a = scene_open(games[i / 2], without), b = scene_open(games[i / 2], with);
+        run_to_tick(&a, 1200);
+        run_to_tick(&b, 1200);
+        const ll_world *x = ll_server_world(ll_netgame_server(a.game)),
+                       *y = ll_server_world(ll_netgame_server(b.game));
+        assert_memory_equal(x, y, ll_world_size(x));
+        int64_t rollbacks = ll_netgame_instruments(b.game, 0)->stepping.rollbacks +
+                            ll_netgame_instruments(b.game, 1)->stepping.rollbacks;
+        assert_true((rollbacks > 4) == (i % 2 == 1));
+        scene_close(&a);
+        scene_close(&b);
+    }
+}
+
+/* ---- stalls ---- */
+
+static void set_loss(scene *s, int player, double percent)
+{
+    ll_netgame_config config = s->game->config;
+    config.players[player].link.up.loss_pct = percent;
+    s->scenario.kind->change(s->game, &config, s->game->now);
+}
+
+static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const char *const sets[] = {syncs[i],
+                                    "server.update_hz=60",
+                                    "players.0.lag_ms=30",
+                                    "players.1.lag_ms=30",
+                                    "players.0.input_delay_ticks=6",
+                                    "players.1.input_delay_ticks=6",
+                                    "warmup_s=0",
+                                    NULL};
+        scene s = scene_open("race", sets);
+        ll_server *server = ll_netgame_server(s.game);
+        const ll_stepping *n = &ll_netgame_instruments(s.game, 0)->stepping;
+        scene_run(&s, 5, NULL);
+        assert_int_equal(peer_of(&s, 0)->waiting, 0);
+        int64_t stalls = n->stalls;
+        int32_t waited = n->waited_frames[1];
+        set_loss(&s, 1, 100);
+        scene_run(&s, 6, NULL);
+        int64_t step = server->step;
+        scene_run(&s, 16, NULL);
+        assert_int_equal(server->step, step);
+        assert_int_equal(peer_of(&s, 0)->waiting, 1 << 1);
+        assert_int_equal(n->stalls, stalls + 1);
+        assert_true(n->waited_frames[1] - waited > 600);
+        assert_int_equal(n->waited_frames[0], 0);
+        set_loss(&s, 1, 0);
+        scene_run(&s, 26, NULL);
+        assert_true(server->step >= step + 590);
+        assert_int_equal(peer_of(&s, 0)->waiting, 0);
+        scene_close(&s);
+    }
+}
+
+/* With D ticks of input delay a way from client to client brings D + 1 ticks; with M to guess D + M + 1, but
+ * then an input is made a frame after the step before it. */
+static void pace_follows_lag_and_delay(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *sync, *delay, *rollback;
+        double per_s;
+    } cases[] = {
+        {"server.sync=deterministic", "players.0.input_delay_ticks=0", "server.max_rollback_ticks=8",
+         1 / 0.2},
+        {"server.sync=deterministic", "players.0.input_delay_ticks=5", "server.max_rollback_ticks=8",
+         6 / 0.2},
+        {"server.sync=deterministic", "players.0.input_delay_ticks=12", "server.max_rollback_ticks=8", 60},
+        {"server.sync=rollback", "players.0.input_delay_ticks=0", "server.max_rollback_ticks=5",
+         6 / (0.2 + 1.0 / 60)},
+        {"server.sync=rollback", "players.0.input_delay_ticks=0", "server.max_rollback_ticks=16", 60},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char other[64];
+        snprintf(other, sizeof other, "players.1%s", cases[i].delay + strlen("players.0"));
+        const char *const sets[] = {
+            cases[i].sync,          cases[i].delay,         other, cases[i].rollback, "server.update_hz=60",
+            "players.0.lag_ms=100", "players.1.lag_ms=100", NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 10, NULL);
+        int64_t before = ll_netgame_server(s.game)->step;
+        scene_run(&s, 30, NULL);
+        double per_s = (double)(ll_netgame_server(s.game)->step - before) / 20;
+        assert_true(per_s > cases[i].per_s - 0.1 && per_s < cases[i].per_s + 0.1);
+        scene_close(&s);
+    }
+}
+
+/* ---- sync test ---- */
+
+static void going_back_and_on_changes_nothing_in_any_game(void **state)
+{
+    (void)state;
+    for (int game = 0; ll_games[game]; game++)
+        for (int i = 0; i < 2; i++) {
+            char text[256];
+            snprintf(
+                text, sizeof text,
+                "{\"kind\":\"netgame\",\"game\":\"%s\",\"server\":{\"sync_test_ticks\":8,\"update_hz\":60},"
+                "\"players\":[{\"lag_ms\":50,\"lane\":0},{\"lag_ms\":20,\"lane\":0,\"input_delay_ticks\":2},{"
+                "}]}",
+                ll_games[game]->name);
+            const char *const sets[] = {syncs[i], NULL};
+            scene s = scene_make(text, sets);
+            scene_run(&s, 30, NULL);
+            for (int p = 0; p < 3; p++) {
+                const ll_stepping *n = &ll_netgame_instruments(s.game, p)->stepping;
+                assert_true(n->sync_tests > 1000);
+                if (n->sync_test_mismatches != 0)
+                    fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,
+                             (long long)n->sync_test_mismatches, (long long)n->sync_tests, p);
+            }
+            scene_close(&s);
+        }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(two_honest_clients_agree_at_every_tick),
+        cmocka_unit_test(eight_honest_clients_agree_at_every_tick),
+        cmocka_unit_test(other_hardware_is_named),
+        cmocka_unit_test(lag_does_not_change_the_outcome),
+        cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
+        cmocka_unit_test(pace_follows_lag_and_delay),
+        cmocka_unit_test(going_back_and_on_changes_nothing_in_any_game),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
