@@ -268,7 +268,7 @@ cJSON *ll_netgame_layout(const void *config)
 
 static const char *const player_columns[] = {"own_x_m",     "own_y_m",       "own_error_m", "remote_error_m",
                                              "view_age_ms", "buffer_ms",     "unacked",     "corrections",
-                                             "lag_ms",      "compared_tick", "desync_m"};
+                                             "lag_ms",      "compared_step", "desync_m"};
 enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)
