@@ -4,6 +4,7 @@
 
 #include "base/assert.h"
 #include "base/rng.h"
+#include "netcode/ack.h"
 #include "netcode/peer.h"
 #include "netcode/scope.h"
 #include "netcode/validate.h"
@@ -82,6 +83,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->predicting = 0;
     memset(c->told, 0, sizeof c->told);
     c->view_step = -1;
+    c->parts = 0;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_shown(c), world, (size_t)c->world_size);
     for (int i = 0; i < world->entities; i++) {
@@ -119,25 +121,29 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
 }
 
-/* What each player's controls were, but for the own. */
-static void take_controls(ll_client *c, const char *at)
-{
-    int players = ll_client_latest(c)->players;
-    for (int i = 0; i < players; i++) {
-        ll_controls controls;
-        if (i == c->self)
-            continue;
-        memcpy(&controls, at, sizeof controls);
-        at += sizeof controls;
-        c->told[i] = (ll_action){{controls.axis[0], controls.axis[1]}, controls.buttons, 0};
-    }
-}
-
 /* Bytes between the message of a state and its world. */
 static int parts_size(const ll_client *c, const ll_state_message *m)
 {
     int others = ll_client_shown_const(c)->players - 1;
-    return m->head.count & LL_PART_CONTROLS ? others * (int)sizeof(ll_controls) : 0;
+    return (m->head.count & LL_PART_AXES ? others * (int)sizeof(ll_axes) : 0) +
+           (m->head.count & LL_PART_APPLIED ? (int)sizeof(ll_applied) : 0);
+}
+
+/* What stands there. */
+static void take_parts(ll_client *c, const ll_state_message *m, const char *at)
+{
+    int players = ll_client_latest(c)->players;
+    c->parts = m->head.count;
+    for (int i = 0; i < players && c->parts & LL_PART_AXES; i++) {
+        ll_axes told;
+        if (i == c->self)
+            continue;
+        memcpy(&told, at, sizeof told);
+        at += sizeof told;
+        c->told[i] = (ll_action){.axis = {told.axis[0], told.axis[1]}};
+    }
+    if (c->parts & LL_PART_APPLIED)
+        memcpy(&c->applied, at, sizeof c->applied);
 }
 
 static int unreadable(ll_client *c)
@@ -165,8 +171,7 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
         return unreadable(c);
     ll_received *r = ll_client_state(c, c->newest++);
     *r = (ll_received){m.tick, m.time, now, m.head.seq, 0};
-    if (m.head.count & LL_PART_CONTROLS)
-        take_controls(c, packet + sizeof m);
+    take_parts(c, &m, packet + sizeof m);
     memcpy(ll_received_world(r), bytes, (size_t)c->world_size);
     c->newest_tick = m.tick;
     c->confirmed = m.tick;
@@ -190,33 +195,38 @@ int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet
     return LL_OUTCOME_REFUSED;
 }
 
-/* Notes what the newest state acknowledges. `now` is the frame that draws it. */
-static void acknowledge(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+/* `now` is the frame that draws the state. */
+void ll_client_close(ll_client *c, const ll_client_setup *s, uint32_t seq, ll_input_state how,
+                     const ll_received *state, ll_time now)
 {
-    uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
-    for (uint32_t seq = c->acked + 1; seq <= upto; seq++) {
-        ll_pending *p = ll_client_pending(c, seq);
-        ll_measure(s->instruments, LL_METRIC_ACK_RTT, now, ll_to_ms(state->arrived - p->made));
-        if (!p->shown)
-            ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
-        p->shown = 1;
-    }
-    if (upto > c->acked || !s->sync->drops_stale)
-        c->acked = upto;
+    ll_pending *p = ll_client_pending(c, seq);
+    p->state = (uint8_t)how;
+    if (p->told)
+        return;
+    p->told = 1;
+    if (now >= s->instruments->from)
+        ll_ledger_closed(&s->instruments->ledger, seq, how == LL_INPUT_APPLIED, state->tick);
+    if (how != LL_INPUT_APPLIED)
+        return;
+    ll_measure(s->instruments, LL_METRIC_ACK_RTT, now, ll_to_ms(state->arrived - p->made));
+    if (!p->shown)
+        ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
+    p->shown = 1;
 }
 
 static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_received *state = ll_client_state(c, c->newest - 1);
     uint32_t acked = c->acked;
+    int64_t tick = c->latest_tick;
     c->fresh = c->newest;
-    acknowledge(c, s, state, now);
+    ll_acks[s->config->ack]->take(c, s, state, now);
     bool foretold = s->config->prediction && ll_foretold(c, s, state, acked);
     c->latest_time = state->time;
     c->latest_tick = state->tick;
     memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
     if (s->config->prediction)
-        ll_reconcile(c, s, foretold, now);
+        ll_reconcile(c, s, foretold, acked, tick, now);
 }
 
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
@@ -266,6 +276,7 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
 {
     ll_pending *p = ll_client_pending(c, ++c->seq);
     c->tick++;
+    *ll_ledger_fate(&s->instruments->ledger, c->seq) = 0;
     *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
     p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - c->view_time);
     if (s->config->prediction) {
@@ -291,8 +302,9 @@ static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_in
         first = c->acked + 1;
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
     m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
-    m->wants =
-        s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses ? LL_PART_CONTROLS : 0;
+    m->wants = (uint16_t)ll_acks[s->config->ack]->wants;
+    if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
+        m->wants |= LL_PART_AXES;
     m->lead = m->tick > c->confirmed && !s->sync->drains ? (uint16_t)(m->tick - c->confirmed) : 0;
     if (s->config->cheat == LL_CHEAT_BUDGET)
         m->tick += 1000;

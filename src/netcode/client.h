@@ -22,10 +22,20 @@
 
 #define LL_OFFSET_WINDOW 8 /* quarters of a second over which the fastest packet counts */
 
+/* What a client knows of an input. */
+typedef enum ll_input_state {
+    LL_INPUT_OPEN,
+    LL_INPUT_APPLIED,
+    LL_INPUT_SKIPPED, /* it will never be applied */
+} ll_input_state;
+
 /* An input that was made. */
 typedef struct ll_pending {
     uint32_t seq;
-    uint32_t shown; /* its effect has been drawn */
+    uint8_t shown; /* its effect has been drawn */
+    uint8_t state; /* ll_input_state */
+    uint8_t told;  /* it was closed once */
+    uint8_t reserved;
     ll_time made;
     double x; /* where it put the own entity, as predicted last */
     ll_action action;
@@ -106,6 +116,8 @@ typedef struct ll_client {
     double update_hz;
     ll_action told[LL_PLAYERS_MAX]; /* others' controls at the newest state; zeroes until it tells */
     int64_t view_step;              /* the step whose world is drawn; -1: the marks tell the times */
+    ll_applied applied;             /* of the newest state, where it tells */
+    uint32_t parts;                 /* ll_part of the newest state */
     int64_t world_size;
     /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
      * shown */
@@ -251,6 +263,15 @@ static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
     return &c->pending[seq & (LL_PENDING_RING - 1)];
 }
 
+static inline bool ll_client_is_open(ll_client *c, uint32_t seq)
+{
+    return ll_client_pending(c, seq)->seq == seq && ll_client_pending(c, seq)->state == LL_INPUT_OPEN;
+}
+
+/* `state` tells that input `seq` was applied or never will be. */
+void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
+                     const ll_received *state, ll_time now);
+
 /* decode.c: the world of a state, in `size` bytes; `world` is of no use on an error */
 ll_status ll_client_decode(ll_client *client, const ll_state_message *message, const void *bytes, int size,
                            ll_world *world);
@@ -260,10 +281,11 @@ void ll_predict_input(ll_client *client, const ll_client_setup *setup, ll_pendin
 void ll_predict_again(ll_client *client,
                       const ll_client_setup *setup); /* the latest state, and what is open */
 bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);
-void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, ll_time now);
+void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, uint32_t acked,
+                  int64_t tick, ll_time now);
 void ll_draw_predicted(ll_client *client, ll_time now);
-void ll_note_correction(const ll_client *client, const ll_client_setup *setup, double dx, double size,
-                        ll_time now); /* M6 of the own entity: moved by `size` m */
+void ll_note_correction(const ll_client *client, const ll_client_setup *setup, ll_cause cause, double moved,
+                        ll_time now); /* M6 of the own entity: moved by so many m, signed by x */
 
 /* interpolate.c: the entities of others */
 void ll_interpolate_heard(ll_client *client,

@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "game/game.h"
+#include "netcode/ack.h"
 #include "netcode/hardware.h"
 #include "netcode/scope.h"
 #include "netcode/snapshot.h"
@@ -215,6 +216,14 @@ static const ll_param player_rows[] = {
      .help = "The client takes the server's state and applies the inputs again that the server has not seen; "
              "needs "
              "prediction."},
+    {.name = "ack",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, ack),
+     .choices = ll_ack_names,
+     .live = true,
+     .help =
+         "How the client learns what was applied: high_water takes all inputs up to a number as applied, "
+         "per_input has a bit for each, so that one that was lost, late or refused is known to be skipped."},
     {.name = "interpolation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_player_config, interpolation),

@@ -50,6 +50,7 @@ typedef struct ll_player_config {
     int32_t correction;                                            /* ll_correction */
     int32_t control, script, cheat, hardware;
     int32_t prediction_scope; /* index into ll_scopes */
+    int32_t ack;              /* index into ll_acks */
     bool prediction, reconciliation, interpolation;
     uint8_t reserved[5];
 } ll_player_config;

@@ -12,6 +12,7 @@
 #include "base/vtime.h"
 #include "game/history.h"
 #include "netcode/inconsistency.h"
+#include "netcode/ledger.h"
 #include "netcode/smoothness.h"
 #include "netcode/wire.h"
 
@@ -86,8 +87,8 @@ typedef struct ll_instruments {
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
-    int64_t replays, replayed; /* M14: reconciliations that applied inputs again, and how many */
-    ll_track track[];          /* per entity */
+    ll_ledger ledger;
+    ll_track track[]; /* per entity */
 } ll_instruments;
 
 #pragma GCC diagnostic pop
@@ -99,12 +100,6 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
 {
     if (now >= in->from)
         ll_histogram_add(&in->histogram[metric], value);
-}
-
-static inline void ll_count_replay(ll_instruments *in, uint32_t inputs, ll_time now)
-{
-    in->replays += now >= in->from;
-    in->replayed += now >= in->from ? inputs : 0;
 }
 
 struct ll_client;

@@ -54,7 +54,7 @@ static void correct(ll_client *c, const ll_client_setup *s, const ll_world *befo
             continue;
         ll_smooth_correct(c, i, from, to);
         if (i == c->self)
-            ll_note_correction(c, s, dx, size, now);
+            ll_note_correction(c, s, LL_CAUSE_CONTACT, dx < 0 ? -size : size, now);
     }
 }
 

@@ -69,7 +69,18 @@ void ll_predict_again(ll_client *c, const ll_client_setup *s)
     for (int64_t k = steps_before(c, s); k > 0; k--)
         step(c, s, ll_client_predicted(c), &none, ++c->predicted_tick);
     for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
-        ll_predict_input(c, s, ll_client_pending(c, seq));
+        if (ll_client_is_open(c, seq))
+            ll_predict_input(c, s, ll_client_pending(c, seq));
+}
+
+static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_ledger *ledger = &s->instruments->ledger;
+    ll_predict_again(c, s);
+    if (now < s->instruments->from)
+        return;
+    ledger->replays++;
+    ledger->replayed += c->seq - c->acked;
 }
 
 static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
@@ -112,12 +123,41 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     return memcmp(&set, &c->predicted, sizeof set) == 0 && same_in_scope(c, world, truth);
 }
 
-void ll_note_correction(const ll_client *c, const ll_client_setup *s, double dx, double size, ll_time now)
+/* Others may have acted on the own entity within `steps`. */
+static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
+{
+    ll_entity_set set = {{0}}, alone = {{0}};
+    ll_entity_set_add(&set, c->self);
+    ll_entity_set_add(&alone, c->self);
+    if (s->game->reach)
+        s->game->reach(world, s->env, (double)steps * s->env->dt, &set);
+    return s->game->own_reads_tail || memcmp(&set, &alone, sizeof set) != 0;
+}
+
+/* Why the latest state differs from the one at `tick` and the inputs behind `acked`. */
+static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
+{
+    int64_t inputs = (int64_t)c->acked - acked, steps = c->latest_tick - tick;
+    if (!s->config->reconciliation)
+        return LL_CAUSE_OTHER;
+    ll_cause cause = ll_ledger_blame(&s->instruments->ledger, acked + 1, c->acked);
+    if (cause != LL_CAUSE_OTHER)
+        return cause;
+    if (!s->sync->drains && acked > 0 && steps > inputs)
+        return LL_CAUSE_LATE; /* there was none to be applied */
+    return touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
+}
+
+void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause cause, double moved,
+                        ll_time now)
 {
     ll_instruments *in = s->instruments;
+    double size = moved < 0 ? -moved : moved;
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
+    if (now >= in->from)
+        ll_ledger_correction(&in->ledger, cause, size);
     in->corrections += now >= in->from;
-    in->last_correction = dx < 0 ? -size : size;
+    in->last_correction = moved;
     if (s->recorder)
         s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_CORRECTION,
                                                               .player = (uint8_t)c->self,
@@ -127,12 +167,12 @@ void ll_note_correction(const ll_client *c, const ll_client_setup *s, double dx,
                                                               .value = (float)in->last_correction});
 }
 
-/* What was and is in scope, and moved: the view learns of it. Only the own entity's are counted as
- * corrections: others are guessed, and nobody acts by their place but the eye. */
-static void correct(ll_client *c, const ll_client_setup *s, const ll_entity_set *set, const ll_entity *before,
-                    ll_time now)
+/* How far each entity that was and is in scope moved: the view learns of it. Returns the own entity's, signed
+ * by x; others are guessed, and nobody acts by their place but the eye. */
+static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *before)
 {
     const ll_world *world = ll_client_predicted(c);
+    double own = 0;
     for (int i = 0; i < world->entities; i++) {
         const ll_entity *after = &world->entity[i];
         double dx = after->x - before[i].x, dy = after->y - before[i].y, size = ll_sqrt(dx * dx + dy * dy);
@@ -140,11 +180,14 @@ static void correct(ll_client *c, const ll_client_setup *s, const ll_entity_set 
             continue;
         ll_smooth_correct(c, i, &before[i], after);
         if (i == c->self)
-            ll_note_correction(c, s, dx, size, now);
+            own = dx < 0 ? -size : size;
     }
+    return own;
 }
 
-void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time now)
+/* `acked` and `tick` are what was acknowledged by, and the tick of, the state before the latest. */
+void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, uint32_t acked, int64_t tick,
+                  ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
     ll_entity before[LL_ENTITIES_MAX];
@@ -152,13 +195,13 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time
     if (foretold || c->predicting != mark_of(s))
         return; /* the prediction stands; or it is about to start, from the same state */
     memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
-    if (s->config->reconciliation) {
-        ll_predict_again(c, s);
-        ll_count_replay(s->instruments, c->seq - c->acked, now);
-    } else {
+    if (s->config->reconciliation)
+        replay(c, s, now);
+    else
         begin(c, s); /* the paper's plain prediction: back to what the server says */
-    }
-    correct(c, s, &set, before, now);
+    double moved = correct(c, &set, before);
+    if (moved != 0)
+        ll_note_correction(c, s, cause_of(c, s, acked, tick), moved, now);
 }
 
 void ll_draw_predicted(ll_client *c, ll_time now)

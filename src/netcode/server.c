@@ -34,7 +34,8 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time
         seat->slots[i].tick = -1;
     seat->held = (ll_action){0};
     seat->acked = 0;
-    seat->wants = 0;
+    seat->wants = seat->applied_newest = 0;
+    seat->applied = 0;
     seat->newest = -1;
     seat->received = seat->full = 0;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
@@ -86,6 +87,12 @@ static ll_action instead(const ll_seat *seat, int64_t tick)
 {
     const ll_input_slot *before = &seat->slots[(tick - 1) & (LL_INPUT_RING - 1)];
     return ll_held(before->tick == tick - 1 ? &before->action : &seat->held);
+}
+
+static void mark_replaced(ll_seat *seat, int64_t tick, bool replaced)
+{
+    uint64_t *word = &seat->replaced[(tick & (LL_INPUT_RING - 1)) >> 6], bit = UINT64_C(1) << (tick & 63);
+    *word = replaced ? *word | bit : *word & ~bit;
 }
 
 /* An input as the rules see it: where it counts for the time that a key was down, as a share of the longest,
@@ -143,6 +150,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(seat, tick);
         seat->slots[tick & (LL_INPUT_RING - 1)] =
             (ll_input_slot){tick, now, action, verdict->seq, message->tick - message->lead};
+        mark_replaced(seat, tick, rule != LL_RULE_NONE);
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)
             seat->newest = tick;
@@ -158,22 +166,33 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
         past->measured[player] = now - ll_history_time(past->history, slot->seen);
 }
 
+void ll_seat_done(ll_seat *seat, uint32_t seq, bool applied)
+{
+    if (seq > seat->applied_newest) {
+        uint32_t by = seq - seat->applied_newest;
+        seat->applied = by < 64 ? seat->applied << by : 0;
+        seat->applied_newest = seq;
+    }
+    if (applied && seat->applied_newest - seq < 64)
+        seat->applied |= UINT64_C(1) << (seat->applied_newest - seq);
+}
+
 int ll_server_message_max(ll_extent extent, int players)
 {
-    return (int)(sizeof(ll_state_message) + (size_t)(players - 1) * sizeof(ll_controls) +
+    return (int)(sizeof(ll_state_message) + (size_t)(players - 1) * sizeof(ll_axes) + sizeof(ll_applied) +
                  ll_extent_size(extent));
 }
 
-/* Appends everybody's controls but those of `player`; returns the end. */
-static char *put_controls(const ll_server *server, int player, char *at)
+/* Appends everybody's axes but those of `player`; returns the end. */
+static char *put_axes(const ll_server *server, int player, char *at)
 {
     for (int i = 0; i < server->players; i++) {
         const ll_action *held = &server->seats[i].held;
-        ll_controls controls = {{held->axis[0], held->axis[1]}, held->buttons};
+        ll_axes axes = {{held->axis[0], held->axis[1]}};
         if (i == player)
             continue;
-        memcpy(at, &controls, sizeof controls);
-        at += sizeof controls;
+        memcpy(at, &axes, sizeof axes);
+        at += sizeof axes;
     }
     return at;
 }
@@ -233,7 +252,7 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_state_mes
 int ll_server_compose(ll_server *server, int player, void *packet)
 {
     ll_seat *seat = &server->seats[player];
-    uint8_t parts = seat->wants & LL_PART_CONTROLS;
+    uint8_t parts = seat->wants & (LL_PART_AXES | LL_PART_APPLIED);
     ll_state_message m = {.head = {LL_MESSAGE_STATE, parts, server->epoch, seat->acked},
                           .tick = server->step,
                           .time = server->stepped,
@@ -242,8 +261,13 @@ int ll_server_compose(ll_server *server, int player, void *packet)
                           .slack_seq = seat->slack_seq};
     seat->slack = LL_SLACK_UNKNOWN;
     char *at = (char *)packet + sizeof m;
-    if (parts & LL_PART_CONTROLS)
-        at = put_controls(server, player, at);
+    if (parts & LL_PART_AXES)
+        at = put_axes(server, player, at);
+    if (parts & LL_PART_APPLIED) {
+        ll_applied applied = {seat->applied_newest, (uint32_t)seat->applied, (uint32_t)(seat->applied >> 32)};
+        memcpy(at, &applied, sizeof applied);
+        at += sizeof applied;
+    }
     int world = put_world(server, player, (uint8_t *)at, &m);
     memcpy(packet, &m, sizeof m);
     return (int)(at - (char *)packet) + world;

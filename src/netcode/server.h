@@ -43,7 +43,10 @@ typedef struct ll_seat {
     uint32_t acked; /* the last input that the state includes, or that came too late to be */
     uint32_t slack_seq;
     uint32_t wants; /* ll_part */
-    uint32_t reserved;
+    uint32_t applied_newest;
+    uint64_t applied; /* bit i: input applied_newest - i was applied as it came */
+    uint64_t
+        replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds what stands in for a refused input */
     int64_t seq_minus_tick;
     int64_t newest;   /* tick; -1: no input yet */
     int64_t received; /* tick of the newest state that the client has; 0: none */
@@ -101,6 +104,14 @@ static inline ll_baselines *ll_server_baselines(const ll_server *server)
 /* Starts, or starts again at `now` with clocks of these rates; the world stays as it is. */
 void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq,
                      ll_freq client_freq, ll_time now);
+
+/* Notes that the server is done with an input, and whether it was applied as it came. */
+void ll_seat_done(ll_seat *seat, uint32_t seq, bool applied);
+
+static inline bool ll_seat_replaced(const ll_seat *seat, int64_t tick)
+{
+    return seat->replaced[(tick & (LL_INPUT_RING - 1)) >> 6] >> (tick & 63) & 1;
+}
 
 /* What became of one input. */
 typedef struct ll_verdict {

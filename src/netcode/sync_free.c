@@ -24,8 +24,10 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
         if (slot->tick != k && begun)
             seat->starved++;
         ll_server_measure(past, i, slot, now);
-        if (begun)
-            seat->acked = (uint32_t)(k + seat->seq_minus_tick);
+        if (!begun)
+            continue;
+        seat->acked = (uint32_t)(k + seat->seq_minus_tick);
+        ll_seat_done(seat, seat->acked, slot->tick == k && !ll_seat_replaced(seat, k));
     }
     game->step(ll_server_world(server), env, actions, now, past);
     server->stepped = now;

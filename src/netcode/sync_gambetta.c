@@ -26,6 +26,7 @@ static void drain(ll_server *server, int player, const ll_game *game, const ll_g
         game->step_own(ll_server_world(server), env, player, &slot->action);
         slot->came = -1;
         seat->acked = slot->seq;
+        ll_seat_done(seat, slot->seq, true);
     }
 }
 

@@ -31,6 +31,7 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
         actions[i] = seat->held = slot->action;
         seat->acked = slot->seq;
         ll_server_measure(past, i, slot, now);
+        ll_seat_done(seat, slot->seq, !ll_seat_replaced(seat, k));
     }
     game->step(ll_server_world(server), env, actions, now, past);
     server->stepped = now;

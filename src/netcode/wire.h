@@ -29,7 +29,8 @@ typedef struct ll_message_head {
 
 /* What a state may hold between its message and the world, in this order. */
 typedef enum ll_part {
-    LL_PART_CONTROLS = 1, /* an ll_controls for each player but the receiver */
+    LL_PART_AXES = 1,    /* an ll_axes for each player but the receiver */
+    LL_PART_APPLIED = 2, /* an ll_applied */
 } ll_part;
 
 /* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`. */
@@ -46,6 +47,16 @@ typedef struct ll_controls {
     float axis[2];
     uint32_t buttons;
 } ll_controls;
+
+/* The same without presses, which nobody repeats who guesses. */
+typedef struct ll_axes {
+    float axis[2];
+} ll_axes;
+
+/* Which of the receiver's last 64 inputs the state includes: bit i stands for input newest - i. */
+typedef struct ll_applied {
+    uint32_t newest, low, high;
+} ll_applied;
 
 /* Its parts follow, and then the world, encoded. */
 typedef struct ll_state_message {

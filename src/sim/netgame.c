@@ -183,6 +183,8 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
         in->bytes[head.type] += bytes;
         in->packets[head.type]++;
     }
+    for (uint32_t i = 0; up && s.fate == LL_FATE_DELIVERED && i < head.count; i++)
+        *ll_ledger_fate(&in->ledger, head.seq + i) |= LL_LEDGER_WENT;
     if (!r)
         return;
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
@@ -211,12 +213,23 @@ static void update(ll_netgame *g, const ll_recorder *r)
     }
 }
 
+static void judged(ll_ledger *ledger, const ll_verdict *verdict, int64_t step)
+{
+    static const uint8_t fates[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
+                                    [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
+                                    [LL_OUTCOME_STALE] = 0,
+                                    [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
+    *ll_ledger_fate(ledger, verdict->seq) |= fates[verdict->outcome];
+    ledger->step[verdict->seq & (LL_LEDGER_RING - 1)] = (uint16_t)(step + 1);
+}
+
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
     ll_verdict verdicts[LL_INPUTS_MAX];
     const ll_sync *sync = ll_netgame_sync(g);
     int n = sync->take(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
     for (int i = 0; i < n; i++) {
+        judged(&ll_netgame_instruments(g, player)->ledger, &verdicts[i], ll_netgame_server(g)->step);
         record(r, (ll_event){.type = LL_EVENT_VERDICT,
                              .player = (uint8_t)player,
                              .outcome = verdicts[i].outcome,

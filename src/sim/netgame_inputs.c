@@ -16,8 +16,22 @@ static double per_second(int64_t count, double seconds)
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
 {
     const ll_instruments *in = ll_netgame_instruments(g, player);
+    const ll_ledger *ledger = &in->ledger;
     double seconds = ll_to_s(g->now - in->from);
+    cJSON *causes = cJSON_AddObjectToObject(o, "corrections_by_cause");
+    for (int i = 0; i < LL_CAUSES; i++) {
+        double count = (double)ledger->corrections[i].count;
+        cJSON *cause = cJSON_AddObjectToObject(causes, ll_cause_names[i]);
+        number(cause, "count", count);
+        number(cause, "per_s", per_second(ledger->corrections[i].count, seconds));
+        number(cause, "mean_m", count > 0 ? ledger->corrections[i].sum / count : 0);
+        number(cause, "max_m", ledger->corrections[i].max);
+    }
     cJSON *replay = cJSON_AddObjectToObject(o, "replay");
-    number(replay, "replays_per_s", per_second(in->replays, seconds));
-    number(replay, "inputs_per_s", per_second(in->replayed, seconds));
+    number(replay, "replays_per_s", per_second(ledger->replays, seconds));
+    number(replay, "inputs_per_s", per_second(ledger->replayed, seconds));
+    cJSON *acks = cJSON_AddObjectToObject(o, "acks");
+    number(acks, "applied_per_s", per_second(ledger->applied, seconds));
+    number(acks, "skipped_per_s", per_second(ledger->skipped, seconds));
+    number(acks, "wrong_per_s", per_second(ledger->wrong, seconds));
 }

@@ -369,7 +369,7 @@ static void what_would_be_longer_is_full(void **state)
     int size = ll_server_compose(server, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.codec, ll_codec_index(&ll_codec_full));
-    assert_int_equal(size, ll_server_message_max(extent, 1));
+    assert_int_equal(size, sizeof(ll_state_message) + ll_extent_size(extent));
     const struct {
         int64_t received;
         const ll_codec *codec;

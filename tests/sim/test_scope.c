@@ -147,7 +147,7 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
         }
         for (int p = 0; p < 8; p++) {
             states += ll_netgame_client(s.game, p)->newest;
-            replays += ll_netgame_instruments(s.game, p)->replays;
+            replays += ll_netgame_instruments(s.game, p)->ledger.replays;
         }
         assert_true(replays > 0 && replays < states / 4); /* it matters: most states are as foretold */
         scene_close(&s);

@@ -1,0 +1,26 @@
+/* What a client takes a state's word for: one row, and one file, per way of acknowledging. */
+#pragma once
+
+#include "base/vtime.h"
+
+struct ll_client;
+struct ll_client_setup;
+struct ll_received;
+
+typedef struct ll_ack {
+    const char *name;
+    const char *help;
+    uint32_t wants; /* ll_part */
+
+    /* Closes the inputs that `state`, the newest, tells of, and moves client->acked: up to there all are
+     * closed.
+     */
+    void (*take)(struct ll_client *client, const struct ll_client_setup *setup,
+                 const struct ll_received *state, ll_time now);
+} ll_ack;
+
+extern const ll_ack ll_ack_high_water;
+extern const ll_ack ll_ack_per_input;
+
+extern const ll_ack *const ll_acks[]; /* NULL-terminated; the index is the choice `ack` */
+extern const char *const ll_ack_names[];

@@ -1,0 +1,20 @@
+/* High water: one number, the newest input that the state includes, stands for all before it. An input that
+ * was lost, came too late or was refused is taken for applied; and where the server applies inputs as they
+ * come, one that was overtaken is dropped though it will still be applied. */
+#include "netcode/ack.h"
+#include "netcode/client.h"
+
+static void take(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+{
+    uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
+    for (uint32_t seq = c->acked + 1; seq <= upto; seq++)
+        ll_client_close(c, s, seq, LL_INPUT_APPLIED, state, now);
+    if (upto > c->acked || !s->sync->drops_stale)
+        c->acked = upto;
+}
+
+const ll_ack ll_ack_high_water = {
+    .name = "high_water",
+    .help = "One number: all inputs up to it are taken as applied.",
+    .take = take,
+};

@@ -1,0 +1,351 @@
+/* What is taken as applied, by either way of acknowledging, and what a wrong word costs. */
+#include "toy.h"
+
+#include <stdio.h>
+
+#include "base/rng.h"
+#include "netcode/ack.h"
+#include "support/scene.h"
+
+static void lists_follow_the_table(void **state)
+{
+    (void)state;
+    int n = 0;
+    for (; ll_acks[n]; n++)
+        assert_string_equal(ll_acks[n]->name, ll_ack_names[n]);
+    assert_null(ll_ack_names[n]);
+}
+
+/* ---- the server's bits ---- */
+
+static bool bit(const ll_seat *seat, uint32_t seq)
+{
+    return seat->applied >> (seat->applied_newest - seq) & 1;
+}
+
+/* In any order, with gaps: the bits of the last 64 are those of what was applied. */
+static void bits_are_those_of_the_last_64(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 0; seed < 50; seed++) {
+        ll_seat seat = {.acked = 0};
+        bool applied[600] = {false};
+        uint32_t newest = 0;
+        for (int k = 0; k < 400; k++) {
+            uint32_t seq = 1 + (uint32_t)k + (uint32_t)(ll_rng_u64(seed, 0, (uint64_t)k) % 30);
+            bool yes = ll_rng_unit(seed, 1, (uint64_t)k) < 0.7;
+            if (k == 200)
+                seq += 100; /* a gap beyond the window */
+            newest = seq > newest ? seq : newest;
+            if (newest - seq >= 64)
+                yes = false; /* too old to be told */
+            applied[seq] |= yes;
+            ll_seat_done(&seat, seq, yes);
+            assert_int_equal(seat.applied_newest, newest);
+            for (uint32_t i = 0; i < 64 && i < newest; i++)
+                assert_int_equal(bit(&seat, newest - i), applied[newest - i]);
+        }
+    }
+}
+
+/* A step whose input is missing, late or refused repeats the one before: that is no application of it. */
+static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
+{
+    (void)state;
+    const ll_game_env env = {.dt = 1.0 / 60};
+    ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_message a = inputs(1, 2, (double[]){0.5, 2}), late = inputs(3, 1, (double[]){0.5}),
+                     c = inputs(5, 1, (double[]){0.5});
+    ll_server_receive(s, &ll_sync_free, 0, &a, 0, v); /* 1 is good, 2 too large */
+    for (int k = 0; k < 3; k++)
+        ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
+    ll_server_receive(s, &ll_sync_free, 0, &late, s->stepped, v); /* 3 is late, 4 never comes */
+    ll_server_receive(s, &ll_sync_free, 0, &c, s->stepped, v);
+    for (int k = 0; k < 2; k++)
+        ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
+    const ll_seat *seat = &s->seats[0];
+    assert_int_equal(seat->acked, 5);
+    assert_int_equal(seat->applied_newest, 5);
+    assert_int_equal(seat->applied, 0x11); /* 5 and 1 */
+    free(s);
+}
+
+/* ---- the client ---- */
+
+static int tell(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t bits, double x, ll_time now)
+{
+    char bytes[256];
+    packet p = state_of(tick, now, acked, 1, &x);
+    ll_applied applied = {newest, (uint32_t)bits, (uint32_t)(bits >> 32)};
+    size_t head = sizeof p.head, world = (size_t)size_of(&p) - head;
+    p.head.head.count = LL_PART_APPLIED;
+    memcpy(bytes, &p.head, head);
+    memcpy(bytes + head, &applied, sizeof applied);
+    memcpy(bytes + head + sizeof applied, &p.world_players, world);
+    return ll_client_receive(l->client, &l->setup, bytes, (int)(head + sizeof applied + world), now);
+}
+
+static lone *new_predictor(const ll_sync *sync, int ack)
+{
+    lone *l = new_lone(1, &toy, sync);
+    l->config.prediction = l->config.reconciliation = true;
+    l->config.slack_ticks = 0;
+    l->config.ack = ack;
+    start_lone(l, 60, 0, 0);
+    l->client->held = push(0.5);
+    return l;
+}
+
+/* Inputs by step: of 1 to 6, with 2 and 5 skipped, four count as applied; 7 and 8 are open. */
+static void skipped_inputs_are_not_taken_as_applied(void **state)
+{
+    (void)state;
+    const ll_input_state expected[] = {LL_INPUT_APPLIED, LL_INPUT_SKIPPED, LL_INPUT_APPLIED, LL_INPUT_APPLIED,
+                                       LL_INPUT_SKIPPED, LL_INPUT_APPLIED, LL_INPUT_OPEN,    LL_INPUT_OPEN};
+    for (int ack = 0; ack < 2; ack++) {
+        lone *l = new_predictor(&ll_sync_free, ack);
+        ll_input_message m;
+        for (int f = 0; f < 7; f++)
+            frame(l, ll_tick_time(f, HZ(60)), &m);
+        assert_int_equal(m.wants, ack == 0 ? 0 : LL_PART_APPLIED);
+        tell(l, 6, 6, 6, 0x2d /* 101101 */, 100, ll_tick_time(7, HZ(60)));
+        frame(l, ll_tick_time(7, HZ(60)), NULL);
+        for (uint32_t seq = 1; seq <= 8; seq++)
+            assert_int_equal(ll_client_pending(l->client, seq)->state,
+                             ack == 0 && seq <= 6 ? LL_INPUT_APPLIED : expected[seq - 1]);
+        assert_int_equal(l->client->acked, 6);
+        assert_int_equal(l->instruments->histogram[LL_METRIC_ACK_RTT].count, ack == 0 ? 6 : 4);
+        assert_int_equal(l->instruments->ledger.skipped, ack == 0 ? 0 : 2);
+        assert_true(ll_client_shown(l->client)->entity[0].x == 101);
+        free_lone(l);
+    }
+}
+
+/* Inputs as they come: 3 was overtaken by 4 and 5. It stays open, is applied again on every state that is
+ * without it, and an older state later does no harm. The high water drops it. */
+static void overtaken_inputs_stay_open(void **state)
+{
+    (void)state;
+    for (int ack = 0; ack < 2; ack++) {
+        lone *l = new_predictor(&ll_sync_gambetta, ack);
+        for (int f = 0; f < 6; f++)
+            frame(l, f, NULL);
+        tell(l, 1, 5, 5, 0x1b /* 1, 2, 4, 5 */, 2, 6);
+        frame(l, 6, NULL); /* makes 7 */
+        assert_true(ll_client_shown(l->client)->entity[0].x == (ack == 0 ? 3 : 3.5));
+        tell(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
+        frame(l, 7, NULL);
+        assert_true(ll_client_shown(l->client)->entity[0].x == 4);
+        tell(l, 1, 2, 2, 0x3, 1, 8); /* an old state: 1 and 2 alone */
+        frame(l, 8, NULL);           /* makes 9 */
+        assert_true(ll_client_shown(l->client)->entity[0].x == (ack == 0 ? 2.5 : 4.5)); /* 3 to 6 are gone */
+        assert_int_equal(l->instruments->histogram[LL_METRIC_ACK_RTT].count, 6);        /* each once */
+        free_lone(l);
+    }
+}
+
+/* What has not come while 64 later ones did is given up. */
+static void lost_inputs_are_given_up_after_64(void **state)
+{
+    (void)state;
+    lone *l = new_predictor(&ll_sync_gambetta, 1);
+    for (int f = 0; f < 80; f++)
+        frame(l, f, NULL);
+    tell(l, 1, 65, 65, ~UINT64_C(0) >> 1, 64 * 0.5 - 0.5,
+         80); /* 3 to 65; 1 is out of the window, 2 is not there */
+    frame(l, 80, NULL);
+    assert_int_equal(ll_client_pending(l->client, 1)->state, LL_INPUT_SKIPPED);
+    assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_OPEN);
+    assert_int_equal(l->client->acked, 1);
+    assert_true(ll_client_shown(l->client)->entity[0].x ==
+                64 * 0.5 - 0.5 + 0.5 + 16 * 0.5); /* and 2, 66 to 81 */
+    tell(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
+    frame(l, 81, NULL);
+    assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_SKIPPED);
+    assert_int_equal(l->client->acked, 66);
+    assert_true(ll_client_shown(l->client)->entity[0].x == 64 * 0.5 + 16 * 0.5);
+    assert_int_equal(l->instruments->ledger.skipped, 2);
+    free_lone(l);
+}
+
+/* ---- in whole games ---- */
+
+#define PREDICTING "players.0.prediction=true", "players.0.reconciliation=true", "warmup_s=0"
+
+static const ll_ledger *ledger(const scene *s)
+{
+    return &ll_netgame_instruments(s->game, 0)->ledger;
+}
+
+static int64_t corrections(const scene *s)
+{
+    return ll_netgame_instruments(s->game, 0)->corrections;
+}
+
+/* Where the server applies inputs as they come, packets that overtake each other make the high water wrong,
+ * and each wrong drop is seen as a jump and a jump back. With a bit per input nothing is wrong, so nothing is
+ * corrected; not even by states that overtake each other. */
+static void overtaking_is_harmless_with_a_bit_per_input(void **state)
+{
+    (void)state;
+    for (int seed = 1; seed <= 3; seed++)
+        for (int ack = 0; ack < 2; ack++) {
+            char way[32], draws[32];
+            snprintf(way, sizeof way, "players.0.ack=%s", ll_ack_names[ack]);
+            snprintf(draws, sizeof draws, "seed=%d", seed);
+            const char *const sets[] = {PREDICTING,
+                                        way,
+                                        draws,
+                                        "server.update_hz=20",
+                                        "players.0.link.up.jitter_ms=60",
+                                        "players.0.link.down.jitter_ms=80",
+                                        NULL};
+            scene s = scene_open("gambetta", sets);
+            scene_run(&s, 60, NULL);
+            assert_true(ledger(&s)->applied > 2000);
+            assert_int_equal(ledger(&s)->skipped, 0);
+            if (ack == 0) {
+                assert_true(ledger(&s)->wrong > 200);
+                assert_true(corrections(&s) > 200);
+            } else {
+                assert_int_equal(ledger(&s)->wrong, 0);
+                assert_int_equal(corrections(&s), 0);
+            }
+            scene_close(&s);
+        }
+}
+
+/* Of the inputs that the link lost, the high water takes every one as applied, and the bits none. */
+static void lost_inputs_are_known_as_such(void **state)
+{
+    (void)state;
+    for (int ack = 0; ack < 2; ack++) {
+        char way[32];
+        snprintf(way, sizeof way, "players.0.ack=%s", ll_ack_names[ack]);
+        const char *const sets[] = {PREDICTING, way, "players.0.link.up.loss_pct=10",
+                                    "players.0.redundancy=0", NULL};
+        tape t = {0};
+        scene s = scene_open("race", sets);
+        ll_recorder r = tape_recorder(&t);
+        scene_run(&s, 60, &r);
+        int64_t lost = 0;
+        for (size_t i = 0; i < t.count; i++)
+            lost += t.events[i].type == LL_EVENT_INPUT && t.events[i].player == 0 && t.events[i].fate == 1 &&
+                    t.events[i].number <= ll_netgame_client(s.game, 0)->acked;
+        assert_true(lost > 250);
+        assert_int_equal(ledger(&s)->wrong, ack == 0 ? lost : 0);
+        assert_int_equal(ledger(&s)->skipped, ack == 0 ? 0 : lost);
+        scene_close(&s);
+        tape_free(&t);
+    }
+}
+
+/* ---- causes ---- */
+
+/* Runs with another input at every frame, so that no repeated input can stand for one that is missing, and a
+ * state after every step, so that each has a cause of its own. */
+static scene run_wild(const char *const *sets, double seconds)
+{
+    scene s = scene_open("gambetta_default", sets);
+    for (int k = 0; k < (int)(seconds * 50); k++) {
+        ll_action any = push(2 * ll_rng_unit(3, 3, (uint64_t)k) - 1);
+        s.scenario.kind->input(s.game, 0, &any);
+        scene_run(&s, k / 50.0, NULL);
+    }
+    return s;
+}
+
+#define WILD PREDICTING, "players.0.control=person", "server.update_hz=50"
+
+static void must_be_all(const scene *s, ll_cause cause, int64_t count)
+{
+    for (int i = 0; i < LL_CAUSES; i++)
+        assert_int_equal(ledger(s)->corrections[i].count, i == (int)cause ? count : 0);
+    assert_int_equal(corrections(s), count);
+}
+
+static void each_lost_input_is_a_correction_by_loss(void **state)
+{
+    (void)state;
+    const char *const sets[] = {WILD, "players.0.ack=per_input", "players.0.link.up.loss_pct=10",
+                                "players.0.redundancy=0", NULL};
+    scene s = run_wild(sets, 30);
+    assert_true(ledger(&s)->skipped > 100);
+    must_be_all(&s, LL_CAUSE_LOSS, ledger(&s)->skipped);
+    scene_close(&s);
+}
+
+static void each_late_input_is_a_correction_by_lateness(void **state)
+{
+    (void)state;
+    const char *const sets[] = {WILD,
+                                "players.0.ack=per_input",
+                                "players.0.link.up.jitter_ms=40",
+                                "players.0.link.up.distribution=normal",
+                                "players.0.slack_ticks=0",
+                                "players.0.redundancy=0",
+                                NULL};
+    scene s = run_wild(sets, 120);
+    assert_true(ledger(&s)->skipped > 10);
+    must_be_all(&s, LL_CAUSE_LATE, ledger(&s)->skipped);
+    assert_true(ll_netgame_server(s.game)->seats[0].late >= ledger(&s)->skipped);
+    scene_close(&s);
+}
+
+static void each_refused_input_is_a_correction_by_refusal(void **state)
+{
+    (void)state;
+    const char *const sets[] = {WILD, "players.0.ack=per_input", "players.0.cheat=magnitude", NULL};
+    scene s = run_wild(sets, 30); /* a third of the inputs is beyond 1 when half as large again */
+    assert_in_range(ledger(&s)->skipped, 1500 / 4, 1500 / 2);
+    must_be_all(&s, LL_CAUSE_REFUSED, ledger(&s)->skipped);
+    scene_close(&s);
+}
+
+static void touches_are_corrections_by_contact(void **state)
+{
+    (void)state;
+    scene s = scene_open("contact", NULL);
+    scene_run(&s, 40, NULL);
+    assert_true(corrections(&s) > 100);
+    must_be_all(&s, LL_CAUSE_CONTACT, corrections(&s));
+    scene_close(&s);
+}
+
+/* On any link, honest players' corrections all have a cause: loss or lateness without contact, contact
+ * besides. */
+static void no_correction_is_without_a_cause(void **state)
+{
+    (void)state;
+    static const char *const scenarios[] = {"eight", "contact", "race", "cannon", "contact_scopes"};
+    for (size_t i = 0; i < sizeof scenarios / sizeof scenarios[0]; i++) {
+        const char *const sets[] = {"players.0.link.up.jitter_ms=50", "players.0.link.up.loss_pct=20",
+                                    "players.0.redundancy=0", "players.0.slack_ticks=0", NULL};
+        scene s = scene_open(scenarios[i], sets);
+        scene_run(&s, 40, NULL);
+        for (int p = 0; p < s.game->config.player_count; p++)
+            assert_int_equal(ll_netgame_instruments(s.game, p)->ledger.corrections[LL_CAUSE_OTHER].count, 0);
+        scene_close(&s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lists_follow_the_table),
+        cmocka_unit_test(bits_are_those_of_the_last_64),
+        cmocka_unit_test(only_what_came_in_time_and_within_the_rules_is_set),
+        cmocka_unit_test(skipped_inputs_are_not_taken_as_applied),
+        cmocka_unit_test(overtaken_inputs_stay_open),
+        cmocka_unit_test(lost_inputs_are_given_up_after_64),
+        cmocka_unit_test(overtaking_is_harmless_with_a_bit_per_input),
+        cmocka_unit_test(lost_inputs_are_known_as_such),
+        cmocka_unit_test(each_lost_input_is_a_correction_by_loss),
+        cmocka_unit_test(each_late_input_is_a_correction_by_lateness),
+        cmocka_unit_test(each_refused_input_is_a_correction_by_refusal),
+        cmocka_unit_test(touches_are_corrections_by_contact),
+        cmocka_unit_test(no_correction_is_without_a_cause),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
