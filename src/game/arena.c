@@ -72,11 +72,20 @@ int ll_arena_ray(const ll_arena *arena, int shooter, ll_point from, ll_point dir
     return met;
 }
 
+static bool beside(double a, double b, double low, double high)
+{
+    return (a < low && b < low) || (a > high && b > high);
+}
+
 bool ll_arena_sees(const ll_arena *arena, ll_point a, ll_point b)
 {
-    for (int i = 0; i < arena->covers; i++)
-        if (ray_box(a, (ll_point){b.x - a.x, b.y - a.y}, &arena->cover[i], 1) >= 0)
+    for (int i = 0; i < arena->covers; i++) {
+        const ll_box *box = &arena->cover[i];
+        if (beside(a.x, b.x, box->x_min, box->x_max) || beside(a.y, b.y, box->y_min, box->y_max))
+            continue;
+        if (ray_box(a, (ll_point){b.x - a.x, b.y - a.y}, box, 1) >= 0)
             return false;
+    }
     return true;
 }
 
@@ -85,11 +94,6 @@ bool ll_arena_sees(const ll_arena *arena, ll_point a, ll_point b)
 ll_point ll_flight_at(const ll_flight *f, double s)
 {
     return (ll_point){f->from.x + f->velocity.x * s, f->from.y + (f->velocity.y - f->gravity / 2 * s) * s};
-}
-
-static ll_point velocity_at(const ll_flight *f, double s)
-{
-    return (ll_point){f->velocity.x, f->velocity.y - f->gravity * s};
 }
 
 ll_flight ll_flight_chord(const ll_flight *f, double s0, double s1)
@@ -156,24 +160,38 @@ static double square(double x)
     return x * x;
 }
 
-/* When the flight comes within `radius` of a body that goes evenly from `a` to `b`. With u = (s - s0) / (s1 -
- * s0) their distance is |r0 + r1 u + r2 u^2|, and its square less that of the radius a polynomial of
- * degree 4. */
-static double meets_body(const ll_flight *f, double s0, double s1, ll_point a, ll_point b, double radius)
+static double magnitude(double x)
 {
-    double h = s1 - s0;
-    ll_point p = ll_flight_at(f, s0), v = velocity_at(f, s0);
-    double x0 = p.x - a.x, y0 = p.y - a.y, x1 = v.x * h - (b.x - a.x), y1 = v.y * h - (b.y - a.y);
-    double y2 = -f->gravity / 2 * h * h;
-    double reach = radius + ll_sqrt(x1 * x1 + y1 * y1) - y2;
-    if (x0 * x0 + y0 * y0 > reach * reach)
+    return x < 0 ? -x : x;
+}
+
+/* A flight from s0 on for h seconds: with u in [0, 1] it is at from + way u - (0, fall) u^2. */
+typedef struct stretch {
+    ll_point from, way;
+    double fall, s0, h;
+} stretch;
+
+static stretch stretch_of(const ll_flight *f, double s0, double s1)
+{
+    double h = s1 - s0, vy = f->velocity.y - f->gravity * s0;
+    return (stretch){ll_flight_at(f, s0), {f->velocity.x * h, vy * h}, f->gravity / 2 * h * h, s0, h};
+}
+
+/* When it comes within `radius` of a body that goes evenly from `a` to `b`. Their distance is |r0 + r1 u + r2
+ * u^2|, and its square less that of the radius a polynomial of degree 4. */
+static double meets_body(const stretch *t, ll_point a, ll_point b, double radius)
+{
+    double x0 = t->from.x - a.x, y0 = t->from.y - a.y, x1 = t->way.x - (b.x - a.x),
+           y1 = t->way.y - (b.y - a.y);
+    double reach = radius + magnitude(x1) + magnitude(y1) + t->fall; /* they come no nearer than by so much */
+    if (magnitude(x0) > reach || magnitude(y0) > reach)
         return NEVER;
+    double y2 = -t->fall, roots[4];
     const double c[] = {x0 * x0 + y0 * y0 - square(radius), 2 * (x0 * x1 + y0 * y1),
                         x1 * x1 + y1 * y1 + 2 * y0 * y2, 2 * y1 * y2, y2 * y2};
     if (c[0] <= 0)
-        return s0;
-    double roots[4];
-    return sign_changes(c, 4, roots) > 0 ? s0 + h * roots[0] : NEVER;
+        return t->s0;
+    return sign_changes(c, 4, roots) > 0 ? t->s0 + t->h * roots[0] : NEVER;
 }
 
 /* Adds to `times` when the flight is at height `y`, and counts them. */
@@ -223,9 +241,8 @@ static double first_between(const ll_flight *f, const double *times, int count, 
 static double meets_box(const ll_flight *f, double s0, double s1, const ll_box *box)
 {
     ll_point a = ll_flight_at(f, s0), b = ll_flight_at(f, s1);
-    double top = (a.y > b.y ? a.y : b.y) + f->gravity * square(s1 - s0) / 8;
-    if ((a.x < box->x_min && b.x < box->x_min) || (a.x > box->x_max && b.x > box->x_max) ||
-        top < box->y_min || (a.y > box->y_max && b.y > box->y_max))
+    double rise = f->gravity * square(s1 - s0) / 8; /* above the chord, at most */
+    if (beside(a.x, b.x, box->x_min, box->x_max) || beside(a.y, b.y, box->y_min - rise, box->y_max))
         return NEVER;
     if (inside(box, a))
         return s0;
@@ -260,11 +277,10 @@ ll_meeting ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *
                            const ll_point *before, const ll_point *after)
 {
     ll_meeting first = {NEVER, LL_MET_NOTHING, LL_NOBODY};
+    stretch t = stretch_of(flight, s0, s1);
     for (int i = 0; i < arena->bodies; i++) {
-        if (!ll_arena_enemies(arena, shooter, i))
-            continue;
-        double s = meets_body(flight, s0, s1, before[i], after[i], ll_arena_radius(arena, i));
-        if (s < first.s)
+        double s = meets_body(&t, before[i], after[i], ll_arena_radius(arena, i));
+        if (s < first.s && ll_arena_enemies(arena, shooter, i))
             first = (ll_meeting){s, LL_MET_BODY, i};
     }
     for (int i = 0; i < arena->covers; i++) {

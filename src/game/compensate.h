@@ -4,9 +4,10 @@
  * when its flight began and what is tested of the part that lies in the past. Each is a row of a table and a
  * file of its own (rifle_*.c, shell_*.c).
  *
- * The rules say how far back a server looks: to what the client says that it saw, unless that differs from
- * the measured age of its newest state by more than the tolerance (then the measured one counts), and never
- * further than max_rewind_ms. That is Source's scheme (Bernier, 2001). */
+ * The rules say how far back a server looks: to what the client says that it saw, and never further than
+ * max_rewind_ms. An honest client draws its newest state, whose age the server measures, or a little before
+ * that; if the stated age is off from there by more than the tolerance, the nearest measured one counts. That
+ * is Source's scheme (Bernier, 2001). */
 #pragma once
 
 #include "game/arena.h"
@@ -32,6 +33,7 @@ typedef struct ll_past {
     const ll_history *history; /* its newest record is the world before the step */
     const ll_compensation *rules;
     ll_time measured[LL_PLAYERS_MAX]; /* how old the newest state was that each player had */
+    ll_time buffer;                   /* by so much an honest client may draw behind its newest state */
     void (*witness)(void *context, const struct ll_judgement *judgement);
     void *context;
 } ll_past;
@@ -39,7 +41,8 @@ typedef struct ll_past {
 /* A shot as the server takes it. */
 typedef struct ll_shot {
     int32_t shooter;
-    int32_t claim; /* the body that the client says it hits, or LL_NOBODY */
+    int16_t claim; /* the body that the client says it hits, or LL_NOBODY */
+    uint16_t tag;  /* of a shell */
     ll_point from, direction;
     ll_time now;  /* of the world that it meets */
     ll_time seen; /* of the world that the shooter saw, as far as the rules believe it */
@@ -55,12 +58,14 @@ typedef struct ll_field {
 
 typedef struct ll_rifle_policy {
     const char *name, *help;
+    bool rewinds; /* judges against bodies of the time that was seen */
     int (*judge)(const ll_field *field, const ll_shot *shot); /* the body that is hit, or LL_NOBODY */
 } ll_rifle_policy;
 
 typedef struct ll_shell_family {
     const char *name, *help;
-    bool claims; /* the client says what its shells hit: the server does not test them */
+    bool rewinds; /* what is caught up with meets bodies of its own time, otherwise those of the present */
+    bool claims;  /* the client says what its shells hit: the server does not test them */
     /* Sets when the flight began, at or before shot->now, and tells what it met until then. */
     ll_meeting (*launch)(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start);
 } ll_shell_family;

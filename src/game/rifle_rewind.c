@@ -10,5 +10,7 @@ static int judge(const ll_field *field, const ll_shot *shot)
     return ll_arena_ray(field->arena, shot->shooter, shot->from, shot->direction, bodies);
 }
 
-const ll_rifle_policy ll_rifle_rewind = {
-    .name = "rewind", .help = "Judged against the targets where the shooter saw them.", .judge = judge};
+const ll_rifle_policy ll_rifle_rewind = {.name = "rewind",
+                                         .help = "Judged against the targets where the shooter saw them.",
+                                         .rewinds = true,
+                                         .judge = judge};

@@ -14,4 +14,5 @@ static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_fl
 const ll_shell_family ll_shell_rewind = {
     .name = "rewind",
     .help = "C: shell and targets go together from the time that the shooter saw, then on in the present.",
+    .rewinds = true,
     .launch = launch};

@@ -45,18 +45,20 @@ static float strafe(const ll_entity *own, int player, ll_script script, ll_time 
 
 /* ---- the aim ---- */
 
-/* One of the bodies in sight; which, changes every now and then. */
+/* The first body in sight, from one on that changes every now and then. */
 static int choose(const ll_arena *arena, const ll_world *world, int player, bool players_only, ll_time t)
 {
-    int seen[LL_BODIES_MAX], count = 0;
     const ll_entity *own = &world->entity[player];
-    for (int i = 0; i < (players_only ? arena->players : arena->bodies); i++) {
+    int bodies = players_only ? arena->players : arena->bodies;
+    int first = (int)(draw(player, 1, t, LL_SECOND * 6 / 10) % (uint64_t)bodies);
+    for (int k = 0; k < bodies; k++) {
+        int i = (first + k) % bodies;
         const ll_entity *e = &world->entity[i];
         if (ll_arena_enemies(arena, player, i) &&
             ll_arena_sees(arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}))
-            seen[count++] = i;
+            return i;
     }
-    return count > 0 ? seen[draw(player, 1, t, LL_SECOND * 6 / 10) % (uint64_t)count] : LL_NOBODY;
+    return LL_NOBODY;
 }
 
 /* The way to what is aimed at, from the own place on: `forward` is towards the other tower. */

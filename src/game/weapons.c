@@ -12,26 +12,21 @@ static void tell(const ll_field *field, const ll_judgement *judgement)
  */
 static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
 {
-    ll_time age = view_age_ns, measured = past->measured[shot->shooter];
+    ll_time age = view_age_ns, newest = past->measured[shot->shooter], oldest = newest + past->buffer;
     ll_time tolerance = ll_ms(past->rules->rewind_tolerance_ms), most = ll_ms(past->rules->max_rewind_ms);
-    shot->distrusted = age - measured > tolerance || measured - age > tolerance;
+    shot->distrusted = age < newest - tolerance || age > oldest + tolerance;
     if (shot->distrusted)
-        age = measured;
+        age = age < newest ? newest : oldest;
     shot->clamped = age > most;
     if (shot->clamped)
         age = most;
-    ll_time oldest = ll_history_time(past->history, 0);
-    shot->seen = now - age < oldest ? oldest : now - age > shot->now ? shot->now : now - age;
+    ll_time start = ll_history_time(past->history, 0), seen = now - age;
+    shot->seen = seen < start ? start : seen > shot->now ? shot->now : seen;
 }
 
-static void fire_rifle(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+static const ll_rifle_policy *policy_of(const ll_field *field)
 {
-    int policy = field->past ? field->past->rules->rifle : 0;
-    ll_judgement j = {.kind = LL_JUDGED_RIFLE, .shooter = shot->shooter, .shot = shot};
-    j.body = ll_rifle_policies[policy]->judge(field, shot);
-    j.number = (uint32_t)++arms->shots[LL_RIFLE];
-    arms->hits[LL_RIFLE] += j.body != LL_NOBODY;
-    tell(field, &j);
+    return ll_rifle_policies[field->past ? field->past->rules->rifle : 0];
 }
 
 static const ll_shell_family *family_of(const ll_field *field)
@@ -39,21 +34,38 @@ static const ll_shell_family *family_of(const ll_field *field)
     return ll_shell_families[field->past ? field->past->rules->shell : 0];
 }
 
+static void fire_rifle(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+{
+    const ll_rifle_policy *policy = policy_of(field);
+    int body = policy->judge(field, shot);
+    arms->shots[LL_RIFLE]++;
+    arms->hits[LL_RIFLE] += body != LL_NOBODY;
+    tell(field, &(ll_judgement){.kind = LL_JUDGED_RIFLE,
+                                .shooter = shot->shooter,
+                                .number = (uint32_t)arms->shots[LL_RIFLE],
+                                .body = body,
+                                .shot = shot,
+                                .looked = policy->rewinds ? shot->seen : shot->now});
+}
+
 static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
 {
     return (ll_flight){shell->from, shell->velocity, arena->gravity};
 }
 
-static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int shooter, ll_meeting m)
+/* `looked` is the time of the bodies that the shell met; LL_NEVER for that of its end. */
+static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int shooter, ll_meeting m,
+                   ll_time looked)
 {
     ll_flight flight = flight_of(shell, field->arena);
     shell->end = shell->start + (ll_time)(m.s * 1e9 + 0.5);
-    shell->body = m.body;
+    shell->body = (int16_t)m.body;
     arms->hits[LL_CANNON] += m.body != LL_NOBODY;
     tell(field, &(ll_judgement){.kind = LL_JUDGED_IMPACT,
                                 .shooter = shooter,
                                 .number = shell->number,
                                 .body = m.body,
+                                .looked = looked == LL_NEVER ? shell->end : looked,
                                 .start = shell->start,
                                 .end = shell->end,
                                 .at = ll_flight_at(&flight, m.s)});
@@ -69,19 +81,21 @@ static double trace_error(const ll_field *field, const ll_flight *flight, double
 
 static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *shot)
 {
+    const ll_shell_family *family = family_of(field);
     uint32_t number = (uint32_t)arms->shots[LL_CANNON] + 1;
     ll_shell *shell = &arms->shells[number % LL_SHELLS];
+    double speed = field->arena->shell_speed;
     if (shell->number > 0 && shell->end == LL_NEVER)
         return;
-    double speed = field->arena->shell_speed;
     *shell = (ll_shell){.end = LL_NEVER,
                         .from = shot->from,
                         .velocity = {speed * shot->direction.x, speed * shot->direction.y},
                         .number = number,
-                        .body = LL_NOBODY};
+                        .body = LL_NOBODY,
+                        .tag = shot->tag};
     ll_flight flight = flight_of(shell, field->arena);
     arms->shots[LL_CANNON]++;
-    ll_meeting m = family_of(field)->launch(field, shot, &flight, &shell->start);
+    ll_meeting m = family->launch(field, shot, &flight, &shell->start);
     tell(field,
          &(ll_judgement){.kind = LL_JUDGED_LAUNCH,
                          .shooter = shot->shooter,
@@ -91,20 +105,34 @@ static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *sho
                          .start = shell->start,
                          .trace_error_m = trace_error(field, &flight, ll_to_s(shot->now - shell->start))});
     if (m.met != LL_MET_NOTHING)
-        strike(arms, shell, field, shot->shooter, m);
+        strike(arms, shell, field, shot->shooter, m, family->rewinds ? LL_NEVER : shot->now);
 }
 
-/* Where the client's word counts: its oldest shell in flight has hit what it says. */
-static void take_claim(ll_arms *arms, const ll_field *field, int shooter, int body, ll_time now)
+/* Where the client's word counts: the shell that it names has hit what it says. */
+static void take_claim(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action,
+                       ll_time now)
 {
-    ll_shell *oldest = NULL;
-    for (int i = 0; i < LL_SHELLS; i++) {
+    int body = ll_claim(action, LL_CANNON);
+    for (int i = 0; i < LL_SHELLS && ll_arena_enemies(field->arena, shooter, body); i++) {
         ll_shell *shell = &arms->shells[i];
-        if (shell->number > 0 && shell->end == LL_NEVER && (!oldest || shell->number < oldest->number))
-            oldest = shell;
+        ll_meeting m = {ll_to_s(now - shell->start), LL_MET_BODY, body};
+        if (shell->number > 0 && shell->end == LL_NEVER && shell->tag == ll_tag(action))
+            strike(arms, shell, field, shooter, m, now);
     }
-    if (oldest && ll_arena_enemies(field->arena, shooter, body))
-        strike(arms, oldest, field, shooter, (ll_meeting){ll_to_s(now - oldest->start), LL_MET_BODY, body});
+}
+
+#define SLOP                                                                                                 \
+    1000 /* ns: steps lie on whole nanoseconds, so that so many of them may fall short of an interval */
+
+/* Whether the weapon is ready; it is loaded again from then on. */
+static bool load(ll_arms *arms, const ll_field *field, int shooter, int weapon, ll_time now)
+{
+    if (now + SLOP < arms->ready[weapon]) {
+        tell(field, &(ll_judgement){.kind = LL_JUDGED_VOID, .shooter = shooter, .body = LL_NOBODY});
+        return false;
+    }
+    arms->ready[weapon] = now + (ll_time)(field->arena->interval_s[weapon] * 1e9);
+    return true;
 }
 
 void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action, ll_aim aim,
@@ -112,12 +140,14 @@ void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll
 {
     static void (*const fire[])(ll_arms *, const ll_field *, const ll_shot *) = {fire_rifle, fire_cannon};
     if (family_of(field)->claims)
-        take_claim(arms, field, shooter, ll_claim(action, LL_CANNON), before);
+        take_claim(arms, field, shooter, action, before);
     for (int w = 0; w < LL_WEAPONS; w++) {
-        if (!(action->buttons & UINT32_C(1) << w) || field->arena->interval_s[w] == 0)
+        bool carried = field->arena->interval_s[w] > 0, pressed = action->buttons >> w & 1;
+        if (!carried || !pressed || !load(arms, field, shooter, w, now))
             continue;
         ll_shot shot = {.shooter = shooter,
-                        .claim = ll_claim(action, (ll_weapon)w),
+                        .claim = (int16_t)ll_claim(action, (ll_weapon)w),
+                        .tag = ll_tag(action),
                         .from = aim.from,
                         .direction = aim.direction,
                         .now = before,
@@ -164,6 +194,6 @@ void ll_weapons_fly(ll_arms *arms, const ll_field *field, int shooter, const ll_
         else if (unclaimed(field, &flight, s1))
             m.met = LL_MET_BOUNDS;
         if (m.met != LL_MET_NOTHING)
-            strike(arms, shell, field, shooter, m);
+            strike(arms, shell, field, shooter, m, LL_NEVER);
     }
 }

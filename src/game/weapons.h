@@ -13,12 +13,14 @@ typedef struct ll_shell {
     ll_time start, end;      /* by the server's clock; `end` is LL_NEVER while it flies */
     ll_point from, velocity; /* at its start */
     uint32_t number;         /* of its owner's, from 1 on; 0: none yet */
-    int32_t body;            /* that it has hit, or LL_NOBODY */
+    int16_t body;            /* that it has hit, or LL_NOBODY */
+    uint16_t tag;            /* by which its client names it in a claim */
 } ll_shell;
 
 /* What a world keeps of one player's weapons. */
 typedef struct ll_arms {
     int32_t shots[LL_WEAPONS], hits[LL_WEAPONS];
+    ll_time ready[LL_WEAPONS];  /* a press before is void */
     ll_shell shells[LL_SHELLS]; /* by number modulo the ring */
 } ll_arms;
 
@@ -32,7 +34,8 @@ typedef struct ll_weapons {
     const ll_arms *(*arms)(const ll_world *world, int player);
 } ll_weapons;
 
-/* What a client says that it hits by an input: a body or LL_NOBODY. */
+/* What a client says by an input that it hits: a body or LL_NOBODY; of a cannon, by the shell that the tag
+ * names. */
 static inline int ll_claim(const ll_action *action, ll_weapon weapon)
 {
     return (int)(action->buttons >> (8 + 8 * weapon) & 255) - 1;
@@ -44,17 +47,33 @@ static inline void ll_set_claim(ll_action *action, ll_weapon weapon, int body)
     action->buttons = (action->buttons & ~(UINT32_C(255) << shift)) | (uint32_t)(body + 1) << shift;
 }
 
-typedef enum ll_judged { LL_JUDGED_RIFLE, LL_JUDGED_LAUNCH, LL_JUDGED_IMPACT } ll_judged;
+static inline uint16_t ll_tag(const ll_action *action)
+{
+    return (uint16_t)(action->buttons >> 24);
+}
 
-/* What a witness is told: of a rifle's shot and of a shell's launch when they are taken, of a shell's impact
- * when the server has found it. */
+static inline void ll_set_tag(ll_action *action, int64_t tag)
+{
+    action->buttons = (action->buttons & 0xffffff) | (uint32_t)(tag & 255) << 24;
+}
+
+typedef enum ll_judged {
+    LL_JUDGED_VOID,   /* a press before the weapon was ready again */
+    LL_JUDGED_RIFLE,  /* a rifle's shot */
+    LL_JUDGED_LAUNCH, /* a shell was fired */
+    LL_JUDGED_IMPACT, /* a shell's end was found */
+} ll_judged;
+
+/* What a witness is told. */
 typedef struct ll_judgement {
     ll_judged kind;
     int32_t shooter;
-    uint32_t number;      /* of the shooter's shots with the weapon */
-    int32_t body;         /* that is hit, or LL_NOBODY; nothing yet at a launch */
-    const ll_shot *shot;  /* NULL at an impact */
-    ll_time start, end;   /* of the shell's flight; `end` only at an impact */
+    uint32_t number;     /* of the shooter's shots with the weapon */
+    int32_t body;        /* that is hit, or LL_NOBODY */
+    const ll_shot *shot; /* of a rifle's shot and of a launch */
+    ll_time
+        looked; /* of a rifle's shot and of an impact: the time of the bodies that it was judged against */
+    ll_time start, end;   /* of the shell's flight; `end` at an impact */
     ll_point at;          /* of the impact */
     double trace_error_m; /* at a launch: the largest distance between what was traced and the parabola */
 } ll_judgement;

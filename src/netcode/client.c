@@ -229,6 +229,24 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
         ll_reconcile(c, s, foretold, acked, tick, now);
 }
 
+#define FAKED_VIEW (500 * LL_MS)
+
+/* What the player acts on, and of when it is: what is drawn. A client that fakes its view time acts on the
+ * state of so long before, with its own entity as it is. */
+static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
+{
+    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
+    *seen = c->view_time;
+    if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->newest == 0)
+        return ll_client_shown(c);
+    while (i > oldest && ll_client_state(c, i)->time > c->view_time - FAKED_VIEW)
+        i--;
+    *seen = ll_client_state(c, i)->time;
+    memcpy(old, ll_received_world(ll_client_state(c, i)), (size_t)c->world_size);
+    old->entity[c->self] = ll_client_shown(c)->entity[c->self];
+    return old;
+}
+
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
@@ -272,13 +290,16 @@ static uint32_t age_ns(ll_time age)
     return age < 0 ? 0 : age > UINT32_MAX ? UINT32_MAX : (uint32_t)age;
 }
 
-static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
+                       ll_time now)
 {
     ll_pending *p = ll_client_pending(c, ++c->seq);
     c->tick++;
     *ll_ledger_fate(&s->instruments->ledger, c->seq) = 0;
     *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
-    p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - c->view_time);
+    p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - seen);
+    if (s->gunner)
+        ll_gunner_input(c, s, p, seen, now);
     if (s->config->prediction) {
         ll_predict_input(c, s, p);
         p->shown = 1;
@@ -360,13 +381,18 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
         ll_predict_again(c, s);
     c->predicting = predicting;
 
-    ll_action action = ll_client_control(c, s, ll_client_shown(c), now);
+    _Alignas(8) char old[LL_WORLD_MAX];
+    ll_time seen;
+    const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
+    ll_action action = ll_client_control(c, s, picture, now);
     int made = inputs_due(c, s, &action);
     for (int i = 0; i < made; i++)
-        make_input(c, s, &action, now);
+        make_input(c, s, &action, seen, now);
     ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
 
     draw(c, s, now);
+    if (s->gunner)
+        ll_gunner_frame(c, s);
     return compose(c, s, made, packet);
 }
 

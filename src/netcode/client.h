@@ -8,6 +8,7 @@
 #include "base/status.h"
 #include "netcode/config.h"
 #include "netcode/grid.h"
+#include "netcode/gunner.h"
 #include "netcode/instruments.h"
 #include "netcode/sync.h"
 #include "netcode/view.h"
@@ -167,6 +168,8 @@ typedef struct ll_client_setup {
     ll_instruments *instruments;
     const ll_recorder *recorder;
     const ll_server_config *rules; /* what everybody has agreed on */
+    ll_gunner *gunner;             /* NULL in a game without weapons */
+    struct ll_shots *shots;
 } ll_client_setup;
 
 size_t ll_client_size(ll_extent extent); /* a multiple of 8 */

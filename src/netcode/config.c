@@ -12,7 +12,8 @@
 
 static const char *const controls[] = {"script", "person", NULL};
 static const char *const corrections[] = {"snap", "smooth", NULL};
-static const char *const cheats[] = {"none", "magnitude", "rate", "budget", NULL};
+static const char *const cheats[] = {"none",      "magnitude", "rate",  "budget",
+                                     "view_time", "fire_rate", "claim", NULL};
 
 static const ll_param server_rows[] = {
     {.name = "update_hz",
@@ -77,8 +78,9 @@ static const ll_param server_rows[] = {
      .standard = 200,
      .unit = "ms",
      .live = true,
-     .help = "When the age of view that a client states differs by more from the measured age of its newest "
-             "state, the measured one counts. It must cover the interpolation delay."},
+     .help = "A client draws its newest state, whose age the server measures, or up to two updates before "
+             "it. When "
+             "the age of view that it states is off from there by more, the measured one counts."},
     {.name = "shell_forward_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, compensation.shell_forward_ms),
@@ -351,7 +353,9 @@ static const ll_param player_rows[] = {
      .choices = cheats,
      .live = true,
      .help =
-         "A client that cheats, to try the server's rules: inputs too large, too many, or from the future."},
+         "A client that cheats, to try the server's rules: inputs too large, too many, or from the future; "
+         "with weapons a view of half a second before, presses without pause, or a claim that every shot "
+         "hits."},
     {.name = "hardware",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, hardware),

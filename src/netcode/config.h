@@ -28,7 +28,15 @@ typedef struct ll_server_config {
 typedef enum ll_control { LL_CONTROL_SCRIPT, LL_CONTROL_PERSON } ll_control;
 
 /* A client that does not play by the rules, to try the server's validation. */
-typedef enum ll_cheat { LL_CHEAT_NONE, LL_CHEAT_MAGNITUDE, LL_CHEAT_RATE, LL_CHEAT_BUDGET } ll_cheat;
+typedef enum ll_cheat {
+    LL_CHEAT_NONE,
+    LL_CHEAT_MAGNITUDE,
+    LL_CHEAT_RATE,
+    LL_CHEAT_BUDGET,
+    LL_CHEAT_VIEW_TIME,
+    LL_CHEAT_FIRE_RATE,
+    LL_CHEAT_CLAIM
+} ll_cheat;
 
 /* What becomes of the error when what is drawn was wrong. */
 typedef enum ll_correction { LL_CORRECTION_SNAP, LL_CORRECTION_SMOOTH } ll_correction;

@@ -1,6 +1,6 @@
 #include "netcode/validate.h"
 
-const char *const ll_rule_names[LL_RULES] = {"none", "magnitude", "rate", "budget"};
+const char *const ll_rule_names[LL_RULES] = {"none", "magnitude", "rate", "budget", "fire_rate", "rewind"};
 
 /* Written so that a NaN fails too. */
 static int within(float axis)

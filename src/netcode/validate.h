@@ -1,4 +1,5 @@
-/* The server's rules on inputs. A refused input is not applied and is answered with the rule that refused it.
+/* The server's rules on inputs. A refused input is not applied and is answered with the rule that refused it;
+ * the last two refuse a part of an input, are found in the game's step (game/weapons.h) and are counted only.
  */
 #pragma once
 
@@ -18,6 +19,8 @@ typedef enum ll_rule {
     LL_RULE_MAGNITUDE, /* an axis outside of [-1, 1], or not a number */
     LL_RULE_RATE,      /* more inputs than time allows */
     LL_RULE_BUDGET,    /* an input for a step too far ahead */
+    LL_RULE_FIRE_RATE, /* a press before the weapon was ready: it is void */
+    LL_RULE_REWIND,    /* a view whose stated age is too far from the measured one, which then counts */
     LL_RULES,
 } ll_rule;
 

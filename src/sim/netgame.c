@@ -38,6 +38,18 @@ static int down_arena(const ll_netgame_config *c)
     return down_slots(c) * ll_server_message_max(extent(c), c->player_count);
 }
 
+/* False in a game without weapons. */
+static bool arena_of(const ll_netgame_config *c, ll_arena *arena)
+{
+    const ll_game *game = ll_games[c->game];
+    ll_game_env env = {.dt = 1 / c->tick_hz};
+    if (!game->weapons)
+        return false;
+    game->prepare(&env, c->params);
+    game->weapons->arena(&env, c->player_count, arena);
+    return true;
+}
+
 /* Of the configuration that a block keeps. */
 static size_t config_size(const ll_netgame_config *c)
 {
@@ -55,6 +67,10 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
     end += (int64_t)ll_server_size(n, world);
     at->history = end;
     end += (int64_t)ll_history_size(world.entities);
+    ll_arena arena;
+    bool armed = arena_of(c, &arena);
+    at->shots = armed ? end : 0;
+    end += armed ? (int64_t)ll_shots_size(n, arena.bodies) : 0;
     for (int i = 0; i < n; i++) {
         at->at[i].client = end;
         end += (int64_t)ll_client_size(world);
@@ -66,6 +82,8 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         end += (int64_t)ll_instruments_size(world.entities);
         at->at[i].desync = end;
         end += (int64_t)ll_desync_size(ll_extent_size(world));
+        at->at[i].gunner = armed ? end : 0;
+        end += armed ? (int64_t)sizeof(ll_gunner) : 0;
     }
     return end;
 }
@@ -84,9 +102,15 @@ static ll_freq rate(const ll_netgame *g, bool at_update_hz)
 
 static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
 {
-    return (ll_client_setup){
-        ll_netgame_game(g),           &g->env,  ll_netgame_sync(g), &g->config.players[i],
-        ll_netgame_instruments(g, i), recorder, &g->config.server};
+    return (ll_client_setup){.game = ll_netgame_game(g),
+                             .env = &g->env,
+                             .sync = ll_netgame_sync(g),
+                             .config = &g->config.players[i],
+                             .instruments = ll_netgame_instruments(g, i),
+                             .recorder = recorder,
+                             .rules = &g->config.server,
+                             .gunner = ll_netgame_gunner(g, i),
+                             .shots = ll_netgame_shots(g)};
 }
 
 /* Everybody meets: clocks start anew, and what is in flight is void. */
@@ -107,6 +131,8 @@ static void meet(ll_netgame *g, ll_time now)
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_instruments_meet(ll_netgame_instruments(g, i));
+        if (s.gunner)
+            ll_gunner_start(ll_netgame_client(g, i), &s);
     }
 }
 
@@ -142,6 +168,9 @@ static void init(void *block, const void *config)
         ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
         ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
     }
+    ll_arena arena;
+    if (arena_of(c, &arena))
+        ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
     meet(g, 0);
 }
 
@@ -303,16 +332,35 @@ static ll_status not_finite(const ll_netgame *g, int entity)
                     (long long)ll_netgame_server(g)->step, ll_to_s(g->now));
 }
 
+/* A shot was judged in the step that the server is making. */
+static void witness(void *context, const ll_judgement *j)
+{
+    ll_netgame *g = context;
+    ll_server *server = ll_netgame_server(g);
+    int64_t *refused = server->seats[j->shooter].refused;
+    bool on_player = j->body != LL_NOBODY && j->body < server->players;
+    refused[LL_RULE_FIRE_RATE] += j->kind == LL_JUDGED_VOID;
+    refused[LL_RULE_REWIND] += j->shot && j->shot->distrusted;
+    ll_shots_judge(ll_netgame_shots(g), j, server->step, ll_netgame_history(g), ll_server_world(server),
+                   on_player ? ll_netgame_client(g, j->body) : NULL);
+}
+
 static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     int entity;
-    ll_past past = {.history = ll_netgame_history(g), .rules = &g->config.server.compensation};
+    ll_past past = {.history = ll_netgame_history(g),
+                    .rules = &g->config.server.compensation,
+                    .buffer = 2 * ll_tick_time(1, rate(g, true)),
+                    .witness = witness,
+                    .context = g};
     sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
     if (!finite_world(ll_server_world(server), &entity))
         return not_finite(g, entity);
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
+    if (ll_netgame_shots(g))
+        ll_shots_step(ll_netgame_shots(g), server->step, ll_netgame_history(g));
     if (r)
         record(r,
                (ll_event){
@@ -348,6 +396,8 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
         s.sync->observe(ll_netgame_desync(g, player), client, &s, ll_netgame_server(g));
     ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
                          g->now);
+    if (s.shots)
+        ll_shots_frame(s.shots, client, g->now);
     if (player == g->config.player_count - 1)
         compare_pictures(g, client->elapsed);
 }

@@ -9,6 +9,7 @@
 #include "netcode/desync.h"
 #include "netcode/instruments.h"
 #include "netcode/server.h"
+#include "netcode/shots.h"
 #include "sim/sim.h"
 
 typedef struct ll_netgame_config {
@@ -32,8 +33,9 @@ typedef struct ll_netgame {
     uint32_t epoch;
     uint32_t reserved;
     int64_t server, history;
+    int64_t shots; /* 0 in a game without weapons */
     struct {
-        int64_t client, up, down, instruments, desync;
+        int64_t client, up, down, instruments, desync, gunner;
     } at[LL_PLAYERS_MAX];
     ll_netgame_config config; /* the last: a block ends it behind the players that there are */
 } ll_netgame;
@@ -73,6 +75,16 @@ static inline ll_desync *ll_netgame_desync(const ll_netgame *g, int i)
     return (ll_desync *)((char *)g + g->at[i].desync);
 }
 
+static inline ll_shots *ll_netgame_shots(const ll_netgame *g)
+{
+    return g->shots != 0 ? (ll_shots *)((char *)g + g->shots) : NULL;
+}
+
+static inline ll_gunner *ll_netgame_gunner(const ll_netgame *g, int i)
+{
+    return g->at[i].gunner != 0 ? (ll_gunner *)((char *)g + g->at[i].gunner) : NULL;
+}
+
 static inline int ll_netgame_entities(const ll_netgame *g)
 {
     return ll_server_world_const(ll_netgame_server(g))->entities;
@@ -98,6 +110,7 @@ static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
 struct cJSON *ll_netgame_state(const void *block);
 struct cJSON *ll_netgame_metrics(const void *block);
 struct cJSON *ll_netgame_layout(const void *config);
+void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary summary);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
@@ -122,6 +135,9 @@ void ll_netgame_peer_section(const ll_netgame *g,
                                              size_t size),
                              void *context);
 void ll_netgame_peer_section_json(const ll_netgame *g, struct cJSON *frame);
+
+/* netgame_shots.c: adds M10 to the metrics of `player`, in a game with weapons */
+void ll_netgame_shots_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,

@@ -58,7 +58,7 @@ cJSON *ll_netgame_state(const void *block)
     return state;
 }
 
-static void distribution(cJSON *object, const char *name, ll_summary s)
+void ll_netgame_distribution(cJSON *object, const char *name, ll_summary s)
 {
     cJSON *o = cJSON_AddObjectToObject(object, name);
     number(o, "mean", s.mean);
@@ -157,7 +157,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "name", g->config.players[i].name);
     for (int m = 0; m < LL_METRICS; m++)
-        distribution(o, ll_metric_rows[m].name, ll_histogram_summary(&in->histogram[m]));
+        ll_netgame_distribution(o, ll_metric_rows[m].name, ll_histogram_summary(&in->histogram[m]));
     number(o, "corrections", (double)in->corrections);
     number(o, "corrections_per_s", seconds > 0 ? (double)in->corrections / seconds : 0);
     ll_netgame_view_metrics(g, i, o);
@@ -172,6 +172,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     for (int rule = 1; rule < LL_RULES; rule++)
         number(refused, ll_rule_names[rule], (double)seat->refused[rule]);
     ll_netgame_inputs_metrics(g, i, o);
+    ll_netgame_shots_metrics(g, i, o);
     bandwidth(o, g, i);
     snapshots(o, g, i);
     link_report(o, "link_up", ll_netgame_up(g, i));
@@ -196,7 +197,7 @@ cJSON *ll_netgame_metrics(const void *block)
     number(s, "stalled_s", ll_to_s(server->stalled));
     ll_netgame_slowest(s, g);
     cJSON_AddStringToObject(s, "snapshot", ll_codec_names[server->codec]);
-    distribution(s, "rounding_m", ll_rounding_summary(ll_server_baselines(server)));
+    ll_netgame_distribution(s, "rounding_m", ll_rounding_summary(ll_server_baselines(server)));
     cJSON *players = cJSON_AddArrayToObject(metrics, "players");
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));

@@ -85,7 +85,8 @@ static range *new_range(way *target, int rifle, int shell)
     r->world->entities = BODIES;
     r->history = malloc(ll_history_size(BODIES));
     ll_history_init(r->history, BODIES);
-    r->past = (ll_past){r->history, &r->rules, {0}, witness, r};
+    r->past = (ll_past){
+        .history = r->history, .rules = &r->rules, .buffer = 30 * LL_MS, .witness = witness, .context = r};
     r->target = target;
     place(r);
     return r;
@@ -181,8 +182,10 @@ static void view_is_clamped_and_cross_checked(void **state)
         bool clamped, distrusted;
     } cases[] = {
         {120, 100, 120, false, false}, {240, 60, 240, false, false}, {300, 250, 250, true, false},
-        {240, 39, 39, false, true}, /* more than 200 apart: what was measured counts */
-        {20, 230, 230, false, true},   {900, 300, 250, true, true},  {0, 0, 0, false, false},
+        {240, 10, 240, false, false}, /* 200 more than the oldest of 10 to 40 ms */
+        {241, 10, 40, false, true},   /* what was measured counts */
+        {30, 230, 30, false, false},   {29, 230, 230, false, true},  {900, 300, 250, true, true},
+        {0, 0, 0, false, false},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         range *r = new_range(crossing, 1, 0);
@@ -395,10 +398,25 @@ static void a_press_beyond_the_ring_is_void(void **state)
     (void)state;
     range *r = new_range(crossing, 0, 0);
     for (int64_t k = 1; k <= LL_SHELLS + 2; k++) {
-        ll_action a = press(r, LL_CANNON, k, ll_tick_time(k - 1, HZ));
-        step_to(r, k, &a, raised(0.7));
+        ll_action a = press(r, LL_CANNON, 30 * k, ll_tick_time(30 * k - 1, HZ));
+        step_to(r, 30 * k, &a, raised(1));
     }
     assert_int_equal(r->arms.shots[LL_CANNON], LL_SHELLS);
+    assert_int_equal(r->count, LL_SHELLS);
+    free_range(r);
+}
+
+static void a_press_before_the_weapon_is_ready_is_void(void **state)
+{
+    (void)state;
+    range *r = new_range(crossing, 0, 0);
+    for (int64_t k = 1; k <= 120; k++) { /* every step: a rifle of 0.1 s fires in every sixth */
+        ll_action a = press(r, LL_RIFLE, k, ll_tick_time(k - 1, HZ));
+        step_to(r, k, &a, level());
+        assert_int_equal(r->told[0].kind, k % 6 == 1 ? LL_JUDGED_RIFLE : LL_JUDGED_VOID);
+        assert_int_equal(r->arms.shots[LL_RIFLE], (k + 5) / 6);
+        r->count = 0;
+    }
     free_range(r);
 }
 
@@ -442,6 +460,7 @@ int main(void)
         cmocka_unit_test(straight_trace_misses_what_the_parabola_meets),
         cmocka_unit_test(claimed_shells_hit_what_the_client_says),
         cmocka_unit_test(a_press_beyond_the_ring_is_void),
+        cmocka_unit_test(a_press_before_the_weapon_is_ready_is_void),
         cmocka_unit_test(nothing_is_compensated_without_a_past),
         cmocka_unit_test(names_follow_the_tables),
     };

@@ -53,19 +53,12 @@ static void step(yard *y, const ll_action *actions)
     ll_game_shooter.step(y->world, &y->env, actions, ll_tick_time(y->k, HZ), NULL);
 }
 
-static bool pulls(const yard *y, double interval_s) /* every so often */
-{
-    return y->k % (int64_t)(interval_s * 60 + 0.5) == 0;
-}
-
 static void play(yard *y, int steps, const ll_script *scripts)
 {
     for (int i = 0; i < steps; i++) {
         ll_action actions[LL_PLAYERS_MAX];
         for (int p = 0; p < y->world->players; p++) {
             actions[p] = ll_game_shooter.drive(y->world, &y->env, p, scripts[p], ll_tick_time(y->k, HZ));
-            if (!pulls(y, y->params.weapons == LL_SHOOTER_RIFLE ? 0.25 : 1.5))
-                actions[p].buttons = 0;
         }
         step(y, actions);
     }

@@ -1,0 +1,453 @@
+/* Shots in whole games: what was seen to be hit is hit, or is not, by the server's policy; and who pays. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/scene.h"
+
+static const ll_marksman *marksman(const scene *s, int player)
+{
+    return &ll_netgame_shots(s->game)->marksman[player];
+}
+
+static const ll_shot_tally *tally(const scene *s, int player, ll_weapon weapon)
+{
+    return &marksman(s, player)->tally[weapon];
+}
+
+static double agreement(const ll_shot_tally *t)
+{
+    return (double)t->agreed / (double)t->shots;
+}
+
+static int64_t refused(const scene *s, int player, ll_rule rule)
+{
+    return ll_netgame_server(s->game)->seats[player].refused[rule];
+}
+
+/* ---- agreement ---- */
+
+/* From 0 to 300 ms of lag: with rewind at least 99 of 100 shots count as they were seen, and without far
+ * fewer. */
+static void what_is_seen_to_be_hit_is_hit_by_rewind_only(void **state)
+{
+    (void)state;
+    for (int lag = 0; lag <= 300; lag += 50) {
+        char set[64];
+        snprintf(set, sizeof set, "players.0.lag_ms=%d", lag);
+        const char *const with[] = {set, "server.max_rewind_ms=1000", NULL};
+        const char *const without[] = {set, "server.rifle=none", "server.max_rewind_ms=1000", NULL};
+        scene a = scene_open("rifle", with), b = scene_open("rifle", without);
+        scene_run(&a, 120, NULL);
+        scene_run(&b, 120, NULL);
+        const ll_shot_tally *rewound = tally(&a, 0, LL_RIFLE), *judged = tally(&b, 0, LL_RIFLE);
+        assert_true(rewound->shots > 400 && rewound->hits[LL_JUDGE_VIEW] > 250);
+        assert_true(rewound->hits[LL_JUDGE_VIEW] < 0.9 * (double)rewound->shots);
+        assert_int_equal(rewound->within, rewound->shots);
+        assert_true(agreement(rewound) >= 0.99);
+        assert_true(agreement(judged) < (lag == 0 ? 0.8 : 0.65));
+        assert_int_equal(judged->hits[LL_JUDGE_SERVER], judged->hits[LL_JUDGE_NOW]);
+        scene_close(&a);
+        scene_close(&b);
+    }
+}
+
+/* Beyond max_rewind_ms the server looks back as far as it may, which is not far enough; below it, it agrees.
+ */
+static void rewinding_ends_at_its_limit(void **state)
+{
+    (void)state;
+    for (int lag = 0; lag <= 300; lag += 50) {
+        char set[64];
+        snprintf(set, sizeof set, "players.0.lag_ms=%d", lag);
+        const char *const sets[] = {set, "server.max_rewind_ms=250", NULL};
+        scene s = scene_open("rifle", sets);
+        scene_run(&s, 60, NULL);
+        const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+        double age =
+            2 * lag + 2000.0 / 30 + 10; /* the round trip and the delay of interpolation, and some ticks */
+        double most = ll_histogram_summary(&marksman(&s, 0)->rewind).max;
+        assert_int_equal(t->clamped, age + 17 > 250 ? t->shots : 0);
+        assert_int_equal(t->within + t->clamped, t->shots);
+        assert_true((double)t->within_agreed >= 0.99 * (double)t->within);
+        assert_true(t->clamped == 0 || agreement(t) < 0.9);
+        assert_true(most <= 250);
+        scene_close(&s);
+    }
+}
+
+/* Jitter and loss move the ages of views about; what is looked back to is what was drawn all the same, and
+ * nobody is suspected. */
+static void honest_shooters_on_bad_links_are_believed(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.link.up.jitter_ms=100",
+                                "players.0.link.down.jitter_ms=100",
+                                "players.0.link.up.loss_pct=2",
+                                "players.0.link.down.loss_pct=2",
+                                "players.1.link.up.jitter_ms=100",
+                                "players.1.link.up.loss_pct=2",
+                                "players.0.slack_ticks=4",
+                                "server.max_rewind_ms=1000",
+                                "params.weapons=both",
+                                NULL};
+    scene s = scene_open("rifle", sets);
+    scene_run(&s, 120, NULL);
+    for (int p = 0; p < 2; p++) {
+        for (int rule = 1; rule < LL_RULES; rule++)
+            assert_int_equal(refused(&s, p, (ll_rule)rule), 0);
+        assert_true(tally(&s, p, LL_RIFLE)->shots > 200);
+        assert_int_equal(tally(&s, p, LL_RIFLE)->distrusted, 0);
+    }
+    assert_true(agreement(tally(&s, 1, LL_RIFLE)) >= 0.99);
+    scene_close(&s);
+}
+
+static double shell_agreement(const char *id, const char *family, int64_t *hits)
+{
+    char set[64];
+    snprintf(set, sizeof set, "server.shell=%s", family);
+    const char *const sets[] = {set, NULL};
+    scene s = scene_open(id, sets);
+    scene_run(&s, 120, NULL);
+    const ll_shot_tally *t = tally(&s, 0, LL_CANNON);
+    double share = agreement(t);
+    assert_true(t->shots > 100 && t->hits[LL_JUDGE_VIEW] > 50);
+    assert_true(strcmp(family, "none") != 0 || t->hits[LL_JUDGE_SERVER] == t->hits[LL_JUDGE_NOW]);
+    *hits = t->hits[LL_JUDGE_SERVER];
+    scene_close(&s);
+    return share;
+}
+
+/* With fast shells and 300 ms of round trip, only C (and the client's word) agrees with the view. */
+static void only_rewound_shells_agree_with_the_view(void **state)
+{
+    (void)state;
+    int64_t hits;
+    assert_true(shell_agreement("cannon_families", "rewind", &hits) >= 0.98);
+    assert_true(shell_agreement("cannon_families", "trust", &hits) >= 0.98);
+    assert_true(shell_agreement("cannon_families", "none", &hits) < 0.7);
+    assert_true(shell_agreement("cannon_families", "partial", &hits) < 0.8);
+    assert_true(shell_agreement("cannon_families", "fast_forward", &hits) < 0.8);
+}
+
+/* The error of the straight trace is that of its closed form for the time that is caught up with. */
+static void straight_traces_are_off_as_computed(void **state)
+{
+    (void)state;
+    scene s = scene_open("cannon_straight", NULL);
+    scene_run(&s, 60, NULL);
+    ll_summary error = ll_histogram_summary(&marksman(&s, 0)->trace_error);
+    ll_summary back = ll_histogram_summary(&marksman(&s, 0)->rewind);
+    assert_true(error.count > 40);
+    assert_true(fabs(error.max - 25 * back.max * back.max / 8e6) < 1e-9);
+    assert_true(agreement(tally(&s, 0, LL_CANNON)) < 0.8);
+    scene_close(&s);
+}
+
+/* ---- by hand ---- */
+
+static void act(scene *s, int player, double move, double aim, uint32_t buttons)
+{
+    const ll_action a = {.axis = {(float)move, (float)aim}, .buttons = buttons};
+    s->scenario.kind->input(s->game, player, &a);
+}
+
+static void tick(scene *s, int64_t *k)
+{
+    scene_run(s, ll_to_s(ll_tick_time(++*k, 60000)), NULL);
+}
+
+typedef struct landing {
+    ll_time start, end;
+    ll_point at;
+    int body;
+} landing;
+
+static const ll_arms *arms_of(const scene *s, int player)
+{
+    return ll_netgame_game(s->game)->weapons->arms(ll_server_world(ll_netgame_server(s->game)), player);
+}
+
+/* The shell that a player with `lag` fires upon the state of 4 s, which its client draws as it is. */
+static landing fire_upon(const char *lag, double aim)
+{
+    const char *const sets[] = {lag,
+                                "players.0.control=person",
+                                "players.1.script=idle",
+                                "players.0.interpolation=false",
+                                "server.max_rewind_ms=1000",
+                                "params.targets=16",
+                                NULL};
+    scene s = scene_open("cannon_shell", sets);
+    const ll_client *c = ll_netgame_client(s.game, 0);
+    int64_t k = 0;
+    while (c->view_time < 4 * LL_SECOND)
+        tick(&s, &k);
+    assert_int_equal(c->view_time, 4 * LL_SECOND);
+    act(&s, 0, 0, aim, LL_BUTTON_CANNON);
+    tick(&s, &k);
+    act(&s, 0, 0, aim, 0);
+    while (k < 60 * 8)
+        tick(&s, &k);
+    const ll_shell *shell = &arms_of(&s, 0)->shells[1 % LL_SHELLS];
+    assert_int_equal(arms_of(&s, 0)->shots[LL_CANNON], 1);
+    assert_int_equal(shell->start, 4 * LL_SECOND);
+    assert_true(shell->end != LL_NEVER);
+    ll_flight f = {shell->from, shell->velocity, 9.81};
+    landing l = {shell->start, shell->end, ll_flight_at(&f, ll_to_s(shell->end - shell->start)), shell->body};
+    scene_close(&s);
+    return l;
+}
+
+/* Family C: the impact is that of a run without lag, found in the past or in the present. */
+static void a_rewound_shell_lands_as_without_lag(void **state)
+{
+    (void)state;
+    const char *const lags[] = {"players.0.lag_ms=40", "players.0.lag_ms=150", "players.0.lag_ms=400"};
+    int hits = 0;
+    for (int i = 0; i < 24; i++) {
+        double aim = -0.05 + 0.012 * i;
+        landing none = fire_upon("players.0.lag_ms=0", aim);
+        hits += none.body != LL_NOBODY;
+        for (int k = 0; k < 3; k++) {
+            landing late = fire_upon(lags[k], aim);
+            assert_int_equal(late.body, none.body);
+            assert_true(fabs(late.at.x - none.at.x) <= 1e-9 && fabs(late.at.y - none.at.y) <= 1e-9);
+        }
+    }
+    assert_true(hits >= 5 && hits < 24);
+}
+
+/* B goes down behind its wall. 0.6 s later it is hidden, on its own screen and at the server; A, far away,
+ * still sees it over the wall and fires. */
+static void shoot_at_where_it_was(scene *s)
+{
+    int64_t k = 0;
+    while (k < 180)
+        tick(s, &k);
+    act(s, 1, -1, 0, 0);
+    for (int i = 0; i < 36; i++)
+        tick(s, &k);
+    const ll_world *shown = ll_client_shown(ll_netgame_client(s->game, 0));
+    double up = shown->entity[1].y - shown->entity[0].y, forward = shown->entity[1].x - shown->entity[0].x;
+    assert_true(shown->entity[1].y > 6);
+    assert_true(ll_server_world(ll_netgame_server(s->game))->entity[1].y < 5.5);
+    act(s, 0, 0, atan2(up, forward) / (M_PI / 2), LL_BUTTON_FIRE);
+    tick(s, &k);
+    act(s, 0, 0, 0, 0);
+    for (int i = 0; i < 60; i++)
+        tick(s, &k);
+}
+
+static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
+{
+    (void)state;
+    for (int rewinds = 0; rewinds < 2; rewinds++) {
+        const char *const sets[] = {rewinds ? "server.rifle=rewind" : "server.rifle=none",
+                                    "players.0.control=person",
+                                    "players.1.control=person",
+                                    "players.0.lag_ms=200",
+                                    "players.1.lag_ms=50",
+                                    "server.max_rewind_ms=1000",
+                                    NULL};
+        scene s = scene_open("behind_cover", sets);
+        shoot_at_where_it_was(&s);
+        const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+        assert_int_equal(t->shots, 1);
+        assert_int_equal(t->hits[LL_JUDGE_VIEW], 1);
+        assert_int_equal(t->hits[LL_JUDGE_NOW], 0);
+        assert_int_equal(t->hits[LL_JUDGE_PERFECT], 0);
+        assert_int_equal(t->hits[LL_JUDGE_SERVER], rewinds);
+        assert_int_equal(t->kept, rewinds);
+        assert_int_equal(t->false_misses, !rewinds);
+        assert_int_equal(t->on_players, rewinds);
+        assert_int_equal(t->behind_cover, rewinds);
+        ll_summary rollback = ll_histogram_summary(&marksman(&s, 0)->rollback);
+        ll_summary back = ll_histogram_summary(&marksman(&s, 0)->rewind);
+        assert_int_equal(rollback.count, rewinds);
+        assert_true(!rewinds || fabs(rollback.max - 5 * back.max / 1000) < 1e-6); /* it went down at 5 m/s */
+        scene_close(&s);
+    }
+}
+
+/* Who moves sees first: by the own way up, the other's way down and the age of its view, and some ticks. */
+static void the_peeker_sees_first(void **state)
+{
+    (void)state;
+    const double ups[] = {0, 40, 150}, downs[] = {0, 120, 60};
+    for (int i = 0; i < 3; i++) {
+        char up[64], down[64];
+        snprintf(up, sizeof up, "players.0.lag_ms=%g", ups[i]);
+        snprintf(down, sizeof down, "players.1.lag_ms=%g", downs[i]);
+        const char *const sets[] = {up, down, NULL};
+        scene s = scene_open("behind_cover", sets);
+        scene_run(&s, 60, NULL);
+        ll_summary peek = ll_histogram_summary(&marksman(&s, 0)->peek);
+        double ways = ups[i] + downs[i] + 2000.0 / 30 + 10;
+        assert_true(peek.count >= 20);
+        assert_true(peek.mean >= ways && peek.max <= ways + 5 * 1000.0 / 60);
+        assert_int_equal(marksman(&s, 1)->peek.count, 0);
+        assert_true(tally(&s, 1, LL_RIFLE)->behind_cover >= (i > 0 ? 5 : 0));
+        scene_close(&s);
+    }
+}
+
+/* ---- weapons and rules ---- */
+
+static void weapons_fire_as_often_as_they_may(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"params.rifle_interval_s=0.25", NULL};
+    scene s = scene_open("rifle_no_rewind", sets);
+    scene_run(&s, 60, NULL);
+    for (int p = 0; p < 2; p++) {
+        int32_t shots = arms_of(&s, p)->shots[LL_RIFLE];
+        assert_true(shots >= 234 && shots <= 240); /* four a second, whenever something is in sight */
+        assert_int_equal(refused(&s, p, LL_RULE_FIRE_RATE), 0);
+    }
+    scene_close(&s);
+}
+
+static void pressing_faster_gains_nothing(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.cheat=fire_rate", NULL};
+    scene honest = scene_open("rifle", NULL), s = scene_open("rifle", sets);
+    scene_run(&honest, 60, NULL);
+    scene_run(&s, 60, NULL);
+    assert_true(refused(&s, 0, LL_RULE_FIRE_RATE) > 1000);
+    assert_int_equal(arms_of(&s, 0)->shots[LL_RIFLE], arms_of(&honest, 0)->shots[LL_RIFLE]);
+    scene_close(&honest);
+    scene_close(&s);
+}
+
+/* What a client gains that states an older view: hits beyond those in its true picture. With the cross-check
+ * the stamp does not count, without it the shots at the past do. */
+static int64_t gain_of_faking(const char *tolerance, int64_t *distrusted)
+{
+    const char *const sets[] = {tolerance, "players.0.cheat=view_time", "server.max_rewind_ms=1000", NULL};
+    scene s = scene_open("rifle", sets);
+    scene_run(&s, 120, NULL);
+    const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+    int64_t gain = t->hits[LL_JUDGE_SERVER] - t->hits[LL_JUDGE_VIEW];
+    assert_true(t->shots > 400);
+    assert_int_equal(refused(&s, 1, LL_RULE_REWIND), 0);
+    assert_true(refused(&s, 0, LL_RULE_REWIND) >= t->distrusted);
+    *distrusted = t->distrusted;
+    if (*distrusted == 0)
+        assert_true(t->false_hits > 150);
+    scene_close(&s);
+    return gain;
+}
+
+static void a_faked_view_gains_by_trust_only(void **state)
+{
+    (void)state;
+    int64_t distrusted;
+    assert_true(gain_of_faking("server.rewind_tolerance_ms=200", &distrusted) < 20);
+    assert_true(distrusted > 400);
+    assert_true(gain_of_faking("server.rewind_tolerance_ms=10000", &distrusted) > 80);
+    assert_int_equal(distrusted, 0);
+}
+
+static void a_claim_counts_where_it_is_trusted_only(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"server.rifle=rewind", "server.max_rewind_ms=1000", NULL};
+    scene trusts = scene_open("rifle_trust", NULL), looks = scene_open("rifle_trust", sets);
+    scene_run(&trusts, 60, NULL);
+    scene_run(&looks, 60, NULL);
+    const ll_shot_tally *lie = tally(&trusts, 0, LL_RIFLE), *truth = tally(&looks, 0, LL_RIFLE);
+    assert_int_equal(lie->hits[LL_JUDGE_SERVER], lie->shots);
+    assert_true(lie->behind_cover > 50);
+    assert_true(agreement(truth) >= 0.99);
+    assert_true(truth->hits[LL_JUDGE_SERVER] < truth->shots);
+    scene_close(&trusts);
+    scene_close(&looks);
+}
+
+/* ---- the block ---- */
+
+static void prediction_is_exact_while_shots_fly(void **state)
+{
+    (void)state;
+    const char *const scenes[] = {"rifle", "cannon_families", "behind_cover"};
+    for (int i = 0; i < 3; i++) {
+        scene s = scene_open(scenes[i], NULL);
+        scene_run(&s, 60, NULL);
+        for (int p = 0; p < 2; p++)
+            assert_int_equal(ll_netgame_instruments(s.game, p)->corrections, 0);
+        scene_close(&s);
+    }
+}
+
+static void block_may_be_moved_and_runs_are_equal(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"params.weapons=both", "players.0.link.up.jitter_ms=30", NULL};
+    scene s = scene_open("cannon_families", sets), t = scene_open("cannon_families", sets);
+    for (int i = 1; i <= 60; i++) {
+        scene_run(&s, i / 6.0, NULL);
+        ll_netgame *elsewhere = malloc((size_t)s.game->size);
+        memcpy(elsewhere, s.game, (size_t)s.game->size);
+        memset(s.game, 0xee, (size_t)s.game->size);
+        free(s.game);
+        s.game = elsewhere;
+    }
+    scene_run(&t, 10, NULL);
+    assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
+    scene_close(&s);
+    scene_close(&t);
+}
+
+static void nothing_is_kept_where_nobody_shoots(void **state)
+{
+    (void)state;
+    scene s = scene_open("race", NULL);
+    assert_null(ll_netgame_shots(s.game));
+    assert_null(ll_netgame_gunner(s.game, 0));
+    scene_close(&s);
+}
+
+/* A server that only drains its queue would leave targets and shells where they are. */
+static void draining_is_refused_with_a_sentence(void **state)
+{
+    (void)state;
+    scene s = scene_open("rifle", NULL);
+    ll_netgame_config config = s.game->config;
+    ll_status status = ll_param_set(s.scenario.kind->table, &config, "server.sync", "gambetta", true);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    assert_string_equal(status.field, "server.sync");
+    assert_non_null(strstr(status.text, "shooter"));
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_seen_to_be_hit_is_hit_by_rewind_only),
+        cmocka_unit_test(rewinding_ends_at_its_limit),
+        cmocka_unit_test(honest_shooters_on_bad_links_are_believed),
+        cmocka_unit_test(only_rewound_shells_agree_with_the_view),
+        cmocka_unit_test(straight_traces_are_off_as_computed),
+        cmocka_unit_test(a_rewound_shell_lands_as_without_lag),
+        cmocka_unit_test(a_hit_on_who_has_hidden_is_shot_behind_cover),
+        cmocka_unit_test(the_peeker_sees_first),
+        cmocka_unit_test(weapons_fire_as_often_as_they_may),
+        cmocka_unit_test(pressing_faster_gains_nothing),
+        cmocka_unit_test(a_faked_view_gains_by_trust_only),
+        cmocka_unit_test(a_claim_counts_where_it_is_trusted_only),
+        cmocka_unit_test(prediction_is_exact_while_shots_fly),
+        cmocka_unit_test(block_may_be_moved_and_runs_are_equal),
+        cmocka_unit_test(nothing_is_kept_where_nobody_shoots),
+        cmocka_unit_test(draining_is_refused_with_a_sentence),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
