@@ -354,7 +354,7 @@ static const ll_param player_rows[] = {
      .live = true,
      .help =
          "A client that cheats, to try the server's rules: inputs too large, too many, or from the future; "
-         "with weapons a view of half a second before, presses without pause, or a claim that every shot "
+         "with weapons a view of half a second before, presses without pause, or a claim that every rifle shot "
          "hits."},
     {.name = "hardware",
      .type = LL_PARAM_CHOICE,

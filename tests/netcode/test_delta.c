@@ -57,7 +57,8 @@ static ll_link *new_link(uint64_t stream)
 
 static ll_client_setup setup_of(net *n, const ll_sync *sync)
 {
-    return (ll_client_setup){&toy, &n->env, sync, &n->config, n->instruments, NULL, NULL};
+    return (ll_client_setup){
+        .game = &toy, .env = &n->env, .sync = sync, .config = &n->config, .instruments = n->instruments};
 }
 
 static net *new_net(const ll_sync *sync)

@@ -105,7 +105,12 @@ static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sy
     ll_param_defaults(&ll_server_table, &l->rules);
     l->config.control = LL_CONTROL_PERSON;
     ll_instruments_init(l->instruments, players, 0);
-    l->setup = (ll_client_setup){game, &l->env, sync, &l->config, l->instruments, NULL, &l->rules};
+    l->setup = (ll_client_setup){.game = game,
+                                 .env = &l->env,
+                                 .sync = sync,
+                                 .config = &l->config,
+                                 .instruments = l->instruments,
+                                 .rules = &l->rules};
     ll_client_init(l->client, 0, world);
     free(world);
     return l;
