@@ -194,7 +194,7 @@ static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
         memcpy(shown, ll_ode_y(run), (size_t)m->dim * sizeof *shown);
 }
 
-static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t)
+static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool last)
 {
     const ll_ode_method *method = ll_motion_method_of(&m->config, i);
     ll_ode_run *run = ll_motion_run(m, i);
@@ -203,7 +203,7 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t)
         return;
     if (ll_ode_advance(run, method, ode, t) == LL_ODE_DIVERGED)
         return;
-    draw(m, ode, i, t < run->t ? t : run->t);
+    draw(m, ode, i, t < run->t && !last ? t : run->t); /* at the end what is told is what is drawn */
     if (run->t <= m->record[i].t && m->record[i].samples > 0)
         return; /* a long step: this state has been measured */
     solution_at(m, ode, m->at[i].reference, run->t, wanted);
@@ -221,7 +221,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
         m->now = ll_tick_time(tick, freq);
         double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
         for (int i = 0; i < m->config.method_count; i++)
-            advance_one(m, &ode, i, t);
+            advance_one(m, &ode, i, t, tick == last);
         solution_at(m, &ode, m->reference, t, ll_motion_vector(m, m->solution));
     }
     m->now = until;

@@ -186,8 +186,11 @@ cJSON *ll_motion_layout(const void *config)
           *methods = cJSON_AddArrayToObject(layout, "methods");
     for (int i = 0; i < ode.dim; i++)
         cJSON_AddItemToArray(components, cJSON_CreateString(problem->components[i]));
-    for (int i = 0; i < c.method_count; i++) {
-        const ll_ode_method *method = ll_motion_method_of(&c, i);
+    for (int i = 0; ll_ode_methods[i]; i++) {
+        const ll_ode_method *method = ll_ode_methods[i];
+        ll_status fits = ll_ode_method_fits(method, &ode);
+        if (ll_failed(&fits))
+            continue;
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", method->name);
         cJSON_AddNumberToObject(o, "order", method->order);

@@ -33,6 +33,9 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
  * @property {Entity[]} entities
  */
 
+/** @typedef {{status: number, t: number, error: number, errorMax: number, drift: number, evaluations: number, steps: number,
+ *   rejected: number, state: number[]}} Motion  status: 0 ok, 1 diverged, 2 off */
+
 /** @typedef {{id: number, type: number, player: number, fate: number, outcome: number, begin: number, end: number,
  *   number: number, value: number}} Event */
 
@@ -80,9 +83,10 @@ export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STA
  * @property {Peer[]} peers     by player; empty unless sync is deterministic or rollback
  * @property {Buffer[]} buffers  of the players' views
  * @property {Buffered[]} buffered  the states in them
+ * @property {Motion[]} motion  of a motion: the solution, then the methods
  */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24;
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, MOTION = 64;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
 function view(d, at, stride) {
@@ -143,6 +147,16 @@ function buffered(d, at) {
   };
 }
 
+/** @param {DataView} d @param {number} at @param {number} stride @returns {Motion} */
+function motion(d, at, stride) {
+  const count = Math.min(d.getUint16(at + 2, true), (stride - MOTION) / 8);
+  const f = (/** @type {number} */ offset) => d.getFloat64(at + offset, true);
+  return {
+    status: d.getUint8(at + 1), t: f(8), error: f(16), errorMax: f(24), drift: f(32), evaluations: f(40), steps: f(48), rejected: f(56),
+    state: Array.from({ length: count }, (_, k) => f(MOTION + 8 * k)),
+  };
+}
+
 /** @param {ArrayBuffer} bytes @returns {Frame | null} null when the bytes are no frame */
 export function decode(bytes) {
   const d = new DataView(bytes);
@@ -152,7 +166,7 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [], peers: [], buffers: [], buffered: [],
+    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], motion: [],
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -177,6 +191,8 @@ export function decode(bytes) {
       for (let i = 0; i < count; i++) frame.buffers.push(buffer(d, at + i * stride));
     } else if (type === 8 && stride >= BUFFERED) {
       for (let i = 0; i < count; i++) frame.buffered.push(buffered(d, at + i * stride));
+    } else if (type === 16 && stride >= MOTION) {
+      for (let i = 0; i < count; i++) frame.motion.push(motion(d, at + i * stride, stride));
     }
     at += size;
   }

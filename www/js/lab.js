@@ -25,13 +25,14 @@ function layoutOf(hello) {
   const players = given.players ?? (hello.params?.players ?? []);
   const scene = given.scene ?? {};
   return {
-    game: given.game ?? hello.params?.game ?? 'race',
+    game: given.game ?? hello.params?.game ?? hello.params?.kind ?? 'race',
     players: players.map((/** @type {any} */ player, /** @type {number} */ p) => ({ name: player.name || String.fromCharCode(65 + p) })),
     game_values: given.game_values ?? [],
     scene: {
       x_min: 0, x_max: 100, y_min: 0, y_max: 1, wraps: false, finish_m: 0, target_x: 0, target_y: 0, target_radius: 0,
       entity_length_m: 1, ...scene,
     },
+    motion: given.problem ? given : null,
   };
 }
 

@@ -15,6 +15,8 @@
 
 export const THEMES = ['auto', 'light', 'dark', 'projector'];
 export const FIRST_SCENARIO = 'race';
+/** Short addresses: `/#step`. @type {Record<string, string>} */
+export const LABS = { race: 'race', cannon: 'cannon', step: 'motion/free_fall' };
 
 /** @param {string} text @returns {Value} */
 function toValue(text) {
@@ -31,6 +33,7 @@ export function readLink(search, hash) {
   const link = { scenario: FIRST_SCENARIO, set: {}, seed: null, theme: 'auto', session: '', key: '', problems: [] };
 
   const scenario = query.get('scenario');
+  if (scenario === null && LABS[hash.slice(1)] !== undefined) link.scenario = LABS[hash.slice(1)] ?? FIRST_SCENARIO;
   if (scenario !== null && /^[a-z0-9_/-]{1,64}$/.test(scenario)) link.scenario = scenario;
   else if (scenario !== null) link.problems.push(`scenario=${scenario} ignored, using ${FIRST_SCENARIO}`);
 

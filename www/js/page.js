@@ -1,6 +1,6 @@
 // The page as a template: everything that changes seldom. What changes per frame is drawn by loop.js.
 import { html, nothing, render } from '../vendor/lit-html.js';
-import { effect } from '../vendor/signals-core.js';
+import { effect, signal } from '../vendor/signals-core.js';
 import { timeBar } from './bar.js';
 import { sync } from './controls.js';
 import { open } from './dialogs.js';
@@ -79,8 +79,18 @@ function notes() {
     <button type="button" class="small" @click=${() => { notice.value = ''; }}>Close</button></aside>`;
 }
 
+/** A scenario of motion has a page of its own, which is read when it is first wanted. @type {import('@preact/signals-core').Signal<typeof import('./step/lab.js') | null>} */
+export const stepModule = signal(null);
+
+/** @returns {Template} */
+function step() {
+  if (stepModule.value === null) import('./step/lab.js').then((module) => { stepModule.value = module; });
+  return stepModule.value === null ? html`<main id="views" tabindex="-1"></main>` : stepModule.value.stepLab();
+}
+
 /** @returns {Template} */
 function page() {
+  if (layout.value?.motion) return html`<a class="skip" href="#views">To the pictures</a>${header()}${step()}${notes()}${timeBar()}`;
   return html`<a class="skip" href="#views">To the views</a>${header()}${tabs()}
     <main data-tab=${tab.value} data-rows=${order().length}>
       <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}

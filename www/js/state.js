@@ -6,7 +6,10 @@ import { link } from './early.js';
 /** @typedef {import('./frame.js').Frame} Frame */
 /** @typedef {{x_min: number, x_max: number, y_min: number, y_max: number, wraps: boolean, finish_m: number,
  *   target_x: number, target_y: number, target_radius: number, entity_length_m: number}} Scene */
-/** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene}} Layout */
+/** @typedef {{problem: string, help: string, mechanical: boolean, energy: boolean, components: string[],
+ *   methods: {method: string, order: number, adaptive: boolean}[]}} MotionLayout */
+/** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene, motion: MotionLayout | null}} Layout
+ *   motion: of a scenario of that kind, which has no players */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
 /** @typedef {{id: string, title: string, paper: string, kind: string, text: string}} ScenarioRow */
 /** @typedef {'connecting' | 'open' | 'lost'} LinkState */
@@ -18,8 +21,16 @@ export const session = signal(null);
 export const params = signal(null);
 /** @type {import('@preact/signals-core').Signal<Layout | null>} */
 export const layout = signal(null);
-/** @type {import('@preact/signals-core').Signal<any>} */
-export const schema = signal(null);
+/** Of all kinds, as the daemon gives it. @type {import('@preact/signals-core').Signal<any>} */
+export const schemas = signal(null);
+/** Of the scenario's kind, with the parameters of its game or problem. */
+export const schema = computed(() => {
+  const all = schemas.value, now = params.value;
+  const kind = all?.oneOf?.find((/** @type {any} */ one) => one.properties.kind.const === now?.kind);
+  if (!kind) return null;
+  const variant = all.$defs[now.game ?? now.problem] ? { $ref: `#/$defs/${now.game ?? now.problem}` } : kind.properties.params;
+  return { ...kind, properties: { ...kind.properties, params: { ...kind.properties.params, anyOf: undefined, ...variant } }, $defs: all.$defs };
+});
 /** @type {import('@preact/signals-core').Signal<ScenarioRow[]>} */
 export const scenarios = signal([]);
 /** @type {import('@preact/signals-core').Signal<{state: LinkState, attempt: number}>} */

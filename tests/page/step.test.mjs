@@ -1,0 +1,98 @@
+// The step lab: methods side by side, live, with the numbers of the paper.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { SIZES, axe, launch, paramsOf, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const ended = (page) => page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
+const cell = (page, row, name) => page.locator(`[data-motion="${row}/${name}"]`).textContent();
+
+test('/#step opens the lab, and it moves', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}#step`);
+  await page.waitForSelector('#motion');
+  assert.equal((await paramsOf(page)).problem, 'free_fall');
+  assert.equal(await page.locator('.lab[aria-current="page"]').textContent(), 'Step');
+  await page.waitForFunction(() => Number(document.querySelector('[data-motion="0/value"]')?.textContent) > 5);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('Figure 4 shows the numbers of the paper, and what the listing really is', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig04`);
+  await ended(page);
+  await page.waitForFunction(() => document.querySelector('[data-motion="4/value"]')?.textContent !== '–');
+  const values = [];
+  for (let row = 1; row <= 8; row++) values.push(Number(await cell(page, row, 'value')));
+  assert.deepEqual(values.map((v) => Number(v.toFixed(4))), [52.5, 49.5, 46.5, 45.5855, 37.5, 40.5, 43.5, 44.5945]);
+  assert.equal(await cell(page, 4, 't'), '3.003');
+  assert.match(await page.locator('.errata').innerText(), /semi-implicit Euler/);
+  await close();
+});
+
+test('a step, a method and a parameter change live', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/pendulum`);
+  await page.waitForSelector('[data-path="methods.0.dt_s"]');
+  await page.getByRole('button', { name: '½ step of method 1' }).click();
+  await page.waitForFunction(() => globalThis.laglab().params.methods[0].dt_s === 0.01);
+  await page.locator('[data-path="methods.1.method"]').selectOption('dopri5');
+  await page.waitForSelector('[data-path="methods.1.tolerance"]');
+  assert.equal((await paramsOf(page)).methods[1].method, 'dopri5');
+  await page.locator('[data-path="params.theta0"]').fill('1');
+  await page.locator('[data-path="params.theta0"]').blur();
+  await page.waitForFunction(() => globalThis.laglab().params.params.theta0 === 1);
+  await page.locator('[data-path="params.theta0"]').fill('9');
+  await page.locator('[data-path="params.theta0"]').blur();
+  await page.waitForFunction(() => /3\.14/.test(document.querySelector('.note')?.textContent ?? ''), null, { timeout: 5000 });
+  assert.equal((await paramsOf(page)).params.theta0, 1);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('another problem is a session of its own', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}#step`);
+  await page.waitForSelector('#problem');
+  await page.locator('#problem').selectOption('kepler');
+  await page.waitForFunction(() => globalThis.laglab().params?.problem === 'kepler');
+  await page.waitForSelector('[data-path="params.e"]');
+  await close();
+});
+
+test('error against step is measured by the daemon, and drawn', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/spring`);
+  const button = page.getByRole('button', { name: /^Measur/ });
+  const before = await page.locator('#plot-work').evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
+  await button.click();
+  await page.waitForFunction(() => [...document.querySelectorAll('.side button')].some((b) => b.textContent?.startsWith('Measure ')), null, { timeout: 60000 });
+  await page.waitForFunction((was) => /** @type {HTMLCanvasElement} */ (document.getElementById('plot-work')).toDataURL() !== was, before);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a method that blows up is said to have diverged', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/stiff_spring`);
+  await page.waitForFunction(() => document.querySelector('[data-motion="1/error"]')?.textContent === 'diverged', null, { timeout: 15000 });
+  assert.notEqual(await cell(page, 4, 'error'), 'diverged');
+  await close();
+});
+
+for (const { name, width, height, query } of SIZES) {
+  test(`without a complaint of axe at ${name}`, async () => {
+    const { page, close } = await visit(browser, `${daemon.url}${query}${query ? '&' : '?'}scenario=motion/orbit`, { width, height });
+    await page.waitForSelector('#motion');
+    await page.waitForTimeout(600);
+    assert.deepEqual(await axe(page), []);
+    const box = await page.locator('#motion').boundingBox();
+    assert.ok(box && box.height > 80 && box.width > 200, JSON.stringify(box));
+    await close();
+  });
+}

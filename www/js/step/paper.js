@@ -1,0 +1,20 @@
+// What the paper says, and what the lab shows, where the two differ.
+
+/** @typedef {{says: string, shows: string}} Erratum */
+
+const LISTING = { says: 'The listing is explicit Euler.', shows: 'It updates the velocity first and uses the new one: semi-implicit Euler, ahead of the truth by a t dt / 2. Explicit Euler is behind by as much.' };
+const ORDER = { says: 'Semi-implicit Euler errs by rounding in each step.', shows: 'It errs by truncation: the error is a t dt / 2 and halves with the step, whatever the digits.' };
+
+/** @type {Record<string, Erratum[]>} */
+export const ERRATA = {
+  'Figure 1': [{ says: 'A timestep of 5 seconds.', shows: '5 s is the duration; the step is 0.033 s.' }, LISTING],
+  'Figure 2': [LISTING, ORDER],
+  'Figure 3': [LISTING, { says: '25.200001, 32.400002, ...', shows: 'Single precision without fused multiply-add: a build with it prints other digits in the last four lines.' }],
+  'Figure 4': [{ says: '52.00, 49.00, 46.00, 45.58', shows: '52.5, 49.5, 46.5 at 3 s, and 45.585541 at 3.003 s: digits are lost in print, and the last row is not at 3 s.' }, LISTING],
+};
+
+/** @type {Record<string, Erratum>} by method */
+export const METHOD_ERRATA = {
+  verlet_as_printed: { says: 's + v t + a t² / 2 with v = (s − s₋) / dt.', shows: 'That is 2 s − s₋ + a dt² / 2, which moves under half the acceleration: 22.5 m instead of 45 m. Right is + a dt².' },
+  implicit_euler: { says: 'Implicit Euler is more accurate.', shows: 'Its error is as large as explicit Euler’s, of the other sign; what it has is stability, bought with damping.' },
+};
