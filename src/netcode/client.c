@@ -81,6 +81,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->gap = -1;
     c->gap_deviation = c->late = 0;
     c->predicting = 0;
+    c->played = 0;
     memset(c->told, 0, sizeof c->told);
     c->view_step = -1;
     c->parts = 0;
@@ -300,11 +301,8 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - seen);
     if (s->gunner)
         ll_gunner_input(c, s, p, seen, now);
-    if (s->config->prediction) {
-        ll_predict_input(c, s, p);
-        p->shown = 1;
-        ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, 0);
-    }
+    if (s->config->prediction)
+        ll_predict_due(c, s, now);
 }
 
 /* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other

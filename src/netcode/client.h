@@ -126,6 +126,7 @@ typedef struct ll_client {
 
     /* prediction */
     int64_t predicted_tick;            /* of the predicted world */
+    uint32_t played, reserved3;        /* newest input in it */
     ll_entity_set predicted;           /* what of it is stepped */
     ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
 
@@ -280,7 +281,8 @@ ll_status ll_client_decode(ll_client *client, const ll_state_message *message, c
                            ll_world *world);
 
 /* predict.c: what is in the prediction's scope */
-void ll_predict_input(ll_client *client, const ll_client_setup *setup, ll_pending *input);
+void ll_predict_due(ll_client *client, const ll_client_setup *setup,
+                    ll_time now); /* the inputs that are due */
 void ll_predict_again(ll_client *client,
                       const ll_client_setup *setup); /* the latest state, and what is open */
 bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);

@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "netcode/gunner.h"
+
 /* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
 #define HASHES_EVERY 4
 
@@ -128,7 +130,10 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
         ll_pending *p = ll_client_pending(c, ++c->seq);
         *p = (ll_pending){.seq = c->seq, .shown = early, .made = now, .action = a};
         peer->player[c->self].known = ++c->tick;
-        *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, a.buttons};
+        if (s->gunner)
+            ll_gunner_input(c, s, p, c->view_time, now);
+        p->action.buttons &= LL_BUTTONS; /* nobody takes a claim, and it would depend on what is drawn */
+        *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
     }
 }
 
@@ -269,5 +274,7 @@ int ll_peer_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *pac
     ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
     draw(c, now);
     ll_smooth_draw(c, s, now);
+    if (s->gunner)
+        ll_gunner_frame(c, s);
     return compose(c, packet);
 }

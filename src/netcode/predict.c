@@ -28,8 +28,9 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const 
                       &c->predicted);
 }
 
-void ll_predict_input(ll_client *c, const ll_client_setup *s, ll_pending *input)
+static void predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
 {
+    ll_pending *input = ll_client_pending(c, seq);
     step(c, s, ll_client_predicted(c), &input->action, ++c->predicted_tick);
     input->x = ll_client_predicted(c)->entity[c->self].x;
 }
@@ -62,15 +63,41 @@ static int64_t steps_before(const ll_client *c, const ll_client_setup *s)
     return c->acked > 0 || s->sync->drains || steps > LL_PENDING_RING ? 0 : steps;
 }
 
+/* The newest input whose time has come: the client's present lies `input_delay_ticks` before the tick of its
+ * newest, but not before the latest state. */
+static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
+{
+    uint32_t delay = s->sync->drains ? 0 : (uint32_t)s->config->input_delay_ticks;
+    uint32_t due = c->seq > delay ? c->seq - delay : 0;
+    return due > c->acked ? due : c->acked;
+}
+
+void ll_predict_due(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    for (uint32_t due = newest_due(c, s); c->played < due;) {
+        ll_pending *p = ll_client_pending(c, ++c->played);
+        predict_input(c, s, c->played);
+        p->shown = 1;
+        ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
+    }
+}
+
 void ll_predict_again(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
     begin(c, s);
     for (int64_t k = steps_before(c, s); k > 0; k--)
         step(c, s, ll_client_predicted(c), &none, ++c->predicted_tick);
-    for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
+    c->played = newest_due(c, s);
+    for (uint32_t seq = c->acked + 1; seq <= c->played; seq++)
         if (ll_client_is_open(c, seq))
-            ll_predict_input(c, s, ll_client_pending(c, seq));
+            predict_input(c, s, seq);
+}
+
+static void forget(ll_client *c, const ll_client_setup *s)
+{
+    begin(c, s);
+    c->played = newest_due(c, s);
 }
 
 static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -80,7 +107,7 @@ static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
     if (now < s->instruments->from)
         return;
     ledger->replays++;
-    ledger->replayed += c->seq - c->acked;
+    ledger->replayed += c->played - c->acked;
 }
 
 static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
@@ -192,13 +219,15 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, uint32_
     const ll_world *world = ll_client_predicted(c);
     ll_entity before[LL_ENTITIES_MAX];
     ll_entity_set set = c->predicted;
-    if (foretold || c->predicting != mark_of(s))
-        return; /* the prediction stands; or it is about to start, from the same state */
+    if (c->predicting != mark_of(s))
+        return; /* it is about to start, from the same state */
+    if (foretold && c->played >= c->acked)
+        return; /* the prediction stands */
     memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
     if (s->config->reconciliation)
         replay(c, s, now);
     else
-        begin(c, s); /* the paper's plain prediction: back to what the server says */
+        forget(c, s); /* the paper's plain prediction: back to what the server says */
     double moved = correct(c, &set, before);
     if (moved != 0)
         ll_note_correction(c, s, cause_of(c, s, acked, tick), moved, now);

@@ -3,6 +3,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -41,6 +42,36 @@ static void clean_link_needs_no_correction(void **state)
         }
         scene_close(&s);
     }
+}
+
+/* What is drawn of the own car is input_delay_ticks later: felt later, less ahead of the server, and less
+ * wrong when another car was touched. */
+static void input_delay_trades_latency_for_corrections(void **state)
+{
+    (void)state;
+    static const char *const delays[] = {"0", "4", "8"};
+    double lead[3], wrong[3];
+    for (int i = 0; i < 3; i++) {
+        char a[64], b[64];
+        snprintf(a, sizeof a, "players.0.input_delay_ticks=%s", delays[i]);
+        snprintf(b, sizeof b, "players.1.input_delay_ticks=%s", delays[i]);
+        const char *const clean[] = {a, ALL_ON("0"), "players.0.script=steady", "warmup_s=8", NULL};
+        const char *const contact[] = {a, b, NULL};
+        scene s = scene_open("race", clean), t = scene_open("contact", contact);
+        scene_run(&s, 20, NULL);
+        scene_run(&t, 60, NULL);
+        ll_summary latency = summary(&s, 0, LL_METRIC_INPUT_LATENCY);
+        assert_true(fabs(latency.mean - 1000 * atof(delays[i]) / 60) < 1e-3 &&
+                    latency.max - latency.mean < 1e-3);
+        assert_int_equal(ll_netgame_instruments(s.game, 0)->corrections, 0);
+        lead[i] = summary(&s, 0, LL_METRIC_OWN_ERROR).mean;
+        wrong[i] = summary(&t, 0, LL_METRIC_CORRECTION).mean;
+        scene_close(&s);
+        scene_close(&t);
+    }
+    assert_true(fabs(lead[0] - lead[1] - 16 * 4 / 60.0) < 1e-6); /* at 16 m/s */
+    assert_true(fabs(lead[0] - lead[2] - 16 * 8 / 60.0) < 1e-6);
+    assert_true(wrong[0] > 1.1 * wrong[1] && wrong[1] > 1.1 * wrong[2] && wrong[2] > 0);
 }
 
 static void contact_is_mispredicted_and_corrected(void **state)
@@ -410,6 +441,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(clean_link_needs_no_correction),
+        cmocka_unit_test(input_delay_trades_latency_for_corrections),
         cmocka_unit_test(contact_is_mispredicted_and_corrected),
         cmocka_unit_test(without_prediction_input_takes_a_round_trip),
         cmocka_unit_test(prediction_alone_is_thrown_back),
