@@ -68,6 +68,9 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->settle = 0;
     c->spare = LL_SLACK_UNKNOWN;
     c->spare_since = now;
+    c->spare_ns = LL_NEVER;
+    c->shift = 0;
+    c->scale = 1;
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
     c->grid_tick = LL_NEVER;
@@ -178,7 +181,9 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
     ll_interpolate_heard(c, r);
-    if (s->sync->leads)
+    if (s->sync->leads && s->config->time_dilation)
+        ll_dilate_follow(c, s, &m, now);
+    else if (s->sync->leads)
         follow_slack(c, s, &m, now);
     return LL_OUTCOME_APPLIED;
 }
@@ -264,8 +269,10 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     return a;
 }
 
-static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action)
+static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
+    ll_ledger *ledger = &s->instruments->ledger;
+    bool counts = now >= s->instruments->from;
     int n = s->config->cheat == LL_CHEAT_RATE ? 2 : 1;
     if (!s->sync->drains)
         n += (int)c->skipped;
@@ -273,11 +280,15 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
         return 0;
     if (c->debt > 0) {
         c->debt--;
+        ledger->doubled += counts;
         n++;
     } else if (c->debt < 0) {
         c->debt++;
+        ledger->left_out += counts;
         n--;
     }
+    if (counts)
+        ll_gauge_add(&ledger->scale, c->scale);
     int64_t room = LL_PENDING_MAX - (int64_t)(c->seq - c->acked);
     if (s->sync->waits) { /* what the server would refuse as too far ahead is not sent */
         int64_t ahead = LL_BUDGET_TICKS - 1 - (c->tick - c->confirmed);
@@ -383,7 +394,7 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
     ll_time seen;
     const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
     ll_action action = ll_client_control(c, s, picture, now);
-    int made = inputs_due(c, s, &action);
+    int made = inputs_due(c, s, &action, now);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
     ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
@@ -400,6 +411,7 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, uint64_t seed, ll_time now)
 {
     double late_ms = s->config->timer_jitter_ms;
+    ll_dilate(c);
     c->due = ll_clock_time(&c->clock, c->frame);
     c->skipped = 0;
     if (late_ms == 0)

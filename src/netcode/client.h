@@ -100,7 +100,10 @@ typedef struct ll_client {
     int32_t spare;       /* least slack since `spare_since` */
     int32_t reserved1;
     ll_time spare_since;
-    ll_action held; /* the player's controls */
+    ll_time spare_ns; /* the same where time is dilated; LL_NEVER: none */
+    ll_time shift;    /* by so much the frames are to come earlier than they would, a little each */
+    double scale;     /* of the last frame's length: its own one over that which it had */
+    ll_action held;   /* the player's controls */
     int64_t refused;
 
     /* states */
@@ -279,6 +282,11 @@ void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t s
 /* decode.c: the world of a state, in `size` bytes; `world` is of no use on an error */
 ll_status ll_client_decode(ll_client *client, const ll_state_message *message, const void *bytes, int size,
                            ll_world *world);
+
+/* dilate.c: following the slack by the length of frames */
+void ll_dilate_follow(ll_client *client, const ll_client_setup *setup, const ll_state_message *message,
+                      ll_time now);
+void ll_dilate(ll_client *client); /* moves the next frame */
 
 /* predict.c: what is in the prediction's scope */
 void ll_predict_due(ll_client *client, const ll_client_setup *setup,

@@ -321,6 +321,13 @@ static const ll_param player_rows[] = {
      .live = true,
      .help = "An input that is made now is for a tick so much later: it is felt later, and known earlier to "
              "the others."},
+    {.name = "time_dilation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_player_config, time_dilation),
+     .live = true,
+     .help = "Under free the client keeps its slack by running its frames up to a tenth faster or slower, "
+             "instead of "
+             "making inputs twice or leaving them out."},
     {.name = "redundancy",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, redundancy),

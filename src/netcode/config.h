@@ -59,8 +59,8 @@ typedef struct ll_player_config {
     int32_t control, script, cheat, hardware;
     int32_t prediction_scope; /* index into ll_scopes */
     int32_t ack;              /* index into ll_acks */
-    bool prediction, reconciliation, interpolation;
-    uint8_t reserved[5];
+    bool prediction, reconciliation, interpolation, time_dilation;
+    uint8_t reserved[4];
 } ll_player_config;
 
 extern const ll_param_table ll_server_table;

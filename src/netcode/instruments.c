@@ -51,14 +51,6 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-static void gauge(ll_gauge *g, double value)
-{
-    g->min = g->count == 0 || value < g->min ? value : g->min;
-    g->max = g->count == 0 || value > g->max ? value : g->max;
-    g->sum += value;
-    g->count++;
-}
-
 static void measure_own(ll_instruments *in, const ll_entity *own, const ll_entity *real, int self,
                         ll_time elapsed, bool counts)
 {
@@ -77,9 +69,9 @@ static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
     if (c->view_state == LL_VIEW_NEWEST)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
-    gauge(&in->depth, (double)c->depth);
-    gauge(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
-    gauge(&in->time_scale, c->time_scale);
+    ll_gauge_add(&in->depth, (double)c->depth);
+    ll_gauge_add(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
+    ll_gauge_add(&in->time_scale, c->time_scale);
 }
 
 /* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a

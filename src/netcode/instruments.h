@@ -11,6 +11,7 @@
 #include "base/histogram.h"
 #include "base/vtime.h"
 #include "game/history.h"
+#include "netcode/gauge.h"
 #include "netcode/inconsistency.h"
 #include "netcode/ledger.h"
 #include "netcode/smoothness.h"
@@ -41,12 +42,6 @@ extern const ll_metric_row ll_metric_rows[LL_METRICS];
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
-
-/* Mean and extremes of a value, where percentiles are not worth a histogram. */
-typedef struct ll_gauge {
-    double sum, min, max;
-    int64_t count;
-} ll_gauge;
 
 /* An entity as predicted for a time that the server has not reached: the truth of then is compared with it
  * when it is there. One at a time, since a lead is short. */

@@ -7,6 +7,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "netcode/gauge.h"
+
 #define LL_LEDGER_RING 256 /* inputs, by sequence number; more than a client keeps open */
 
 /* What is known of one input. */
@@ -41,8 +43,12 @@ typedef struct ll_ledger {
         double sum, max; /* m */
     } corrections[LL_CAUSES];
     int64_t replays, replayed; /* M14: reconciliations that applied inputs again, and how many */
-    int64_t applied, skipped,
-        wrong; /* as the client takes them; wrong: as applied, and the state is without */
+    int64_t applied, skipped;  /* as the client takes them */
+    int64_t wrong;             /* taken as applied, and the state is without */
+    ll_gauge slack;            /* M9: ticks that inputs came before they were needed */
+    ll_gauge scale;            /* M9: of the client's frames; 1 where they have their own length */
+    int64_t late, doubled, left_out;
+    int64_t starved_before; /* of the seat's count, those that do not count */
 } ll_ledger;
 
 #pragma GCC diagnostic pop

@@ -73,6 +73,11 @@ static int64_t done(const ll_server *server, const ll_sync *sync, const ll_seat 
     return sync->drains ? (int64_t)seat->acked : server->step;
 }
 
+static int16_t slack_of(int64_t ahead)
+{
+    return (int16_t)(ahead > INT16_MAX ? INT16_MAX : ahead <= INT16_MIN ? INT16_MIN : ahead - 1);
+}
+
 static void measure_slack(ll_seat *seat, int64_t ahead, uint32_t seq)
 {
     seat->last_slack = (int32_t)(ahead - 1);
@@ -132,7 +137,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         }
         int64_t ahead = tick - done(server, sync, seat);
         ll_verdict *verdict = &verdicts[count++];
-        *verdict = (ll_verdict){.seq = message->head.seq + (uint32_t)i};
+        *verdict = (ll_verdict){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
         ll_action input = judged(server, sync, &message->inputs[i]);
         ll_rule rule = ll_validate(&input, ahead, &seat->allowance, server->client_freq, now);
         if (rule != LL_RULE_NONE) {

@@ -118,6 +118,7 @@ typedef struct ll_verdict {
     uint32_t seq;
     uint8_t outcome; /* ll_event outcome: 0 applied 1 refused 3 late */
     uint8_t rule;
+    int16_t slack; /* how many steps early it came; negative: late */
 } ll_verdict;
 
 /* Takes the inputs of an ll_input_message. Gives a verdict for each that was not a repetition and returns how

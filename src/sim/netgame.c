@@ -242,14 +242,20 @@ static void update(ll_netgame *g, const ll_recorder *r)
     }
 }
 
-static void judged(ll_ledger *ledger, const ll_verdict *verdict, int64_t step)
+static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netgame *g)
 {
     static const uint8_t fates[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
                                     [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
                                     [LL_OUTCOME_STALE] = 0,
                                     [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
+    ll_ledger *ledger = &in->ledger;
     *ll_ledger_fate(ledger, verdict->seq) |= fates[verdict->outcome];
-    ledger->step[verdict->seq & (LL_LEDGER_RING - 1)] = (uint16_t)(step + 1);
+    ledger->step[verdict->seq & (LL_LEDGER_RING - 1)] = (uint16_t)(ll_netgame_server(g)->step + 1);
+    if (g->now < in->from)
+        return;
+    ledger->late += verdict->outcome == LL_OUTCOME_LATE;
+    if (ll_netgame_sync(g)->leads)
+        ll_gauge_add(&ledger->slack, verdict->slack);
 }
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
@@ -258,7 +264,7 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
     const ll_sync *sync = ll_netgame_sync(g);
     int n = sync->take(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
     for (int i = 0; i < n; i++) {
-        judged(&ll_netgame_instruments(g, player)->ledger, &verdicts[i], ll_netgame_server(g)->step);
+        judged(ll_netgame_instruments(g, player), &verdicts[i], g);
         record(r, (ll_event){.type = LL_EVENT_VERDICT,
                              .player = (uint8_t)player,
                              .outcome = verdicts[i].outcome,
@@ -358,6 +364,8 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
     sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
     if (!finite_world(ll_server_world(server), &entity))
         return not_finite(g, entity);
+    for (int i = 0; i < server->players && g->now < ll_netgame_instruments(g, i)->from; i++)
+        ll_netgame_instruments(g, i)->ledger.starved_before = server->seats[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
     if (ll_netgame_shots(g))
         ll_shots_step(ll_netgame_shots(g), server->step, ll_netgame_history(g));

@@ -114,6 +114,9 @@ void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
+/* A gauge as mean, min and max. */
+void ll_netgame_gauge(struct cJSON *object, const char *name, const ll_gauge *gauge);
+
 /* netgame_views.c: M7 to M9 of a player's view, added to its metrics; its buffers, streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
 void ll_netgame_view_sections(const ll_netgame *game,

@@ -13,6 +13,17 @@ static double per_second(int64_t count, double seconds)
     return seconds > 0 ? (double)count / seconds : 0;
 }
 
+/* M9 of the inputs, beside what the report counts from the start. */
+static void inputs(cJSON *o, const ll_ledger *ledger, const ll_seat *seat, double seconds)
+{
+    number(o, "late_per_s", per_second(ledger->late, seconds));
+    number(o, "starved_per_s", per_second(seat->starved - ledger->starved_before, seconds));
+    number(o, "doubled", (double)ledger->doubled);
+    number(o, "left_out", (double)ledger->left_out);
+    ll_netgame_gauge(o, "slack", &ledger->slack);
+    ll_netgame_gauge(o, "scale", &ledger->scale);
+}
+
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
 {
     const ll_instruments *in = ll_netgame_instruments(g, player);
@@ -30,6 +41,7 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     cJSON *replay = cJSON_AddObjectToObject(o, "replay");
     number(replay, "replays_per_s", per_second(ledger->replays, seconds));
     number(replay, "inputs_per_s", per_second(ledger->replayed, seconds));
+    inputs(cJSON_GetObjectItem(o, "inputs"), ledger, &ll_netgame_server(g)->seats[player], seconds);
     cJSON *acks = cJSON_AddObjectToObject(o, "acks");
     number(acks, "applied_per_s", per_second(ledger->applied, seconds));
     number(acks, "skipped_per_s", per_second(ledger->skipped, seconds));

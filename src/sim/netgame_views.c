@@ -41,7 +41,7 @@ static void smoothness(cJSON *player, const ll_instruments *in)
     number(o, "step_max_over_mean", ratio(sum.step_max, ratio(sum.truth_step_sum, moving)));
 }
 
-static void gauge(cJSON *object, const char *name, const ll_gauge *g)
+void ll_netgame_gauge(cJSON *object, const char *name, const ll_gauge *g)
 {
     cJSON *o = cJSON_AddObjectToObject(object, name);
     number(o, "mean", ratio(g->sum, (double)g->count));
@@ -57,9 +57,9 @@ static void buffer(cJSON *player, const ll_instruments *in, const ll_client *cli
     number(o, "held_ratio", ratio((double)in->held_frames, (double)in->frames));
     number(o, "extrapolated_ratio", ratio((double)in->extrapolated_frames, (double)in->frames));
     number(o, "stale_states", (double)client->stale);
-    gauge(o, "depth_states", &in->depth);
-    gauge(o, "delay_ms", &in->delay_ms);
-    gauge(o, "time_scale", &in->time_scale);
+    ll_netgame_gauge(o, "depth_states", &in->depth);
+    ll_netgame_gauge(o, "delay_ms", &in->delay_ms);
+    ll_netgame_gauge(o, "time_scale", &in->time_scale);
 }
 
 /* The mean of all entities. */
