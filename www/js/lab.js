@@ -6,7 +6,7 @@ import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
 import { reread, seen, showAddress } from './params.js';
-import { connection, failure, frame, layout, locked, overlays, params, scenarios, session, tell } from './state.js';
+import { connection, failure, frame, layout, lens, locked, overlays, params, scenarios, session, tell } from './state.js';
 
 /** @typedef {import('./state.js').Layout} Layout */
 
@@ -36,6 +36,12 @@ function layoutOf(hello) {
   };
 }
 
+/** What is worth a closer look from the start. @param {string} game @param {string} sync @returns {string} */
+function lensOf(game, sync) {
+  if (game === 'shooter') return 'shots';
+  return sync === 'deterministic' || sync === 'rollback' ? 'waits' : 'messages';
+}
+
 /** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own */
 export function show(id, key, own) {
   stream?.close();
@@ -56,6 +62,7 @@ export function show(id, key, own) {
       batch(() => {
         layout.value = next;
         if (hello.params) params.value = hello.params;
+        if (frame.value === null) lens.value = lensOf(next.game, hello.params?.server?.sync);
         if (counts.hellos === 1 || frame.value === null) {
           overlays.value = { ...overlays.value, dots: next.game === 'cannon' };
         }

@@ -9,7 +9,8 @@ import { counts, drawn, memory, takeNewest } from './lab.js';
 import { stepModule } from './page.js';
 import { reread } from './params.js';
 import { showSide } from './side.js';
-import { frame, lanes, layout, overlays, unit } from './state.js';
+import { LENSES } from './lenses/lenses.js';
+import { frame, lanes, layout, lens, overlays, params, unit } from './state.js';
 import { palette } from './theme.js';
 import { drawCannon } from './views/cannon.js';
 import { drawGauge } from './views/gauge.js';
@@ -96,12 +97,29 @@ function laneOf(surface, now) {
   };
 }
 
+/** A closer look in place of the messages. @param {Surface} surface @param {Frame} now @param {HTMLCanvasElement} canvas @param {boolean} name
+ * @returns {boolean} whether there was one */
+function drawLens(surface, now, canvas, name) {
+  const chosen = LENSES.find((one) => one.id === lens.value);
+  if (!chosen || !layout.value || !chosen.fits(now, params.value)) return false;
+  const at = {
+    pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory, layout: layout.value,
+    player: Math.min(lanes.value[0], layout.value.players.length - 1),
+  };
+  chosen.draw(at);
+  const facts = document.getElementById('lane-facts');
+  if (facts && facts.textContent !== chosen.label) facts.textContent = chosen.label;
+  if (name) canvas.setAttribute('aria-label', `${chosen.label}: ${chosen.words(at)}`);
+  return true;
+}
+
 /** @param {Frame} now @param {boolean} name */
 function drawMessages(now, name) {
   const canvas = document.getElementById('lane');
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaceOf(canvas);
   if (!surface.begin() || now.views.length < 2) return;
+  if (drawLens(surface, now, canvas, name)) return;
   const { inputs, states, text } = drawLanes(laneOf(surface, now));
   const facts = document.getElementById('lane-facts');
   const said = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, states 1 of ${states}`;

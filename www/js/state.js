@@ -50,6 +50,9 @@ export const unit = signal('px');
 /** Players above and below the server's line among the messages. @type {import('@preact/signals-core').Signal<[number, number]>} */
 export const lanes = signal([0, 1]);
 
+/** What the lane below the views shows: `messages`, or a lens. */
+export const lens = signal('messages');
+
 /** What is drawn over the views. */
 export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true });
 

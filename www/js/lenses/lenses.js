@@ -1,0 +1,27 @@
+// What the lane below the views can show: messages, or a closer look at one technique.
+import { computed } from '../../vendor/signals-core.js';
+import { frame, params } from '../state.js';
+import { buffers } from './buffers.js';
+import { waits } from './waits.js';
+
+/** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number, colours: import('../theme.js').Palette,
+ *   frame: import('../frame.js').Frame, memory: import('../memory.js').Memory, layout: import('../state.js').Layout, player: number}} LensPicture */
+
+/**
+ * @typedef {object} Lens
+ * @property {string} id
+ * @property {string} label
+ * @property {boolean} players  looks at one player, who can be chosen
+ * @property {(frame: import('../frame.js').Frame, params: any) => boolean} fits  whether there is something to see
+ * @property {(at: LensPicture) => void} draw
+ * @property {(at: LensPicture) => string} words  the same in words
+ */
+
+/** @type {Lens[]} */
+export const LENSES = [buffers, waits];
+
+/** Ids of those that have something to show, joined: it changes seldom, though it is looked at with every frame. */
+export const offered = computed(() => {
+  const now = frame.value;
+  return now === null ? '' : LENSES.filter((one) => one.fits(now, params.value)).map((one) => one.id).join(' ');
+});
