@@ -6,16 +6,15 @@
 #include "netcode/peer.h"
 #include "netcode/referee.h"
 
-/* Whose input for `tick` has not come goes on as it did last; presses are not repeated. */
+/* Whose input for `tick` has not come goes on as it did last, what it presses too (GGPO). */
 static void guess(ll_peer *peer, int players, int64_t tick)
 {
     for (int p = 0; p < players; p++) {
         int64_t known = peer->player[p].known;
         if (known >= tick)
             continue;
-        ll_controls *input = ll_peer_input(peer, p, tick);
-        *input = known > peer->start ? *ll_peer_input(peer, p, known) : (ll_controls){0};
-        input->buttons = 0;
+        *ll_peer_input(peer, p, tick) =
+            known > peer->start ? *ll_peer_input(peer, p, known) : (ll_controls){0};
     }
 }
 
