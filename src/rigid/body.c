@@ -90,7 +90,7 @@ void ll_refresh_boxes(ll_rigid *w, int32_t body)
             box = ll_aabb_union(box, (ll_aabb){ll_add(box.lower, ahead), ll_add(box.upper, ahead)});
             box = ll_aabb_grown(box, fmin(fabs(m->w) * w->dt, 2) * b->extent);
         }
-        ll_boxs(w)[s] = ll_aabb_grown(box, b->slack + 0.5 * LL_CONTACT_MARGIN);
+        ll_boxs(w)[s] = ll_aabb_grown(box, b->slack + b->margin);
         ll_broad_of(w)->move(ll_broad_state(w), ll_boxs(w), s);
         ll_mark_moved(w, s);
     }
@@ -216,6 +216,7 @@ static void sum_mass(ll_rigid *w, int32_t body)
     ll_motion *motion = &ll_motions(w)[body];
     motion->v = ll_add(motion->v, ll_cross_sv(motion->w, moved));
     b->origin = ll_sub(b->origin, centre);
+    b->margin = fmin(LL_MARGIN_SHARE, b->core > 0 ? 0.25 * b->core : LL_MARGIN_SHARE);
     set_inverses(b);
 }
 

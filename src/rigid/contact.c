@@ -15,12 +15,11 @@ static inline uint32_t slot_of(const ll_rigid *w, int32_t a, int32_t b)
 
 bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b)
 {
-    const int32_t *table = ll_tables(w);
+    const ll_known *table = ll_tables(w);
     for (uint32_t i = slot_of(w, a, b);; i = (i + 1) & (uint32_t)w->table_mask) {
-        if (table[i] == LL_NONE)
+        if (table[i].a == LL_NONE)
             return false;
-        const ll_contact *c = &ll_contacts(w)[table[i]];
-        if (c->shape[0] == a && c->shape[1] == b)
+        if (table[i].a == a && table[i].b == b)
             return true;
     }
 }
@@ -29,30 +28,29 @@ static void table_put(ll_rigid *w, int32_t contact)
 {
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t i = slot_of(w, c->shape[0], c->shape[1]);
-    while (ll_tables(w)[i] != LL_NONE)
+    while (ll_tables(w)[i].a != LL_NONE)
         i = (i + 1) & (uint32_t)w->table_mask;
-    ll_tables(w)[i] = contact;
+    ll_tables(w)[i] = (ll_known){c->shape[0], c->shape[1], contact, 0};
 }
 
 /* Entries behind the hole move up when their own place is not between it and them (Knuth 6.4, algorithm R).
  */
 static void table_take(ll_rigid *w, int32_t contact)
 {
-    int32_t *table = ll_tables(w);
+    ll_known *table = ll_tables(w);
     uint32_t mask = (uint32_t)w->table_mask;
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t hole = slot_of(w, c->shape[0], c->shape[1]);
-    while (table[hole] != contact)
+    while (table[hole].contact != contact)
         hole = (hole + 1) & mask;
-    for (uint32_t i = (hole + 1) & mask; table[i] != LL_NONE; i = (i + 1) & mask) {
-        const ll_contact *other = &ll_contacts(w)[table[i]];
-        uint32_t home = slot_of(w, other->shape[0], other->shape[1]);
+    for (uint32_t i = (hole + 1) & mask; table[i].a != LL_NONE; i = (i + 1) & mask) {
+        uint32_t home = slot_of(w, table[i].a, table[i].b);
         if (((i - home) & mask) >= ((i - hole) & mask)) {
             table[hole] = table[i];
             hole = i;
         }
     }
-    table[hole] = LL_NONE;
+    table[hole] = (ll_known){LL_NONE, LL_NONE, LL_NONE, LL_NONE};
 }
 
 /* ---- lists ---- */
@@ -246,10 +244,11 @@ static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose rel)
 
 static double margin_of(const ll_rigid *w, const ll_contact *c)
 {
+    double margin = ll_bodys(w)[c->body[0]].margin + ll_bodys(w)[c->body[1]].margin;
     if (w->params.continuous != LL_CONTINUOUS_SPECULATIVE)
-        return LL_CONTACT_MARGIN;
-    double reach = LL_CONTACT_MARGIN +
-                   w->dt * ll_length(ll_sub(ll_motions(w)[c->body[1]].v, ll_motions(w)[c->body[0]].v));
+        return margin;
+    double reach =
+        margin + w->dt * ll_length(ll_sub(ll_motions(w)[c->body[1]].v, ll_motions(w)[c->body[0]].v));
     for (int side = 0; side < 2; side++)
         reach += fmin(w->dt * fabs(ll_motions(w)[c->body[side]].w), 2) * ll_bodys(w)[c->body[side]].extent;
     return reach;
@@ -277,6 +276,7 @@ static void compute(ll_rigid *w, ll_contact *c, ll_pose rel)
             if (old[k].id == p->id) {
                 p->normal_impulse = old[k].normal_impulse;
                 p->tangent_impulse = old[k].tangent_impulse;
+                p->penalty = old[k].penalty;
             }
     }
 }

@@ -1,10 +1,11 @@
 /* Swept detection: a body that would pass through another in this step is put where it first touched.
  *
  * The solver has moved every body; nothing is written to the poses yet. A body that moved more than half of
- * its core is swept against whatever its path's box overlaps, also what moves itself. At the earliest touch
- * it stays at the same place of the other body, which goes on to its own end: so nothing passes and nothing
- * is left overlapping, however fast either is. What remains of its motion in this step is lost; its velocity
- * is not, and the next step's contact deals with it. There is no limit to the speed. */
+ * its core is swept against whatever its path's box overlaps, also what moves itself, but is not lighter: of
+ * two bodies the lighter one yields. At the earliest touch it stays at the same place of the other body,
+ * which goes on to its own end: so nothing passes and nothing is left overlapping, however fast either is.
+ * What remains of its motion in this step is lost; its velocity is not, and the next step's contact deals
+ * with it. There is no limit to the speed. */
 #include "rigid/internal.h"
 
 #include "base/detmath.h"
@@ -36,14 +37,21 @@ static bool collide_at_all(const ll_shape *a, const ll_shape *b)
            (a->group == 0 || a->group != b->group);
 }
 
-/* A body whose surface is in touch already can still go through: then its core is swept. */
-static ll_geometry core_of(const ll_shape *shape)
+/* A body whose surface is in touch already can still go through, or turn through: then it is swept as if it
+ * were smaller, by as little as sets it apart. */
+static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll_pose other_pose,
+                      double target)
 {
-    return (ll_geometry){.kind = LL_SHAPE_CIRCLE,
-                         .count = 1,
-                         .radius = 0.5 * shape->core,
-                         .centre = shape->centre,
-                         .vertex[0] = shape->centre};
+    static const double sizes[] = {1, 0.8, 0.5, 0.2};
+    const ll_geometry whole = *g;
+    for (int i = 0; i < 4; i++) {
+        for (int k = 0; k < g->count; k++)
+            g->vertex[k] = ll_lerp(whole.centre, whole.vertex[k], sizes[i]);
+        g->radius = sizes[i] * whole.radius;
+        if (ll_distance(g, pose, other, other_pose).distance > 1.1 * target)
+            return true;
+    }
+    return false;
 }
 
 static void consider(void *context, int32_t other_shape)
@@ -51,23 +59,20 @@ static void consider(void *context, int32_t other_shape)
     search *s = context;
     const ll_rigid *w = s->world;
     const ll_shape *shape = &ll_shapes(w)[s->shape], *other = &ll_shapes(w)[other_shape];
-    if (other->body == s->body || !collide_at_all(shape, other) || ll_joined(w, s->body, other->body))
+    if (other->body == s->body || !collide_at_all(shape, other) || ll_joined(w, s->body, other->body) ||
+        ll_bodys(w)[other->body].inv_mass > ll_bodys(w)[s->body].inv_mass)
         return;
-    ll_geometry room_a, room_b;
-    const ll_geometry *a = ll_geometry_of(w, shape, &room_a), *b = ll_geometry_of(w, other, &room_b);
+    ll_geometry room_a, room_b, a = *ll_geometry_of(w, shape, &room_a);
+    const ll_geometry *b = ll_geometry_of(w, other, &room_b);
     ll_sweep sweep_a = sweep_of(w, s->body), sweep_b = sweep_of(w, other->body);
-    double apart = ll_distance(a, sweep_a.start, b, sweep_b.start).distance;
     double target = fmin(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
-    ll_geometry core;
-    if (apart <= 1.1 * target) {
-        core = core_of(shape);
-        a = &core;
-    }
+    if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
+        return;
     if (b->kind == LL_SHAPE_LINK &&
         ll_dot(b->normal[0],
-               ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a->centre)), b->vertex[0])) < 0)
+               ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a.centre)), b->vertex[0])) < 0)
         return;
-    ll_touch touch = ll_first_touch(b, &sweep_b, a, &sweep_a, target);
+    ll_touch touch = ll_first_touch(b, &sweep_b, &a, &sweep_a, target);
     if (touch.hit && touch.t < s->t) {
         s->t = touch.t;
         s->other = other->body;

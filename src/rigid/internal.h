@@ -11,8 +11,9 @@
 
 #define LL_NONE (-1)
 
-/* Shapes this near make a contact: stacks stay quiet when points do not come and go. */
-#define LL_CONTACT_MARGIN (4 * LL_LINEAR_SLOP)
+/* Shapes nearer than the sum of both bodies' shares make a contact: stacks stay quiet when points do not come
+ * and go. Of small bodies the share is a quarter of their core. */
+#define LL_MARGIN_SHARE (2 * LL_LINEAR_SLOP)
 
 /* Seconds of rest before sleep. */
 #define LL_SLEEP_TIME 0.5
@@ -37,6 +38,7 @@ typedef struct ll_body {
     double slack;     /* and how far it may go */
     double extent;    /* the farthest point from the centre of mass */
     double core;      /* of its smallest shape */
+    double margin;    /* its share of the distance at which contacts are made */
     uint64_t colours; /* taken by contacts of this body */
     uint32_t generation;
     int32_t type;                  /* ll_body_type; LL_NONE when free */
@@ -70,7 +72,8 @@ typedef struct ll_contact_point {
     ll_vec2 a, b;  /* the point in both frames (of the centres of mass) */
     double adjust; /* separation minus the distance of the anchors along the normal */
     double normal_impulse, tangent_impulse;
-    uint32_t id, pad;
+    uint32_t id;
+    float penalty; /* avbd: N/m */
 } ll_contact_point;
 
 typedef struct ll_contact {
@@ -95,6 +98,10 @@ typedef struct ll_joint {
     double impulse[6];           /* of the rows; a row keeps its number */
     double penalty[6], force[6]; /* avbd */
 } ll_joint;
+
+typedef struct ll_known { /* a pair that has a contact; LL_NONE: an empty place */
+    int32_t a, b, contact, pad;
+} ll_known;
 
 /* What drives a body in this step, and the impulses that its contacts hold it with. */
 typedef struct ll_drive {
@@ -143,7 +150,7 @@ LL_ARRAY(int32_t, moved_list)
 LL_ARRAY(ll_geometry, hull)
 LL_ARRAY(ll_geometry, bound)
 LL_ARRAY(ll_contact, contact)
-LL_ARRAY(int32_t, table)
+LL_ARRAY(ll_known, table)
 LL_ARRAY(ll_joint, joint)
 LL_ARRAY(int32_t, awake)
 LL_ARRAY(int32_t, awake_contact)

@@ -126,10 +126,12 @@ static ll_manifold clip(const ll_geometry *reference, int edge, const ll_geometr
     double length = ll_dot(ll_sub(w, v), along);
     double tp = ll_dot(ll_sub(p, v), along), tq = ll_dot(ll_sub(q, v), along);
     ll_manifold m = {.normal = flip ? ll_neg(normal) : normal};
-    if (tq < 0 || tp > length || !(tq > tp))
+    if (tq < 0 || tp > length)
         return m;
-    ll_vec2 ends[2] = {tp < 0 ? ll_lerp(p, q, -tp / (tq - tp)) : p,
-                       tq > length ? ll_lerp(p, q, (length - tp) / (tq - tp)) : q};
+    /* A capsule may stand upright on the edge: then there is nothing to clip. */
+    bool slanted = tq > tp;
+    ll_vec2 ends[2] = {slanted && tp < 0 ? ll_lerp(p, q, -tp / (tq - tp)) : p,
+                       slanted && tq > length ? ll_lerp(p, q, (length - tp) / (tq - tp)) : q};
     uint32_t ids[2] = {(uint32_t)(edge << 8 | i1), (uint32_t)(edge << 8 | i0)};
     for (int k = 0; k < 2; k++) {
         double s = ll_dot(ll_sub(ends[k], v), normal);

@@ -1,4 +1,4 @@
-#include "rigid/internal.h"
+#include "rigid/joint.h"
 #include "rigid/scene.h"
 
 void ll_rigid_refer(const ll_rigid *w, ll_body_reference *references, int32_t count)
@@ -26,6 +26,17 @@ static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *
     m->tilt_max = fmax(m->tilt_max, fabs(b->angle - first->angle));
 }
 
+static double joint_error(const ll_rigid *w, const ll_joint *j)
+{
+    ll_row rows[LL_ROWS] = {{0}};
+    double most = 0, angle = ll_bodys(w)[j->body[1]].angle - ll_bodys(w)[j->body[0]].angle;
+    ll_joint_row_types[j->def.type]->rows(j, ll_poses(w)[j->body[0]], ll_poses(w)[j->body[1]], angle, rows);
+    for (int i = 0; i < LL_ROWS; i++)
+        if (rows[i].hertz == 0 && rows[i].most == INFINITY)
+            most = fmax(most, rows[i].kind == LL_ROW_EQUAL ? fabs(rows[i].c) : fmax(0, -rows[i].c));
+    return most;
+}
+
 ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *references, int32_t count,
                                   double beyond_x)
 {
@@ -36,6 +47,9 @@ ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *re
         measure_body(w, i, i < count ? &references[i] : NULL, &m);
         m.passed += ll_poses(w)[i].p.x > beyond_x;
     }
+    for (int32_t i = 0; i < w->joint_end; i++)
+        if (ll_joints(w)[i].body[0] != LL_NONE)
+            m.joint_error = fmax(m.joint_error, joint_error(w, &ll_joints(w)[i]));
     double sum = 0;
     for (int32_t i = 0; i < w->contact_end; i++) {
         ll_contact_view c;

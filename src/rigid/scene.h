@@ -50,6 +50,7 @@ typedef struct ll_rigid_metrics {
     ll_vec2 momentum;                        /* kg m/s */
     double spin_momentum;                    /* about the origin */
     double speed_max;                        /* m/s */
+    double joint_error;                      /* m or rad: the largest error of a joint that is not a spring */
     int32_t contacts, points, passed;        /* passed: dynamic bodies beyond the plane that was asked for */
     int32_t bodies;
 } ll_rigid_metrics;

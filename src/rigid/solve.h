@@ -68,6 +68,9 @@ double ll_line_separation(const ll_rigid *w, const ll_touch_row *row,
                           const ll_line *line); /* where they are now */
 void ll_apply_restitution(ll_rigid *w, ll_touch_rows rows);
 
+/* Velocities by projected Gauss-Seidel, of pgs and pgs_ngs: all of the step but the positions. */
+ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte);
+
 static inline void ll_push(ll_motion *a, ll_motion *b, const ll_touch_row *r, const ll_line *line,
                            ll_vec2 impulse)
 {

@@ -266,12 +266,68 @@ static void rows_of(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
                                           ll_angle_now(w, j), rows);
 }
 
+/* A hinge without limits and motor is what most joints are: two rows, written out. */
+static bool is_plain(const ll_joint *j)
+{
+    return j->def.type == LL_JOINT_REVOLUTE && !j->def.limited && !j->def.motored;
+}
+
+typedef struct hinge {
+    ll_vec2 ra, rb;
+} hinge;
+
+static hinge hinge_of(const ll_rigid *w, const ll_joint *j)
+{
+    const ll_pose *poses = ll_poses(w);
+    const ll_motion *m = ll_motions(w);
+    return (hinge){ll_rotate(m[j->body[0]].q, ll_rotate(poses[j->body[0]].q, j->def.anchor_a)),
+                   ll_rotate(m[j->body[1]].q, ll_rotate(poses[j->body[1]].q, j->def.anchor_b))};
+}
+
+static void push_hinge(const pair *p, const hinge *h, ll_vec2 impulse)
+{
+    p->a->v = ll_madd(p->a->v, -p->ma, impulse);
+    p->a->w -= p->ia * ll_cross(h->ra, impulse);
+    p->b->v = ll_madd(p->b->v, p->mb, impulse);
+    p->b->w += p->ib * ll_cross(h->rb, impulse);
+}
+
+static void solve_hinge(const ll_rigid *w, ll_joint *j, const pair *p, ll_softness soft)
+{
+    hinge h = hinge_of(w, j);
+    const ll_pose *poses = ll_poses(w);
+    double mass = p->ma + p->mb;
+    double k11 = mass + p->ia * h.ra.y * h.ra.y + p->ib * h.rb.y * h.rb.y;
+    double k22 = mass + p->ia * h.ra.x * h.ra.x + p->ib * h.rb.x * h.rb.x;
+    double k12 = -p->ia * h.ra.x * h.ra.y - p->ib * h.rb.x * h.rb.y, det = k11 * k22 - k12 * k12;
+    if (det <= 0)
+        return;
+    ll_vec2 e =
+        ll_sub(ll_add(p->b->v, ll_cross_sv(p->b->w, h.rb)), ll_add(p->a->v, ll_cross_sv(p->a->w, h.ra)));
+    if (soft.bias_rate > 0) {
+        ll_vec2 gap = ll_add(ll_sub(poses[j->body[1]].p, poses[j->body[0]].p), ll_sub(p->b->d, p->a->d));
+        e = ll_madd(e, soft.bias_rate, ll_add(gap, ll_sub(h.rb, h.ra)));
+    }
+    double scale = soft.mass_scale / det;
+    ll_vec2 impulse = {-scale * (k22 * e.x - k12 * e.y) - soft.impulse_scale * j->impulse[0],
+                       -scale * (k11 * e.y - k12 * e.x) - soft.impulse_scale * j->impulse[1]};
+    j->impulse[0] += impulse.x;
+    j->impulse[1] += impulse.y;
+    push_hinge(p, &h, impulse);
+}
+
 void ll_warm_start_joints(ll_rigid *w)
 {
     for (int32_t i = 0; i < w->joint_end; i++) {
         const ll_joint *j = &ll_joints(w)[i];
         if (!joint_awake(w, j))
             continue;
+        if (is_plain(j)) {
+            pair p = pair_of(w, j);
+            hinge h = hinge_of(w, j);
+            push_hinge(&p, &h, ll_vec(j->impulse[0], j->impulse[1]));
+            continue;
+        }
         ll_row rows[LL_ROWS];
         rows_of(w, j, rows);
         pair p = pair_of(w, j);
@@ -337,9 +393,13 @@ void ll_solve_joints(ll_rigid *w, double h, ll_softness stiff, bool bias)
         ll_joint *j = &ll_joints(w)[i];
         if (!joint_awake(w, j))
             continue;
+        pair p = pair_of(w, j);
+        if (is_plain(j)) {
+            solve_hinge(w, j, &p, bias ? stiff : (ll_softness){0, 1, 0});
+            continue;
+        }
         ll_row rows[LL_ROWS];
         rows_of(w, j, rows);
-        pair p = pair_of(w, j);
         bool block = ll_joint_row_types[j->def.type]->block;
         for (int k = LL_ROWS; k-- > (block ? 2 : 0);)
             if (rows[k].kind != LL_ROW_NONE)

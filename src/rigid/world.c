@@ -64,7 +64,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.joint = place(&end, (size_t)l->joints, sizeof(ll_joint));
     at.moved = place(&end, shapes, 1);
     at.moved_list = place(&end, shapes, sizeof(int32_t));
-    at.table = place(&end, (size_t)table_size(l->contacts), sizeof(int32_t));
+    at.table = place(&end, (size_t)table_size(l->contacts), sizeof(ll_known));
     at.awake = place(&end, bodies, sizeof(int32_t));
     at.awake_contact = place(&end, contacts, sizeof(int32_t));
     at.broad = place(&end, ll_broad_phases[l->broad]->size(l->shapes), 1);
@@ -102,7 +102,7 @@ ll_rigid *ll_rigid_init(void *block, const ll_rigid_limits *limits, const ll_rig
     w->at = at;
     w->free_body = w->free_shape = w->free_hull = w->free_contact = w->free_joint = LL_NONE;
     w->table_mask = table_size(limits->contacts) - 1;
-    memset(ll_tables(w), 0xff, (size_t)(w->table_mask + 1) * sizeof(int32_t));
+    memset(ll_tables(w), 0xff, (size_t)(w->table_mask + 1) * sizeof(ll_known));
     ll_broad_of(w)->init(ll_broad_state(w), limits->shapes);
     ll_poses(w)[limits->bodies] = (ll_pose){{0, 0}, {1, 0}};
     ll_motions(w)[limits->bodies] = (ll_motion){.q = {1, 0}};

@@ -88,6 +88,21 @@ static void a_corner_on_a_box_is_one_point(void **state)
     near(m.at[0].point.x, 0.4, 1e-9);
 }
 
+static void a_capsule_stands_on_its_end(void **state)
+{
+    (void)state;
+    ll_geometry a = box(4, 1), b = capsule(0.5, 0.1);
+    for (int k = -1; k <= 1; k += 2) {
+        ll_manifold m = ll_collide(&a, &b, (ll_pose){{0.3, 1.09}, {0, k}}, margin);
+        assert_int_equal(m.count, 1);
+        near(m.at[0].separation, -0.01, 1e-12);
+        near(m.normal.y, 1, 0);
+        near(m.at[0].point.x, 0.3, 1e-12);
+        m = ll_collide(&a, &b, (ll_pose){{0.3, 0.8}, {0, k}}, margin); /* deep */
+        near(fmin(m.at[0].separation, m.at[m.count - 1].separation), -0.3, 1e-12);
+    }
+}
+
 static void corners_push_along_the_line_between_them(void **state)
 {
     (void)state;
@@ -165,6 +180,7 @@ int main(void)
         cmocka_unit_test(circles),
         cmocka_unit_test(a_box_on_a_box_stands_on_two_points),
         cmocka_unit_test(a_corner_on_a_box_is_one_point),
+        cmocka_unit_test(a_capsule_stands_on_its_end),
         cmocka_unit_test(corners_push_along_the_line_between_them),
         cmocka_unit_test(separations_are_distances),
         cmocka_unit_test(links_have_no_inner_corners),

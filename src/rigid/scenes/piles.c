@@ -181,3 +181,235 @@ const ll_scene ll_scene_inverse_pyramid = {.name = "inverse_pyramid",
                                            .standard = {.size = 6, .friction = 0.6},
                                            .limits = few_limits,
                                            .build = inverse_pyramid};
+
+static ll_status heavy_on_triangles(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_build_ground(&b, 100);
+    const ll_vec2 triangle[3] = {{-0.5 * side, 0}, {0.5 * side, 0}, {0, side}};
+    double big = sqrt(a->ratio) * side;
+    for (int k = -1; k <= 1; k += 2) {
+        ll_body_id body = ll_build_body(&b, LL_BODY_DYNAMIC, k * 0.45 * big, 0, 0);
+        ll_build_polygon_on(&b, body, triangle, 3);
+    }
+    ll_build_box(&b, big, big, 0, side + 0.5 * big + a->offset, 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_heavy_on_triangles = {
+    .name = "heavy_on_triangles",
+    .title = "Heavy on triangles",
+    .help = "A box of ratio times the mass on the tips of two triangles (Box2D high mass ratio 3).",
+    .standard = {.ratio = 400, .friction = 0.6},
+    .limits = few_limits,
+    .build = heavy_on_triangles};
+
+/* ---- leaning, overlapping, crowded ---- */
+
+static void square_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    ll_build_limits(l, a->size * a->size + 16, 10, 0);
+}
+
+static ll_status tilted_stack(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_build_ground(&b, 100);
+    for (int64_t column_index = 0; column_index < a->size; column_index++)
+        for (int64_t row = 0; row < a->size; row++)
+            ll_build_box(&b, 0.9, 0.9, 5 * (double)(column_index - a->size / 2) + a->offset * (double)row,
+                         0.45 + 0.9 * (double)row, 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_tilted_stack = {
+    .name = "tilted_stack",
+    .title = "Tilted stack",
+    .help = "size columns of size boxes, each row offset (m) to the right (Box2D).",
+    .standard = {.size = 10, .offset = 0.2, .friction = 0.3},
+    .limits = square_limits,
+    .build = tilted_stack};
+
+static ll_status overlap(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_build_ground(&b, 100);
+    double pitch = side * (1 - a->ratio);
+    for (int64_t i = 0; i < a->size; i++)
+        for (int64_t k = i; k < a->size; k++)
+            ll_build_box(&b, side, side, pitch * ((double)k - 0.5 * (double)(i + a->size - 1)),
+                         0.5 * side + pitch * (double)i, 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_overlap = {
+    .name = "overlap",
+    .title = "Overlap recovery",
+    .help = "A pyramid of size rows whose boxes begin inside each other by the share ratio (Box2D, Rapier).",
+    .standard = {.size = 4, .ratio = 0.25, .friction = 0.6},
+    .limits = square_limits,
+    .build = overlap};
+
+static void total_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    ll_build_limits(l, a->size + 1, a->size, 0);
+}
+
+static ll_status total_overlap(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_build_ground(&b, 100);
+    for (int64_t i = 0; i < a->size; i++)
+        ll_build_box(&b, side, side, 0, 2, 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_total_overlap = {.name = "total_overlap",
+                                         .title = "Total overlap",
+                                         .help = "size boxes at one place (Rapier debug_total_overlap2).",
+                                         .standard = {.size = 16, .friction = 0.6},
+                                         .limits = total_limits,
+                                         .build = total_overlap};
+
+static void weightless(const ll_scene_args *a, ll_rigid_params *p)
+{
+    (void)a;
+    p->gravity_x = p->gravity_y = 0;
+}
+
+static ll_status confined(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    double half = 0.5 * 0.8 * (double)a->size;
+    ll_body_id walls = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
+    ll_build_capsule_on(&b, walls, -half - 0.5, -half - 0.5, half + 0.5, -half - 0.5, 0.5);
+    ll_build_capsule_on(&b, walls, -half - 0.5, -half - 0.5, -half - 0.5, half + 0.5, 0.5);
+    ll_build_capsule_on(&b, walls, half + 0.5, -half - 0.5, half + 0.5, half + 0.5, 0.5);
+    ll_build_capsule_on(&b, walls, -half - 0.5, half + 0.5, half + 0.5, half + 0.5, 0.5);
+    double pitch = (2 * half - 1) / (double)(a->size - 1);
+    for (int64_t i = 0; i < a->size; i++)
+        for (int64_t k = 0; k < a->size; k++)
+            ll_build_circle(&b, 0.5, -half + 0.5 + pitch * (double)i, -half + 0.5 + pitch * (double)k);
+    return b.status;
+}
+
+const ll_scene ll_scene_confined = {.name = "confined",
+                                    .title = "Confined",
+                                    .help = "size x size balls of 1 m in a box with room for four fifths of "
+                                            "that a side, without gravity (Box2D).",
+                                    .standard = {.size = 25, .friction = 0.1},
+                                    .limits = square_limits,
+                                    .params = weightless,
+                                    .build = confined};
+
+/* ---- balls ---- */
+
+static ll_status circle_stack(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    b.material.restitution = 0.8;
+    ll_build_ground(&b, 20);
+    for (int64_t i = 0; i < a->size; i++) {
+        b.material.density = 1 + 4 * (double)i;
+        ll_build_circle(&b, 0.25, 0, 0.75 + 0.6 * (double)i);
+    }
+    return b.status;
+}
+
+const ll_scene ll_scene_circle_stack = {
+    .name = "circle_stack",
+    .title = "Stack of balls",
+    .help = "size bouncing balls over each other, each heavier than the one below (Box2D).",
+    .standard = {.size = 10, .friction = 0.6},
+    .limits = few_limits,
+    .build = circle_stack};
+
+static ll_status warm_start(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_build_ground(&b, 20);
+    for (int i = 0; i < 3; i++) {
+        b.material.density = i == 2 ? a->ratio : 1;
+        ll_build_circle(&b, 0.5, 0, 0.5 + i);
+    }
+    return b.status;
+}
+
+static ll_status warm_start_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
+{
+    (void)a;
+    return step == 120 ? ll_rigid_remove_body(w, ll_rigid_body_at(w, 3)) : ll_ok();
+}
+
+const ll_scene ll_scene_warm_start = {.name = "warm_start",
+                                      .title = "Stored energy",
+                                      .help = "Three balls, the topmost ratio times as dense and gone after "
+                                              "2 s: how high the rest jumps is what the contacts "
+                                              "had stored (solver2d warm-start energy).",
+                                      .standard = {.ratio = 100, .friction = 0.6},
+                                      .limits = few_limits,
+                                      .build = warm_start,
+                                      .drive = warm_start_drive};
+
+static ll_status rush(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    int64_t count = a->size * a->size;
+    for (int64_t i = 0; i < count; i++) { /* in a spiral, by the golden angle's rotation */
+        double r = 10 + 0.6 * sqrt((double)i), c = -0.7373688780783197, s = 0.6754902942615238;
+        static const ll_rot one = {1, 0};
+        ll_rot q = one;
+        for (int64_t k = 0; k < i % 377; k++)
+            q = ll_rot_mul(q, (ll_rot){c, s});
+        ll_build_circle(&b, 0.5, r * q.c, r * q.s);
+    }
+    return b.status;
+}
+
+/* All are drawn to the centre, the harder the farther. */
+static ll_status rush_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
+{
+    (void)step;
+    for (int32_t i = 0; i < ll_rigid_body_end(w); i++) {
+        ll_body_state s;
+        ll_body_id id = ll_rigid_body_at(w, i);
+        ll_status status = ll_rigid_get_body(w, id, &s);
+        if (!ll_failed(&status))
+            status = ll_rigid_apply_force(w, id, ll_scale(-a->speed * s.mass, ll_normalised(s.position)), 0);
+        if (ll_failed(&status))
+            return status;
+    }
+    return ll_ok();
+}
+
+const ll_scene ll_scene_rush = {.name = "rush",
+                                .title = "Rush",
+                                .help = "size x size balls drawn to one place with speed m/s^2 (solver2d).",
+                                .standard = {.size = 20, .speed = 20, .friction = 0.1},
+                                .limits = square_limits,
+                                .params = weightless,
+                                .build = rush,
+                                .drive = rush_drive};
+
+/* ---- far from the origin ---- */
+
+static ll_status far_pyramid(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    double x = a->offset, y = -0.8 * a->offset;
+    ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, x, y - 1, 0);
+    ll_build_box_on(&b, ground, 200, 2, 0, 0, 0);
+    for (int64_t i = 0; i < a->size; i++)
+        for (int64_t k = i; k < a->size; k++)
+            ll_build_box(&b, side, side, x + side * ((double)k - 0.5 * (double)(i + a->size - 1)),
+                         y + side * ((double)i + 0.5), 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_far_pyramid = {.name = "far_pyramid",
+                                       .title = "Far pyramid",
+                                       .help = "A pyramid of size rows at (offset, -0.8 offset) m: what is "
+                                               "left of the digits there (solver2d, Box2D).",
+                                       .standard = {.size = 10, .offset = 1e5, .friction = 0.6},
+                                       .limits = square_limits,
+                                       .build = far_pyramid};

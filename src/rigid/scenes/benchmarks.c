@@ -1,0 +1,326 @@
+/* What Box2D measures its speed with, beside the pyramids and the grid of joints. */
+#include "rigid/scenes/build.h"
+
+#include "base/detmath.h"
+#include "rigid/scenes/all.h"
+
+static const double pi = 3.14159265358979323846;
+
+/* ---- smash ---- */
+
+static void smash_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    ll_build_limits(l, 3 * a->size * a->size / 2 + 16, 8, 0);
+}
+
+static void weightless(const ll_scene_args *a, ll_rigid_params *p)
+{
+    (void)a;
+    p->gravity_x = p->gravity_y = 0;
+}
+
+static ll_status smash(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    b.body.velocity = ll_vec(a->speed, 0);
+    b.material.density = 8;
+    ll_build_box(&b, 8, 8, -20, 0, 0);
+    b.body.velocity = ll_vec(0, 0);
+    b.material.density = 1;
+    double side = 0.4;
+    int64_t columns = 3 * a->size / 2, rows = a->size;
+    for (int64_t i = 0; i < columns; i++)
+        for (int64_t k = 0; k < rows; k++)
+            ll_build_box(&b, side, side, 30 + side * (double)i, side * ((double)k - 0.5 * (double)rows), 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_smash = {
+    .name = "smash",
+    .title = "Smash",
+    .help = "A block of 8 m hits 1.5 size x size boxes of 40 cm at speed m/s, without gravity (Box2D).",
+    .standard = {.size = 80, .speed = 40, .friction = 0.6},
+    .limits = smash_limits,
+    .params = weightless,
+    .build = smash};
+
+/* ---- drums ---- */
+
+static void drum_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    ll_build_limits(l, a->size * a->size + 512, 10, 4);
+}
+
+static ll_status tumbler(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    b.body.spin = a->speed;
+    ll_body_id drum = ll_build_body(&b, LL_BODY_KINEMATIC, 0, 10, 0);
+    b.body.spin = 0;
+    ll_build_box_on(&b, drum, 1, 20, 10, 0, 0);
+    ll_build_box_on(&b, drum, 1, 20, -10, 0, 0);
+    ll_build_box_on(&b, drum, 20, 1, 0, 10, 0);
+    ll_build_box_on(&b, drum, 20, 1, 0, -10, 0);
+    double pitch = 0.4;
+    for (int64_t i = 0; i < a->size; i++)
+        for (int64_t k = 0; k < a->size; k++)
+            ll_build_box(&b, 0.25, 0.25, pitch * ((double)i - 0.5 * (double)a->size),
+                         10 + pitch * ((double)k - 0.5 * (double)a->size), 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_tumbler = {
+    .name = "tumbler",
+    .title = "Tumbler",
+    .help = "size x size boxes in a square drum that turns with speed rad/s (Box2D).",
+    .standard = {.size = 45, .speed = 0.436, .friction = 0.6},
+    .limits = drum_limits,
+    .build = tumbler};
+
+static ll_status washer(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    b.body.spin = a->speed;
+    ll_body_id drum = ll_build_body(&b, LL_BODY_KINEMATIC, 0, 10, 0);
+    b.body.spin = 0;
+    double inner = 14, outer = 16;
+    const int walls = 20;
+    for (int i = 0; i < walls; i++) {
+        double t0 = 2 * pi * i / walls, t1 = 2 * pi * (i + 1) / walls, middle = 0.5 * (t0 + t1);
+        ll_vec2 wall[4] = {{inner * ll_cos(t0), inner * ll_sin(t0)},
+                           {outer * ll_cos(t0), outer * ll_sin(t0)},
+                           {outer * ll_cos(t1), outer * ll_sin(t1)},
+                           {inner * ll_cos(t1), inner * ll_sin(t1)}};
+        ll_build_polygon_on(&b, drum, wall, 4);
+        if (i % 4 == 0)
+            ll_build_box_on(&b, drum, 2, 0.4, (inner - 0.8) * ll_cos(middle), (inner - 0.8) * ll_sin(middle),
+                            middle);
+    }
+    double pitch = 18.0 / (double)a->size;
+    for (int64_t i = 0; i < a->size; i++)
+        for (int64_t k = 0; k < a->size; k++)
+            ll_build_box(&b, 0.9 * pitch, 0.9 * pitch, pitch * ((double)i - 0.5 * (double)a->size),
+                         10 + pitch * ((double)k - 0.5 * (double)a->size), 0);
+    return b.status;
+}
+
+const ll_scene ll_scene_washer = {
+    .name = "washer",
+    .title = "Washer",
+    .help = "size x size boxes in a round drum with blades that turns with speed rad/s (Box2D: 90).",
+    .standard = {.size = 90, .speed = 0.436, .friction = 0.6},
+    .limits = drum_limits,
+    .build = washer};
+
+/* ---- spinner ---- */
+
+static ll_status spinner(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, 0.1);
+    const int links = 360;
+    ll_vec2 ring[360];
+    for (int i = 0; i < links; i++) { /* clockwise: solid from inside */
+        double t = -2 * pi * i / links;
+        ring[i] = ll_vec(40 * ll_cos(t), 32 + 40 * ll_sin(t));
+    }
+    ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
+    ll_build_chain_on(&b, ground, ring, links, true);
+    b.material.friction = 0;
+    ll_body_id rod = ll_build_body(&b, LL_BODY_DYNAMIC, 0, 12, 0);
+    ll_build_box_on(&b, rod, 0.8, 40, 0, 0, 0);
+    ll_joint_def motor = ll_joint_defaults(w, LL_JOINT_REVOLUTE, ground, rod, ll_vec(0, 12));
+    motor.motored = 1;
+    motor.motor_speed = a->speed;
+    motor.max_torque = 4e4;
+    ll_build_joint(&b, &motor);
+    b.material = ll_material_defaults();
+    b.material.density = 0.25;
+    b.material.friction = 0.1;
+    b.material.restitution = 0.1;
+    double x = -24, y = 2;
+    for (int64_t i = 0; i < a->size; i++) {
+        if (i % 3 == 0)
+            ll_build_capsule(&b, x - 0.25, y, x + 0.25, y, 0.25);
+        else if (i % 3 == 1)
+            ll_build_circle(&b, 0.35, x, y);
+        else
+            ll_build_box(&b, 0.7, 0.7, x, y, 0);
+        x += 1;
+        if (x > 24) {
+            x = -24;
+            y += 0.9;
+        }
+    }
+    return b.status;
+}
+
+static void swept(const ll_scene_args *a, ll_rigid_params *p)
+{
+    (void)a;
+    p->continuous = LL_CONTINUOUS_SWEPT;
+}
+
+static void spinner_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    ll_build_limits(l, a->size + 512, 12, 4);
+}
+
+const ll_scene ll_scene_spinner = {
+    .name = "spinner",
+    .title = "Spinner",
+    .help = "size capsules, balls and boxes in a ring, stirred by a rod of 40 m (Box2D: 3,038).",
+    .standard = {.size = 3038, .speed = 5, .friction = 0.1},
+    .limits = spinner_limits,
+    .params = swept,
+    .build = spinner};
+
+/* ---- junkyard and compounds ---- */
+
+static ll_status junkyard(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    double half = 0.45 * (double)a->size;
+    ll_body_id ground = ll_build_ground(&b, half + 10);
+    ll_build_box_on(&b, ground, 2, 60, -half - 2, 30, 0);
+    ll_build_box_on(&b, ground, 2, 60, half + 2, 30, 0);
+    ll_vec2 five[5];
+    for (int i = 0; i < 5; i++)
+        five[i] = ll_vec(0.4 * ll_cos(2 * pi * i / 5), 0.4 * ll_sin(2 * pi * i / 5));
+    for (int64_t k = 0; k < a->size; k++)
+        for (int64_t i = 0; i < a->size; i++) {
+            ll_body_id body =
+                ll_build_body(&b, LL_BODY_DYNAMIC, -half + 0.9 * (double)i, 0.5 + 0.9 * (double)k, 0.1);
+            ll_build_polygon_on(&b, body, five, 5);
+        }
+    b.body.velocity = ll_vec(a->speed, 0);
+    ll_body_id pusher = ll_build_body(&b, LL_BODY_KINEMATIC, -half, 3, 0);
+    ll_build_box_on(&b, pusher, 1, 6, 0, 0, 0);
+    return b.status;
+}
+
+/* The pusher goes to and fro. */
+static ll_status junkyard_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
+{
+    double half = 0.45 * (double)a->size;
+    int64_t way = (int64_t)(60 * 2 * half / a->speed);
+    if (step == 0 || step % way != 0)
+        return ll_ok();
+    ll_body_id pusher = ll_rigid_body_at(w, ll_rigid_body_end(w) - 1);
+    return ll_rigid_set_velocity(w, pusher, ll_vec(step / way % 2 == 0 ? a->speed : -a->speed, 0), 0);
+}
+
+const ll_scene ll_scene_junkyard = {
+    .name = "junkyard",
+    .title = "Junkyard",
+    .help = "size x size pentagons and a pusher of speed m/s (Box2D: 8,000 of them).",
+    .standard = {.size = 89, .speed = 5, .friction = 0.6},
+    .limits = drum_limits,
+    .build = junkyard,
+    .drive = junkyard_drive};
+
+static void compound_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    int64_t n = a->size * a->size;
+    ll_build_limits(l, 2 * n + 16, 8, 0);
+}
+
+static ll_status compounds(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_build_ground(&b, 2 * (double)a->size);
+    const ll_vec2 left[3] = {{-1, 0}, {0.5, 1}, {0, 2}}, right[3] = {{1, 0}, {-0.5, 1}, {0, 2}};
+    for (int64_t k = 0; k < a->size; k++)
+        for (int64_t i = 0; i < a->size; i++) {
+            ll_body_id body = ll_build_body(&b, LL_BODY_DYNAMIC, 2.2 * ((double)i - 0.5 * (double)a->size),
+                                            0.2 + 2.2 * (double)k, 0);
+            ll_build_polygon_on(&b, body, left, 3);
+            ll_build_polygon_on(&b, body, right, 3);
+        }
+    return b.status;
+}
+
+const ll_scene ll_scene_compounds = {.name = "compounds",
+                                     .title = "Compounds",
+                                     .help = "size x size bodies of two triangles each (Box2D: 3,000).",
+                                     .standard = {.size = 55, .friction = 0.6},
+                                     .limits = compound_limits,
+                                     .build = compounds};
+
+/* ---- rain of ragdolls ---- */
+
+enum { doll_parts = 11, steps_between = 8 };
+
+static ll_body_id limb(ll_builder *b, ll_body_id to, double x0, double y0, double x1, double y1, double r,
+                       double lower, double upper)
+{
+    ll_body_id part = ll_build_capsule(b, x0, y0, x1, y1, r);
+    if (to.index == 0)
+        return part;
+    ll_joint_def def = ll_joint_defaults(b->world, LL_JOINT_REVOLUTE, to, part, ll_vec(x0, y0));
+    def.limited = 1;
+    def.lower = lower;
+    def.upper = upper;
+    def.motored = 1; /* friction of the joint */
+    def.max_torque = 0.03;
+    ll_build_joint(b, &def);
+    return part;
+}
+
+/* 11 bodies, 10 hinges, 1.8 m high; its parts do not collide with each other. */
+static void ragdoll(ll_builder *b, double x, double y, int32_t group)
+{
+    b->material.group = group;
+    ll_body_id none = {0, 0};
+    ll_body_id hip = limb(b, none, x, y + 0.95, x, y + 1.0, 0.1, 0, 0);
+    ll_body_id torso = limb(b, hip, x, y + 1.1, x, y + 1.35, 0.1, -0.8, 0.2);
+    limb(b, torso, x, y + 1.5, x, y + 1.6, 0.09, -0.9, 0.3);
+    for (int k = -1; k <= 1; k += 2) {
+        double side = 0.02 * k;
+        ll_body_id thigh = limb(b, hip, x + side, y + 0.9, x + side, y + 0.6, 0.06, -0.15, 1.25);
+        limb(b, thigh, x + side, y + 0.5, x + side, y + 0.15, 0.05, -1.5, 0);
+        ll_body_id upper = limb(b, torso, x + side, y + 1.35, x + side, y + 1.12, 0.035, -0.3, 2.5);
+        limb(b, upper, x + side, y + 1.1, x + side, y + 0.9, 0.03, 0, 1.5);
+    }
+}
+
+static void rain_limits(const ll_scene_args *a, ll_rigid_limits *l)
+{
+    ll_build_limits(l, doll_parts * a->size + 64, 8, doll_parts * a->size);
+}
+
+static ll_status rain(ll_rigid *w, const ll_scene_args *a)
+{
+    ll_builder b = ll_build(w, a->friction);
+    ll_body_id ground = ll_build_ground(&b, 60);
+    ll_build_box_on(&b, ground, 1, 20, -50, 10, 0);
+    ll_build_box_on(&b, ground, 1, 20, 50, 10, 0);
+    return b.status;
+}
+
+/* A doll every few steps; the oldest goes when all have come. Bodies are made and freed in whole dolls, so
+ * that a doll's parts stand together in the slots. */
+static ll_status rain_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
+{
+    if (step % steps_between != 0)
+        return ll_ok();
+    int64_t number = step / steps_between;
+    int32_t first = 1 + (int32_t)(number % a->size) * doll_parts;
+    if (number >= a->size)
+        for (int32_t i = doll_parts; i-- > 0;) { /* backwards: slots are given out last freed first */
+            ll_status status = ll_rigid_remove_body(w, ll_rigid_body_at(w, first + i));
+            if (ll_failed(&status))
+                return status;
+        }
+    ll_builder b = ll_build(w, a->friction);
+    ragdoll(&b, -40 + 8 * (double)(number % 11), 14 + 2 * (double)(number % 3), (int32_t)(number + 1));
+    return b.status;
+}
+
+const ll_scene ll_scene_rain = {
+    .name = "rain",
+    .title = "Rain of ragdolls",
+    .help = "A ragdoll of 11 bodies every 8 steps; the oldest goes when size of them are there (Box2D).",
+    .standard = {.size = 200, .friction = 0.6},
+    .limits = rain_limits,
+    .build = rain,
+    .drive = rain_drive};

@@ -1,0 +1,154 @@
+/* Bullets of 5 cm radius against walls of 5 cm, from 200 phases of a step each: how many pass. */
+#include "rigid/harness.h"
+
+typedef struct outcome {
+    int passed;
+    double depth;   /* the deepest a ball was in its wall after a step */
+    double fastest; /* as seen at the start: no hidden limit */
+} outcome;
+
+static outcome shoot(const char *scene, double speed, int32_t continuous, const char *solver)
+{
+    ll_scene_args args = {.speed = speed};
+    ll_rigid_params p = scene_params(scene, args);
+    p.continuous = continuous;
+    ok(ll_param_set(&ll_rigid_table, &p, "solver", solver, false));
+    lab l = lab_open(scene, args, &p, LL_BROAD_GRID);
+    outcome o = {0};
+    lab_run(&l, 1);
+    o.fastest = lab_measure(&l).speed_max;
+    for (int i = 0; i < 20; i++) {
+        lab_run(&l, 1);
+        o.depth = fmax(o.depth, lab_measure(&l).penetration_max);
+    }
+    for (int32_t i = 0; i + 1 < l.count; i += 2) {
+        ll_body_state wall = body(l.world, ll_rigid_body_at(l.world, i)),
+                      ball = body(l.world, ll_rigid_body_at(l.world, i + 1));
+        o.passed += ball.position.x > wall.position.x;
+    }
+    lab_close(&l);
+    return o;
+}
+
+static const double speeds[] = {20, 100, 500, 2000};
+static const char *const walls[] = {"bullets", "bullets_moving", "bullets_loose"};
+
+static void swept_detection_lets_none_pass(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++) {
+            outcome o = shoot(walls[k], speeds[i], LL_CONTINUOUS_SWEPT, "soft_step");
+            assert_int_equal(o.passed, 0);
+            near(o.fastest, speeds[i], 1e-9 * speeds[i]);
+            at_most("depth", o.depth, 0.005);
+        }
+}
+
+static void whatever_the_solver(void **state)
+{
+    (void)state;
+    for (int i = 0; i < LL_SOLVERS; i++)
+        for (int k = 0; k < 3; k++)
+            assert_int_equal(shoot(walls[k], 500, LL_CONTINUOUS_SWEPT, ll_rigid_solver_names[i]).passed, 0);
+}
+
+static void speculative_contacts_let_none_pass(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++)
+            assert_int_equal(shoot(walls[k], speeds[i], LL_CONTINUOUS_SPECULATIVE, "soft_step").passed, 0);
+}
+
+/* A ball is caught when a step ends with it in the wall and not yet past its middle: as long as the wall's
+ * thickness and the ball's radius, up to the contact margin. */
+static void without_it_as_many_pass_as_theory_says(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        double way = speeds[i] / 60, share = 1 - (0.05 + 0.05) / way, error = sqrt(200 * share * (1 - share));
+        outcome o = shoot("bullets", speeds[i], LL_CONTINUOUS_OFF, "soft_step");
+        near(o.passed, 200 * share, 3 * error);
+        assert_true(o.passed > 100);
+    }
+}
+
+static int below_floor(const lab *l)
+{
+    int count = 0;
+    for (int32_t i = 1; i < l->count; i++) {
+        ll_body_state s = body(l->world, ll_rigid_body_at(l->world, i));
+        count += s.position.y < -0.05 && fabs(s.position.x) < 19;
+    }
+    return count;
+}
+
+/* A floor without thickness, hit by spinning rods of 1 cm and by small bodies at 200 m/s. */
+static void thin_things_stay_above_a_floor(void **state)
+{
+    (void)state;
+    const char *const names[] = {"skinny_box", "drop"};
+    for (int i = 0; i < 2; i++) {
+        lab l = lab_standard(names[i], (ll_scene_args){0});
+        for (int step = 0; step < 240; step++) {
+            lab_run(&l, 1);
+            assert_int_equal(below_floor(&l), 0);
+        }
+        assert_true(ll_rigid_get_stats(l.world).step == 240);
+        lab_close(&l);
+
+        ll_rigid_params p = scene_params(names[i], (ll_scene_args){0});
+        p.continuous = LL_CONTINUOUS_OFF; /* the test can fail */
+        l = lab_open(names[i], (ll_scene_args){0}, &p, LL_BROAD_GRID);
+        lab_run(&l, 20);
+        assert_true(below_floor(&l) > 0);
+        lab_close(&l);
+    }
+}
+
+static void a_wedge_and_a_shaft_hold(void **state)
+{
+    (void)state;
+    lab l = lab_standard("wedge", (ll_scene_args){0});
+    lab_run(&l, 300);
+    for (int32_t i = 1; i < l.count; i++) {
+        ll_body_state s = body(l.world, ll_rigid_body_at(l.world, i));
+        assert_true(s.position.x < 0 && s.position.y > -2 * s.position.x - 0.01); /* above the left wall */
+    }
+    lab_close(&l);
+    l = lab_standard("pixel_imperfect", (ll_scene_args){0});
+    lab_run(&l, 120);
+    near(body(l.world, ll_rigid_body_at(l.world, 1)).position.y, 0.5, 0.001); /* at the bottom */
+    lab_close(&l);
+}
+
+/* What slides over the seams of a chain keeps its height and its speed. */
+static void seams_are_not_felt(void **state)
+{
+    (void)state;
+    lab l = lab_standard("ghost_bumps", (ll_scene_args){0});
+    for (int i = 0; i < 240; i++) {
+        lab_run(&l, 1);
+        for (int32_t k = 1; k < l.count; k++) {
+            ll_body_state s = body(l.world, ll_rigid_body_at(l.world, k));
+            near(s.velocity.x, 10, 1e-6);
+            near(s.position.y, l.first[k].position.y, 0.001);
+        }
+    }
+    lab_close(&l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(swept_detection_lets_none_pass),
+        cmocka_unit_test(whatever_the_solver),
+        cmocka_unit_test(speculative_contacts_let_none_pass),
+        cmocka_unit_test(without_it_as_many_pass_as_theory_says),
+        cmocka_unit_test(thin_things_stay_above_a_floor),
+        cmocka_unit_test(a_wedge_and_a_shaft_hold),
+        cmocka_unit_test(seams_are_not_felt),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
