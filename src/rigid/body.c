@@ -81,14 +81,14 @@ void ll_refresh_boxes(ll_rigid *w, int32_t body)
 {
     ll_body *b = &ll_bodys(w)[body];
     const ll_motion *m = &ll_motions(w)[body];
-    b->slack = b->type == LL_BODY_STATIC ? 0 : fmin(0.05, 0.125 * b->extent);
+    b->slack = b->type == LL_BODY_STATIC ? 0 : ll_min(0.05, 0.125 * b->extent);
     b->drift = 0;
     for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
         ll_aabb box = ll_tight_box(w, &ll_shapes(w)[s], ll_poses(w)[body]);
         if (w->params.continuous == LL_CONTINUOUS_SPECULATIVE) {
             ll_vec2 ahead = ll_scale(w->dt, m->v);
             box = ll_aabb_union(box, (ll_aabb){ll_add(box.lower, ahead), ll_add(box.upper, ahead)});
-            box = ll_aabb_grown(box, fmin(fabs(m->w) * w->dt, 2) * b->extent);
+            box = ll_aabb_grown(box, ll_min(fabs(m->w) * w->dt, 2) * b->extent);
         }
         ll_boxs(w)[s] = ll_aabb_grown(box, b->slack + b->margin);
         ll_broad_of(w)->move(ll_broad_state(w), ll_boxs(w), s);
@@ -207,8 +207,8 @@ static void sum_mass(ll_rigid *w, int32_t body)
         const ll_geometry *g = ll_geometry_of(w, shape, &circle);
         ll_mass m = ll_shape_mass(g, shape->density);
         b->inertia += m.inertia + m.mass * ll_dot(m.centre, m.centre);
-        b->extent = fmax(b->extent, ll_shape_extent(g));
-        b->core = fmin(b->core, shape->core);
+        b->extent = ll_max(b->extent, ll_shape_extent(g));
+        b->core = ll_min(b->core, shape->core);
     }
     ll_pose *pose = &ll_poses(w)[body];
     ll_vec2 moved = ll_rotate(pose->q, centre);
@@ -216,7 +216,7 @@ static void sum_mass(ll_rigid *w, int32_t body)
     ll_motion *motion = &ll_motions(w)[body];
     motion->v = ll_add(motion->v, ll_cross_sv(motion->w, moved));
     b->origin = ll_sub(b->origin, centre);
-    b->margin = fmin(LL_MARGIN_SHARE, b->core > 0 ? 0.25 * b->core : LL_MARGIN_SHARE);
+    b->margin = ll_min(LL_MARGIN_SHARE, b->core > 0 ? 0.25 * b->core : LL_MARGIN_SHARE);
     set_inverses(b);
 }
 

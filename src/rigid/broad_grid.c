@@ -81,7 +81,7 @@ static inline uint32_t bucket_of(const grid *g, int32_t x, int32_t y, int level)
 
 static node place_of(const ll_aabb *box)
 {
-    double width = fmax(box->upper.x - box->lower.x, box->upper.y - box->lower.y);
+    double width = ll_max(box->upper.x - box->lower.x, box->upper.y - box->lower.y);
     int level = 0;
     while (level < LEVELS - 1 && cell_size(level) < width)
         level++;

@@ -149,7 +149,7 @@ static void make_contact(ll_rigid *w, ll_pair pair)
                                      .awake = LL_NONE,
                                      .colour = LL_NONE,
                                      .friction = sqrt(a->friction * b->friction),
-                                     .restitution = fmax(a->restitution, b->restitution)};
+                                     .restitution = ll_max(a->restitution, b->restitution)};
     if (ll_contacts(w)[i].restitution > 0)
         w->bouncing++;
     link_side(w, i, 0);
@@ -236,9 +236,9 @@ static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose rel)
         return false;
     ll_rot turn = ll_rot_between(c->rel.q, rel.q);
     ll_vec2 shift = ll_sub(rel.p, c->rel.p);
-    double core = fmin(ll_bodys(w)[c->body[0]].core, ll_bodys(w)[c->body[1]].core);
-    double least = fmax(ll_bodys(w)[c->body[0]].core, ll_bodys(w)[c->body[1]].core);
-    double far = fmin(w->params.recycle_distance, 0.1 * (core > 0 ? core : least));
+    double core = ll_min(ll_bodys(w)[c->body[0]].core, ll_bodys(w)[c->body[1]].core);
+    double least = ll_max(ll_bodys(w)[c->body[0]].core, ll_bodys(w)[c->body[1]].core);
+    double far = ll_min(w->params.recycle_distance, 0.1 * (core > 0 ? core : least));
     return ll_dot(shift, shift) < far * far && turn.c > 0.99;
 }
 
@@ -250,7 +250,7 @@ static double margin_of(const ll_rigid *w, const ll_contact *c)
     double reach =
         margin + w->dt * ll_length(ll_sub(ll_motions(w)[c->body[1]].v, ll_motions(w)[c->body[0]].v));
     for (int side = 0; side < 2; side++)
-        reach += fmin(w->dt * fabs(ll_motions(w)[c->body[side]].w), 2) * ll_bodys(w)[c->body[side]].extent;
+        reach += ll_min(w->dt * fabs(ll_motions(w)[c->body[side]].w), 2) * ll_bodys(w)[c->body[side]].extent;
     return reach;
 }
 

@@ -65,7 +65,7 @@ static void consider(void *context, int32_t other_shape)
     ll_geometry room_a, room_b, a = *ll_geometry_of(w, shape, &room_a);
     const ll_geometry *b = ll_geometry_of(w, other, &room_b);
     ll_sweep sweep_a = sweep_of(w, s->body), sweep_b = sweep_of(w, other->body);
-    double target = fmin(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
+    double target = ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
     if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
         return;
     if (b->kind == LL_SHAPE_LINK &&

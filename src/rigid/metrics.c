@@ -18,12 +18,12 @@ static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *
         b->mass * b->gravity_scale * (w->params.gravity_x * p.x + w->params.gravity_y * p.y);
     m->momentum = ll_madd(m->momentum, b->mass, v);
     m->spin_momentum += b->inertia * spin + b->mass * ll_cross(p, v);
-    m->speed_max = fmax(m->speed_max, ll_length(v));
+    m->speed_max = ll_max(m->speed_max, ll_length(v));
     if (first == NULL)
         return;
-    m->drift_max = fmax(m->drift_max, fabs(p.x - first->position.x));
-    m->sag_max = fmax(m->sag_max, first->position.y - p.y);
-    m->tilt_max = fmax(m->tilt_max, fabs(b->angle - first->angle));
+    m->drift_max = ll_max(m->drift_max, fabs(p.x - first->position.x));
+    m->sag_max = ll_max(m->sag_max, first->position.y - p.y);
+    m->tilt_max = ll_max(m->tilt_max, fabs(b->angle - first->angle));
 }
 
 static double joint_error(const ll_rigid *w, const ll_joint *j)
@@ -33,7 +33,7 @@ static double joint_error(const ll_rigid *w, const ll_joint *j)
     ll_joint_row_types[j->def.type]->rows(j, ll_poses(w)[j->body[0]], ll_poses(w)[j->body[1]], angle, rows);
     for (int i = 0; i < LL_ROWS; i++)
         if (rows[i].hertz == 0 && rows[i].most == INFINITY)
-            most = fmax(most, rows[i].kind == LL_ROW_EQUAL ? fabs(rows[i].c) : fmax(0, -rows[i].c));
+            most = ll_max(most, rows[i].kind == LL_ROW_EQUAL ? fabs(rows[i].c) : ll_max(0, -rows[i].c));
     return most;
 }
 
@@ -49,7 +49,7 @@ ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *re
     }
     for (int32_t i = 0; i < w->joint_end; i++)
         if (ll_joints(w)[i].body[0] != LL_NONE)
-            m.joint_error = fmax(m.joint_error, joint_error(w, &ll_joints(w)[i]));
+            m.joint_error = ll_max(m.joint_error, joint_error(w, &ll_joints(w)[i]));
     double sum = 0;
     for (int32_t i = 0; i < w->contact_end; i++) {
         ll_contact_view c;
@@ -57,8 +57,8 @@ ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *re
             continue;
         m.contacts++;
         for (int k = 0; k < c.count; k++, m.points++) {
-            double depth = fmax(0, -c.at[k].separation);
-            m.penetration_max = fmax(m.penetration_max, depth);
+            double depth = ll_max(0, -c.at[k].separation);
+            m.penetration_max = ll_max(m.penetration_max, depth);
             sum += depth;
         }
     }

@@ -233,7 +233,7 @@ double ll_shape_extent(const ll_geometry *g)
 {
     double extent = 0;
     for (int i = 0; i < g->count; i++)
-        extent = fmax(extent, ll_length(g->vertex[i]));
+        extent = ll_max(extent, ll_length(g->vertex[i]));
     return extent + g->radius;
 }
 
@@ -243,7 +243,7 @@ double ll_shape_core(const ll_geometry *g)
         return g->radius;
     double core = INFINITY;
     for (int i = 0; i < g->count; i++)
-        core = fmin(core, ll_dot(g->normal[i], ll_sub(g->vertex[i], g->centre)));
+        core = ll_min(core, ll_dot(g->normal[i], ll_sub(g->vertex[i], g->centre)));
     return core;
 }
 

@@ -171,7 +171,7 @@ static void line_errors(const ll_rigid *w, const touch *t, const line *l, double
 
 static void line_forces(const touch *t, const line *l, const double c[2], double force[2])
 {
-    force[0] = fmax(l->force[0] - l->penalty * c[0], 0);
+    force[0] = ll_max(l->force[0] - l->penalty * c[0], 0);
     double most = t->friction * force[0];
     force[1] = clamped(l->force[1] - l->penalty * c[1], -most, most);
 }
@@ -303,7 +303,7 @@ static void grow_touches(const ll_rigid *w, memory *m)
             l->force[0] = force[0];
             l->force[1] = force[1];
             if (force[0] > 0)
-                l->penalty = fmin(l->penalty + growth * fabs(c[0]), most_penalty);
+                l->penalty = ll_min(l->penalty + growth * fabs(c[0]), most_penalty);
         }
     }
 }
@@ -321,7 +321,7 @@ static void grow_joints(ll_rigid *w, const memory *m)
                 continue;
             double stiffness, error;
             j->force[k] = row_force(w, m, j, i, k, &rows[k], &stiffness, &error);
-            j->penalty[k] = fmin(j->penalty[k] + growth * fabs(error), most_penalty);
+            j->penalty[k] = ll_min(j->penalty[k] + growth * fabs(error), most_penalty);
         }
     }
 }

@@ -208,10 +208,10 @@ void ll_apply_restitution(ll_rigid *w, ll_touch_rows rows)
             ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
             double vn = ll_dot(ll_relative(a, b, line), r->n);
             double sum =
-                fmax(line->normal_impulse - line->normal_mass * (vn + r->restitution * line->approach), 0);
+                ll_max(line->normal_impulse - line->normal_mass * (vn + r->restitution * line->approach), 0);
             double impulse = sum - line->normal_impulse;
             line->normal_impulse = sum;
-            line->most = fmax(line->most, impulse);
+            line->most = ll_max(line->most, impulse);
             ll_push(a, b, r, line, ll_scale(impulse, r->n));
         }
     }
@@ -364,8 +364,8 @@ static void solve_row(const pair *p, const ll_row *row, double h, ll_softness so
     double sum =
         *total - soft.mass_scale / k * (speed + soft.bias_rate * row->c) - soft.impulse_scale * *total;
     double most = row->most * h;
-    sum = fmin(sum, most);
-    sum = fmax(sum, row->kind == LL_ROW_LIMIT ? 0 : -most);
+    sum = ll_min(sum, most);
+    sum = ll_max(sum, row->kind == LL_ROW_LIMIT ? 0 : -most);
     push_row(p, row, sum - *total);
     *total = sum;
 }

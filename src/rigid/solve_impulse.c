@@ -16,7 +16,7 @@ static void hit(ll_rigid *w, ll_touch_row *r, ll_line *line)
     ll_vec2 t = ll_right(r->n);
     double most = r->friction * line->normal_impulse;
     double impulse = -ll_dot(ll_relative(a, b, line), t) * line->tangent_mass;
-    line->tangent_impulse = fmin(fmax(impulse, -most), most);
+    line->tangent_impulse = ll_min(ll_max(impulse, -most), most);
     ll_push(a, b, r, line, ll_scale(line->tangent_impulse, t));
 }
 
@@ -24,7 +24,7 @@ static void push_out(ll_rigid *w, const ll_touch_row *r)
 {
     double deepest = 0;
     for (int k = 0; k < r->count; k++)
-        deepest = fmin(deepest, ll_line_separation(w, r, &r->at[k]));
+        deepest = ll_min(deepest, ll_line_separation(w, r, &r->at[k]));
     double share = r->ma + r->mb > 0 ? -deepest / (r->ma + r->mb) : 0;
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     a->d = ll_madd(a->d, -r->ma * share, r->n);

@@ -8,7 +8,7 @@ static void solve_friction(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll
     ll_vec2 t = ll_right(r->n);
     double most = r->friction * line->normal_impulse;
     double sum = line->tangent_impulse - line->tangent_mass * ll_dot(ll_relative(a, b, line), t);
-    sum = fmin(fmax(sum, -most), most);
+    sum = ll_min(ll_max(sum, -most), most);
     double impulse = sum - line->tangent_impulse;
     line->tangent_impulse = sum;
     ll_push(a, b, r, line, ll_scale(impulse, t));
@@ -17,10 +17,10 @@ static void solve_friction(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll
 static void solve_normal(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line, double bias)
 {
     double vn = ll_dot(ll_relative(a, b, line), r->n);
-    double sum = fmax(line->normal_impulse - line->normal_mass * (vn + bias), 0),
+    double sum = ll_max(line->normal_impulse - line->normal_mass * (vn + bias), 0),
            impulse = sum - line->normal_impulse;
     line->normal_impulse = sum;
-    line->most = fmax(line->most, sum);
+    line->most = ll_max(line->most, sum);
     ll_push(a, b, r, line, ll_scale(impulse, r->n));
 }
 
@@ -34,8 +34,9 @@ static void pass(ll_rigid *w, ll_touch_rows rows, double baumgarte)
             solve_friction(a, b, r, &r->at[k]);
         for (int k = 0; k < r->count; k++) {
             double s = ll_line_separation(w, r, &r->at[k]);
-            double bias = s > 0 ? s * rate
-                                : fmax(baumgarte * rate * fmin(0, s + LL_LINEAR_SLOP), -w->params.push_speed);
+            double bias =
+                s > 0 ? s * rate
+                      : ll_max(baumgarte * rate * ll_min(0, s + LL_LINEAR_SLOP), -w->params.push_speed);
             solve_normal(a, b, r, &r->at[k], bias);
         }
     }

@@ -15,7 +15,7 @@ static void correct(ll_rigid *w, const ll_touch_row *r, const ll_line *line)
 {
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     double c = w->params.baumgarte * (ll_line_separation(w, r, line) + LL_LINEAR_SLOP);
-    c = fmax(fmin(c, 0), -longest_push);
+    c = ll_max(ll_min(c, 0), -longest_push);
     if (c == 0)
         return;
     ll_vec2 ra = ll_rotate(a->q, line->ra), rb = ll_rotate(b->q, line->rb);

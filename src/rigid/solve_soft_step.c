@@ -186,7 +186,7 @@ static void bounce(ll_rigid *w, ll_wide_contact *c, int lane)
         double vn = approach(a, b, c, lane, k), old = p->normal_impulse[lane];
         if (before > -w->params.restitution_speed || vn < 0.5 * before) /* slow, or did not meet */
             continue;
-        double sum = fmax(old - p->normal_mass[lane] * (vn + contact->restitution * before), 0);
+        double sum = ll_max(old - p->normal_mass[lane] * (vn + contact->restitution * before), 0);
         double px = (sum - old) * c->nx[lane], py = (sum - old) * c->ny[lane];
         p->normal_impulse[lane] = sum;
         a->v = ll_sub(a->v, ll_vec(c->ma[lane] * px, c->ma[lane] * py));
@@ -247,9 +247,9 @@ static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_
 static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, double h, bool first)
 {
     const ll_rigid_params *p = &w->params;
-    double hertz = fmin(p->contact_hertz, 0.125 / h);
+    double hertz = ll_min(p->contact_hertz, 0.125 / h);
     bool joints = w->joints > 0;
-    ll_softness stiff = ll_soft(fmin(p->joint_hertz, 0.25 / h), p->joint_damping, h);
+    ll_softness stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping, h);
     const ll_soft_pass push[2] = {{ll_soft(hertz, p->contact_damping, h), 1 / h, p->push_speed},
                                   {ll_soft(2 * hertz, p->contact_damping, h), 1 / h, p->push_speed}};
     const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->push_speed};

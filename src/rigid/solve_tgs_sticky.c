@@ -28,18 +28,18 @@ static void solve_line(ll_rigid *w, ll_touch_row *r, ll_line *line, double rate,
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     gap_now gap = gap_of(w, r, line);
     double push = w->params.push_speed, share = bias ? corrected * rate : 0;
-    double wanted = gap.normal > 0 ? gap.normal * rate : fmax(share * gap.normal, -push);
+    double wanted = gap.normal > 0 ? gap.normal * rate : ll_max(share * gap.normal, -push);
     double vn = ll_dot(ll_relative(a, b, line), r->n);
-    double sum = fmax(line->normal_impulse - line->normal_mass * (vn + wanted), 0);
+    double sum = ll_max(line->normal_impulse - line->normal_mass * (vn + wanted), 0);
     ll_push(a, b, r, line, ll_scale(sum - line->normal_impulse, r->n));
     line->normal_impulse = sum;
-    line->most = fmax(line->most, sum);
+    line->most = ll_max(line->most, sum);
 
     ll_vec2 t = ll_right(r->n);
-    double back = fmin(fmax(share * gap.tangent, -push), push), most = r->friction * line->normal_impulse;
+    double back = ll_min(ll_max(share * gap.tangent, -push), push), most = r->friction * line->normal_impulse;
     double vt = ll_dot(ll_relative(a, b, line), t);
     double held = line->tangent_impulse - line->tangent_mass * (vt + back);
-    sum = fmin(fmax(held, -most), most);
+    sum = ll_min(ll_max(held, -most), most);
     if (sum != held && line->normal_impulse > 0 && !bias) /* slides */
         ll_contacts(w)[r->contact].rel.p.x = INFINITY;
     ll_push(a, b, r, line, ll_scale(sum - line->tangent_impulse, t));
@@ -56,7 +56,7 @@ static void pass(ll_rigid *w, ll_touch_rows rows, double rate, bool bias)
 static void solve(ll_rigid *w)
 {
     double h = w->dt / (double)w->params.substeps, rate = 1 / h;
-    ll_softness stiff = ll_soft(fmin(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping, h);
+    ll_softness stiff = ll_soft(ll_min(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping, h);
     ll_touch_rows rows = ll_prepare_touch_rows(w);
     ll_prepare_drives(w, h);
     ll_clear_joint_impulses(w);

@@ -37,7 +37,7 @@ static double correct(ll_rigid *w, const ll_touch_row *r, ll_vec2 ra, ll_vec2 rb
                       double most)
 {
     double na = ll_cross(ra, n), nb = ll_cross(rb, n), k = r->ma + r->mb + r->ia * na * na + r->ib * nb * nb;
-    double amount = k > 0 ? fmin(fmax(-c / k, -most), most) : 0;
+    double amount = k > 0 ? ll_min(ll_max(-c / k, -most), most) : 0;
     shift(&ll_motions(w)[r->a], r->ma, r->ia, n, na, -amount);
     shift(&ll_motions(w)[r->b], r->mb, r->ib, n, nb, amount);
     return amount;
@@ -60,12 +60,12 @@ static void solve_line(ll_rigid *w, ll_touch_row *r, ll_line *line, double h)
     const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     ll_vec2 ra = ll_rotate(a->q, line->ra), rb = ll_rotate(b->q, line->rb), t = ll_right(r->n);
     /* What came on in this substep goes at once, an older overlap no faster than the push speed. */
-    s -= fmin(separation_before(w, r, line) + w->params.push_speed * h, 0);
+    s -= ll_min(separation_before(w, r, line) + w->params.push_speed * h, 0);
     if (s >= 0)
         return;
     double lambda = correct(w, r, ra, rb, r->n, s, INFINITY);
     line->normal_impulse = lambda / h;
-    line->most = fmax(line->most, line->normal_impulse);
+    line->most = ll_max(line->most, line->normal_impulse);
     /* Static friction: the points go back along the surface to where they were to each other. */
     const past *pa = &pasts(w)[r->a], *pb = &pasts(w)[r->b];
     ll_vec2 slid =
@@ -97,7 +97,7 @@ static void solve_joint(ll_rigid *w, ll_joint *j, double h)
         }
         /* A spring of omega has the compliance 1 / (mass omega^2). */
         double amount = -c / (r->hertz > 0 ? k * (1 + 1 / (omega_h * omega_h)) : k), most = r->most * h * h;
-        amount = fmin(fmax(amount, -most), most);
+        amount = ll_min(ll_max(amount, -most), most);
         j->impulse[i] = amount / h;
         shift(ma, a->inv_mass, a->inv_inertia, r->n, r->ja, -amount);
         shift(mb, b->inv_mass, b->inv_inertia, r->n, r->jb, amount);

@@ -26,6 +26,17 @@ typedef struct ll_aabb {
     ll_vec2 lower, upper;
 } ll_aabb;
 
+/* Of two zeros the second, whatever their signs: fmin and fmax leave that to the library. */
+static inline double ll_min(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double ll_max(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 static inline ll_vec2 ll_vec(double x, double y)
 {
     return (ll_vec2){x, y};
