@@ -54,13 +54,22 @@ static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll
     return false;
 }
 
+/* Whether two bodies move enough to each other in this step for one to get through the other. */
+static bool may_pass(const ll_rigid *w, int32_t a, int32_t b)
+{
+    const ll_motion *ma = &ll_motions(w)[a], *mb = &ll_motions(w)[b];
+    const ll_body *body_a = &ll_bodys(w)[a], *body_b = &ll_bodys(w)[b];
+    double turning = fabs(ma->turn) * body_a->extent + fabs(mb->turn) * body_b->extent;
+    return ll_length(ll_sub(ma->d, mb->d)) + turning > 0.5 * body_a->core;
+}
+
 static void consider(void *context, int32_t other_shape)
 {
     search *s = context;
     const ll_rigid *w = s->world;
     const ll_shape *shape = &ll_shapes(w)[s->shape], *other = &ll_shapes(w)[other_shape];
     if (other->body == s->body || !collide_at_all(shape, other) || ll_joined(w, s->body, other->body) ||
-        ll_bodys(w)[other->body].inv_mass > ll_bodys(w)[s->body].inv_mass)
+        ll_bodys(w)[other->body].inv_mass > ll_bodys(w)[s->body].inv_mass || !may_pass(w, s->body, other->body))
         return;
     ll_geometry room_a, room_b, a = *ll_geometry_of(w, shape, &room_a);
     const ll_geometry *b = ll_geometry_of(w, other, &room_b);

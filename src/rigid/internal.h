@@ -112,11 +112,14 @@ typedef struct ll_drive {
     double held_spin;
 } ll_drive;
 
+typedef struct ll_hinge ll_hinge; /* solve_joints.c */
+size_t ll_hinge_size(void);
+
 typedef struct ll_rigid_layout { /* offsets from the block's beginning */
     size_t broad, pose, motion, body, shape, box, moved, moved_list, hull, bound, contact, table, joint;
     size_t awake, awake_contact;
     size_t state_end;
-    size_t drive, pair, order, scratch, solver;
+    size_t drive, pair, order, scratch, hinge, solver;
     size_t end;
 } ll_rigid_layout;
 
@@ -157,6 +160,7 @@ LL_ARRAY(int32_t, awake_contact)
 LL_ARRAY(ll_drive, drive)
 LL_ARRAY(int32_t, order)
 LL_ARRAY(int32_t, scratch)
+LL_ARRAY(ll_hinge, hinge)
 LL_ARRAY(ll_pair, pair)
 #undef LL_ARRAY
 

@@ -87,9 +87,17 @@ static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const 
 
 /* ---- joints, one after the other ---- */
 
-void ll_warm_start_joints(ll_rigid *w);
+typedef struct ll_joint_set { /* of the awake joints, in this step */
+    ll_hinge *hinges; /* without limits and motor */
+    int32_t *others;  /* numbers */
+    int32_t hinge_count, other_count;
+} ll_joint_set;
+
+ll_joint_set ll_prepare_joints(ll_rigid *w); /* uses `scratch` until the step's end */
+void ll_store_joints(ll_rigid *w, const ll_joint_set *set);
+void ll_warm_start_joints(ll_rigid *w, const ll_joint_set *set);
 /* One pass over the rows of all joints. With `bias` errors of position are corrected too. */
-void ll_solve_joints(ll_rigid *w, double h, ll_softness stiff, bool bias);
+void ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias);
 void ll_clear_joint_impulses(ll_rigid *w);
 
 ll_pose ll_pose_now(const ll_rigid *w, int32_t body);          /* with what the step has moved so far */

@@ -37,7 +37,8 @@ static void solve(ll_rigid *w)
     ll_prepare_drives(w, w->dt);
     ll_integrate_velocities(w, w->dt);
     ll_clear_joint_impulses(w);
-    ll_solve_joints(w, w->dt, (ll_softness){w->params.baumgarte / w->dt, 1, 0}, true);
+    ll_joint_set joints = ll_prepare_joints(w);
+    ll_solve_joints(w, &joints, w->dt, (ll_softness){w->params.baumgarte / w->dt, 1, 0}, true);
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             hit(w, &rows.at[i], &rows.at[i].at[k]);

@@ -48,17 +48,15 @@ ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
     ll_softness stiff = {w->params.baumgarte / w->dt, 1, 0};
     ll_prepare_drives(w, w->dt);
     ll_integrate_velocities(w, w->dt);
-    if (w->params.warm_start) {
-        ll_warm_start_joints(w);
-        ll_warm_start_touch(w, rows);
-    } else {
-        ll_clear_joint_impulses(w);
-    }
+    ll_joint_set joints = ll_prepare_joints(w);
+    ll_warm_start_joints(w, &joints);
+    ll_warm_start_touch(w, rows);
     for (int64_t i = 0; i < w->params.iterations; i++) {
-        ll_solve_joints(w, w->dt, stiff, true);
+        ll_solve_joints(w, &joints, w->dt, stiff, true);
         pass(w, rows, baumgarte);
     }
     ll_apply_restitution(w, rows);
+    ll_store_joints(w, &joints);
     return rows;
 }
 

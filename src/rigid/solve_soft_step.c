@@ -244,7 +244,8 @@ static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_
     }
 }
 
-static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, double h, bool first)
+static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, const ll_joint_set *set, double h,
+                    bool first)
 {
     const ll_rigid_params *p = &w->params;
     double hertz = ll_min(p->contact_hertz, 0.125 / h);
@@ -254,18 +255,18 @@ static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all,
                                   {ll_soft(2 * hertz, p->contact_damping, h), 1 / h, p->push_speed}};
     const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->push_speed};
     integrate_velocities(w, h, !first && !joints);
-    if (joints && (p->warm_start || !first))
-        ll_warm_start_joints(w);
+    if (joints)
+        ll_warm_start_joints(w, set);
     if (first || joints)
         for (int32_t i = 0; i < all->count; i++)
             (all->at[i].alone ? &ll_soft_scalar : loops)
                 ->warm_start(all->at[i].at, all->at[i].count, ll_motions(w));
     if (joints)
-        ll_solve_joints(w, h, stiff, true);
+        ll_solve_joints(w, set, h, stiff, true);
     pass_all(w, all, loops->solve, ll_soft_scalar.solve, push);
     ll_integrate_positions(w, h);
     if (joints)
-        ll_solve_joints(w, h, stiff, false);
+        ll_solve_joints(w, set, h, stiff, false);
     pass_all(w, all, loops->relax, ll_soft_scalar.relax, (ll_soft_pass[2]){rest, rest});
     if (!joints)
         note_held(w);
@@ -279,13 +280,13 @@ static void solve(ll_rigid *w)
     ll_prepare_drives(w, h);
     if (w->bouncing > 0)
         note_approach(w, &all);
-    if (w->joints > 0 && !w->params.warm_start)
-        ll_clear_joint_impulses(w);
+    ll_joint_set set = ll_prepare_joints(w);
     for (int64_t i = 0; i < w->params.substeps; i++)
-        substep(w, loops, &all, h, i == 0);
+        substep(w, loops, &all, &set, h, i == 0);
     if (w->bouncing > 0)
         bounce_all(w, &all);
     store(w, &all);
+    ll_store_joints(w, &set);
 }
 
 const ll_solver ll_solver_soft_step = {

@@ -60,17 +60,18 @@ static void solve(ll_rigid *w)
     ll_touch_rows rows = ll_prepare_touch_rows(w);
     ll_prepare_drives(w, h);
     ll_clear_joint_impulses(w);
+    ll_joint_set joints = ll_prepare_joints(w);
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             rows.at[i].at[k].normal_impulse = rows.at[i].at[k].tangent_impulse = 0;
     for (int64_t i = 0; i < w->params.substeps; i++) {
         ll_integrate_velocities(w, h);
-        ll_solve_joints(w, h, stiff, true);
+        ll_solve_joints(w, &joints, h, stiff, true);
         pass(w, rows, rate, true);
         ll_integrate_positions(w, h);
     }
     for (int64_t i = 0; i < (w->params.substeps + 1) / 2; i++) {
-        ll_solve_joints(w, h, stiff, false);
+        ll_solve_joints(w, &joints, h, stiff, false);
         pass(w, rows, rate, false);
     }
     ll_apply_restitution(w, rows);

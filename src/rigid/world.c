@@ -74,7 +74,9 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
             solver = ll_solvers[i]->size(l);
     at.drive = place(&end, bodies, sizeof(ll_drive));
     at.order = place(&end, contacts, sizeof(int32_t));
-    at.scratch = place(&end, contacts > 3 * bodies ? contacts : 3 * bodies, sizeof(int32_t));
+    size_t most = contacts > 3 * bodies ? contacts : 3 * bodies;
+    at.scratch = place(&end, most > (size_t)l->joints ? most : (size_t)l->joints, sizeof(int32_t));
+    at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
     /* Pairs are used up before the solver begins. */
     at.pair = at.solver =
         place(&end, solver > contacts * sizeof(ll_pair) ? solver : contacts * sizeof(ll_pair), 1);
