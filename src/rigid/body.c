@@ -176,11 +176,13 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
 
 /* ---- mass ---- */
 
-static void set_inverses(ll_body *b)
+static void set_inverses(ll_rigid *w, int32_t body)
 {
+    ll_body *b = &ll_bodys(w)[body];
     bool dynamic = b->type == LL_BODY_DYNAMIC;
     b->inv_mass = dynamic && b->mass > 0 ? 1 / b->mass : 0;
     b->inv_inertia = dynamic && b->inertia > 0 && !b->fixed_rotation ? 1 / b->inertia : 0;
+    ll_traits(w)[body] = (ll_trait){b->inv_mass, b->inv_inertia, b->core, b->margin};
 }
 
 /* Moves the centre of mass to where the shapes put it; everything local is kept from there. */
@@ -217,7 +219,7 @@ static void sum_mass(ll_rigid *w, int32_t body)
     motion->v = ll_add(motion->v, ll_cross_sv(motion->w, moved));
     b->origin = ll_sub(b->origin, centre);
     b->margin = ll_min(LL_MARGIN_SHARE, b->core > 0 ? 0.25 * b->core : LL_MARGIN_SHARE);
-    set_inverses(b);
+    set_inverses(w, body);
 }
 
 ll_status ll_rigid_set_mass(ll_rigid *w, ll_body_id id, double mass, double inertia)
@@ -234,7 +236,7 @@ ll_status ll_rigid_set_mass(ll_rigid *w, ll_body_id id, double mass, double iner
                               "inertia is %g; it must be above 0 and at most 1e24 kg m^2.", inertia);
     ll_bodys(w)[slot].mass = mass;
     ll_bodys(w)[slot].inertia = inertia;
-    set_inverses(&ll_bodys(w)[slot]);
+    set_inverses(w, slot);
     return ll_ok();
 }
 

@@ -186,6 +186,8 @@ static bool wanted(const void *context, int32_t a, int32_t b)
         a = b;
         b = swap;
     }
+    if (ll_pair_known(w, a, b)) /* most are; the rest is not in the cache */
+        return false;
     const ll_shape *sa = &ll_shapes(w)[a], *sb = &ll_shapes(w)[b];
     if (sa->body == sb->body)
         return false;
@@ -195,7 +197,7 @@ static bool wanted(const void *context, int32_t a, int32_t b)
     if ((sa->category & sb->mask) == 0 || (sb->category & sa->mask) == 0 ||
         (sa->group != 0 && sa->group == sb->group))
         return false;
-    return !ll_pair_known(w, a, b) && !ll_joined(w, sa->body, sb->body);
+    return !ll_joined(w, sa->body, sb->body);
 }
 
 void ll_find_pairs(ll_rigid *w, bool *overflowed)
@@ -236,15 +238,15 @@ static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose rel)
         return false;
     ll_rot turn = ll_rot_between(c->rel.q, rel.q);
     ll_vec2 shift = ll_sub(rel.p, c->rel.p);
-    double core = ll_min(ll_bodys(w)[c->body[0]].core, ll_bodys(w)[c->body[1]].core);
-    double least = ll_max(ll_bodys(w)[c->body[0]].core, ll_bodys(w)[c->body[1]].core);
+    double core_a = ll_traits(w)[c->body[0]].core, core_b = ll_traits(w)[c->body[1]].core;
+    double core = ll_min(core_a, core_b), least = ll_max(core_a, core_b);
     double far = ll_min(w->params.recycle_distance, 0.1 * (core > 0 ? core : least));
     return ll_dot(shift, shift) < far * far && turn.c > 0.99;
 }
 
 static double margin_of(const ll_rigid *w, const ll_contact *c)
 {
-    double margin = ll_bodys(w)[c->body[0]].margin + ll_bodys(w)[c->body[1]].margin;
+    double margin = ll_traits(w)[c->body[0]].margin + ll_traits(w)[c->body[1]].margin;
     if (w->params.continuous != LL_CONTINUOUS_SPECULATIVE)
         return margin;
     double reach =
@@ -302,6 +304,8 @@ void ll_update_contacts(ll_rigid *w)
     int32_t *changed = ll_scratchs(w), changes = 0, recycled = 0;
     for (int32_t i = 0; i < w->awake_contacts; i++) {
         int32_t index = ll_awake_contacts(w)[i];
+        if (i + 6 < w->awake_contacts)
+            ll_prefetch_contact(&ll_contacts(w)[ll_awake_contacts(w)[i + 6]]);
         ll_contact *c = &ll_contacts(w)[index];
         int32_t a = c->shape[0], b = c->shape[1];
         if ((moved[a] | moved[b]) && !ll_aabb_overlap(boxes[a], boxes[b])) {

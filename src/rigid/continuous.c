@@ -69,7 +69,8 @@ static void consider(void *context, int32_t other_shape)
     const ll_rigid *w = s->world;
     const ll_shape *shape = &ll_shapes(w)[s->shape], *other = &ll_shapes(w)[other_shape];
     if (other->body == s->body || !collide_at_all(shape, other) || ll_joined(w, s->body, other->body) ||
-        ll_bodys(w)[other->body].inv_mass > ll_bodys(w)[s->body].inv_mass || !may_pass(w, s->body, other->body))
+        ll_bodys(w)[other->body].inv_mass > ll_bodys(w)[s->body].inv_mass ||
+        !may_pass(w, s->body, other->body))
         return;
     ll_geometry room_a, room_b, a = *ll_geometry_of(w, shape, &room_a);
     const ll_geometry *b = ll_geometry_of(w, other, &room_b);
@@ -82,7 +83,7 @@ static void consider(void *context, int32_t other_shape)
                ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a.centre)), b->vertex[0])) < 0)
         return;
     ll_touch touch = ll_first_touch(b, &sweep_b, &a, &sweep_a, target);
-    if (touch.hit && touch.t < s->t) {
+    if (touch.hit && (touch.t < s->t || (touch.t == s->t && other->body < s->other))) {
         s->t = touch.t;
         s->other = other->body;
     }

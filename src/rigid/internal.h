@@ -57,6 +57,11 @@ typedef struct ll_motion {
     double turn; /* as an angle */
 } ll_motion;
 
+/* What the narrow phase and the solvers ask of a body for each contact: a copy, packed. */
+typedef struct ll_trait {
+    double inv_mass, inv_inertia, core, margin;
+} ll_trait;
+
 typedef struct ll_shape {
     ll_vec2 centre; /* a circle's; of all in the frame of the centre of mass */
     double radius;
@@ -116,7 +121,8 @@ typedef struct ll_hinge ll_hinge; /* solve_joints.c */
 size_t ll_hinge_size(void);
 
 typedef struct ll_rigid_layout { /* offsets from the block's beginning */
-    size_t broad, pose, motion, body, shape, box, moved, moved_list, hull, bound, contact, table, joint;
+    size_t broad, pose, motion, trait, body, shape, box, moved, moved_list, hull, bound, contact, table,
+        joint;
     size_t awake, awake_contact;
     size_t state_end;
     size_t drive, pair, order, scratch, hinge, solver;
@@ -145,6 +151,7 @@ struct ll_rigid {
     }
 LL_ARRAY(ll_pose, pose)
 LL_ARRAY(ll_motion, motion)
+LL_ARRAY(ll_trait, trait)
 LL_ARRAY(ll_body, body)
 LL_ARRAY(ll_shape, shape)
 LL_ARRAY(ll_aabb, box)
@@ -163,6 +170,13 @@ LL_ARRAY(int32_t, scratch)
 LL_ARRAY(ll_hinge, hinge)
 LL_ARRAY(ll_pair, pair)
 #undef LL_ARRAY
+
+/* Asks the cache for a contact that is soon needed. */
+static inline void ll_prefetch_contact(const ll_contact *c)
+{
+    for (size_t at = 0; at < sizeof *c; at += 64)
+        __builtin_prefetch((const char *)c + at);
+}
 
 static inline void *ll_broad_state(const ll_rigid *w)
 {

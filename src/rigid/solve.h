@@ -88,8 +88,8 @@ static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const 
 /* ---- joints, one after the other ---- */
 
 typedef struct ll_joint_set { /* of the awake joints, in this step */
-    ll_hinge *hinges; /* without limits and motor */
-    int32_t *others;  /* numbers */
+    ll_hinge *hinges;         /* without limits and motor */
+    int32_t *others;          /* numbers */
     int32_t hinge_count, other_count;
 } ll_joint_set;
 

@@ -142,7 +142,7 @@ ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
     for (int32_t i = 0; i < rows.count; i++) {
         ll_touch_row *r = &rows.at[i];
         const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];
-        const ll_body *a = &ll_bodys(w)[c->body[0]], *b = &ll_bodys(w)[c->body[1]];
+        const ll_trait *a = &ll_traits(w)[c->body[0]], *b = &ll_traits(w)[c->body[1]];
         r->contact = ll_orders(w)[i];
         r->a = c->body[0];
         r->b = c->body[1];

@@ -85,7 +85,7 @@ static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, c
 static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t contact)
 {
     const ll_contact *from = &ll_contacts(w)[contact];
-    const ll_body *a = &ll_bodys(w)[from->body[0]], *b = &ll_bodys(w)[from->body[1]];
+    const ll_trait *a = &ll_traits(w)[from->body[0]], *b = &ll_traits(w)[from->body[1]];
     ll_pose pa = ll_poses(w)[from->body[0]], pb = ll_poses(w)[from->body[1]];
     ll_vec2 n = ll_rotate(pa.q, from->normal);
     if (from->count < 2)
@@ -127,6 +127,8 @@ static batches prepare(ll_rigid *w)
                      .fixed = c == LL_OVERFLOW_STATIC || (c >= LL_COLOURS_DYNAMIC && c < LL_COLOURS),
                      .alone = c >= LL_COLOURS};
         for (int32_t i = 0; i < b->count * LL_LANES; i++) {
+            if (i + 8 < count)
+                ll_prefetch_contact(&ll_contacts(w)[ll_orders(w)[start[c] + i + 8]]);
             if (i < count)
                 fill_lane(w, &b->at[i / LL_LANES], i % LL_LANES, ll_orders(w)[start[c] + i]);
             else
@@ -244,8 +246,8 @@ static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_
     }
 }
 
-static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, const ll_joint_set *set, double h,
-                    bool first)
+static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, const ll_joint_set *set,
+                    double h, bool first)
 {
     const ll_rigid_params *p = &w->params;
     double hertz = ll_min(p->contact_hertz, 0.125 / h);

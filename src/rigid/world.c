@@ -55,6 +55,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     place(&end, 1, sizeof(ll_rigid));
     at.pose = place(&end, bodies + 1, sizeof(ll_pose)); /* the last slots are of nobody: for empty lanes */
     at.motion = place(&end, bodies + 1, sizeof(ll_motion));
+    at.trait = place(&end, bodies + 1, sizeof(ll_trait));
     at.body = place(&end, bodies + 1, sizeof(ll_body));
     at.shape = place(&end, shapes, sizeof(ll_shape));
     at.box = place(&end, shapes, sizeof(ll_aabb));
