@@ -90,9 +90,7 @@ void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *box
 {
     if (count == 0)
         return;
-    if (phase->pairs != NULL)
-        phase->pairs(state, boxes, moved, out);
-    else
+    if (phase->pairs == NULL || !phase->pairs(state, boxes, moved, count, out))
         for (int32_t i = 0; i < count; i++)
             phase->query(state, boxes, boxes[list[i]], found,
                          &(gather){.moved = moved, .self = list[i], .out = out});

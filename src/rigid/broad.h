@@ -19,6 +19,8 @@ typedef struct ll_pair_list {
     bool overflowed;                                           /* there were more pairs than room */
     bool (*accept)(const void *context, int32_t a, int32_t b); /* whether the pair is wanted; NULL: all are */
     const void *context;
+    void *scratch; /* for phases that can make use of it */
+    size_t scratch_size;
 } ll_pair_list;
 
 typedef void ll_broad_visit(void *context, int32_t proxy);
@@ -33,8 +35,9 @@ typedef struct ll_broad_phase {
     void (*move)(void *state, const ll_aabb *boxes, int32_t proxy); /* its box is another now */
     /* Visits every proxy whose box overlaps `box`, in an order of its own. */
     void (*query)(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad_visit *visit, void *context);
-    /* All pairs at once; NULL: by a query for each that moved. */
-    void (*pairs)(void *state, const ll_aabb *boxes, const uint8_t *moved, ll_pair_list *out);
+    /* All pairs at once, when `count` proxies have moved. False: nothing was done, there shall be a query for
+     * each. NULL: always so. */
+    bool (*pairs)(void *state, const ll_aabb *boxes, const uint8_t *moved, int32_t count, ll_pair_list *out);
 } ll_broad_phase;
 
 typedef enum ll_broad_kind {
@@ -53,6 +56,11 @@ extern const char *const ll_broad_names[LL_BROADS + 1]; /* NULL-terminated */
  * each proxy, `list` names those that are set. */
 void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *boxes, const uint8_t *moved,
                     const int32_t *list, int32_t count, ll_pair_list *out);
+
+/* broad_strips.c: the pairs of `count` proxies. False without enough scratch, or when too many are too tall.
+ */
+bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
+                     ll_pair_list *out);
 
 static inline void ll_pair_emit(ll_pair_list *out, int32_t a, int32_t b)
 {

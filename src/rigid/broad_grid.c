@@ -182,12 +182,29 @@ static void query(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad
             query_level(g, boxes, box, level, visit, context);
 }
 
+/* When most have moved, all at once is quicker than a query for each. */
+static bool pairs(void *state, const ll_aabb *boxes, const uint8_t *moved, int32_t count, ll_pair_list *out)
+{
+    const grid *g = state;
+    int32_t *live = out->scratch, lives = 0;
+    size_t taken = ((size_t)g->end * sizeof(int32_t) + 63) & ~(size_t)63;
+    if (3 * (int64_t)count < g->end || taken > out->scratch_size)
+        return false;
+    for (int32_t i = 0; i < g->end; i++)
+        if (nodes(g)[i].level >= 0)
+            live[lives++] = i;
+    out->scratch = (char *)out->scratch + taken;
+    out->scratch_size -= taken;
+    return ll_broad_strips(boxes, moved, live, lives, out);
+}
+
 const ll_broad_phase ll_broad_grid = {
     .name = "grid",
-    .help = "Grids of cells by size of box: n + pairs; a box that stays in its cell costs nothing.",
+    .help = "Grids of cells by size of box, and sweeps by strips when most have moved: n + pairs.",
     .size = size,
     .init = init,
     .insert = insert,
     .remove = remove_proxy,
     .move = move,
-    .query = query};
+    .query = query,
+    .pairs = pairs};

@@ -104,8 +104,9 @@ static void query(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad
             visit(context, s->at[i].proxy);
 }
 
-static void pairs(void *state, const ll_aabb *boxes, const uint8_t *moved, ll_pair_list *out)
+static bool pairs(void *state, const ll_aabb *boxes, const uint8_t *moved, int32_t count, ll_pair_list *out)
 {
+    (void)count;
     sap *s = state;
     for (int32_t i = 0; i < s->count; i++)
         s->at[i].left = boxes[s->at[i].proxy].lower.x;
@@ -119,6 +120,7 @@ static void pairs(void *state, const ll_aabb *boxes, const uint8_t *moved, ll_pa
                 ll_pair_emit(out, p, q);
         }
     }
+    return true;
 }
 
 const ll_broad_phase ll_broad_sap = {

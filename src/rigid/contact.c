@@ -203,7 +203,13 @@ static bool wanted(const void *context, int32_t a, int32_t b)
 void ll_find_pairs(ll_rigid *w, bool *overflowed)
 {
     w->stats.moved = w->moved;
-    ll_pair_list list = {.at = ll_pairs(w), .capacity = w->limits.contacts, .accept = wanted, .context = w};
+    size_t taken = ((size_t)w->limits.contacts * sizeof(ll_pair) + 63) & ~(size_t)63;
+    ll_pair_list list = {.at = ll_pairs(w),
+                         .capacity = w->limits.contacts,
+                         .accept = wanted,
+                         .context = w,
+                         .scratch = (char *)ll_pairs(w) + taken,
+                         .scratch_size = w->at.end - w->at.pair - taken};
     ll_broad_pairs(ll_broad_of(w), ll_broad_state(w), ll_boxs(w), ll_moveds(w), ll_moved_lists(w), w->moved,
                    &list);
     *overflowed = list.overflowed;

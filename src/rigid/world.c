@@ -79,8 +79,8 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.scratch = place(&end, most > (size_t)l->joints ? most : (size_t)l->joints, sizeof(int32_t));
     at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
     /* Pairs are used up before the solver begins. */
-    at.pair = at.solver =
-        place(&end, solver > contacts * sizeof(ll_pair) ? solver : contacts * sizeof(ll_pair), 1);
+    size_t pairs = (contacts * sizeof(ll_pair) + 63) & ~(size_t)63;
+    at.pair = at.solver = place(&end, solver > pairs ? solver : pairs, 1);
     at.end = end;
     return at;
 }

@@ -19,6 +19,7 @@ typedef struct bench {
     uint8_t moved[CAPACITY], live[CAPACITY];
     int32_t list[CAPACITY];
     int32_t moves;
+    bool scratch; /* with it the grid sweeps strips, without it makes queries */
     void *state[LL_BROADS];
 } bench;
 
@@ -42,9 +43,13 @@ static void touch(bench *b, int32_t i)
 static void compare(bench *b)
 {
     static ll_pair pairs[LL_BROADS][400000];
+    static char scratch[CAPACITY * 400];
     int32_t counts[LL_BROADS];
     for (int k = 0; k < LL_BROADS; k++) {
-        ll_pair_list out = {.at = pairs[k], .capacity = 400000};
+        ll_pair_list out = {.at = pairs[k],
+                            .capacity = 400000,
+                            .scratch = scratch,
+                            .scratch_size = b->scratch ? sizeof scratch : 0};
         ll_broad_pairs(ll_broad_phases[k], b->state[k], b->boxes, b->moved, b->list, b->moves, &out);
         assert_false(out.overflowed);
         counts[k] = out.count;
@@ -72,6 +77,7 @@ static void run(double width, double spread, double step)
     }
     compare(b);
     for (uint64_t round = 0; round < 40; round++) {
+        b->scratch = round % 2 == 0;
         for (int32_t i = 0; i < CAPACITY; i++) {
             double chance = ll_rng_unit(2, round, (uint64_t)i);
             if (chance < 0.02) {
