@@ -7,6 +7,7 @@ import YAML from 'yaml';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 import { decodeFrame } from '../lib/layout.mjs';
+import { decode } from '../../www/js/frame.js';
 
 let daemon, c, api, ajv, layout;
 
@@ -79,6 +80,24 @@ test('binary frames say what JSON frames say, in every library scenario', async 
     await json.close();
     await binary.close();
   }
+});
+
+test('the page decodes the buffers of views as the layout has them', async () => {
+  const session = await c.make({ scenario: 'interpolation_jitter', paused: true });
+  await c.control(session, { op: 'seek', time_s: 9 });
+  const stream = await c.stream(session, 'bin');
+  const bytes = await stream.frame(() => true), frame = decodeFrame(layout, bytes);
+  const page = decode(new Uint8Array(bytes).buffer);
+  assert.ok(page && frame.buffers.length === 2 && frame.buffered.length >= 4, `${frame.buffered.length} states`);
+  assert.deepEqual(page.buffers.map((b) => [b.player, b.state, b.delay, b.behind, b.timeScale, b.dejitter, b.underruns, b.overruns, b.late]),
+    frame.buffers.map((b) => [b.player, b.state, b.delay_ms, b.behind_ms, b.time_scale, b.dejitter_ms, b.underruns, b.overruns, b.late]));
+  assert.deepEqual(page.buffered.map((b) => [b.player, b.place, b.tick, b.time, b.sent, b.arrived, b.due]),
+    frame.buffered.map((b) => [b.player, b.place, b.tick, b.time_ms, b.sent_ms, b.arrived_ms, b.due_ms]));
+  const ahead = frame.buffered.filter((b) => b.player === 0);
+  assert.ok(ahead[0].time_ms <= 0 && ahead[1].time_ms > 0, 'from the state that is drawn on');
+  assert.ok(ahead.every((b, i) => i === 0 || b.tick > ahead[i - 1].tick), 'in order');
+  assert.ok(frame.buffers[0].behind_ms > 180 && frame.buffers[0].delay_ms === 210, JSON.stringify(frame.buffers));
+  await stream.close();
 });
 
 test('the beginning: hello, a key frame, then 60 frames a second in order', async () => {

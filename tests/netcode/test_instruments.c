@@ -195,7 +195,8 @@ static void views_are_held_against_the_truth(void **state)
  *   v       1   2   3   0  -1   2   0      per frame
  *   a           4   4 -12  -4  12  -8      m/s2: differences of v / 0.25
  *   j               0 -32  16  32 -40      m/s3: differences of a / 0.5
- * From the fourth position on all are known. The truth moves by 1 each frame, but not in the last. */
+ * From the fourth position on all are known. The truth moves by 1 each frame, but not in the last. All of it
+ * lies on a line through the plane, of slope 3 to 4. */
 static void smoothness_is_of_differences(void **state)
 {
     (void)state;
@@ -206,8 +207,8 @@ static void smoothness_is_of_differences(void **state)
     start_lone(l, 60, 0, 0);
     ll_history_add(truth, 0, world);
     for (int i = 0; i < 8; i++) {
-        world->entity[1].x = truth_x[i];
-        ll_client_shown(l->client)->entity[1].x = x[i];
+        world->entity[1] = (ll_entity){.x = -0.6 * truth_x[i], .y = 0.8 * truth_x[i]};
+        ll_client_shown(l->client)->entity[1] = (ll_entity){.x = -0.6 * x[i], .y = 0.8 * x[i]};
         l->client->elapsed = LL_SECOND / 2;
         ll_instruments_frame(l->instruments, l->client, world, truth, i * LL_SECOND / 2);
     }
@@ -215,8 +216,8 @@ static void smoothness_is_of_differences(void **state)
     assert_int_equal(s->frames, 5);
     assert_true(near(s->acceleration, 16 + 144 + 16 + 144 + 64));
     assert_true(near(s->jerk, 0 + 1024 + 256 + 1024 + 1600));
-    assert_true(s->step_max == 3);
-    assert_true(s->truth_step_sum == 4);
+    assert_true(near(s->step_max, 3));
+    assert_true(near(s->truth_step_sum, 4));
     assert_int_equal(s->moving, 4);
     assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth went on; 7 to 7 stood as the truth did */
     assert_int_equal(s->reversals, 1); /* -1, 2 */
@@ -224,6 +225,18 @@ static void smoothness_is_of_differences(void **state)
     free(truth);
     free(world);
     free_lone(l);
+}
+
+/* Steps in the plane: turns of a quarter are none, steps against the one before are, whatever their axis. */
+static void steps_back_are_reversals(void **state)
+{
+    (void)state;
+    const double places[][2] = {{0, 0}, {0, 0}, {0, 0}, {1, 0}, {1, 1},
+                                {0, 1}, {0, 3}, {1, 2}, {2, 3}, {0, 3}};
+    ll_smoothness s = {0};
+    for (int i = 0; i < 10; i++)
+        ll_smoothness_add(&s, places[i][0], places[i][1], i, 0, 1);
+    assert_int_equal(s.reversals, 2); /* (0, 2) to (1, -1), and (1, 1) to (-2, 0) */
 }
 
 int main(void)
@@ -235,6 +248,7 @@ int main(void)
         cmocka_unit_test(corrections_are_measured_at_the_same_input),
         cmocka_unit_test(views_are_held_against_the_truth),
         cmocka_unit_test(smoothness_is_of_differences),
+        cmocka_unit_test(steps_back_are_reversals),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -8,6 +8,8 @@ static lone *corrected(double hz, int correction, double to)
 {
     lone *l = new_lone(1, &toy, &ll_sync_free);
     packet p = state_of(1, 50 * LL_MS, 0, 1, (double[]){to});
+    p.entity[0].y = -to / 4;
+    p.entity[0].angle = to / 8;
     l->config.prediction = l->config.reconciliation = true;
     l->config.correction = correction;
     l->config.correction_half_life_ms = HALF_LIFE;
@@ -38,7 +40,9 @@ static void errors_halve_in_a_half_life(void **state)
             ll_time now = ll_tick_time(f, freq);
             frame(l, now, NULL);
             double want = 2 - 2 * exp2(-(ll_to_ms(now) - last_ms) / HALF_LIFE);
-            assert_true(fabs(drawn(l) - want) < 1e-12);
+            const ll_entity *e = &ll_client_shown(l->client)->entity[0];
+            assert_true(fabs(e->x - want) < 1e-12 && fabs(e->y + want / 4) < 1e-12 &&
+                        fabs(e->angle - want / 8) < 1e-12);
             assert_true(ll_client_predicted(l->client)->entity[0].x == 2); /* the state is right at once */
         }
         free_lone(l);
@@ -73,9 +77,10 @@ static void pops_are_what_is_drawn(void **state)
         frame(a, f * 20 * LL_MS, NULL);
         frame(b, f * 20 * LL_MS, NULL);
     }
-    assert_true(pops(a).max == 2 && pops(a).count == 200);
-    assert_true(fabs(pops(b).max - 2 * (1 - exp2(-20.0 / HALF_LIFE))) < 1e-12); /* the first part */
-    assert_true(fabs(pops(a).mean * 200 - 2) < 1e-9 && fabs(pops(b).mean * 200 - 2) < 1e-4);
+    const double size = 2 * sqrt(17.0 / 16); /* 2 m to the right, half a metre down */
+    assert_true(fabs(pops(a).max - size) < 1e-12 && pops(a).count == 200);
+    assert_true(fabs(pops(b).max - size * (1 - exp2(-20.0 / HALF_LIFE))) < 1e-12); /* the first part */
+    assert_true(fabs(pops(a).mean * 200 - size) < 1e-9 && fabs(pops(b).mean * 200 - size) < 1e-4);
     assert_true(drawn(b) == 2); /* in the end to the bit */
     free_lone(a);
     free_lone(b);
@@ -101,11 +106,12 @@ static void corrections_add_up(void **state)
 static void large_errors_jump(void **state)
 {
     (void)state;
-    lone *a = corrected(50, LL_CORRECTION_SMOOTH, LL_SMOOTH_MAX_M + 0.0005),
-         *b = corrected(50, LL_CORRECTION_SMOOTH, LL_SMOOTH_MAX_M - 0.0005);
+    const double largest = LL_SMOOTH_MAX_M / sqrt(17.0 / 16);
+    lone *a = corrected(50, LL_CORRECTION_SMOOTH, largest + 0.0005),
+         *b = corrected(50, LL_CORRECTION_SMOOTH, largest - 0.0005);
     frame(a, 100 * LL_MS, NULL);
     frame(b, 100 * LL_MS, NULL);
-    assert_true(drawn(a) == LL_SMOOTH_MAX_M + 0.0005);
+    assert_true(drawn(a) == largest + 0.0005);
     assert_true(drawn(b) < 1);
     free_lone(a);
     free_lone(b);

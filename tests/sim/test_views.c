@@ -70,6 +70,8 @@ static void silences_are_bridged_up_to_the_cap(void **state)
     assert_true(fabs(bridged - alone) < 3 * 0.05);
     assert_true(fabs(bridged - waited - (0.175 + 0.4 + 0.4)) < 0.06);
     assert_true(a->underruns == 3 && b->underruns == 3);
+    /* More than 250 ms behind: after 0.5 s as well, where nothing was bridged. */
+    assert_true(a->overruns == 1 && b->overruns == 2);
     assert_true(summary(&s, 0, LL_METRIC_POP).max > 0.01 && summary(&s, 1, LL_METRIC_POP).max == 0);
     scene_close(&s);
 }
