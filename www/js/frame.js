@@ -49,6 +49,40 @@ export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STA
  * count from the frame's time; ms.
  * @typedef {{player: number, place: number, tick: number, time: number, sent: number, arrived: number, due: number}} Buffered */
 
+export const RIFLE = 0, SHELL = 1; /* weapons of a shot */
+export const S_CLAMPED = 2, S_DISTRUSTED = 4, S_BEHIND_COVER = 8; /* flags of a shot */
+export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body */
+
+/** A body at the three times of a shot: as the shooter saw it, in the server's present, and where the server looked.
+ * @typedef {{seenX: number, seenY: number, nowX: number, nowY: number, lookedX: number, lookedY: number}} ShotBody */
+
+/**
+ * @typedef {object} Shot       the last of a player and weapon that the server took
+ * @property {number} player
+ * @property {number} weapon
+ * @property {number} flags
+ * @property {number} tick      the server's step that it was meant for
+ * @property {number} pressed   s
+ * @property {number} seen      s, server time of the picture that the shooter acted on
+ * @property {number} judged    s, the server's present
+ * @property {number} looked    s, server time of the bodies that it was judged against
+ * @property {number} x         m, the muzzle as pressed
+ * @property {number} y
+ * @property {number} dx        the aim, a unit vector
+ * @property {number} dy
+ * @property {number} serverX   m, the muzzle where the server had it
+ * @property {number} serverY
+ * @property {number} viewHit     the body that is hit in the shooter's pictures
+ * @property {number} nowHit      in the server's present, without compensation
+ * @property {number} serverHit   by the server's policy
+ * @property {number} perfectHit  on a network without delay
+ * @property {ShotBody[]} bodies  body i is entity i
+ */
+
+/** A shell in flight as a view has it. `from...`: at the start of its flight; `flown`: s since.
+ * @typedef {{view: number, player: number, number: number, flown: number, x: number, y: number, vx: number, vy: number,
+ *   fromX: number, fromY: number, fromVx: number, fromVy: number}} Shell */
+
 /**
  * @typedef {object} Peer       a client with a world of its own
  * @property {number} confirmed  tick up to which everybody's inputs have come
@@ -84,9 +118,12 @@ export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STA
  * @property {Buffer[]} buffers  of the players' views
  * @property {Buffered[]} buffered  the states in them
  * @property {Motion[]} motion  of a motion: the solution, then the methods
+ * @property {Shot[]} shots         in a game with weapons; otherwise empty, as shells
+ * @property {Shell[]} shells       in flight, of all views
  */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, MOTION = 64;
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, MOTION = 64,
+  SHOT = 80, SHOT_BODY = 24, SHELL_RECORD = 40;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
 function view(d, at, stride) {
@@ -157,6 +194,31 @@ function motion(d, at, stride) {
   };
 }
 
+/** @param {DataView} d @param {number} at @param {number} stride @returns {Shot} */
+function shot(d, at, stride) {
+  const f = (/** @type {number} */ offset) => d.getFloat32(at + offset, true);
+  const bodies = [];
+  for (let b = SHOT, count = d.getUint8(at + 2); bodies.length < count && b + SHOT_BODY <= stride; b += SHOT_BODY) {
+    bodies.push({ seenX: f(b), seenY: f(b + 4), nowX: f(b + 8), nowY: f(b + 12), lookedX: f(b + 16), lookedY: f(b + 20) });
+  }
+  return {
+    player: d.getUint8(at), weapon: d.getUint8(at + 1), flags: d.getUint8(at + 3), tick: d.getUint32(at + 4, true),
+    pressed: d.getFloat64(at + 8, true), seen: d.getFloat64(at + 16, true), judged: d.getFloat64(at + 24, true),
+    looked: d.getFloat64(at + 32, true), x: f(40), y: f(44), dx: f(48), dy: f(52), serverX: f(56), serverY: f(60),
+    viewHit: d.getInt32(at + 64, true), nowHit: d.getInt32(at + 68, true), serverHit: d.getInt32(at + 72, true),
+    perfectHit: d.getInt32(at + 76, true), bodies,
+  };
+}
+
+/** @param {DataView} d @param {number} at @returns {Shell} */
+function shell(d, at) {
+  const f = (/** @type {number} */ offset) => d.getFloat32(at + offset, true);
+  return {
+    view: d.getUint8(at), player: d.getUint8(at + 1), number: d.getUint16(at + 2, true), flown: f(4), x: f(8), y: f(12),
+    vx: f(16), vy: f(20), fromX: f(24), fromY: f(28), fromVx: f(32), fromVy: f(36),
+  };
+}
+
 /** @param {ArrayBuffer} bytes @returns {Frame | null} null when the bytes are no frame */
 export function decode(bytes) {
   const d = new DataView(bytes);
@@ -166,7 +228,7 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], motion: [],
+    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], motion: [], shots: [], shells: [],
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -193,6 +255,10 @@ export function decode(bytes) {
       for (let i = 0; i < count; i++) frame.buffered.push(buffered(d, at + i * stride));
     } else if (type === 16 && stride >= MOTION) {
       for (let i = 0; i < count; i++) frame.motion.push(motion(d, at + i * stride, stride));
+    } else if (type === 4 && stride >= SHOT) {
+      for (let i = 0; i < count; i++) frame.shots.push(shot(d, at + i * stride, stride));
+    } else if (type === 9 && stride >= SHELL_RECORD) {
+      for (let i = 0; i < count; i++) frame.shells.push(shell(d, at + i * stride));
     }
     at += size;
   }
