@@ -30,11 +30,6 @@ static uint64_t to_bits(double x)
     return bits;
 }
 
-double ll_sqrt(double x)
-{
-    return __builtin_sqrt(x); /* IEEE 754 wants it correctly rounded */
-}
-
 /* To the nearest integer, for |x| < 2^51. */
 static double nearest(double x)
 {

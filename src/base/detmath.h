@@ -11,4 +11,9 @@ double ll_cos(double x);
 double ll_exp(double x);             /* 0 below -745, infinite above 709.8 */
 double ll_log(double x);             /* x > 0; NaN otherwise (-inf for 0) */
 double ll_atan2(double y, double x); /* in [-pi, pi]; 0 at the origin; both finite */
-double ll_sqrt(double x);
+
+/* IEEE 754 wants it correctly rounded. */
+static inline double ll_sqrt(double x)
+{
+    return __builtin_sqrt(x);
+}
