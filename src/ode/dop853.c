@@ -239,7 +239,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     combine(stride, zero, k, e5, STAGES, h, error);
     combine(stride, zero, k, e3, STAGES, h, error + stride);
     double error5 = ll_ode_norm2(run, error), error3 = ll_ode_norm2(run, error + stride);
-    return error5 == 0 ? 0 : error5 / ll_sqrt(error5 + 0.01 * error3);
+    return error5 == 0 ? 0 : error5 * error5 / (error5 + 0.01 * error3);
 }
 
 static void accept(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)

@@ -10,12 +10,12 @@
 /* What a method does within a step. The driver (run.c) owns t, counts steps, decides about acceptance, looks
  * for events and checks that values are finite. */
 typedef struct ll_ode_body {
-    int vectors;                 /* work vectors of `stride` doubles: ll_ode_work(run, 0) and on */
-    size_t (*matrices)(int dim); /* further doubles, behind the vectors; NULL: none */
+    int vectors;              /* work vectors of `stride` doubles: ll_ode_work(run, 0) and on */
+    size_t (*extra)(int dim); /* further doubles, behind the vectors: ll_ode_extra; NULL: none */
 
     /* Writes the state after a step of `h` from (run->t, y) to ll_ode_next(run), and leaves everything from
-     * which another attempt can be made. Returns the estimated error over the tolerance, 0 for methods of
-     * fixed step; NaN or infinite: failed. */
+     * which another attempt can be made. Returns the mean square of the estimated error over the
+     * tolerance, 0 for methods of fixed step; NaN or infinite: failed. */
     double (*attempt)(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h);
 
     /* The attempt counts: run->t, run->t_last and the two states are moved already. NULL: nothing to do. */
@@ -30,9 +30,6 @@ typedef struct ll_ode_body {
 
     int error_order; /* of the estimate: the error of a step goes with h^error_order; adaptive methods */
 } ll_ode_body;
-
-/* Two doubles at once where the machine can. */
-typedef double ll_pair __attribute__((vector_size(16), aligned(8), may_alias));
 
 static inline ll_pair ll_pair_at(const double *x)
 {
@@ -65,7 +62,7 @@ static inline double *ll_ode_work(ll_ode_run *run, int vector)
     return run->data + (3 + vector) * run->stride;
 }
 
-static inline double *ll_ode_matrices(ll_ode_run *run, const ll_ode_method *method)
+static inline double *ll_ode_extra(ll_ode_run *run, const ll_ode_method *method)
 {
     return ll_ode_work(run, method->body->vectors);
 }
@@ -86,6 +83,9 @@ static inline void ll_ode_a(ll_ode_run *run, const ll_ode *ode, double t, const 
 
 /* The mean over the components of (e / (tolerance + tolerance max(|y|, |next|)))^2. */
 double ll_ode_norm2(const ll_ode_run *run, const double *e);
+
+/* The step after one of `h` with the mean square `error`, where the error of a step goes with h^order. */
+double ll_ode_propose(ll_ode_run *run, double h, double error, double order);
 
 /* x^p for x > 0, within 1 %: for step sizes, which need not be exact but the same everywhere. */
 double ll_ode_power(double x, double p);

@@ -31,6 +31,8 @@ const ll_ode_method *const ll_ode_methods[] = {&ll_ode_explicit_euler,
                                                &ll_ode_dopri5,
                                                &ll_ode_tsit5,
                                                &ll_ode_dop853,
+                                               &ll_ode_extrapolated_midpoint,
+                                               &ll_ode_extrapolated_leapfrog,
                                                &ll_ode_rodas4,
                                                &ll_ode_rodas5p,
                                                &ll_ode_radau5,
@@ -54,8 +56,8 @@ ll_status ll_ode_method_fits(const ll_ode_method *method, const ll_ode *ode)
     if ((method->needs & LL_ODE_NEEDS_MAGNETIC) && ode->magnetic == NULL)
         return ll_field_error(LL_BAD_INPUT, "method", "%s needs a problem with a magnetic force.",
                               method->name);
-    if ((method->needs & LL_ODE_NEEDS_POSITIONS) && ode->velocity_dependent)
-        return ll_field_error(LL_BAD_INPUT, "method", "%s needs forces that do not depend on velocities.",
-                              method->name);
+    if ((method->needs & LL_ODE_NEEDS_POSITIONS) && ode->velocity_dependent && ode->magnetic == NULL)
+        return ll_field_error(LL_BAD_INPUT, "method",
+                              "%s needs forces that are free of velocities, or magnetic.", method->name);
     return ll_ok();
 }

@@ -27,6 +27,16 @@ typedef void ll_ode_jacobian(const void *params, double t, const double *y, doub
  * are in both). In the plane only b[2] counts. */
 typedef void ll_ode_magnetic(const void *params, double t, const double *q, double *e, double *b);
 
+/* Two states at once, component by component: lane l of y[i] is component i of state l. Each lane computes
+ * the bits that the function of one state computes. */
+typedef double ll_pair __attribute__((vector_size(16), aligned(8), may_alias));
+
+typedef void ll_ode_rhs_pair(const void *params, const ll_pair *t, const ll_pair *y, ll_pair *dy);
+typedef void ll_ode_acceleration_pair(const void *params, const ll_pair *t, const ll_pair *q,
+                                      const ll_pair *v, ll_pair *a);
+typedef void ll_ode_magnetic_pair(const void *params, const ll_pair *t, const ll_pair *q, ll_pair *e,
+                                  ll_pair *b);
+
 /* What happens after an event. A system at rest keeps its state until the end. */
 typedef enum ll_ode_action { LL_ODE_GO_ON, LL_ODE_REST } ll_ode_action;
 
@@ -49,6 +59,8 @@ typedef struct ll_ode {
     ll_ode_acceleration *acceleration;
     ll_ode_jacobian *jacobian; /* NULL: by differences */
     ll_ode_magnetic *magnetic; /* NULL: none; e + v x b must equal the acceleration */
+
+    const struct ll_ode_kernels *kernels; /* loops of methods with this system's f within; NULL: none */
 
     const ll_ode_event *events; /* in the order in which ties are served */
     int event_count;            /* at most LL_ODE_EVENTS_MAX */

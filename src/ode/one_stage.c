@@ -11,7 +11,7 @@ typedef struct stage {
 
 enum { BASE, Z, F, CHANGE, SCRATCH, VECTORS = SCRATCH + 2 };
 
-static size_t matrices(int dim)
+static size_t extra(int dim)
 {
     size_t n = (size_t)dim;
     return 2 * n * n + (n + 1) / 2; /* Jacobian, its factorisation, row exchanges */
@@ -48,7 +48,7 @@ static bool newton(ll_ode_run *run, const ll_ode_method *method, const ll_ode *o
     int n = run->dim;
     double *base = ll_ode_work(run, BASE), *z = ll_ode_work(run, Z), *f = ll_ode_work(run, F);
     double *change = ll_ode_work(run, CHANGE), last = 0;
-    double *jacobian = ll_ode_matrices(run, method), *lu = jacobian + n * n;
+    double *jacobian = ll_ode_extra(run, method), *lu = jacobian + n * n;
     int32_t *pivot = (int32_t *)(lu + n * n);
     bool fresh = true;
     for (int i = 0; i < ITERATIONS; i++) {
@@ -92,7 +92,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     return 0;
 }
 
-static const ll_ode_body body = {.vectors = VECTORS, .matrices = matrices, .attempt = attempt};
+static const ll_ode_body body = {.vectors = VECTORS, .extra = extra, .attempt = attempt};
 
 const ll_ode_method ll_ode_implicit_euler = {
     .name = "implicit_euler",

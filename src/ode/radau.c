@@ -47,7 +47,7 @@ enum {
     VECTORS = OLD + STAGES_MAX
 };
 
-static size_t matrices(int dim)
+static size_t extra(int dim)
 {
     size_t n = (size_t)dim, exchanges = (n * (1 + PAIRS_MAX) + 1) / 2;
     return MEMORY + n * n * (2 + 2 * PAIRS_MAX) + exchanges; /* J, a real and PAIRS_MAX complex systems */
@@ -55,12 +55,12 @@ static size_t matrices(int dim)
 
 static memory *memory_of(ll_ode_run *run, const ll_ode_method *method)
 {
-    return (memory *)ll_ode_matrices(run, method);
+    return (memory *)ll_ode_extra(run, method);
 }
 
 static double *jacobian_of(ll_ode_run *run, const ll_ode_method *method)
 {
-    return ll_ode_matrices(run, method) + MEMORY;
+    return ll_ode_extra(run, method) + MEMORY;
 }
 
 /* The real system, and both parts of pair p. */
@@ -248,9 +248,9 @@ static double estimate(ll_ode_run *run, const ll_ode_method *method, const ll_od
             double part = error[k] * scale[k];
             norm += part * part;
         }
-        norm = ll_sqrt(norm / n);
+        norm /= n;
         if (norm < 1 || !again || pass == 1)
-            return norm > 1e-10 ? norm : 1e-10;
+            return norm > 1e-20 ? norm : 1e-20;
         for (int k = 0; k < n; k++)
             point[k] = y[k] + error[k];
         ll_ode_f(run, ode, run->t, point, error);
@@ -309,14 +309,14 @@ static double propose(ll_ode_run *run, const ll_ode_method *method, double h, do
     if (m->iterations == 0)
         return h / 2;
     double safety = 0.9 * (1 + 2 * ITERATIONS) / (m->iterations + 2 * ITERATIONS);
-    double factor = safety * ll_ode_power(error, -power);
+    double factor = safety * ll_ode_power(error, -power / 2);
     if (error <= 1) {
         if (m->h_last != 0) {
-            double trend = 0.9 * h / m->h_last * ll_ode_power(m->error_last / (error * error), power);
+            double trend = 0.9 * h / m->h_last * ll_ode_power(m->error_last / (error * error), power / 2);
             factor = trend < factor ? trend : factor;
         }
         m->h_last = h;
-        m->error_last = error > 1e-2 ? error : 1e-2;
+        m->error_last = error > 1e-4 ? error : 1e-4;
         if (was_rejected && factor > 1)
             factor = 1;
         if (m->rate <= 1e-3 && factor >= 1 && factor <= 1.2)
@@ -353,7 +353,7 @@ static void dense(ll_ode_run *run, const ll_ode_method *method, const ll_ode *od
 }
 
 static const ll_ode_body body = {.vectors = VECTORS,
-                                 .matrices = matrices,
+                                 .extra = extra,
                                  .attempt = attempt,
                                  .accept = accept,
                                  .propose = propose,

@@ -21,7 +21,7 @@ typedef struct rosenbrock {
 
 enum { F0, FT, POINT, SCRATCH, U = SCRATCH + 2, ERROR = U + STAGES_MAX, VECTORS };
 
-static size_t matrices(int dim)
+static size_t extra(int dim)
 {
     size_t n = (size_t)dim;
     return 2 * n * n + (n + 1) / 2; /* Jacobian, factorisation, row exchanges */
@@ -52,7 +52,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     int n = run->dim, stride = run->stride;
     const double *y = ll_ode_state_y(run), *a = r->a, *g = r->g;
     double *f0 = ll_ode_work(run, F0), *u = ll_ode_work(run, U), *point = ll_ode_work(run, POINT);
-    double *jacobian = ll_ode_matrices(run, method), *lu = jacobian + n * n;
+    double *jacobian = ll_ode_extra(run, method), *lu = jacobian + n * n;
     int32_t *pivot = (int32_t *)(lu + n * n);
     if (run->history == 0) {
         ll_ode_f(run, ode, run->t, y, f0);
@@ -87,7 +87,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     const double *error = u + (r->stages - 1) * stride;
     for (int i = 0; i < n; i++)
         next[i] = point[i] + error[i];
-    return ll_sqrt(ll_ode_norm2(run, error));
+    return ll_ode_norm2(run, error);
 }
 
 static void accept(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
@@ -114,13 +114,13 @@ static void dense(ll_ode_run *run, const ll_ode_method *method, const ll_ode *od
 }
 
 static const ll_ode_body body_4 = {.vectors = VECTORS,
-                                   .matrices = matrices,
+                                   .extra = extra,
                                    .attempt = attempt,
                                    .accept = accept,
                                    .dense = dense,
                                    .error_order = 4};
 static const ll_ode_body body_5 = {.vectors = VECTORS,
-                                   .matrices = matrices,
+                                   .extra = extra,
                                    .attempt = attempt,
                                    .accept = accept,
                                    .dense = dense,

@@ -59,13 +59,14 @@ typedef struct ll_ode_run {
     double t;                           /* of the state */
     double t_last;                      /* of the state before the last step */
     double h;                           /* adaptive: the step to be tried next, with its sign */
+    double h_last;                      /* adaptive: the last accepted step */
     double failed_t;                    /* where it diverged */
     double event_t[LL_ODE_EVENTS_MAX];  /* the last time of each event */
     int64_t event_n[LL_ODE_EVENTS_MAX]; /* how often each has happened */
     int64_t n;                          /* steps of dt since `origin` */
     double origin;                      /* t0, or where stepping by other steps ended */
-    double error;                       /* of the last accepted step over the tolerance */
-    int32_t current;                    /* which of the two state vectors is y */
+    double growth;   /* adaptive: that the error of that step allows; at most 2; 0: no step yet */
+    int32_t current; /* which of the two state vectors is y */
     int32_t partial; /* the step is not one of the method's own size: up to an event, or the rest after it */
     int32_t history; /* the method's own: what it has kept of the past; 0 after the start and a jump */
     int32_t dense;   /* the method's own: whether the dense output of the last step is prepared */

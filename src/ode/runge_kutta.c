@@ -40,7 +40,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
         return 0;
     double *error = ll_ode_work(run, STAGES_MAX), *zero = ll_ode_work(run, STAGES_MAX + 1);
     combine(run, zero, k, t->e, t->stages, h, error);
-    return ll_sqrt(ll_ode_norm2(run, error));
+    return ll_ode_norm2(run, error);
 }
 
 /* The last stage of an FSAL pair is the first of the next step. */

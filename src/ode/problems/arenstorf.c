@@ -10,20 +10,39 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, mu, NULL, 1e-6, 0.5, 0.012277471, "The moon's share of the mass.")};
 LL_ODE_TABLE(ll_ode_arenstorf_table, "arenstorf", "Parameters of the three bodies.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t;
-    double mu = ((const params *)p)->mu, rest = 1 - mu, y2 = q[1] * q[1];
-    double e = q[0] + mu, m = q[0] - rest, re2 = e * e + y2, rm2 = m * m + y2;
-    double earth = rest / (re2 * ll_sqrt(re2)), moon = mu / (rm2 * ll_sqrt(rm2));
-    a[0] = q[0] + 2 * v[1] - earth * e - moon * m;
-    a[1] = q[1] - 2 * v[0] - (earth + moon) * q[1];
-}
+LL_ODE_ACCELERATION(acceleration, 4, {
+    double mu = ((const params *)p)->mu, rest = 1 - mu;
+    real x = q[0], y = q[1], vx = v[0], vy = v[1], y2 = y * y;
+    real e = x + mu, m = x - rest, re2 = e * e + y2, rm2 = m * m + y2;
+    real earth = rest / (re2 * ll_real_sqrt(re2)), moon = mu / (rm2 * ll_real_sqrt(rm2));
+    a[0] = x + 2 * vy - earth * e - moon * m;
+    a[1] = y - 2 * vx - (earth + moon) * y;
+})
+
+/* The force that the turning of the frame adds to a moving body is that of a magnetic field of 2. */
+LL_ODE_MAGNETIC(magnetic, 4, {
+    double mu = ((const params *)p)->mu, rest = 1 - mu;
+    real x = q[0], y = q[1], y2 = y * y;
+    real far = x + mu, near = x - rest, re2 = far * far + y2, rm2 = near * near + y2;
+    real earth = rest / (re2 * ll_real_sqrt(re2)), moon = mu / (rm2 * ll_real_sqrt(rm2));
+    e[0] = x - earth * far - moon * near;
+    e[1] = y - (earth + moon) * y;
+    b[0] = b[1] = 0 * x;
+    b[2] = b[0] + 2;
+})
+
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+                                              .leapfrog = magnetic_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 4, .autonomous = true, .velocity_dependent = true, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){.dim = 4,
+                    .autonomous = true,
+                    .velocity_dependent = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .magnetic = magnetic,
+                    .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

@@ -10,20 +10,28 @@ static const ll_param rows[] = {LL_ODE_PARAM(params, gravity, NULL, 0, 100, 1, "
 LL_ODE_TABLE(ll_ode_pleiades_table, "pleiades", "Parameters of the seven bodies.", rows, params);
 LL_ODE_TABLE(ll_ode_figure_eight_table, "figure_eight", "Parameters of the three bodies.", rows, params);
 
-static void attract(int n, const double *mass, double gravity, const double *q, double *a)
-{
-    for (int i = 0; i < 2 * n; i++)
-        a[i] = 0;
-    for (int i = 0; i < n; i++)
-        for (int j = i + 1; j < n; j++) {
-            double dx = q[j] - q[i], dy = q[n + j] - q[n + i], r2 = dx * dx + dy * dy;
-            double w = gravity / (r2 * ll_sqrt(r2));
-            a[i] += w * mass[j] * dx;
-            a[n + i] += w * mass[j] * dy;
-            a[j] -= w * mass[i] * dx;
-            a[n + j] -= w * mass[i] * dy;
-        }
-}
+/* The acceleration of n bodies. */
+#define ATTRACTION(name, n, mass)                                                                            \
+    LL_ODE_ACCELERATION(name, 4 * (n), {                                                                     \
+        double gravity = ((const params *)p)->gravity;                                                       \
+        for (int i = 0; i < 2 * (n); i++)                                                                    \
+            a[i] = 0 * q[i];                                                                                 \
+        for (int i = 1; i < (n); i++) {                                                                      \
+            real x = q[i], y = q[(n) + i], ax = 0 * x, ay = 0 * y;                                           \
+            for (int j = 0; j < i; j++) {                                                                    \
+                real dx = q[j] - x, dy = q[(n) + j] - y, r2 = dx * dx + dy * dy;                             \
+                real w = gravity / (r2 * ll_real_sqrt(r2));                                                  \
+                dx *= w;                                                                                     \
+                dy *= w;                                                                                     \
+                ax += (mass)[j] * dx;                                                                        \
+                ay += (mass)[j] * dy;                                                                        \
+                a[j] -= (mass)[i] * dx;                                                                      \
+                a[(n) + j] -= (mass)[i] * dy;                                                                \
+            }                                                                                                \
+            a[i] += ax;                                                                                      \
+            a[(n) + i] += ay;                                                                                \
+        }                                                                                                    \
+    })
 
 static double energy_of(int n, const double *mass, double gravity, const double *y)
 {
@@ -43,15 +51,18 @@ static double energy_of(int n, const double *mass, double gravity, const double 
 
 static const double seven_masses[] = {1, 2, 3, 4, 5, 6, 7};
 
-static void seven_acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)v;
-    attract(7, seven_masses, ((const params *)p)->gravity, q, a);
-}
+ATTRACTION(seven_acceleration, 7, seven_masses)
+
+static const struct ll_ode_kernels seven_kernels = {.midpoint = seven_acceleration_midpoint,
+                                                    .leapfrog = seven_acceleration_leapfrog};
 
 static void seven_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 28, .autonomous = true, .params = p, .acceleration = seven_acceleration};
+    *ode = (ll_ode){.dim = 28,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = seven_acceleration,
+                    .kernels = &seven_kernels};
 }
 
 static void seven_start(const void *p, double *y)
@@ -100,15 +111,18 @@ const ll_ode_problem ll_ode_pleiades = {.name = "pleiades",
 
 static const double three_masses[] = {1, 1, 1};
 
-static void three_acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)v;
-    attract(3, three_masses, ((const params *)p)->gravity, q, a);
-}
+ATTRACTION(three_acceleration, 3, three_masses)
+
+static const struct ll_ode_kernels three_kernels = {.midpoint = three_acceleration_midpoint,
+                                                    .leapfrog = three_acceleration_leapfrog};
 
 static void three_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 12, .autonomous = true, .params = p, .acceleration = three_acceleration};
+    *ode = (ll_ode){.dim = 12,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = three_acceleration,
+                    .kernels = &three_kernels};
 }
 
 static void three_start(const void *p, double *y)

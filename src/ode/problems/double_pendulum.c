@@ -16,20 +16,25 @@ LL_ODE_TABLE(ll_ode_double_pendulum_table, "double_pendulum", "Parameters of the
 
 /* Lagrange's equations: 2 a1 + c a2 = -s w2^2 - 2 g sin th1, c a1 + a2 = s w1^2 - g sin th2, with c and s of
  * the difference of the angles. */
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t;
-    double g = ((const params *)p)->g, c = ll_cos(q[0] - q[1]), s = ll_sin(q[0] - q[1]);
-    double f1 = -s * v[1] * v[1] - 2 * g * ll_sin(q[0]), f2 = s * v[0] * v[0] - g * ll_sin(q[1]);
-    double determinant = 2 - c * c;
+LL_ODE_ACCELERATION(acceleration, 4, {
+    double g = ((const params *)p)->g;
+    real x = q[0], y = q[1], d = x - y, c = ll_real_cos(d), s = ll_real_sin(d);
+    real f1 = -s * v[1] * v[1] - 2 * g * ll_real_sin(x), f2 = s * v[0] * v[0] - g * ll_real_sin(y);
+    real determinant = 2 - c * c;
     a[0] = (f1 - c * f2) / determinant;
     a[1] = (2 * f2 - c * f1) / determinant;
-}
+})
+
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint};
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 4, .autonomous = true, .velocity_dependent = true, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){.dim = 4,
+                    .autonomous = true,
+                    .velocity_dependent = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

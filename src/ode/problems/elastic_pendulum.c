@@ -19,14 +19,12 @@ static const ll_param stiff_rows[] = {
 LL_ODE_TABLE(ll_ode_stiff_pendulum_table, "stiff_pendulum", "Parameters of the pendulum on a stiff spring.",
              stiff_rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)v;
+LL_ODE_ACCELERATION(acceleration, 4, {
     const params *c = p;
-    double r = ll_sqrt(q[0] * q[0] + q[1] * q[1]), w = -c->k * (r - 1) / r;
-    a[0] = w * q[0];
-    a[1] = w * q[1] - c->g;
-}
+    real x = q[0], z = q[1], r = ll_real_sqrt(x * x + z * z), w = -c->k * (r - 1) / r;
+    a[0] = w * x;
+    a[1] = w * z - c->g;
+})
 
 static void jacobian(const void *p, double t, const double *y, double *j)
 {
@@ -41,10 +39,17 @@ static void jacobian(const void *p, double t, const double *y, double *j)
     j[13] = -c->k * (1 - x * x / r3);
 }
 
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+                                              .leapfrog = acceleration_leapfrog};
+
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 4, .autonomous = true, .params = p, .acceleration = acceleration, .jacobian = jacobian};
+    *ode = (ll_ode){.dim = 4,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .kernels = &kernels,
+                    .jacobian = jacobian};
 }
 
 static void start(const void *p, double *y)

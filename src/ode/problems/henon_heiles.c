@@ -13,16 +13,19 @@ static const ll_param rows[] = {
 };
 LL_ODE_TABLE(ll_ode_henon_heiles_table, "henon_heiles", "Parameters of the star.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)p, (void)t, (void)v;
-    a[0] = -q[0] - 2 * q[0] * q[1];
-    a[1] = -q[1] - q[0] * q[0] + q[1] * q[1];
-}
+LL_ODE_ACCELERATION(acceleration, 4, {
+    real x = q[0], y = q[1];
+    a[0] = -x - 2 * x * y;
+    a[1] = -y - x * x + y * y;
+})
+
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+                                              .leapfrog = acceleration_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 4, .autonomous = true, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){
+        .dim = 4, .autonomous = true, .params = p, .acceleration = acceleration, .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

@@ -8,17 +8,19 @@ typedef struct params {
 static const ll_param rows[] = {LL_ODE_PARAM(params, e, NULL, 0, 0.999, 0.6, "Eccentricity.")};
 LL_ODE_TABLE(ll_ode_kepler_table, "kepler", "Parameters of the orbit.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)p, (void)t, (void)v;
-    double r2 = q[0] * q[0] + q[1] * q[1], w = -1 / (r2 * ll_sqrt(r2));
+LL_ODE_ACCELERATION(acceleration, 4, {
+    real r2 = q[0] * q[0] + q[1] * q[1], w = -1 / (r2 * ll_real_sqrt(r2));
     a[0] = w * q[0];
     a[1] = w * q[1];
-}
+})
+
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+                                              .leapfrog = acceleration_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 4, .autonomous = true, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){
+        .dim = 4, .autonomous = true, .params = p, .acceleration = acceleration, .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

@@ -13,16 +13,19 @@ static const ll_param rows[] = {
 };
 LL_ODE_TABLE(ll_ode_pendulum_table, "pendulum", "Parameters of the pendulum.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)v;
+LL_ODE_ACCELERATION(acceleration, 2, {
     const params *c = p;
-    a[0] = -c->g / c->length * ll_sin(q[0]);
-}
+    real x = q[0];
+    a[0] = -c->g / c->length * ll_real_sin(x);
+})
+
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+                                              .leapfrog = acceleration_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){
+        .dim = 2, .autonomous = true, .params = p, .acceleration = acceleration, .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

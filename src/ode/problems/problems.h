@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/detmath.h"
+#include "ode/field.h"
 #include "ode/problem.h"
 
 extern const ll_ode_problem ll_ode_free_fall, ll_ode_jerk, ll_ode_forced, ll_ode_oscillator, ll_ode_damped,

@@ -12,18 +12,19 @@ static const ll_param brusselator_rows[] = {
 LL_ODE_TABLE(ll_ode_brusselator_table, "brusselator", "Parameters of the Brusselator.", brusselator_rows,
              brusselator);
 
-static void brusselator_f(const void *p, double t, const double *y, double *dy)
-{
-    (void)t;
+LL_ODE_RHS(brusselator_f, 2, {
     const brusselator *c = p;
-    double u = y[0], v = y[1], react = u * u * v;
+    real u = y[0], v = y[1], react = u * u * v;
     dy[0] = c->a + react - (c->b + 1) * u;
     dy[1] = c->b * u - react;
-}
+})
+
+static const struct ll_ode_kernels brusselator_kernels = {.midpoint = brusselator_f_midpoint};
 
 static void brusselator_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .f = brusselator_f};
+    *ode = (ll_ode){
+        .dim = 2, .autonomous = true, .params = p, .f = brusselator_f, .kernels = &brusselator_kernels};
 }
 
 static void brusselator_start(const void *p, double *y)
@@ -60,17 +61,18 @@ static const ll_param hunter_rows[] = {
 LL_ODE_TABLE(ll_ode_lotka_volterra_table, "lotka_volterra", "Parameters of hunters and prey.", hunter_rows,
              hunters);
 
-static void hunter_f(const void *p, double t, const double *y, double *dy)
-{
-    (void)t;
+LL_ODE_RHS(hunter_f, 2, {
     const hunters *c = p;
-    dy[0] = c->growth * y[0] - c->catch_rate * y[0] * y[1];
-    dy[1] = c->gain * y[0] * y[1] - c->death * y[1];
-}
+    real prey = y[0], hunter = y[1];
+    dy[0] = c->growth * prey - c->catch_rate * prey * hunter;
+    dy[1] = c->gain * prey * hunter - c->death * hunter;
+})
+
+static const struct ll_ode_kernels hunter_kernels = {.midpoint = hunter_f_midpoint};
 
 static void hunter_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .f = hunter_f};
+    *ode = (ll_ode){.dim = 2, .autonomous = true, .params = p, .f = hunter_f, .kernels = &hunter_kernels};
 }
 
 static void hunter_start(const void *p, double *y)

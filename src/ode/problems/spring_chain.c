@@ -13,16 +13,14 @@ static const ll_param rows[] = {
 };
 LL_ODE_TABLE(ll_ode_spring_chain_table, "spring_chain", "Parameters of the chain.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)v;
+LL_ODE_ACCELERATION(acceleration, 2 * MASSES, {
     const params *c = p;
     double w2 = c->k / c->m;
-    for (int i = 0; i < MASSES; i++) {
-        double left = i > 0 ? q[i - 1] : 0, right = i + 1 < MASSES ? q[i + 1] : 0;
-        a[i] = w2 * (left - 2 * q[i] + right);
-    }
-}
+    a[0] = w2 * (q[1] - 2 * q[0]);
+    for (int i = 1; i < MASSES - 1; i++)
+        a[i] = w2 * (q[i - 1] - 2 * q[i] + q[i + 1]);
+    a[MASSES - 1] = w2 * (q[MASSES - 2] - 2 * q[MASSES - 1]);
+})
 
 static void jacobian(const void *p, double t, const double *y, double *j)
 {
@@ -43,12 +41,16 @@ static void jacobian(const void *p, double t, const double *y, double *j)
     }
 }
 
+static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+                                              .leapfrog = acceleration_leapfrog};
+
 static void system_of(const void *p, ll_ode *ode)
 {
     *ode = (ll_ode){.dim = 2 * MASSES,
                     .autonomous = true,
                     .params = p,
                     .acceleration = acceleration,
+                    .kernels = &kernels,
                     .jacobian = jacobian};
 }
 

@@ -14,18 +14,19 @@ static const ll_param racket_rows[] = {
 };
 LL_ODE_TABLE(ll_ode_tennis_racket_table, "tennis_racket", "Parameters of the racket.", racket_rows, racket);
 
-static void racket_f(const void *p, double t, const double *w, double *dw)
-{
-    (void)t;
+LL_ODE_RHS(racket_f, 3, {
     const racket *c = p;
-    dw[0] = (c->i2 - c->i3) / c->i1 * w[1] * w[2];
-    dw[1] = (c->i3 - c->i1) / c->i2 * w[2] * w[0];
-    dw[2] = (c->i1 - c->i2) / c->i3 * w[0] * w[1];
-}
+    real w1 = y[0], w2 = y[1], w3 = y[2];
+    dy[0] = (c->i2 - c->i3) / c->i1 * w2 * w3;
+    dy[1] = (c->i3 - c->i1) / c->i2 * w3 * w1;
+    dy[2] = (c->i1 - c->i2) / c->i3 * w1 * w2;
+})
+
+static const struct ll_ode_kernels racket_kernels = {.midpoint = racket_f_midpoint};
 
 static void racket_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 3, .autonomous = true, .params = p, .f = racket_f};
+    *ode = (ll_ode){.dim = 3, .autonomous = true, .params = p, .f = racket_f, .kernels = &racket_kernels};
 }
 
 static void racket_start(const void *p, double *w)
@@ -65,17 +66,18 @@ static const ll_param top_rows[] = {
     LL_ODE_PARAM(top, drive, "rad/s2", 0, 10, 0.25, "Strength of the drive.")};
 LL_ODE_TABLE(ll_ode_euler_top_table, "euler_top", "Parameters of the top.", top_rows, top);
 
-static void top_f(const void *p, double t, const double *w, double *dw)
-{
-    double s = ll_sin(t);
-    dw[0] = -2 * w[1] * w[2];
-    dw[1] = 1.25 * w[0] * w[2];
-    dw[2] = -0.5 * w[0] * w[1] + ((const top *)p)->drive * s * s;
-}
+LL_ODE_RHS(top_f, 3, {
+    real s = ll_real_sin(t), w1 = y[0], w2 = y[1], w3 = y[2];
+    dy[0] = -2 * w2 * w3;
+    dy[1] = 1.25 * w1 * w3;
+    dy[2] = -0.5 * w1 * w2 + ((const top *)p)->drive * s * s;
+})
+
+static const struct ll_ode_kernels top_kernels = {.midpoint = top_f_midpoint};
 
 static void top_system(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 3, .params = p, .f = top_f};
+    *ode = (ll_ode){.dim = 3, .params = p, .f = top_f, .kernels = &top_kernels};
 }
 
 static void top_start(const void *p, double *w)
