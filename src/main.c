@@ -23,6 +23,7 @@ typedef struct arguments {
     const char *positional;
     const char *sets[SETS_MAX];
     int set_count;
+    bool text;
     const char *seed, *duration, *trace, *log, *scenarios, *methods;
 } arguments;
 
@@ -44,7 +45,9 @@ static ll_status parse_arguments(int argc, char **argv, arguments *a)
             if (strcmp(argv[i], options[k].name) == 0)
                 value = options[k].value;
         bool set = strcmp(argv[i], "--set") == 0;
-        if (set || value) {
+        if (strcmp(argv[i], "--text") == 0) {
+            a->text = true;
+        } else if (set || value) {
             if (i + 1 == argc)
                 return ll_error(LL_BAD_INPUT, "%s needs a value", argv[i]);
             if (set && a->set_count == SETS_MAX)
@@ -268,6 +271,22 @@ static ll_status run_session(const arguments *a, ll_session *s, double *wall_s)
     return status;
 }
 
+/* The lines that the paper prints of it, in place of a run. */
+static ll_status print_text(const cJSON *json)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(json, &scenario);
+    if (ll_failed(&status))
+        return status;
+    if (scenario.kind->text)
+        status = scenario.kind->text(scenario.config, write_text, stdout);
+    else
+        status = ll_error(LL_BAD_INPUT, "--text is for scenarios of kind motion; this one is of kind %s",
+                          scenario.kind->name);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
 static int verb_run(int argc, char **argv)
 {
     arguments a = {0};
@@ -279,6 +298,11 @@ static int verb_run(int argc, char **argv)
         status = load_scenario(&a, &json);
     if (!ll_failed(&status))
         status = override(&a, &json);
+    if (a.text && !ll_failed(&status)) {
+        status = print_text(json);
+        cJSON_Delete(json);
+        return ll_failed(&status) ? fail(&status) : 0;
+    }
     if (!ll_failed(&status))
         status = ll_session_create(json, -1, NULL, NULL, &session);
     if (!ll_failed(&status))
@@ -558,7 +582,9 @@ static const struct {
 } verbs[] = {
     {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port",
      ll_serve},
-    {"run", "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE]",
+    {"run",
+     "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE] "
+     "[--text]",
      "run a scenario as fast as it goes and print its metrics", verb_run},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
     {"scenarios", "", "list the scenarios", verb_scenarios},

@@ -5,9 +5,10 @@
  * file of its own (rifle_*.c, shell_*.c).
  *
  * The rules say how far back a server looks: to what the client says that it saw, and never further than
- * max_rewind_ms. An honest client draws its newest state, whose age the server measures, or a little before
- * that; if the stated age is off from there by more than the tolerance, the nearest measured one counts. That
- * is Source's scheme (Bernier, 2001). */
+ * max_rewind_ms. A client draws its newest state, whose age the server measures, or a little before that; a
+ * stated age that is more than the tolerance beyond is not believed, and what was measured counts (Source's
+ * cross-check; Bernier, 2001). A view that is younger than any state is that of a client that extrapolates or
+ * predicts others. */
 #pragma once
 
 #include "game/arena.h"

@@ -12,11 +12,11 @@ static void tell(const ll_field *field, const ll_judgement *judgement)
  */
 static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
 {
-    ll_time age = view_age_ns, newest = past->measured[shot->shooter], oldest = newest + past->buffer;
+    ll_time age = view_age_ns, oldest = past->measured[shot->shooter] + past->buffer;
     ll_time tolerance = ll_ms(past->rules->rewind_tolerance_ms), most = ll_ms(past->rules->max_rewind_ms);
-    shot->distrusted = age < newest - tolerance || age > oldest + tolerance;
+    shot->distrusted = age > oldest + tolerance;
     if (shot->distrusted)
-        age = age < newest ? newest : oldest;
+        age = oldest;
     shot->clamped = age > most;
     if (shot->clamped)
         age = most;

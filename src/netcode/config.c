@@ -78,9 +78,9 @@ static const ll_param server_rows[] = {
      .standard = 200,
      .unit = "ms",
      .live = true,
-     .help = "A client draws its newest state, whose age the server measures, or up to two updates before "
-             "it. When "
-             "the age of view that it states is off from there by more, the measured one counts."},
+     .help =
+         "A client draws its newest state, whose age the server measures, or up to two updates before it. "
+         "When the age of view that it states is more than this beyond, the measured one counts."},
     {.name = "shell_forward_ms",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, compensation.shell_forward_ms),
@@ -361,7 +361,8 @@ static const ll_param player_rows[] = {
      .live = true,
      .help =
          "A client that cheats, to try the server's rules: inputs too large, too many, or from the future; "
-         "with weapons a view of half a second before, presses without pause, or a claim that every rifle shot "
+         "with weapons a view of half a second before, presses without pause, or a claim that every rifle "
+         "shot "
          "hits."},
     {.name = "hardware",
      .type = LL_PARAM_CHOICE,

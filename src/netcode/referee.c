@@ -111,7 +111,7 @@ int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const vo
     const ll_heard *heard = (const ll_heard *)(m + 1);
     const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
     ll_seat *seat = &server->seats[player];
-    ll_input_message inputs;
+    ll_input_message inputs = {.wants = 0}; /* of states, which nobody gets here */
     hear(&seat->peer, m, heard, server->players);
     compare(server, &seat->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     unpack(server, seat, m, runs, &inputs);

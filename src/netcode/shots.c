@@ -24,7 +24,8 @@ void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
     shots->arena = *arena;
     for (int i = 0; i < arena->players; i++) {
         ll_marksman *m = &shots->marksman[i];
-        m->last = -1;
+        for (int w = 0; w < LL_WEAPONS; w++)
+            m->last[w] = -1;
         ll_histogram_init(&m->rollback, 0.001);
         ll_histogram_init(&m->rewind, 0.1);
         ll_histogram_init(&m->trace_error, 0.0001);
@@ -115,7 +116,7 @@ void ll_shots_seen(ll_shots *shots, int player, int64_t tick, int body)
 /* The server has taken the shot. */
 static void take(ll_marksman *m, ll_shot_record *r, const ll_judgement *j)
 {
-    m->last = (int64_t)(r - m->records);
+    m->last[r->weapon] = (int64_t)(r - m->records);
     r->judged = j->shot->now;
     r->muzzle = j->shot->from;
     r->number = j->number;
@@ -329,11 +330,13 @@ void ll_shots_frame(ll_shots *shots, const ll_client *c, ll_time now)
     }
 }
 
-const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, const float (**seen)[2])
+const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon weapon,
+                                    const float (**seen)[2])
 {
     const ll_marksman *m = &shots->marksman[player];
-    if (m->last < 0 || !(m->records[m->last].flags & LL_SHOT_TAKEN))
-        return NULL;
-    *seen = seen_of(shots, player, m->last);
-    return &m->records[m->last];
+    int64_t last = m->last[weapon];
+    if (last < 0 || m->records[last].weapon != (int32_t)weapon || !(m->records[last].flags & LL_SHOT_TAKEN))
+        return NULL; /* none, or its place in the ring is another's */
+    *seen = seen_of(shots, player, last);
+    return &m->records[last];
 }

@@ -58,9 +58,9 @@ typedef struct ll_shot_tally {
 
 /* What is kept of one player. */
 typedef struct ll_marksman {
-    int64_t presses; /* the ring's next index */
-    int64_t settled; /* nothing is left to do for those before */
-    int64_t last;    /* index of the newest that the server took; -1 */
+    int64_t presses;          /* the ring's next index */
+    int64_t settled;          /* nothing is left to do for those before */
+    int64_t last[LL_WEAPONS]; /* index of the newest that the server took; -1 */
     ll_shot_tally tally[LL_WEAPONS];
     ll_histogram rollback;          /* m: |body now - body where it was judged|, of the body that is hit */
     ll_histogram rewind;            /* ms: how far back the server looked */
@@ -113,4 +113,5 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history);
 void ll_shots_frame(ll_shots *shots, const struct ll_client *client, ll_time now);
 
 /* The newest shot of `player` that the server took, and the bodies as it saw them; NULL: none. */
-const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, const float (**seen)[2]);
+const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon weapon,
+                                    const float (**seen)[2]);

@@ -20,7 +20,7 @@ typedef enum ll_rule {
     LL_RULE_RATE,      /* more inputs than time allows */
     LL_RULE_BUDGET,    /* an input for a step too far ahead */
     LL_RULE_FIRE_RATE, /* a press before the weapon was ready: it is void */
-    LL_RULE_REWIND,    /* a view whose stated age is too far from the measured one, which then counts */
+    LL_RULE_REWIND,    /* a view whose stated age is too far beyond the measured one, which then counts */
     LL_RULES,
 } ll_rule;
 

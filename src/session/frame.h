@@ -38,6 +38,16 @@
  *      Key frames go to a new viewer, after a jump of time, and after a gap of more than 8 frames, but not to one whose link
  *      they would choke.
  *   section 3, the game's own values, f64 each: record = player; their names stand in the hello's layout
+ *   section 4, shots, in a game with weapons: of each player the last of each weapon that the server took, not older than 5 s;
+ *   stride = bytes / count
+ *      0 u8 player   1 u8 weapon  0 rifle 1 shell   2 u8 bodies   3 u8 flags  1 taken 2 clamped to max_rewind_ms
+ *                                                                             4 stated age of view not believed 8 shot behind cover
+ *      4 u32 tick    the step that it was meant for; with player and weapon it names the shot
+ *      8 f64 pressed_s  16 f64 seen_s (of the shooter's picture)  24 f64 judged_s (the server's present)  32 f64 looked_s (of what it
+ *                                                                                                         was judged against)
+ *     40 f32 x, y, dx, dy    muzzle and unit direction as pressed        56 f32 server_x, server_y   the muzzle at the server
+ *     64 i32 client_view_hit, server_now_hit, compensated_hit, perfect_hit   the body, -1 nobody, -2 not known yet
+ *     80 bodies, 24 bytes each: f32 seen_x, seen_y, now_x, now_y, looked_x, looked_y   at the times seen_s, judged_s, looked_s
  *   section 5, clients with worlds of their own (deterministic, rollback; otherwise no record): record = player, 64 bytes
  *      0 i64 confirmed   tick up to which all inputs have come            8 i64 tick        that is drawn
  *     16 i64 desync_tick first that differs from the server's, -1: none  24 u32 waiting     bit p: stalls for player p
@@ -52,6 +62,8 @@
  *      0 u8 player       1 u8 place  0 snapshot buffer 1 de-jitter buffer
  *      4 u32 tick        8 f32 time_ms (its server time - the drawn one)
  *     12 f32 sent_ms    16 f32 arrived_ms   20 f32 due_ms (played out): from the frame's time on; negative: before it
+ *   section 9, shells in flight, in a game with weapons, as each view has them, 40 bytes each
+ *      0 u8 view   1 u8 player (whose)   2 u16 number   4 f32 flown_s   8 f32 x, y, vx, vy   24 f32 from_x, from_y, from_vx, from_vy
  *   section 16, a motion: record 0 is the solution, record 1 + i method i; stride = bytes / count
  *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
  *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each

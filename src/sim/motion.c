@@ -253,6 +253,7 @@ const ll_sim_kind ll_sim_motion = {
     .state = ll_motion_state,
     .metrics = ll_motion_metrics,
     .time_parts = ll_motion_time_parts,
+    .text = ll_motion_text,
     .layout = ll_motion_layout,
     .sections = ll_motion_sections,
     .sections_json = ll_motion_sections_json,

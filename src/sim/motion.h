@@ -93,6 +93,8 @@ ll_ode_control ll_motion_control(const ll_motion_config *config, int i);
 struct cJSON *ll_motion_state(const void *block);
 struct cJSON *ll_motion_metrics(const void *block);
 void ll_motion_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
+                         void *context);
 struct cJSON *ll_motion_layout(const void *config);
 int ll_motion_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_motion_trace_row(const void *block, double *values, int capacity);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "base/detmath.h"
+#include "ode/paper.h"
 #include "sim/motion.h"
 
 /* JSON has no infinity: what has grown beyond is null. */
@@ -168,6 +169,33 @@ void ll_motion_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(
     for (int i = 0; i < c.method_count; i++)
         if (c.methods[i].shown)
             number(cJSON_GetArrayItem(methods, i), "ns_per_sim_s", cost_of(&c, i, now_ns));
+}
+
+/* ---- the paper's text ---- */
+
+ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
+                         void *context)
+{
+    const ll_motion_config *c = config;
+    double start[LL_ODE_DIM_MAX], slope[LL_ODE_DIM_MAX];
+    char line[160];
+    if (strcmp(ll_motion_problem(c)->name, "free_fall") != 0 ||
+        strcmp(ll_motion_method_of(c, 0)->name, "semi_implicit_euler") != 0)
+        return ll_error(LL_BAD_INPUT,
+                        "the paper prints lines of free_fall with semi_implicit_euler as first method; "
+                        "this is %s with %s",
+                        ll_motion_problem(c)->name, ll_motion_method_of(c, 0)->name);
+    ll_motion_config copy = *c;
+    ll_ode ode = ll_motion_system(&copy);
+    ll_motion_problem(c)->start(copy.params, start);
+    ll_ode_eval(&ode, 0, start, slope);
+    ll_ode_listing listing = {.dt = (float)c->methods[0].dt_s,
+                              .acceleration = (float)slope[1],
+                              .displacement = (float)start[0],
+                              .velocity = (float)start[1]};
+    while (ll_ode_listing_next(&listing, c->head.duration_s, line, sizeof line))
+        write(context, line, strlen(line));
+    return ll_ok();
 }
 
 /* ---- layout ---- */

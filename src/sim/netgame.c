@@ -345,8 +345,9 @@ static void witness(void *context, const ll_judgement *j)
     ll_server *server = ll_netgame_server(g);
     int64_t *refused = server->seats[j->shooter].refused;
     bool on_player = j->body != LL_NOBODY && j->body < server->players;
-    refused[LL_RULE_FIRE_RATE] += j->kind == LL_JUDGED_VOID;
-    refused[LL_RULE_REWIND] += j->shot && j->shot->distrusted;
+    bool rules = !ll_netgame_sync(g)->observe; /* a referee refuses nothing */
+    refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_JUDGED_VOID;
+    refused[LL_RULE_REWIND] += rules && j->shot && j->shot->distrusted;
     ll_shots_judge(ll_netgame_shots(g), j, server->step, ll_netgame_history(g), ll_server_world(server),
                    on_player ? ll_netgame_client(g, j->body) : NULL);
 }

@@ -139,8 +139,13 @@ void ll_netgame_peer_section(const ll_netgame *g,
                              void *context);
 void ll_netgame_peer_section_json(const ll_netgame *g, struct cJSON *frame);
 
-/* netgame_shots.c: adds M10 to the metrics of `player`, in a game with weapons */
+/* netgame_shots.c: M10 of `player`, the last shots and the shells; nothing in a game without weapons */
 void ll_netgame_shots_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+void ll_netgame_shots_sections(const ll_netgame *g,
+                               void (*section)(void *context, int type, int count, const void *bytes,
+                                               size_t size),
+                               void *context);
+void ll_netgame_shots_sections_json(const ll_netgame *g, struct cJSON *frame);
 
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,

@@ -81,6 +81,11 @@ typedef struct ll_sim_kind {
      * NULL: it has no parts. */
     void (*time_parts)(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 
+    /* What the paper prints of the scenario, line by line. LL_BAD_INPUT when it prints nothing of it. NULL:
+     * it never does. */
+    ll_status (*text)(const void *config, void (*write)(void *context, const char *text, size_t length),
+                      void *context);
+
     struct cJSON *(*layout)(
         const void *config); /* what a viewer must know to read sections: goes into the hello */
 

@@ -1,4 +1,5 @@
 // The command line: what it prints, what it writes, and how it refuses.
+import { createHash } from 'node:crypto';
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawnSync } from 'node:child_process';
@@ -304,6 +305,17 @@ test('methods and problems are those of the schema', () => {
     const text = good([verb]);
     for (const name of names) assert.match(text, new RegExp(`^${name} `, 'm'));
   }
+});
+
+test('--text prints the lines of the paper', () => {
+  const md5 = (/** @type {string[]} */ ...args) => createHash('md5').update(good(['run', ...args, '--text'])).digest('hex').slice(0, 8);
+  assert.equal(md5('paper/fig02'), '8741f2c6');
+  assert.equal(md5('paper/fig03'), 'bef53760');
+  assert.equal(md5('paper/fig01'), '60ecd924');
+  assert.equal(md5('paper/fig02', '--set', 'methods.0.dt_s=0.1'), 'acae7536');
+  assert.match(good(['run', 'paper/fig03', '--text']), /t = 4.800000, velocity = 48.000000, displacement = 122.400009\n$/);
+  refused(['run', 'race', '--text'], ['--text', 'netgame']);
+  refused(['run', 'motion/orbit', '--text'], ['free_fall', 'kepler']);
 });
 
 test('work-precision writes the ladder as CSV', () => {

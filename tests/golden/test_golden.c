@@ -83,6 +83,49 @@ static void results_are_golden(void **state)
     assert_int_equal(wrong, 0);
 }
 
+/* Leaves `byte` where the functions that are called next have their variables. */
+static __attribute__((noinline)) void paint_stack(int byte)
+{
+    char stack[1 << 17];
+    memset(stack, byte, sizeof stack);
+    __asm__ volatile("" ::"r"(stack) : "memory");
+}
+
+static uint64_t hash_on(const char *id, int byte)
+{
+    cJSON *json;
+    ll_session *s;
+    ll_status status = ll_scenario_load("scenarios", id, &json);
+    assert_false(ll_failed(&status));
+    status = ll_session_create(json, -1, NULL, NULL, &s);
+    assert_false(ll_failed(&status));
+    int64_t end = ll_session_get_info(s).end_tick;
+    for (int64_t tick = 1; tick <= (end < 90 ? end : 90); tick++) {
+        paint_stack(byte);
+        ll_session_run_to(s, tick);
+    }
+    uint64_t hash = ll_session_hash(s);
+    ll_session_destroy(s);
+    cJSON_Delete(json);
+    return hash;
+}
+
+/* A variable that is read before it is written would carry what was on the stack into the state. */
+static void nothing_is_left_to_chance(void **state)
+{
+    (void)state;
+    cJSON *list, *item;
+    ll_status status = ll_scenario_list("scenarios", &list);
+    assert_false(ll_failed(&status));
+    cJSON_ArrayForEach(item, list)
+    {
+        const char *id = cJSON_GetObjectItem(item, "id")->valuestring;
+        if (hash_on(id, 0) != hash_on(id, 0xa5))
+            fail_msg("%s reads what nobody wrote", id);
+    }
+    cJSON_Delete(list);
+}
+
 /* Each scenario of the library has a row. */
 static void every_scenario_is_in_the_table(void **state)
 {
@@ -130,6 +173,7 @@ int main(int argc, char **argv)
         return 0;
     }
     const struct CMUnitTest tests[] = {cmocka_unit_test(results_are_golden),
+                                       cmocka_unit_test(nothing_is_left_to_chance),
                                        cmocka_unit_test(every_scenario_is_in_the_table)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -109,6 +109,22 @@ static void honest_shooters_on_bad_links_are_believed(void **state)
     scene_close(&s);
 }
 
+/* Who predicts the others draws them where they will be when the shot arrives: nothing is to be rewound, and
+ * nobody is suspected for a view without age. */
+static void predicted_targets_need_no_rewinding(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.prediction_scope=all", "players.0.lag_ms=150", NULL};
+    scene s = scene_open("rifle", sets);
+    scene_run(&s, 60, NULL);
+    const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
+    assert_true(t->shots > 200 && t->hits[LL_JUDGE_VIEW] > 100);
+    assert_int_equal(t->distrusted, 0);
+    assert_int_equal(marksman(&s, 0)->rewind.count, 0);
+    assert_true(agreement(t) >= 0.97); /* but of the other player, whose controls are guessed */
+    scene_close(&s);
+}
+
 static double shell_agreement(const char *id, const char *family, int64_t *hits)
 {
     char set[64];
@@ -435,6 +451,7 @@ int main(void)
         cmocka_unit_test(what_is_seen_to_be_hit_is_hit_by_rewind_only),
         cmocka_unit_test(rewinding_ends_at_its_limit),
         cmocka_unit_test(honest_shooters_on_bad_links_are_believed),
+        cmocka_unit_test(predicted_targets_need_no_rewinding),
         cmocka_unit_test(only_rewound_shells_agree_with_the_view),
         cmocka_unit_test(straight_traces_are_off_as_computed),
         cmocka_unit_test(a_rewound_shell_lands_as_without_lag),

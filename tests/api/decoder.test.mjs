@@ -1,0 +1,61 @@
+// Holds the page's decoder of binary frames (www/js/frame.js) against the text frames of the same numbers.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { decode } from '../../www/js/frame.js';
+import { client, waitFor } from '../lib/client.mjs';
+import { startDaemon } from '../lib/daemon.mjs';
+
+let daemon, c;
+
+before(async () => {
+  daemon = await startDaemon();
+  c = client(daemon.url);
+});
+after(async () => {
+  c.close();
+  await daemon.stop();
+});
+
+const SHOT = {
+  player: 'player', weapon: 'weapon', flags: 'flags', tick: 'tick', pressed: 'pressed_s', seen: 'seen_s', judged: 'judged_s',
+  looked: 'looked_s', x: 'x', y: 'y', dx: 'dx', dy: 'dy', serverX: 'server_x', serverY: 'server_y', viewHit: 'client_view_hit',
+  nowHit: 'server_now_hit', serverHit: 'compensated_hit', perfectHit: 'perfect_hit',
+};
+const BODY = { seenX: 'seen_x', seenY: 'seen_y', nowX: 'now_x', nowY: 'now_y', lookedX: 'looked_x', lookedY: 'looked_y' };
+const SHELL = {
+  view: 'view', player: 'player', number: 'number', flown: 'flown_s', x: 'x', y: 'y', vx: 'vx', vy: 'vy', fromX: 'from_x',
+  fromY: 'from_y', fromVx: 'from_vx', fromVy: 'from_vy',
+};
+
+function same(names, decoded, told) {
+  for (const [ours, theirs] of Object.entries(names)) {
+    assert.ok(Math.abs(decoded[ours] - told[theirs]) <= 1e-14 * Math.abs(told[theirs]), `${ours}: ${decoded[ours]}, ${told[theirs]}`);
+  }
+}
+
+test('shots and shells, as in the text frames', async () => {
+  const session = await c.make({ scenario: 'cannon_shell', set: { 'params.weapons': 'both' }, paused: true });
+  await c.control(session, { op: 'seek', time_s: 10 });
+  const json = await c.stream(session, 'json'), binary = await c.stream(session, 'bin');
+  await c.control(session, { op: 'play' });
+  await waitFor(() => json.frames.length > 60 && binary.frames.length > 60, 'frames');
+  let shots = 0, shells = 0;
+  for (const bytes of binary.frames) {
+    const frame = decode(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+    const other = json.frames.find((each) => each.seq === frame.seq);
+    if (!other) continue;
+    assert.equal(frame.shots.length, other.shots.length);
+    assert.equal(frame.shells.length, other.shells.length);
+    frame.shots.forEach((shot, i) => {
+      same(SHOT, shot, other.shots[i]);
+      assert.equal(shot.bodies.length, other.shots[i].bodies.length);
+      shot.bodies.forEach((body, k) => same(BODY, body, other.shots[i].bodies[k]));
+    });
+    frame.shells.forEach((shell, i) => same(SHELL, shell, other.shells[i]));
+    shots += frame.shots.length;
+    shells += frame.shells.length;
+  }
+  assert.ok(shots > 100 && shells > 20, `${shots} shots, ${shells} shells`);
+  await json.close();
+  await binary.close();
+});
