@@ -64,7 +64,7 @@ ll_place ll_place_of_row(const ll_place *object, const ll_param *row);
 ll_place ll_place_of_element(const ll_place *array, int index);
 const ll_param *ll_row_named(const ll_param_table *table, const char *name, size_t length);
 bool ll_row_is_value(const ll_param *row);
-bool ll_row_governs(const ll_param_table *table, const ll_param *row); /* a VARIANT depends on it */
+bool ll_row_governs(const ll_param_table *table, const ll_param *row); /* other values depend on it */
 int32_t ll_count_of(const ll_param *row, const char *object); /* an ARRAY's count, a VARIANT's choice */
 const ll_param_table *ll_variant_of(const ll_param *row, const char *object); /* may be NULL */
 
@@ -82,9 +82,11 @@ ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name
 
 /* ---- value.c ---- */
 
-/* Sets the value at `place` from `json`. With `fresh` a choice resets its variants even when it stays as it
- * was. */
-ll_status ll_value_set(const ll_place *place, const struct cJSON *json, const ll_path *path, bool fresh);
+/* Sets the value at `place` from `json`, and nothing else. */
+ll_status ll_value_set(const ll_place *place, const struct cJSON *json, const ll_path *path);
+/* What follows from the value at `place`, when it is a choice: the variants begin anew, if `changed`, and the
+ * row's `chosen` is called. */
+void ll_value_follow(const ll_place *place, bool changed);
 
 /* ---- parse.c ---- */
 

@@ -75,7 +75,7 @@ static void append_names(ll_writer *writer, const char *(*name)(const void *, in
 {
     for (int i = 0; i < count; i++) {
         const char *text = name(context, i);
-        if (writer->used + strlen(text) + sizeof ", ..." > writer->size) {
+        if (writer->used + strlen(", ") + strlen(text) + sizeof ", ..." > writer->size) {
             ll_append(writer, i > 0 ? ", ..." : "...");
             return;
         }

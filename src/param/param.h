@@ -49,6 +49,11 @@ typedef struct ll_param {
     bool live;           /* may be changed while a session runs */
     bool required;       /* must be given */
     const char *help;    /* one sentence */
+    /* Of a CHOICE that stands for values of other rows (a preset): sets them in `object`, the struct of the
+     * row's table. Called whenever the choice is given, by parse, patch or set and also when it stays as it
+     * was, before the rows that stand after it. It may change only those, of them no choice that others
+     * depend on, and nothing for the default. NULL when there is none. */
+    void (*chosen)(void *object, int choice);
 } ll_param;
 
 struct ll_param_table {
@@ -70,7 +75,7 @@ void ll_param_defaults(const ll_param_table *table, void *object);
  * `object` is then unchanged. */
 ll_status ll_param_parse(const ll_param_table *table, const struct cJSON *json, void *object);
 
-/* What a patch changes, one value a call, in the order of the patch (but choices that a variant depends on
+/* What a patch changes, one value a call, in the order of the patch (but choices that other values depend on
  * first): `path` is the full dotted path, `value` the new value as JSON text. Called when the whole patch has
  * been found right; an error stops the walk and the object stays as it was. */
 typedef ll_status ll_param_change(void *context, const char *path, const char *value);

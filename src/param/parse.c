@@ -12,7 +12,10 @@ static ll_status parse_place(const ll_place *place, const cJSON *json, ll_path *
         return ll_parse_object(place, json, path);
     if (place->kind == LL_PLACE_ARRAY)
         return ll_parse_array(place, json, path);
-    return ll_value_set(place, json, path, true);
+    ll_status status = ll_value_set(place, json, path);
+    if (!ll_failed(&status))
+        ll_value_follow(place, true);
+    return status;
 }
 
 /* Sorts the members of `json` by rows. A stranger's document can be long but not make this slow: the first
@@ -34,7 +37,7 @@ static ll_status gather(const ll_place *place, const cJSON *json, ll_path *path,
     return ll_ok();
 }
 
-/* In the order of the rows, because a variant needs its choice, which may come later in the document. */
+/* In the order of the rows, because other values depend on a choice, which may come later in the document. */
 ll_status ll_parse_object(const ll_place *place, const cJSON *json, ll_path *path)
 {
     const cJSON *given[LL_ROWS_MAX] = {NULL};

@@ -1,5 +1,5 @@
 /* A patch is walked four times, with one walker:
- *   1. set the choices that variants depend on, so that the order in the document does not matter; errors
+ *   1. set the choices that other values depend on, so that the order in the document does not matter; errors
  * wait,
  *   2. set everything, with every rule,
  *   3. and 4. tell the changes, those choices first: told one by one, they then lead to the same object.
@@ -46,7 +46,18 @@ static ll_status set_value(walk *w, const ll_place *place, const cJSON *json)
     if (w->options->live_only && !place->live)
         return ll_field_error(LL_CONFLICT, w->path.text, "%s cannot be changed while a session runs",
                               w->path.text);
-    return ll_value_set(place, json, &w->path, false);
+    return ll_value_set(place, json, &w->path);
+}
+
+static ll_status set_governing(walk *w, const ll_place *place, const cJSON *json)
+{
+    int32_t before, after;
+    memcpy(&before, place->member, sizeof before);
+    ll_status status = ll_value_set(place, json, &w->path);
+    memcpy(&after, place->member, sizeof after);
+    if (!ll_failed(&status))
+        ll_value_follow(place, after != before);
+    return status;
 }
 
 static ll_status patch_value(walk *w, const ll_place *place, const cJSON *json)
@@ -54,7 +65,7 @@ static ll_status patch_value(walk *w, const ll_place *place, const cJSON *json)
     bool governs = ll_row_governs(place->home_table, place->row);
     switch (w->pass) {
     case SET_GOVERNING:
-        return governs ? ll_value_set(place, json, &w->path, false) : ll_ok();
+        return governs ? set_governing(w, place, json) : ll_ok();
     case SET_ALL:
         return set_value(w, place, json);
     case TELL_GOVERNING:

@@ -24,6 +24,8 @@ bool ll_row_governs(const ll_param_table *table, const ll_param *row)
 {
     if (row->type != LL_PARAM_CHOICE)
         return false;
+    if (row->chosen != NULL)
+        return true;
     for (int i = 0; i < table->count; i++)
         if (table->rows[i].type == LL_PARAM_VARIANT && table->rows[i].count_offset == row->offset)
             return true;

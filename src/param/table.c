@@ -1,5 +1,8 @@
 /* Whether a table is sound: what its author could get wrong and no compiler sees. */
+#include <stdlib.h>
 #include <string.h>
+
+#include <cjson/cJSON.h>
 
 #include "param/internal.h"
 
@@ -96,6 +99,71 @@ static const char *fault_of_value(const ll_param *row)
     }
 }
 
+/* Whether the choices that other values depend on are the same in two structs. */
+static bool same_governing(const ll_param_table *table, const char *a, const char *b)
+{
+    for (int i = 0; i < table->count; i++) {
+        const ll_param *row = &table->rows[i];
+        const char *in_a = a + row->offset, *in_b = b + row->offset;
+        if (ll_row_governs(table, row) && memcmp(in_a, in_b, sizeof(int32_t)) != 0)
+            return false;
+        if (row->type == LL_PARAM_OBJECT && !same_governing(row->child, in_a, in_b))
+            return false;
+    }
+    return true;
+}
+
+/* Whether what is written of a struct reads back as the same, hence is in range and obeys the table's rules.
+ */
+static bool reads_back(const ll_param_table *table, const char *object)
+{
+    char *again = malloc(table->size);
+    cJSON *json = ll_param_write(table, object);
+    bool same = false;
+    if (again != NULL && json != NULL) {
+        ll_param_defaults(table, again);
+        ll_status status = ll_param_parse(table, json, again);
+        same = !ll_failed(&status) && memcmp(again, object, table->size) == 0;
+    }
+    cJSON_Delete(json);
+    free(again);
+    return same;
+}
+
+/* `before` has the choice and else the defaults, `after` what came of it. */
+static const char *fault_of_choice(const ll_param_table *table, int i, int choice, char *before, char *after)
+{
+    ll_param_defaults(table, before);
+    memcpy(before + table->rows[i].offset, &(int32_t){choice}, sizeof(int32_t));
+    memcpy(after, before, table->size);
+    table->rows[i].chosen(after, choice);
+    if (choice == (int)table->rows[i].standard && memcmp(after, before, table->size) != 0)
+        return "has a default that changes something";
+    for (int k = 0; k <= i; k++)
+        if (memcmp(after + table->rows[k].offset, before + table->rows[k].offset, size_of(table, k)) != 0)
+            return "changes a row that does not stand after it";
+    if (!same_governing(table, before, after))
+        return "changes a choice that others depend on";
+    return reads_back(table, after) ? NULL : "has a choice whose values do not read back";
+}
+
+static const char *fault_of_chosen(const ll_param_table *table, int i)
+{
+    const ll_param *row = &table->rows[i];
+    const char *fault = NULL;
+    if (row->chosen == NULL)
+        return NULL;
+    if (row->type != LL_PARAM_CHOICE)
+        return "is no choice that could be chosen";
+    char *structs = malloc(2 * table->size);
+    if (structs == NULL)
+        return "could not be tried: out of memory";
+    for (int choice = 0; row->choices[choice] != NULL && fault == NULL; choice++)
+        fault = fault_of_choice(table, i, choice, structs, structs + table->size);
+    free(structs);
+    return fault;
+}
+
 static const char *fault_of(const ll_param_table *table, int i)
 {
     const ll_param *row = &table->rows[i];
@@ -132,6 +200,12 @@ static ll_status valid_below(const ll_param_table *table, int i)
     return status;
 }
 
+static ll_status faulty_row(const ll_param_table *table, int i, const char *fault)
+{
+    const char *name = table->rows[i].name == NULL ? "" : table->rows[i].name;
+    return ll_field_error(LL_BAD_INPUT, name, "row %d (%s) of %s %s", i, name, table->name, fault);
+}
+
 ll_status ll_param_table_valid(const ll_param_table *table)
 {
     if (!is_name(table->name))
@@ -140,11 +214,15 @@ ll_status ll_param_table_valid(const ll_param_table *table)
         return ll_error(LL_BAD_INPUT, "%s has more than %d rows", table->name, LL_ROWS_MAX);
     ll_status status = ll_ok();
     for (int i = 0; i < table->count && !ll_failed(&status); i++) {
-        const char *name = table->rows[i].name == NULL ? "" : table->rows[i].name;
         const char *fault = fault_of(table, i);
         if (fault != NULL)
-            return ll_field_error(LL_BAD_INPUT, name, "row %d (%s) of %s %s", i, name, table->name, fault);
+            return faulty_row(table, i, fault);
         status = valid_below(table, i);
+    }
+    for (int i = 0; i < table->count && !ll_failed(&status); i++) { /* which needs sound rows */
+        const char *fault = fault_of_chosen(table, i);
+        if (fault != NULL)
+            status = faulty_row(table, i, fault);
     }
     return status;
 }

@@ -60,7 +60,7 @@ static ll_status set_bool(const ll_place *place, const cJSON *json, const ll_pat
     return ll_ok();
 }
 
-static ll_status set_choice(const ll_place *place, const cJSON *json, const ll_path *path, bool fresh)
+static ll_status set_choice(const ll_place *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
     int32_t choice = 0;
@@ -70,11 +70,7 @@ static ll_status set_choice(const ll_place *place, const cJSON *json, const ll_p
         choice++;
     if (row->choices[choice] == NULL)
         return ll_not_a_choice(path, row, json);
-    int32_t before;
-    memcpy(&before, place->member, sizeof before);
     memcpy(place->member, &choice, sizeof choice);
-    if (fresh || choice != before)
-        ll_reset_variants(place->home_table, row, place->home);
     return ll_ok();
 }
 
@@ -128,7 +124,7 @@ static ll_status set_json(const ll_place *place, const cJSON *json, const ll_pat
                                  ll_path_subject(path), row->max, length);
 }
 
-ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *path, bool fresh)
+ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *path)
 {
     switch (place->row->type) {
     case LL_PARAM_REAL:
@@ -138,10 +134,22 @@ ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *
     case LL_PARAM_BOOL:
         return set_bool(place, json, path);
     case LL_PARAM_CHOICE:
-        return set_choice(place, json, path, fresh);
+        return set_choice(place, json, path);
     case LL_PARAM_JSON:
         return set_json(place, json, path);
     default:
         return set_text(place, json, path);
     }
+}
+
+void ll_value_follow(const ll_place *place, bool changed)
+{
+    if (place->row->type != LL_PARAM_CHOICE)
+        return;
+    if (changed)
+        ll_reset_variants(place->home_table, place->row, place->home);
+    int32_t choice;
+    memcpy(&choice, place->member, sizeof choice);
+    if (place->row->chosen != NULL)
+        place->row->chosen(place->home, choice);
 }
