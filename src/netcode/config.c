@@ -3,6 +3,7 @@
 #include <stdio.h>
 
 #include "game/game.h"
+#include "link/presets.h"
 #include "netcode/ack.h"
 #include "netcode/hardware.h"
 #include "netcode/scope.h"
@@ -158,7 +159,22 @@ const ll_param_table ll_server_table = {.name = "server",
                                         .count = sizeof server_rows / sizeof server_rows[0],
                                         .size = sizeof(ll_server_config)};
 
+static void choose_preset(void *object, int preset)
+{
+    ll_link_pair *pair = object;
+    ll_link_preset_apply(preset, &pair->up, &pair->down);
+}
+
 static const ll_param link_rows[] = {
+    {.name = "preset",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_link_pair, preset),
+     .choices = ll_link_preset_names,
+     .live = true,
+     .chosen = choose_preset,
+     .help =
+         "A named kind of link: sets every row of both directions, before those that are given beside it. "
+         "custom sets none."},
     {.name = "up",
      .type = LL_PARAM_OBJECT,
      .offset = offsetof(ll_link_pair, up),

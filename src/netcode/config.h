@@ -12,9 +12,8 @@
 #define LL_ROLLBACK_MAX 16 /* ticks */
 #define LL_SYNC_TEST_MAX 8
 #define LL_INPUT_DELAY_MAX 16
-#define LL_ONE_WAY_MAX_MS                                                                                    \
-    1250 /* the longest that a packet of one direction may take: ll_link_delay_max_ms                        \
-          */
+/* The longest that a packet of one direction may take, see ll_link_delay_max_ms. */
+#define LL_ONE_WAY_MAX_MS 1250
 
 typedef struct ll_server_config {
     double update_hz;
@@ -42,6 +41,8 @@ typedef enum ll_cheat {
 typedef enum ll_correction { LL_CORRECTION_SNAP, LL_CORRECTION_SMOOTH } ll_correction;
 
 typedef struct ll_link_pair {
+    int32_t preset; /* index into ll_link_presets; what was set of up and down since counts */
+    int32_t reserved;
     ll_link_params up, down;
 } ll_link_pair;
 
