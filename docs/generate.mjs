@@ -5,7 +5,8 @@
 //
 // Whole files are written but for docs/deploy.md and docs/performance.md, where the text between two marks is.
 import { execFileSync } from 'node:child_process';
-import { existsSync, readFileSync, readdirSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
@@ -384,6 +385,27 @@ function memoryDoc(laglab) {
     PARTS.map(([name, meaning]) => [code(name), race[name].toLocaleString('en'), eight[name].toLocaleString('en'), meaning]));
 }
 
+// ---- presets of links ----
+
+/** What each sets that is not the default, from the log of a run in which every player has one. */
+function presetsDoc(binary, schema) {
+  const names = schema.$defs.link_pair.properties.preset.enum.slice(1), rows = [];
+  const defaults = Object.fromEntries(Object.entries(schema.$defs.link.properties).map(([name, row]) => [name, row.default]));
+  const most = 8, folder = mkdtempSync(path.join(tmpdir(), 'laglab-presets-')), file = path.join(folder, 'log');
+  for (let from = 0; from < names.length; from += most) {
+    const players = names.slice(from, from + most).map((preset) => ({ link: { preset } }));
+    execFileSync(binary, ['run', '-', '--log', file], { input: JSON.stringify({ kind: 'netgame', duration_s: 1, players }) });
+    const [create] = readFileSync(file, 'utf8').split('\n');
+    for (const { link } of JSON.parse(create).scenario.players) {
+      const { delay_ms, jitter_ms, distribution, loss_pct, ...others } = link.up;
+      const more = Object.entries(others).filter(([name, value]) => value !== defaults[name]);
+      rows.push([code(link.preset), delay_ms, jitter_ms, distribution, loss_pct, more.map(([name, value]) => `${code(name)} ${value}`).join(', ')]);
+    }
+  }
+  rmSync(folder, { recursive: true });
+  return table(['`preset`', '`delay_ms`', '`jitter_ms`', '`distribution`', '`loss_pct`', 'And'], rows);
+}
+
 // ---- files ----
 
 /** The file with each body between the marks of its name. @param {string} file @param {Record<string, string>} bodies */
@@ -406,6 +428,7 @@ export function generate(binary) {
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
     ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(read('api/asyncapi.yaml')))],
+    ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
   ]);
