@@ -58,9 +58,10 @@ static void fire_cannon(ll_gunner *gunner, const ll_arena *arena, int64_t tick, 
 /* Claims the oldest hit of a shell that was not claimed yet. */
 static void claim_shell(ll_gunner *gunner, ll_action *a)
 {
-    for (int64_t number = gunner->fired - LL_SHELLS + 1; number <= gunner->fired; number++) {
+    int64_t first = gunner->fired >= LL_SHELLS ? gunner->fired - LL_SHELLS + 1 : 1;
+    for (int64_t number = first; number <= gunner->fired; number++) {
         ll_gunner_shell *shell = &gunner->shells[number % LL_SHELLS];
-        if (number < 1 || shell->state != LL_GUNNER_HIT)
+        if (shell->state != LL_GUNNER_HIT)
             continue;
         ll_set_claim(a, LL_CANNON, shell->body);
         ll_set_tag(a, number);
