@@ -137,6 +137,75 @@ static void eight_honest_clients_agree_at_every_tick(void **state)
         honest_clients_agree("eight", syncs[i], links, 600);
 }
 
+/* The rings hold what the widest settings and the worst links need; nothing is lost to a full queue. */
+static void extremes_of_the_ranges_agree(void **state)
+{
+    (void)state;
+    static const char *const rates[] = {"server.update_hz=1", "server.update_hz=120"};
+    for (int i = 0; i < 2 * 2; i++) {
+        const char *const sets[] = {syncs[i % 2],
+                                    rates[i / 2],
+                                    "tick_hz=64",
+                                    "server.max_rollback_ticks=16",
+                                    "server.sync_test_ticks=8",
+                                    "players.0.input_delay_ticks=16",
+                                    "players.1.input_delay_ticks=16",
+                                    "players.0.lag_ms=1000",
+                                    "players.0.link.up.jitter_ms=250",
+                                    "players.0.link.down.jitter_ms=250",
+                                    "players.0.link.up.loss_pct=30",
+                                    "players.1.link.down.loss_pct=30",
+                                    "players.1.link.up.duplicate_pct=50",
+                                    NULL};
+        scene s = scene_open("race", sets);
+        diary d = diary_of(&s, 0);
+        run(&d, 0, 120);
+        assert_true(d.seen[0] > 600);
+        for (int p = 0; p < 2; p++) {
+            const ll_seat *seat = &ll_netgame_server(s.game)->seats[p];
+            assert_int_equal(first_difference(&d, p), -1);
+            assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
+            assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
+            assert_int_equal(seat->peer.desync, -1);
+            assert_true(seat->peer.hashed > d.seen[0] - 200);
+            assert_int_equal(ll_netgame_instruments(s.game, p)->stepping.sync_test_mismatches, 0);
+            assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
+            assert_int_equal(ll_link_get_stats(ll_netgame_down(s.game, p))->overflowed, 0);
+            for (int rule = 1; rule < LL_RULES; rule++)
+                assert_int_equal(seat->refused[rule], 0);
+        }
+        diary_free(&d);
+        scene_close(&s);
+    }
+}
+
+/* Everything that may change while it runs does, every second: the worlds stay the same. */
+static void live_changes_keep_everybody_in_step(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"server.sync=rollback", "server.update_hz=60", "params.laps=10000",
+                                BAD_LINKS("0"),         BAD_LINKS("1"),        NULL};
+    scene s = scene_open("contact", sets);
+    diary d = diary_of(&s, 0);
+    for (int k = 0; k < 120; k++) {
+        ll_netgame_config config = s.game->config;
+        config.server.max_rollback_ticks = k * 7 % 17;
+        config.server.sync_test_ticks = k * 5 % 9;
+        config.server.update_hz = 10 + k * 13 % 111;
+        config.players[k % 2].input_delay_ticks = k * 11 % 17;
+        config.players[k % 2].lag_ms = k * 37 % 200;
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        run(&d, k, k + 1);
+    }
+    assert_true(d.seen[0] > 2000);
+    for (int p = 0; p < 2; p++) {
+        assert_int_equal(first_difference(&d, p), -1);
+        assert_int_equal(ll_netgame_instruments(s.game, p)->stepping.sync_test_mismatches, 0);
+    }
+    diary_free(&d);
+    scene_close(&s);
+}
+
 /* ---- other hardware ---- */
 
 static void other_hardware_is_named(void **state)
@@ -334,6 +403,8 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_honest_clients_agree_at_every_tick),
         cmocka_unit_test(eight_honest_clients_agree_at_every_tick),
+        cmocka_unit_test(extremes_of_the_ranges_agree),
+        cmocka_unit_test(live_changes_keep_everybody_in_step),
         cmocka_unit_test(other_hardware_is_named),
         cmocka_unit_test(lag_does_not_change_the_outcome),
         cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
