@@ -142,16 +142,20 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
     assert_int_equal(l->instruments->stepping.rollbacks, 0);
     assert_int_equal(peer_of(l)->tick, 6);
 
-    relay(l, 0, 2, 4, (const double[]){5, 5, 7, 8}, 5, 0); /* from tick 4 on: 7, 8, and 8 again */
+    relay(l, 0, 2, 3, (const double[]){5, 5, 7}, 4, 0); /* tick 4 is 7, so 5 and 6 are guessed so too */
     frame_at(l, 11);
     assert_int_equal(l->instruments->stepping.rollbacks, 1);
     assert_int_equal(l->instruments->stepping.rollback_ticks, 3);
     assert_int_equal(peer_of(l)->tick, 7);
-    assert_int_equal(peer_of(l)->confirmed, 5);
-    assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 8 + 8 + 8);
+    assert_int_equal(peer_of(l)->confirmed, 4);
+    assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 7 + 7 + 7);
     assert_true(ll_histogram_summary(&l->instruments->histogram[LL_METRIC_POP]).max ==
-                2 + 3 + 3);                           /* of tick 6 */
+                2 + 2 + 2);                           /* of tick 6 */
     assert_int_equal(l->instruments->corrections, 0); /* the own entity is where it was */
+
+    relay(l, 0, 2, 4, (const double[]){5, 5, 7, 7}, 5, 0); /* as guessed again */
+    frame_at(l, 12);
+    assert_int_equal(l->instruments->stepping.rollbacks, 1);
     free_lone(l);
 }
 

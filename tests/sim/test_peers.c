@@ -262,8 +262,8 @@ static void run_to_tick(scene *s, int64_t tick)
 static void lag_does_not_change_the_outcome(void **state)
 {
     (void)state;
-    static const char *const games[] = {"contact", "cannon", "gambetta_default", "eight"};
-    for (int i = 0; i < 4 * 2; i++) {
+    static const char *const games[] = {"contact", "cannon", "gambetta_default", "eight", "rollback_shooter"};
+    for (int i = 0; i < 5 * 2; i++) {
         const char *const without[] = {
             syncs[i % 2],         "server.update_hz=120", "players.0.input_delay_ticks=3",
             "players.0.lag_ms=0", "players.1.lag_ms=0",   NULL};
