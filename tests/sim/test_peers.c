@@ -280,12 +280,17 @@ static void lag_does_not_change_the_outcome(void **state)
     (void)state;
     static const char *const games[] = {"contact", "cannon", "gambetta_default", "eight", "rollback_shooter"};
     for (int i = 0; i < 5 * 2; i++) {
-        const char *const without[] = {
-            syncs[i % 2],         "server.update_hz=120", "players.0.input_delay_ticks=3",
-            "players.0.lag_ms=0", "players.1.lag_ms=0",   NULL};
+        const char *const without[] = {syncs[i % 2],
+                                       "server.update_hz=120",
+                                       "players.0.input_delay_ticks=3",
+                                       "players.0.script=hold", /* a shooter: aims at the other player */
+                                       "players.0.lag_ms=0",
+                                       "players.1.lag_ms=0",
+                                       NULL};
         const char *const with[] = {syncs[i % 2],
                                     "server.update_hz=120",
                                     "players.0.input_delay_ticks=3",
+                                    "players.0.script=hold",
                                     "players.0.lag_ms=40",
                                     "players.1.lag_ms=90",
                                     "players.0.link.up.jitter_ms=30",
