@@ -2,6 +2,7 @@
 import { computed } from '../../vendor/signals-core.js';
 import { frame, params } from '../state.js';
 import { buffers } from './buffers.js';
+import { shots } from './shots.js';
 import { waits } from './waits.js';
 
 /** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number, colours: import('../theme.js').Palette,
@@ -18,7 +19,7 @@ import { waits } from './waits.js';
  */
 
 /** @type {Lens[]} */
-export const LENSES = [buffers, waits];
+export const LENSES = [buffers, waits, shots];
 
 /** Ids of those that have something to show, joined: it changes seldom, though it is looked at with every frame. */
 export const offered = computed(() => {

@@ -64,14 +64,18 @@ function panel(at, shot, when, left, width, title, hit) {
   pen.restore();
 }
 
+/** @param {Shot} shot */
+const notesOf = (shot) => [shot.flags & S_CLAMPED ? 'clamped to the most that is allowed' : '', shot.flags & S_DISTRUSTED ? 'stated view not believed' : '',
+  shot.flags & S_BEHIND_COVER ? 'shot behind cover' : ''].filter((note) => note !== '');
+
+/** How far a body has gone at most since the shooter's picture. @param {Shot} shot */
+const movedOf = (shot) => Math.max(0, ...shot.bodies.filter((_, i) => i !== shot.player).map((b) => Math.hypot(b.nowX - b.seenX, b.nowY - b.seenY)));
+
 /** @param {LensPicture} at @param {Shot} shot @returns {string} */
 function verdict(at, shot) {
-  const back = (shot.judged - shot.looked) * 1000, age = (shot.judged - shot.seen) * 1000;
-  const notes = [shot.flags & S_CLAMPED ? 'clamped to the most that is allowed' : '', shot.flags & S_DISTRUSTED ? 'stated view not believed' : '',
-    shot.flags & S_BEHIND_COVER ? 'shot behind cover' : ''].filter((note) => note !== '');
-  const moved = Math.max(0, ...shot.bodies.filter((_, i) => i !== shot.player).map((b) => Math.hypot(b.nowX - b.seenX, b.nowY - b.seenY)));
+  const back = (shot.judged - shot.looked) * 1000, age = (shot.judged - shot.seen) * 1000, notes = notesOf(shot);
   return `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'}: ${bodyOf(shot.serverHit, at)} by the server’s rule, ${bodyOf(shot.nowHit, at)} in the present; `
-    + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(moved, 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
+    + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
 }
 
 /** @type {import('./lenses.js').Lens} */
@@ -89,7 +93,9 @@ export const shots = {
     panel(inner, shot, 'seen', 0, third, `Shooter saw (${fixed((shot.judged - shot.seen) * 1000, 0)} ms ago)`, shot.viewHit);
     panel(inner, shot, 'now', third, third, 'Server now', shot.nowHit);
     panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.judged - shot.looked) * 1000, 0)} ms`, shot.serverHit);
-    drawText(pen, colours, verdict(at, shot), 6, at.height - line / 2);
+    const notes = notesOf(shot);
+    drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.serverHit, at)} · present: ${bodyOf(shot.nowHit, at)} · `
+      + `bodies moved ${fixed(movedOf(shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`, 6, at.height - line / 2);
   },
   words(at) {
     const shot = lastOf(at);

@@ -1,0 +1,56 @@
+// The closer looks in the lane below the views.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { launch, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const CHOICE = 'select[aria-label="What the lane below shows"]';
+/** The words of the lane's picture, when they say what is waited for. @param {import('playwright-core').Page} page @param {RegExp} what */
+async function words(page, what) {
+  await page.waitForFunction((source) => new RegExp(source).test(document.getElementById('lane')?.getAttribute('aria-label') ?? ''), what.source,
+    { timeout: 15000 });
+}
+
+test('buffers of a player: delay, state, under-runs', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race`);
+  await page.waitForSelector(`${CHOICE} option[value="buffers"]`, { state: 'attached' });
+  await page.locator(CHOICE).selectOption('buffers');
+  await words(page, /^Buffers: .*delay \d+ ms .*under-runs \d+/);
+  await page.locator(CHOICE).selectOption('messages');
+  await words(page, /^Messages of the last/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a shot three times over: hits and how far it was looked back', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
+  await words(page, /^Shots: A, rifle: (hits|miss).*looked back \d+ ms/);
+  assert.equal(await page.locator(CHOICE).inputValue(), 'shots');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('who waits for whom, and where worlds part', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=desync_float`);
+  await words(page, /^Waits and desyncs: .*stalled .*parted at tick \d+: \w+ \w+ by \d+ ulp/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('lockstep tells in words that the server waits', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=paper/fig11`);
+  await page.waitForSelector(`${CHOICE} option[value="waits"]`, { state: 'attached' });
+  await page.locator(CHOICE).selectOption('waits');
+  await words(page, /^Waits and desyncs: The server (waits|steps)/);
+  await close();
+});
