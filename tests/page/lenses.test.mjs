@@ -32,6 +32,15 @@ test('buffers of a player: delay, state, under-runs', async () => {
   await close();
 });
 
+test('inputs from client to server, and what became of them', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.link.up.loss_pct:20&set=players.0.redundancy:0`);
+  await page.waitForSelector(`${CHOICE} option[value="inputs"]`, { state: 'attached' });
+  await page.locator(CHOICE).selectOption('inputs');
+  await words(page, /^Inputs: input \d+, acknowledged up to \d+: \d+ open .*[1-9]\d* lost/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('a shot three times over: hits and how far it was looked back', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
   await words(page, /^Shots: A, rifle: (hits|miss).*looked back \d+ ms/);

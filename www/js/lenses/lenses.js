@@ -2,6 +2,7 @@
 import { computed } from '../../vendor/signals-core.js';
 import { frame, params } from '../state.js';
 import { buffers } from './buffers.js';
+import { inputs } from './inputs.js';
 import { shots } from './shots.js';
 import { waits } from './waits.js';
 
@@ -19,7 +20,7 @@ import { waits } from './waits.js';
  */
 
 /** @type {Lens[]} */
-export const LENSES = [buffers, waits, shots];
+export const LENSES = [buffers, inputs, waits, shots];
 
 /** Ids of those that have something to show, joined: it changes seldom, though it is looked at with every frame. */
 export const offered = computed(() => {

@@ -1,0 +1,101 @@
+// The reconciliation ladder: the last inputs on the client's line and on the server's, and what became of each.
+import { CORRECTION, INPUT, VERDICT } from '../frame.js';
+import { fixed } from '../format.js';
+import { paintOf } from '../theme.js';
+import { cross, drawText } from '../views/marks.js';
+
+/** @typedef {import('./lenses.js').LensPicture} LensPicture */
+/** @typedef {'open' | 'acknowledged' | 'refused' | 'late' | 'lost'} Fate */
+/** @typedef {{seq: number, fate: Fate, arrived: boolean}} Rung */
+
+const MOST = 24;
+const OUTCOMES = /** @type {Record<number, Fate>} */ ({ 1: 'refused', 3: 'late' });
+
+/** @param {LensPicture} at @returns {Rung[]} oldest first */
+function rungsOf({ frame, memory, player }) {
+  const view = frame.views[1 + player];
+  if (!view || view.inputSeq === 0) return [];
+  const first = Math.max(1, view.inputSeq - MOST + 1);
+  /** @type {Rung[]} */
+  const rungs = [];
+  for (let seq = first; seq <= view.inputSeq; seq++) rungs.push({ seq, fate: seq <= view.ackedSeq ? 'acknowledged' : 'open', arrived: seq <= view.ackedSeq });
+  for (const event of memory.events.values()) {
+    const rung = event.player === player ? rungs[event.number - first] : undefined;
+    if (!rung) continue;
+    if (event.type === VERDICT) {
+      rung.arrived = true;
+      rung.fate = OUTCOMES[event.outcome] ?? rung.fate;
+    } else if (event.type === INPUT && event.fate !== 0 && !rung.arrived) {
+      rung.fate = 'lost';
+    }
+  }
+  return rungs;
+}
+
+/** The last correction of the player, if it is young. @param {LensPicture} at */
+function correctionOf({ frame, memory, player }) {
+  let last = null;
+  for (const event of memory.events.values()) if (event.type === CORRECTION && event.player === player && frame.time - event.begin < 1) last = event;
+  return last;
+}
+
+/** @type {import('./lenses.js').Lens} */
+export const inputs = {
+  id: 'inputs', label: 'Inputs', players: true,
+  fits: (frame) => frame.views.length > 1 && frame.peers.length === 0,
+  draw(at) {
+    const { pen, colours, width, height, player, frame } = at;
+    const rungs = rungsOf(at), paint = paintOf(colours, player);
+    const left = colours.text * 5.5, step = (width - left - 12) / MOST, box = Math.min(step * 0.72, colours.text * 1.9);
+    const up = colours.text * 2.6, down = height - colours.text * 2.2;
+    drawText(pen, colours, inputs.words(at), 8, colours.text * 0.8);
+    drawText(pen, colours, 'client', 8, up, { colour: colours.faint });
+    drawText(pen, colours, 'server', 8, down, { colour: colours.faint });
+    pen.setLineDash([]);
+    pen.lineWidth = 1;
+    pen.strokeStyle = colours.edge;
+    for (const y of [up, down]) {
+      pen.beginPath();
+      pen.moveTo(left, y);
+      pen.lineTo(width - 8, y);
+      pen.stroke();
+    }
+    rungs.forEach((rung, i) => {
+      const x = left + step * (MOST - rungs.length + i + 0.5);
+      const bad = rung.fate === 'refused' || rung.fate === 'late' || rung.fate === 'lost';
+      pen.strokeStyle = bad ? colours.snap : paint.text;
+      pen.lineWidth = colours.line;
+      if (rung.arrived || rung.fate === 'lost') {
+        pen.setLineDash(rung.arrived ? [] : [3, 3]);
+        pen.globalAlpha = rung.fate === 'acknowledged' ? 0.35 : 1;
+        pen.beginPath();
+        pen.moveTo(x, up + box / 2);
+        pen.lineTo(x, rung.arrived ? down - box / 2 : (up + down) / 2);
+        pen.stroke();
+        pen.globalAlpha = 1;
+        pen.setLineDash([]);
+      }
+      if (rung.fate === 'lost') cross(pen, x, (up + down) / 2, 5);
+      for (const y of rung.arrived ? [up, down] : [up]) {
+        pen.fillStyle = rung.fate === 'open' && y === up ? paint.fill : colours.paper;
+        pen.fillRect(x - box / 2, y - box / 2, box, box);
+        pen.strokeRect(x - box / 2, y - box / 2, box, box);
+      }
+      if (rung.fate === 'refused' || rung.fate === 'late') cross(pen, x, down, box / 2);
+      if (i % 4 === rungs.length % 4) drawText(pen, colours, String(rung.seq), x, height - colours.text * 0.6, { align: 'center', colour: colours.faint });
+    });
+    const correction = correctionOf(at);
+    if (correction) {
+      const again = frame.views[1 + player]?.unacked ?? 0;
+      drawText(pen, colours, `corrected by ${fixed(Math.abs(correction.value), 3)} m: the server’s place, and ${again} inputs again`, width - 10, (up + down) / 2,
+        { align: 'right', bold: true, colour: colours.snap });
+    }
+  },
+  words(at) {
+    const view = at.frame.views[1 + at.player], rungs = rungsOf(at);
+    if (!view) return 'no inputs';
+    const count = (/** @type {Fate} */ fate) => rungs.filter((rung) => rung.fate === fate).length;
+    return `input ${view.inputSeq}, acknowledged up to ${view.ackedSeq}: ${view.unacked} open · of the last ${rungs.length}: `
+      + `${count('late')} late, ${count('refused')} refused, ${count('lost')} lost · corrections ${view.corrections}`;
+  },
+};
