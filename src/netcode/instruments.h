@@ -72,10 +72,11 @@ typedef struct ll_instruments {
     ll_histogram histogram[LL_METRICS];
     int32_t entities, reserved;
     int64_t frames, held_frames, extrapolated_frames;
-    int64_t underruns,
-        overruns; /* M9: times that the buffer ran dry; that it was so full that the view jumped */
-    ll_gauge depth, delay_ms,
-        time_scale;                   /* M9: states in stock; drawn time behind the newest known; its rate */
+    int64_t underruns;                /* M9: times that the buffer ran dry */
+    int64_t overruns;                 /* M9: times that it was so full that the drawn time jumped */
+    ll_gauge depth;                   /* M9: states newer than what is drawn */
+    ll_gauge delay_ms;                /* M9: drawn time behind the newest that could be known */
+    ll_gauge time_scale;              /* M9: drawn time per time */
     ll_inconsistency server, clients; /* M7, over all entities */
     int64_t bytes[LL_MESSAGES], packets[LL_MESSAGES]; /* M13: by ll_message, payload */
     ll_stepping stepping;

@@ -46,7 +46,7 @@ void ll_interpolate_heard(ll_client *c, const ll_received *state)
 
 /* ---- a place in the buffer ---- */
 
-/* Where a time of the server's lies: between two states, or behind the newest; at the ends the two are one.
+/* Where a time of the server's lies: between two states, or behind the newest. At the ends the two are one.
  */
 typedef struct place {
     int64_t index; /* of `a` */
@@ -129,15 +129,15 @@ static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
 static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target, bool *jumped)
 {
     const ll_time_scale *rule = ll_time_scales[s->config->time_scale];
-    ll_time error = target - (c->render + c->elapsed), limit = rule->limit(c), step;
-    c->time_scale = 1;
+    ll_time error = target - (c->render + c->elapsed), limit = rule->limit(c);
     if (!c->has_render || error > limit) {
         *jumped = c->has_render;
         c->render = target;
+        c->time_scale = 1;
         c->drift = 0;
         return LL_VIEW_NORMAL;
     }
-    step = error > -limit ? c->elapsed + rule->extra(c, error) : 0;
+    ll_time step = error > -limit ? c->elapsed + rule->extra(c, error) : 0;
     c->render += step;
     c->time_scale = c->elapsed > 0 ? (double)step / (double)c->elapsed : 1;
     return c->time_scale > 1.005   ? LL_VIEW_CATCHING_UP
@@ -145,51 +145,58 @@ static ll_view_state move(ll_client *c, const ll_client_setup *s, ll_time target
                                    : LL_VIEW_NORMAL;
 }
 
-static void draw_others(ll_client *c, const ll_client_setup *s, const place *p, uint32_t flags)
+/* Stops the drawn time where nothing is known any more, and counts what the buffer did. */
+static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state moved, bool jumped, ll_time now)
 {
+    ll_time newest = ll_client_state(c, c->newest - 1)->time,
+            reach = newest + ll_ms(s->config->extrapolation_ms);
+    bool was_dry = c->dry;
+    c->held_now = c->render > reach;
+    if (c->held_now) {
+        c->render = reach;
+        c->time_scale = 0;
+    }
+    c->has_render = 1;
+    c->extrapolated = c->render > newest;
+    c->dry =
+        c->held_now || (c->extrapolated && s->config->interpolation); /* without a delay there is no stock */
+    c->view_state = (uint8_t)(c->held_now       ? LL_VIEW_STARVED
+                              : c->extrapolated ? LL_VIEW_EXTRAPOLATING
+                                                : moved);
+    c->drawn_newest = c->newest;
+    if (now >= s->instruments->from) {
+        s->instruments->underruns += c->dry && !was_dry;
+        s->instruments->overruns += jumped && !c->held_now;
+    }
+}
+
+static void draw_others(ll_client *c, const ll_client_setup *s)
+{
+    const place p = find(c, c->render);
     ll_world *shown = ll_client_shown(c);
-    ll_mark mark = {.time = p->a->time > c->render ? p->a->time : c->render, .flags = flags};
+    ll_mark mark = {.time = p.a->time > c->render ? p.a->time : c->render,
+                    .flags = c->extrapolated ? LL_SHOWN_EXTRAPOLATED : LL_SHOWN_INTERPOLATED};
+    if (c->held_now)
+        mark.flags |= LL_SHOWN_HELD;
     for (int i = 0; i < shown->entities; i++) {
         if (i == c->self)
             continue;
-        pose(s, p, i, &shown->entity[i]);
+        pose(s, &p, i, &shown->entity[i]);
         ll_client_marks(c)[i] = mark;
     }
-    c->alpha = p->alpha;
-    c->depth = c->newest - 1 - p->index;
+    c->alpha = p.alpha;
+    c->depth = c->newest - 1 - p.index;
     c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->time - mark.time);
 }
 
 void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_player_config *config = s->config;
+    bool jumped = false;
     correct_extrapolation(c, s);
     c->delay =
         config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
-    bool jumped = false;
-    ll_view_state state = move(c, s, now + c->offset - c->delay, &jumped);
-
-    ll_time newest = ll_client_state(c, c->newest - 1)->time,
-            reach = newest + ll_ms(config->extrapolation_ms);
-    bool was_dry = c->dry, held = c->render > reach;
-    if (held) {
-        c->render = reach;
-        c->time_scale = 0;
-    }
-    c->has_render = 1;
-    c->held_now = held;
-    c->extrapolated = c->render > newest;
-    c->dry =
-        held || (c->extrapolated && config->interpolation); /* without a delay nothing is kept in stock */
-    if (now >= s->instruments->from) {
-        s->instruments->underruns += c->dry && !was_dry;
-        s->instruments->overruns += jumped && !held;
-    }
-    c->drawn_newest = c->newest;
-    c->view_state = (uint8_t)(held ? LL_VIEW_STARVED : c->extrapolated ? LL_VIEW_EXTRAPOLATING : state);
-
-    const place p = find(c, c->render);
-    draw_others(c, s, &p,
-                (c->extrapolated ? LL_SHOWN_EXTRAPOLATED : LL_SHOWN_INTERPOLATED) |
-                    (held ? LL_SHOWN_HELD : 0u));
+    ll_view_state moved = move(c, s, now + c->offset - c->delay, &jumped);
+    take_stock(c, s, moved, jumped, now);
+    draw_others(c, s);
 }
