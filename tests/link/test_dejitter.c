@@ -361,6 +361,37 @@ static void nfe_measures_the_gaps(void **state)
     }
 }
 
+/* Gaps of one and three intervals in turn: their average swings between 260/7 and 300/7 ms and is 120/7 off
+ * the next, so that the rule wants 450/7 ms after a long gap, and less by more than 2 ms, a tenth of the
+ * short one, after that. */
+static void nfe_adds_the_deviation_of_the_gaps(void **state)
+{
+    (void)state;
+    ll_dejitter *b = buffer_open(CAPACITY);
+    ll_dejitter_params params = policy(LL_DEJITTER_NFE, 0, 20);
+    ll_time sent = 0;
+    for (int64_t i = 0; i < 400; i++) {
+        sent += (i % 2 ? 60 : 20) * LL_MS;
+        push(b, &params, i, sent, LAG);
+        play_all(b, LL_NEVER - 1);
+        if (i > 200)
+            assert_within(ll_to_ms(ll_dejitter_delay(b)), 450.0 / 7 - (i % 2 ? 0 : 2), 1e-5);
+    }
+    free(b);
+}
+
+/* Packets that come further apart than they were sent: from 40 ms the average goes a quarter of the way
+ * to 60. */
+static void nfe_heeds_the_arrivals(void **state)
+{
+    (void)state;
+    ll_dejitter_params params = policy(LL_DEJITTER_NFE, 0, 40);
+    ll_dejitter_history h = {
+        .packets = 1, .delay = 40 * LL_MS, .gap_ms = 40, .arrivals_ms = 40, .arrived = LAG, .sent = 0};
+    ll_dejitter_arrival next = {.sent = 40 * LL_MS, .arrived = LAG + 60 * LL_MS};
+    assert_int_equal(ll_dejitter_nfe.delay(&h, &params, &next), 45 * LL_MS);
+}
+
 /* Every second packet is 30 ms behind the fastest: 15 ms on average, which the average of weight 1/8 swings
  * about by 1 / (16 - 1) of the half. Gaps are even; arrivals 10 and 70 ms apart average to 40 + 30 / 7 at
  * most. */
@@ -454,6 +485,8 @@ int main(void)
         cmocka_unit_test(mirror_follows_at_its_speed),
         cmocka_unit_test(nfe_wants_one_interval_of_a_clean_link),
         cmocka_unit_test(nfe_measures_the_gaps),
+        cmocka_unit_test(nfe_adds_the_deviation_of_the_gaps),
+        cmocka_unit_test(nfe_heeds_the_arrivals),
         cmocka_unit_test(nfe_adds_the_average_lateness),
         cmocka_unit_test(a_full_buffer_refuses),
         cmocka_unit_test(clearing_forgets),

@@ -171,22 +171,24 @@ static void four_state_losses(void **state)
     }
 }
 
-/* A model that begins, and one that begins again after another was used, is in its first state. */
+/* A model that begins, and one that begins again after another one or none was used, is in its first state.
+ */
 static void models_begin_anew(void **state)
 {
     (void)state;
-    ll_link_params trap = link_params(), other = link_params();
+    ll_link_params trap = link_params(), others[2] = {link_params(), link_params()};
     trap.loss_model = LL_LOSS_GEMODEL;
     trap.ge_p_pct = 100; /* bad from the second packet on, for ever */
     trap.ge_r_pct = 0;
-    other.loss_model = LL_LOSS_STATE;
+    others[0].loss_model = LL_LOSS_STATE;
     ll_link *link = link_open(100, 2000, 2, 3);
     for (int round = 0; round < 2; round++) {
         assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
         assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_LOST);
         assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_LOST);
-        assert_int_equal(ll_link_send(link, &other, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
+        assert_int_equal(ll_link_send(link, &others[round], 100, 0, "", 0).fate, LL_FATE_DELIVERED);
     }
+    assert_int_equal(ll_link_send(link, &trap, 100, 0, "", 0).fate, LL_FATE_DELIVERED);
     free(link);
 }
 
