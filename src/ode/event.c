@@ -24,11 +24,13 @@ static double g_at(const search *s, double theta)
 }
 
 /* Whether g has gone through zero the way that the event looks for. A step that starts on the surface starts
- * from the side that the event comes from. */
+ * from the side that the event comes from; an event that looks for both ways has none. */
 static bool crosses(const ll_ode_event *event, double g0, double g1)
 {
-    bool falls = g0 >= 0 && g1 < 0, rises = g0 <= 0 && g1 > 0;
-    return (falls && event->direction <= 0) || (rises && event->direction >= 0);
+    int way = event->direction;
+    bool falls = (g0 > 0 || (g0 == 0 && way < 0)) && g1 < 0;
+    bool rises = (g0 < 0 || (g0 == 0 && way > 0)) && g1 > 0;
+    return (falls && way <= 0) || (rises && way >= 0);
 }
 
 static double magnitude(double x)

@@ -40,8 +40,9 @@ typedef void ll_ode_magnetic_pair(const void *params, const ll_pair *t, const ll
 /* What happens after an event. A system at rest keeps its state until the end. */
 typedef enum ll_ode_action { LL_ODE_GO_ON, LL_ODE_REST } ll_ode_action;
 
-/* A zero crossing of g(t, y), located to the last digits of t. A g of exactly 0 at the start of a step counts
- * as the side that the crossing starts from: a jump puts y exactly on the surface. */
+/* A zero crossing of g(t, y), located to the last digits of t. It is looked for at the ends of steps: two
+ * within one step cancel. A g of exactly 0 at the start of a step counts as the side that a crossing in
+ * `direction` starts from: a jump puts y exactly on the surface. */
 typedef struct ll_ode_event {
     const char *name; /* `impact` */
     int direction;    /* -1: g falls through zero; +1: rises; 0: either */
