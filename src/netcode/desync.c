@@ -98,8 +98,8 @@ static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, co
     if (s->recorder)
         s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_DESYNC,
                                                               .player = (uint8_t)c->self,
-                                                              .begin = server->stepped,
-                                                              .end = server->stepped,
+                                                              .begin = c->framed,
+                                                              .end = c->framed,
                                                               .number = (uint32_t)d->tick,
                                                               .value = (float)field_ulps(d, truth, world)});
 }

@@ -59,3 +59,32 @@ test('shots and shells, as in the text frames', async () => {
   await json.close();
   await binary.close();
 });
+
+const PEER = {
+  confirmed: 'confirmed', tick: 'tick', desyncTick: 'desync_tick', waiting: 'waiting', stalls: 'stalls', stalled: 'stalled_s',
+  rollbacks: 'rollbacks', rollbackTicks: 'rollback_ticks', desyncEntity: 'desync_entity', desyncField: 'desync_field',
+  desyncDistance: 'desync_m', desyncUlps: 'desync_ulps',
+};
+
+test('peers, as in the text frames', async () => {
+  const session = await c.make({ scenario: 'rollback_loss', set: { 'players.1.hardware': 'float' }, paused: true });
+  await c.control(session, { op: 'seek', time_s: 15.5 });
+  const json = await c.stream(session, 'json'), binary = await c.stream(session, 'bin');
+  await c.control(session, { op: 'play' });
+  await waitFor(() => json.frames.length > 60 && binary.frames.length > 60, 'frames');
+  let compared = 0, waiting = 0;
+  for (const bytes of binary.frames) {
+    const frame = decode(bytes.buffer.slice(bytes.byteOffset, bytes.byteOffset + bytes.length));
+    const other = json.frames.find((each) => each.seq === frame.seq);
+    if (!other) continue;
+    assert.equal(frame.peers.length, 2);
+    assert.equal(other.peers.length, 2);
+    frame.peers.forEach((peer, i) => same(PEER, peer, other.peers[i]));
+    assert.ok(frame.peers[0].desyncTick === -1 && frame.peers[1].desyncTick > 0 && frame.peers[1].desyncUlps > 0);
+    compared++;
+    waiting += frame.peers[0].waiting === 2 && frame.views[1].flags & 16 ? 1 : 0;
+  }
+  assert.ok(compared > 25 && waiting > 5, `${compared} frames compared, in ${waiting} A waits for B`);
+  await json.close();
+  await binary.close();
+});

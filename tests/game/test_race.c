@@ -52,6 +52,26 @@ static void throttle_follows_the_closed_form(void **state)
     }
 }
 
+/* Another machine's arithmetic: each product is rounded with its sum. */
+static void fused_motion_rounds_once(void **state)
+{
+    (void)state;
+    ll_game_env env = {.dt = 1.0 / 60};
+    ll_drag d = ll_drag_over(0.3, env.dt);
+    int differ = 0;
+    for (int k = 1; k < 1000; k++) {
+        double x = k / 7.0, v = k / 11.0, a = k / 13.0, fx = x, fv = v, x0 = x, v0 = v;
+        env.fused = 0;
+        ll_drag_move(&env, &d, a, &x, &v);
+        env.fused = 1;
+        ll_drag_move(&env, &d, a, &fx, &fv);
+        assert_true(x == x0 + (v0 * d.f + a * d.g) && v == v0 * d.e + a * d.f);
+        assert_true(fx == x0 + fma(v0, d.f, a * d.g) && fv == fma(v0, d.e, a * d.f));
+        differ += x != fx || v != fv;
+    }
+    assert_true(differ > 100);
+}
+
 static void drag_factors_are_right_for_any_drag(void **state)
 {
     (void)state;
@@ -254,6 +274,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(throttle_follows_the_closed_form),
+        cmocka_unit_test(fused_motion_rounds_once),
         cmocka_unit_test(drag_factors_are_right_for_any_drag),
         cmocka_unit_test(top_speed_is_kept),
         cmocka_unit_test(brakes_stop_and_do_not_reverse),

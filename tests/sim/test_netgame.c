@@ -392,36 +392,42 @@ static void reconciliation_and_prediction_depend_on_each_other(void **state)
 static void block_may_be_moved(void **state)
 {
     (void)state;
-    scene s = scene_open("eight", NULL), t = scene_open("eight", NULL);
-    for (int i = 1; i <= 60; i++) { /* every sixth of a second to another place */
-        scene_run(&s, i / 6.0, NULL);
-        ll_netgame *elsewhere = malloc((size_t)s.game->size);
-        memcpy(elsewhere, s.game, (size_t)s.game->size);
-        memset(s.game, 0xee, (size_t)s.game->size);
-        free(s.game);
-        s.game = elsewhere;
+    static const char *const scenarios[] = {"eight", "rollback_loss"};
+    for (int k = 0; k < 2; k++) {
+        scene s = scene_open(scenarios[k], NULL), t = scene_open(scenarios[k], NULL);
+        for (int i = 1; i <= 60; i++) { /* every sixth of a second to another place */
+            scene_run(&s, i / 6.0, NULL);
+            ll_netgame *elsewhere = malloc((size_t)s.game->size);
+            memcpy(elsewhere, s.game, (size_t)s.game->size);
+            memset(s.game, 0xee, (size_t)s.game->size);
+            free(s.game);
+            s.game = elsewhere;
+        }
+        scene_run(&t, 10, NULL);
+        assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
+        scene_close(&s);
+        scene_close(&t);
     }
-    scene_run(&t, 10, NULL);
-    assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
-    scene_close(&s);
-    scene_close(&t);
 }
 
 static void recording_changes_nothing(void **state)
 {
     (void)state;
-    tape all = {0};
-    ll_recorder r = tape_recorder(&all);
-    scene s = scene_open("eight", NULL), t = scene_open("eight", NULL);
-    scene_run(&s, 10, NULL);
-    scene_run(&t, 10, &r);
-    assert_true(all.count > 5000);
-    for (size_t i = 1; i < all.count; i++)
-        assert_true(all.events[i].begin >= all.events[i - 1].begin);
-    assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
-    scene_close(&s);
-    scene_close(&t);
-    tape_free(&all);
+    static const char *const scenarios[] = {"eight", "rollback_loss", "desync_ulp"};
+    for (int k = 0; k < 3; k++) {
+        tape all = {0};
+        ll_recorder r = tape_recorder(&all);
+        scene s = scene_open(scenarios[k], NULL), t = scene_open(scenarios[k], NULL);
+        scene_run(&s, 20, NULL);
+        scene_run(&t, 20, &r);
+        assert_true(all.count > 5000);
+        for (size_t i = 1; i < all.count; i++)
+            assert_true(all.events[i].begin >= all.events[i - 1].begin);
+        assert_int_equal(s.scenario.kind->hash(s.game), t.scenario.kind->hash(t.game));
+        scene_close(&s);
+        scene_close(&t);
+        tape_free(&all);
+    }
 }
 
 static void a_value_that_is_not_finite_stops_at_its_tick(void **state)

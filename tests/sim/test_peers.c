@@ -1,5 +1,6 @@
 /* Deterministic lockstep and rollback as a whole: everybody has the same world at every tick, whatever the
  * links do; other hardware is found out; what is known late is made again. */
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -76,6 +77,13 @@ static void run(diary *d, double from_s, double until_s)
                 write_down(d, 1 + p, tick, ll_peer_world(ll_netgame_client(d->s->game, p), tick));
             }
     }
+}
+
+static void set_loss(scene *s, int player, double percent)
+{
+    ll_netgame_config config = s->game->config;
+    config.players[player].link.up.loss_pct = percent;
+    s->scenario.kind->change(s->game, &config, s->game->now);
 }
 
 /* The first tick at which a client's world differs from the server's; -1: none. */
@@ -246,7 +254,87 @@ static void other_hardware_is_named(void **state)
     }
 }
 
+/* What the referee refuses it replaces for everybody, so only the cheat's own world is another. */
+static void a_cheat_leaves_the_common_world_alone(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 2; i++) {
+        const char *const sets[] = {syncs[i], "players.1.cheat=magnitude", "players.0.input_delay_ticks=8",
+                                    "players.1.input_delay_ticks=8", NULL};
+        scene s = scene_open("contact", sets);
+        diary d = diary_of(&s, 0);
+        run(&d, 0, 20);
+        const ll_seat *seats = ll_netgame_server(s.game)->seats;
+        assert_int_equal(first_difference(&d, 0), -1);
+        assert_int_equal(first_difference(&d, 1), 9); /* the first tick that it has an input for */
+        assert_int_equal(ll_netgame_desync(s.game, 1)->tick, 9);
+        assert_int_equal(seats[1].peer.desync, 9);
+        assert_true(seats[1].refused[LL_RULE_MAGNITUDE] > 500);
+        assert_true(ll_netgame_client(s.game, 1)->refused > 500);
+        diary_free(&d);
+        scene_close(&s);
+    }
+}
+
+/* What happens is told: who stalled and for whom, how far a rollback went, where a world was left. */
+static void events_tell_what_the_counters_count(void **state)
+{
+    (void)state;
+    tape all = {0};
+    ll_recorder r = tape_recorder(&all);
+    const char *const sets[] = {"warmup_s=0", "players.1.hardware=fma", NULL};
+    scene s = scene_open("rollback_loss", sets);
+    scene_run(&s, 15, &r);
+    set_loss(&s, 1, 100);
+    scene_run(&s, 16, &r);
+    set_loss(&s, 1, 5);
+    scene_run(&s, 30, &r);
+    const ll_stepping *n = &ll_netgame_instruments(s.game, 0)->stepping;
+    int64_t stalls = 0, rollbacks = 0, ticks = 0, desyncs = 0;
+    double stalled_ms = 0;
+    for (size_t i = 0; i < all.count; i++) {
+        const ll_event *e = &all.events[i];
+        desyncs += e->type == LL_EVENT_DESYNC;
+        if (e->type == LL_EVENT_DESYNC) {
+            assert_int_equal(e->player, 1);
+            assert_int_equal(e->number, ll_netgame_desync(s.game, 1)->tick);
+        } else if (e->type == LL_EVENT_STALL && e->player == 0) {
+            assert_int_equal(e->number, 1 << 1);
+            stalls++;
+            stalled_ms += (double)e->value;
+        } else if (e->type == LL_EVENT_ROLLBACK && e->player == 0) {
+            rollbacks++;
+            ticks += (int64_t)e->value;
+        }
+    }
+    assert_int_equal(desyncs, 1);
+    assert_true(stalls > 0 && stalls == n->stalls);
+    assert_true(stalled_ms > 700 && fabs(stalled_ms - 1000 * (double)n->stalled_frames / 60) < 0.01);
+    assert_true(rollbacks > 10 && rollbacks == n->rollbacks && ticks == n->rollback_ticks);
+    scene_close(&s);
+    tape_free(&all);
+}
+
 /* ---- the same outcome as without lag ---- */
+
+static void rollback_of_none_is_deterministic_lockstep(void **state)
+{
+    (void)state;
+    const char *const rollback[] = {"server.sync=rollback", "server.max_rollback_ticks=0", NULL};
+    scene a = scene_open("deterministic", NULL), b = scene_open("deterministic", rollback);
+    diary x = diary_of(&a, 0), y = diary_of(&b, 0);
+    run(&x, 0, 40);
+    run(&y, 0, 40);
+    assert_true(x.seen[0] > 2000);
+    for (int i = 0; i <= 3; i++) {
+        assert_int_equal(x.seen[i], y.seen[i]);
+        assert_memory_equal(x.hashes[i], y.hashes[i], TICKS_MAX * sizeof x.hashes[i][0]);
+    }
+    diary_free(&x);
+    diary_free(&y);
+    scene_close(&a);
+    scene_close(&b);
+}
 
 static void run_to_tick(diary *d, int64_t tick)
 {
@@ -296,13 +384,6 @@ static void lag_does_not_change_the_outcome(void **state)
 }
 
 /* ---- stalls ---- */
-
-static void set_loss(scene *s, int player, double percent)
-{
-    ll_netgame_config config = s->game->config;
-    config.players[player].link.up.loss_pct = percent;
-    s->scenario.kind->change(s->game, &config, s->game->now);
-}
 
 static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
 {
@@ -410,6 +491,9 @@ int main(void)
         cmocka_unit_test(extremes_of_the_ranges_agree),
         cmocka_unit_test(live_changes_keep_everybody_in_step),
         cmocka_unit_test(other_hardware_is_named),
+        cmocka_unit_test(a_cheat_leaves_the_common_world_alone),
+        cmocka_unit_test(events_tell_what_the_counters_count),
+        cmocka_unit_test(rollback_of_none_is_deterministic_lockstep),
         cmocka_unit_test(lag_does_not_change_the_outcome),
         cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
         cmocka_unit_test(pace_follows_lag_and_delay),
