@@ -5,26 +5,14 @@
 #include "netcode/client.h"
 #include "netcode/shots.h"
 
-static void take_picture(ll_gunner *gunner, const ll_client *c, const ll_point *drawn, int bodies)
-{
-    memcpy(gunner->drawn, drawn, (size_t)bodies * sizeof drawn[0]);
-    gunner->drawn_time = c->view_time;
-}
-
-static void look(const ll_client *c, const ll_client_setup *s, ll_arena *arena, ll_point *drawn)
-{
-    const ll_world *shown = ll_client_shown_const(c);
-    s->game->weapons->arena(s->env, shown->players, arena);
-    ll_bodies_now(arena, shown, drawn);
-}
-
 void ll_gunner_start(const ll_client *c, const ll_client_setup *s)
 {
-    ll_arena arena;
-    ll_point drawn[LL_BODIES_MAX];
-    memset(s->gunner, 0, sizeof *s->gunner);
-    look(c, s, &arena, drawn);
-    take_picture(s->gunner, c, drawn, arena.bodies);
+    ll_gunner *gunner = s->gunner;
+    const ll_world *shown = ll_client_shown_const(c);
+    memset(gunner, 0, sizeof *gunner);
+    s->game->weapons->arena(s->env, shown->players, &gunner->arena);
+    ll_bodies_now(&gunner->arena, shown, gunner->drawn);
+    gunner->drawn_time = c->view_time;
 }
 
 /* So many steps are an interval at least. */
@@ -44,8 +32,9 @@ static int anybody(const ll_arena *arena, int self)
     return body < arena->bodies ? body : LL_NOBODY;
 }
 
-static void fire_cannon(ll_gunner *gunner, const ll_arena *arena, int64_t tick, ll_aim aim)
+static void fire_cannon(ll_gunner *gunner, int64_t tick, ll_aim aim)
 {
+    const ll_arena *arena = &gunner->arena;
     ll_gunner_shell *shell = &gunner->shells[++gunner->fired % LL_SHELLS];
     double speed = arena->shell_speed;
     shell->flight = (ll_flight){aim.from, {speed * aim.direction.x, speed * aim.direction.y}, arena->gravity};
@@ -71,23 +60,23 @@ static void claim_shell(ll_gunner *gunner, ll_action *a)
 }
 
 /* Whether a press counts. */
-static bool may_fire(const ll_gunner *gunner, const ll_arena *arena, const ll_client_setup *s, int weapon,
-                     int64_t tick)
+static bool may_fire(const ll_client_setup *s, int weapon, int64_t tick)
 {
+    const ll_gunner *gunner = s->gunner;
     bool full = gunner->shells[(gunner->fired + 1) % LL_SHELLS].state != LL_GUNNER_ENDED;
-    if (arena->interval_s[weapon] == 0 || (weapon == LL_CANNON && full))
+    if (gunner->arena.interval_s[weapon] == 0 || (weapon == LL_CANNON && full))
         return false;
     return tick >= gunner->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
 }
 
 /* Returns whom a rifle hits in the picture. */
-static int fire(ll_client *c, const ll_client_setup *s, const ll_arena *arena, int weapon, ll_aim aim,
-                ll_action *a)
+static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim aim, ll_action *a)
 {
     ll_gunner *gunner = s->gunner;
+    const ll_arena *arena = &gunner->arena;
     gunner->ready[weapon] = c->tick + steps_of(arena->interval_s[weapon], c->clock.freq);
     if (weapon == LL_CANNON) {
-        fire_cannon(gunner, arena, c->tick, aim);
+        fire_cannon(gunner, c->tick, aim);
         ll_set_tag(a, gunner->fired);
         return LL_NOBODY;
     }
@@ -99,19 +88,17 @@ static int fire(ll_client *c, const ll_client_setup *s, const ll_arena *arena, i
 void ll_gunner_input(ll_client *c, const ll_client_setup *s, ll_pending *input, ll_time seen, ll_time now)
 {
     ll_action *a = &input->action;
-    ll_arena arena;
-    s->game->weapons->arena(s->env, ll_client_shown(c)->players, &arena);
     a->buttons &= LL_BUTTONS;
     for (int w = 0; w < LL_WEAPONS; w++) {
         uint32_t button = UINT32_C(1) << w;
         if (!(a->buttons & button))
             continue;
-        if (!may_fire(s->gunner, &arena, s, w, c->tick)) {
+        if (!may_fire(s, w, c->tick)) {
             a->buttons &= ~button;
             continue;
         }
         ll_aim aim = s->game->weapons->aim(ll_client_shown(c), s->env, c->self, a);
-        ll_press press = {c->tick, now, seen, aim, fire(c, s, &arena, w, aim, a)};
+        ll_press press = {c->tick, now, seen, aim, fire(c, s, w, aim, a)};
         ll_shots_press(s->shots, c->self, (ll_weapon)w, &press, s->gunner->drawn);
     }
     if (!(a->buttons & LL_BUTTON_CANNON))
@@ -119,11 +106,11 @@ void ll_gunner_input(ll_client *c, const ll_client_setup *s, ll_pending *input, 
 }
 
 /* Between the last picture and this one, `drawn`. */
-static void fly(ll_gunner_shell *shell, const ll_gunner *gunner, const ll_arena *arena, ll_client *c,
-                const ll_client_setup *s, const ll_point *drawn)
+static void fly(ll_gunner_shell *shell, const ll_client *c, const ll_client_setup *s, const ll_point *drawn)
 {
-    ll_meeting m = ll_arena_flight(arena, c->self, &shell->flight, ll_to_s(gunner->drawn_time - shell->start),
-                                   ll_to_s(c->view_time - shell->start), gunner->drawn, drawn);
+    const ll_gunner *gunner = s->gunner;
+    double from = ll_to_s(gunner->drawn_time - shell->start), to = ll_to_s(c->view_time - shell->start);
+    ll_meeting m = ll_arena_flight(&gunner->arena, c->self, &shell->flight, from, to, gunner->drawn, drawn);
     if (m.met == LL_MET_NOTHING)
         return;
     shell->body = m.body;
@@ -131,14 +118,14 @@ static void fly(ll_gunner_shell *shell, const ll_gunner *gunner, const ll_arena 
     ll_shots_seen(s->shots, c->self, shell->tick, m.body);
 }
 
-void ll_gunner_frame(ll_client *c, const ll_client_setup *s)
+void ll_gunner_frame(const ll_client *c, const ll_client_setup *s)
 {
     ll_gunner *gunner = s->gunner;
     ll_point drawn[LL_BODIES_MAX];
-    ll_arena arena;
-    look(c, s, &arena, drawn);
+    ll_bodies_now(&gunner->arena, ll_client_shown_const(c), drawn);
     for (int i = 0; i < LL_SHELLS; i++)
         if (gunner->shells[i].state == LL_GUNNER_FLYING && c->view_time > gunner->drawn_time)
-            fly(&gunner->shells[i], gunner, &arena, c, s, drawn);
-    take_picture(gunner, c, drawn, arena.bodies);
+            fly(&gunner->shells[i], c, s, drawn);
+    memcpy(gunner->drawn, drawn, (size_t)gunner->arena.bodies * sizeof drawn[0]);
+    gunner->drawn_time = c->view_time;
 }

@@ -27,6 +27,7 @@ typedef struct ll_gunner_shell {
 } ll_gunner_shell;
 
 typedef struct ll_gunner {
+    ll_arena arena;                    /* the game's */
     ll_time drawn_time;                /* of the picture below */
     int64_t ready[LL_WEAPONS];         /* the first step that may be fired in again */
     int64_t fired;                     /* shells */
@@ -43,4 +44,4 @@ void ll_gunner_input(struct ll_client *client, const struct ll_client_setup *set
                      ll_time seen, ll_time now);
 
 /* After a picture was drawn: flies the own shells to it. */
-void ll_gunner_frame(struct ll_client *client, const struct ll_client_setup *setup);
+void ll_gunner_frame(const struct ll_client *client, const struct ll_client_setup *setup);

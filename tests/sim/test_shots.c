@@ -293,6 +293,37 @@ static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
     }
 }
 
+/* A target that stands still is where everybody has it: all judges agree, of the rifle and of the shell. */
+static void judges_agree_of_what_stands_still(void **state)
+{
+    (void)state;
+    for (int w = 0; w < LL_WEAPONS; w++) {
+        for (int hits = 0; hits < 2; hits++) {
+            const char *const sets[] = {"players.0.control=person", "players.1.script=idle",
+                                        "params.weapons=both", "server.max_rewind_ms=1000", NULL};
+            scene s = scene_open("behind_cover", sets);
+            int64_t k = 0;
+            while (k < 180)
+                tick(&s, &k);
+            /* level for the rifle; of the shell 35 m/s by sin 2 a = g x / v^2 */
+            double aim = w == LL_RIFLE ? 0 : asin(9.81 * 52 / (35 * 35)) / 2 / (M_PI / 2);
+            act(&s, 0, 0, hits ? aim : aim + 0.05, UINT32_C(1) << w);
+            tick(&s, &k);
+            act(&s, 0, 0, 0, 0);
+            for (int i = 0; i < 240; i++)
+                tick(&s, &k);
+            const ll_shot_tally *t = tally(&s, 0, (ll_weapon)w);
+            assert_int_equal(t->shots, 1);
+            for (int j = 0; j < LL_JUDGES; j++)
+                assert_int_equal(t->hits[j], hits);
+            assert_int_equal(t->agreed, 1);
+            assert_int_equal(t->on_players, hits);
+            assert_int_equal(t->behind_cover, 0);
+            scene_close(&s);
+        }
+    }
+}
+
 /* Who moves sees first: by the own way up, the other's way down and the age of its view, and some ticks. */
 static void the_peeker_sees_first(void **state)
 {
@@ -456,6 +487,7 @@ int main(void)
         cmocka_unit_test(straight_traces_are_off_as_computed),
         cmocka_unit_test(a_rewound_shell_lands_as_without_lag),
         cmocka_unit_test(a_hit_on_who_has_hidden_is_shot_behind_cover),
+        cmocka_unit_test(judges_agree_of_what_stands_still),
         cmocka_unit_test(the_peeker_sees_first),
         cmocka_unit_test(weapons_fire_as_often_as_they_may),
         cmocka_unit_test(pressing_faster_gains_nothing),
