@@ -9,6 +9,9 @@
 
 #define LL_SHELLS 3 /* of one player in flight at once; a press beyond is void */
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
 typedef struct ll_shell {
     ll_time start, end;      /* by the server's clock; `end` is LL_NEVER while it flies */
     ll_point from, velocity; /* at its start */
@@ -23,6 +26,8 @@ typedef struct ll_arms {
     ll_time ready[LL_WEAPONS];  /* a press before is void */
     ll_shell shells[LL_SHELLS]; /* by number modulo the ring */
 } ll_arms;
+
+#pragma GCC diagnostic pop
 
 typedef struct ll_aim {
     ll_point from, direction; /* of the muzzle; a unit vector */
@@ -68,11 +73,10 @@ typedef enum ll_judged {
 typedef struct ll_judgement {
     ll_judged kind;
     int32_t shooter;
-    uint32_t number;     /* of the shooter's shots with the weapon */
-    int32_t body;        /* that is hit, or LL_NOBODY */
-    const ll_shot *shot; /* of a rifle's shot and of a launch */
-    ll_time
-        looked; /* of a rifle's shot and of an impact: the time of the bodies that it was judged against */
+    uint32_t number;      /* of the shooter's shots with the weapon */
+    int32_t body;         /* that is hit, or LL_NOBODY */
+    const ll_shot *shot;  /* of a rifle's shot and of a launch */
+    ll_time looked;       /* the time of the bodies that it was judged against */
     ll_time start, end;   /* of the shell's flight; `end` at an impact */
     ll_point at;          /* of the impact */
     double trace_error_m; /* at a launch: the largest distance between what was traced and the parabola */

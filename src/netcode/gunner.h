@@ -18,6 +18,9 @@ typedef enum ll_gunner_state {
     LL_GUNNER_HIT, /* to be claimed by the next input */
 } ll_gunner_state;
 
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
 typedef struct ll_gunner_shell {
     ll_flight flight;
     ll_time start; /* of the drawn time, by the server's clock */
@@ -34,6 +37,8 @@ typedef struct ll_gunner {
     ll_gunner_shell shells[LL_SHELLS]; /* by number modulo the ring */
     ll_point drawn[LL_BODIES_MAX];     /* the bodies of the last picture */
 } ll_gunner;
+
+#pragma GCC diagnostic pop
 
 /* Begins with what the client draws; what flies is forgotten. */
 void ll_gunner_start(const struct ll_client *client, const struct ll_client_setup *setup);
