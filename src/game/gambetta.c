@@ -72,6 +72,12 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
         step_own(world, env, i, &actions[i]);
 }
 
+static double farthest(const ll_game_env *env, double seconds, bool from_rest)
+{
+    (void)from_rest;
+    return params_of(env)->speed * seconds;
+}
+
 static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
 {
     ll_action a = {0};
@@ -106,6 +112,7 @@ const ll_game ll_game_gambetta = {
     .init = init,
     .step = step,
     .step_own = step_own,
+    .farthest = farthest,
     .drive = drive,
     .describe = describe,
     .scene = scene,

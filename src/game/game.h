@@ -130,6 +130,10 @@ typedef struct ll_game {
     void (*step_some)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                       const ll_entity_set *set);
 
+    /* The farthest that a player's entity comes in `seconds` by itself and within the rules: from rest, or
+     * however fast it was. NULL: not told. */
+    double (*farthest)(const ll_game_env *env, double seconds, bool from_rest);
+
     /* An autopilot: what `player` does at `t`, having seen `world` as its client draws it. */
     ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script,
                        ll_time t);

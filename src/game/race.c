@@ -261,6 +261,21 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     move(&world->entity[player], env, action->axis[0]);
 }
 
+/* Full throttle until the top speed is reached: v = a f(t), x = a g(t) with the drag's factors over t. */
+static double farthest(const ll_game_env *env, double seconds, bool from_rest)
+{
+    const race_params *p = params_of(env);
+    double a = p->acceleration, c = p->drag, top = p->top_speed, until = seconds;
+    if (!from_rest)
+        return top * seconds;
+    if (c == 0)
+        until = top / a;
+    else if (top * c < a)
+        until = -ll_log(1 - top * c / a) / c;
+    until = until < seconds ? until : seconds;
+    return a * ll_drag_over(c, until).g + top * (seconds - until);
+}
+
 static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
 {
     static const float pedal[] = {1, 1, 0.8f, 0.6f, 0.3f, -0.4f};
@@ -319,6 +334,7 @@ const ll_game ll_game_race = {
     .step_own = step_own,
     .reach = reach,
     .step_some = step_some,
+    .farthest = farthest,
     .drive = drive,
     .describe = describe,
     .scene = scene,

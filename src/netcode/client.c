@@ -5,6 +5,7 @@
 #include "base/assert.h"
 #include "base/rng.h"
 #include "netcode/ack.h"
+#include "netcode/cheat.h"
 #include "netcode/peer.h"
 #include "netcode/scope.h"
 #include "netcode/validate.h"
@@ -70,6 +71,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->spare_since = now;
     c->spare_ns = LL_NEVER;
     c->shift = 0;
+    c->unsent = 0;
     c->scale = 1;
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
@@ -181,9 +183,11 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
     ll_interpolate_heard(c, r);
-    if (s->sync->leads && s->config->time_dilation)
+    if (!s->sync->leads || !ll_cheat_minds(s))
+        return LL_OUTCOME_APPLIED;
+    if (s->config->time_dilation)
         ll_dilate_follow(c, s, &m, now);
-    else if (s->sync->leads)
+    else
         follow_slack(c, s, &m, now);
     return LL_OUTCOME_APPLIED;
 }
@@ -259,8 +263,7 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     ll_action a = c->held;
     if (config->control == LL_CONTROL_SCRIPT)
         a = s->game->drive(seen, s->env, c->self, (ll_script)config->script, t);
-    if (config->cheat == LL_CHEAT_MAGNITUDE)
-        a.axis[0] *= 1.5f;
+    ll_cheat_action(c, s, &a);
     if (s->sync->press_s > 0 && config->timer_jitter_ms > 0) { /* what counts is how long a key was down */
         double ticks = (double)c->elapsed / (double)c->period;
         a.axis[0] = (float)(a.axis[0] * ticks);
@@ -273,7 +276,7 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
 {
     ll_ledger *ledger = &s->instruments->ledger;
     bool counts = now >= s->instruments->from;
-    int n = s->config->cheat == LL_CHEAT_RATE ? 2 : 1;
+    int n = 1 + ll_cheat_extra(c, s);
     if (!s->sync->drains)
         n += (int)c->skipped;
     if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0)
@@ -316,11 +319,40 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
         ll_predict_due(c, s, now);
 }
 
+static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
+                      ll_input_message *m)
+{
+    m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
+    m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
+    m->wants = (uint16_t)ll_acks[s->config->ack]->wants;
+    if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
+        m->wants |= LL_PART_AXES;
+    m->lead = m->tick > c->confirmed && !s->sync->drains ? (uint16_t)(m->tick - c->confirmed) : 0;
+    for (uint32_t i = 0; i < count; i++)
+        m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
+    return ll_input_message_size((int)count);
+}
+
+int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    if (c->unsent == 0 || ll_cheat_holds(s, now))
+        return 0;
+    uint32_t first = c->unsent, count = c->seq - first + 1;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    c->unsent = first + count <= c->seq ? first + count : 0;
+    return put_inputs(c, s, first, count, packet);
+}
+
 /* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other
  * packet starts with the oldest that is open instead, if they are too many for one. */
-static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_input_message *m)
+static int compose(ll_client *c, const ll_client_setup *s, int made, ll_time now, ll_input_message *m)
 {
     uint32_t open = c->seq - c->acked;
+    if (ll_cheat_holds(s, now) && c->unsent == 0 && made > 0)
+        c->unsent = c->seq - (uint32_t)made + 1;
+    if (c->unsent != 0)
+        return ll_client_held(c, s, now, m);
     if (open == 0 || (made == 0 && !s->sync->waits))
         return 0;
     uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : (uint32_t)made + (uint32_t)s->config->redundancy;
@@ -330,17 +362,7 @@ static int compose(const ll_client *c, const ll_client_setup *s, int made, ll_in
     uint32_t first = c->seq - count + 1;
     if (s->sync->waits && open > count && (c->frame & 1))
         first = c->acked + 1;
-    m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
-    m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
-    m->wants = (uint16_t)ll_acks[s->config->ack]->wants;
-    if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
-        m->wants |= LL_PART_AXES;
-    m->lead = m->tick > c->confirmed && !s->sync->drains ? (uint16_t)(m->tick - c->confirmed) : 0;
-    if (s->config->cheat == LL_CHEAT_BUDGET)
-        m->tick += 1000;
-    for (uint32_t i = 0; i < count; i++)
-        m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
-    return ll_input_message_size((int)count);
+    return put_inputs(c, s, first, count, m);
 }
 
 /* Others are drawn at a time of their own, or as the newest state has them. */
@@ -402,7 +424,7 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
     draw(c, s, now);
     if (s->gunner)
         ll_gunner_frame(c, s);
-    return compose(c, s, made, packet);
+    return compose(c, s, made, now, packet);
 }
 
 #define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */

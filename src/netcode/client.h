@@ -98,7 +98,7 @@ typedef struct ll_client {
     int32_t debt;        /* inputs to make beyond one a frame, or (negative) to leave out */
     uint32_t settle;     /* slack is read again from this input on */
     int32_t spare;       /* least slack since `spare_since` */
-    int32_t reserved1;
+    uint32_t unsent;     /* the first input that a lag switch holds back; 0: none */
     ll_time spare_since;
     ll_time spare_ns; /* the same where time is dilated; LL_NEVER: none */
     ll_time shift;    /* by so much the frames are to come earlier than they would, a little each */
@@ -194,6 +194,10 @@ int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now
 
 /* Sets the timer of the next frame, `client->due`: at its tick, or late as `timer_jitter_ms` has it. */
 void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, uint64_t seed, ll_time now);
+
+/* What a lag switch has held back and lets go at `now`: packets to be sent behind that of the frame. Returns
+ * the size of the next, 0 when there is none. */
+int ll_client_held(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
 /* ---- between the client's files ---- */
 

@@ -13,8 +13,8 @@
 
 static const char *const controls[] = {"script", "person", NULL};
 static const char *const corrections[] = {"snap", "smooth", NULL};
-static const char *const cheats[] = {"none",      "magnitude", "rate",  "budget",
-                                     "view_time", "fire_rate", "claim", NULL};
+static const char *const cheats[] = {"none",      "magnitude", "rate",     "budget",     "view_time",
+                                     "fire_rate", "claim",     "teleport", "lag_switch", NULL};
 
 static const ll_param server_rows[] = {
     {.name = "update_hz",
@@ -37,6 +37,14 @@ static const ll_param server_rows[] = {
              "gambetta drains its queue as the live demo does; with deterministic and rollback only inputs "
              "travel "
              "and every client steps its own world."},
+    {.name = "validation",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_server_config, validation),
+     .standard = 1,
+     .live = true,
+     .help = "The server refuses inputs that are too large, too many, or of more time than has passed. Off, "
+             "it takes "
+             "everything, so that one sees what a cheat brings."},
     {.name = "rifle",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.rifle),
@@ -375,11 +383,13 @@ static const ll_param player_rows[] = {
      .offset = offsetof(ll_player_config, cheat),
      .choices = cheats,
      .live = true,
-     .help =
-         "A client that cheats, to try the server's rules: inputs too large, too many, or from the future; "
-         "with weapons a view of half a second before, presses without pause, or a claim that every rifle "
-         "shot "
-         "hits."},
+     .help = "A client that cheats, to try the server's rules: inputs half as large again, twice as many, a "
+             "fifth more than "
+             "time has passed, a huge one now and then, or packets held back for 3 s of every 6 and released "
+             "at once; "
+             "with weapons a view of half a second before, presses without pause, or a claim that every "
+             "rifle shot "
+             "hits."},
     {.name = "hardware",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, hardware),

@@ -22,6 +22,8 @@ typedef struct ll_server_config {
     int32_t snapshot; /* index into ll_codecs */
     ll_compensation compensation;
     double quantum_m, quantum_mps, quantum_rad, quantum_radps; /* steps of the grid */
+    bool validation;
+    uint8_t reserved[7];
 } ll_server_config;
 
 typedef enum ll_control { LL_CONTROL_SCRIPT, LL_CONTROL_PERSON } ll_control;
@@ -34,7 +36,10 @@ typedef enum ll_cheat {
     LL_CHEAT_BUDGET,
     LL_CHEAT_VIEW_TIME,
     LL_CHEAT_FIRE_RATE,
-    LL_CHEAT_CLAIM
+    LL_CHEAT_CLAIM,
+    LL_CHEAT_TELEPORT,
+    LL_CHEAT_LAG_SWITCH,
+    LL_CHEATS
 } ll_cheat;
 
 /* What becomes of the error when what is drawn was wrong. */

@@ -11,6 +11,7 @@
 #include "base/histogram.h"
 #include "base/vtime.h"
 #include "game/history.h"
+#include "netcode/gain.h"
 #include "netcode/gauge.h"
 #include "netcode/inconsistency.h"
 #include "netcode/ledger.h"
@@ -84,7 +85,9 @@ typedef struct ll_instruments {
     double last_correction;
     int64_t corrections;
     ll_ledger ledger;
-    ll_track track[]; /* per entity */
+    ll_gain gain;           /* M15 */
+    int64_t false_refusals; /* M15: of a client that does not cheat */
+    ll_track track[];       /* per entity */
 } ll_instruments;
 
 #pragma GCC diagnostic pop

@@ -12,6 +12,7 @@ void ll_server_init(ll_server *server, int players, ll_extent extent)
 {
     memset(server, 0, ll_server_size(players, extent));
     server->players = players;
+    server->validates = 1;
     ll_world *world = ll_server_world(server);
     world->players = players;
     world->entities = extent.entities;
@@ -24,6 +25,7 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
     if (server->codec != config->snapshot)
         ll_baselines_clear(ll_server_baselines(server)); /* clients may no longer hold what was sent so */
     server->codec = (uint16_t)config->snapshot;
+    server->validates = config->validation;
     server->grid = (ll_grid){(float)config->quantum_m, (float)config->quantum_mps, (float)config->quantum_rad,
                              (float)config->quantum_radps};
 }
@@ -40,6 +42,7 @@ static void empty_seat(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time
     seat->received = seat->full = 0;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
+    seat->account = (ll_time_account){0, now};
     seat->peer = (ll_refereed){.at = -1, .hashed = step, .desync = -1};
     for (int i = 0; i < LL_PLAYERS_MAX; i++)
         seat->peer.heard[i].known = (int32_t)step;
@@ -111,6 +114,25 @@ static ll_action judged(const ll_server *server, const ll_sync *sync, const ll_a
     return a;
 }
 
+/* How much of the time budget the input would put in use: by the step that it is for, or, where inputs count
+ * as they come, by all that have come. */
+static double budget_use(const ll_server *server, const ll_sync *sync, const ll_seat *seat,
+                         const ll_action *input, int64_t ahead, ll_time now)
+{
+    double by_step = ((double)ahead + 1) / LL_BUDGET_TICKS;
+    double by_time = sync->drains ? ll_time_use(&seat->account, input, server->client_freq, now) : 0;
+    return by_time > by_step ? by_time : by_step;
+}
+
+static ll_rule judge(const ll_server *server, const ll_sync *sync, ll_seat *seat, const ll_action *input,
+                     int64_t ahead, double use, ll_time now)
+{
+    ll_action relative = judged(server, sync, input);
+    if (!server->validates) /* there is no slot further ahead */
+        return ahead >= LL_INPUT_RING ? LL_RULE_BUDGET : LL_RULE_NONE;
+    return ll_validate(&relative, use, &seat->allowance, server->client_freq, now);
+}
+
 /* Notes the newest state that the client has. */
 static void take_received(ll_seat *seat, const ll_input_message *message)
 {
@@ -138,8 +160,8 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         int64_t ahead = tick - done(server, sync, seat);
         ll_verdict *verdict = &verdicts[count++];
         *verdict = (ll_verdict){.seq = message->head.seq + (uint32_t)i, .slack = slack_of(ahead)};
-        ll_action input = judged(server, sync, &message->inputs[i]);
-        ll_rule rule = ll_validate(&input, ahead, &seat->allowance, server->client_freq, now);
+        double use = budget_use(server, sync, seat, &message->inputs[i], ahead, now);
+        ll_rule rule = judge(server, sync, seat, &message->inputs[i], ahead, use, now);
         if (rule != LL_RULE_NONE) {
             seat->refused[rule]++;
             verdict->outcome = LL_OUTCOME_REFUSED;
@@ -151,6 +173,10 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
             verdict->outcome = LL_OUTCOME_LATE;
         } else {
             seat->accepted++;
+        }
+        if (rule == LL_RULE_NONE) {
+            seat->budget_used = use > seat->budget_used ? use : seat->budget_used;
+            ll_time_spend(&seat->account, &message->inputs[i], server->client_freq, now);
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(seat, tick);
         seat->slots[tick & (LL_INPUT_RING - 1)] =

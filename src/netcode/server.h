@@ -54,6 +54,9 @@ typedef struct ll_seat {
     int32_t slack;    /* least since the last update */
     int32_t last_slack;
     ll_allowance allowance;
+    ll_time_account account;
+    double
+        budget_used; /* the most of the time budget that was in use, as a share: above 1 it was overdrawn */
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;
@@ -70,7 +73,8 @@ typedef struct ll_server {
     ll_freq client_freq;
     int32_t players;
     uint16_t epoch;
-    uint16_t codec;                /* index into ll_codecs */
+    uint16_t codec; /* index into ll_codecs */
+    uint32_t validates, reserved;
     ll_grid grid;                  /* that the codec rounds to */
     ll_time from;                  /* what snapshots cost counts from then on */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */

@@ -8,7 +8,8 @@
 #include "base/vtime.h"
 #include "game/game.h"
 
-#define LL_BUDGET_TICKS 128       /* an input must be for a step less than so many ahead of the server's */
+#define LL_BUDGET_TICKS 128 /* an input must be for a step less than so many ahead of the server's */
+/* where inputs count as they come, of no more time than has passed, and a burst */
 #define LL_RATE_BURST 80.0        /* inputs that may come at once, at least; */
 #define LL_RATE_BURST_S (4.0 / 3) /* and those of so many seconds: a link may stall for one */
 #define LL_RATE_FACTOR                                                                                       \
@@ -18,7 +19,8 @@ typedef enum ll_rule {
     LL_RULE_NONE = 0,
     LL_RULE_MAGNITUDE, /* an axis outside of [-1, 1], or not a number */
     LL_RULE_RATE,      /* more inputs than time allows */
-    LL_RULE_BUDGET,    /* an input for a step too far ahead */
+    LL_RULE_BUDGET,    /* an input of time that has not passed yet: for a step too far ahead, or beyond the
+                          account */
     LL_RULE_FIRE_RATE, /* a press before the weapon was ready: it is void */
     LL_RULE_REWIND,    /* a view whose stated age is too far beyond the measured one, which then counts */
     LL_RULES,
@@ -35,5 +37,18 @@ typedef struct ll_allowance {
 /* The tokens of a full bucket. */
 double ll_rate_burst(ll_freq client_freq);
 
-ll_rule ll_validate(const ll_action *action, int64_t ticks_ahead, ll_allowance *allowance,
-                    ll_freq client_freq, ll_time now);
+/* Input time against time that passed, where inputs count as they come (Source's budget of user commands): so
+ * many ticks more have been processed than passed. At most a full bucket, so that a link may stall. */
+typedef struct ll_time_account {
+    double ticks; /* at `at`; it runs down to 0 with time */
+    ll_time at;
+} ll_time_account;
+
+/* The share of the budget that would be in use with this input too, which lasts a tick or as long as it says.
+ */
+double ll_time_use(const ll_time_account *account, const ll_action *action, ll_freq client_freq, ll_time now);
+void ll_time_spend(ll_time_account *account, const ll_action *action, ll_freq client_freq, ll_time now);
+
+/* `budget_use`: the share of the time budget that would be in use; above 1 is refused. */
+ll_rule ll_validate(const ll_action *action, double budget_use, ll_allowance *allowance, ll_freq client_freq,
+                    ll_time now);

@@ -167,6 +167,7 @@ static void init(void *block, const void *config)
         ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
         ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
         ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
+        ll_gain_watch(&ll_netgame_instruments(g, i)->gain, &world->entity[i]);
     }
     ll_arena arena;
     if (arena_of(c, &arena))
@@ -271,6 +272,8 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
                              .begin = g->now,
                              .end = g->now,
                              .number = verdicts[i].seq});
+        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
+            ll_netgame_instruments(g, player)->false_refusals++;
         if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
             ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, (uint16_t)g->epoch,
                                        verdicts[i].seq};
@@ -352,10 +355,26 @@ static void witness(void *context, const ll_judgement *j)
                    on_player ? ll_netgame_client(g, j->body) : NULL);
 }
 
+/* What cheats bring. A step stands for its length, an update that drains for the time since the one before.
+ */
+static void watch_players(ll_netgame *g, ll_time since)
+{
+    const ll_world *world = ll_server_world(ll_netgame_server(g));
+    double elapsed_s = ll_netgame_sync(g)->drains ? ll_to_s(since) : g->env.dt;
+    for (int i = 0; i < world->players; i++) {
+        ll_gain *gain = &ll_netgame_instruments(g, i)->gain;
+        if (g->config.players[i].cheat == LL_CHEAT_NONE)
+            ll_gain_watch(gain, &world->entity[i]);
+        else
+            ll_gain_step(gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
+    }
+}
+
 static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
+    ll_time before = server->stepped;
     int entity;
     ll_past past = {.history = ll_netgame_history(g),
                     .rules = &g->config.server.compensation,
@@ -365,6 +384,7 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
     sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
     if (!finite_world(ll_server_world(server), &entity))
         return not_finite(g, entity);
+    watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_instruments(g, i)->from; i++)
         ll_netgame_instruments(g, i)->ledger.starved_before = server->seats[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
@@ -399,7 +419,7 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
     _Alignas(8) char packet[PACKET_MAX];
     int bytes = s.sync->frame(client, &s, g->now, packet);
     ll_client_set_timer(client, &s, (uint64_t)g->config.head.seed, g->now);
-    if (bytes > 0)
+    for (; bytes > 0; bytes = ll_client_held(client, &s, g->now, packet))
         send(g, player, true, packet, bytes, r);
     if (s.sync->observe)
         s.sync->observe(ll_netgame_desync(g, player), client, &s, ll_netgame_server(g));

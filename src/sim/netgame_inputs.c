@@ -42,6 +42,10 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     number(replay, "replays_per_s", per_second(ledger->replays, seconds));
     number(replay, "inputs_per_s", per_second(ledger->replayed, seconds));
     inputs(cJSON_GetObjectItem(o, "inputs"), ledger, &ll_netgame_server(g)->seats[player], seconds);
+    cJSON *validation = cJSON_AddObjectToObject(o, "validation");
+    number(validation, "false_refusals", (double)in->false_refusals);
+    number(validation, "budget_used", ll_netgame_server(g)->seats[player].budget_used);
+    number(validation, "gain_m", in->gain.most);
     cJSON *acks = cJSON_AddObjectToObject(o, "acks");
     number(acks, "applied_per_s", per_second(ledger->applied, seconds));
     number(acks, "skipped_per_s", per_second(ledger->skipped, seconds));

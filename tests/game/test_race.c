@@ -197,6 +197,37 @@ static void own_step_is_the_server_step(void **state)
     free(client);
 }
 
+/* The farthest that one may come is where full throttle brings one; no other driving comes as far. */
+static void nobody_comes_farther_than_the_farthest(void **state)
+{
+    (void)state;
+    const int32_t lanes[] = {0};
+    const double drags[] = {0, 0.3, 2}, tops[] = {2, 16, 1000};
+    for (int i = 0; i < 9; i++) {
+        double params[9];
+        memcpy(params, usual, sizeof params);
+        params[2] = drags[i / 3];
+        params[3] = tops[i % 3];
+        field *full = make(params, 1, lanes, 1.0 / 60), *other = make(params, 1, lanes, 1.0 / 60);
+        for (int k = 1; k <= 1200; k++) {
+            const ll_action throttle = {.axis = {1, 0}},
+                            any = {.axis = {(float)(2 * ll_rng_unit(9, 0, (uint64_t)k) - 1), 0}};
+            double before = other->world->entity[0].x;
+            ll_game_race.step(full->world, &full->env, &throttle, 0, NULL);
+            ll_game_race.step(other->world, &other->env, &any, 0, NULL);
+            double far = ll_game_race.farthest(&full->env, k / 60.0, true);
+            /* the step in which the top speed is reached is taken as even */
+            assert_true(full->world->entity[0].x <= far + 1e-9 * far);
+            assert_true(full->world->entity[0].x >= far - 1e-9 * far - 6.0 / 60 / 60);
+            assert_true(other->world->entity[0].x <= far + 1e-9);
+            assert_true(other->world->entity[0].x - before <=
+                        ll_game_race.farthest(&full->env, 1.0 / 60, false) + 1e-12);
+        }
+        free(full);
+        free(other);
+    }
+}
+
 static field *crowd(int players, uint64_t seed)
 {
     int32_t lanes[LL_PLAYERS_MAX];
@@ -281,6 +312,7 @@ int main(void)
         cmocka_unit_test(contact_keeps_momentum_and_takes_energy),
         cmocka_unit_test(finish_time_lies_between_ticks),
         cmocka_unit_test(own_step_is_the_server_step),
+        cmocka_unit_test(nobody_comes_farther_than_the_farthest),
         cmocka_unit_test(groups_out_of_reach_may_be_stepped_alone),
         cmocka_unit_test(stepping_everybody_as_some_is_a_step),
     };

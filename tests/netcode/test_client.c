@@ -347,12 +347,60 @@ static void cheats_send_what_they_say(void **state)
     l->config.cheat = LL_CHEAT_MAGNITUDE;
     frame(l, 0, &m);
     assert_true(m.inputs[0].axis[0] == 0.75f);
-    l->config.cheat = LL_CHEAT_BUDGET;
-    frame(l, 1, &m);
-    assert_int_equal(m.tick, 1001);
     l->config.cheat = LL_CHEAT_RATE;
-    frame(l, 2, &m);
-    assert_int_equal(l->client->seq, 4);
+    frame(l, 1, &m);
+    assert_int_equal(l->client->seq, 3);
+    l->config.cheat = LL_CHEAT_BUDGET;
+    for (int f = 2; f < 52; f++)
+        frame(l, f, &m);
+    assert_int_equal(l->client->seq, 3 + 60);
+    free_lone(l);
+}
+
+static void a_leap_is_one_huge_input_now_and_then(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    int leaps = 0;
+    l->config.cheat = LL_CHEAT_TELEPORT;
+    l->config.redundancy = 0;
+    l->client->held = push(0.5);
+    start_lone(l, 60, 0, 0);
+    for (int f = 0; f < 600; f++) {
+        ll_input_message m;
+        acknowledge(l, f + 1, l->client->seq, ll_tick_time(f, HZ(60)));
+        frame(l, ll_tick_time(f, HZ(60)), &m);
+        assert_true(m.inputs[0].axis[0] == 0.5f || m.inputs[0].axis[0] == 1000);
+        leaps += m.inputs[0].axis[0] == 1000;
+    }
+    assert_int_equal(leaps, 5);
+    free_lone(l);
+}
+
+/* Nothing is sent from 3 to 6 s; then all of it at once, each input once, and on as ever. */
+static void a_lag_switch_holds_back_and_lets_go(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    uint32_t sent = 0;
+    l->config.cheat = LL_CHEAT_LAG_SWITCH;
+    l->config.redundancy = 0;
+    l->config.slack_ticks = 0;
+    start_lone(l, 60, 0, 0);
+    for (int f = 0; f < 500; f++) {
+        ll_input_message m;
+        ll_time now = ll_tick_time(f, HZ(60));
+        int packets = 0;
+        acknowledge(l, f + 1, f < 180 || f > 362 ? l->client->seq : 180, now);
+        for (int bytes = numbered_frame(l, f, &m); bytes > 0; packets++) {
+            must_hold(&m, sent + 1, m.head.count, sent + 1);
+            sent += m.head.count;
+            bytes = ll_client_held(l->client, &l->setup, now, &m);
+        }
+        assert_int_equal(packets, f < 180 || f > 360 ? 1 : f == 360 ? 12 : 0); /* 181 inputs by 16 */
+        assert_true(sent == l->client->seq || (f >= 180 && f < 360));
+    }
+    assert_int_equal(sent, 500);
     free_lone(l);
 }
 
@@ -435,6 +483,8 @@ int main(void)
         cmocka_unit_test(pending_inputs_are_limited),
         cmocka_unit_test(lockstep_repeats_the_oldest),
         cmocka_unit_test(cheats_send_what_they_say),
+        cmocka_unit_test(a_leap_is_one_huge_input_now_and_then),
+        cmocka_unit_test(a_lag_switch_holds_back_and_lets_go),
         cmocka_unit_test(stale_states_are_dropped),
         cmocka_unit_test(another_epoch_is_void),
         cmocka_unit_test(newest_state_is_drawn),

@@ -1,0 +1,176 @@
+/* What cheats bring, with the server's validation and without (M15). */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cmocka.h>
+
+#include "game/games.h"
+#include "support/scene.h"
+
+#define RUN_S 40
+
+/* ---- the measure ---- */
+
+static double gain_of(const double *x, int count, bool at_rest)
+{
+    ll_game_env env = {.dt = 0.02};
+    ll_param_defaults(&ll_gambetta_table, env.params); /* 2 m/s */
+    ll_entity e = {.x = x[0], .vx = at_rest ? 0 : 2};
+    ll_gain gain = {.most = 0};
+    ll_gain_watch(&gain, &e);
+    for (int i = 1; i < count; i++) {
+        e.x = x[i];
+        ll_gain_step(&gain, &ll_game_gambetta, &env, &e, 0.5); /* a metre each */
+    }
+    return gain.most;
+}
+
+/* The largest excess over any stretch: a leap, one of several in a row, a rate a little too high, and what
+ * was saved up does not make up for it. */
+static void gain_is_the_largest_excess_over_any_stretch(void **state)
+{
+    (void)state;
+    assert_true(gain_of((double[]){0, 1, 2, 3, 4, 3, 2}, 7, true) == 0);
+    assert_true(gain_of((double[]){0, 1, 7, 8, 9}, 5, true) == 5);
+    assert_true(gain_of((double[]){0, 1, -5, -6}, 4, true) == 5);
+    assert_true(gain_of((double[]){0, 0, 0, 0, 6}, 5, false) ==
+                5); /* three steps of standing still allow nothing */
+    assert_true(gain_of((double[]){0, 4, 4, 4, 9}, 5, false) == 5); /* 3 + 4 - 2 */
+    assert_true(fabs(gain_of((double[]){0, 1.25, 2.5, 3.75, 5}, 5, true) - 1) < 1e-12);
+    assert_true(gain_of((double[]){0, 0.5, 1, 1.5}, 4, true) == 0);
+}
+
+/* ---- whole games ---- */
+
+typedef struct outcome {
+    double gain, way; /* m */
+    int64_t refused, told;
+} outcome;
+
+static outcome run(const char *sync, const char *cheat, bool validation)
+{
+    char a[48], b[48], c[48];
+    outcome o = {0};
+    snprintf(a, sizeof a, "server.sync=%s", sync);
+    snprintf(b, sizeof b, "players.0.cheat=%s", cheat);
+    snprintf(c, sizeof c, "server.validation=%s", validation ? "true" : "false");
+    const char *const sets[] = {
+        a,   b, c, "players.0.script=steady", "players.1.script=steady", "tick_hz=50", "params.laps=10000",
+        NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, RUN_S, NULL);
+    const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+    for (int rule = 1; rule < LL_RULES; rule++)
+        o.refused += seat->refused[rule];
+    o.gain = ll_netgame_instruments(s.game, 0)->gain.most;
+    o.way = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
+    o.told = ll_netgame_client(s.game, 0)->refused;
+    assert_int_equal(ll_netgame_instruments(s.game, 0)->false_refusals, 0);
+    assert_int_equal(ll_netgame_instruments(s.game, 1)->false_refusals, 0);
+    scene_close(&s);
+    return o;
+}
+
+/* 1/50 s at 16 m/s: an update of the demo's rules may hold an input more or less. */
+#define TICK_M (16.0 / 50)
+
+/* What the time budget lets be processed at once. */
+#define BURST_M (80 * TICK_M)
+
+/* Inputs that are too large bring metres under every sync; the rule's tolerance is none. */
+static void large_inputs_bring_nothing_that_is_let_through(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"free", "lockstep", "gambetta"};
+    static const char *const cheats[] = {"magnitude", "teleport"};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < 2; i++) {
+            outcome honest = run(syncs[k], "none", true), on = run(syncs[k], cheats[i], true),
+                    off = run(syncs[k], cheats[i], false);
+            assert_true(on.refused > 10);
+            assert_true(on.gain < 1e-6 + (k == 2 ? TICK_M : 0) && on.way < honest.way + 1e-6);
+            assert_int_equal(off.refused, 0);
+            assert_true(off.gain > 10 && off.way > honest.way + 10);
+            assert_true(k == 2 ? on.told == 0 : on.told > 10); /* the demo is silent */
+        }
+}
+
+/* Where inputs count as they come, more of them than time has passed, and a burst, bring what they say; with
+ * the time budget at most one burst. */
+static void time_that_has_not_passed_brings_a_burst_at_most(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *cheat;
+        double off; /* at least: 16 m/s for twice the time, for a fifth more of it, and for the 3 s that were
+                       held */
+    } cheats[] = {{"rate", 16 * (RUN_S - 6)}, {"budget", 16 * 0.2 * (RUN_S - 6)}, {"lag_switch", 16 * 2.9}};
+    outcome honest = run("gambetta", "none", true);
+    for (int i = 0; i < 3; i++) {
+        outcome on = run("gambetta", cheats[i].cheat, true), off = run("gambetta", cheats[i].cheat, false);
+        assert_true(on.refused > 50);
+        assert_true(on.gain > 1 && on.gain <= BURST_M + 1e-6);
+        assert_true(on.way <= honest.way + BURST_M);
+        assert_int_equal(off.refused, 0);
+        assert_true(off.gain >= cheats[i].off && off.gain > 1.5 * BURST_M);
+    }
+}
+
+/* Where each input belongs to a step of the server's clock they bring nothing, validated or not. */
+static void inputs_by_step_are_proof_against_too_many(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"free", "lockstep"};
+    static const char *const cheats[] = {"rate", "budget", "lag_switch"};
+    for (int k = 0; k < 2; k++) {
+        outcome honest = run(syncs[k], "none", true);
+        for (int i = 0; i < 3; i++)
+            for (int validation = 0; validation < 2; validation++) {
+                outcome o = run(syncs[k], cheats[i], validation);
+                assert_true(o.gain < 1e-6 && o.way < honest.way + 1e-6);
+            }
+    }
+}
+
+/* Whether it can be seen: who plays by the rules gains nothing by the same measure. */
+static void honest_players_gain_nothing(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
+    for (int k = 0; k < 3; k++) {
+        const char *const sets[] = {syncs[k], "players.0.script=steady", "server.update_hz=30", NULL};
+        scene s = scene_open("race", sets);
+        ll_gain gain = {.most = 0};
+        ll_server *server = ll_netgame_server(s.game);
+        const ll_entity *car = &ll_server_world(server)->entity[0];
+        ll_gain_watch(&gain, car);
+        ll_time stepped = 0;
+        for (int i = 1; i < 30 * 240; i++) { /* after every step */
+            scene_run(&s, i / 240.0, NULL);
+            if (server->stepped == stepped)
+                continue;
+            double elapsed = k == 2 ? ll_to_s(server->stepped - stepped) : s.game->env.dt;
+            stepped = server->stepped;
+            ll_gain_step(&gain, &ll_game_race, &s.game->env, car, elapsed);
+        }
+        assert_true(car->x > 300);
+        assert_true(gain.most < (k == 2 ? 16.0 / 60 + 1e-6 : 1e-6)); /* a tick more or less in an update */
+        scene_close(&s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(gain_is_the_largest_excess_over_any_stretch),
+        cmocka_unit_test(large_inputs_bring_nothing_that_is_let_through),
+        cmocka_unit_test(time_that_has_not_passed_brings_a_burst_at_most),
+        cmocka_unit_test(inputs_by_step_are_proof_against_too_many),
+        cmocka_unit_test(honest_players_gain_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
