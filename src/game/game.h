@@ -30,7 +30,11 @@ enum { LL_BUTTON_FIRE = 1, LL_BUTTON_CANNON = 2, LL_BUTTONS = 255 };
 struct ll_past;
 struct ll_weapons;
 
-typedef enum ll_entity_flag { LL_ENTITY_FINISHED = 1, LL_ENTITY_ACTIVE = 16 } ll_entity_flag;
+typedef enum ll_entity_flag {
+    LL_ENTITY_FINISHED = 1,
+    LL_ENTITY_ACTIVE = 16,    /* a projectile in flight */
+    LL_ENTITY_UNSETTLED = 64, /* without speed and not at rest: it overlaps something */
+} ll_entity_flag;
 
 typedef struct ll_entity {
     double x, y;   /* m */
@@ -112,9 +116,9 @@ typedef struct ll_game {
                  const struct ll_past *past);
 
     /* Advances what belongs to `player` by env->dt and nothing else: what a client predicts from its own
-     * inputs. Cost: one entity. `own_reads_tail` says that the outcome also depends on the game's tail.
-     */
-    bool own_reads_tail;
+     * inputs. Cost: one entity. `own_reads_world` says that the outcome also depends on the game's
+     * tail or on other entities. */
+    bool own_reads_world;
     void (*step_own)(ll_world *world, const ll_game_env *env, int player, const ll_action *action);
 
     /* Where an entity of others is `dt` seconds later when nothing acts on it but the world's own forces: for

@@ -136,7 +136,7 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     ll_world *world = ll_client_latest(c);
     int64_t inputs = (int64_t)c->acked - acked;
     int64_t steps = s->sync->drains ? inputs : state->tick - c->latest_tick;
-    if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_tail ||
+    if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_world ||
         !guessed_right(c, s, world->players))
         return false;
     if (inputs < 0 || steps < inputs || steps > LL_PENDING_RING || (steps > inputs && acked > 0))

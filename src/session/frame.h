@@ -32,6 +32,7 @@
  *     56 f64 shown_s    server time of the remote entities as drawn
  *     64 entities, 32 bytes each: f32 x, y, vx, vy, angle, spin, age_ms; u32 flags 1 finished 2 predicted 4 interpolated 8 held (no data)
  *                                                                     16 active (a projectile in flight) 32 extrapolated
+ *                                                                     64 unsettled (overlaps what it was pushed into)
  *   section 2, events, 32 bytes each (sim.h ll_event)
  *      0 u32 id   4 u8 type  5 u8 player  6 u8 fate  7 u8 outcome   8 f64 begin_s  16 f64 end_s  24 u32 number  28 f32 value
  *      A frame repeats the events of the last 8 frames, a key frame those of the last 4 s: a viewer keeps them by id.

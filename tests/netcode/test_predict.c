@@ -113,7 +113,7 @@ static void shortcut_is_the_whole_replay(void **state)
     (void)state;
     race_track *t = new_track(true);
     ll_game always = ll_game_race;
-    always.own_reads_tail = true;
+    always.own_reads_world = true;
     lone *a = new_racer(&ll_game_race, t), *b = new_racer(&always, t);
     for (int k = 1; k <= FRAMES; k++) {
         race_frame(a, t, k);

@@ -1,0 +1,51 @@
+/* Discs and boxes that push one another about on a floor between four walls, seen from above.
+ *
+ * A contact is smooth and inelastic: along its normal, bodies that approach go on together. The floor holds
+ * by Coulomb's law: it changes a body's velocity by at most grip a second, towards the one that the body
+ * wants, which is 0 for a thing that only lies there; and in the same way its spin. (Sliding and turning are
+ * held apart, each by its own limit: a thing that does both is held a little too well.)
+ *
+ * A step solves all of these together by projected Gauss-Seidel sweeps over impulses, which is a descent of
+ * 1/2 l'Al + l'b, the kinetic energy as a function of the impulses l (of a body that wants to rest): so
+ * contacts and floor never add energy, however few the sweeps. Overlap is taken away by moving bodies, not by
+ * speed. Bodies that come near one another in a step are in contact before they overlap, so that nothing
+ * passes through anything. A body at rest that nothing presses costs nothing and stays as it is, to the bit.
+ *
+ * Cost: bodies that move and those that they press, times the few around each. No allocation; about 200 kB of
+ * stack. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "game/game.h"
+
+typedef struct ll_floor_body {
+    double x, y, angle;          /* m, rad */
+    double vx, vy, spin;         /* m/s, rad/s */
+    double wanted_vx, wanted_vy; /* m/s */
+    double grip, grip_spin;      /* m/s2, rad/s2: the most that the floor changes velocity and spin */
+    double half;                 /* m: radius of a disc, half the side of a box */
+    double inverse_mass, inverse_inertia; /* 1/kg, 1/(kg m2); 0: it stays where it is */
+    bool round;
+    bool unsettled;      /* set by a step: it overlapped something and was moved; not at rest yet */
+    uint32_t pressed_by; /* set by a step: bit i for body i of the first 32 */
+} ll_floor_body;
+
+typedef struct ll_floor {
+    double side;      /* m: the walls are x, y = 0 and side */
+    double top_speed; /* m/s: nothing goes faster, and no corner turns faster */
+    double half_max;  /* m: the largest `half` of a body */
+    int substeps;     /* of a step */
+} ll_floor;
+
+/* How many substeps of a step of `dt` keep the overlap that a contact leaves small beside a body of
+ * `half_min`. */
+int ll_floor_substeps(double dt, double top_speed, double half_min);
+
+/* m: bodies whose outlines are so near may touch in the next substep, and are looked at as a pair. */
+double ll_floor_margin(const ll_game_env *env, const ll_floor *floor);
+
+/* Advances `count` bodies, at most LL_ENTITIES_MAX, by env->dt. Those that overlap at the start are moved
+ * apart. */
+void ll_floor_step(const ll_game_env *env, const ll_floor *floor, ll_floor_body *bodies, int count);
