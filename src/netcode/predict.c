@@ -154,11 +154,12 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
 static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
 {
     ll_entity_set set = {{0}}, alone = {{0}};
+    if (!s->game->reach)
+        return s->game->own_reads_world;
     ll_entity_set_add(&set, c->self);
     ll_entity_set_add(&alone, c->self);
-    if (s->game->reach)
-        s->game->reach(world, s->env, (double)steps * s->env->dt, &set);
-    return s->game->own_reads_tail || memcmp(&set, &alone, sizeof set) != 0;
+    s->game->reach(world, s->env, (double)steps * s->env->dt, &set);
+    return memcmp(&set, &alone, sizeof set) != 0;
 }
 
 /* Why the latest state differs from the one at `tick` and the inputs behind `acked`. */
