@@ -1,4 +1,4 @@
-/* Crates: players push boxes about in a square arena, seen from above.
+/* Crates: players push boxes about in an arena, seen from above.
  *
  * Axes 0 and 1 are the way that the player wants to go, along x and along y; the floor lets it change its
  * velocity by so much a second. A player is a disc, a crate a square; what happens between them is the
@@ -15,7 +15,7 @@
 
 typedef struct crates_params {
     int64_t count;
-    double size, mass, friction, arena, radius, player_mass, speed, acceleration;
+    double size, mass, friction, width, depth, radius, player_mass, speed, acceleration;
 } crates_params;
 
 typedef struct crates_tail {
@@ -59,14 +59,22 @@ static const ll_param rows[] = {
      .max = 2,
      .standard = 0.4,
      .help = "Coulomb friction of a crate on the floor."},
-    {.name = "arena_m",
+    {.name = "arena_width_m",
      .type = LL_PARAM_REAL,
-     .offset = offsetof(crates_params, arena),
+     .offset = offsetof(crates_params, width),
      .min = 5,
      .max = 200,
-     .standard = 20,
+     .standard = 40,
      .unit = "m",
-     .help = "Side of the arena."},
+     .help = "Width of the arena; players start along its left and right walls."},
+    {.name = "arena_depth_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(crates_params, depth),
+     .min = 2,
+     .max = 200,
+     .standard = 8,
+     .unit = "m",
+     .help = "Depth of the arena."},
     {.name = "radius_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(crates_params, radius),
@@ -101,7 +109,7 @@ static const ll_param rows[] = {
      .help = "How fast a player changes its velocity: with its mass, how hard it pushes."},
 };
 
-#define BORDER 4.0 /* radii between the walls and the crates at the start: the players' */
+#define BORDER 4.0 /* radii between the walls at the sides and the crates at the start: the players' */
 #define SPACE 1.2  /* diagonals between crates at the start, at least */
 
 static double diagonal(const crates_params *p)
@@ -109,29 +117,46 @@ static double diagonal(const crates_params *p)
     return 1.4142135623730951 * p->size;
 }
 
-/* Crates start on a lattice of so many columns. */
-static int64_t columns(const crates_params *p)
+/* What lies between the players' borders. */
+static double inner_width(const crates_params *p)
 {
-    int64_t n = 1;
-    while (n * n < p->count)
-        n++;
-    return n;
+    return p->width - 2 * BORDER * p->radius;
+}
+
+/* Crates start on a lattice of so many lines: those that leave each the most room. */
+static int64_t lines_of(const crates_params *p)
+{
+    int64_t best = 1;
+    double most = 0;
+    for (int64_t n = 1; n <= p->count; n++) {
+        double across = inner_width(p) / (double)((p->count + n - 1) / n), down = p->depth / (double)n;
+        double room = across < down ? across : down;
+        best = room > most ? n : best;
+        most = room > most ? room : most;
+    }
+    return best;
 }
 
 static ll_status check(const void *object, const char *path)
 {
     const crates_params *p = object;
     char field[64];
-    double crates = 2 * BORDER * p->radius + (double)columns(p) * SPACE * diagonal(p),
-           players = 20 * p->radius;
-    double least = crates > players ? crates : players;
-    snprintf(field, sizeof field, "%sarena_m", path);
-    if (p->arena >= least)
-        return ll_ok();
-    return ll_field_error(
-        LL_BAD_INPUT, field,
-        "arena_m must be at least %g m for %d crates of %g m and players of radius %g m; got %g", least,
-        (int)p->count, p->size, p->radius, p->arena);
+    double pitch = SPACE * diagonal(p), depth = pitch > 20 * p->radius ? pitch : 20 * p->radius;
+    int64_t most = (int64_t)(p->depth / pitch), lines = most < p->count ? most : p->count;
+    bool shallow = p->depth < depth;
+    snprintf(field, sizeof field, "%sarena_%s_m", path, shallow ? "depth" : "width");
+    if (shallow)
+        return ll_field_error(
+            LL_BAD_INPUT, field,
+            "arena_depth_m must be at least %g m for crates of %g m and players of radius %g m; got %g",
+            depth, p->size, p->radius, p->depth);
+    double width = 2 * BORDER * p->radius + (double)((p->count + lines - 1) / lines) * pitch;
+    if (p->width < width)
+        return ll_field_error(
+            LL_BAD_INPUT, field,
+            "arena_width_m must be at least %g m for %d crates of %g m in a depth of %g m; got %g", width,
+            (int)p->count, p->size, p->depth, p->width);
+    return ll_ok();
 }
 
 const ll_param_table ll_crates_table = {.name = "crates",
@@ -163,35 +188,45 @@ static void prepare(ll_game_env *env, const void *params)
     crates_params *p = (crates_params *)env->params;
     *p = *(const crates_params *)params;
     double half = p->size / 2, low = half < p->radius ? half : p->radius, top = TOP_SPEED * p->speed;
-    *(ll_floor *)env->derived = (ll_floor){.side = p->arena,
+    *(ll_floor *)env->derived = (ll_floor){.width = p->width,
+                                           .depth = p->depth,
                                            .top_speed = top,
                                            .half_max = half > p->radius ? half : p->radius,
                                            .substeps = ll_floor_substeps(env->dt, top, low)};
 }
 
 /* Players stand along the walls at x = 0 and at the far x, in turn. */
+static void place_players(ll_world *world, const crates_params *p)
+{
+    for (int i = 0; i < world->players; i++) {
+        int beside = (world->players + 1 - i % 2) / 2;
+        double x = BORDER / 2 * p->radius;
+        world->entity[i].x = i % 2 == 0 ? x : p->width - x;
+        world->entity[i].y = p->depth * (i / 2 + 1) / (beside + 1);
+    }
+}
+
+/* Somewhere within its cell of the lattice, turned at random, and apart from its neighbours. */
+static void place_crate(ll_entity *e, const crates_params *p, int64_t lines, int64_t columns, int64_t k)
+{
+    const uint64_t stream = 0x63726174, draw = (uint64_t)k * 3;
+    double width = inner_width(p) / (double)columns, depth = p->depth / (double)lines;
+    double spare_x = (width - diagonal(p)) * 0.9, spare_y = (depth - diagonal(p)) * 0.9;
+    e->x = BORDER * p->radius + width * ((double)(k % columns) + 0.5);
+    e->y = depth * ((double)(k / columns) + 0.5);
+    e->x += spare_x * (ll_rng_unit(stream, 0, draw) - 0.5);
+    e->y += spare_y * (ll_rng_unit(stream, 0, draw + 1) - 0.5);
+    e->angle = 1.5 * (ll_rng_unit(stream, 0, draw + 2) - 0.5);
+}
+
 static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
 {
     const crates_params *p = params_of(env);
+    int64_t lines = lines_of(p), columns = (p->count + lines - 1) / lines;
     (void)lanes;
-    for (int i = 0; i < world->players; i++) {
-        int rows_of = (world->players + 1 - i % 2) / 2;
-        double x = BORDER / 2 * p->radius;
-        world->entity[i].x = i % 2 == 0 ? x : p->arena - x;
-        world->entity[i].y = p->arena * (i / 2 + 1) / (rows_of + 1);
-    }
-    int64_t across = columns(p);
-    double edge = BORDER * p->radius, pitch = (p->arena - 2 * edge) / (double)across;
-    double spare = (pitch - diagonal(p)) / 2;
-    for (int64_t k = 0; k < p->count; k++) {
-        ll_entity *e = &world->entity[world->players + k];
-        uint64_t draw = (uint64_t)k;
-        e->x =
-            edge + pitch * ((double)(k % across) + 0.5) + spare * (2 * ll_rng_unit(0x63726174, 0, draw) - 1);
-        e->y =
-            edge + pitch * ((double)(k / across) + 0.5) + spare * (2 * ll_rng_unit(0x63726174, 1, draw) - 1);
-        e->angle = 1.5 * (ll_rng_unit(0x63726174, 2, draw) - 0.5);
-    }
+    place_players(world, p);
+    for (int64_t k = 0; k < p->count; k++)
+        place_crate(&world->entity[world->players + k], p, lines, columns, k);
 }
 
 /* ---- worlds and bodies ---- */
@@ -403,8 +438,8 @@ static ll_action push_about(const ll_world *world, const ll_game_env *env, int p
     const ll_entity *own = &world->entity[player],
                     *crate =
                         &world->entity[world->players + (int)(ll_rng_u64(who, 0, turn) % (uint64_t)crates)];
-    double goal_x = p->arena * (0.2 + 0.6 * ll_rng_unit(who, 1, turn)),
-           goal_y = p->arena * (0.2 + 0.6 * ll_rng_unit(who, 2, turn));
+    double goal_x = p->width * (0.2 + 0.6 * ll_rng_unit(who, 1, turn)),
+           goal_y = p->depth * (0.2 + 0.6 * ll_rng_unit(who, 2, turn));
     double dx = goal_x - crate->x, dy = goal_y - crate->y, far = ll_sqrt(dx * dx + dy * dy) + 1e-9;
     double stand = p->radius + p->size, x = crate->x - dx / far * stand, y = crate->y - dy / far * stand;
     double ox = crate->x - own->x, oy = crate->y - own->y, near = ll_sqrt(ox * ox + oy * oy) + 1e-9;
@@ -420,9 +455,9 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, int player
         return (ll_action){0};
     if (script != LL_SCRIPT_STEADY)
         return push_about(world, env, player, t);
-    double angle = 0.7 * ll_to_s(t) + 3.141592653589793 * player, around = 0.3 * p->arena;
-    return towards(&world->entity[player], p->arena / 2 - around * ll_cos(angle),
-                   p->arena / 2 + around * ll_sin(angle));
+    double angle = 0.4 * ll_to_s(t) + 3.141592653589793 * player;
+    return towards(&world->entity[player], p->width * (0.5 - 0.3 * ll_cos(angle)),
+                   p->depth * (0.5 + 0.3 * ll_sin(angle)));
 }
 
 /* ---- what is told ---- */
@@ -445,7 +480,7 @@ static ll_scene scene(const ll_game_env *env, int players)
 {
     const crates_params *p = params_of(env);
     (void)players;
-    return (ll_scene){.x_max = p->arena, .y_max = p->arena, .entity_length_m = 2 * p->radius};
+    return (ll_scene){.x_max = p->width, .y_max = p->depth, .entity_length_m = 2 * p->radius};
 }
 
 static bool shape(const ll_game_env *env, int players, int index, ll_shape *shape)

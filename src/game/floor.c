@@ -144,7 +144,10 @@ static void touch_walls(work *w, int i)
     const ll_floor_body *b = &w->body[i];
     ll_floor_point points[2];
     for (int k = 0; k < 4 && b->inverse_mass > 0; k++) {
-        double nx = normals[k][0], ny = normals[k][1], wall = nx + ny > 0 ? w->floor->side : 0;
+        double nx = normals[k][0], ny = normals[k][1],
+               wall = nx > 0   ? w->floor->width
+                      : ny > 0 ? w->floor->depth
+                               : 0;
         double beyond = wall - (b->x * nx + b->y * ny) - ll_floor_bound(b);
         if (beyond > w->margin)
             continue;

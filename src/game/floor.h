@@ -33,10 +33,10 @@ typedef struct ll_floor_body {
 } ll_floor_body;
 
 typedef struct ll_floor {
-    double side;      /* m: the walls are x, y = 0 and side */
-    double top_speed; /* m/s: nothing goes faster, and no corner turns faster */
-    double half_max;  /* m: the largest `half` of a body */
-    int substeps;     /* of a step */
+    double width, depth; /* m: the walls are x = 0 and width, y = 0 and depth */
+    double top_speed;    /* m/s: nothing goes faster, and no corner turns faster */
+    double half_max;     /* m: the largest `half` of a body */
+    int substeps;        /* of a step */
 } ll_floor;
 
 /* How many substeps of a step of `dt` keep the overlap that a contact leaves small beside a body of

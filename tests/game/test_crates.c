@@ -15,7 +15,7 @@
 
 typedef struct params {
     int64_t count;
-    double size, mass, friction, arena, radius, player_mass, speed, acceleration;
+    double size, mass, friction, width, depth, radius, player_mass, speed, acceleration;
 } params;
 
 typedef struct yard {
@@ -29,6 +29,7 @@ static params usual(int count)
     params p;
     ll_param_defaults(&ll_crates_table, &p);
     p.count = count;
+    p.width = p.depth = 20;
     return p;
 }
 
@@ -90,15 +91,20 @@ static ll_status parsed(const char *text)
 static void an_arena_too_small_is_refused(void **state)
 {
     (void)state;
-    /* 15 columns of 1.2 diagonals of 0.5 m, and four radii of 0.25 m at either side: 14.728 m */
-    ll_status small = parsed("{\"count\":200,\"size_m\":0.5,\"radius_m\":0.25,\"arena_m\":14.72}"),
-              enough = parsed("{\"count\":200,\"size_m\":0.5,\"radius_m\":0.25,\"arena_m\":14.73}"),
-              players = parsed("{\"count\":1,\"radius_m\":1.5,\"arena_m\":29}");
+    /* 1.2 diagonals of 0.5 m are 0.8485 m: 11 rows in 10 m, so 19 columns, and four radii of 0.25 m at either
+     * side */
+    ll_status
+        small = parsed(
+            "{\"count\":200,\"size_m\":0.5,\"radius_m\":0.25,\"arena_width_m\":18,\"arena_depth_m\":10}"),
+        enough = parsed(
+            "{\"count\":200,\"size_m\":0.5,\"radius_m\":0.25,\"arena_width_m\":18.13,\"arena_depth_m\":10}"),
+        players = parsed("{\"count\":1,\"radius_m\":1.5,\"arena_depth_m\":29}");
     assert_false(ll_failed(&enough));
-    assert_string_equal(small.field, "arena_m");
+    assert_string_equal(small.field, "arena_width_m");
     assert_string_equal(small.text,
-                        "arena_m must be at least 14.7279 m for 200 crates of 0.5 m and players of radius "
-                        "0.25 m; got 14.72");
+                        "arena_width_m must be at least 18.122 m for 200 crates of 0.5 m in a depth of 10 m; "
+                        "got 18");
+    assert_string_equal(players.field, "arena_depth_m");
     assert_non_null(strstr(players.text, "at least 30 m"));
 }
 
@@ -136,13 +142,13 @@ static void at_the_start_nobody_touches_anybody(void **state)
     for (int count = 1; count <= 239; count += 17)
         for (int players = 1; players <= LL_PLAYERS_MAX; players += 5) {
             params p = usual(count);
-            p.arena = 25.8; /* 16 columns of 1.2 diagonals of 0.8 m, and eight radii */
+            p.width = p.depth = 25.8; /* 19 columns of 1.2 diagonals of 0.8 m, and eight radii */
             yard y = open_yard(p, players, 1.0 / 60), before = copy_of(&y);
             assert_true(deepest(&y) == 0);
             for (int i = 0; i < y.world->entities; i++) {
                 const ll_entity *e = &y.world->entity[i];
-                assert_true(e->x > p.radius && e->x < p.arena - p.radius && e->y > p.radius &&
-                            e->y < p.arena - p.radius);
+                assert_true(e->x > p.radius && e->x < p.width - p.radius && e->y > p.radius &&
+                            e->y < p.depth - p.radius);
             }
             for (int k = 0; k < 10; k++)
                 step(&y, nothing);
@@ -209,7 +215,7 @@ static void two_hundred_crates_are_pushed_about(void **state)
 {
     (void)state;
     params p = usual(200);
-    p.arena = 26;
+    p.width = p.depth = 26;
     yard y = open_yard(p, 8, 1.0 / 60);
     double pushed = 0;
     for (int k = 0; k < 3600; k++) {
@@ -233,7 +239,7 @@ static void two_hundred_crates_are_pushed_about(void **state)
     for (int i = 0; i < y.world->entities; i++) {
         const ll_entity *e = &y.world->entity[i];
         assert_true(at_rest(e) && e->flags == 0);
-        assert_true(e->x > 0.39 && e->x < p.arena - 0.39 && e->y > 0.39 && e->y < p.arena - 0.39);
+        assert_true(e->x > 0.39 && e->x < p.width - 0.39 && e->y > 0.39 && e->y < p.depth - 0.39);
     }
     free(y.world);
 }
@@ -314,7 +320,7 @@ static void reach_is_never_too_little(void **state)
     int64_t chosen = 0, all = 0, shared = 0;
     for (uint64_t seed = 1; seed <= 40; seed++) {
         params p = usual(120);
-        p.arena = 30;
+        p.width = p.depth = 30;
         p.speed = 3;
         yard whole = open_yard(p, 6, 1.0 / 60);
         for (int k = 0; k < 200; k++) { /* somewhere in the middle of a game */

@@ -35,7 +35,8 @@ static ll_floor_body box(double x, double y, double angle, double side, double m
 
 static ll_floor floor_for(double side, double top, double half_min, double half_max)
 {
-    return (ll_floor){.side = side,
+    return (ll_floor){.width = side,
+                      .depth = side,
                       .top_speed = top,
                       .half_max = half_max,
                       .substeps = ll_floor_substeps(DT, top, half_min)};
@@ -320,8 +321,11 @@ static void long_steps_are_cut(void **state)
     (void)state;
     const ll_game_env slow = {.dt = 0.5};
     ll_floor_body b[2] = {disc(2, 10, 0.2, 80), box(9, 10, 0.4, 0.4, 80)};
-    ll_floor floor = {
-        .side = 20, .top_speed = 20, .half_max = 0.2, .substeps = ll_floor_substeps(0.5, 20, 0.2)};
+    ll_floor floor = {.width = 20,
+                      .depth = 20,
+                      .top_speed = 20,
+                      .half_max = 0.2,
+                      .substeps = ll_floor_substeps(0.5, 20, 0.2)};
     b[0].grip = 100;
     b[0].wanted_vx = 15;
     for (int k = 0; k < 8; k++) {
