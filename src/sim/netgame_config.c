@@ -71,12 +71,14 @@ static ll_status check(const void *object, const char *path)
             LL_BAD_INPUT, "server.update_hz",
             "in %s everybody steps by server.update_hz, which must then be at most tick_hz, %g Hz; got %g",
             ll_syncs[c->server.sync]->name, c->tick_hz, c->server.update_hz);
-    if (ll_syncs[c->server.sync]->drains && ll_games[c->game]->weapons)
+    const ll_game *game = ll_games[c->game];
+    bool more = game->weapons || game->extent(c->params, c->player_count).entities > c->player_count;
+    if (ll_syncs[c->server.sync]->drains && more)
         return ll_field_error(
             LL_BAD_INPUT, "server.sync",
             "in %s the server only applies inputs as they come: the game %s needs steps, in "
             "which what belongs to nobody moves too",
-            ll_syncs[c->server.sync]->name, ll_games[c->game]->name);
+            ll_syncs[c->server.sync]->name, game->name);
     return ll_ok();
 }
 

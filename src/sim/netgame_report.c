@@ -98,16 +98,14 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
     const ll_instruments *in = ll_netgame_instruments(g, self);
     const ll_snapshot_cost *sent = &ll_netgame_server(g)->seats[self].sent;
     double packets = (double)in->packets[LL_MESSAGE_STATE], entities = (double)sent->entities;
-    ll_extent extent = {ll_netgame_entities(g), ll_server_world_const(ll_netgame_server(g))->tail};
+    size_t full = sizeof(ll_state_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     cJSON *o = cJSON_AddObjectToObject(player, "snapshot");
     number(o, "bits_per_entity", ratio((double)sent->entity_bits, entities));
     number(o, "tail_bits", ratio((double)sent->tail_bits, packets));
     number(o, "unchanged_ratio", ratio((double)sent->unchanged, entities));
     number(o, "at_rest_ratio", ratio((double)sent->resting, entities));
     number(o, "whole_ratio", ratio((double)sent->whole, packets));
-    number(o, "bytes_over_full",
-           ratio((double)in->bytes[LL_MESSAGE_STATE],
-                 packets * (double)ll_server_message_max(extent, g->config.player_count)));
+    number(o, "bytes_over_full", ratio((double)in->bytes[LL_MESSAGE_STATE], packets * (double)full));
     number(o, "unreadable", (double)ll_netgame_client(g, self)->unreadable);
 }
 

@@ -36,6 +36,8 @@ function action(player) {
   if (layout.value?.game === 'cannon') {
     return { axes: [...(aim.value[player] ?? [0.5, 0.8])], buttons: pushes.has('fire') ? 1 : 0 };
   }
+  const push = (/** @type {Push} */ one, /** @type {Push} */ other) => (pushes.has(one) ? 1 : 0) - (pushes.has(other) ? 1 : 0);
+  if (layout.value?.game === 'crates') return { axes: [push('ahead', 'back'), push('up', 'down')], buttons: 0 };
   return { axes: [(pushes.has('ahead') || pushes.has('up') ? 1 : 0) - (pushes.has('back') || pushes.has('down') ? 1 : 0), 0], buttons: 0 };
 }
 

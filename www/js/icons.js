@@ -13,5 +13,7 @@ export const icons = {
   full: icon('M4 4h6v2H6v4H4zM14 4h6v6h-2V6h-4zM4 14h2v4h4v2H4zM18 14h2v6h-6v-2h4z'),
   left: icon('M15 4v16L5 12z'),
   right: icon('M9 4l10 8-10 8z'),
+  up: icon('M4 15h16L12 5z'),
+  down: icon('M4 9h16l-8 10z'),
   fire: icon('M3 17l9-9 4 4-9 9H3zM17 3l2 2-2 2-2-2zM21 8l1 2-2 1-1-2zM13 2l2 1-1 2-2-1z'),
 };

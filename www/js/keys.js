@@ -71,6 +71,7 @@ export const DRIVING_HELP = [
   { shown: 'A, D', help: 'Drive B in the same way' },
   { shown: 'Up, Down and W, S', help: 'Cannon: angle of A and of B' },
   { shown: 'Enter and E', help: 'Cannon: fire for A and for B' },
+  { shown: 'Arrows and W, A, S, D', help: 'Crates: the way that A and B go' },
   { shown: 'Shift + Left, Right', help: 'In a view: the arrival dot before or after, in words' },
   { shown: 'Esc', help: 'Leave driving: the script takes over; close a dialog' },
 ];

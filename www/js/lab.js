@@ -32,6 +32,8 @@ function layoutOf(hello) {
       x_min: 0, x_max: 100, y_min: 0, y_max: 1, wraps: false, finish_m: 0, target_x: 0, target_y: 0, target_radius: 0,
       entity_length_m: 1, ...scene,
     },
+    entities: given.entities ?? [],
+    fixed: given.fixed ?? [],
     motion: given.problem ? given : null,
   };
 }

@@ -13,6 +13,7 @@ import { LENSES } from './lenses/lenses.js';
 import { frame, lanes, layout, lens, overlays, params, unit } from './state.js';
 import { palette } from './theme.js';
 import { drawCannon } from './views/cannon.js';
+import { drawField, drawStandings } from './views/field.js';
 import { drawGauge } from './views/gauge.js';
 import { besideInput, drawLanes, nearestInput, windowOf } from './views/lanes.js';
 import { drawText } from './views/marks.js';
@@ -51,7 +52,10 @@ function surfaceOf(canvas) {
 function words(now, view) {
   const v = now.views[view];
   if (!v) return '';
-  const list = v.entities.map((e, i) => `${letter(i)} at ${fixed(e.x, 1)} m`).join(', ');
+  const shapes = layout.value?.entities ?? [], players = layout.value?.players.length ?? 0;
+  const where = (/** @type {import('./frame.js').Entity} */ e) => (shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`);
+  const others = v.entities.length > players ? `, and ${v.entities.length - players} things` : '';
+  const list = v.entities.slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
   const error = view > 0 ? `; own error ${fixed(v.ownError, 2)} m, others ${fixed(v.viewAge, 0)} ms old` : '';
   return `${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
 }
@@ -63,19 +67,23 @@ function drawView(canvas, now, name) {
   const shape = layout.value;
   if (!shape || !now.views[view] || !surface.begin()) return;
   const colours = palette();
-  const strip = view > 0 ? Math.round(colours.text * 1.7) : 0;
+  const shapes = shape.entities.length > 0; /* all views to one scale: the server's has a strip too */
+  const strip = view > 0 || shapes ? Math.round(colours.text * 1.7) : 0;
   /** @type {Picture} */
   const at = {
     pen: surface.pen, width: surface.width, height: surface.height - strip, colours, frame: now, memory, layout: shape, view,
     overlays: overlays.value, unit: unit.value, picked,
   };
-  drawnDots[view] = shape.game === 'cannon' ? drawCannon(at) : drawRace(at);
+  drawnDots[view] = shapes ? drawField(at) : shape.game === 'cannon' ? drawCannon(at) : drawRace(at);
   scale.pxPerMetre = scaleX(at);
   const v = now.views[view];
+  if (strip > 0) {
+    surface.pen.fillStyle = colours.grid;
+    surface.pen.fillRect(0, at.height, at.width, 1);
+  }
+  if (view === 0 && shapes) drawStandings(at, at.height + strip / 2);
   if (view > 0 && v) {
     const { pen } = surface;
-    pen.fillStyle = colours.grid;
-    pen.fillRect(0, at.height, at.width, 1);
     const gauge = (v.flags & INTERPOLATION) !== 0;
     const ribbon = gauge ? at.width * 0.56 : at.width;
     drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);

@@ -25,6 +25,11 @@ export function pads(player) {
     return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${locked.value !== ''}>
       <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
   }
+  if (layout.value?.game === 'crates') {
+    return html`<div class="pads" data-player=${player % 8}>
+      ${pad(player, 'back', `Left, ${nameOf(player)}`, icons.left)}${pad(player, 'up', `Up, ${nameOf(player)}`, icons.up)}
+      ${pad(player, 'down', `Down, ${nameOf(player)}`, icons.down)}${pad(player, 'ahead', `Right, ${nameOf(player)}`, icons.right)}</div>`;
+  }
   return html`<div class="pads" data-player=${player % 8}>
     ${pad(player, 'back', `Brake, ${nameOf(player)}`, icons.left)}${pad(player, 'ahead', `Throttle, ${nameOf(player)}`, icons.right)}</div>`;
 }

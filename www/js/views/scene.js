@@ -30,15 +30,18 @@ const MARGIN = 14; /* px left and right, so that a mark on the edge is seen */
 const FADE_S = 0.6;
 const CROWD = 10;  /* corrections per second: a number is then shown in place of marks */
 
-/** @param {Picture} at @returns {number} px per metre */
+/** A scene of shapes has one scale for x and y. @param {Picture} at @returns {number} px per metre */
 export function scaleX(at) {
-  const { x_min: low, x_max: high } = at.layout.scene;
-  return (at.width - 2 * MARGIN) / Math.max(1e-6, high - low);
+  const { x_min: left, x_max: right, y_min: low, y_max: high } = at.layout.scene;
+  const across = (at.width - 2 * MARGIN) / Math.max(1e-6, right - left);
+  if (at.layout.entities.length === 0) return across;
+  return Math.max(1e-6, Math.min(across, (at.height - MARGIN) / Math.max(1e-6, high - low)));
 }
 
 /** @param {Picture} at @param {number} x m @returns {number} px */
 export function toX(at, x) {
-  return MARGIN + (x - at.layout.scene.x_min) * scaleX(at);
+  const { x_min: left, x_max: right } = at.layout.scene;
+  return (at.width - (right - left) * scaleX(at)) / 2 + (x - left) * scaleX(at);
 }
 
 /** A round step for grid lines about `wanted` px apart. @param {number} perMetre @param {number} wanted @returns {number} */

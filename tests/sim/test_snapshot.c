@@ -1,0 +1,203 @@
+/* Snapshots in whole games: what a codec changes, by how much, and what it does not. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "support/scene.h"
+
+static ll_summary summary(const scene *s, int player, ll_metric metric)
+{
+    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+}
+
+static const ll_snapshot_cost *cost(const scene *s, int player)
+{
+    return &ll_netgame_server(s->game)->seats[player].sent;
+}
+
+static double per_state(const scene *s, int player)
+{
+    const ll_instruments *in = ll_netgame_instruments(s->game, player);
+    return (double)in->bytes[LL_MESSAGE_STATE] / (double)in->packets[LL_MESSAGE_STATE];
+}
+
+static bool same_world(const scene *a, const scene *b)
+{
+    const ll_world *w = ll_server_world(ll_netgame_server(a->game));
+    return memcmp(w, ll_server_world(ll_netgame_server(b->game)), ll_world_size(w)) == 0;
+}
+
+#define ALL_ON(p)                                                                                            \
+    "players." p ".prediction=true", "players." p ".reconciliation=true", "players." p ".interpolation=true"
+
+/* The own entity travels to the bit: where nobody touches, prediction stays exact and the server's world is
+ * the same, however states travel. The others are at most half a step per axis further off. */
+static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state)
+{
+    (void)state;
+    const double step = 0.1;
+    const char *const full[] = {ALL_ON("0"), ALL_ON("1"), NULL};
+    const char *const quantised[] = {ALL_ON("0"), ALL_ON("1"), "server.snapshot=quantised",
+                                     "server.quantum_m=0.1", NULL};
+    const char *const delta[] = {ALL_ON("0"), ALL_ON("1"), "server.snapshot=delta", "server.quantum_m=0.1",
+                                 NULL};
+    const char *const *const ways[] = {full, quantised, delta};
+    scene s[3];
+    for (int i = 0; i < 3; i++) {
+        s[i] = scene_open("race", ways[i]);
+        scene_run(&s[i], 40, NULL);
+        assert_true(same_world(&s[0], &s[i]));
+        for (int p = 0; p < 2; p++) {
+            assert_int_equal(ll_netgame_instruments(s[i].game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client(s[i].game, p)->unreadable, 0);
+            double added = summary(&s[i], p, LL_METRIC_TIMELINE_ERROR).max -
+                           summary(&s[0], p, LL_METRIC_TIMELINE_ERROR).max;
+            assert_true(added <= step / 2 + 1e-9);
+            assert_true(i == 0 || added > step / 4); /* and it is seen */
+        }
+    }
+    assert_true(per_state(&s[1], 0) < 0.5 * per_state(&s[0], 0) && per_state(&s[2], 0) < per_state(&s[1], 0));
+    for (int i = 0; i < 3; i++)
+        scene_close(&s[i]);
+}
+
+/* Delta tells the same as quantised: everything that follows is the same, with crates too. */
+static void delta_shows_what_quantised_shows(void **state)
+{
+    (void)state;
+    const char *const quantised[] = {"server.snapshot=quantised", NULL};
+    scene a = scene_open("crates_delta", NULL), b = scene_open("crates_delta", quantised);
+    scene_run(&a, 30, NULL);
+    scene_run(&b, 30, NULL);
+    assert_true(same_world(&a, &b));
+    for (int p = 0; p < 2; p++) {
+        const ll_world *w = ll_client_shown(ll_netgame_client(a.game, p));
+        assert_memory_equal(w, ll_client_shown(ll_netgame_client(b.game, p)), ll_world_size(w));
+        ll_instruments *x = ll_netgame_instruments(a.game, p), *y = ll_netgame_instruments(b.game, p);
+        assert_int_equal(x->corrections, y->corrections);
+        assert_memory_equal(x->histogram, y->histogram, sizeof x->histogram);
+        assert_true(cost(&a, p)->unchanged * 10 > cost(&a, p)->entities * 7);
+        assert_int_equal(cost(&a, p)->resting, cost(&b, p)->resting);
+        assert_true(per_state(&a, p) < 0.5 * per_state(&b, p));
+    }
+    scene_close(&a);
+    scene_close(&b);
+}
+
+/* What rounding adds: along a lane it is uniform in half a step to either side, so its mean is a quarter of a
+ * step, its root mean square step / sqrt(12), and its quantile q is q / 2 of a step. Of n values the mean has
+ * a standard error of step / sqrt(48 n); buckets are a 64th of a step wide. */
+static void rounding_is_uniform(void **state)
+{
+    (void)state;
+    const double step = 0.004;
+    const char *const sets[] = {
+        ALL_ON("0"),           ALL_ON("1"), "server.snapshot=quantised", "server.quantum_m=0.004",
+        "server.update_hz=60", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 25, NULL);
+    ll_summary r = ll_rounding_summary(ll_server_baselines(ll_netgame_server(s.game)));
+    double n = (double)r.count, error = step / sqrt(48 * n);
+    assert_true(n > 2500);
+    assert_true(fabs(r.mean - step / 4) < 3 * error);
+    assert_true(fabs(r.rms - step / sqrt(12)) < 3 * error);
+    assert_true(r.max <= step / 2 * (1 + 1e-6) && r.max > 0.499 * step);
+    assert_true(fabs(r.p50 - step / 4) < step / 64 + 3 * error && fabs(r.p95 - 0.475 * step) < step / 64);
+    scene_close(&s);
+}
+
+/* A fifth lost, others overtaken or doubled: whatever comes is read, and nearly all of it is differences. */
+static void what_comes_over_a_bad_link_is_read(void **state)
+{
+    (void)state;
+    scene s = scene_open("snapshot_loss", NULL);
+    scene_run(&s, 60, NULL);
+    const ll_link_stats *link = ll_link_get_stats(ll_netgame_down(s.game, 0));
+    assert_true(link->lost > 300 && link->reordered > 100 && link->duplicated > 100);
+    assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
+    assert_true(ll_netgame_client(s.game, 0)->stale > 100);
+    assert_true((double)cost(&s, 0)->whole <
+                0.01 * (double)ll_netgame_instruments(s.game, 0)->packets[LL_MESSAGE_STATE]);
+    scene_close(&s);
+}
+
+/* The bytes on the link are those that were encoded: a rate that differences fit is choked by full states. */
+static void the_link_carries_what_was_encoded(void **state)
+{
+    (void)state;
+    const char *const full[] = {"server.snapshot=full", NULL};
+    scene a = scene_open("crates_200", NULL), b = scene_open("crates_200", full);
+    scene_run(&a, 30, NULL);
+    scene_run(&b, 30, NULL);
+    for (int p = 0; p < 2; p++) {
+        const ll_link_stats *thin = ll_link_get_stats(ll_netgame_down(a.game, p)),
+                            *fat = ll_link_get_stats(ll_netgame_down(b.game, p));
+        assert_int_equal(thin->queue_drops, 0);
+        assert_true(fat->queue_drops > 500);
+        assert_true(fat->bytes > 50 * thin->bytes);
+        assert_true(per_state(&a, p) < 256e3 / 8 / 30 / 4);
+        assert_true(summary(&b, p, LL_METRIC_VIEW_AGE).mean > 300 + summary(&a, p, LL_METRIC_VIEW_AGE).mean);
+    }
+    scene_close(&a);
+    scene_close(&b);
+}
+
+/* In every way of keeping in step that sends states, and while the codec changes under it, the game goes on.
+ */
+static void a_codec_may_change_while_it_runs(void **state)
+{
+    (void)state;
+    const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
+    for (size_t i = 0; i < 3; i++) {
+        const char *const sets[] = {syncs[i], ALL_ON("0"), "players.0.script=steady",
+                                    "players.1.script=steady", NULL};
+        scene s = scene_open("race", sets);
+        double t = 4, last = 0;
+        scene_run(&s, t, NULL);
+        for (int k = 1; k <= 9; k++) {
+            ll_netgame_config config = s.game->config;
+            config.server.snapshot = k % 3;
+            config.server.quantum_m = k % 2 ? 0.002 : 0.05;
+            s.scenario.kind->change(s.game, &config, s.game->now);
+            scene_run(&s, t += 2, NULL);
+            double x = ll_server_world(ll_netgame_server(s.game))->entity[0].x,
+                   seen = ll_client_shown(ll_netgame_client(s.game, 1))->entity[0].x;
+            assert_true(x > last + 10 && x - seen < 16 * 0.6);
+            last = x;
+        }
+        assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
+        scene_close(&s);
+    }
+}
+
+/* Who pushes is corrected at every push in scope `own`, and hardly in scope `contacts`: by less than a tenth
+ * of it. */
+static void scopes_differ_by_what_is_pushed(void **state)
+{
+    (void)state;
+    scene s = scene_open("crates", NULL);
+    scene_run(&s, 60, NULL);
+    ll_summary own = summary(&s, 0, LL_METRIC_CORRECTION), contacts = summary(&s, 1, LL_METRIC_CORRECTION);
+    assert_true(own.count > 500 && own.rms > 0.05);
+    assert_true(contacts.count < own.count / 10 && contacts.max < own.rms / 10);
+    scene_close(&s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_codec_changes_what_is_seen_of_others_and_nothing_else),
+        cmocka_unit_test(delta_shows_what_quantised_shows),
+        cmocka_unit_test(rounding_is_uniform),
+        cmocka_unit_test(what_comes_over_a_bad_link_is_read),
+        cmocka_unit_test(the_link_carries_what_was_encoded),
+        cmocka_unit_test(a_codec_may_change_while_it_runs),
+        cmocka_unit_test(scopes_differ_by_what_is_pushed),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
