@@ -9,6 +9,7 @@ import { fileURLToPath } from "node:url";
 export const root = dirname(dirname(fileURLToPath(import.meta.url)));
 export const build = process.env.BENCH_BUILD ?? join(root, "build");
 export const laglab = join(build, "laglab");
+export const results = process.env.BENCH_RESULTS ?? join(root, "bench", "results");
 export const streamClient = join(build, "bench", "stream_client");
 
 /** Put before servers and clients alike where other work shares the machine: `chrt -r 1`. Told with the results. */
@@ -66,7 +67,7 @@ export function machine() {
 
 let tables = "";
 
-/** CSV (RFC 4180) under lines of comments: machine, what the columns are. The tables that were printed go beside it. */
+/** CSV (RFC 4180) under lines of comments: machine, what the columns are. The tables that were printed since the last go beside it. */
 export function writeCsv(name, command, columns, rows) {
   const cell = (value) => (/[",\n]/.test(String(value)) ? `"${String(value).replaceAll('"', '""')}"` : String(value ?? ""));
   const lines = [
@@ -76,10 +77,11 @@ export function writeCsv(name, command, columns, rows) {
     Object.keys(columns).join(","),
     ...rows.map((row) => Object.keys(columns).map((column) => cell(row[column])).join(",")),
   ];
-  const folder = process.env.BENCH_RESULTS ?? join(root, "bench", "results");
-  mkdirSync(folder, { recursive: true });
-  writeFileSync(join(folder, `${name}.csv`), lines.join("\n") + "\n");
-  writeFileSync(join(folder, `${name}.txt`), tables.trimStart());
+  const file = join(results, name);
+  mkdirSync(dirname(file), { recursive: true });
+  writeFileSync(`${file}.csv`, lines.join("\n") + "\n");
+  if (tables !== "") writeFileSync(`${file}.txt`, tables.trimStart());
+  tables = "";
 }
 
 export function printTable(title, rows) {

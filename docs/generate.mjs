@@ -338,11 +338,17 @@ const spread = (group, column) => {
 };
 const worst = (group, column) => { const all = numbers(group, column); return all.length === 0 ? '' : digits(all[all.length - 1]); };
 
+const words = (group, column) => [...new Set(group.map((row) => row[column]).filter(Boolean))].join(', ');
+
 /** How each result is shown: rows with the same `by` are one line. */
 const RESULTS = [
   { name: 'speed', title: 'Speed of the engine', by: ['group', 'case'],
     columns: [['Times real time, median (range)', 'times_real_time', spread], ['Bytes live', 'live_bytes', median],
       ['Bytes parked', 'parked_bytes', median]] },
+  { name: 'integrators', title: 'Integrators beside other libraries: CPU time at equal error (1e-4 to 1e-10)', by: ['problem'],
+    columns: [['laglab', 'laglab_method', words], ['GSL', 'gsl_method', words], ['SUNDIALS', 'sundials_method', words],
+      ['Over GSL, median (range)', 'of_gsl', spread], ['Over SUNDIALS, median (range)', 'of_sundials', spread],
+      ['Over the faster, worst', 'of_best', worst]] },
   { name: 'techniques', title: 'Techniques of netcode: what each costs and what it is worth', by: ['group', 'technique'],
     columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error, m', 'own_error_m', median],
       ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
