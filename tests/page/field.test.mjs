@@ -16,10 +16,15 @@ after(async () => {
  * custom property */
 const painted = (page, view, name) => page.evaluate(([v, property]) => {
   const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector(`canvas[data-view="${v}"]`));
-  const probe = document.createElement('canvas').getContext('2d');
-  probe.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(String(property));
-  probe.fillRect(0, 0, 1, 1);
-  const want = probe.getImageData(0, 0, 1, 1).data, all = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height).data;
+  const copy = document.createElement('canvas'), pen = copy.getContext('2d', { willReadFrequently: true });
+  copy.width = canvas.width;
+  copy.height = canvas.height;
+  pen.fillStyle = getComputedStyle(document.documentElement).getPropertyValue(String(property));
+  pen.fillRect(0, 0, 1, 1);
+  const want = pen.getImageData(0, 0, 1, 1).data;
+  pen.clearRect(0, 0, 1, 1);
+  pen.drawImage(canvas, 0, 0);
+  const all = pen.getImageData(0, 0, copy.width, copy.height).data;
   let count = 0;
   for (let i = 0; i < all.length; i += 4) count += [0, 1, 2].every((k) => Math.abs(all[i + k] - want[k]) < 3) ? 1 : 0;
   return count;
