@@ -117,7 +117,8 @@ typedef struct ll_link ll_link; /* lives in a block; size from ll_link_size */
 size_t ll_link_size(int slots, int arena_bytes); /* a multiple of 8 */
 void ll_link_init(ll_link *link, int slots, int arena_bytes, uint64_t seed, uint64_t stream);
 
-/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. */
+/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. No packet may take 2^32 ns or
+ * more: ll_link_delay_max_ms tells. */
 ll_sending ll_link_send(ll_link *link, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size);
 
