@@ -44,8 +44,9 @@ static inline ll_pair ll_pair_cos(ll_pair x)
         (void)p, (void)t;                                                                                    \
         __VA_ARGS__                                                                                          \
     }                                                                                                        \
-    static inline void name##_midpoint(const void *p, const ll_ode_plan *plan, double t, double h,           \
-                                       const double *y, const double *f0, ll_pair *sum, ll_pair *error)      \
+    static inline __attribute__((unused)) void name##_midpoint(                                              \
+        const void *p, const ll_ode_plan *plan, double t, double h, const double *y, const double *f0,       \
+        ll_pair *sum, ll_pair *error)                                                                        \
     {                                                                                                        \
         ll_ode_midpoint_rows((dim), name##_pair, p, plan, t, h, y, f0, sum, error);                          \
     }
@@ -72,13 +73,15 @@ static inline ll_pair ll_pair_cos(ll_pair x)
             dy[i] = y[(dim) / 2 + i];                                                                        \
         name##_pair(p, t, y, y + (dim) / 2, dy + (dim) / 2);                                                 \
     }                                                                                                        \
-    static inline void name##_midpoint(const void *p, const ll_ode_plan *plan, double t, double h,           \
-                                       const double *y, const double *f0, ll_pair *sum, ll_pair *error)      \
+    static inline __attribute__((unused)) void name##_midpoint(                                              \
+        const void *p, const ll_ode_plan *plan, double t, double h, const double *y, const double *f0,       \
+        ll_pair *sum, ll_pair *error)                                                                        \
     {                                                                                                        \
         ll_ode_midpoint_rows((dim), name##_rhs_pair, p, plan, t, h, y, f0, sum, error);                      \
     }                                                                                                        \
-    static inline void name##_leapfrog(const void *p, const ll_ode_plan *plan, double t, double h,           \
-                                       const double *y, const double *f0, ll_pair *sum, ll_pair *error)      \
+    static inline __attribute__((unused)) void name##_leapfrog(                                              \
+        const void *p, const ll_ode_plan *plan, double t, double h, const double *y, const double *f0,       \
+        ll_pair *sum, ll_pair *error)                                                                        \
     {                                                                                                        \
         (void)f0;                                                                                            \
         ll_ode_leapfrog_rows((dim) / 2, name##_pair, NULL, p, plan, t, h, y, sum, error);                    \
@@ -99,8 +102,9 @@ static inline ll_pair ll_pair_cos(ll_pair x)
         (void)p, (void)t, (void)q;                                                                           \
         __VA_ARGS__                                                                                          \
     }                                                                                                        \
-    static inline void name##_leapfrog(const void *p, const ll_ode_plan *plan, double t, double h,           \
-                                       const double *y, const double *f0, ll_pair *sum, ll_pair *error)      \
+    static inline __attribute__((unused)) void name##_leapfrog(                                              \
+        const void *p, const ll_ode_plan *plan, double t, double h, const double *y, const double *f0,       \
+        ll_pair *sum, ll_pair *error)                                                                        \
     {                                                                                                        \
         (void)f0;                                                                                            \
         ll_ode_leapfrog_rows((dim) / 2, NULL, name##_pair, p, plan, t, h, y, sum, error);                    \

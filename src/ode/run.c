@@ -179,7 +179,7 @@ ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_od
 static ll_ode_state fail(ll_ode_run *run, ll_ode_reason reason, double t)
 {
     run->state = LL_ODE_DIVERGED;
-    run->reason = reason;
+    run->reason = (int32_t)reason;
     run->failed_t = t;
     return LL_ODE_DIVERGED;
 }
@@ -230,7 +230,7 @@ static ll_ode_state step_to_grid(ll_ode_run *run, const ll_ode_method *method, c
     step_fixed(run, method, ode, h, t);
     if (run->event < 0)
         run->n++;
-    return run->state;
+    return (ll_ode_state)run->state;
 }
 
 /* By the error of the step, and where the errors of the last two show that the step is to shrink, by their
@@ -302,7 +302,7 @@ static ll_ode_state pass(ll_ode_run *run, double t)
 ll_ode_state ll_ode_step(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode)
 {
     if (run->state != LL_ODE_RUNNING)
-        return run->state;
+        return (ll_ode_state)run->state;
     const ll_ode_control *c = &run->control;
     double slack = 0;
     if (method->adaptive) {
@@ -320,7 +320,7 @@ ll_ode_state ll_ode_step(ll_ode_run *run, const ll_ode_method *method, const ll_
     }
     if (run->state == LL_ODE_RUNNING && direction(run) * (c->t_end - run->t) <= slack)
         run->state = LL_ODE_FINISHED;
-    return run->state;
+    return (ll_ode_state)run->state;
 }
 
 ll_ode_state ll_ode_advance(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t)
@@ -328,14 +328,14 @@ ll_ode_state ll_ode_advance(ll_ode_run *run, const ll_ode_method *method, const 
     double slack = method->adaptive ? 0 : SLACK * run->control.dt;
     while (run->state == LL_ODE_RUNNING && direction(run) * (t - run->t) > slack)
         ll_ode_step(run, method, ode);
-    return run->state;
+    return (ll_ode_state)run->state;
 }
 
 ll_ode_state ll_ode_step_by(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     LL_ASSERT(!method->adaptive);
     if (run->state != LL_ODE_RUNNING)
-        return run->state;
+        return (ll_ode_state)run->state;
     if (out_of_steps(run))
         return fail(run, LL_ODE_STEP_LIMIT, run->t);
     run->partial = false;
@@ -346,7 +346,7 @@ ll_ode_state ll_ode_step_by(ll_ode_run *run, const ll_ode_method *method, const 
         step_fixed(run, method, ode, h, run->t + h);
     run->origin = run->t;
     run->n = 0;
-    return run->state;
+    return (ll_ode_state)run->state;
 }
 
 /* The cubic that has both ends' values and slopes. */
