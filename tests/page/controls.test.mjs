@@ -204,7 +204,7 @@ test('seed and parameters of the address are used; bad ones are named and the de
 
 test('another scenario is chosen from the list of the daemon', async () => {
   const { page } = view;
-  const list = (await api(daemon.url, 'scenarios')).body.scenarios.filter((s) => s.kind === 'netgame');
+  const list = (await api(daemon.url, 'scenarios')).body.scenarios;
   assert.equal(await page.locator('#scenario option:not([disabled])').count(), list.length);
   for (const id of ['paper/fig11', 'cannon', 'gambetta']) {
     await page.locator('#scenario').selectOption(id);
