@@ -5,7 +5,7 @@ import { workPrecision } from "./integrators/plot.mjs";
 import { build, digits, laglab, median, printTable, results, run, say, writeCsv } from "./lib.mjs";
 
 const quick = process.argv.includes("--quick");
-const program = join(build, "bench", "integrators");
+const program = join(build, "bench", "integrators"), ensemble = join(build, "bench", "ensemble");
 if (!existsSync(program)) throw new Error("GSL or SUNDIALS is missing: apt-get install libgsl-dev libsundials-dev, or ./dev bench");
 
 const libraries = ["laglab", "GSL", "SUNDIALS"];
@@ -19,10 +19,12 @@ const names = (await run(laglab, ["problems"])).split("\n").map((line) => line.s
 const cases = names.flatMap((problem) => (problem === "kepler"
   ? [{ name: "kepler e=0.6", problem }, { name: "kepler e=0.9", problem, duration: 20, set: ["e=0.9"] }] : [{ name: problem, problem }]));
 
-async function measure({ problem, duration = 0, set = [] }) {
-  const [head, ...lines] = (await run(program, [problem, duration, quick ? 5 : 11, quick ? 1 : 2].map(String).concat(set))).trim().split("\n");
+async function table(command, args) {
+  const [head, ...lines] = (await run(command, args.map(String))).trim().split("\n");
   return lines.map((line) => Object.fromEntries(line.split(",").map((value, i) => [head.split(",")[i], value])));
 }
+const rounds = quick ? 5 : 11, perDecade = quick ? 1 : 2;
+const measure = ({ problem, duration = 0, set = [] }) => table(program, [problem, duration, rounds, perDecade, ...set]);
 
 // ---- time at equal error ----
 
@@ -93,6 +95,7 @@ for (const thing of cases) {
   rungs.push(...own);
   rows.push(...compared);
 }
+const many = (await table(ensemble, [rounds])).map((row) => ({ ...row, steps_per_s: Math.round((row.members * row.steps) / row.cpu_s) }));
 
 // ---- what is told ----
 
@@ -116,6 +119,11 @@ for (const [peer, column] of [["GSL", "of_gsl"], ["SUNDIALS", "of_sundials"], ["
     `${verdict(worst <= 1)}; at most 1/3 in the median: ${digits(median(all))}: ${verdict(median(all) <= 1 / 3)}`);
 }
 
+for (const method of new Set(many.map((row) => row.method))) {
+  const speed = Math.max(...many.filter((row) => row.method === method).map((row) => row.steps_per_s));
+  say(`${method} of 1,024 oscillators: at least 500 million steps/s: ${digits(speed / 1e6)} million: ${verdict(speed >= 500e6)}`);
+}
+
 const command = `bench/run integrators${quick ? " --quick" : ""}`;
 writeCsv("integrators", command, {
   problem: "reference problem", error: "relative, Euclidean, at the end; times are interpolated to it between logarithms",
@@ -128,3 +136,7 @@ writeCsv("integrators/rungs", command, {
   status: "failed: not to the end within 100,000 steps", error: "relative, Euclidean, at the end", cpu_min_s: "least CPU time of the blocks of runs, per run",
   cpu_median_s: "their median", runs: "so many", steps: "accepted", evaluations: "of f", jacobians: "calls of the Jacobian",
 }, rungs);
+writeCsv("ensemble", command, {
+  method: "ode/ensemble.h", round: "rounds are interleaved over the methods", members: "oscillators, each with its own start and stiffness", steps: "of each",
+  cpu_s: "CPU seconds", steps_per_s: "members x steps / cpu_s",
+}, many);

@@ -349,6 +349,7 @@ const RESULTS = [
     columns: [['laglab', 'laglab_method', words], ['GSL', 'gsl_method', words], ['SUNDIALS', 'sundials_method', words],
       ['Over GSL, median (range)', 'of_gsl', spread], ['Over SUNDIALS, median (range)', 'of_sundials', spread],
       ['Over the faster, worst', 'of_best', worst]] },
+  { name: 'ensemble', title: 'Ensembles of 1,024 oscillators', by: ['method'], columns: [['Steps/s, median (range)', 'steps_per_s', spread]] },
   { name: 'techniques', title: 'Techniques of netcode: what each costs and what it is worth', by: ['group', 'technique'],
     columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error, m', 'own_error_m', median],
       ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
