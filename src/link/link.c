@@ -8,6 +8,8 @@
  * order leaves a hole, which stays until the store is full; then it is packed. So a packet is refused only
  * when what is in flight really exceeds the limits.
  *
+ * What is held for a receiver stands at the end of the queue, due never, its id in the place of `took`.
+ *
  * Heads are short because a session keeps several copies of every link. */
 #include "link/link.h"
 
@@ -22,7 +24,7 @@
 typedef struct entry {
     ll_time due;
     int32_t at;    /* of its parcel in the store */
-    uint32_t took; /* ns from its sending */
+    uint32_t took; /* ns from its sending; held: its id */
 } entry;
 
 /* The head of a packet's bytes in the store, which follow rounded up to 4. */
@@ -40,8 +42,10 @@ struct ll_link {
     int32_t slots;      /* limit of packets in flight */
     int32_t arena;      /* limit of their bytes */
     int32_t first, end; /* of the queue */
-    int32_t bytes;      /* in flight */
+    int32_t bytes;      /* in flight or held */
     int32_t top;        /* the store is in use up to here */
+    int32_t held;       /* packets at the queue's end that are */
+    int32_t reserved;
     ll_memory memory;
     int64_t delay_number; /* of the last packet that was put on its way by a link with impairments */
     double delay_ms;      /* and its delay: for the statistics */
@@ -196,13 +200,13 @@ static void pack(ll_link *l)
 }
 
 /* The limits are checked: after packing there is room. */
-static int32_t store(ll_link *l, const void *bytes, int32_t size)
+static int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
 {
     int32_t stride = stride_of(size);
     if (l->top + stride > store_capacity(l->slots, l->arena))
         pack(l);
     int32_t at = l->top;
-    *parcel_at(l, at) = (parcel){.size = size, .number = (uint32_t)l->number};
+    *parcel_at(l, at) = (parcel){.size = size, .number = (uint32_t)number};
     if (size > 0)
         memcpy(parcel_at(l, at) + 1, bytes, (size_t)size);
     l->top += stride;
@@ -240,7 +244,7 @@ static ll_time put_on_way(ll_link *l, ll_order order, ll_time now, double delay_
     l->latest = due > l->latest ? due : l->latest;
     count_delay(l, delay_ms);
     LL_ASSERT(due - now <= UINT32_MAX);
-    enqueue(l, (entry){.due = due, .at = store(l, bytes, size), .took = (uint32_t)(due - now)});
+    enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
     return due;
 }
 
@@ -342,7 +346,7 @@ ll_time ll_link_next_due(const ll_link *l)
 
 static void drop_all(ll_link *l)
 {
-    l->first = l->end = l->bytes = l->top = 0;
+    l->first = l->end = l->held = l->bytes = l->top = 0;
 }
 
 static void count_delivery(ll_link *l, uint32_t number)
@@ -353,25 +357,53 @@ static void count_delivery(ll_link *l, uint32_t number)
     l->delivered += ahead > 0 ? ahead : 0;
 }
 
-int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due)
+/* Of an entry that has left the queue. */
+static int hand_over(ll_link *l, int32_t at, void *bytes, int capacity)
 {
-    if (ll_link_next_due(l) > now)
-        return -1;
-    entry e = queue_of(l)[l->first++];
-    parcel *p = parcel_at(l, e.at);
+    parcel *p = parcel_at(l, at);
     int32_t size = p->size;
     LL_ASSERT(size >= 0 && size <= capacity);
     if (size > 0)
         memcpy(bytes, p + 1, (size_t)size);
-    *sent = e.due - e.took;
-    *due = e.due;
-    count_delivery(l, p->number);
     p->size = ~size;
     l->bytes -= size;
     if (l->first == l->end)
         drop_all(l);
     LL_VALIDATE(ll_link_valid(l));
     return size;
+}
+
+int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due)
+{
+    if (ll_link_next_due(l) > now)
+        return -1;
+    entry e = queue_of(l)[l->first++];
+    *sent = e.due - e.took;
+    *due = e.due;
+    count_delivery(l, parcel_at(l, e.at)->number);
+    return hand_over(l, e.at, bytes, capacity);
+}
+
+void ll_link_hold(ll_link *l, uint32_t id, const void *bytes, int size)
+{
+    LL_ASSERT(l->number > 0 && has_room(l, size));
+    enqueue(l, (entry){.due = LL_NEVER, .at = store(l, l->number - 1, bytes, size), .took = id});
+    l->held++;
+    LL_VALIDATE(ll_link_valid(l));
+}
+
+int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
+{
+    entry *queue = queue_of(l);
+    int32_t i = l->end - l->held;
+    while (i < l->end && queue[i].took != id)
+        i++;
+    LL_ASSERT(i < l->end);
+    int32_t at = queue[i].at;
+    memmove(queue + i, queue + i + 1, (size_t)(l->end - i - 1) * sizeof *queue);
+    l->end--;
+    l->held--;
+    return hand_over(l, at, bytes, capacity);
 }
 
 void ll_link_clear(ll_link *l)
@@ -384,7 +416,7 @@ void ll_link_clear(ll_link *l)
 
 int ll_link_in_flight(const ll_link *l)
 {
-    return l->end - l->first;
+    return l->end - l->first - l->held;
 }
 
 const ll_link_stats *ll_link_get_stats(const ll_link *l)
@@ -417,6 +449,8 @@ static bool queue_valid(const ll_link *l)
         return false;
     for (int32_t i = l->first; i < l->end; i++) {
         if (i > l->first && queue[i].due < queue[i - 1].due)
+            return false;
+        if ((queue[i].due == LL_NEVER) != (i >= l->end - l->held))
             return false;
         if (queue[i].at < 0 || queue[i].at >= l->top || queue[i].at % 4 != 0)
             return false;

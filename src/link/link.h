@@ -127,7 +127,15 @@ ll_time ll_link_next_due(const ll_link *link); /* LL_NEVER when empty */
 /* Takes the next packet due at or before `now`; copies it out. Returns its size, or -1 when none is due. */
 int ll_link_receive(ll_link *link, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due);
 
-void ll_link_clear(ll_link *link); /* drops what is in flight; fifo order and the queue start anew */
+/* Keeps a packet that has just been received for its receiver's de-jitter buffer, which holds times alone:
+ * its place in the link is still free. It is no longer in flight. */
+void ll_link_hold(ll_link *link, uint32_t id, const void *bytes, int size);
+
+/* Takes out what is held as `id`, of several the first; copies it out and returns its size. It must be there.
+ */
+int ll_link_take_held(ll_link *link, uint32_t id, void *bytes, int capacity);
+
+void ll_link_clear(ll_link *link); /* drops what is in flight or held; fifo order and the queue start anew */
 int ll_link_in_flight(const ll_link *link);
 const ll_link_stats *ll_link_get_stats(const ll_link *link);
 int64_t ll_link_put_on_way(const ll_link_stats *stats); /* packets and copies */

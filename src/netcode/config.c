@@ -271,6 +271,23 @@ static const ll_param player_rows[] = {
      .unit = "ms",
      .live = true,
      .help = "Added to the interpolation delay."},
+    {.name = "dejitter",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, dejitter),
+     .choices = ll_dejitter_names,
+     .live = true,
+     .help =
+         "When the client takes in a state that has come: none at once, arrival dejitter_ms later, send_time "
+         "dejitter_ms after it was sent and the fastest recent state had come, mirror and nfe by delays that "
+         "follow the jitter."},
+    {.name = "dejitter_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, dejitter_ms),
+     .max = 500,
+     .standard = 100,
+     .unit = "ms",
+     .live = true,
+     .help = "Delay of the de-jitter buffer; the least of nfe."},
     {.name = "interpolation_method",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, interpolation_method),
@@ -402,6 +419,11 @@ static const ll_param player_rows[] = {
 
 /* What a client keeps is sized for it: 240 inputs are a round trip of 2.5 s, an update a second and 64 ticks
  * a second. */
+static bool holds_for_long(const ll_player_config *player)
+{
+    return player->dejitter != LL_DEJITTER_NONE && player->dejitter != LL_DEJITTER_MIRROR;
+}
+
 static ll_status check_way(const ll_player_config *player, const ll_link_params *link, const char *path,
                            const char *way)
 {
@@ -420,7 +442,17 @@ static ll_status check_player(const void *object, const char *path)
 {
     const ll_player_config *player = object;
     ll_status status = check_way(player, &player->link.up, path, "up");
-    return ll_failed(&status) ? status : check_way(player, &player->link.down, path, "down");
+    if (!ll_failed(&status))
+        status = check_way(player, &player->link.down, path, "down");
+    double longest = ll_link_delay_max_ms(&player->link.down, player->lag_ms) + player->dejitter_ms;
+    if (ll_failed(&status) || !holds_for_long(player) || longest <= LL_ONE_WAY_MAX_MS)
+        return status;
+    char field[64];
+    snprintf(field, sizeof field, "%sdejitter_ms", path);
+    return ll_field_error(
+        LL_BAD_INPUT, field,
+        "%s and the longest delay of the player's link down must be at most %d ms together; got %g", field,
+        LL_ONE_WAY_MAX_MS, longest);
 }
 
 const ll_param_table ll_player_table = {.name = "player",

@@ -5,6 +5,7 @@
 #include <stdint.h>
 
 #include "game/compensate.h"
+#include "link/dejitter.h"
 #include "link/link.h"
 #include "param/param.h"
 
@@ -56,17 +57,17 @@ typedef struct ll_player_config {
     double lag_ms; /* one way, both directions */
     ll_link_pair link;
     double interpolation_ratio, jitter_margin_ms, extrapolation_ms, correction_half_life_ms;
-    double timer_jitter_ms;
+    double timer_jitter_ms, dejitter_ms;
     int64_t slack_ticks, input_delay_ticks;
     int64_t redundancy;
     int64_t lane;                                                  /* -1: the player's own */
     int32_t interpolation_method, interpolation_delay, time_scale; /* indices into the tables of view.h */
     int32_t correction;                                            /* ll_correction */
+    int32_t dejitter;                                              /* ll_dejitter_choice */
     int32_t control, script, cheat, hardware;
     int32_t prediction_scope; /* index into ll_scopes */
     int32_t ack;              /* index into ll_acks */
     bool prediction, reconciliation, interpolation, time_dilation;
-    uint8_t reserved[4];
 } ll_player_config;
 
 extern const ll_param_table ll_server_table;

@@ -20,11 +20,12 @@ const ll_interpolation_delay ll_interpolation_delay_ratio = {
 #define INTERVALS_MAX 6
 #define STEPS_PER_FRAME 10 /* a change is at most so small a part of a frame */
 
-/* Netcode for Entities' rule: average gap between states + 1.25 x its mean deviation, at most six intervals,
+/* After Netcode for Entities: average gap between states + 1.25 x its mean deviation, at most six intervals,
  * changed by at most a tenth of a frame per frame. It was chosen over Mirror's (1 + a tolerance of 1 +
- * deviation / interval, in intervals) since that never comes below two intervals, however clean the link. The
- * rule counts from where an average state is; here time counts from the fastest, so that the average lateness
- * against it is added. */
+ * deviation / interval, in intervals) since that never comes below two intervals, however clean the link.
+ * There, gaps are of send times, which tell of loss alone, and time counts from where an average state is.
+ * Here they are of arrivals, which tell of jitter too, and time counts from the fastest state, so that the
+ * average lateness against it is added. */
 static ll_time adaptive(const ll_client *c, const ll_player_config *config)
 {
     ll_time want = (ll_time)(c->gap + 1.25 * c->gap_deviation + c->late), most = INTERVALS_MAX * interval(c),

@@ -6,7 +6,8 @@
 #include "base/assert.h"
 #include "base/hash.h"
 
-#define LINK_SECONDS 1.3 /* of packets at full rate that a link holds; what is beyond is a full queue */
+#define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
+#define DEJITTER_PACKETS 64 /* half a second at the highest rate */
 #define PACKET_MAX (LL_WORLD_MAX + (int)sizeof(ll_state_message))
 
 /* ---- layout ---- */
@@ -78,6 +79,8 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         end += (int64_t)ll_link_size(up_slots(c), up_arena(c));
         at->at[i].down = end;
         end += (int64_t)ll_link_size(down_slots(c), down_arena(c));
+        at->at[i].dejitter = end;
+        end += (int64_t)ll_dejitter_size(DEJITTER_PACKETS);
         at->at[i].instruments = end;
         end += (int64_t)ll_instruments_size(world.entities);
         at->at[i].desync = end;
@@ -166,6 +169,7 @@ static void init(void *block, const void *config)
         ll_client_init(ll_netgame_client(g, i), i, world);
         ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
         ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
+        ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);
         ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
         ll_gain_watch(&ll_netgame_instruments(g, i)->gain, &world->entity[i]);
     }
@@ -311,8 +315,15 @@ static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
     LL_ASSERT(bytes >= (int)sizeof(ll_message_head));
     if (up)
         server_receives(g, player, packet, r);
-    else
+    else if (!ll_netgame_hold(g, player, packet, bytes))
         client_receives(g, player, packet, bytes, r);
+}
+
+static void play_out(ll_netgame *g, int player, const ll_recorder *r)
+{
+    _Alignas(8) char packet[PACKET_MAX];
+    int bytes = ll_netgame_play_out(g, player, packet, (int)sizeof packet);
+    client_receives(g, player, packet, bytes, r);
 }
 
 /* ---- time ---- */
@@ -433,7 +444,7 @@ static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
 
 /* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and
  * the clients: so a packet that arrives at a tick counts for it. */
-typedef enum actor { ACTOR_UP, ACTOR_DOWN, ACTOR_STEP, ACTOR_UPDATE, ACTOR_CLIENT } actor;
+typedef enum actor { ACTOR_UP, ACTOR_DOWN, ACTOR_PLAYOUT, ACTOR_STEP, ACTOR_UPDATE, ACTOR_CLIENT } actor;
 
 typedef struct turn {
     ll_time time;
@@ -458,6 +469,7 @@ static turn next_turn(const ll_netgame *g, const ll_sync *sync)
         const ll_client *client = ll_netgame_client(g, i);
         consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
         consider(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN, i);
+        consider(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT, i);
         consider(&next, client->due, ACTOR_CLIENT, i);
     }
     return next;
@@ -479,6 +491,9 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *r)
             break;
         case ACTOR_DOWN:
             deliver(g, next.player, false, r);
+            break;
+        case ACTOR_PLAYOUT:
+            play_out(g, next.player, r);
             break;
         case ACTOR_STEP:
             status = server_steps(g, r);

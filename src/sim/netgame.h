@@ -35,7 +35,7 @@ typedef struct ll_netgame {
     int64_t server, history;
     int64_t shots; /* 0 in a game without weapons */
     struct {
-        int64_t client, up, down, instruments, desync, gunner;
+        int64_t client, up, down, dejitter, instruments, desync, gunner;
     } at[LL_PLAYERS_MAX];
     ll_netgame_config config; /* the last: a block ends it behind the players that there are */
 } ll_netgame;
@@ -63,6 +63,11 @@ static inline ll_link *ll_netgame_up(const ll_netgame *g, int i)
 static inline ll_link *ll_netgame_down(const ll_netgame *g, int i)
 {
     return (ll_link *)((char *)g + g->at[i].down);
+}
+
+static inline ll_dejitter *ll_netgame_dejitter(const ll_netgame *g, int i)
+{
+    return (ll_dejitter *)((char *)g + g->at[i].dejitter);
 }
 
 static inline ll_instruments *ll_netgame_instruments(const ll_netgame *g, int i)
@@ -116,6 +121,11 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
 /* A gauge as mean, min and max. */
 void ll_netgame_gauge(struct cJSON *object, const char *name, const ll_gauge *gauge);
+
+/* netgame_playout.c: the players' de-jitter buffers. Holds back a packet that has come; false when it goes to
+ * the client at once. Plays out the next one that is due: its size. */
+bool ll_netgame_hold(ll_netgame *game, int player, const void *packet, int bytes);
+int ll_netgame_play_out(ll_netgame *game, int player, void *packet, int capacity);
 
 /* netgame_views.c: M7 to M9 of a player's view, added to its metrics; its buffers, streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);

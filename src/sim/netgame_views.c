@@ -62,6 +62,24 @@ static void buffer(cJSON *player, const ll_instruments *in, const ll_client *cli
     ll_netgame_gauge(o, "time_scale", &in->time_scale);
 }
 
+/* Counted from the start, as the link's own. */
+static void dejitter(cJSON *player, const ll_dejitter *buffer)
+{
+    const ll_dejitter_stats *s = ll_dejitter_get_stats(buffer);
+    double held = (double)(s->pushed - s->overflowed);
+    cJSON *o = cJSON_AddObjectToObject(player, "dejitter");
+    number(o, "states", (double)s->pushed);
+    number(o, "late", (double)s->late);
+    number(o, "late_ratio", ratio((double)s->late, held));
+    number(o, "underruns", (double)s->underruns);
+    number(o, "overflowed", (double)s->overflowed);
+    number(o, "delay_ms", ll_to_ms(ll_dejitter_delay(buffer)));
+    number(o, "added_mean_ms", ratio(s->added_sum_ms, held));
+    number(o, "added_max_ms", s->added_max_ms);
+    number(o, "depth_mean", ratio((double)s->depth_sum, held));
+    number(o, "depth_max", (double)s->depth_max);
+}
+
 /* The mean of all entities. */
 static void excursions(cJSON *object, const char *name, const ll_inconsistency *total, double entities,
                        double seconds)
@@ -78,6 +96,7 @@ void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
     double seconds = ll_to_s(in->measured);
     smoothness(object, in);
     buffer(object, in, ll_netgame_client(g, player));
+    dejitter(object, ll_netgame_dejitter(g, player));
     cJSON *o = cJSON_AddObjectToObject(object, "inconsistency");
     excursions(o, "server", &in->server, in->entities, seconds);
     excursions(o, "clients", &in->clients, in->entities, seconds);
@@ -103,6 +122,12 @@ typedef struct buffered_record {
 
 _Static_assert(sizeof(buffer_record) == 32 && sizeof(buffered_record) == 24, "the layout of session/frame.h");
 
+static double dejitter_ms(const ll_netgame *g, int player)
+{
+    bool on = g->config.players[player].dejitter != LL_DEJITTER_NONE;
+    return on ? ll_to_ms(ll_dejitter_delay(ll_netgame_dejitter(g, player))) : 0;
+}
+
 static buffer_record buffer_of(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
@@ -113,8 +138,10 @@ static buffer_record buffer_of(const ll_netgame *g, int player)
                            .delay_ms = by_time ? (float)ll_to_ms(c->delay) : 0,
                            .behind_ms = by_time ? (float)ll_to_ms(g->now + c->offset - c->render) : 0,
                            .time_scale = by_time ? (float)c->time_scale : 1,
+                           .dejitter_ms = (float)dejitter_ms(g, player),
                            .underruns = (uint32_t)in->underruns,
-                           .overruns = (uint32_t)in->overruns};
+                           .overruns = (uint32_t)in->overruns,
+                           .late = (uint32_t)ll_dejitter_get_stats(ll_netgame_dejitter(g, player))->late};
 }
 
 /* The states from the one that is drawn, or just passed, to the newest. Returns how many were written. */
@@ -136,11 +163,32 @@ static int list_buffered(const ll_netgame *g, int player, buffered_record *recor
     return n;
 }
 
+/* Those that are still held back, in the order of playing. */
+static int list_held(const ll_netgame *g, int player, buffered_record *records)
+{
+    const ll_client *c = ll_netgame_client(g, player);
+    const ll_dejitter *buffer = ll_netgame_dejitter(g, player);
+    const ll_dejitter_packet *packets = ll_dejitter_packets(buffer);
+    ll_time drawn = c->view_state != LL_VIEW_NEWEST ? c->render : c->latest_time;
+    int n = 0;
+    for (; n < ll_dejitter_depth(buffer) && n < BUFFERED_MAX; n++)
+        records[n] = (buffered_record){.player = (uint8_t)player,
+                                       .place = 1,
+                                       .tick = (uint32_t)packets[n].id,
+                                       .time_ms = (float)ll_to_ms(packets[n].sent - drawn),
+                                       .sent_ms = (float)ll_to_ms(packets[n].sent - g->now),
+                                       .arrived_ms = (float)ll_to_ms(packets[n].arrived - g->now),
+                                       .due_ms = (float)ll_to_ms(packets[n].due - g->now)};
+    return n;
+}
+
 static int list_all_buffered(const ll_netgame *g, buffered_record *records)
 {
     int n = 0;
-    for (int i = 0; i < g->config.player_count; i++)
+    for (int i = 0; i < g->config.player_count; i++) {
         n += list_buffered(g, i, records + n);
+        n += list_held(g, i, records + n);
+    }
     return n;
 }
 
@@ -150,7 +198,7 @@ void ll_netgame_view_sections(const ll_netgame *g,
                               void *context)
 {
     buffer_record buffers[LL_PLAYERS_MAX];
-    buffered_record buffered[LL_PLAYERS_MAX * BUFFERED_MAX];
+    buffered_record buffered[2 * LL_PLAYERS_MAX * BUFFERED_MAX];
     int players = g->config.player_count, n = list_all_buffered(g, buffered);
     for (int i = 0; i < players; i++)
         buffers[i] = buffer_of(g, i);
@@ -190,7 +238,7 @@ void ll_netgame_view_sections_json(const ll_netgame *g, cJSON *frame)
 {
     cJSON *buffers = cJSON_AddArrayToObject(frame, "buffers"),
           *buffered = cJSON_AddArrayToObject(frame, "buffered");
-    buffered_record records[LL_PLAYERS_MAX * BUFFERED_MAX];
+    buffered_record records[2 * LL_PLAYERS_MAX * BUFFERED_MAX];
     int n = list_all_buffered(g, records);
     for (int i = 0; i < g->config.player_count; i++) {
         buffer_record b = buffer_of(g, i);

@@ -96,7 +96,24 @@ test('the page decodes the buffers of views as the layout has them', async () =>
   const ahead = frame.buffered.filter((b) => b.player === 0);
   assert.ok(ahead[0].time_ms <= 0 && ahead[1].time_ms > 0, 'from the state that is drawn on');
   assert.ok(ahead.every((b, i) => i === 0 || b.tick > ahead[i - 1].tick), 'in order');
+  assert.ok(frame.buffered.every((b) => b.place === 0), 'no de-jitter buffer');
   assert.ok(frame.buffers[0].behind_ms > 180 && frame.buffers[0].delay_ms === 210, JSON.stringify(frame.buffers));
+  await stream.close();
+});
+
+test('a de-jitter buffer tells what it holds', async () => {
+  const session = await c.make({ scenario: 'dejitter', paused: true });
+  await c.control(session, { op: 'seek', time_s: 9 });
+  const stream = await c.stream(session, 'bin');
+  const { buffers, buffered } = decodeFrame(layout, await stream.frame(() => true));
+  const held = (player) => buffered.filter((b) => b.place === 1 && b.player === player);
+  assert.deepEqual(buffers.map((b) => b.dejitter_ms).slice(0, 3), [0, 100, 100]);
+  assert.equal(held(0).length, 0);
+  for (const b of held(1)) assert.ok(Math.abs(b.due_ms - b.arrived_ms - 100) < 0.001, JSON.stringify(b));
+  for (const b of [...held(1), ...held(2)]) {
+    assert.ok(b.sent_ms < b.arrived_ms && b.arrived_ms <= 0 && b.due_ms > 0, JSON.stringify(b));
+  }
+  assert.ok(held(1).length >= 1 && held(2).length >= 1, JSON.stringify(buffered));
   await stream.close();
 });
 
