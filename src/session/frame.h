@@ -59,6 +59,12 @@
  *      0 u8 player       1 u8 state  0 draws the newest state 1 normal 2 catching up 3 slowing 4 starved 5 extrapolating
  *      4 f32 delay_ms (interpolation delay in use)          8 f32 behind_ms (drawn time behind the newest that could be known)
  *     12 f32 time_scale 16 f32 dejitter_ms (in use)        20 u32 underruns   24 u32 overruns   28 u32 late (at the de-jitter buffer)
+ *   section 7, the reconciliation ladder: of each player who reconciles the last 32 inputs, oldest first, 24 bytes each
+ *      0 u8 player       1 u8 state  0 open 1 acknowledged 2 refused 3 late 4 lost
+ *      2 u8 known        1 predicted_x holds 2 server_x holds; with both correction_m holds
+ *      4 u32 seq         8 f32 made_ms (from the frame's time on: negative)
+ *     12 f32 predicted_x (of the own entity after it, as predicted last)     16 f32 server_x (in the state that acknowledged it)
+ *     20 f32 correction_m (server_x - predicted_x)
  *   section 8, states in these buffers, 24 bytes each, by player; at most 16 each of a place, from the one that is drawn on
  *      0 u8 player       1 u8 place  0 snapshot buffer 1 de-jitter buffer
  *      4 u32 tick        8 f32 time_ms (its server time - the drawn one)

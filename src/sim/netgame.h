@@ -138,6 +138,13 @@ void ll_netgame_view_sections_json(const ll_netgame *game, struct cJSON *frame);
 /* netgame_inputs.c: adds to the metrics of `player` what became of its inputs */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
+/* netgame_ladder.c: the last inputs of the players, streamed */
+void ll_netgame_ladder_section(const ll_netgame *g,
+                               void (*section)(void *context, int type, int count, const void *bytes,
+                                               size_t size),
+                               void *context);
+void ll_netgame_ladder_section_json(const ll_netgame *g, struct cJSON *frame);
+
 void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
 
 /* netgame_peers.c: of the peer-to-peer syncs */

@@ -135,6 +135,7 @@ void ll_netgame_sections(const void *block,
     section(context, SECTION_GAME, n, values, (size_t)count * sizeof(double));
     ll_netgame_peer_section(g, section, context);
     ll_netgame_view_sections(g, section, context);
+    ll_netgame_ladder_section(g, section, context);
     ll_netgame_shots_sections(g, section, context);
 }
 
@@ -194,5 +195,6 @@ void ll_netgame_sections_json(const void *block, cJSON *frame)
     }
     ll_netgame_peer_section_json(g, frame);
     ll_netgame_view_sections_json(g, frame);
+    ll_netgame_ladder_section_json(g, frame);
     ll_netgame_shots_sections_json(g, frame);
 }

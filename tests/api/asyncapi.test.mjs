@@ -82,6 +82,20 @@ test('binary frames say what JSON frames say, in every library scenario', async 
   }
 });
 
+test('the page decodes the reconciliation ladder as the layout has it', async () => {
+  const session = await c.make({ scenario: 'contact', paused: true });
+  await c.control(session, { op: 'seek', time_s: 20 });
+  const stream = await c.stream(session, 'bin');
+  const bytes = await stream.frame(() => true), { ladder } = decodeFrame(layout, bytes);
+  const page = decode(new Uint8Array(bytes).buffer);
+  assert.equal(ladder.length, 64, 'of each of two players the last 32');
+  assert.deepEqual(page.ladder.map((r) => [r.player, r.state, r.seq, r.made]), ladder.map((r) => [r.player, r.state, r.seq, r.made_ms]));
+  assert.deepEqual(page.ladder.map((r) => [r.predictedX, r.serverX, r.correction]),
+    ladder.map((r) => [r.known & 1 ? r.predicted_x : null, r.known & 2 ? r.server_x : null, r.known === 3 ? r.correction_m : null]));
+  assert.ok(ladder.some((r) => r.state === 0) && ladder.some((r) => r.known === 3 && r.state === 1));
+  await stream.close();
+});
+
 test('the page decodes the buffers of views as the layout has them', async () => {
   const session = await c.make({ scenario: 'interpolation_jitter', paused: true });
   await c.control(session, { op: 'seek', time_s: 9 });

@@ -45,6 +45,13 @@ export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STA
  * @typedef {{player: number, state: number, delay: number, behind: number, timeScale: number, dejitter: number,
  *   underruns: number, overruns: number, late: number}} Buffer */
 
+export const R_OPEN = 0, R_ACKNOWLEDGED = 1, R_REFUSED = 2, R_LATE = 3, R_LOST = 4; /* states of an input */
+
+/** One of the last inputs of a player who reconciles. `made`: ms from the frame's time on, negative. Where the input put the own
+ * entity: `predictedX` by the client, `serverX` in the state that acknowledged it; null while unknown, as the difference.
+ * @typedef {{player: number, state: number, seq: number, made: number, predictedX: number | null, serverX: number | null,
+ *   correction: number | null}} Rung */
+
 /** A state in a snapshot buffer (place 0) or a de-jitter buffer (1). `time`: its server time minus the drawn one; the others
  * count from the frame's time; ms.
  * @typedef {{player: number, place: number, tick: number, time: number, sent: number, arrived: number, due: number}} Buffered */
@@ -117,12 +124,13 @@ export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body *
  * @property {Peer[]} peers     by player; empty unless sync is deterministic or rollback
  * @property {Buffer[]} buffers  of the players' views
  * @property {Buffered[]} buffered  the states in them
+ * @property {Rung[]} ladder    by player, oldest first
  * @property {Motion[]} motion  of a motion: the solution, then the methods
  * @property {Shot[]} shots         in a game with weapons; otherwise empty, as shells
  * @property {Shell[]} shells       in flight, of all views
  */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, MOTION = 64,
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, RUNG = 24, MOTION = 64,
   SHOT = 80, SHOT_BODY = 24, SHELL_RECORD = 40;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
@@ -184,6 +192,16 @@ function buffered(d, at) {
   };
 }
 
+/** @param {DataView} d @param {number} at @returns {Rung} */
+function rung(d, at) {
+  const known = d.getUint8(at + 2);
+  return {
+    player: d.getUint8(at), state: d.getUint8(at + 1), seq: d.getUint32(at + 4, true), made: d.getFloat32(at + 8, true),
+    predictedX: known & 1 ? d.getFloat32(at + 12, true) : null, serverX: known & 2 ? d.getFloat32(at + 16, true) : null,
+    correction: known === 3 ? d.getFloat32(at + 20, true) : null,
+  };
+}
+
 /** @param {DataView} d @param {number} at @param {number} stride @returns {Motion} */
 function motion(d, at, stride) {
   const count = Math.min(d.getUint16(at + 2, true), (stride - MOTION) / 8);
@@ -228,7 +246,7 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], motion: [], shots: [], shells: [],
+    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], ladder: [], motion: [], shots: [], shells: [],
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -251,6 +269,8 @@ export function decode(bytes) {
       for (let i = 0; i < count; i++) frame.peers.push(peer(d, at + i * stride));
     } else if (type === 6 && stride >= BUFFER) {
       for (let i = 0; i < count; i++) frame.buffers.push(buffer(d, at + i * stride));
+    } else if (type === 7 && stride >= RUNG) {
+      for (let i = 0; i < count; i++) frame.ladder.push(rung(d, at + i * stride));
     } else if (type === 8 && stride >= BUFFERED) {
       for (let i = 0; i < count; i++) frame.buffered.push(buffered(d, at + i * stride));
     } else if (type === 16 && stride >= MOTION) {
