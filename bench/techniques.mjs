@@ -95,7 +95,7 @@ printTable(`Four cars, two lanes, 100 ms one way, 20 ms jitter, 1 % loss, 30 upd
 // ---- eight players with everything on ----
 
 const everything = raceOf({ snapshot: "delta" }, { ...full, prediction_scope: "all", ack: "per_input", correction: "smooth", time_dilation: true,
-  interpolation_method: "hermite", interpolation_delay: "adaptive", extrapolation_ms: 250, dejitter: "adaptive", redundancy: 4 }, 8);
+  interpolation_method: "hermite", interpolation_delay: "adaptive", extrapolation_ms: 250, dejitter: "mirror", redundancy: 4 }, 8);
 const speeds = [];
 for (let round = 0; round < (quick ? 3 : 7); round++) {
   const cost = JSON.parse(await run(join(build, "bench", "speed"), [String(cost_s), "1"], JSON.stringify(everything)));
