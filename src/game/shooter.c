@@ -197,10 +197,10 @@ static void move_target(ll_entity *e, const ll_game_env *env, int target, ll_tim
     double low = upright(target) ? 1.5 : 17, high = upright(target) ? 17.5 : LL_SHOOTER_WIDTH - 17;
     if (turns(p, target, before, now))
         *v = -*v;
-    double next = *at + *v * env->dt;
+    double next = ll_mul_add(env, *v, env->dt, *at);
     if ((next < low && *v < 0) || (next > high && *v > 0))
         *v = -*v;
-    *at += *v * env->dt;
+    *at = ll_mul_add(env, *v, env->dt, *at);
 }
 
 /* ---- players ---- */
@@ -225,7 +225,8 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
 {
     ll_entity *e = &world->entity[player];
     double elevation = (double)action->axis[1] * LL_SHOOTER_QUARTER;
-    double y = e->y + (double)action->axis[0] * ll_shooter_params_of(env)->strafe * env->dt;
+    double speed = (double)action->axis[0] * ll_shooter_params_of(env)->strafe;
+    double y = ll_mul_add(env, speed, env->dt, e->y);
     y = ll_clamp(y, LL_SHOOTER_LIFT_LOW, LL_SHOOTER_LIFT_HIGH);
     e->vy = (y - e->y) / env->dt;
     e->y = y;

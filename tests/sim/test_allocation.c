@@ -51,9 +51,19 @@ void *realloc(void *old, size_t size)
 static void steps_do_not_allocate(void **state)
 {
     (void)state;
-    static const char *const scenarios[] = {
-        "race",        "contact",      "eight",         "cannon",    "gambetta", "paper/fig09",
-        "paper/fig11", "desync_float", "rollback_loss", "sync_test", "dejitter", "extrapolation_silence"};
+    static const char *const scenarios[] = {"race",
+                                            "contact",
+                                            "eight",
+                                            "cannon",
+                                            "gambetta",
+                                            "paper/fig09",
+                                            "paper/fig11",
+                                            "desync_float",
+                                            "rollback_loss",
+                                            "desync_fma",
+                                            "sync_test",
+                                            "dejitter",
+                                            "extrapolation_silence"};
     for (size_t i = 0; i < sizeof scenarios / sizeof scenarios[0]; i++) {
         scene s = scene_open(scenarios[i], NULL);
         long before = calls;

@@ -221,15 +221,15 @@ static void other_hardware_is_named(void **state)
     (void)state;
     static const char *const hardware[] = {"players.1.hardware=float", "players.1.hardware=fma",
                                            "players.1.hardware=ulp"};
-    static const char *const games[] = {"contact", "cannon"};
-    for (int i = 0; i < 3 * 2 * 2; i++) {
-        const char *const sets[] = {syncs[i / 6],
+    static const char *const games[] = {"contact", "cannon", "desync_fma"};
+    for (int i = 0; i < 3 * 3 * 2; i++) {
+        const char *const sets[] = {syncs[i / 9],
                                     hardware[i % 3],
                                     "players.0.input_delay_ticks=4",
                                     "players.1.input_delay_ticks=4",
                                     "server.update_hz=60",
                                     NULL};
-        scene s = scene_open(games[i / 3 % 2], sets);
+        scene s = scene_open(games[i / 3 % 3], sets);
         diary d = diary_of(&s, 4000);
         run(&d, 0, 60);
         const ll_desync *found = ll_netgame_desync(s.game, 1);
