@@ -8,7 +8,7 @@ static uint64_t low(uint64_t value, int bits)
     return bits < 64 ? value & ((UINT64_C(1) << bits) - 1) : value;
 }
 
-void ll_bits_put(ll_bit_writer *w, uint64_t value, int bits)
+void ll_bits_put_bytes(ll_bit_writer *w, uint64_t value, int bits)
 {
     int64_t end = w->count + bits;
     if (end > w->capacity) {
@@ -26,21 +26,7 @@ void ll_bits_put(ll_bit_writer *w, uint64_t value, int bits)
     }
 }
 
-void ll_bits_put_number(ll_bit_writer *w, uint64_t n)
-{
-    do {
-        uint64_t more = n >> GROUP != 0;
-        ll_bits_put(w, low(n, GROUP) | more << GROUP, GROUP + 1);
-        n >>= GROUP;
-    } while (n != 0);
-}
-
-void ll_bits_put_signed(ll_bit_writer *w, int64_t n)
-{
-    ll_bits_put_number(w, n < 0 ? ~((uint64_t)n << 1) : (uint64_t)n << 1);
-}
-
-uint64_t ll_bits_get(ll_bit_reader *r, int bits)
+uint64_t ll_bits_get_bytes(ll_bit_reader *r, int bits)
 {
     uint64_t value = 0;
     if (bits > r->size - r->at) {
@@ -57,7 +43,26 @@ uint64_t ll_bits_get(ll_bit_reader *r, int bits)
     return value;
 }
 
-uint64_t ll_bits_get_number(ll_bit_reader *r)
+/* ---- numbers ---- */
+
+void ll_bits_put_number(ll_bit_writer *w, uint64_t n)
+{
+    uint64_t groups = 0;
+    int bits = 0;
+    while (n >> GROUP != 0) {
+        groups |= (low(n, GROUP) | UINT64_C(1) << GROUP) << bits;
+        bits += GROUP + 1;
+        n >>= GROUP;
+        if (bits == 48) {
+            ll_bits_put(w, groups, bits);
+            groups = 0;
+            bits = 0;
+        }
+    }
+    ll_bits_put(w, groups | n << bits, bits + GROUP + 1);
+}
+
+static uint64_t get_groups(ll_bit_reader *r)
 {
     uint64_t n = 0;
     for (int i = 0; i < GROUPS; i++) {
@@ -72,10 +77,26 @@ uint64_t ll_bits_get_number(ll_bit_reader *r)
     return 0;
 }
 
-int64_t ll_bits_get_signed(ll_bit_reader *r)
+#define MORE                                                                                                 \
+    UINT64_C(0x0088888888888888) /* in the 14 groups that a word has for sure, the bit that says so */
+
+/* Most numbers lie within a word: the first group that nothing follows ends them. */
+uint64_t ll_bits_get_number(ll_bit_reader *r)
 {
-    uint64_t n = ll_bits_get_number(r);
-    return (int64_t)(n >> 1 ^ (~(n & 1) + 1));
+    uint64_t word, n = 0;
+    int used = (int)(r->at & 7);
+    if (r->at - used + 64 > r->size)
+        return get_groups(r);
+    memcpy(&word, &r->bytes[r->at >> 3], sizeof word);
+    word >>= used;
+    uint64_t ends = ~word & MORE;
+    if (ends == 0)
+        return get_groups(r);
+    int last = __builtin_ctzll(ends);
+    for (int from = 0, to = 0; from < last; from += GROUP + 1, to += GROUP)
+        n |= low(word >> from, GROUP) << to;
+    r->at += last + 1;
+    return n;
 }
 
 bool ll_bits_ended_well(ll_bit_reader *r)

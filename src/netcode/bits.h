@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 #include <stdint.h>
+#include <string.h>
 
 typedef struct ll_bit_writer {
     uint8_t *bytes;
@@ -20,13 +21,50 @@ typedef struct ll_bit_reader {
     bool overlong; /* a number did not fit 64 bits */
 } ll_bit_reader;
 
-void ll_bits_put(ll_bit_writer *w, uint64_t value, int bits); /* 0 to 64 */
-void ll_bits_put_number(ll_bit_writer *w, uint64_t n);
-void ll_bits_put_signed(ll_bit_writer *w, int64_t n);
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "a word's bytes lie with the lowest first");
 
-uint64_t ll_bits_get(ll_bit_reader *r, int bits);
+void ll_bits_put_bytes(ll_bit_writer *w, uint64_t value, int bits); /* near the end, byte by byte */
+uint64_t ll_bits_get_bytes(ll_bit_reader *r, int bits);
+
+/* Appends the lowest `bits` of value, 0 to 64. What lies behind them in the writer's bytes is not in use yet.
+ */
+static inline void ll_bits_put(ll_bit_writer *w, uint64_t value, int bits)
+{
+    int used = (int)(w->count & 7);
+    if (used + bits > 63 || w->count - used + 64 > w->capacity) {
+        ll_bits_put_bytes(w, value, bits);
+        return;
+    }
+    uint8_t *at = w->bytes + (w->count >> 3);
+    uint64_t word = (*at & ((UINT64_C(1) << used) - 1)) | (value & ((UINT64_C(1) << bits) - 1)) << used;
+    memcpy(at, &word, sizeof word);
+    w->count += bits;
+}
+
+static inline uint64_t ll_bits_get(ll_bit_reader *r, int bits)
+{
+    int used = (int)(r->at & 7);
+    if (used + bits > 63 || r->at - used + 64 > r->size)
+        return ll_bits_get_bytes(r, bits);
+    uint64_t word;
+    memcpy(&word, r->bytes + (r->at >> 3), sizeof word);
+    r->at += bits;
+    return word >> used & ((UINT64_C(1) << bits) - 1);
+}
+
+void ll_bits_put_number(ll_bit_writer *w, uint64_t n);
 uint64_t ll_bits_get_number(ll_bit_reader *r);
-int64_t ll_bits_get_signed(ll_bit_reader *r);
+
+static inline void ll_bits_put_signed(ll_bit_writer *w, int64_t n)
+{
+    ll_bits_put_number(w, n < 0 ? ~((uint64_t)n << 1) : (uint64_t)n << 1);
+}
+
+static inline int64_t ll_bits_get_signed(ll_bit_reader *r)
+{
+    uint64_t n = ll_bits_get_number(r);
+    return (int64_t)(n >> 1 ^ (~(n & 1) + 1));
+}
 
 /* Whether all was read and was there: what is left is less than a byte, and zero. */
 bool ll_bits_ended_well(ll_bit_reader *r);

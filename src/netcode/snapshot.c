@@ -31,15 +31,21 @@ static void put_words(ll_bit_writer *w, const void *from, size_t count)
         uint64_t word;
         memcpy(&word, (const char *)from + i * sizeof word, sizeof word);
         ll_bits_put(w, word != 0, 1);
-        if (word != 0)
-            ll_bits_put(w, word, 64);
+        if (word == 0)
+            continue;
+        ll_bits_put(w, word, 32);
+        ll_bits_put(w, word >> 32, 32);
     }
 }
 
 static void get_words(ll_bit_reader *r, void *to, size_t count)
 {
     for (size_t i = 0; i < count; i++) {
-        uint64_t word = ll_bits_get(r, 1) ? ll_bits_get(r, 64) : 0;
+        uint64_t word = 0;
+        if (ll_bits_get(r, 1)) {
+            word = ll_bits_get(r, 32);
+            word |= ll_bits_get(r, 32) << 32;
+        }
         memcpy((char *)to + i * sizeof word, &word, sizeof word);
     }
 }
@@ -101,7 +107,7 @@ static int32_t get_steps(ll_bit_reader *r, int32_t from, bool *fits)
     return (int32_t)n;
 }
 
-ll_status ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *c)
+bool ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *c)
 {
     bool fits = true;
     *c = (ll_cell){.flags = from->flags};
@@ -115,8 +121,12 @@ ll_status ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *c)
     }
     if (ll_bits_get(r, 1))
         c->flags = ll_bits_get_number(r);
-    return fits ? ll_ok()
-                : ll_error(LL_BAD_INPUT, "a member of an entity must be less than 2^31 steps from 0");
+    return fits;
+}
+
+ll_status ll_off_grid(int entity)
+{
+    return ll_error(LL_BAD_INPUT, "a member of entity %d must be less than 2^31 steps from 0", entity);
 }
 
 /* ---- the end ---- */

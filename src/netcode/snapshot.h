@@ -66,7 +66,8 @@ void ll_get_exact(ll_bit_reader *r, ll_entity *entity);
 /* An entity on the grid: what differs from `from`, which is all zero where there is nothing to compare with.
  */
 void ll_put_cell(ll_bit_writer *w, const ll_cell *cell, const ll_cell *from);
-ll_status ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *cell);
+bool ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *cell); /* false: a step that there is not */
+ll_status ll_off_grid(int entity);                                      /* what to say then */
 
 void ll_put_tail(ll_bit_writer *w, const ll_world *world);
 void ll_get_tail(ll_bit_reader *r, ll_world *world);

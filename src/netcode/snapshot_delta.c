@@ -50,52 +50,40 @@ static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *c
     cost->tail_bits += w->count - start;
 }
 
-/* The baseline on the grid again, as the server has it. */
-static void take_baseline(const ll_incoming *in)
-{
-    for (int i = 0; i < in->world->entities; i++) {
-        ll_cell cell = ll_cell_of(&in->baseline->entity[i], in->grid);
-        in->world->entity[i] =
-            ll_cell_fits(&cell) ? ll_cell_entity(&cell, in->grid) : in->baseline->entity[i];
-    }
-}
-
-static ll_status get_entity(ll_bit_reader *r, const ll_incoming *in, int i)
+static bool get_entity(ll_bit_reader *r, const ll_incoming *in, int i)
 {
     if (ll_bits_get(r, 1)) {
         ll_get_exact(r, &in->world->entity[i]);
-        return ll_ok();
+        return true;
     }
     ll_cell before = ll_cell_of(&in->baseline->entity[i], in->grid), from = origin(&before), cell;
-    ll_status status = ll_get_cell(r, &from, &cell);
+    bool fits = ll_get_cell(r, &from, &cell);
     in->world->entity[i] = ll_cell_entity(&cell, in->grid);
-    return status;
+    return fits;
 }
 
 static ll_status get_changed(ll_bit_reader *r, const ll_incoming *in)
 {
-    uint64_t count = (uint64_t)in->world->entities;
-    ll_status status = ll_ok();
-    for (uint64_t next = 0; !ll_failed(&status); next++) {
+    int count = in->world->entities;
+    for (int next = 0;; next++) {
         uint64_t gap = ll_bits_get_number(r);
-        if (gap > count - next)
-            return ll_error(LL_BAD_INPUT,
-                            "at most %llu entities can be skipped behind %llu of %llu; got %llu",
-                            (unsigned long long)(count - next), (unsigned long long)next,
-                            (unsigned long long)count, (unsigned long long)gap);
-        next += gap;
+        if (gap > (uint64_t)(count - next))
+            return ll_error(LL_BAD_INPUT, "at most %d entities can be skipped behind %d of %d; got %llu",
+                            count - next, next, count, (unsigned long long)gap);
+        next += (int)gap;
         if (next == count)
-            break;
-        if (next == (uint64_t)in->self)
-            return ll_error(LL_BAD_INPUT, "the receiver's own entity, %d, is told twice", in->self);
-        status = get_entity(r, in, (int)next);
+            return ll_ok();
+        if (next == in->self)
+            return ll_error(LL_BAD_INPUT, "the receiver's own entity, %d, is told twice", next);
+        if (!get_entity(r, in, next))
+            return ll_off_grid(next);
     }
-    return status;
 }
 
+/* The baseline lies on the grid, since that is how it came. */
 static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 {
-    take_baseline(in);
+    memcpy(in->world->entity, in->baseline->entity, (size_t)in->world->entities * sizeof(ll_entity));
     ll_get_exact(r, &in->world->entity[in->self]);
     ll_status status = get_changed(r, in);
     if (ll_failed(&status))

@@ -56,18 +56,19 @@ static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
 {
     const ll_cell zero = {0};
     ll_status status = get_grid(r, in->grid);
-    for (int i = 0; i < in->world->entities && !ll_failed(&status); i++) {
+    if (ll_failed(&status))
+        return status;
+    for (int i = 0; i < in->world->entities; i++) {
         ll_entity *e = &in->world->entity[i];
         ll_cell cell;
         if (i == in->self || ll_bits_get(r, 1)) {
             ll_get_exact(r, e);
             continue;
         }
-        status = ll_get_cell(r, &zero, &cell);
+        if (!ll_get_cell(r, &zero, &cell))
+            return ll_off_grid(i);
         *e = ll_cell_entity(&cell, in->grid);
     }
-    if (ll_failed(&status))
-        return status;
     ll_get_tail(r, in->world);
     return ll_decoded(r, in->world);
 }

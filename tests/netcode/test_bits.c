@@ -7,6 +7,7 @@
 
 #include <cmocka.h>
 
+#include "base/rng.h"
 #include "netcode/bits.h"
 
 static ll_bit_writer writer(uint8_t *bytes, size_t size)
@@ -139,6 +140,48 @@ static void numbers_beyond_64_bits_are_told(void **state)
     assert_true(ll_bits_ended_well(&r));
 }
 
+/* Random fields of all widths, and numbers, against an array of bits: the same bits, and the same values
+ * back. */
+static void whatever_was_put_comes_back(void **state)
+{
+    (void)state;
+    for (uint64_t seed = 1; seed <= 300; seed++) {
+        uint8_t bytes[512];
+        char bits[8 * sizeof bytes];
+        int64_t count = 0;
+        ll_bit_writer w = writer(bytes, 64 + seed % 400);
+        for (uint64_t k = 0; w.count < w.capacity - 96; k++) {
+            uint64_t draw = ll_rng_u64(seed, 0, k);
+            int width = (int)(draw % 65);
+            uint64_t value = ll_rng_u64(seed, 1, k) >> (draw / 65 % 64);
+            if (draw >> 63) {
+                ll_bits_put_number(&w, value);
+                do {
+                    uint64_t group = (value & 7) | (value >> 3 != 0 ? 8 : 0);
+                    for (int i = 0; i < 4; i++)
+                        bits[count++] = (char)(group >> i & 1);
+                    value >>= 3;
+                } while (value != 0);
+            } else {
+                ll_bits_put(&w, value, width);
+                for (int i = 0; i < width; i++)
+                    bits[count++] = (char)(value >> i & 1);
+            }
+        }
+        assert_int_equal(w.count, count);
+        for (int64_t i = 0; i < count; i++)
+            assert_int_equal(bytes[i / 8] >> (i % 8) & 1, bits[i]);
+        ll_bit_reader r = reader(&w);
+        for (uint64_t k = 0; r.at < r.size; k++) {
+            uint64_t draw = ll_rng_u64(seed, 0, k), value = ll_rng_u64(seed, 1, k) >> (draw / 65 % 64);
+            int width = (int)(draw % 65);
+            uint64_t want = draw >> 63 || width == 64 ? value : value & ((UINT64_C(1) << width) - 1);
+            assert_true((draw >> 63 ? ll_bits_get_number(&r) : ll_bits_get(&r, width)) == want);
+        }
+        assert_true(r.at == r.size && !r.overlong);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -149,6 +192,7 @@ int main(void)
         cmocka_unit_test(reading_past_the_end_gives_zeros_and_is_told),
         cmocka_unit_test(what_is_left_must_be_less_than_a_byte_of_zeros),
         cmocka_unit_test(numbers_beyond_64_bits_are_told),
+        cmocka_unit_test(whatever_was_put_comes_back),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
