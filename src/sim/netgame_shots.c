@@ -46,6 +46,13 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
     cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
     tally(o, "rifle", &m->tally[LL_RIFLE]);
     tally(o, "shell", &m->tally[LL_CANNON]);
+    int64_t shots = 0, hits = 0;
+    for (int w = 0; w < LL_WEAPONS; w++) {
+        shots += m->tally[w].shots;
+        hits += m->tally[w].hits[LL_JUDGE_SERVER];
+    }
+    if (shots > 0) /* who never shot has no ratio, rather than a bad one */
+        share(o, "hit_ratio", hits, shots);
     ll_netgame_distribution(o, "rollback_distance_m", ll_histogram_summary(&m->rollback));
     ll_netgame_distribution(o, "rewind_ms", ll_histogram_summary(&m->rewind));
     ll_netgame_distribution(o, "trace_error_m", ll_histogram_summary(&m->trace_error));

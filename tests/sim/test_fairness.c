@@ -45,8 +45,34 @@ static void fairness_follows_the_lag(void **state)
     scene_close(&s);
 }
 
+/* Equal bots; who is far away hits less where nothing is rewound, and who never shoots is not counted. */
+static void fairness_counts_hits(void **state)
+{
+    (void)state;
+    static const char *const sets[] = {"players.1.lag_ms=200", NULL};
+    scene s = scene_open("rifle_no_rewind", sets);
+    scene_run(&s, 60, NULL);
+    cJSON *m = ll_netgame_metrics(s.game);
+    double near = measure(m, "players.0.shots.hit_ratio"), far = measure(m, "players.1.shots.hit_ratio");
+    assert_true(near > far && far > 0 && near <= 1);
+    assert_true(fabs(near - measure(m, "players.0.shots.rifle.compensated_hits") /
+                                measure(m, "players.0.shots.rifle.shots")) < 1e-12);
+    assert_true(fabs(measure(m, "server.fairness.hit_ratio.spread") - fabs(near - far)) < 1e-12);
+    cJSON_Delete(m);
+    scene_close(&s);
+
+    s = scene_open("behind_cover", NULL);
+    scene_run(&s, 1, NULL); /* nobody has shot yet */
+    m = ll_netgame_metrics(s.game);
+    assert_null(ll_param_number_at(m, "players.0.shots.hit_ratio"));
+    assert_null(ll_param_number_at(m, "server.fairness.hit_ratio.spread"));
+    cJSON_Delete(m);
+    scene_close(&s);
+}
+
 int main(void)
 {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(fairness_follows_the_lag)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(fairness_follows_the_lag),
+                                       cmocka_unit_test(fairness_counts_hits)};
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
