@@ -420,7 +420,7 @@ static void test_slow_link(void **state)
     /* Without credit it would be 2.6 s by now and grow. The figure that is promised, 0.35 s, is measured by
      * ./dev bench: here the machine may be busy. */
     assert_true(oldest < 1);
-    assert_in_range(keys, 1, 3);
+    assert_in_range(keys, 1, 10); /* 2 on a quiet machine; a gap for every key would make nearly all 40 */
     close(fd);
     front_close(&g);
 }
