@@ -158,82 +158,82 @@ static void touch(ll_entity *rear, ll_entity *front, double length, double resti
     }
 }
 
-/* The cars that a step is about, by their players' numbers. */
+/* The cars that a step is about, in the order of their players. */
 typedef struct cars {
     int count;
-    int car[LL_PLAYERS_MAX];
+    int player[LL_PLAYERS_MAX];
+    ll_entity *car[LL_PLAYERS_MAX];
 } cars;
 
-static cars everybody(const ll_world *world)
+static cars those_of(ll_world *world, const ll_entity_set *set)
 {
-    cars c = {.count = world->players};
-    for (int i = 0; i < c.count; i++)
-        c.car[i] = i;
-    return c;
-}
-
-static cars those_of(const ll_world *world, const ll_entity_set *set)
-{
-    cars c = {0};
+    cars c;
+    c.count = 0;
     for (int i = 0; i < world->players; i++)
-        if (ll_entity_set_has(set, i))
-            c.car[c.count++] = i;
+        if (!set || ll_entity_set_has(set, i)) {
+            c.player[c.count] = i;
+            c.car[c.count++] = &world->entity[i];
+        }
     return c;
 }
 
-static void contacts(ll_world *world, const race_params *p, const cars *c)
+static void contacts(const race_params *p, const cars *c)
 {
-    for (int i = 0; i < c->count; i++)
+    for (int i = 0; i < c->count; i++) {
+        ll_entity *a = c->car[i];
+        double lane = a->y;
         for (int j = i + 1; j < c->count; j++) {
-            ll_entity *a = &world->entity[c->car[i]], *b = &world->entity[c->car[j]];
+            ll_entity *b = c->car[j];
+            if (b->y != lane) /* first: most pairs end here */
+                continue;
             double gap = b->x - a->x;
-            if (a->y != b->y || gap >= p->car_length || gap <= -p->car_length)
+            if (gap >= p->car_length || gap <= -p->car_length)
                 continue;
             if (gap >= 0)
                 touch(a, b, p->car_length, p->restitution);
             else
                 touch(b, a, p->car_length, p->restitution);
         }
+    }
 }
 
 static void finish(ll_world *world, const race_params *p, const cars *c, ll_time now)
 {
-    race_tail *t = ll_world_tail(world);
     double line = p->lap * p->laps;
     for (int k = 0; k < c->count; k++) {
-        int i = c->car[k];
-        ll_entity *car = &world->entity[i];
+        ll_entity *car = c->car[k];
         if (car->x < line || (car->flags & LL_ENTITY_FINISHED))
             continue;
+        race_tail *t = ll_world_tail(world);
         car->flags |= LL_ENTITY_FINISHED;
         t->finished++;
-        t->finish_s[i] = ll_to_s(now) - (car->vx > 0 ? (car->x - line) / car->vx : 0);
+        t->finish_s[c->player[k]] = ll_to_s(now) - (car->vx > 0 ? (car->x - line) / car->vx : 0);
     }
 }
 
+/* `set`: NULL for everybody. */
 static void advance(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
-                    const cars *c)
+                    const ll_entity_set *set)
 {
     const race_params *p = params_of(env);
-    for (int k = 0; k < c->count; k++)
-        move(&world->entity[c->car[k]], env, actions[c->car[k]].axis[0]);
-    contacts(world, p, c);
-    finish(world, p, c, now);
+    cars c = those_of(world, set);
+    for (int k = 0; k < c.count; k++)
+        move(c.car[k], env, actions[c.player[k]].axis[0]);
+    contacts(p, &c);
+    finish(world, p, &c, now);
 }
 
 static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                  const struct ll_past *past)
 {
     (void)past;
-    cars all = everybody(world);
-    advance(world, env, actions, now, &all);
+    advance(world, env, actions, now, NULL);
 }
 
 static void step_some(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                       const ll_entity_set *set)
 {
-    cars some = those_of(world, set);
-    advance(world, env, actions, now, &some);
+    advance(world, env, actions, now, set);
 }
 
 /* A car may stop and the one behind it go on at top speed; a contact adds at most a car's length of pushing.
@@ -244,10 +244,11 @@ static void reach(const ll_world *world, const ll_game_env *env, double horizon_
     double far = 2 * p->car_length + p->top_speed * horizon_s;
     for (bool grown = true; grown;) {
         grown = false;
-        cars in = those_of(world, set);
         for (int j = 0; j < world->players; j++)
-            for (int k = 0; k < in.count && !ll_entity_set_has(set, j); k++) {
-                const ll_entity *a = &world->entity[in.car[k]], *b = &world->entity[j];
+            for (int i = 0; i < world->players && !ll_entity_set_has(set, j); i++) {
+                const ll_entity *a = &world->entity[i], *b = &world->entity[j];
+                if (!ll_entity_set_has(set, i))
+                    continue;
                 if (a->y == b->y && b->x - a->x < far && b->x - a->x > -far) {
                     ll_entity_set_add(set, j);
                     grown = true;
