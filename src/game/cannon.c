@@ -210,19 +210,19 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     values[3] = t->score[player].miss;
 }
 
-static ll_scene scene(const ll_game_env *env, int players)
+static ll_game_scene scene(const ll_game_env *env, int players)
 {
     const cannon_params *p = params_of(env);
     (void)players;
     double reach = p->muzzle_speed * p->muzzle_speed / p->gravity; /* without drag, at 45 degrees */
     double width = reach > p->target ? reach : p->target;
-    return (ll_scene){.x_min = 0,
-                      .x_max = width,
-                      .y_min = 0,
-                      .y_max = reach / 2,
-                      .target_x = p->target,
-                      .target_radius = p->target_radius,
-                      .entity_length_m = 1};
+    return (ll_game_scene){.x_min = 0,
+                           .x_max = width,
+                           .y_min = 0,
+                           .y_max = reach / 2,
+                           .target_x = p->target,
+                           .target_radius = p->target_radius,
+                           .entity_length_m = 1};
 }
 
 const ll_game ll_game_cannon = {

@@ -476,20 +476,20 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     values[3] = moving;
 }
 
-static ll_scene scene(const ll_game_env *env, int players)
+static ll_game_scene scene(const ll_game_env *env, int players)
 {
     const crates_params *p = params_of(env);
     (void)players;
-    return (ll_scene){.x_max = p->width, .y_max = p->depth, .entity_length_m = 2 * p->radius};
+    return (ll_game_scene){.x_max = p->width, .y_max = p->depth, .entity_length_m = 2 * p->radius};
 }
 
-static bool shape(const ll_game_env *env, int players, int index, ll_shape *shape)
+static bool shape(const ll_game_env *env, int players, int index, ll_game_shape *shape)
 {
     const crates_params *p = params_of(env);
     if (index >= players + p->count)
         return false;
-    *shape = index < players ? (ll_shape){"player", 2 * p->radius, 2 * p->radius, true, 0, 0}
-                             : (ll_shape){"crate", p->size, p->size, false, 0, 0};
+    *shape = index < players ? (ll_game_shape){"player", 2 * p->radius, 2 * p->radius, true, 0, 0}
+                             : (ll_game_shape){"crate", p->size, p->size, false, 0, 0};
     return true;
 }
 

@@ -97,9 +97,10 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     values[0] = world->entity[player].vx;
 }
 
-static ll_scene scene(const ll_game_env *env, int players)
+static ll_game_scene scene(const ll_game_env *env, int players)
 {
-    return (ll_scene){.x_max = params_of(env)->width, .y_min = -1, .y_max = players, .entity_length_m = 0.5};
+    return (ll_game_scene){
+        .x_max = params_of(env)->width, .y_min = -1, .y_max = players, .entity_length_m = 0.5};
 }
 
 const ll_game ll_game_gambetta = {

@@ -13,9 +13,9 @@
 #include "param/param.h"
 
 #define LL_PLAYERS_MAX 16
-#define LL_ENTITIES_MAX 255 /* a view counts them in a byte */
-#define LL_WORLD_MAX 20000  /* bytes, with its tail */
-#define LL_GAME_VALUES 4    /* a game's own numbers per player, for views */
+#define LL_ENTITIES_MAX 255     /* a view counts them in a byte */
+#define LL_GAME_WORLD_MAX 20000 /* bytes, with its tail */
+#define LL_GAME_VALUES 4        /* a game's own numbers per player, for views */
 
 /* What a person or a script does to one player's controls. Axes in [-1, 1]; the game says what they mean. */
 typedef struct ll_action {
@@ -84,21 +84,21 @@ typedef enum ll_script {
 
 extern const char *const ll_script_names[];
 
-typedef struct ll_scene {
+typedef struct ll_game_scene {
     double x_min, x_max, y_min, y_max;        /* m */
     bool wraps;                               /* x is drawn modulo x_max: laps of a track */
     double finish_m;                          /* 0: none */
     double target_x, target_y, target_radius; /* radius 0: none */
     double entity_length_m;
-} ll_scene;
+} ll_game_scene;
 
 /* How an entity is drawn; or a fixed part of the scene, which then also has a place. */
-typedef struct ll_shape {
+typedef struct ll_game_shape {
     const char *kind;     /* `player`, `target`, `crate`, `shell`, `cover` */
     double width, height; /* m */
     bool round;           /* an ellipse, otherwise a box */
     double x, y;          /* m, of the centre */
-} ll_shape;
+} ll_game_shape;
 
 typedef struct ll_game {
     const char *name;
@@ -145,11 +145,11 @@ typedef struct ll_game {
     void (*describe)(const ll_world *world, const ll_game_env *env, int player, double *values);
 
     /* The ground that a view draws. */
-    ll_scene (*scene)(const ll_game_env *env, int players);
+    ll_game_scene (*scene)(const ll_game_env *env, int players);
 
     /* The shape of entity `index`; from the number of entities on, the fixed parts of the scene. False when
      * there is none. NULL: every entity is a player, drawn by entity_length_m. */
-    bool (*shape)(const ll_game_env *env, int players, int index, ll_shape *shape);
+    bool (*shape)(const ll_game_env *env, int players, int index, ll_game_shape *shape);
 
     const struct ll_weapons *weapons; /* game/weapons.h; NULL in a game without */
 } ll_game;

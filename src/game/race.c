@@ -311,16 +311,16 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     values[3] = world->entity[player].vx;
 }
 
-static ll_scene scene(const ll_game_env *env, int players)
+static ll_game_scene scene(const ll_game_env *env, int players)
 {
     const race_params *p = params_of(env);
-    return (ll_scene){.x_min = 0,
-                      .x_max = p->lap,
-                      .y_min = -p->lane_width,
-                      .y_max = p->lane_width * players,
-                      .wraps = true,
-                      .finish_m = p->lap * p->laps,
-                      .entity_length_m = p->car_length};
+    return (ll_game_scene){.x_min = 0,
+                           .x_max = p->lap,
+                           .y_min = -p->lane_width,
+                           .y_max = p->lane_width * players,
+                           .wraps = true,
+                           .finish_m = p->lap * p->laps,
+                           .entity_length_m = p->car_length};
 }
 
 const ll_game ll_game_race = {

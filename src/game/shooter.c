@@ -278,27 +278,27 @@ static void describe(const ll_world *world, const ll_game_env *env, int player, 
     values[3] = a->hits[LL_CANNON];
 }
 
-static ll_scene scene(const ll_game_env *env, int players)
+static ll_game_scene scene(const ll_game_env *env, int players)
 {
     (void)players;
-    return (ll_scene){.x_max = LL_SHOOTER_WIDTH,
-                      .y_max = LL_SHOOTER_HEIGHT,
-                      .entity_length_m = 2 * ll_shooter_params_of(env)->player_radius};
+    return (ll_game_scene){.x_max = LL_SHOOTER_WIDTH,
+                           .y_max = LL_SHOOTER_HEIGHT,
+                           .entity_length_m = 2 * ll_shooter_params_of(env)->player_radius};
 }
 
-static bool shape(const ll_game_env *env, int players, int index, ll_shape *s)
+static bool shape(const ll_game_env *env, int players, int index, ll_game_shape *s)
 {
     const ll_shooter_params *p = ll_shooter_params_of(env);
     int cover = index - players - (int)p->targets;
     double radius = index < players ? p->player_radius : p->target_radius;
-    *s = (ll_shape){index < players ? "player" : "target", 2 * radius, 2 * radius, true, 0, 0};
+    *s = (ll_game_shape){index < players ? "player" : "target", 2 * radius, 2 * radius, true, 0, 0};
     if (cover < 0)
         return true;
     if (cover >= COVERS)
         return false;
     const ll_box *b = &covers[cover];
-    *s = (ll_shape){"cover", b->x_max - b->x_min,       b->y_max - b->y_min,
-                    false,   (b->x_min + b->x_max) / 2, (b->y_min + b->y_max) / 2};
+    *s = (ll_game_shape){"cover", b->x_max - b->x_min,       b->y_max - b->y_min,
+                         false,   (b->x_min + b->x_max) / 2, (b->y_min + b->y_max) / 2};
     return true;
 }
 

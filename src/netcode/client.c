@@ -160,7 +160,7 @@ static int unreadable(ll_client *c)
 
 static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, int size, ll_time now)
 {
-    _Alignas(8) char bytes[LL_WORLD_MAX];
+    _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
     ll_state_message m;
     if (size < (int)sizeof m)
         return unreadable(c);
@@ -412,7 +412,7 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
         ll_predict_again(c, s);
     c->predicting = predicting;
 
-    _Alignas(8) char old[LL_WORLD_MAX];
+    _Alignas(8) char old[LL_GAME_WORLD_MAX];
     ll_time seen;
     const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
     ll_action action = ll_client_control(c, s, picture, now);

@@ -31,6 +31,10 @@ static void set_value(const ll_param *row, char *member)
             memcpy(member, row->text, length); /* the rest is zero */
         break;
     }
+    case LL_PARAM_VECTOR:
+        memcpy(member, row->vector, sizeof row->vector);
+        break;
+    case LL_PARAM_POINTS:
     case LL_PARAM_JSON:
     case LL_PARAM_OBJECT:
     case LL_PARAM_VARIANT:

@@ -5,7 +5,8 @@
 #include "param/param.h"
 
 #define LL_PATH_MAX 160
-#define LL_ROWS_MAX 128 /* of one table */
+#define LL_ROWS_MAX 128  /* of one table */
+#define LL_POINTS_MAX 64 /* of one row */
 
 /* Whole numbers beyond are not told apart by a double, which is what JSON numbers are read into. */
 #define LL_WHOLE_MAX 9007199254740991.0

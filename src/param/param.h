@@ -28,6 +28,10 @@ typedef enum ll_param_type {
                          or a problem's own params); that row must stand before this one in the table. The
                          structs share the storage at `offset`. A NULL table takes no params. When the choice
                          is parsed, the variant's defaults are set first. */
+    LL_PARAM_VECTOR,  /* double[2], written [x, y]: both in [min, max] */
+    LL_PARAM_POINTS,  /* double[max][2], written [[x, y], ...]: at most `max` points, no coordinate larger in
+                         size  than `standard`; an int32_t at `count_offset` holds how many are in use. None at
+                         first. */
     LL_PARAM_ARRAY,   /* `max` nested structs in a row; an int32_t at `count_offset` holds how many are in use
                        */
 } ll_param_type;
@@ -41,11 +45,12 @@ typedef struct ll_param {
     double min, max;            /* of a number; of a text's length; of an array's count */
     double standard;            /* default of REAL, INT, BOOL, CHOICE */
     const char *text;           /* default of TEXT (NULL is empty) */
+    double vector[2];           /* default of VECTOR */
     const char *unit;           /* `ms`, `Hz`, `%`, `m/s`; NULL when there is none */
     const char *const *choices; /* NULL-terminated */
     const ll_param_table *child;
     const ll_param_table *const *variants;
-    size_t count_offset; /* of an ARRAY's count, of a VARIANT's choice */
+    size_t count_offset; /* of an ARRAY's or POINTS' count, of a VARIANT's choice */
     bool live;           /* may be changed while a session runs */
     bool required;       /* must be given */
     const char *help;    /* one sentence */

@@ -137,6 +137,33 @@ static void describe_array(schema *s, cJSON *node, const ll_param *row)
     refer(s, items, row->child);
 }
 
+/* [x, y] */
+static void describe_pair(schema *s, cJSON *node, double min, double max)
+{
+    add_string(s, node, "type", "array");
+    add_number(s, node, "minItems", 2);
+    add_number(s, node, "maxItems", 2);
+    cJSON *items = add(s, node, "items", cJSON_CreateObject());
+    add_string(s, items, "type", "number");
+    add_number(s, items, "minimum", min);
+    add_number(s, items, "maximum", max);
+}
+
+static void describe_vector(schema *s, cJSON *node, const ll_param *row)
+{
+    describe_pair(s, node, row->min, row->max);
+    if (!row->required)
+        add(s, node, "default", cJSON_CreateDoubleArray(row->vector, 2));
+}
+
+static void describe_points(schema *s, cJSON *node, const ll_param *row)
+{
+    add_string(s, node, "type", "array");
+    add_number(s, node, "minItems", 0);
+    add_number(s, node, "maxItems", row->max);
+    describe_pair(s, add(s, node, "items", cJSON_CreateObject()), -row->standard, row->standard);
+}
+
 static const ll_param *choice_of(const ll_param_table *table, const ll_param *variant)
 {
     for (int i = 0; i < table->count; i++)
@@ -199,6 +226,12 @@ static void describe_row(schema *s, cJSON *node, const ll_param_table *table, co
         break;
     case LL_PARAM_JSON:
         add_string(s, node, "type", "object");
+        break;
+    case LL_PARAM_VECTOR:
+        describe_vector(s, node, row);
+        break;
+    case LL_PARAM_POINTS:
+        describe_points(s, node, row);
         break;
     case LL_PARAM_OBJECT:
         refer(s, node, row->child);

@@ -56,6 +56,10 @@ static size_t size_of(const ll_param_table *table, int i)
     case LL_PARAM_TEXT:
     case LL_PARAM_JSON:
         return (size_t)row->max + 1;
+    case LL_PARAM_VECTOR:
+        return 2 * sizeof(double);
+    case LL_PARAM_POINTS:
+        return (size_t)row->max * 2 * sizeof(double);
     case LL_PARAM_OBJECT:
         return row->child == NULL ? 0 : row->child->size;
     case LL_PARAM_VARIANT: {
@@ -94,6 +98,16 @@ static const char *fault_of_value(const ll_param *row)
     }
     case LL_PARAM_JSON:
         return row->max < 2 ? "has no length" : NULL;
+    case LL_PARAM_VECTOR:
+        if (!(row->min <= row->max) || row->max - row->max != 0 || row->min - row->min != 0)
+            return "has no range";
+        return row->vector[0] < row->min || row->vector[0] > row->max || row->vector[1] < row->min ||
+                       row->vector[1] > row->max
+                   ? "has a default out of range"
+                   : NULL;
+    case LL_PARAM_POINTS:
+        return row->max < 1 || row->max > LL_POINTS_MAX || !(row->standard > 0) ? "has no room or no range"
+                                                                                : NULL;
     default:
         return NULL;
     }
@@ -179,7 +193,8 @@ static const char *fault_of(const ll_param_table *table, int i)
     size_t size = size_of(table, i);
     if (size == 0)
         return "lacks a table, or the choice before it";
-    bool counted = row->type == LL_PARAM_ARRAY || row->type == LL_PARAM_VARIANT;
+    bool counted =
+        row->type == LL_PARAM_ARRAY || row->type == LL_PARAM_VARIANT || row->type == LL_PARAM_POINTS;
     if (row->offset + size > table->size || (counted && row->count_offset + sizeof(int32_t) > table->size))
         return "lies beyond its struct";
     return NULL;

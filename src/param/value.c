@@ -124,6 +124,53 @@ static ll_status set_json(const ll_place *place, const cJSON *json, const ll_pat
                                  ll_path_subject(path), row->max, length);
 }
 
+static bool is_pair(const cJSON *json, double min, double max, double out[2])
+{
+    return cJSON_IsArray(json) && cJSON_GetArraySize(json) == 2 && number_of(json->child, &out[0]) &&
+           number_of(json->child->next, &out[1]) && within(out[0], min, max) && within(out[1], min, max);
+}
+
+static ll_status no_pair(const ll_path *path, const char *what, double min, double max, const ll_param *row,
+                         const cJSON *json)
+{
+    char low[32], high[32], expected[128];
+    ll_number_text(min, low);
+    ll_number_text(max, high);
+    ll_writer writer = {expected, sizeof expected, 0};
+    ll_append(&writer, "%s of numbers between %s and %s%s%s", what, low, high, row->unit ? " " : "",
+              row->unit ? row->unit : "");
+    return ll_wrong_type(path, expected, json);
+}
+
+static ll_status set_vector(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    const ll_param *row = place->row;
+    double value[2];
+    if (!is_pair(json, row->min, row->max, value))
+        return no_pair(path, "a pair [x, y]", row->min, row->max, row, json);
+    memcpy(place->member, value, sizeof value);
+    return ll_ok();
+}
+
+static ll_status set_points(const ll_place *place, const cJSON *json, const ll_path *path)
+{
+    const ll_param *row = place->row;
+    int32_t count = cJSON_GetArraySize(json);
+    if (!cJSON_IsArray(json))
+        return ll_wrong_type(path, "an array of points [x, y]", json);
+    if (count > row->max)
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s must have at most %.0f points; got %d",
+                              ll_path_subject(path), row->max, count);
+    double points[LL_POINTS_MAX][2] = {{0}};
+    int i = 0;
+    for (const cJSON *item = json->child; item != NULL; item = item->next)
+        if (!is_pair(item, -row->standard, row->standard, points[i++]))
+            return no_pair(path, "an array of pairs [x, y]", -row->standard, row->standard, row, item);
+    memcpy(place->member, points, (size_t)row->max * sizeof points[0]);
+    memcpy(place->home + row->count_offset, &count, sizeof count);
+    return ll_ok();
+}
+
 ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *path)
 {
     switch (place->row->type) {
@@ -137,6 +184,10 @@ ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *
         return set_choice(place, json, path);
     case LL_PARAM_JSON:
         return set_json(place, json, path);
+    case LL_PARAM_VECTOR:
+        return set_vector(place, json, path);
+    case LL_PARAM_POINTS:
+        return set_points(place, json, path);
     default:
         return set_text(place, json, path);
     }

@@ -6,6 +6,25 @@
 
 static cJSON *write_object(const ll_place *place);
 
+static cJSON *write_pair(const char *member)
+{
+    double value[2];
+    memcpy(value, member, sizeof value);
+    cJSON *pair = cJSON_CreateArray();
+    cJSON_AddItemToArray(pair, ll_param_number(value[0]));
+    cJSON_AddItemToArray(pair, ll_param_number(value[1]));
+    return pair;
+}
+
+static cJSON *write_points(const ll_param *row, const char *member)
+{
+    cJSON *points = cJSON_CreateArray();
+    int32_t count = ll_count_of(row, member - row->offset);
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToArray(points, write_pair(member + (size_t)i * 2 * sizeof(double)));
+    return points;
+}
+
 cJSON *ll_write_value(const ll_param *row, const char *member)
 {
     switch (row->type) {
@@ -31,6 +50,10 @@ cJSON *ll_write_value(const ll_param *row, const char *member)
     }
     case LL_PARAM_JSON:
         return member[0] == '\0' ? cJSON_CreateObject() : cJSON_Parse(member);
+    case LL_PARAM_VECTOR:
+        return write_pair(member);
+    case LL_PARAM_POINTS:
+        return write_points(row, member);
     default:
         return cJSON_CreateString(member);
     }

@@ -35,7 +35,7 @@ typedef struct ll_rigid_limits {
     int32_t joints;
     int32_t broad;   /* ll_broad_kind */
     int32_t volumes; /* 1: room for bounding volumes in the shapes' place */
-    int32_t pad;
+    int32_t broads;  /* 1: room for every broad phase, to be changed while it runs */
 } ll_rigid_limits;
 
 /* ---- parameters: all may change between steps ---- */
@@ -72,6 +72,7 @@ typedef struct ll_rigid_params {
 } ll_rigid_params;
 
 extern const ll_param_table ll_rigid_table;
+extern const ll_param_table ll_rigid_solver_table; /* the same without gravity */
 
 /* ---- making ---- */
 
@@ -84,6 +85,7 @@ size_t ll_rigid_state_size(const ll_rigid *world);
 ll_rigid *ll_rigid_init(void *block, const ll_rigid_limits *limits, const ll_rigid_params *params);
 ll_status ll_rigid_set_params(ll_rigid *world, const ll_rigid_params *params);
 const ll_rigid_params *ll_rigid_get_params(const ll_rigid *world);
+void ll_rigid_set_broad(ll_rigid *world, ll_broad_kind broad); /* with limits.broads; the pairs stay */
 
 typedef enum ll_body_type { LL_BODY_STATIC, LL_BODY_KINEMATIC, LL_BODY_DYNAMIC, LL_BODY_TYPES } ll_body_type;
 extern const char *const ll_body_type_names[LL_BODY_TYPES + 1];
@@ -246,6 +248,19 @@ typedef struct ll_contact_view {
 int32_t ll_rigid_contact_end(const ll_rigid *world);
 bool ll_rigid_contact_at(const ll_rigid *world, int32_t index,
                          ll_contact_view *out); /* false when not touching */
+
+/* The bodies of a contact, touching or not: their boxes overlap. False when there is none. */
+bool ll_rigid_pair_at(const ll_rigid *world, int32_t index, ll_body_id *a, ll_body_id *b);
+
+typedef struct ll_joint_view {
+    ll_joint_id id;
+    int32_t type; /* ll_joint_type */
+    ll_body_id a, b;
+    ll_vec2 anchor_a, anchor_b; /* in the world; of a mouse a's is the target */
+} ll_joint_view;
+
+int32_t ll_rigid_joint_end(const ll_rigid *world);
+bool ll_rigid_joint_at(const ll_rigid *world, int32_t index, ll_joint_view *out); /* false when free */
 
 typedef struct ll_shape_view {
     ll_body_id body;

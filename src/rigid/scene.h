@@ -30,6 +30,7 @@ typedef struct ll_scene {
 
 extern const ll_scene *const ll_scenes[];
 extern const int ll_scene_count;
+extern const char *const ll_scene_names[];        /* `none`, then the scenes; NULL-terminated */
 const ll_scene *ll_scene_named(const char *name); /* NULL with no such scene */
 ll_scene_args ll_scene_args_of(const ll_scene *scene, const ll_scene_args *given);
 

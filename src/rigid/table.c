@@ -18,7 +18,13 @@ static const char *const simd_names[] = {"auto", "scalar", "sse2", "avx2", NULL}
 static const ll_param rows[] = {
     REAL(gravity_x, -1000, 1000, 0, "m/s^2", "Gravity to the right."),
     REAL(gravity_y, -1000, 1000, -10, "m/s^2", "Gravity upwards."),
-    CHOICE(solver, ll_rigid_solver_names, LL_SOLVER_SOFT_STEP, "How contacts are resolved."),
+    {.name = "method",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_rigid_params, solver),
+     .choices = ll_rigid_solver_names,
+     .standard = LL_SOLVER_SOFT_STEP,
+     .live = true,
+     .help = "How contacts are resolved."},
     CHOICE(continuous, continuous_names, LL_CONTINUOUS_OFF,
            "What is done against passing through: nothing, contacts ahead of time, or sweeping fast bodies."),
     CHOICE(volume, ll_volume_names, LL_VOLUME_EXACT, "What collides in the place of every shape."),
@@ -45,8 +51,16 @@ static const ll_param rows[] = {
     SWITCH(sleep, 1, "Let islands of bodies that rest fall asleep."),
 };
 
-const ll_param_table ll_rigid_table = {.name = "rigid_solver",
+enum { GRAVITY_ROWS = 2, ROWS = sizeof rows / sizeof rows[0] };
+
+const ll_param_table ll_rigid_table = {.name = "rigid_world",
                                        .help = "How a world of rigid bodies is stepped.",
                                        .rows = rows,
-                                       .count = sizeof rows / sizeof rows[0],
+                                       .count = ROWS,
                                        .size = sizeof(ll_rigid_params)};
+
+const ll_param_table ll_rigid_solver_table = {.name = "rigid_solver",
+                                              .help = "How contacts are found and resolved.",
+                                              .rows = rows + GRAVITY_ROWS,
+                                              .count = ROWS - GRAVITY_ROWS,
+                                              .size = sizeof(ll_rigid_params)};

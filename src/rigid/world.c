@@ -19,12 +19,13 @@ static ll_status check_limit(const char *field, int32_t value, int32_t least, in
 
 ll_status ll_rigid_check(const ll_rigid_limits *l)
 {
-    static const char *const fields[] = {"bodies", "shapes", "hulls",  "contacts",
-                                         "joints", "broad",  "volumes"};
-    const int32_t values[] = {l->bodies, l->shapes, l->hulls, l->contacts, l->joints, l->broad, l->volumes};
-    const int32_t least[] = {1, 1, 0, 1, 0, 0, 0};
-    const int32_t most[] = {1 << 20, 1 << 21, 1 << 21, 1 << 23, 1 << 21, LL_BROADS - 1, 1};
-    for (int i = 0; i < 7; i++) {
+    static const char *const fields[] = {"bodies", "shapes", "hulls",   "contacts",
+                                         "joints", "broad",  "volumes", "broads"};
+    const int32_t values[] = {l->bodies, l->shapes, l->hulls,   l->contacts,
+                              l->joints, l->broad,  l->volumes, l->broads};
+    const int32_t least[] = {1, 1, 0, 1, 0, 0, 0, 0};
+    const int32_t most[] = {1 << 20, 1 << 21, 1 << 21, 1 << 23, 1 << 21, LL_BROADS - 1, 1, 1};
+    for (int i = 0; i < 8; i++) {
         ll_status status = check_limit(fields[i], values[i], least[i], most[i]);
         if (ll_failed(&status))
             return status;
@@ -45,6 +46,15 @@ static size_t place(size_t *end, size_t count, size_t size)
     size_t at = *end;
     *end = (at + count * size + 63) & ~(size_t)63;
     return at;
+}
+
+static size_t broad_size(const ll_rigid_limits *l)
+{
+    size_t size = ll_broad_phases[l->broad]->size(l->shapes);
+    for (int i = 0; l->broads && i < LL_BROADS; i++)
+        if (ll_broad_phases[i]->size(l->shapes) > size)
+            size = ll_broad_phases[i]->size(l->shapes);
+    return size;
 }
 
 static ll_rigid_layout layout_of(const ll_rigid_limits *l)
@@ -68,7 +78,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.table = place(&end, (size_t)table_size(l->contacts), sizeof(ll_known));
     at.awake = place(&end, bodies, sizeof(int32_t));
     at.awake_contact = place(&end, contacts, sizeof(int32_t));
-    at.broad = place(&end, ll_broad_phases[l->broad]->size(l->shapes), 1);
+    at.broad = place(&end, broad_size(l), 1);
     at.state_end = end;
     for (int i = 0; i < LL_SOLVERS; i++)
         if (ll_solvers[i]->size(l) > solver)

@@ -74,6 +74,24 @@
  *   section 16, a motion: record 0 is the solution, record 1 + i method i; stride = bytes / count
  *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
  *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each
+ *   section 32, worlds of rigid bodies, 152 bytes each
+ *      0 u8 world   1 u8 status 0 ok 1 diverged   2 u8 solver   3 u8 dragging   4 u32 bodies, awake, pairs, touching, points, recycled,
+ *      tested, islands, passed, stopped, joints    48 f64 energy, energy_start, kinetic, penetration, penetration_worst, sag, drift,
+ *      tilt, joint_error, speed_max, momentum_x, momentum_y    144 u32 swept, dynamic
+ *   section 33, geometries: each of those that differ once, in the frame of the centre of mass, 120 bytes each
+ *      0 u8 kind 0 circle 1 capsule 2 polygon 3 segment 4 link of a chain   1 u8 count   2 u16 number   4 f32 radius
+ *      8 f32 x, y of 8 vertices (of a link two, then its ghosts)   72 f32 x, y, radius of the sphere around, 0   88 f32 x, y of the OBB's corners
+ *   section 34, shapes, 64 bytes each
+ *      0 u32 body (from 1)   4 u16 geometry   6 u8 world   7 u8 flags 1 dynamic 2 kinematic 4 awake
+ *      8 f64 x, y (of the centre of mass)   24 f32 angle, vx, vy, spin   40 f32 left, bottom, right, top (box of the broad phase, from x, y)
+ *     56 u32 island (bodies that hang together; 0: none)
+ *   section 35, pairs of overlapping boxes, at most 8,192, 72 bytes each
+ *      0 u32 a, b (bodies)   8 u8 world   9 u8 count (points; 0: they do not touch)   10 u8 recycled   12 f32 nx, ny (from a to b)
+ *     24 points, 24 bytes each: f64 x, y; f32 separation, impulse
+ *   section 36, joints, at most 8,192, 48 bytes each
+ *      0 u32 a, b   8 u8 world   9 u8 type   16 f64 ax, ay, bx, by (anchors)
+ *   section 37, bounding volumes, where they are compared, 56 bytes each
+ *      0 u8 world   1 u8 volume 0 exact 1 aabb 2 sphere 3 obb   8 f64 tests, hits, false_hits, missed_hits, gap_mean, gap_max
  *
  * JSON (`laglab.v1.json`): {"type":"frame", ...the same names..., "views":[{...,"entities":[...]}],"events":[...],"game":[[...]],"peers":[...]}. */
 // clang-format on

@@ -1,12 +1,9 @@
 #include "sim/kinds.h"
 
-#include "sim/motion.h"
-#include "sim/netgame.h"
-
-const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, &ll_sim_motion, NULL};
+const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, &ll_sim_motion, &ll_sim_rigid, NULL};
 
 /* In the order of ll_sim_kinds; a test holds them against each other. */
-const char *const ll_sim_kind_names[] = {"netgame", "motion", NULL};
+const char *const ll_sim_kind_names[] = {"netgame", "motion", "rigid", NULL};
 
 static const ll_param timeline_rows[] = {
     {.name = "at_s",

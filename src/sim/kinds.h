@@ -3,6 +3,9 @@
 
 #include "sim/sim.h"
 
+/* The kinds, each with a room of its own below: their headers are not for one file. */
+extern const ll_sim_kind ll_sim_netgame, ll_sim_motion, ll_sim_rigid;
+
 extern const char *const ll_sim_kind_names[];
 extern const ll_param_table ll_timeline_table, ll_activity_table;
 

@@ -4,6 +4,7 @@
 
 #include "base/detmath.h"
 #include "base/hash.h"
+#include "sim/kinds.h"
 
 /* ---- the system ---- */
 

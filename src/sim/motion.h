@@ -31,7 +31,6 @@ typedef struct ll_motion_config {
 } ll_motion_config;
 
 extern const ll_param_table ll_motion_table;
-extern const ll_sim_kind ll_sim_motion;
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */

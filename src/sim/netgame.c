@@ -5,10 +5,11 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
+#include "sim/kinds.h"
 
 #define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
 #define DEJITTER_PACKETS 64 /* half a second at the highest rate */
-#define PACKET_MAX (LL_WORLD_MAX + (int)sizeof(ll_state_message))
+#define PACKET_MAX (LL_GAME_WORLD_MAX + (int)sizeof(ll_state_message))
 
 /* ---- layout ---- */
 

@@ -23,7 +23,6 @@ typedef struct ll_netgame_config {
 } ll_netgame_config;
 
 extern const ll_param_table ll_netgame_table;
-extern const ll_sim_kind ll_sim_netgame;
 
 /* The start of a block. Offsets are from here. */
 typedef struct ll_netgame {

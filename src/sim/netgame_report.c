@@ -203,7 +203,7 @@ cJSON *ll_netgame_metrics(const void *block)
     return metrics;
 }
 
-static cJSON *shape_json(const ll_shape *shape)
+static cJSON *shape_json(const ll_game_shape *shape)
 {
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "kind", shape->kind);
@@ -218,7 +218,7 @@ static void shapes(cJSON *layout, const ll_game *game, const ll_game_env *env, c
     cJSON *entities = cJSON_AddArrayToObject(layout, "entities"),
           *fixed = cJSON_AddArrayToObject(layout, "fixed");
     int count = game->extent(c->params, c->player_count).entities;
-    ll_shape shape;
+    ll_game_shape shape;
     for (int i = 0; memset(&shape, 0, sizeof shape), game->shape(env, c->player_count, i, &shape); i++) {
         cJSON *o = shape_json(&shape);
         if (i >= count) {
@@ -235,7 +235,7 @@ cJSON *ll_netgame_layout(const void *config)
     const ll_game *game = ll_games[c->game];
     ll_game_env env = {.dt = 1 / c->tick_hz};
     game->prepare(&env, c->params);
-    ll_scene scene = game->scene(&env, c->player_count);
+    ll_game_scene scene = game->scene(&env, c->player_count);
     cJSON *layout = cJSON_CreateObject();
     cJSON_AddStringToObject(layout, "game", game->name);
     cJSON *players = cJSON_AddArrayToObject(layout, "players"),

@@ -397,14 +397,14 @@ static void shapes_are_of_the_rules(void **state)
 {
     (void)state;
     yard y = open_yard(usual(3), 2, 1.0 / 60);
-    ll_shape s;
+    ll_game_shape s;
     for (int i = 0; i < 5; i++) {
         assert_true(ll_game_crates.shape(&y.env, 2, i, &s));
         assert_string_equal(s.kind, i < 2 ? "player" : "crate");
         assert_true(s.round == (i < 2) && s.width == 0.8 && s.height == 0.8);
     }
     assert_false(ll_game_crates.shape(&y.env, 2, 5, &s));
-    ll_scene scene = ll_game_crates.scene(&y.env, 2);
+    ll_game_scene scene = ll_game_crates.scene(&y.env, 2);
     assert_true(scene.x_max == 20 && scene.y_max == 20 && !scene.wraps);
     free(y.world);
 }

@@ -182,7 +182,7 @@ static void shapes_are_those_of_the_arena(void **state)
 {
     (void)state;
     yard *y = open_yard(3, NULL);
-    ll_shape s;
+    ll_game_shape s;
     int n = 0;
     for (; ll_game_shooter.shape(&y->env, 3, n, &s); n++) {
         assert_string_equal(s.kind, n < 3 ? "player" : n < 9 ? "target" : "cover");

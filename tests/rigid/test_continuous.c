@@ -12,7 +12,7 @@ static outcome shoot(const char *scene, double speed, int32_t continuous, const 
     ll_scene_args args = {.speed = speed};
     ll_rigid_params p = scene_params(scene, args);
     p.continuous = continuous;
-    ok(ll_param_set(&ll_rigid_table, &p, "solver", solver, false));
+    ok(ll_param_set(&ll_rigid_table, &p, "method", solver, false));
     lab l = lab_open(scene, args, &p, LL_BROAD_GRID);
     outcome o = {0};
     lab_run(&l, 1);

@@ -34,7 +34,7 @@ static row measure(const row *w, int32_t simd, int32_t broad)
     ll_rigid_params p = scene_params(w->scene, args);
     p.sleep = true;
     p.simd = simd;
-    ok(ll_param_set(&ll_rigid_table, &p, "solver", w->solver, false));
+    ok(ll_param_set(&ll_rigid_table, &p, "method", w->solver, false));
     lab l = lab_open(w->scene, args, &p, broad);
     do
         lab_run(&l, 1);

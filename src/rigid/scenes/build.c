@@ -117,9 +117,14 @@ ll_joint_id ll_build_hinge(ll_builder *b, ll_body_id a, ll_body_id c, double x, 
     return ll_build_joint(b, &def);
 }
 
+static int32_t bounded(int64_t count) /* what is too many is refused by ll_rigid_check */
+{
+    return (int32_t)(count < INT32_MAX ? count : INT32_MAX);
+}
+
 void ll_build_limits(ll_rigid_limits *limits, int64_t bodies, int64_t contacts_per_body, int64_t joints)
 {
-    limits->bodies = limits->shapes = limits->hulls = (int32_t)bodies;
-    limits->contacts = (int32_t)(bodies * contacts_per_body + 16);
-    limits->joints = (int32_t)joints;
+    limits->bodies = limits->shapes = limits->hulls = bounded(bodies);
+    limits->contacts = bounded(bodies * contacts_per_body + 16);
+    limits->joints = bounded(joints);
 }

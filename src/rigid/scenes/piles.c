@@ -374,7 +374,7 @@ static ll_status rush_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
         ll_body_state s;
         ll_body_id id = ll_rigid_body_at(w, i);
         ll_status status = ll_rigid_get_body(w, id, &s);
-        if (!ll_failed(&status))
+        if (!ll_failed(&status) && s.type == LL_BODY_DYNAMIC)
             status = ll_rigid_apply_force(w, id, ll_scale(-a->speed * s.mass, ll_normalised(s.position)), 0);
         if (ll_failed(&status))
             return status;

@@ -5,6 +5,8 @@
 #define LL_SCENE_ROW(name) &ll_scene_##name,
 const ll_scene *const ll_scenes[] = {LL_SCENES(LL_SCENE_ROW)};
 const int ll_scene_count = sizeof ll_scenes / sizeof ll_scenes[0];
+#define LL_SCENE_NAME(name) #name,
+const char *const ll_scene_names[] = {"none", LL_SCENES(LL_SCENE_NAME) NULL};
 
 #define REAL(field, low, high, of, text)                                                                     \
     {                                                                                                        \

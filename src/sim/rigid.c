@@ -1,0 +1,298 @@
+#include "sim/rigid.h"
+
+#include <string.h>
+
+#include "base/hash.h"
+#include "sim/kinds.h"
+
+/* ---- layout ---- */
+
+static int64_t aligned(int64_t size)
+{
+    return (size + 63) & ~INT64_C(63);
+}
+
+/* Places the parts one behind the other; with a NULL block only counts. */
+static int64_t lay_out(ll_rigid_sim *s, const ll_rigid_config *c)
+{
+    ll_rigid_limits limits = ll_rigid_sim_limits(c);
+    ll_rigid_sim counted, *at = s ? s : &counted;
+    int64_t end = aligned(sizeof(ll_rigid_sim));
+    at->reference = end;
+    end += aligned((int64_t)limits.bodies * (int64_t)sizeof(ll_body_reference));
+    for (int i = 0; i < c->setup.worlds; i++) {
+        at->world[i] = end;
+        end += aligned((int64_t)ll_rigid_size(&limits));
+    }
+    return end;
+}
+
+static size_t size(const void *config)
+{
+    return (size_t)lay_out(NULL, config);
+}
+
+/* ---- start ---- */
+
+static void include(double view[4], ll_vec2 low, ll_vec2 high)
+{
+    view[0] = ll_min(view[0], low.x);
+    view[1] = ll_max(view[1], high.x);
+    view[2] = ll_min(view[2], low.y);
+    view[3] = ll_max(view[3], high.y);
+}
+
+/* What is looked at: all that can move, with room around; where nothing can, everything. A static ground
+ * reaches far beyond what happens on it. */
+static void look(const ll_rigid *w, double view[4])
+{
+    view[0] = view[2] = INFINITY;
+    view[1] = view[3] = -INFINITY;
+    for (int pass = 0; pass < 2 && view[0] > view[1]; pass++)
+        for (int32_t i = 0; i < ll_rigid_shape_end(w); i++) {
+            ll_shape_view shape;
+            ll_body_state body;
+            if (!ll_rigid_shape_at(w, i, &shape))
+                continue;
+            ll_status status = ll_rigid_get_body(w, shape.body, &body);
+            if (!ll_failed(&status) && (pass == 1 || body.type != LL_BODY_STATIC))
+                include(view, shape.box.lower, shape.box.upper);
+        }
+    if (view[0] > view[1]) { /* bodies that are yet to come */
+        view[0] = view[2] = -10;
+        view[1] = view[3] = 10;
+    }
+    double room = 1 + 0.2 * ll_max(view[1] - view[0], view[3] - view[2]);
+    view[0] -= room;
+    view[1] += room;
+    view[2] -= 1 + 0.05 * (view[3] - view[2]);
+    view[3] += room;
+}
+
+static void start_world(ll_rigid_sim *s, const ll_rigid_config *c, int i)
+{
+    ll_rigid_limits limits = ll_rigid_sim_limits(c);
+    ll_rigid_params params = ll_rigid_sim_params(&c->setup, i);
+    ll_rigid *w = ll_rigid_init((char *)s + s->world[i], &limits, &params);
+    ll_status status = ll_rigid_sim_build(c, w);
+    ll_rigid_record *r = &s->record[i];
+    *r = (ll_rigid_record){.asleep_at = -1, .diverged_at = -1};
+    if (ll_failed(&status)) {
+        r->diverged_at = 0;
+        memcpy(r->reason, status.text, sizeof r->reason);
+    }
+}
+
+static void init(void *block, const void *config)
+{
+    ll_rigid_sim *s = block;
+    const ll_rigid_config *c = config;
+    memset(s, 0, sizeof *s);
+    s->setup = c->setup;
+    s->size = lay_out(s, c);
+    for (int i = 0; i < s->setup.worlds; i++)
+        start_world(s, c, i);
+    s->references = ll_rigid_body_end(ll_rigid_sim_world(s, 0));
+    ll_rigid_refer(ll_rigid_sim_world(s, 0), ll_rigid_sim_references(s), (int32_t)s->references);
+    look(ll_rigid_sim_world(s, 0), s->view);
+    for (int i = 0; i < s->setup.worlds; i++)
+        ll_rigid_sim_measure_start(s, i);
+}
+
+static void settle(void *config, const void *before)
+{
+    (void)config;
+    (void)before;
+}
+
+static ll_freq tick_freq(const void *config)
+{
+    return ll_freq_from_hz(((const ll_rigid_config *)config)->setup.hz);
+}
+
+/* ---- a person drags ---- */
+
+#define MOUSE_HERTZ 5
+#define MOUSE_FORCE_PER_KG 1000
+
+/* What a mouse's spring is fixed to: a body that does not move. */
+static ll_status fixed_body(ll_rigid *w, ll_rigid_record *r, ll_body_id *out)
+{
+    for (int32_t i = 0; i < ll_rigid_body_end(w); i++) {
+        ll_body_state state;
+        *out = ll_rigid_body_at(w, i);
+        ll_status status = ll_rigid_get_body(w, *out, &state);
+        if (!ll_failed(&status) && state.type == LL_BODY_STATIC)
+            return ll_ok();
+    }
+    ll_body_def def = ll_body_defaults(LL_BODY_STATIC);
+    ll_status status = ll_rigid_add_body(w, &def, &r->hand);
+    *out = r->hand;
+    return status;
+}
+
+static ll_status seize(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
+{
+    ll_body_id body = ll_rigid_pick(w, point), fixed;
+    ll_body_state state;
+    if (body.index == 0)
+        return ll_ok();
+    ll_status status = ll_rigid_get_body(w, body, &state);
+    if (!ll_failed(&status))
+        status = fixed_body(w, r, &fixed);
+    if (ll_failed(&status))
+        return status;
+    ll_joint_def def = ll_joint_defaults(w, LL_JOINT_MOUSE, fixed, body, point);
+    def.hertz = MOUSE_HERTZ;
+    def.damping = 1;
+    def.max_force = MOUSE_FORCE_PER_KG * state.mass;
+    def.collide = 1;
+    return ll_rigid_add_joint(w, &def, &r->mouse);
+}
+
+/* The body under the point when the button goes down is drawn to the point until it is let go, or gone. */
+static void drag(ll_rigid_sim *s, int i)
+{
+    ll_rigid *w = ll_rigid_sim_world(s, i);
+    ll_rigid_record *r = &s->record[i];
+    ll_vec2 point = ll_vec(s->target[0], s->target[1]);
+    ll_status status = ll_ok();
+    if (r->mouse.index != 0)
+        status = s->held ? ll_rigid_set_target(w, r->mouse, point) : ll_rigid_remove_joint(w, r->mouse);
+    else if (s->pressed)
+        status = seize(w, r, point);
+    if (!s->held || ll_failed(&status))
+        r->mouse = (ll_joint_id){0, 0};
+}
+
+static ll_status accepts(const void *config, int player, const ll_action *action)
+{
+    (void)config;
+    if (player != 0)
+        return ll_field_error(LL_BAD_INPUT, "player", "player must be 0, who drags; got %d", player);
+    for (int i = 0; i < 2; i++)
+        if (!(action->axis[i] >= -1 && action->axis[i] <= 1))
+            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g",
+                                  (double)action->axis[i]);
+    return ll_ok();
+}
+
+static void input(void *block, int player, const ll_action *action)
+{
+    ll_rigid_sim *s = block;
+    bool held = (action->buttons & LL_BUTTON_FIRE) != 0;
+    (void)player;
+    s->pressed |= held && !s->held;
+    s->held = held;
+    for (int i = 0; i < 2; i++) {
+        double low = s->view[2 * i], high = s->view[2 * i + 1];
+        s->target[i] = 0.5 * (low + high) + 0.5 * (high - low) * (double)action->axis[i];
+    }
+}
+
+/* ---- time ---- */
+
+ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
+{
+    ll_rigid *w = ll_rigid_sim_world(s, i);
+    ll_rigid_record *r = &s->record[i];
+    const ll_scene *scene = ll_rigid_sim_scene(&s->setup);
+    ll_status status = ll_ok();
+    drag(s, i);
+    if (scene != NULL && scene->drive != NULL) {
+        ll_scene_args args = ll_scene_args_of(scene, &s->setup.params);
+        status = scene->drive(w, &args, ll_rigid_get_stats(w).step);
+    }
+    if (!ll_failed(&status))
+        status = ll_rigid_step(w, 1 / s->setup.hz, probe);
+    if (status.code == LL_LIMIT) { /* the step was made without them */
+        r->over_limit++;
+        return ll_ok();
+    }
+    if (ll_failed(&status)) {
+        r->diverged_at = ll_rigid_get_stats(w).step;
+        memcpy(r->reason, status.text, sizeof r->reason);
+    }
+    return status;
+}
+
+/* The first world stops its session; the one beside it only itself. */
+static ll_status step_all(ll_rigid_sim *s)
+{
+    for (int i = 0; i < s->setup.worlds; i++) {
+        if (s->record[i].diverged_at >= 0) {
+            if (i == 0)
+                return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
+            continue;
+        }
+        ll_status status = ll_rigid_sim_step(s, i, NULL);
+        if (ll_failed(&status) && i == 0)
+            return ll_error(LL_DIVERGED, "%s", status.text);
+        if (!ll_failed(&status))
+            ll_rigid_sim_measure(s, i);
+    }
+    s->pressed = 0;
+    return ll_ok();
+}
+
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
+{
+    ll_rigid_sim *s = block;
+    ll_freq freq = ll_freq_from_hz(s->setup.hz);
+    (void)recorder;
+    for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
+        ll_status status = step_all(s);
+        if (ll_failed(&status))
+            return status;
+        s->now = ll_tick_time(tick, freq);
+    }
+    s->now = until;
+    return ll_ok();
+}
+
+static void change(void *block, const void *config, ll_time now)
+{
+    ll_rigid_sim *s = block;
+    (void)now;
+    s->setup = ((const ll_rigid_config *)config)->setup;
+    for (int i = 0; i < s->setup.worlds; i++) {
+        ll_rigid *w = ll_rigid_sim_world(s, i);
+        ll_rigid_params params = ll_rigid_sim_params(&s->setup, i);
+        ll_rigid_set_params(w, &params); /* there is room for everything */
+        ll_rigid_set_broad(w, (ll_broad_kind)s->setup.broad);
+    }
+}
+
+/* Without the settings: the same for every broad phase and width of SIMD. */
+static uint64_t hash(const void *block)
+{
+    const ll_rigid_sim *s = block;
+    uint64_t h = ll_hash_u64((uint64_t)s->now, (uint64_t)s->held);
+    h = ll_hash(h, s->record, sizeof s->record);
+    for (int i = 0; i < s->setup.worlds; i++)
+        h = ll_hash_u64(h, ll_rigid_hash(ll_rigid_sim_world(s, i)));
+    return h;
+}
+
+const ll_sim_kind ll_sim_rigid = {
+    .name = "rigid",
+    .help = "Rigid bodies that collide, by exchangeable volumes, phases and solvers.",
+    .table = &ll_rigid_scenario_table,
+    .size = size,
+    .init = init,
+    .settle = settle,
+    .tick_freq = tick_freq,
+    .advance = advance,
+    .change = change,
+    .accepts = accepts,
+    .input = input,
+    .hash = hash,
+    .state = ll_rigid_sim_state,
+    .metrics = ll_rigid_sim_metrics,
+    .time_parts = ll_rigid_sim_time_parts,
+    .layout = ll_rigid_sim_layout,
+    .sections = ll_rigid_sim_sections,
+    .sections_json = ll_rigid_sim_sections_json,
+    .trace_columns = ll_rigid_sim_trace_columns,
+    .trace_row = ll_rigid_sim_trace_row,
+};
