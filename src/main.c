@@ -9,8 +9,11 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/program.h"
 #include "daemon/serve.h"
+#include "experiment/experiment.h"
 #include "experiment/precision.h"
+#include "experiment/verbs.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
@@ -88,22 +91,17 @@ static ll_status read_whole(FILE *f, const char *name, char **text, size_t *leng
 }
 
 /* Where the scenarios are: beside the binary, unless told. */
-static const char *scenario_directory(const arguments *a, char path[PATH_MAX + 16])
+static const char *scenario_directory(const arguments *a, char path[PATH_MAX])
 {
     if (a->scenarios)
         return a->scenarios;
-    ssize_t n = readlink("/proc/self/exe", path, PATH_MAX - 1);
-    if (n <= 0)
-        return "scenarios";
-    path[n] = '\0';
-    char *slash = strrchr(path, '/');
-    strcpy(slash ? slash : path, "/scenarios");
+    ll_beside_program("scenarios", path, PATH_MAX);
     return path;
 }
 
 static ll_status load_scenario(const arguments *a, cJSON **json)
 {
-    char path[PATH_MAX + 16];
+    char path[PATH_MAX];
     *json = NULL;
     if (!a->positional)
         return ll_error(LL_BAD_INPUT,
@@ -413,7 +411,7 @@ static int print_json(cJSON *json)
 static int verb_scenarios(int argc, char **argv)
 {
     arguments a = {0};
-    char path[PATH_MAX + 16];
+    char path[PATH_MAX];
     cJSON *list = NULL;
     ll_status status = parse_arguments(argc, argv, &a);
     if (!ll_failed(&status))
@@ -571,7 +569,10 @@ static int verb_schema(int argc, char **argv)
 {
     arguments a = {0};
     ll_status status = parse_arguments(argc, argv, &a);
-    return ll_failed(&status) ? fail(&status) : print_json(ll_scenario_schema());
+    if (ll_failed(&status))
+        return fail(&status);
+    bool experiment = a.positional && strcmp(a.positional, "experiment") == 0;
+    return print_json(experiment ? ll_experiment_schema() : ll_scenario_schema());
 }
 
 static int verb_help(int argc, char **argv);
@@ -586,9 +587,14 @@ static const struct {
      "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE] "
      "[--text]",
      "run a scenario as fast as it goes and print its metrics", verb_run},
+    {"sweep",
+     "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
+     "[--shard I/N|auto] [--dry-run]",
+     "run an experiment: a row for each run, or each point", ll_verb_sweep},
+    {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
     {"scenarios", "", "list the scenarios", verb_scenarios},
-    {"schema", "", "print the JSON Schema of scenarios", verb_schema},
+    {"schema", "[experiment]", "print the JSON Schema of scenarios, or of experiments", verb_schema},
     {"methods", "", "list the integrators", verb_methods},
     {"problems", "", "list the problems of motion, with their parameters", verb_problems},
     {"work-precision", "PROBLEM [--methods A,B,...] [--set name=value]... [--duration S]",

@@ -9,6 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/program.h"
 #include "daemon/api.h"
 #include "daemon/door.h"
 #include "daemon/host.h"
@@ -37,17 +38,8 @@ static int complain(const ll_status *status, int exit_status)
 /* `name` beside the program, for what was left empty. */
 static void default_folder(char *folder, size_t size, const char *name)
 {
-    char path[4096];
-    if (folder[0])
-        return;
-    ssize_t length = readlink("/proc/self/exe", path, sizeof path - 1);
-    path[length > 0 ? length : 0] = '\0';
-    char *slash = strrchr(path, '/');
-    if (slash)
-        *slash = '\0';
-    int written = snprintf(folder, size, "%s/%s", slash ? path : ".", name);
-    if (written < 0 || (size_t)written >= size)
-        snprintf(folder, size, "%s", name);
+    if (!folder[0])
+        ll_beside_program(name, folder, size);
 }
 
 static bool default_data(char *folder, size_t size)

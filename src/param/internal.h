@@ -40,10 +40,6 @@ void ll_append_printable(ll_writer *writer, const char *text, size_t length, siz
 /* The name in `table` that `name` was probably meant to be, or NULL. */
 const char *ll_nearest_name(const ll_param_table *table, const char *name, size_t length);
 
-/* ---- number.c ---- */
-
-void ll_number_text(double value, char out[32]); /* the fewest of 15 to 17 digits that read back as `value` */
-
 /* ---- place.c: walks a table and its object by names ---- */
 
 typedef enum ll_place_kind { LL_PLACE_VALUE, LL_PLACE_OBJECT, LL_PLACE_ARRAY } ll_place_kind;

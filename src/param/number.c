@@ -4,7 +4,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "param/internal.h"
+#include "param/param.h"
 
 void ll_number_text(double value, char out[32])
 {

@@ -94,6 +94,10 @@ typedef ll_status ll_param_change(void *context, const char *path, const char *v
 ll_status ll_param_patch(const ll_param_table *table, const struct cJSON *patch, void *object,
                          ll_param_change *change, void *context);
 
+/* The same for all rows, live or not, before anything runs. An array that is given as an array replaces what
+ * is there. */
+ll_status ll_param_merge(const ll_param_table *table, const struct cJSON *patch, void *object);
+
 /* Sets one value by path. `value` is JSON, or bare text for texts and choices (`--set server.sync=lockstep`).
  * With `live_only` a row that is not live is refused. An object is merged; an array is replaced when
  * `live_only` is off. */
@@ -107,6 +111,9 @@ struct cJSON *ll_param_write(const ll_param_table *table, const void *object);
  * rounds some: those are raw items (cJSON_IsRaw) with `valuedouble` set, which all functions here read as
  * numbers. */
 struct cJSON *ll_param_number(double value);
+
+/* The fewest of 15 to 17 digits that read back as `value`. */
+void ll_number_text(double value, char out[32]);
 
 /* The number at a dotted path of a document, indices into arrays included; NULL with none. */
 const struct cJSON *ll_param_number_at(const struct cJSON *json, const char *path);

@@ -196,3 +196,8 @@ ll_status ll_param_patch(const ll_param_table *table, const cJSON *patch, void *
     ll_patch_options options = {.live_only = true, .change = change, .context = context};
     return ll_patch_apply(table, patch, object, &options);
 }
+
+ll_status ll_param_merge(const ll_param_table *table, const cJSON *patch, void *object)
+{
+    return ll_patch_apply(table, patch, object, &(ll_patch_options){.live_only = false});
+}

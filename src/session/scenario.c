@@ -219,7 +219,7 @@ static void list_one(const char *directory, const char *id, cJSON *list)
 {
     cJSON *json = NULL;
     ll_status status = ll_scenario_load(directory, id, &json);
-    if (!ll_failed(&status)) {
+    if (!ll_failed(&status) && cJSON_HasObjectItem(json, "kind")) { /* experiments have none */
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "id", id);
         static const char *const names[] = {"title", "paper", "kind", "game", "text"};

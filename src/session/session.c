@@ -58,6 +58,19 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     return ll_ok();
 }
 
+ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *context, ll_session **session)
+{
+    ll_status status = ll_session_new(scenario, scenario->config, on_line, context, session);
+    if (!ll_failed(&status))
+        status = ll_session_wake(*session);
+    if (ll_failed(&status)) {
+        ll_session_destroy(*session);
+        *session = NULL;
+    }
+    *scenario = (ll_scenario){0};
+    return status;
+}
+
 ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_line, void *context,
                             ll_session **session)
 {
@@ -68,14 +81,7 @@ ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_lin
         return status;
     if (seed >= 0)
         ((ll_scenario_head *)scenario.config)->seed = seed;
-    status = ll_session_new(&scenario, scenario.config, on_line, context, session);
-    if (!ll_failed(&status))
-        status = ll_session_wake(*session);
-    if (ll_failed(&status)) {
-        ll_session_destroy(*session);
-        *session = NULL;
-    }
-    return status;
+    return ll_session_open(&scenario, on_line, context, session);
 }
 
 static void drop_snapshots(ll_session *s, int64_t from)

@@ -21,6 +21,7 @@
 #include "sim/sim.h"
 
 struct cJSON;
+struct ll_scenario;
 typedef struct ll_session ll_session;
 
 typedef enum ll_session_status {
@@ -41,6 +42,9 @@ typedef void ll_log_line(void *context, const char *line, size_t length);
  * all lines can restore the session. */
 ll_status ll_session_create(const struct cJSON *scenario, int64_t seed, ll_log_line *on_line, void *context,
                             ll_session **session);
+/* The same of a scenario that has been read; its configuration is taken, also on an error. */
+ll_status ll_session_open(struct ll_scenario *scenario, ll_log_line *on_line, void *context,
+                          ll_session **session);
 void ll_session_destroy(ll_session *session);
 
 /* Restores a session from the lines of a log (as written, separated by newlines); parked, paused at the last

@@ -1,0 +1,94 @@
+#include "experiment/arguments.h"
+
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/program.h"
+
+static const ll_option *find(const ll_option *options, const char *name)
+{
+    for (; options->name; options++)
+        if (strcmp(options->name, name) == 0)
+            return options;
+    return NULL;
+}
+
+ll_status ll_arguments(int argc, char **argv, const ll_option *options, const char **positional, int *count)
+{
+    *count = 0;
+    for (int i = 0; i < argc; i++) {
+        const ll_option *option = find(options, argv[i]);
+        if (!option && argv[i][0] == '-' && argv[i][1] != '\0')
+            return ll_error(LL_BAD_INPUT, "unknown option %.100s", argv[i]);
+        if (!option && *count == LL_POSITIONAL_MAX)
+            return ll_error(LL_BAD_INPUT, "more than %d files", LL_POSITIONAL_MAX);
+        if (!option)
+            positional[(*count)++] = argv[i];
+        else if (option->flag)
+            *option->flag = true;
+        else if (i + 1 == argc)
+            return ll_error(LL_BAD_INPUT, "%s needs a value", argv[i]);
+        else
+            *option->value = argv[++i];
+    }
+    return ll_ok();
+}
+
+ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int64_t high, int64_t *value)
+{
+    char *end;
+    errno = 0;
+    long long number = strtoll(text, &end, 10);
+    if (end == text || *end || errno || number < low || number > high)
+        return ll_error(LL_BAD_INPUT, "%s must be a whole number from %lld to %lld; got %.40s", name,
+                        (long long)low, (long long)high, text);
+    *value = number;
+    return ll_ok();
+}
+
+int ll_argument_fail(const ll_status *status)
+{
+    fprintf(stderr, "laglab: %s\n", status->text);
+    return status->code == LL_IO || status->code == LL_NO_MEMORY || status->code == LL_DIVERGED ? 1 : 2;
+}
+
+static ll_status read_input(cJSON **json)
+{
+    char *text = NULL;
+    size_t capacity = 0;
+    ssize_t length = getdelim(&text, &capacity, '\0', stdin); /* JSON has no such byte: the whole input */
+    ll_status status = ll_json_parse(text, length > 0 ? (size_t)length : 0, json);
+    free(text);
+    return status;
+}
+
+ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment)
+{
+    char folder[PATH_MAX];
+    cJSON *json = NULL;
+    *experiment = NULL;
+    if (!name)
+        return ll_error(LL_BAD_INPUT,
+                        "which experiment? A file, an id such as experiments/lag_techniques, or - for "
+                        "standard input");
+    if (!scenarios) {
+        ll_beside_program("scenarios", folder, sizeof folder);
+        scenarios = folder;
+    }
+    bool input = strcmp(name, "-") == 0;
+    ll_status status = input ? read_input(&json) : ll_scenario_load(scenarios, name, &json);
+    if (status.code == LL_NOT_FOUND && !input)
+        status = access(name, R_OK) == 0
+                     ? ll_scenario_read(name, &json)
+                     : ll_error(LL_BAD_INPUT,
+                                "there is no experiment %.100s, neither a file nor in the library", name);
+    if (!ll_failed(&status))
+        status = ll_experiment_parse(json, scenarios, experiment);
+    cJSON_Delete(json);
+    return status;
+}

@@ -1,0 +1,94 @@
+/* An experiment: a scenario, what is varied, how often each point is repeated, and which metrics are kept.
+ *
+ * A row is a pure function of (specification, index): it can be run on any thread or machine, again after a
+ * crash, and in any order. Run i is repeat i % repeats of point i / repeats; repeat r has the scenario's seed
+ * + r, at every point, so that points differ by their parameters and not by their luck. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "experiment/axis.h"
+#include "session/scenario.h"
+
+enum {
+    LL_EXPERIMENT_AXES_MAX = 10,
+    LL_EXPERIMENT_METRICS_MAX = 32,
+    LL_EXPERIMENT_PATH_MAX = 120,
+    LL_EXPERIMENT_RUNS_MAX = 10000000,
+};
+
+typedef enum ll_sampling { LL_SAMPLE_NONE, LL_SAMPLE_RANDOM, LL_SAMPLE_SOBOL } ll_sampling;
+
+/* What has one value, in a table of its own. */
+typedef struct ll_experiment_head {
+    char title[LL_TITLE_MAX + 8];
+    char text[LL_TEXT_MAX + 8];
+    char scenario_id[LL_EXPERIMENT_PATH_MAX +
+                     8]; /* that the scenario was read from; empty when it was given whole */
+    int64_t repeats;
+    struct {
+        int32_t method, reserved; /* ll_sampling */
+        int64_t count, seed;
+    } sample;
+    struct {
+        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: runs go to their end */
+        double above, every_s;
+    } stop;
+} ll_experiment_head;
+
+typedef struct ll_experiment {
+    ll_experiment_head head;
+    ll_scenario base;   /* with the fixed overrides */
+    struct cJSON *json; /* the specification, with the scenario in it: all that another machine needs */
+    struct cJSON *set;  /* the fixed overrides, within `json`; may be NULL */
+    ll_axis axes[LL_EXPERIMENT_AXES_MAX];
+    int dimension[LL_EXPERIMENT_AXES_MAX]; /* of each axis: zipped ones share it */
+    int axis_count, dimension_count;
+    char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
+    int metric_count;
+    int64_t points, runs;
+} ll_experiment;
+
+/* Reads and checks all that can be checked without running: paths, values, the number of runs, metrics.
+ * `scenarios` is the folder of the library. Errors name the field, its range and the value. */
+ll_status ll_experiment_parse(const struct cJSON *json, const char *scenarios, ll_experiment **experiment);
+void ll_experiment_free(ll_experiment *experiment);
+
+/* The specification as text, with the scenario in it. Caller frees. NULL without memory. */
+char *ll_experiment_text(const ll_experiment *experiment);
+
+/* What differs between two experiments gives other keys: specification, scenario, version of laglab. */
+uint64_t ll_experiment_key(const ll_experiment *experiment);
+
+/* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */
+struct cJSON *ll_experiment_point(const ll_experiment *experiment, int64_t point);
+int64_t ll_experiment_seed(const ll_experiment *experiment, int64_t run);
+
+struct cJSON *ll_experiment_schema(void);
+
+/* ---- rows ---- */
+
+typedef enum ll_row_status {
+    LL_ROW_OK,
+    LL_ROW_STOPPED,  /* by the stop rule */
+    LL_ROW_DIVERGED, /* `error` tells when and where; metrics are those of that moment */
+    LL_ROW_REFUSED,  /* these values do not go together; there are no metrics */
+} ll_row_status;
+
+extern const char *const ll_row_status_names[];
+
+typedef struct ll_row {
+    int64_t run;
+    ll_row_status status;
+    char error[200];
+    uint64_t hash;                             /* of the state at the end */
+    double t_s;                                /* virtual time at the end */
+    double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN where there is none */
+} ll_row;
+
+/* Fails only for want of memory. */
+ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, ll_row *row);
+
+/* The session of a run, before its first tick: to be opened live. */
+ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);

@@ -1,0 +1,100 @@
+/* An SQLite database with one table, `results`. SQLite writes files by name, so it is made in a temporary
+ * one. */
+#include <sqlite3.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "experiment/formats.h"
+
+static const char *const types[] = {
+    [LL_CELL_INT] = "INTEGER", [LL_CELL_REAL] = "REAL", [LL_CELL_BOOL] = "INTEGER", [LL_CELL_TEXT] = "TEXT"};
+
+static char *statement(const ll_table *t, bool create)
+{
+    sqlite3_str *sql = sqlite3_str_new(NULL);
+    sqlite3_str_appendall(sql, create ? "CREATE TABLE results(" : "INSERT INTO results VALUES(");
+    for (int i = 0; i < t->column_count; i++) {
+        const char *comma = i ? "," : "";
+        if (create)
+            sqlite3_str_appendf(sql, "%s\"%w\" %s%s", comma, t->columns[i].name, types[t->columns[i].type],
+                                t->columns[i].nullable ? "" : " NOT NULL");
+        else
+            sqlite3_str_appendf(sql, "%s?%d", comma, i + 1);
+    }
+    sqlite3_str_appendall(sql, create ? ") STRICT" : ")");
+    return sqlite3_str_finish(sql);
+}
+
+static void bind(sqlite3_stmt *s, int at, ll_cell_type type, const ll_cell *cell)
+{
+    if (cell->null)
+        sqlite3_bind_null(s, at);
+    else if (type == LL_CELL_TEXT)
+        sqlite3_bind_text(s, at, cell->text, -1, SQLITE_TRANSIENT);
+    else if (type == LL_CELL_REAL)
+        sqlite3_bind_double(s, at, cell->number);
+    else
+        sqlite3_bind_int64(s, at, (int64_t)cell->number);
+}
+
+static ll_status fill(sqlite3 *db, const ll_table *t)
+{
+    ll_cell cells[LL_COLUMNS_MAX];
+    ll_status status = ll_ok();
+    char *create = statement(t, true), *insert = statement(t, false);
+    sqlite3_stmt *s = NULL;
+    bool good = create && insert &&
+                sqlite3_exec(db, "PRAGMA journal_mode=OFF; PRAGMA synchronous=OFF; BEGIN", NULL, NULL,
+                             NULL) == SQLITE_OK &&
+                sqlite3_exec(db, create, NULL, NULL, NULL) == SQLITE_OK &&
+                sqlite3_prepare_v2(db, insert, -1, &s, NULL) == SQLITE_OK;
+    while (good && t->next(t->context, cells, &status)) {
+        for (int i = 0; i < t->column_count; i++)
+            bind(s, i + 1, t->columns[i].type, &cells[i]);
+        good = sqlite3_step(s) == SQLITE_DONE;
+        sqlite3_reset(s);
+    }
+    sqlite3_finalize(s);
+    good = good && sqlite3_exec(db, "COMMIT", NULL, NULL, NULL) == SQLITE_OK;
+    sqlite3_free(create);
+    sqlite3_free(insert);
+    if (!good && !ll_failed(&status))
+        status = ll_error(LL_IO, "the SQLite file could not be made: %s", sqlite3_errmsg(db));
+    return status;
+}
+
+static ll_status copy(const char *path, FILE *file)
+{
+    char piece[65536];
+    size_t got;
+    FILE *from = fopen(path, "rbe");
+    if (!from)
+        return ll_error(LL_IO, "the SQLite file could not be read back from %s", path);
+    while ((got = fread(piece, 1, sizeof piece, from)) > 0)
+        fwrite(piece, 1, got, file);
+    fclose(from);
+    return ll_ok();
+}
+
+static ll_status write_file(const ll_table *t, FILE *file)
+{
+    const char *folder = getenv("TMPDIR");
+    char path[512];
+    snprintf(path, sizeof path, "%s/laglab-results-XXXXXX", folder && strlen(folder) < 400 ? folder : "/tmp");
+    int fd = mkstemp(path);
+    sqlite3 *db = NULL;
+    if (fd < 0)
+        return ll_error(LL_IO, "no temporary file can be made in %s; TMPDIR names another folder", path);
+    close(fd);
+    ll_status status =
+        sqlite3_open(path, &db) == SQLITE_OK ? fill(db, t) : ll_error(LL_IO, "%s cannot be opened", path);
+    sqlite3_close(db);
+    if (!ll_failed(&status))
+        status = copy(path, file);
+    unlink(path);
+    return ll_format_end(file, &status);
+}
+
+const ll_format ll_format_sqlite = {"sqlite", "application/vnd.sqlite3",
+                                    "an SQLite database with the table `results`", write_file};

@@ -1,0 +1,237 @@
+/* `laglab sweep`: an experiment on this machine, resumed where it was broken off. */
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "experiment/arguments.h"
+#include "experiment/shard.h"
+#include "experiment/table.h"
+#include "experiment/verbs.h"
+#include "experiment/work.h"
+
+/* Nobody else works on a store of this process' own, so a lease need not run out while a run takes long. */
+#define OWN_LEASE_S 1e6
+#define SHARED_LEASE_S 60
+
+typedef struct sweep {
+    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios;
+    bool points, dry_run;
+    ll_experiment *experiment;
+    const ll_format *format;
+    ll_result_store *store;
+    char id[LL_EXPERIMENT_ID_MAX + 1];
+    char own_store[4096]; /* beside the output, gone when it is written; empty when one was named */
+    int64_t threads, from, to;
+} sweep;
+
+static double seconds(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* ---- before ---- */
+
+static ll_status choose_format(sweep *s)
+{
+    const char *name = s->format_name, *dot = s->out ? strrchr(s->out, '.') : NULL;
+    if (!name)
+        name = dot && ll_format_find(dot + 1, strlen(dot + 1)) ? dot + 1 : "csv";
+    s->format = ll_format_find(name, strlen(name));
+    if (s->format)
+        return ll_ok();
+    char known[80] = "";
+    for (int i = 0; ll_formats[i]; i++)
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "",
+                 ll_formats[i]->name);
+    return ll_error(LL_BAD_INPUT, "--format must be one of %s; got %.40s", known, name);
+}
+
+/* Runs the first run to tell how long all will take. */
+static ll_status dry_run(const sweep *s)
+{
+    ll_row row;
+    double from = seconds(CLOCK_THREAD_CPUTIME_ID);
+    ll_status status = ll_experiment_run(s->experiment, s->from, &row);
+    double run_s = seconds(CLOCK_THREAD_CPUTIME_ID) - from;
+    if (ll_failed(&status))
+        return status;
+    printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
+           ",\"run_s\":%.3g,\"threads\":%" PRId64 ",\"estimated_s\":%.3g}\n",
+           s->experiment->points, s->experiment->head.repeats, s->to - s->from, run_s, s->threads,
+           run_s * (double)(s->to - s->from) / (double)s->threads);
+    return status;
+}
+
+static ll_status open_store(sweep *s)
+{
+    const char *url = s->store_url ? s->store_url : ":memory:";
+    if (!s->store_url && s->out) {
+        snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->out);
+        url = s->own_store;
+    }
+    snprintf(s->id, sizeof s->id, "%016" PRIx64 "-%" PRId64 "-%" PRId64, ll_experiment_key(s->experiment),
+             s->from, s->to);
+    ll_status status = ll_result_store_open(url, &s->store);
+    if (ll_failed(&status))
+        return status;
+    char *text = ll_experiment_text(s->experiment);
+    status =
+        text ? s->store->kind->create(s->store, s->id, text, s->from, s->to, ll_chunk_size(s->to - s->from))
+             : ll_error(LL_NO_MEMORY, "no memory for an experiment");
+    free(text);
+    if (!ll_failed(&status) && s->own_store[0]) /* of a run that was broken off */
+        status = s->store->kind->release(s->store);
+    return status;
+}
+
+/* ---- running ---- */
+
+static void show_bar(const sweep *s, int64_t done, double elapsed, int64_t here)
+{
+    enum { WIDTH = 30 };
+    int64_t all = s->to - s->from;
+    double rate = elapsed > 0 ? (double)here / elapsed : 0;
+    int filled = (int)(WIDTH * done / (all ? all : 1));
+    fprintf(stderr, "\r[%.*s%*s] %" PRId64 "/%" PRId64 "  %.0f runs/s  %.0f s left \033[K", filled,
+            "##############################", WIDTH - filled, "", done, all, rate,
+            rate > 0 ? (double)(all - done) / rate : NAN);
+    fflush(stderr);
+}
+
+static ll_status run_all(sweep *s)
+{
+    ll_experiment_record record;
+    ll_workers *workers = NULL;
+    ll_workers_order order = {.store = s->store,
+                              .id = s->id,
+                              .scenarios = s->scenarios,
+                              .threads = (int)s->threads,
+                              .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
+                              .drain = true};
+    ll_status status = s->store->kind->record(s->store, s->id, &record);
+    if (!ll_failed(&status))
+        status = ll_workers_start(&order, &workers);
+    if (ll_failed(&status))
+        return status;
+    bool bar = isatty(STDERR_FILENO);
+    double begun = seconds(CLOCK_MONOTONIC);
+    while (bar && ll_workers_busy(workers)) {
+        int64_t here = ll_workers_runs(workers);
+        show_bar(s, record.done + here, seconds(CLOCK_MONOTONIC) - begun, here);
+        nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
+    }
+    if (bar)
+        fputs("\r\033[K", stderr);
+    status = ll_workers_join(workers);
+    if (!ll_failed(&status))
+        status = s->store->kind->record(s->store, s->id, &record);
+    if (!ll_failed(&status) && record.state != LL_EXPERIMENT_DONE)
+        status = ll_error(LL_IO, "the experiment is %s with %" PRId64 " of %" PRId64 " runs done",
+                          ll_experiment_state_names[record.state], record.done, record.to - record.from);
+    return status;
+}
+
+/* ---- after ---- */
+
+static ll_status write_table(const sweep *s, FILE *file)
+{
+    ll_stored_rows rows;
+    ll_result_table *table = NULL;
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
+    if (!ll_failed(&status))
+        status = (s->points ? ll_result_table_points
+                            : ll_result_table_rows)(s->experiment, ll_stored_rows_next, &rows, &table);
+    if (!ll_failed(&status))
+        status = s->format->write(ll_result_table_get(table), file);
+    ll_result_table_free(table);
+    ll_stored_rows_close(&rows);
+    return status;
+}
+
+/* Under another name until it is whole. */
+static ll_status write_out(const sweep *s)
+{
+    char temporary[4096];
+    if (!s->out)
+        return write_table(s, stdout);
+    snprintf(temporary, sizeof temporary, "%s.part", s->out);
+    FILE *file = fopen(temporary, "wb");
+    if (!file)
+        return ll_error(LL_IO, "cannot write %.200s", temporary);
+    ll_status status = write_table(s, file);
+    bool good = fclose(file) == 0;
+    if (!ll_failed(&status) && (!good || rename(temporary, s->out) != 0))
+        status = ll_error(LL_IO, "cannot write %.200s", s->out);
+    if (ll_failed(&status))
+        unlink(temporary);
+    return status;
+}
+
+static void remove_own_store(const sweep *s)
+{
+    static const char *const parts[] = {"", "-wal", "-shm"};
+    for (size_t i = 0; s->own_store[0] && i < sizeof parts / sizeof parts[0]; i++) {
+        char path[4200];
+        snprintf(path, sizeof path, "%s%s", s->own_store, parts[i]);
+        unlink(path);
+    }
+}
+
+/* ---- the verb ---- */
+
+static ll_status prepare(sweep *s, int argc, char **argv)
+{
+    const ll_option options[] = {{"--jobs", &s->jobs, NULL},
+                                 {"--out", &s->out, NULL},
+                                 {"--format", &s->format_name, NULL},
+                                 {"--store", &s->store_url, NULL},
+                                 {"--shard", &s->shard, NULL},
+                                 {"--scenarios", &s->scenarios, NULL},
+                                 {"--points", NULL, &s->points},
+                                 {"--dry-run", NULL, &s->dry_run},
+                                 {NULL, NULL, NULL}};
+    const char *positional[LL_POSITIONAL_MAX];
+    int count;
+    s->threads = ll_cores();
+    ll_status status = ll_arguments(argc, argv, options, positional, &count);
+    if (!ll_failed(&status) && count > 1)
+        status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    if (!ll_failed(&status) && s->jobs)
+        status = ll_argument_whole("--jobs", s->jobs, 1, 256, &s->threads);
+    if (!ll_failed(&status))
+        status = choose_format(s);
+    if (!ll_failed(&status))
+        status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
+    if (!ll_failed(&status))
+        status = ll_shard(s->shard, s->experiment->runs, &s->from, &s->to);
+    if (!ll_failed(&status) && s->points && s->shard)
+        status = ll_error(LL_BAD_INPUT,
+                          "--points needs all runs of a point, so not --shard: merge the shards first");
+    return status;
+}
+
+int ll_verb_sweep(int argc, char **argv)
+{
+    sweep s = {0};
+    ll_status status = prepare(&s, argc, argv);
+    if (!ll_failed(&status) && s.dry_run) {
+        status = dry_run(&s);
+    } else if (!ll_failed(&status)) {
+        status = open_store(&s);
+        if (!ll_failed(&status))
+            status = run_all(&s);
+        if (!ll_failed(&status))
+            status = write_out(&s);
+        ll_result_store_close(s.store);
+        if (!ll_failed(&status))
+            remove_own_store(&s);
+    }
+    ll_experiment_free(s.experiment);
+    return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+}

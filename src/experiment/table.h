@@ -1,0 +1,63 @@
+/* Results as a table: one tidy row per run, or per point. Formats write any table. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "experiment/experiment.h"
+
+enum { LL_COLUMN_NAME_MAX = 160, LL_COLUMNS_MAX = 256 };
+
+typedef struct ll_column {
+    char name[LL_COLUMN_NAME_MAX];
+    ll_cell_type type;
+    bool nullable;
+} ll_column;
+
+typedef struct ll_cell {
+    bool null;
+    double number;    /* of INT (whole, below 2^53), REAL and BOOL */
+    const char *text; /* of TEXT; until the next row */
+} ll_cell;
+
+typedef struct ll_table {
+    const ll_column *columns;
+    int column_count;
+    /* Fills the cells of the next row; false at the end or on an error. */
+    bool (*next)(void *context, ll_cell *cells, ll_status *status);
+    void *context;
+} ll_table;
+
+/* ---- the rows of an experiment ---- */
+
+/* Where rows come from, in the order of their runs. */
+typedef bool ll_row_source(void *context, ll_row *row, ll_status *status);
+
+typedef struct ll_result_table ll_result_table;
+
+/* run, point, repeat, seed; every fixed or varied parameter with its unit in the name; status, error, hash,
+ * t_s; the metrics. */
+ll_status ll_result_table_rows(const ll_experiment *experiment, ll_row_source *source, void *context,
+                               ll_result_table **table);
+
+/* One row per point: its parameters, `runs` that ended well, and for each metric the mean over them and the
+ * half width of its 95 % interval (Student's t), NULL below two runs. */
+ll_status ll_result_table_points(const ll_experiment *experiment, ll_row_source *source, void *context,
+                                 ll_result_table **table);
+
+const ll_table *ll_result_table_get(ll_result_table *table);
+void ll_result_table_free(ll_result_table *table);
+
+/* Half width of the 95 % interval of a mean of n >= 2 values with this sum and sum of squared deviations. */
+double ll_interval_95(int64_t n, double squares);
+
+/* ---- formats ---- */
+
+typedef struct ll_format {
+    const char *name, *type, *help; /* `csv`, `text/csv; charset=utf-8` */
+    ll_status (*write)(const ll_table *table, FILE *file);
+} ll_format;
+
+extern const ll_format *const ll_formats[]; /* NULL-terminated */
+const ll_format *ll_format_find(const char *name, size_t length);

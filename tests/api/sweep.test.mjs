@@ -1,0 +1,167 @@
+// Experiments on the command line: the same rows for any number of jobs, in every format, after a crash and from shards.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { spawn, spawnSync } from 'node:child_process';
+import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { DuckDBInstance } from '@duckdb/node-api';
+import { waitFor } from '../lib/client.mjs';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
+const BINARY = path.resolve(process.env.LAGLAB_BIN ?? path.join(ROOT, 'build/laglab'));
+
+let folder;
+before(() => { folder = mkdtempSync(path.join(tmpdir(), 'laglab-sweep-')); });
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+const file = (/** @type {string} */ name) => path.join(folder, name);
+
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>}} [wish] */
+function laglab(args, wish = {}) {
+  const result = spawnSync(BINARY, args, { cwd: folder, input: wish.input ?? '', encoding: 'utf8', maxBuffer: 1 << 28, timeout: 120000,
+    env: { ...process.env, ...wish.env } });
+  assert.equal(result.signal, null, `laglab ${args.join(' ')} ended by ${result.signal}: ${result.stderr}`);
+  return result;
+}
+
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>}} [wish] */
+function good(args, wish) {
+  const result = laglab(args, wish);
+  assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);
+  assert.equal(result.stderr, '');
+  return result.stdout;
+}
+
+/** @param {string} name @param {object} experiment */
+function write(name, experiment) {
+  writeFileSync(file(name), JSON.stringify(experiment));
+  return name;
+}
+
+// Every type of column; a text with a comma and quotes; a refused row with its sentence.
+const mixed = () => write('mixed.json', {
+  scenario: { kind: 'motion', problem: 'kepler', duration_s: 2, methods: [{ method: 'rk4' }] },
+  set: { title: 'commas, and "quotes"' },
+  axes: [{ path: 'methods.0.method', values: ['rk4', 'velocity_verlet', 'boris'].slice(0, 2) }, { path: 'methods.0.dt_s', from: 0.001, to: 1, count: 4, scale: 'log' },
+    { path: 'duration_s', values: [2, 0.5] }, { path: 'methods.0.shown', values: [true] }],
+  repeats: 2, metrics: ['methods.0.e_final', 'methods.0.evaluations', 'methods.0.energy_drift_max'],
+});
+const race = (repeats = 6) => write('race.json', {
+  scenario: 'race', set: { duration_s: 4 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }, { path: 'players.0.link.up.jitter_ms', values: [0, 40] }],
+  repeats, metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
+});
+
+test('rows are the same for any number of jobs, from shards, and from standard input', () => {
+  const name = race();
+  const one = good(['sweep', name, '--jobs', '1']);
+  assert.equal(one.split('\r\n').length, 38);
+  for (const jobs of ['2', '7']) assert.equal(good(['sweep', name, '--jobs', jobs]), one);
+  assert.equal(good(['sweep', '-'], { input: readFileSync(file(name), 'utf8') }), one);
+  for (const i of [1, 2, 3]) good(['sweep', name, '--shard', `${i}/3`, '--out', `s${i}.csv`]);
+  assert.equal(good(['merge', name, 's3.csv', 's1.csv', 's2.csv']), one);
+  good(['sweep', name, '--shard', 'auto', '--out', 's2.csv'], { env: { SLURM_ARRAY_TASK_ID: '2', SLURM_ARRAY_TASK_COUNT: '3', SLURM_ARRAY_TASK_MIN: '1' } });
+  assert.equal(good(['merge', name, 's3.csv', 's1.csv', 's2.csv', 's2.csv']), one, 'a shard run twice is the same shard');
+  const missing = laglab(['merge', name, 's1.csv', 's3.csv']);
+  assert.equal(missing.status, 2);
+  assert.match(missing.stderr, /12 of 36 runs are in no shard, the first is run 12/);
+});
+
+test('columns name every parameter with its unit', () => {
+  const [head, first] = good(['sweep', mixed()]).split('\r\n');
+  assert.equal(head, 'run,point,repeat,seed,methods.0.method,methods.0.dt_s,duration_s,methods.0.shown,title,status,error,hash,t_s,'
+    + 'methods.0.e_final,methods.0.evaluations,methods.0.energy_drift_max');
+  assert.match(first, /^0,0,0,1,rk4,0.001,2,true,"commas, and ""quotes""",ok,,[0-9a-f]{16},2,/);
+  const spring = write('g.json', { scenario: 'motion/free_fall', axes: [{ path: 'params.g', values: [1] }], metrics: ['methods.0.e_final'] });
+  assert.match(good(['sweep', spring]), /^run,point,repeat,seed,params.g_m_per_s2,/);
+});
+
+test('all formats hold the same values, as DuckDB reads them', async () => {
+  const name = mixed();
+  for (const format of ['csv', 'ndjson', 'json', 'parquet', 'sqlite']) good(['sweep', name, '--out', `r.${format}`]);
+  const rows = good(['sweep', name, '--format', 'ndjson']).trim().split('\n').map((line) => JSON.parse(line));
+  assert.equal(rows.length, 32);
+  assert.ok(rows.some((row) => row.status === 'refused' && row.error.includes('dt_s') && row['methods.0.e_final'] === null));
+  assert.deepEqual(JSON.parse(readFileSync(file('r.json'), 'utf8')), rows);
+  const duck = await (await DuckDBInstance.create(':memory:')).connect();
+  const read = async (/** @type {string} */ from) => (await duck.runAndReadAll(`SELECT * FROM ${from} ORDER BY run`)).getRowObjects()
+    .map((row) => Object.fromEntries(Object.entries(row).map(([key, value]) => [key, typeof value === 'bigint' ? Number(value) : value])));
+  assert.deepEqual(await read(`read_parquet('${file('r.parquet')}')`), rows);
+  assert.deepEqual(await read(`read_ndjson('${file('r.ndjson')}', columns = NULL)`.replace(', columns = NULL', '')), rows);
+  assert.deepEqual(await read(`read_csv('${file('r.csv')}', header = true, quote = '"', escape = '"')`), rows);
+  const sqlite = spawnSync('sqlite3', ['-json', file('r.sqlite'), 'SELECT * FROM results ORDER BY run'], { encoding: 'utf8' });
+  if (sqlite.error) return; /* the shell is not among what building needs; CSV and Parquet were read */
+  assert.deepEqual(JSON.parse(sqlite.stdout).map((row) => ({ ...row, 'methods.0.shown': row['methods.0.shown'] === 1 })), rows);
+});
+
+test('Parquet of many rows and many row groups is read back', async () => {
+  const name = write('many.json', { scenario: { kind: 'motion', problem: 'free_fall', duration_s: 0.1, methods: [{ method: 'rk4', dt_s: 0.1 }] },
+    axes: [{ path: 'params.g', from: 1, to: 20, count: 2000 }], repeats: 30, metrics: ['methods.0.e_final', 'methods.0.evaluations'] });
+  good(['sweep', name, '--out', 'many.parquet']);
+  const duck = await (await DuckDBInstance.create(':memory:')).connect();
+  const [row] = (await duck.runAndReadAll(`SELECT count(*) n, count(DISTINCT run) d, sum(run) s, min(point) a, max(point) b, sum("params.g_m_per_s2") g,
+    count(error) e, count(DISTINCT hash) h FROM read_parquet('${file('many.parquet')}')`)).getRowObjects();
+  assert.equal(row.n, 60000n);
+  assert.equal(row.d, 60000n);
+  assert.equal(Number(row.s), 59999 * 30000);
+  assert.deepEqual([row.a, row.b, row.e], [0n, 1999n, 0n]);
+  assert.ok(Math.abs(Number(row.g) - 60000 * 10.5) < 1e-6);
+});
+
+test('points are the means of their runs with 95 % intervals', () => {
+  const name = race();
+  const rows = JSON.parse(good(['sweep', name, '--format', 'json']));
+  const points = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  assert.equal(points.length, 6);
+  for (const point of points) {
+    const values = rows.filter((row) => row.point === point.point).map((row) => row['players.0.own_error_m.mean']);
+    const mean = values.reduce((a, b) => a + b) / 6;
+    const deviation = Math.sqrt(values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / 5);
+    assert.equal(point.runs, 6);
+    assert.ok(Math.abs(point['players.0.own_error_m.mean'] - mean) < 1e-12);
+    assert.ok(Math.abs(point['players.0.own_error_m.mean.ci95'] - 2.570581836 * deviation / Math.sqrt(6)) < 1e-9);
+  }
+});
+
+test('a sweep that was killed goes on where it was, and every row is there once', async () => {
+  const name = race(300);
+  const whole = good(['sweep', name]);
+  const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'k.csv'], { cwd: folder, stdio: 'ignore' });
+  await waitFor(() => existsSync(file('k.csv.runs-wal')), 'the store', 10000);
+  await new Promise((resolve) => setTimeout(resolve, 150));
+  begun.kill('SIGKILL');
+  await new Promise((resolve) => begun.once('close', resolve));
+  assert.equal(existsSync(file('k.csv')), false, 'no half file');
+  good(['sweep', name, '--jobs', '2', '--out', 'k.csv']);
+  assert.equal(readFileSync(file('k.csv'), 'utf8'), whole);
+  assert.equal(existsSync(file('k.csv.runs')), false);
+});
+
+test('a dry run counts and estimates, and runs nothing', () => {
+  const answer = JSON.parse(good(['sweep', race(50), '--dry-run', '--jobs', '2']));
+  assert.equal(answer.points, 6);
+  assert.equal(answer.runs, 300);
+  assert.ok(answer.estimated_s > 0);
+});
+
+test('bad input is a sentence and exit 2', () => {
+  const cases = [
+    [['sweep'], 'which experiment'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
+    [['sweep', race(), '--format', 'xls'], 'parquet'], [['sweep', race(), '--shard', '4/3'], '4/3'], [['sweep', race(), '--nosuch'], '--nosuch'],
+    [['sweep', race(), '--store', 'mysql://x/y'], 'mysql://x/y'], [['sweep', race(), '--shard', 'auto'], 'SLURM_ARRAY_TASK_ID'],
+    [['sweep', write('big.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 100000,
+      axes: [{ path: 'players.0.lag_ms', from: 0, to: 1, count: 1000 }] })], '1e+08 runs'],
+    [['sweep', race(), 'other.json'], 'other.json'], [['merge', race(), 'nosuch.csv'], 'nosuch.csv'],
+  ];
+  for (const [args, words] of /** @type {[string[], string][]} */ (cases)) {
+    const result = laglab(args);
+    assert.equal(result.status, 2, `${args.join(' ')}: ${result.stderr}`);
+    assert.match(result.stderr, /^laglab: [^\n]+\n$/);
+    assert.ok(result.stderr.includes(words), `${words}: ${result.stderr}`);
+    assert.equal(result.stdout, '');
+  }
+  const full = laglab(['sweep', race(), '--out', '/dev/full/x.csv']);
+  assert.equal(full.status, 1);
+  assert.match(full.stderr, /\/dev\/full\/x\.csv/);
+});
