@@ -14,8 +14,9 @@ function scale(values, from, to) {
   return { low, high, at: (log) => from + ((log - low) / (high - low)) * (to - from) };
 }
 
-/** @param {{title: string, lines: {group: string, name: string, points: {x: number, y: number}[]}[]}} plot groups at most three */
-export function workPrecision({ title, lines }) {
+/** @param {{title: string, across?: string, what?: string, lines: {group: string, name: string, points: {x: number, y: number}[]}[]}} plot
+ * y in seconds; groups at most three, of which the names of laglab and of the peers are left out */
+export function workPrecision({ title, across = "relative error at the end", what = "CPU time against relative error", lines }) {
   const groups = [...new Set(lines.map((line) => line.group))];
   const points = lines.flatMap((line) => line.points);
   const x = scale(points.map((p) => p.x), LEFT, RIGHT), y = scale(points.map((p) => p.y), BOTTOM, TOP);
@@ -36,10 +37,10 @@ export function workPrecision({ title, lines }) {
     out.push(`<g class="g${of}"><path d="M${place.map((p) => p.join(" ")).join("L")}" stroke-dasharray="${dash}"/>`,
       ...place.map(([px, py]) => `<circle cx="${px}" cy="${py}" r="2.2"/>`),
       `<path d="M${RIGHT + 8} ${at - 4}h24" stroke-dasharray="${dash}"/></g>`,
-      `<text x="${RIGHT + 36}" y="${at}">${escaped(line.group === "laglab" ? line.name : `${line.group} ${line.name}`)}</text>`);
+      `<text x="${RIGHT + 36}" y="${at}">${escaped(["laglab", "peers"].includes(line.group) ? line.name : `${line.group} ${line.name}`)}</text>`);
   });
   return `<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 ${WIDTH} ${HEIGHT}" width="${WIDTH}" height="${HEIGHT}" role="img">
-<title>${escaped(title)}: CPU time against relative error</title>
+<title>${escaped(title)}: ${escaped(what)}</title>
 <style>
 text { font: 11px sans-serif; fill: #222 } .grid { stroke: #8884 } path { fill: none; stroke-width: 1.6 }
 .g0 { stroke: #0060b0; fill: #0060b0 } .g1 { stroke: #b85000; fill: #b85000 } .g2 { stroke: #007a55; fill: #007a55 }
@@ -50,7 +51,7 @@ svg { background: #101418 } text { fill: #ddd }
 </style>
 <text x="${LEFT}" y="18" style="font-weight: bold">${escaped(title)}</text>
 ${out.join("\n")}
-<text x="${(LEFT + RIGHT) / 2}" y="${BOTTOM + 38}" text-anchor="middle">relative error at the end</text>
+<text x="${(LEFT + RIGHT) / 2}" y="${BOTTOM + 38}" text-anchor="middle">${escaped(across)}</text>
 </svg>
 `;
 }

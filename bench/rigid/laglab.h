@@ -1,0 +1,5 @@
+#pragma once
+
+#include "rigid/engine.h"
+
+extern const engine laglab_engine;
