@@ -1,8 +1,9 @@
-#include "fluid/fluid.h"
-
 #include <string.h>
 
-const ll_fluid_scene *const ll_fluid_scenes[] = {NULL};
+#include "fluid/grid.h"
+
+const ll_fluid_scene *const ll_fluid_scenes[] = {&ll_fluid_cavity, &ll_fluid_taylor_green, &ll_fluid_cylinder,
+                                                 &ll_fluid_rotation, NULL};
 
 const ll_fluid_scene *ll_fluid_scene_find(const char *name)
 {

@@ -16,7 +16,7 @@ enum {
     LL_FLUID_POINTS_MAX = 256, /* of a profile */
 };
 
-#define LL_FLUID_BYTES_MAX (INT64_C(256) << 20) /* of a block */
+#define LL_FLUID_BYTES_MAX (INT64_C(64) << 20) /* of a block; a session holds three */
 
 /* A number that is told of a fluid: `divergence_max`, with its unit in the name where it has one. */
 typedef struct ll_fluid_number {
@@ -71,6 +71,7 @@ typedef struct ll_fluid_scene {
     const char *source; /* of what is right */
     const ll_fluid_method *method;
     const ll_param_table *params; /* its own, at most LL_FLUID_PARAMS_MAX bytes */
+    const ll_param_table *solver; /* the method's settings with the defaults that the scene wants */
     double duration_s;            /* that it wants */
 
     /* Whether it can be made: LL_LIMIT with the memory that it would take, LL_BAD_INPUT; the field is

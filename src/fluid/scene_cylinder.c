@@ -1,0 +1,98 @@
+/* Smoke past a cylinder in a tunnel of 2 m: a street of vortices. */
+#include <string.h>
+
+#include "fluid/grid_table.h"
+
+#define SIDE 2.0
+#define SPEED 0.5
+#define RADIUS 0.1
+
+typedef struct params {
+    int64_t n;
+    double re, buoyancy;
+} params;
+
+static const ll_param param_rows[] = {
+    LL_GRID_CELLS(params, 128),
+    {.name = "re",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(params, re),
+     .min = 1,
+     .max = 1e6,
+     .standard = 200,
+     .help = "Reynolds number of the cylinder's diameter of 0.2 m at 0.5 m/s."},
+    {.name = "buoyancy_mps2",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(params, buoyancy),
+     .min = -10,
+     .max = 10,
+     .unit = "m/s^2",
+     .help = "With which smoke rises."},
+};
+
+static const ll_param_table table = {.name = "cylinder",
+                                     .help = "Smoke past a cylinder in a tunnel of 2 m.",
+                                     .rows = param_rows,
+                                     .count = sizeof param_rows / sizeof param_rows[0],
+                                     .size = sizeof(params)};
+
+static void configure(const params *p, ll_grid_config *c)
+{
+    *c = (ll_grid_config){.nx = (int32_t)p->n,
+                          .ny = (int32_t)p->n,
+                          .h = SIDE / (double)p->n,
+                          .sides = {LL_SIDE_IN, LL_SIDE_OUT, LL_SIDE_SLIP, LL_SIDE_SLIP},
+                          .viscosity = SPEED * 2 * RADIUS / p->re,
+                          .buoyancy = p->buoyancy,
+                          .source_x = 0.15,
+                          .source_y = SIDE / 2,
+                          .source_radius = 0.08,
+                          .dyed = 1};
+    memcpy(c->params, p, sizeof *p);
+}
+
+static ll_status check(const void *given, const void *solver)
+{
+    ll_grid_config c;
+    ll_status status = ll_grid_check_cells(((const params *)given)->n);
+    configure(given, &c);
+    return ll_failed(&status) ? status : ll_grid_check(&c, solver, false);
+}
+
+static size_t size(const void *given, const void *solver)
+{
+    int32_t n = (int32_t)((const params *)given)->n;
+    (void)solver;
+    return ll_grid_size(n, n);
+}
+
+static void init(void *block, const void *given, const void *solver)
+{
+    ll_grid_config c;
+    configure(given, &c);
+    ll_grid_init(block, &c, solver);
+    uint8_t *fluid = ll_grid_fluid(block);
+    double *u = ll_grid_u(block);
+    for (int32_t j = 0; j < c.ny; j++)
+        for (int32_t i = 0; i <= c.nx; i++) {
+            double x = (i + 0.5) * c.h - 0.5,
+                   y = (j + 0.5) * c.h - SIDE / 2 - 0.01; /* a little off the axis */
+            u[ll_grid_at(c.nx, i, j)] = SPEED;
+            fluid[ll_grid_at(c.nx, i, j)] = !(x * x + y * y < RADIUS * RADIUS);
+        }
+    ll_grid_start(block);
+}
+
+const ll_fluid_scene ll_fluid_cylinder = {
+    .name = "cylinder",
+    .title = "Smoke past a cylinder",
+    .help = "A tunnel with a cylinder, behind which vortices part in turn. Stir it.",
+    .source = "von Karman 1911",
+    .method = &ll_fluid_grid,
+    .params = &table,
+    .solver = &ll_grid_table,
+    .duration_s = 30,
+    .check = check,
+    .size = size,
+    .init = init,
+};
