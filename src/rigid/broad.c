@@ -94,5 +94,10 @@ void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *box
         for (int32_t i = 0; i < count; i++)
             phase->query(state, boxes, boxes[list[i]], found,
                          &(gather){.moved = moved, .self = list[i], .out = out});
+    int32_t waiting = out->queued < ll_pair_queue ? (int32_t)out->queued : ll_pair_queue;
+    for (int32_t i = 0; i < waiting; i++)
+        if (out->accept(out->context, out->queue[i].a, out->queue[i].b))
+            ll_pair_keep(out, out->queue[i]);
+    out->queued = 0;
     sort(out->at, out->count, 48);
 }

@@ -13,14 +13,19 @@ typedef struct ll_pair {
     int32_t a, b; /* a < b */
 } ll_pair;
 
+enum { ll_pair_queue = 16 };
+
 typedef struct ll_pair_list {
     ll_pair *at;
     int32_t count, capacity;
     bool overflowed;                                           /* there were more pairs than room */
     bool (*accept)(const void *context, int32_t a, int32_t b); /* whether the pair is wanted; NULL: all are */
+    void (*announce)(const void *context, int32_t a, int32_t b); /* it will be asked soon; goes with accept */
     const void *context;
     void *scratch; /* for phases that can make use of it */
     size_t scratch_size;
+    ll_pair queue[ll_pair_queue]; /* announced: so the cache has time */
+    uint32_t queued;              /* ever */
 } ll_pair_list;
 
 typedef void ll_broad_visit(void *context, int32_t proxy);
@@ -62,12 +67,24 @@ void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *box
 bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
                      ll_pair_list *out);
 
-static inline void ll_pair_emit(ll_pair_list *out, int32_t a, int32_t b)
+static inline void ll_pair_keep(ll_pair_list *out, ll_pair p)
 {
-    if (out->accept != NULL && !out->accept(out->context, a, b))
-        return;
     if (out->count < out->capacity)
-        out->at[out->count++] = a < b ? (ll_pair){a, b} : (ll_pair){b, a};
+        out->at[out->count++] = p;
     else
         out->overflowed = true;
+}
+
+static inline void ll_pair_emit(ll_pair_list *out, int32_t a, int32_t b)
+{
+    ll_pair p = a < b ? (ll_pair){a, b} : (ll_pair){b, a};
+    if (out->accept == NULL) {
+        ll_pair_keep(out, p);
+        return;
+    }
+    ll_pair *place = &out->queue[out->queued % ll_pair_queue];
+    if (out->queued++ >= ll_pair_queue && out->accept(out->context, place->a, place->b))
+        ll_pair_keep(out, *place);
+    *place = p;
+    out->announce(out->context, p.a, p.b);
 }

@@ -1,76 +1,100 @@
 /* All pairs at once: the boxes are sorted into horizontal strips and swept along x within each. Memory is
- * read in order, which queries one by one do not; so this is faster as soon as most boxes have moved. A box
- * that reaches into several strips is in each, and a pair belongs to the strip in which the higher one
- * begins. */
+ * read in order, which queries one by one do not; so this is faster as soon as most boxes have moved. The
+ * order goes by whole numbers (radix sort), the tests by the boxes. A box that reaches into several strips is
+ * in each, and a pair belongs to the strip in which the higher one begins. */
 #include "rigid/broad.h"
 
 typedef struct entry {
     double left, right, low, high;
-    int32_t proxy, strip;
-    int64_t moved;
+    uint32_t begin, end; /* left and right in whole parts of the width of all: the order goes by them */
+    int32_t proxy;
+    uint16_t strip, moved;
 } entry;
 
 typedef struct strips {
     entry *at;
+    uint64_t *keys; /* strip, begin and place */
     int32_t count, capacity;
     double per_height; /* strips a metre */
-    int32_t tall[64];  /* boxes of too many strips: each is compared with all */
+    double middle;     /* m: the middle strip begins there */
+    double least, per_part;
+    int32_t tall[64]; /* boxes of too many strips: each is compared with all */
     int32_t tall_count;
 } strips;
 
-/* Boxes of up to this many strips are sorted in. */
-enum { most_strips = 6 };
+enum {
+    most_strips = 6, /* boxes of up to this many strips are sorted in */
+    strip_bits = 16,
+    part_bits = 20,
+    place_bits = 28,
+    digit_bits = 9
+};
 
-static inline double strip_of(const strips *s, double y)
+/* A whole number from 0 to most; what lies beyond is put there, which keeps the order. */
+static inline uint32_t cut(double x, double most)
 {
-    double scaled = y * s->per_height;
-    double whole = (double)(int64_t)scaled;
-    return whole > scaled ? whole - 1 : whole;
+    return (uint32_t)ll_min(ll_max(x, 0), most);
 }
 
-static bool before(const entry *a, const entry *b)
+static inline uint32_t strip_of(const strips *s, double y)
 {
-    return a->strip < b->strip || (a->strip == b->strip && a->left < b->left) ||
-           (a->strip == b->strip && a->left == b->left && a->proxy < b->proxy);
+    return cut((y - s->middle) * s->per_height + (1 << (strip_bits - 1)), (1 << strip_bits) - 1);
 }
 
-/* Shell's sort with Ciura's gaps: in place, and quick where the order is nearly right. */
-static void sort(entry *at, int32_t count)
+static inline uint32_t part_of(const strips *s, double x)
 {
-    static const int32_t gaps[] = {143500, 63778, 28345, 12597, 5598, 2488, 1106, 491,
-                                   218,    97,    43,    19,    10,   4,    1};
-    for (size_t g = 0; g < sizeof gaps / sizeof gaps[0]; g++)
-        for (int32_t i = gaps[g]; i < count; i++) {
-            entry value = at[i];
-            int32_t k = i;
-            for (; k >= gaps[g] && before(&value, &at[k - gaps[g]]); k -= gaps[g])
-                at[k] = at[k - gaps[g]];
-            at[k] = value;
-        }
+    return cut((x - s->least) * s->per_part, (1 << part_bits) - 1);
 }
 
 static bool sort_in(strips *s, ll_aabb box, int32_t proxy, bool moved)
 {
-    double first = strip_of(s, box.lower.y), last = strip_of(s, box.upper.y);
+    uint32_t first = strip_of(s, box.lower.y), last = strip_of(s, box.upper.y);
     if (last - first >= most_strips) {
         s->tall[s->tall_count++] = proxy;
         return s->tall_count < 64;
     }
-    if (!(fabs(first) < 1e9) || s->count + most_strips > s->capacity)
+    if (s->count + most_strips > s->capacity)
         return false;
-    for (double strip = first; strip <= last; strip++)
-        s->at[s->count++] =
-            (entry){box.lower.x, box.upper.x, box.lower.y, box.upper.y, proxy, (int32_t)strip, moved};
+    uint32_t begin = part_of(s, box.lower.x), end = part_of(s, box.upper.x);
+    for (uint32_t strip = first; strip <= last; strip++) {
+        s->keys[s->count] =
+            (uint64_t)strip << (part_bits + place_bits) | (uint64_t)begin << place_bits | (uint32_t)s->count;
+        s->at[s->count++] = (entry){box.lower.x, box.upper.x, box.lower.y,     box.upper.y, begin,
+                                    end,         proxy,       (uint16_t)strip, moved};
+    }
     return true;
 }
 
-static void sweep(const strips *s, ll_pair_list *out)
+/* By digits, the lowest first; a digit that all have in common is passed over. Ends in one of the two. */
+static const uint64_t *sort(uint64_t *keys, uint64_t *other, int32_t count)
+{
+    for (int shift = place_bits; shift < 64; shift += digit_bits) {
+        int32_t start[1 << digit_bits] = {0};
+        for (int32_t i = 0; i < count; i++)
+            start[keys[i] >> shift & ((1 << digit_bits) - 1)]++;
+        if (start[keys[0] >> shift & ((1 << digit_bits) - 1)] == count)
+            continue;
+        for (int32_t d = 0, sum = 0; d < 1 << digit_bits; d++) {
+            int32_t size = start[d];
+            start[d] = sum;
+            sum += size;
+        }
+        for (int32_t i = 0; i < count; i++)
+            other[start[keys[i] >> shift & ((1 << digit_bits) - 1)]++] = keys[i];
+        uint64_t *swap = keys;
+        keys = other;
+        other = swap;
+    }
+    return keys;
+}
+
+static void sweep(const strips *s, const entry *sorted, ll_pair_list *out)
 {
     for (int32_t i = 0; i < s->count; i++) {
-        const entry *a = &s->at[i];
-        for (const entry *b = a + 1; b < s->at + s->count && b->strip == a->strip && b->left <= a->right; b++)
-            if ((a->moved | b->moved) && a->low <= b->high && b->low <= a->high &&
-                (int32_t)strip_of(s, ll_max(a->low, b->low)) == a->strip)
+        const entry *a = &sorted[i], *end = sorted + s->count;
+        for (const entry *b = a + 1; b < end && b->strip == a->strip && b->begin <= a->end; b++)
+            if ((a->moved | b->moved) && a->low <= b->high && b->low <= a->high && b->left <= a->right &&
+                a->left <= b->right && strip_of(s, ll_max(a->low, b->low)) == a->strip)
                 ll_pair_emit(out, a->proxy, b->proxy);
     }
 }
@@ -110,16 +134,37 @@ static double strip_height(const ll_aabb *boxes, const int32_t *live, int32_t co
     return counted > 0 ? 2 * sum / counted : 1;
 }
 
+/* Where strips and parts are counted from: the mean height, and the leftmost box. */
+static void span(strips *s, const ll_aabb *boxes, const int32_t *live, int32_t count)
+{
+    double least = INFINITY, most = -INFINITY, sum = 0;
+    for (int32_t i = 0; i < count; i++) {
+        least = ll_min(least, boxes[live[i]].lower.x);
+        most = ll_max(most, boxes[live[i]].lower.x);
+        sum += boxes[live[i]].lower.y;
+    }
+    s->middle = sum / count;
+    s->least = least;
+    s->per_part = most > least ? (1 << part_bits) / (most - least) : 0;
+}
+
 bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
                      ll_pair_list *out)
 {
-    strips s = {.at = out->scratch, .capacity = (int32_t)(out->scratch_size / sizeof(entry))};
+    size_t each = 2 * sizeof(entry) + 2 * sizeof(uint64_t);
+    strips s = {.at = out->scratch,
+                .capacity = (int32_t)ll_min((double)(out->scratch_size / each), 1 << place_bits)};
     s.per_height = 1 / ll_max(strip_height(boxes, live, count), 1e-6);
+    entry *sorted = s.at + s.capacity;
+    s.keys = (uint64_t *)(sorted + s.capacity);
+    span(&s, boxes, live, count);
     for (int32_t i = 0; i < count; i++)
         if (!sort_in(&s, boxes[live[i]], live[i], moved[live[i]] != 0))
             return false;
-    sort(s.at, s.count);
-    sweep(&s, out);
+    const uint64_t *keys = sort(s.keys, s.keys + s.capacity, s.count);
+    for (int32_t i = 0; i < s.count; i++)
+        sorted[i] = s.at[keys[i] & ((1 << place_bits) - 1)];
+    sweep(&s, sorted, out);
     compare_tall(&s, boxes, moved, live, count, out);
     return true;
 }

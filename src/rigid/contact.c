@@ -30,7 +30,7 @@ static void table_put(ll_rigid *w, int32_t contact)
     uint32_t i = slot_of(w, c->shape[0], c->shape[1]);
     while (ll_tables(w)[i].a != LL_NONE)
         i = (i + 1) & (uint32_t)w->table_mask;
-    ll_tables(w)[i] = (ll_known){c->shape[0], c->shape[1], contact, 0};
+    ll_tables(w)[i] = (ll_known){c->shape[0], c->shape[1]};
 }
 
 /* Entries behind the hole move up when their own place is not between it and them (Knuth 6.4, algorithm R).
@@ -41,7 +41,7 @@ static void table_take(ll_rigid *w, int32_t contact)
     uint32_t mask = (uint32_t)w->table_mask;
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t hole = slot_of(w, c->shape[0], c->shape[1]);
-    while (table[hole].contact != contact)
+    while (table[hole].a != c->shape[0] || table[hole].b != c->shape[1])
         hole = (hole + 1) & mask;
     for (uint32_t i = (hole + 1) & mask; table[i].a != LL_NONE; i = (i + 1) & mask) {
         uint32_t home = slot_of(w, table[i].a, table[i].b);
@@ -50,7 +50,7 @@ static void table_take(ll_rigid *w, int32_t contact)
             hole = i;
         }
     }
-    table[hole] = (ll_known){LL_NONE, LL_NONE, LL_NONE, LL_NONE};
+    table[hole] = (ll_known){LL_NONE, LL_NONE};
 }
 
 /* ---- lists ---- */
@@ -178,14 +178,15 @@ void ll_remove_contact(ll_rigid *w, int32_t contact)
     w->contacts--;
 }
 
+static void announce(const void *context, int32_t a, int32_t b)
+{
+    const ll_rigid *w = context;
+    __builtin_prefetch(&ll_tables(w)[slot_of(w, a, b)]);
+}
+
 static bool wanted(const void *context, int32_t a, int32_t b)
 {
     const ll_rigid *w = context;
-    if (a > b) {
-        int32_t swap = a;
-        a = b;
-        b = swap;
-    }
     if (ll_pair_known(w, a, b)) /* most are; the rest is not in the cache */
         return false;
     const ll_shape *sa = &ll_shapes(w)[a], *sb = &ll_shapes(w)[b];
@@ -207,6 +208,7 @@ void ll_find_pairs(ll_rigid *w, bool *overflowed)
     ll_pair_list list = {.at = ll_pairs(w),
                          .capacity = w->limits.contacts,
                          .accept = wanted,
+                         .announce = announce,
                          .context = w,
                          .scratch = (char *)ll_pairs(w) + taken,
                          .scratch_size = w->at.end - w->at.pair - taken};

@@ -4,8 +4,9 @@
  * its core is swept against whatever its path's box overlaps, also what moves itself, but is not lighter: of
  * two bodies the lighter one yields. At the earliest touch it stays at the same place of the other body,
  * which goes on to its own end: so nothing passes and nothing is left overlapping, however fast either is.
- * What remains of its motion in this step is lost; its velocity is not, and the next step's contact deals
- * with it. There is no limit to the speed. */
+ * Where that would carry it through something that does not move, it stays there instead. What remains of its
+ * motion in this step is lost; its velocity is not, and the next step's contact deals with it. There is no
+ * limit to the speed. */
 #include "rigid/internal.h"
 
 #include "base/detmath.h"
@@ -15,6 +16,7 @@ typedef struct search {
     ll_rigid *world;
     int32_t body, other;
     int32_t shape; /* of the body */
+    bool still;    /* only against what does not move in this step */
     double t;
 } search;
 
@@ -54,13 +56,26 @@ static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll
     return false;
 }
 
-/* Whether two bodies move enough to each other in this step for one to get through the other. */
+/* Whether two bodies move enough to each other in this step for one to get through the other, and come near
+ * enough: the circles around them, one of which goes along a segment. */
 static bool may_pass(const ll_rigid *w, int32_t a, int32_t b)
 {
     const ll_motion *ma = &ll_motions(w)[a], *mb = &ll_motions(w)[b];
     const ll_body *body_a = &ll_bodys(w)[a], *body_b = &ll_bodys(w)[b];
     double turning = fabs(ma->turn) * body_a->extent + fabs(mb->turn) * body_b->extent;
-    return ll_length(ll_sub(ma->d, mb->d)) + turning > 0.5 * body_a->core;
+    ll_vec2 path = ll_sub(ma->d, mb->d), gap = ll_sub(ll_poses(w)[b].p, ll_poses(w)[a].p);
+    double length2 = ll_dot(path, path), enough = 0.5 * body_a->core - turning;
+    if (enough > 0 && length2 <= enough * enough)
+        return false;
+    double t = length2 > 0 ? ll_min(ll_max(ll_dot(gap, path) / length2, 0), 1) : 0;
+    ll_vec2 nearest = ll_madd(gap, -t, path);
+    double reach = body_a->extent + body_b->extent + LL_LINEAR_SLOP;
+    return ll_dot(nearest, nearest) <= reach * reach;
+}
+
+static bool is_still(const ll_motion *m)
+{
+    return m->d.x == 0 && m->d.y == 0 && m->turn == 0;
 }
 
 static void consider(void *context, int32_t other_shape)
@@ -68,9 +83,9 @@ static void consider(void *context, int32_t other_shape)
     search *s = context;
     const ll_rigid *w = s->world;
     const ll_shape *shape = &ll_shapes(w)[s->shape], *other = &ll_shapes(w)[other_shape];
-    if (other->body == s->body || !collide_at_all(shape, other) || ll_joined(w, s->body, other->body) ||
-        ll_bodys(w)[other->body].inv_mass > ll_bodys(w)[s->body].inv_mass ||
-        !may_pass(w, s->body, other->body))
+    if (other->body == s->body || ll_traits(w)[other->body].inv_mass > ll_traits(w)[s->body].inv_mass ||
+        (s->still && !is_still(&ll_motions(w)[other->body])) || !may_pass(w, s->body, other->body) ||
+        !collide_at_all(shape, other) || ll_joined(w, s->body, other->body))
         return;
     ll_geometry room_a, room_b, a = *ll_geometry_of(w, shape, &room_a);
     const ll_geometry *b = ll_geometry_of(w, other, &room_b);
@@ -137,6 +152,12 @@ static void cover_paths(ll_rigid *w)
     }
 }
 
+static void find_first_touch(ll_rigid *w, search *s)
+{
+    for (s->shape = ll_bodys(w)[s->body].shape; s->shape != LL_NONE; s->shape = ll_shapes(w)[s->shape].next)
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, s->body, s->shape), consider, s);
+}
+
 void ll_stop_at_first_touch(ll_rigid *w)
 {
     w->stats.swept = w->stats.stopped = 0;
@@ -148,8 +169,15 @@ void ll_stop_at_first_touch(ll_rigid *w)
         if (!is_fast(w, s.body))
             continue;
         w->stats.swept++;
-        for (s.shape = ll_bodys(w)[s.body].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
-            ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, s.body, s.shape), consider, &s);
+        find_first_touch(w, &s);
+        if (s.other == LL_NONE)
+            continue;
+        bool carried = !is_still(&ll_motions(w)[s.other]);
+        stop(w, &s);
+        if (!carried)
+            continue;
+        s = (search){.world = w, .body = s.body, .other = LL_NONE, .still = true, .t = 1};
+        find_first_touch(w, &s); /* what moves it may carry it through a wall */
         if (s.other != LL_NONE)
             stop(w, &s);
     }

@@ -105,7 +105,7 @@ typedef struct ll_joint {
 } ll_joint;
 
 typedef struct ll_known { /* a pair that has a contact; LL_NONE: an empty place */
-    int32_t a, b, contact, pad;
+    int32_t a, b;
 } ll_known;
 
 /* What drives a body in this step, and the impulses that its contacts hold it with. */
@@ -117,15 +117,18 @@ typedef struct ll_drive {
     double held_spin;
 } ll_drive;
 
-typedef struct ll_hinge ll_hinge; /* solve_joints.c */
+/* solve_joints.c; a hinge's limits and motor are apart from it, since few hinges have them. */
+typedef struct ll_hinge ll_hinge;
+typedef struct ll_turning ll_turning;
 size_t ll_hinge_size(void);
+size_t ll_turning_size(void);
 
 typedef struct ll_rigid_layout { /* offsets from the block's beginning */
     size_t broad, pose, motion, trait, body, shape, box, moved, moved_list, hull, bound, contact, table,
         joint;
     size_t awake, awake_contact;
     size_t state_end;
-    size_t drive, pair, order, scratch, hinge, solver;
+    size_t drive, pair, order, scratch, hinge, turning, solver;
     size_t end;
 } ll_rigid_layout;
 
@@ -168,6 +171,7 @@ LL_ARRAY(ll_drive, drive)
 LL_ARRAY(int32_t, order)
 LL_ARRAY(int32_t, scratch)
 LL_ARRAY(ll_hinge, hinge)
+LL_ARRAY(ll_turning, turning)
 LL_ARRAY(ll_pair, pair)
 #undef LL_ARRAY
 

@@ -88,9 +88,10 @@ static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const 
 /* ---- joints, one after the other ---- */
 
 typedef struct ll_joint_set { /* of the awake joints, in this step */
-    ll_hinge *hinges;         /* without limits and motor */
-    int32_t *others;          /* numbers */
-    int32_t hinge_count, other_count;
+    ll_hinge *hinges;
+    ll_turning *turnings; /* of those with limits or a motor */
+    int32_t *others;      /* numbers */
+    int32_t hinge_count, turning_count, other_count, pad;
 } ll_joint_set;
 
 ll_joint_set ll_prepare_joints(ll_rigid *w); /* uses `scratch` until the step's end */

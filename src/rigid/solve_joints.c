@@ -50,13 +50,21 @@ static void rows_of(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
                                           ll_angle_now(w, j), rows);
 }
 
-/* ---- hinges without limits and motor: most joints are such, so their two rows are written out ---- */
+/* ---- hinges: most joints are such, so their rows are written out ---- */
 
 struct ll_hinge {
-    int32_t joint, a, b, pad;
+    int32_t joint, a, b;
+    int32_t turning; /* LL_NONE: it has neither limits nor a motor */
     double ma, ia, mb, ib;
     ll_vec2 ra, rb, gap; /* anchors and their distance at the beginning of the step */
     ll_vec2 impulse;
+};
+
+struct ll_turning { /* impulses as of the rows 3 to 5 */
+    double angle;   /* at the beginning of the step */
+    double lower, upper, speed, torque;
+    double lower_impulse, upper_impulse, motor_impulse;
+    int32_t limited, motored;
 };
 
 size_t ll_hinge_size(void)
@@ -64,9 +72,24 @@ size_t ll_hinge_size(void)
     return sizeof(ll_hinge);
 }
 
-static bool is_plain(const ll_joint *j)
+size_t ll_turning_size(void)
 {
-    return j->def.type == LL_JOINT_REVOLUTE && !j->def.limited && !j->def.motored;
+    return sizeof(ll_turning);
+}
+
+static ll_turning turning_of(const ll_rigid *w, const ll_joint *j)
+{
+    const ll_joint_def *d = &j->def;
+    return (ll_turning){.angle = (ll_bodys(w)[j->body[1]].angle - ll_bodys(w)[j->body[0]].angle) - d->angle,
+                        .lower = d->lower,
+                        .upper = d->upper,
+                        .speed = d->motor_speed,
+                        .torque = d->max_torque,
+                        .lower_impulse = j->impulse[3],
+                        .upper_impulse = j->impulse[4],
+                        .motor_impulse = j->impulse[5],
+                        .limited = d->limited,
+                        .motored = d->motored};
 }
 
 static ll_hinge hinge_of(const ll_rigid *w, int32_t joint)
@@ -77,6 +100,7 @@ static ll_hinge hinge_of(const ll_rigid *w, int32_t joint)
     return (ll_hinge){.joint = joint,
                       .a = j->body[0],
                       .b = j->body[1],
+                      .turning = LL_NONE,
                       .ma = a->inv_mass,
                       .ia = a->inv_inertia,
                       .mb = b->inv_mass,
@@ -89,17 +113,23 @@ static ll_hinge hinge_of(const ll_rigid *w, int32_t joint)
 
 ll_joint_set ll_prepare_joints(ll_rigid *w)
 {
-    ll_joint_set set = {.hinges = ll_hinges(w), .others = ll_scratchs(w)};
+    ll_joint_set set = {.hinges = ll_hinges(w), .turnings = ll_turnings(w), .others = ll_scratchs(w)};
     if (!w->params.warm_start)
         ll_clear_joint_impulses(w);
     for (int32_t i = 0; i < w->joint_end; i++) {
         const ll_joint *j = &ll_joints(w)[i];
         if (!joint_awake(w, j))
             continue;
-        if (is_plain(j))
-            set.hinges[set.hinge_count++] = hinge_of(w, i);
-        else
+        if (j->def.type != LL_JOINT_REVOLUTE) {
             set.others[set.other_count++] = i;
+            continue;
+        }
+        set.hinges[set.hinge_count] = hinge_of(w, i);
+        if (j->def.limited || j->def.motored) {
+            set.hinges[set.hinge_count].turning = set.turning_count;
+            set.turnings[set.turning_count++] = turning_of(w, j);
+        }
+        set.hinge_count++;
     }
     return set;
 }
@@ -110,6 +140,12 @@ void ll_store_joints(ll_rigid *w, const ll_joint_set *set)
         ll_joint *j = &ll_joints(w)[set->hinges[i].joint];
         j->impulse[0] = set->hinges[i].impulse.x;
         j->impulse[1] = set->hinges[i].impulse.y;
+        if (set->hinges[i].turning == LL_NONE)
+            continue;
+        const ll_turning *t = &set->turnings[set->hinges[i].turning];
+        j->impulse[3] = t->lower_impulse;
+        j->impulse[4] = t->upper_impulse;
+        j->impulse[5] = t->motor_impulse;
     }
 }
 
@@ -119,6 +155,39 @@ static void push_hinge(const ll_hinge *h, ll_motion *a, ll_motion *b, ll_vec2 ra
     a->w -= h->ia * ll_cross(ra, impulse);
     b->v = ll_madd(b->v, h->mb, impulse);
     b->w += h->ib * ll_cross(rb, impulse);
+}
+
+static void turn(const ll_hinge *h, ll_motion *a, ll_motion *b, double impulse)
+{
+    a->w -= h->ia * impulse;
+    b->w += h->ib * impulse;
+}
+
+/* `room`: how far the angle is within the limit, `speed`: how fast it goes away from it. */
+static double limit_impulse(double room, double speed, double mass, double h, ll_softness soft, double old)
+{
+    ll_softness s = room > 0 ? (ll_softness){1 / h, 1, 0} : soft;
+    return ll_max(old - s.mass_scale * mass * (speed + s.bias_rate * room) - s.impulse_scale * old, 0);
+}
+
+static void solve_turning(ll_motion *motions, const ll_hinge *hinge, ll_turning *t, double h,
+                          ll_softness soft)
+{
+    ll_motion *a = &motions[hinge->a], *b = &motions[hinge->b];
+    double k = hinge->ia + hinge->ib, mass = k > 0 ? 1 / k : 0;
+    if (t->motored) {
+        double old = t->motor_impulse, most = t->torque * h;
+        t->motor_impulse = ll_max(ll_min(old - mass * (b->w - a->w - t->speed), most), -most);
+        turn(hinge, a, b, t->motor_impulse - old);
+    }
+    if (!t->limited)
+        return;
+    double angle = t->angle + (b->turn - a->turn), old = t->upper_impulse;
+    t->upper_impulse = limit_impulse(t->upper - angle, a->w - b->w, mass, h, soft, old);
+    turn(hinge, a, b, old - t->upper_impulse);
+    old = t->lower_impulse;
+    t->lower_impulse = limit_impulse(angle - t->lower, b->w - a->w, mass, h, soft, old);
+    turn(hinge, a, b, t->lower_impulse - old);
 }
 
 static void solve_hinge(ll_motion *motions, ll_hinge *h, ll_softness soft)
@@ -150,6 +219,10 @@ void ll_warm_start_joints(ll_rigid *w, const ll_joint_set *set)
         const ll_hinge *h = &set->hinges[i];
         ll_motion *a = &motions[h->a], *b = &motions[h->b];
         push_hinge(h, a, b, ll_rotate(a->q, h->ra), ll_rotate(b->q, h->rb), h->impulse);
+        if (h->turning == LL_NONE)
+            continue;
+        const ll_turning *t = &set->turnings[h->turning];
+        turn(h, a, b, t->lower_impulse - t->upper_impulse + t->motor_impulse);
     }
     for (int32_t i = 0; i < set->other_count; i++) {
         const ll_joint *j = &ll_joints(w)[set->others[i]];
@@ -215,8 +288,12 @@ static void solve_block(const pair *p, const ll_row *rows, ll_softness soft, dou
 void ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias)
 {
     ll_softness soft = bias ? stiff : (ll_softness){0, 1, 0};
-    for (int32_t i = 0; i < set->hinge_count; i++)
-        solve_hinge(ll_motions(w), &set->hinges[i], soft);
+    for (int32_t i = 0; i < set->hinge_count; i++) {
+        ll_hinge *hinge = &set->hinges[i];
+        if (hinge->turning != LL_NONE)
+            solve_turning(ll_motions(w), hinge, &set->turnings[hinge->turning], h, soft);
+        solve_hinge(ll_motions(w), hinge, soft);
+    }
     for (int32_t i = 0; i < set->other_count; i++) {
         ll_joint *j = &ll_joints(w)[set->others[i]];
         ll_row rows[LL_ROWS];

@@ -88,6 +88,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     size_t most = contacts > 3 * bodies ? contacts : 3 * bodies;
     at.scratch = place(&end, most > (size_t)l->joints ? most : (size_t)l->joints, sizeof(int32_t));
     at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
+    at.turning = place(&end, (size_t)l->joints, ll_turning_size());
     /* Pairs are used up before the solver begins. */
     size_t pairs = (contacts * sizeof(ll_pair) + 63) & ~(size_t)63;
     at.pair = at.solver = place(&end, solver > pairs ? solver : pairs, 1);
