@@ -31,27 +31,26 @@ ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_r
     return hosted;
 }
 
-static const char *bearer(const ll_http_request *request)
+const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose)
 {
     const char *header = ll_http_header(request, "Authorization");
-    if (!header || strncasecmp(header, "Bearer ", 7) != 0)
-        return NULL;
-    header += 7;
-    return header + strspn(header, " ");
+    if (header && strncasecmp(header, "Bearer ", 7) == 0) {
+        header += 7;
+        return header + strspn(header, " ");
+    }
+    ll_status error = ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.", whose);
+    ll_problem_as(response, request, 401, &error);
+    ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");
+    return NULL;
 }
 
 bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
                     int player)
 {
-    const char *key = bearer(request);
-    if (!key) {
-        ll_status error =
-            ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.",
-                     player < 0 ? "the session's owner_key" : "the owner_key or the player's key");
-        ll_problem_as(response, request, 401, &error);
-        ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");
+    const char *key = ll_api_key(
+        request, response, player < 0 ? "the session's owner_key" : "the owner_key or the player's key");
+    if (!key)
         return false;
-    }
     int role = ll_hosted_role(hosted, key, strlen(key));
     if (role == LL_ROLE_OWNER || (player >= 0 && role == player))
         return true;

@@ -18,10 +18,12 @@ struct cJSON;
 typedef enum ll_api_phase { LL_API_STARTING, LL_API_READY, LL_API_DRAINING } ll_api_phase;
 
 typedef struct ll_api_idempotency ll_api_idempotency;
+typedef struct ll_experiments ll_experiments;
 
 typedef struct ll_api {
     ll_host *host;
     ll_store *store;
+    ll_experiments *experiments;
     _Atomic(ll_door *) door;           /* set when it is open */
     const char *scenarios, *documents; /* folders */
     atomic_int phase;
@@ -33,7 +35,7 @@ typedef struct ll_api {
     _Atomic uint64_t duration_us[6]; /* summed */
 } ll_api;
 
-ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store);
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments);
 void ll_api_end(ll_api *api);
 void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
                  double seconds);
@@ -49,6 +51,9 @@ ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_r
 /* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */
 bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
                     int player);
+
+/* The key that the request carries; NULL when a 401 was answered that says `whose` it needs. */
+const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose);
 
 /* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
@@ -69,4 +74,6 @@ ll_http_handler ll_get_scenarios, ll_get_scenario, ll_get_schema, ll_get_openapi
 ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_fork, ll_get_code;
 ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_log;
+ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
+ll_http_handler ll_get_experiment_run, ll_get_experiment_results, ll_get_experiment_schema;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

@@ -32,6 +32,7 @@ typedef struct ll_host_config {
     double max_new_sessions_per_min; /* by one address */
     double max_code_lookups_per_min; /* by one address */
     double max_commands_per_s;       /* to one session; twice that in a burst */
+    int64_t max_experiments, max_experiment_runs;
     int64_t max_body_bytes;
     double park_after_s;
     double session_ttl_s; /* without viewer or request */
@@ -98,6 +99,8 @@ void ll_hosted_release(ll_hosted *hosted);
 
 ll_status ll_host_delete(ll_host *host, ll_hosted *hosted);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
+bool ll_host_allows_creation(ll_host *host,
+                             const char *peer); /* of an experiment; ll_host_make asks itself */
 
 const char *ll_hosted_id(const ll_hosted *hosted);
 const char *ll_hosted_code(const ll_hosted *hosted);

@@ -67,16 +67,22 @@ static ll_status make_session(ll_hosted *hosted, const ll_host_order *order, ll_
     return status;
 }
 
+bool ll_host_allows_creation(ll_host *host, const char *peer)
+{
+    if (ll_rates_take(host->creations, peer, ll_host_now()))
+        return true;
+    atomic_fetch_add(&host->refused_creations, 1);
+    return false;
+}
+
 static ll_status allowed(ll_host *host, const ll_host_order *order)
 {
     ll_status status = ll_host_storable(host);
     if (ll_failed(&status))
         return status;
-    if (!ll_rates_take(host->creations, order->peer, ll_host_now())) {
-        atomic_fetch_add(&host->refused_creations, 1);
+    if (!ll_host_allows_creation(host, order->peer))
         return ll_error(LL_LIMIT, "One address can make at most %g sessions a minute.",
                         host->config.max_new_sessions_per_min);
-    }
     return ll_ok();
 }
 

@@ -56,18 +56,42 @@ static const ll_http_route table[] = {
     {.method = "GET", .pattern = V1 "/sessions/{id}/metrics", .handler = ll_get_metrics, .slow = true},
     {.method = "GET", .pattern = V1 "/sessions/{id}/trace", .handler = ll_get_trace, .slow = true},
     {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .slow = true},
+    {.method = "POST",
+     .pattern = V1 "/experiments",
+     .handler = ll_post_experiments,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .slow = true},
+    {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_experiment_schema},
+    {.method = "GET", .pattern = V1 "/experiments/{id}", .handler = ll_get_experiment, .slow = true},
+    {.method = "DELETE", .pattern = V1 "/experiments/{id}", .handler = ll_delete_experiment, .slow = true},
+    {.method = "POST",
+     .pattern = V1 "/experiments/{id}/control",
+     .handler = ll_post_experiment_control,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .slow = true},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}/results",
+     .handler = ll_get_experiment_results,
+     .slow = true},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}/runs/{run}",
+     .handler = ll_get_experiment_run,
+     .slow = true},
     {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code},
     {.method = "GET", .pattern = "/healthz", .handler = ll_get_healthz},
     {.method = "GET", .pattern = "/readyz", .handler = ll_get_readyz},
     {.method = "GET", .pattern = "/metrics", .handler = ll_get_prometheus},
 };
 
-ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store)
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments)
 {
     memset(api, 0, sizeof *api);
     const ll_host_config *config = ll_host_get_config(host);
     api->host = host;
     api->store = store;
+    api->experiments = experiments;
     api->scenarios = config->scenarios;
     api->documents = config->api;
     api->started = ll_host_now();

@@ -12,6 +12,7 @@
 #include "base/program.h"
 #include "daemon/api.h"
 #include "daemon/door.h"
+#include "daemon/experiments.h"
 #include "daemon/host.h"
 #include "daemon/log.h"
 #include "daemon/options.h"
@@ -22,6 +23,7 @@ typedef struct daemon_parts {
     ll_host_config host_config;
     ll_store *store;
     ll_host *host;
+    ll_experiments *experiments;
     ll_api api;
     ll_door *door;
     sigset_t signals;
@@ -111,7 +113,9 @@ static ll_status start(daemon_parts *d)
     if (!ll_failed(&status))
         status = ll_host_create(&d->host_config, d->store, &d->host);
     if (!ll_failed(&status))
-        status = ll_api_init(&d->api, d->host, d->store);
+        status = ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments);
+    if (!ll_failed(&status))
+        status = ll_api_init(&d->api, d->host, d->store, d->experiments);
     if (ll_failed(&status))
         return status;
     ll_http_app app = {
@@ -159,7 +163,9 @@ static ll_status stop(daemon_parts *d)
         ll_door_drain(d->door);
     if (d->host)
         ll_host_stop(d->host);
+    ll_experiments_stop(d->experiments);
     ll_door_close(d->door);
+    ll_experiments_close(d->experiments);
     if (d->host)
         ll_host_save(d->host);
     ll_status status = ll_store_close(d->store);

@@ -10,7 +10,7 @@
 
 #include "experiment/experiment.h"
 
-enum { LL_EXPERIMENT_ID_MAX = 63, LL_OWNER_MAX = 40, LL_ATTEMPTS_MAX = 5 };
+enum { LL_EXPERIMENT_ID_MAX = 63, LL_OWNER_MAX = 40, LL_ATTEMPTS_MAX = 5, LL_OWNER_HASH_MAX = 127 };
 
 typedef struct ll_result_store ll_result_store;
 
@@ -27,9 +27,10 @@ extern const char *const ll_experiment_state_names[];
 typedef struct ll_experiment_record {
     char id[LL_EXPERIMENT_ID_MAX + 1];
     ll_experiment_state state;
-    int64_t from, to;     /* its runs here: all, or those of a shard */
-    int64_t done, leased; /* runs whose rows are there; of chunks that somebody works on */
-    int64_t created_s;    /* Unix time of the database */
+    int64_t from, to;                       /* its runs here: all, or those of a shard */
+    int64_t done, leased;                   /* runs whose rows are there; of chunks that somebody works on */
+    int64_t created_s;                      /* Unix time of the database */
+    char owner_hash[LL_OWNER_HASH_MAX + 1]; /* of the key that may change it; empty: there is none */
 } ll_experiment_record;
 
 typedef struct ll_lease {
@@ -44,10 +45,10 @@ typedef struct ll_result_store_kind {
     ll_status (*open)(const char *url, ll_result_store **store);
     void (*close)(ll_result_store *store);
 
-    /* Registers runs from..to in chunks of `chunk`. With the same id and specification again it changes
-     * nothing: a resume. Another specification under the id is LL_CONFLICT. */
-    ll_status (*create)(ll_result_store *store, const char *id, const char *specification, int64_t from,
-                        int64_t to, int64_t chunk);
+    /* Registers an experiment, with its runs in chunks of `chunk`. With the same id and specification again
+     * it changes nothing: a resume. Another specification under the id is LL_CONFLICT. */
+    ll_status (*create)(ll_result_store *store, const ll_experiment_record *record, const char *specification,
+                        int64_t chunk);
     ll_status (*specification)(ll_result_store *store, const char *id, char **text); /* caller frees */
     ll_status (*record)(ll_result_store *store, const char *id, ll_experiment_record *record);
     /* In the order of their making. */

@@ -13,7 +13,8 @@ enum { SCHEMA = 1, BUSY_MS = 20000, NFS_MAGIC = 0x6969 };
 
 static const char schema[] =
     "CREATE TABLE experiment(id TEXT PRIMARY KEY, specification TEXT NOT NULL, state INTEGER NOT NULL,"
-    " first INTEGER NOT NULL, past INTEGER NOT NULL, created_s INTEGER NOT NULL, number INTEGER NOT NULL);"
+    " first INTEGER NOT NULL, past INTEGER NOT NULL, created_s INTEGER NOT NULL, number INTEGER NOT NULL, "
+    "owner_hash TEXT NOT NULL);"
     "CREATE TABLE chunk(id TEXT NOT NULL, chunk INTEGER NOT NULL, first INTEGER NOT NULL, past INTEGER NOT "
     "NULL,"
     " state INTEGER NOT NULL DEFAULT 0, attempt INTEGER NOT NULL DEFAULT 0, owner TEXT, lease_until REAL,"
@@ -215,26 +216,26 @@ static ll_status specification(ll_result_store *store, const char *id, char **te
     return leave(s, get_specification(s, id, text));
 }
 
-static ll_status create(ll_result_store *store, const char *id, const char *text, int64_t from, int64_t to,
+static ll_status create(ll_result_store *store, const ll_experiment_record *r, const char *text,
                         int64_t chunk)
 {
     sqlite_store *s = enter(store);
     char *there = NULL;
-    ll_status status = get_specification(s, id, &there);
+    ll_status status = get_specification(s, r->id, &there);
     if (status.code != LL_NOT_FOUND) {
         if (!ll_failed(&status) && strcmp(there, text) != 0)
-            status = ll_error(LL_CONFLICT, "the store %.120s has another experiment %s", s->path, id);
+            status = ll_error(LL_CONFLICT, "the store %.120s has another experiment %s", s->path, r->id);
         free(there);
         return leave(s, status);
     }
     bool good = begin(s);
     good = good && done(query(s,
                               "INSERT INTO experiment VALUES(?1,?2,0,?3,?4,CAST(" NOW " AS INTEGER),"
-                              "(SELECT coalesce(max(number),0)+1 FROM experiment))",
-                              "ttii", id, text, from, to));
-    for (int64_t k = 0, at = from; good && at < to; k++, at += chunk)
-        good = done(query(s, "INSERT INTO chunk(id,chunk,first,past) VALUES(?1,?2,?3,?4)", "tiii", id, k, at,
-                          at + chunk < to ? at + chunk : to));
+                              "(SELECT coalesce(max(number),0)+1 FROM experiment),?5)",
+                              "ttiit", r->id, text, r->from, r->to, r->owner_hash));
+    for (int64_t k = 0, at = r->from; good && at < r->to; k++, at += chunk)
+        good = done(query(s, "INSERT INTO chunk(id,chunk,first,past) VALUES(?1,?2,?3,?4)", "tiii", r->id, k,
+                          at, at + chunk < r->to ? at + chunk : r->to));
     return leave(s, end(s, good, "Registering an experiment"));
 }
 
@@ -242,7 +243,7 @@ static ll_status create(ll_result_store *store, const char *id, const char *text
     "SELECT e.id,e.state,e.first,e.past,e.created_s,"                                                        \
     " coalesce((SELECT sum(past-first) FROM chunk c WHERE c.id=e.id AND c.state=2),0),"                      \
     " coalesce((SELECT sum(past-first) FROM chunk c WHERE c.id=e.id AND c.state=1),0),"                      \
-    " EXISTS(SELECT 1 FROM chunk c WHERE c.id=e.id AND c.state=3) FROM experiment e "
+    " EXISTS(SELECT 1 FROM chunk c WHERE c.id=e.id AND c.state=3),e.owner_hash FROM experiment e "
 
 static ll_experiment_record read_record(sqlite3_stmt *q)
 {
@@ -253,6 +254,7 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
                               .done = sqlite3_column_int64(q, 5),
                               .leased = sqlite3_column_int64(q, 6)};
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
+    snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
     if (r.done == r.to - r.from)
         r.state = LL_EXPERIMENT_DONE;
     else if (sqlite3_column_int(q, 7))

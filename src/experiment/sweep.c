@@ -23,7 +23,7 @@ typedef struct sweep {
     ll_experiment *experiment;
     const ll_format *format;
     ll_result_store *store;
-    char id[LL_EXPERIMENT_ID_MAX + 1];
+    ll_experiment_record record;
     char own_store[4096]; /* beside the output, gone when it is written; empty when one was named */
     int64_t threads, from, to;
 } sweep;
@@ -75,15 +75,16 @@ static ll_status open_store(sweep *s)
         snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->out);
         url = s->own_store;
     }
-    snprintf(s->id, sizeof s->id, "%016" PRIx64 "-%" PRId64 "-%" PRId64, ll_experiment_key(s->experiment),
-             s->from, s->to);
+    snprintf(s->record.id, sizeof s->record.id, "%016" PRIx64 "-%" PRId64 "-%" PRId64,
+             ll_experiment_key(s->experiment), s->from, s->to);
+    s->record.from = s->from;
+    s->record.to = s->to;
     ll_status status = ll_result_store_open(url, &s->store);
     if (ll_failed(&status))
         return status;
     char *text = ll_experiment_text(s->experiment);
-    status =
-        text ? s->store->kind->create(s->store, s->id, text, s->from, s->to, ll_chunk_size(s->to - s->from))
-             : ll_error(LL_NO_MEMORY, "no memory for an experiment");
+    status = text ? s->store->kind->create(s->store, &s->record, text, ll_chunk_size(s->to - s->from))
+                  : ll_error(LL_NO_MEMORY, "no memory for an experiment");
     free(text);
     if (!ll_failed(&status) && s->own_store[0]) /* of a run that was broken off */
         status = s->store->kind->release(s->store);
@@ -109,12 +110,12 @@ static ll_status run_all(sweep *s)
     ll_experiment_record record;
     ll_workers *workers = NULL;
     ll_workers_order order = {.store = s->store,
-                              .id = s->id,
+                              .id = s->record.id,
                               .scenarios = s->scenarios,
                               .threads = (int)s->threads,
                               .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
                               .drain = true};
-    ll_status status = s->store->kind->record(s->store, s->id, &record);
+    ll_status status = s->store->kind->record(s->store, s->record.id, &record);
     if (!ll_failed(&status))
         status = ll_workers_start(&order, &workers);
     if (ll_failed(&status))
@@ -130,7 +131,7 @@ static ll_status run_all(sweep *s)
         fputs("\r\033[K", stderr);
     status = ll_workers_join(workers);
     if (!ll_failed(&status))
-        status = s->store->kind->record(s->store, s->id, &record);
+        status = s->store->kind->record(s->store, s->record.id, &record);
     if (!ll_failed(&status) && record.state != LL_EXPERIMENT_DONE)
         status = ll_error(LL_IO, "the experiment is %s with %" PRId64 " of %" PRId64 " runs done",
                           ll_experiment_state_names[record.state], record.done, record.to - record.from);
@@ -143,7 +144,7 @@ static ll_status write_table(const sweep *s, FILE *file)
 {
     ll_stored_rows rows;
     ll_result_table *table = NULL;
-    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->record.id);
     if (!ll_failed(&status))
         status = (s->points ? ll_result_table_points
                             : ll_result_table_rows)(s->experiment, ll_stored_rows_next, &rows, &table);

@@ -173,7 +173,8 @@ static void *work(void *context)
             status = run_chunk(&b, &lease);
         if (found) /* others may wait to hear that this was the last */
             ll_workers_wake(w);
-        if (ll_failed(&status) && status.code != LL_CONFLICT) {
+        if (ll_failed(&status) && status.code != LL_CONFLICT &&
+            status.code != LL_NOT_FOUND) { /* it was deleted */
             keep_error(w, &status);
             if (o->drain)
                 break;

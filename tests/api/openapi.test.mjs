@@ -24,6 +24,9 @@ const UNPROVOKED = new Map([
   ['get /api/v1/sessions/{id}/log 507', 'as above'],
   ['post /api/v1/sessions/{id}/fork 409', 'no state of a session forbids a fork today'],
   ['post /api/v1/sessions/{id}/control 409', 'needs a session that diverged'],
+  ['get /api/v1/experiments/{id} 507', 'needs a damaged database'],
+  ['get /api/v1/experiments/{id}/results 507', 'as above'],
+  ['get /api/v1/experiments/{id}/runs/{run} 507', 'as above'],
   ['post /api/v1/sessions 409', 'needs two requests with one key at the same instant'],
 ]);
 
@@ -218,6 +221,47 @@ test('conflicts', async () => {
   await call('post', S, {}, 422, { body: { scenario: 'race', paused: false }, headers });
 });
 
+const E = '/api/v1/experiments', X = '/api/v1/experiments/{id}';
+const SMALL = { scenario: 'race', set: { duration_s: 1 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_error_m.mean'] };
+
+test('experiments', async () => {
+  await call('get', `${E}/schema`, {}, 200);
+  const count = await call('post', E, {}, 200, { body: SMALL, query: '?dry_run=true' });
+  assert.deepEqual([count.json.points, count.json.repeats, count.json.runs], [2, 1, 2]);
+  await call('post', E, {}, 400, { body: SMALL, query: '?dry_run=yes' });
+  await call('post', E, {}, 400, { body: { ...SMALL, metrics: ['nosuch'] } });
+  await call('post', E, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}` });
+  await call('post', E, {}, 415, { body: SMALL, type: 'text/plain' });
+  const made = await call('post', E, {}, 202, { body: SMALL });
+  const { id, owner_key: key } = made.json;
+  assert.equal(made.headers.location, `${E}/${id}`);
+  await waitFor(async () => (await call('get', X, { id }, 200)).json.state === 'done', 'the experiment');
+  for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.apache.parquet', 'application/vnd.sqlite3'])
+    await call('get', `${X}/results`, { id }, 200, { headers: { accept: type } });
+  await call('get', `${X}/results`, { id }, 400, { query: '?format=xls' });
+  await call('get', `${X}/results`, { id }, 406, { headers: { accept: 'image/png' } });
+  await call('get', `${X}/runs/{run}`, { id, run: 1 }, 200);
+  await call('get', `${X}/runs/{run}`, { id, run: 2 }, 404);
+  const refused = await call('post', E, {}, 202, { body: { scenario: { kind: 'motion', problem: 'kepler', duration_s: 10, methods: [{ method: 'rk4' }] },
+    axes: [{ path: 'methods.0.dt_s', values: [5] }, { path: 'duration_s', values: [10, 1] }], metrics: ['methods.0.e_final'] } });
+  await call('get', `${X}/runs/{run}`, { id: refused.json.id, run: 1 }, 400);
+  await call('post', `${X}/control`, { id }, 409, { key, body: { op: 'pause' } });
+  const long = (await call('post', E, {}, 202, { body: { ...SMALL, repeats: 50000 } })).json;
+  for (const op of ['pause', 'resume', 'cancel']) await call('post', `${X}/control`, { id: long.id }, 200, { key: long.owner_key, body: { op } });
+  for (const [method, path, body] of /** @type {[string, string, any][]} */ ([['post', `${X}/control`, { op: 'pause' }], ['delete', X, undefined]])) {
+    await call(method, path, { id }, 401, { body });
+    await call(method, path, { id }, 403, { body, key: WRONG });
+    await call(method, path, { id: NOBODY }, 404, { body, key });
+  }
+  await call('post', `${X}/control`, { id }, 400, { key, body: { op: 'stop' } });
+  await call('post', `${X}/control`, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
+  await call('post', `${X}/control`, { id }, 415, { key, body: { op: 'pause' }, type: 'text/plain' });
+  for (const path of [X, `${X}/results`, `${X}/runs/{run}`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
+  await call('delete', X, { id }, 204, { key });
+  await call('get', X, { id }, 404);
+  await call('delete', X, { id: long.id }, 204, { key: long.owner_key });
+});
+
 test('foreign hosts and origins', async () => {
   const session = await c.make({ paused: true });
   const { id, code } = session;
@@ -257,6 +301,7 @@ test('rates and numbers', async () => {
     await call('post', S, {}, 503, { body: { scenario: 'race' } }, s);
     await call('post', S, {}, 429, { body: { scenario: 'race' } }, s);
     await call('post', `${I}/fork`, { id }, 429, {}, s);
+    await call('post', E, {}, 429, { body: SMALL }, s);
     await call('get', '/api/v1/codes/{code}', { code }, 200, {}, s);
     await call('get', '/api/v1/codes/{code}', { code }, 429, {}, s);
     for (const [method, path, body] of CHANGES) {
@@ -277,6 +322,8 @@ test('rates and numbers', async () => {
 test('a store that fails', async () => {
   const session = await c.make({ paused: true, set: DRIVEN });
   const { id, owner_key: key } = session;
+  const paused = (await call('post', E, {}, 202, { body: { ...SMALL, repeats: 50000 } })).json;
+  await call('post', `${X}/control`, { id: paused.id }, 200, { key: paused.owner_key, body: { op: 'pause' } });
   const limit = (size) => execFileSync('prlimit', ['--pid', String(daemon.pid), `--fsize=${size}:unlimited`]);
   limit(0);
   try {
@@ -285,6 +332,9 @@ test('a store that fails', async () => {
     await call('post', S, {}, 507, { body: { scenario: 'race' } });
     await call('post', `${I}/fork`, { id }, 507);
     await call('delete', I, { id }, 507, { key });
+    await call('post', E, {}, 507, { body: SMALL });
+    await call('post', `${X}/control`, { id: paused.id }, 507, { key: paused.owner_key, body: { op: 'resume' } });
+    await call('delete', X, { id: paused.id }, 507, { key: paused.owner_key });
     await call('get', I, { id }, 200);
   } finally {
     limit('unlimited');

@@ -21,11 +21,13 @@ static void must(ll_status status)
         fail_msg("%s", status.text);
 }
 
+static const ll_experiment_record ten = {.id = "x", .to = 10};
+
 static ll_result_store *memory(void)
 {
     ll_result_store *s;
     must(ll_result_store_open("sqlite::memory:", &s));
-    must(s->kind->create(s, "x", "{}", 0, 10, 4));
+    must(s->kind->create(s, &ten, "{}", 4));
     return s;
 }
 
@@ -145,9 +147,9 @@ static void the_same_again_is_a_resume(void **state)
     ll_lease l;
     must(s->kind->claim(s, "x", "me", 60, &l));
     hand_in(s, &l, LL_OK);
-    must(s->kind->create(s, "x", "{}", 0, 10, 4));
+    must(s->kind->create(s, &ten, "{}", 4));
     assert_int_equal(record(s).done, 4);
-    ll_status status = s->kind->create(s, "x", "{\"other\":1}", 0, 10, 4);
+    ll_status status = s->kind->create(s, &ten, "{\"other\":1}", 4);
     assert_int_equal(status.code, LL_CONFLICT);
     ll_result_store_close(s);
 }

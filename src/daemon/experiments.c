@@ -1,0 +1,223 @@
+#include "daemon/experiments.h"
+
+#include <pthread.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/log.h"
+#include "experiment/work.h"
+
+enum { PACES = 64, LOWEST_NICE = 19 };
+
+/* The daemon alone works on its store. */
+#define LEASE_S 1e6
+
+/* From when and where the rate of an experiment is counted. */
+typedef struct pace {
+    char id[LL_EXPERIMENT_ID_MAX + 1];
+    ll_time since;
+    int64_t done;
+} pace;
+
+struct ll_experiments {
+    const ll_host_config *config;
+    ll_result_store *store;
+    ll_workers *workers;
+    pthread_mutex_t lock; /* of the paces */
+    pace paces[PACES];    /* a ring: the oldest goes */
+    int next_pace;
+};
+
+/* ---- life ---- */
+
+static ll_status start_workers(ll_experiments *x)
+{
+    ll_workers_order order = {.store = x->store,
+                              .scenarios = x->config->scenarios,
+                              .threads = (int)x->config->threads,
+                              .nice = LOWEST_NICE,
+                              .lease_s = LEASE_S};
+    ll_status status = x->store->kind->release(x->store); /* of a daemon that was killed */
+    return ll_failed(&status) ? status : ll_workers_start(&order, &x->workers);
+}
+
+ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments)
+{
+    char url[600] = "sqlite::memory:";
+    ll_experiments *x = *experiments = calloc(1, sizeof *x);
+    if (!x)
+        return ll_error(LL_NO_MEMORY, "There is no memory for experiments.");
+    x->config = config;
+    pthread_mutex_init(&x->lock, NULL);
+    if (folder)
+        snprintf(url, sizeof url, "sqlite:%s/experiments.db", folder);
+    ll_status status = ll_result_store_open(url, &x->store);
+    if (!ll_failed(&status))
+        status = start_workers(x);
+    if (ll_failed(&status)) {
+        ll_experiments_close(x);
+        *experiments = NULL;
+    }
+    return status;
+}
+
+void ll_experiments_stop(ll_experiments *x)
+{
+    if (!x || !x->workers)
+        return;
+    ll_status status = ll_workers_stop(x->workers);
+    x->workers = NULL;
+    if (ll_failed(&status))
+        ll_log_write("error", "experiments", "%s", status.text);
+}
+
+void ll_experiments_close(ll_experiments *x)
+{
+    if (!x)
+        return;
+    ll_experiments_stop(x);
+    ll_result_store_close(x->store);
+    pthread_mutex_destroy(&x->lock);
+    free(x);
+}
+
+ll_result_store *ll_experiments_store(ll_experiments *x)
+{
+    return x->store;
+}
+
+/* ---- keys ---- */
+
+static bool hash_text(const char *key, char text[LL_OWNER_HASH_MAX + 1])
+{
+    ll_key_hash hash;
+    if (!ll_key_hash_make(key, &hash))
+        return false;
+    for (int i = 0; i < LL_KEY_RECORD; i++)
+        snprintf(text + 2 * i, 3, "%02x", hash.bytes[i]);
+    return true;
+}
+
+bool ll_experiments_permits(const ll_experiment_record *record, const char *key)
+{
+    ll_key_hash hash;
+    if (strlen(record->owner_hash) != 2 * LL_KEY_RECORD)
+        return false;
+    for (int i = 0; i < LL_KEY_RECORD; i++) {
+        char byte[3] = {record->owner_hash[2 * i], record->owner_hash[2 * i + 1]};
+        hash.bytes[i] = (unsigned char)strtoul(byte, NULL, 16);
+    }
+    return ll_key_matches(&hash, key, strlen(key));
+}
+
+/* ---- experiments ---- */
+
+static void begin_pace(ll_experiments *x, const char *id, int64_t done)
+{
+    pthread_mutex_lock(&x->lock);
+    pace *p = &x->paces[x->next_pace++ % PACES];
+    snprintf(p->id, sizeof p->id, "%s", id);
+    p->since = ll_host_now();
+    p->done = done;
+    pthread_mutex_unlock(&x->lock);
+}
+
+double ll_experiments_rate(ll_experiments *x, const ll_experiment_record *record)
+{
+    double rate = 0;
+    ll_time since = -1, now = ll_host_now();
+    pthread_mutex_lock(&x->lock);
+    for (int i = 0; i < PACES; i++) {
+        const pace *p = &x->paces[i];
+        if (strcmp(p->id, record->id) != 0 || p->since <= since)
+            continue;
+        since = p->since;
+        rate = now > since ? (double)(record->done - p->done) / ll_to_s(now - since) : 0;
+    }
+    pthread_mutex_unlock(&x->lock);
+    return rate;
+}
+
+static void count(void *context, const ll_experiment_record *record)
+{
+    (void)record;
+    ++*(int64_t *)context;
+}
+
+static ll_status allowed(ll_experiments *x, const ll_experiment *e)
+{
+    int64_t present = 0;
+    if (e->runs > x->config->max_experiment_runs)
+        return ll_field_error(LL_BAD_INPUT, "axes",
+                              "The experiment has %lld runs; this daemon takes at most %lld.",
+                              (long long)e->runs, (long long)x->config->max_experiment_runs);
+    ll_status status = x->store->kind->list(x->store, count, &present);
+    if (!ll_failed(&status) && present >= x->config->max_experiments)
+        status =
+            ll_error(LL_LIMIT, "There are %lld experiments already, which is the limit.", (long long)present);
+    return status;
+}
+
+ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, char id[LL_ID_LENGTH + 1],
+                             char key[LL_KEY_LENGTH + 1])
+{
+    ll_experiment_record record = {.to = e->runs};
+    ll_status status = allowed(x, e);
+    if (ll_failed(&status))
+        return status;
+    if (!ll_new_id(id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
+        return ll_error(LL_NO_MEMORY, "The system gives no random numbers for keys.");
+    snprintf(record.id, sizeof record.id, "%s", id);
+    char *text = ll_experiment_text(e);
+    if (!text)
+        return ll_error(LL_NO_MEMORY, "There is no memory for an experiment.");
+    begin_pace(x, id, 0);
+    status = x->store->kind->create(x->store, &record, text, ll_chunk_size(e->runs));
+    free(text);
+    if (x->workers)
+        ll_workers_wake(x->workers);
+    return status;
+}
+
+ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_record *record,
+                              ll_experiment **experiment)
+{
+    char *text = NULL;
+    cJSON *json = NULL;
+    if (!ll_is_id(id))
+        return ll_error(LL_NOT_FOUND, "There is no experiment with this id.");
+    ll_status status = x->store->kind->record(x->store, id, record);
+    if (status.code == LL_NOT_FOUND)
+        return ll_error(LL_NOT_FOUND, "There is no experiment with this id.");
+    if (ll_failed(&status) || !experiment)
+        return status;
+    status = x->store->kind->specification(x->store, id, &text);
+    if (!ll_failed(&status))
+        status = ll_json_parse(text, strlen(text), &json);
+    if (!ll_failed(&status))
+        status = ll_experiment_parse(json, x->config->scenarios, experiment);
+    cJSON_Delete(json);
+    free(text);
+    return status;
+}
+
+ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *record, ll_experiment_state state)
+{
+    if (record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED)
+        return ll_error(LL_CONFLICT, "The experiment is over: it is %s.",
+                        ll_experiment_state_names[record->state]);
+    ll_status status = x->store->kind->set_state(x->store, record->id, state);
+    if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
+        return status;
+    begin_pace(x, record->id, record->done);
+    ll_workers_wake(x->workers);
+    return status;
+}
+
+ll_status ll_experiments_remove(ll_experiments *x, const char *id)
+{
+    return x->store->kind->remove(x->store, id);
+}

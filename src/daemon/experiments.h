@@ -1,0 +1,36 @@
+/* Experiments of the daemon: their store, and the threads that run them with the lowest claim on the
+ * processors, so that live sessions come first. What runs when the daemon ends goes on at its next start. Any
+ * thread. */
+#pragma once
+
+#include "daemon/host.h"
+#include "daemon/keys.h"
+#include "experiment/result_store.h"
+
+typedef struct ll_experiments ll_experiments;
+
+/* `folder` NULL: in memory only. `scenarios` and `folder` outlive it. */
+ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments);
+void ll_experiments_stop(ll_experiments *experiments); /* each thread ends after the run it is at */
+void ll_experiments_close(ll_experiments *experiments);
+
+ll_result_store *ll_experiments_store(ll_experiments *experiments);
+
+/* Registers an experiment and begins. `id` and `key` are made here; the key is not kept. LL_LIMIT: it has
+ * more runs than one may, or there are as many experiments as may be. */
+ll_status ll_experiments_add(ll_experiments *experiments, const ll_experiment *experiment,
+                             char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1]);
+
+/* Reads the record, and the specification into `experiment` unless that is NULL. */
+ll_status ll_experiments_find(ll_experiments *experiments, const char *id, ll_experiment_record *record,
+                              ll_experiment **experiment);
+bool ll_experiments_permits(const ll_experiment_record *record, const char *key);
+
+/* LL_CONFLICT: it is over. */
+ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_record *record,
+                             ll_experiment_state state);
+ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
+
+/* Runs per second since it began or was resumed here, as far as their rows are stored; 0 when that is not
+ * known. */
+double ll_experiments_rate(ll_experiments *experiments, const ll_experiment_record *record);

@@ -1,0 +1,338 @@
+/* Experiments: made, watched, paused, read. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/api.h"
+#include "daemon/experiments.h"
+#include "daemon/problem.h"
+#include "experiment/table.h"
+
+#define PATH "/api/v1/experiments/"
+
+/* ---- making ---- */
+
+static void describe_size(cJSON *json, const ll_experiment *e)
+{
+    cJSON_AddNumberToObject(json, "points", (double)e->points);
+    cJSON_AddNumberToObject(json, "repeats", (double)e->head.repeats);
+    cJSON_AddNumberToObject(json, "runs", (double)e->runs);
+}
+
+static void add_links(cJSON *json, const char *id)
+{
+    static const char *const parts[] = {"results", "control"};
+    char path[160];
+    cJSON *links = cJSON_AddObjectToObject(json, "links");
+    snprintf(path, sizeof path, PATH "%s", id);
+    cJSON_AddStringToObject(links, "self", path);
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        snprintf(path, sizeof path, PATH "%s/%s", id, parts[i]);
+        cJSON_AddStringToObject(links, parts[i], path);
+    }
+}
+
+static double thread_seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* Runs the first run, which tells what one costs. */
+static ll_status answer_dry_run(const ll_experiment *e, ll_http_response *response)
+{
+    ll_row row;
+    double from = thread_seconds();
+    ll_status status = ll_experiment_run(e, 0, &row);
+    double run_s = thread_seconds() - from;
+    if (ll_failed(&status))
+        return status;
+    cJSON *json = cJSON_CreateObject();
+    describe_size(json, e);
+    cJSON_AddNumberToObject(json, "run_s", run_s);
+    cJSON_AddNumberToObject(json, "estimated_cpu_s", run_s * (double)e->runs);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+static ll_status answer_made(ll_api *api, const ll_experiment *e, ll_http_response *response)
+{
+    char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1], location[80];
+    ll_status status = ll_experiments_add(api->experiments, e, id, key);
+    if (ll_failed(&status))
+        return status;
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", id);
+    cJSON_AddStringToObject(json, "owner_key", key);
+    describe_size(json, e);
+    add_links(json, id);
+    ll_http_json(response, 202, json);
+    cJSON_Delete(json);
+    snprintf(location, sizeof location, PATH "%s", id);
+    ll_http_set_header(response, "Location", location);
+    return status;
+}
+
+void ll_post_experiments(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_experiment *e = NULL;
+    if (!ll_api_started(api, request, response))
+        return;
+    cJSON *body = ll_api_body(request, response);
+    if (!body)
+        return;
+    const char *dry = ll_http_query(request, "dry_run");
+    ll_status status = ll_experiment_parse(body, api->scenarios, &e);
+    if (!ll_failed(&status) && dry && strcmp(dry, "true") != 0 && strcmp(dry, "false") != 0)
+        status =
+            ll_field_error(LL_BAD_INPUT, "dry_run", "dry_run must be true or false; it is `%.40s`.", dry);
+    if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
+        status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
+    else if (!ll_failed(&status))
+        status =
+            dry && strcmp(dry, "true") == 0 ? answer_dry_run(e, response) : answer_made(api, e, response);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    ll_experiment_free(e);
+    cJSON_Delete(body);
+}
+
+/* ---- one experiment ---- */
+
+/* False when it was answered that there is none. `experiment` may be NULL. */
+static bool find(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                 ll_experiment_record *record, ll_experiment **experiment)
+{
+    if (!ll_api_started(api, request, response))
+        return false;
+    ll_status status = ll_experiments_find(api->experiments, request->parameter[0], record, experiment);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    return !ll_failed(&status);
+}
+
+static bool permitted(const ll_http_request *request, ll_http_response *response,
+                      const ll_experiment_record *record)
+{
+    const char *key = ll_api_key(request, response, "the experiment's owner_key");
+    if (!key)
+        return false;
+    if (ll_experiments_permits(record, key))
+        return true;
+    ll_status error = ll_error(LL_FORBIDDEN, "This key does not belong to this experiment.");
+    ll_problem(response, request, &error);
+    return false;
+}
+
+static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_experiment *e,
+                          ll_http_response *response)
+{
+    double rate = ll_experiments_rate(api->experiments, r);
+    bool running = r->state == LL_EXPERIMENT_RUNNING;
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", r->id);
+    cJSON_AddStringToObject(json, "title", e->head.title);
+    cJSON_AddStringToObject(json, "state", ll_experiment_state_names[r->state]);
+    describe_size(json, e);
+    cJSON_AddNumberToObject(json, "done", (double)r->done);
+    cJSON_AddNumberToObject(json, "rate_per_s", running ? rate : 0);
+    if (running && rate > 0)
+        cJSON_AddNumberToObject(json, "left_s", (double)(r->to - r->from - r->done) / rate);
+    else
+        cJSON_AddNullToObject(json, "left_s");
+    cJSON_AddNumberToObject(json, "created_s", (double)r->created_s);
+    cJSON_AddItemToObject(json, "experiment", cJSON_Duplicate(e->json, true));
+    add_links(json, r->id);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+void ll_get_experiment(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_experiment_record record;
+    ll_experiment *e = NULL;
+    if (find(context, request, response, &record, &e))
+        answer_record(context, &record, e, response);
+    ll_experiment_free(e);
+}
+
+void ll_delete_experiment(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_experiment_record record;
+    if (!find(api, request, response, &record, NULL) || !permitted(request, response, &record))
+        return;
+    ll_status status = ll_experiments_remove(api->experiments, record.id);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        response->status = 204;
+}
+
+static ll_status read_op(const cJSON *body, ll_experiment_state *state)
+{
+    static const char *const names[] = {"op", NULL};
+    static const struct {
+        const char *name;
+        ll_experiment_state state;
+    } ops[] = {{"pause", LL_EXPERIMENT_PAUSED},
+               {"resume", LL_EXPERIMENT_RUNNING},
+               {"cancel", LL_EXPERIMENT_CANCELLED}};
+    const cJSON *op = cJSON_GetObjectItemCaseSensitive(body, "op");
+    ll_status status = ll_api_only(body, names);
+    if (ll_failed(&status))
+        return status;
+    for (size_t i = 0; i < sizeof ops / sizeof ops[0]; i++)
+        if (cJSON_IsString(op) && strcmp(op->valuestring, ops[i].name) == 0) {
+            *state = ops[i].state;
+            return ll_ok();
+        }
+    return ll_field_error(LL_BAD_INPUT, "op", "op must be one of pause, resume, cancel.");
+}
+
+void ll_post_experiment_control(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_experiment_record record;
+    ll_experiment *e = NULL;
+    ll_experiment_state state = LL_EXPERIMENT_RUNNING;
+    if (!find(api, request, response, &record, &e))
+        return;
+    cJSON *body = permitted(request, response, &record) ? ll_api_body(request, response) : NULL;
+    if (body) {
+        ll_status status = read_op(body, &state);
+        if (!ll_failed(&status))
+            status = ll_experiments_set(api->experiments, &record, state);
+        if (!ll_failed(&status))
+            status = ll_experiments_find(api->experiments, record.id, &record, NULL);
+        if (ll_failed(&status))
+            ll_api_problem(response, request, &status);
+        else
+            answer_record(api, &record, e, response);
+    }
+    cJSON_Delete(body);
+    ll_experiment_free(e);
+}
+
+/* The scenario of one run: what POST /sessions takes, to look at it live. */
+void ll_get_experiment_run(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_experiment_record record;
+    ll_experiment *e = NULL;
+    ll_scenario scenario = {0};
+    if (!find(context, request, response, &record, &e))
+        return;
+    char *end;
+    long long run = strtoll(request->parameter[1], &end, 10);
+    ll_status status =
+        *end || run < 0 || run >= e->runs
+            ? ll_error(LL_NOT_FOUND, "There is no such run: they are 0 to %lld.", (long long)e->runs - 1)
+            : ll_experiment_open(e, run, &scenario);
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+    } else {
+        cJSON *json = ll_param_write(scenario.kind->table, scenario.config);
+        ll_http_json(response, 200, json);
+        cJSON_Delete(json);
+    }
+    ll_scenario_free(&scenario);
+    ll_experiment_free(e);
+}
+
+/* ---- results ---- */
+
+static void media_type(const ll_format *format, char type[80])
+{
+    snprintf(type, 80, "%.*s", (int)strcspn(format->type, ";"), format->type);
+}
+
+/* By the query's `format`, else by Accept. NULL when it was refused. */
+static const ll_format *choose_format(const ll_http_request *request, ll_http_response *response)
+{
+    const char *name = ll_http_query(request, "format");
+    const ll_format *best = name ? ll_format_find(name, strlen(name)) : NULL;
+    double best_quality = 0, quality;
+    char type[80];
+    for (int i = 0; !name && ll_formats[i]; i++) {
+        media_type(ll_formats[i], type);
+        if (ll_http_accepts(request, type, &quality) && quality > best_quality) {
+            best = ll_formats[i];
+            best_quality = quality;
+        }
+    }
+    if (best)
+        return best;
+    ll_status error =
+        name
+            ? ll_field_error(LL_BAD_INPUT, "format",
+                             "format must be one of csv, ndjson, json, parquet, sqlite; it is `%.40s`.", name)
+            : ll_error(LL_BAD_INPUT, "Results are text/csv, application/x-ndjson, application/json, "
+                                     "application/vnd.apache.parquet or application/vnd.sqlite3.");
+    ll_problem_as(response, request, name ? 400 : 406, &error);
+    return NULL;
+}
+
+static int64_t read_file(void *context, uint64_t offset, char *buffer, size_t capacity)
+{
+    (void)offset; /* it is read once, from its start */
+    size_t got = fread(buffer, 1, capacity, context);
+    return got > 0 ? (int64_t)got : ferror((FILE *)context) ? -1 : 0;
+}
+
+static void close_file(void *context)
+{
+    fclose(context);
+}
+
+static ll_status write_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
+                             const ll_experiment *e, const ll_format *format, FILE *file)
+{
+    ll_stored_rows rows;
+    ll_result_table *table = NULL;
+    const char *points = ll_http_query(request, "points");
+    bool of_points = points && strcmp(points, "true") == 0;
+    ll_status status = ll_stored_rows_open(&rows, ll_experiments_store(api->experiments), record->id);
+    if (!ll_failed(&status))
+        status = (of_points ? ll_result_table_points : ll_result_table_rows)(e, ll_stored_rows_next, &rows,
+                                                                             &table);
+    if (!ll_failed(&status))
+        status = format->write(ll_result_table_get(table), file);
+    ll_result_table_free(table);
+    ll_stored_rows_close(&rows);
+    return status;
+}
+
+/* Rows may be many: they go through a file without a name. */
+void ll_get_experiment_results(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_experiment_record record;
+    ll_experiment *e = NULL;
+    if (!find(api, request, response, &record, &e))
+        return;
+    const ll_format *format = choose_format(request, response);
+    if (format) {
+        FILE *file = tmpfile();
+        ll_status status = file ? write_table(api, request, &record, e, format, file)
+                                : ll_error(LL_IO, "No temporary file can be made for the results.");
+        if (ll_failed(&status)) {
+            if (file)
+                fclose(file);
+            ll_api_problem(response, request, &status);
+        } else {
+            rewind(file);
+            snprintf(response->type, sizeof response->type, "%s", format->type);
+            response->reader = read_file;
+            response->reader_context = file;
+            response->reader_free = close_file;
+        }
+        ll_http_set_header(response, "Vary", "Accept");
+    }
+    ll_experiment_free(e);
+}

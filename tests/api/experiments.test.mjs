@@ -1,0 +1,122 @@
+// Experiments of the daemon: made, watched, paused, resumed after a crash, and read in every format.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, rmSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { client, pause, waitFor } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
+
+const E = '/api/v1/experiments';
+const experiment = (repeats = 4) => ({ title: 'Lag and error', scenario: 'race', set: { duration_s: 3 }, repeats,
+  axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }, { path: 'players.0.link.up.jitter_ms', values: [0, 30] }],
+  metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'] });
+
+let daemon, c;
+before(async () => {
+  daemon = await startDaemon();
+  c = client(daemon.url);
+});
+after(async () => {
+  c.close();
+  await daemon.stop();
+});
+
+/** @param {string} id */
+const state = async (id, who = c) => (await who.get(`${E}/${id}`)).json;
+const ended = (/** @type {string} */ id, who = c) => waitFor(async () => { const now = await state(id, who); return now.state === 'done' && now; }, 'the experiment', 60000);
+
+/** What the command line makes of the same experiment. */
+function sweep(order, format = 'csv') {
+  const result = spawnSync(BINARY, ['sweep', '-', '--format', format], { input: JSON.stringify(order), encoding: 'utf8', maxBuffer: 1 << 28 });
+  assert.equal(result.status, 0, result.stderr);
+  return result.stdout;
+}
+
+test('rows are those of the command line, in each format and by Accept', async () => {
+  const { id } = (await c.call('POST', E, { body: experiment() })).json;
+  const now = await ended(id);
+  assert.deepEqual([now.title, now.done, now.runs, now.points], ['Lag and error', 24, 24, 6]);
+  assert.equal(now.experiment.scenario.kind, 'netgame', 'the scenario is in it');
+  const csv = await c.get(`${E}/${id}/results`);
+  assert.equal(csv.headers['content-type'], 'text/csv; charset=utf-8');
+  assert.equal(csv.text, sweep(experiment()));
+  assert.equal((await c.get(`${E}/${id}/results`, { headers: { accept: 'application/x-ndjson' } })).text, sweep(experiment(), 'ndjson'));
+  assert.equal((await c.get(`${E}/${id}/results?format=json`)).text, sweep(experiment(), 'json'));
+  assert.equal((await c.get(`${E}/${id}/results`, { headers: { accept: 'text/csv;q=0.1, application/json' } })).headers['content-type'], 'application/json');
+  const points = (await c.get(`${E}/${id}/results?points=true&format=json`)).json;
+  assert.equal(points.length, 6);
+  assert.ok(points[0]['players.0.own_error_m.mean.ci95'] >= 0);
+});
+
+test('a run is opened live from its scenario, and is the same run', async () => {
+  const { id } = (await c.call('POST', E, { body: experiment() })).json;
+  await ended(id);
+  const row = (await c.get(`${E}/${id}/results?format=json`)).json[17];
+  const scenario = (await c.get(`${E}/${id}/runs/17`)).json;
+  assert.equal(scenario.seed, row.seed);
+  const session = await c.make({ scenario, paused: true });
+  await c.control(session, { op: 'seek', time_s: 3 });
+  assert.equal((await c.get(`/api/v1/sessions/${session.id}/state`)).json.hash, row.hash);
+});
+
+test('pause holds it, resume lets it go on, cancel keeps its rows', async () => {
+  const made = (await c.call('POST', E, { body: experiment(4000) })).json;
+  const control = (op) => c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op } });
+  await waitFor(async () => (await state(made.id)).done > 0, 'the first rows', 20000);
+  assert.equal((await control('pause')).json.state, 'paused');
+  // What was being run is finished; then nothing moves.
+  let held = await state(made.id);
+  await waitFor(async () => { await pause(400); const now = await state(made.id); const same = now.done === held.done; held = now; return same; }, 'it to hold', 20000);
+  assert.ok(held.done < held.runs);
+  assert.deepEqual([held.state, held.rate_per_s, held.left_s], ['paused', 0, null]);
+  assert.equal((await control('resume')).json.state, 'running');
+  await waitFor(async () => (await state(made.id)).done > held.done, 'more rows', 20000);
+  const moving = await state(made.id);
+  assert.ok(moving.rate_per_s > 0 && moving.left_s > 0);
+  assert.equal((await control('cancel')).json.state, 'cancelled');
+  assert.equal((await control('resume')).status, 409);
+  const rows = (await c.get(`${E}/${made.id}/results`)).text.split('\r\n').length - 2;
+  assert.ok(rows >= held.done);
+  assert.equal((await c.call('DELETE', `${E}/${made.id}`, { key: made.owner_key })).status, 204);
+});
+
+test('what a killed daemon had begun, the next one finishes: every row once', async () => {
+  const data = mkdtempSync(path.join(tmpdir(), 'laglab-experiments-'));
+  try {
+    const first = await startDaemon({ data });
+    const one = client(first.url);
+    const { id, owner_key: key } = (await one.call('POST', E, { body: experiment(1500) })).json;
+    await waitFor(async () => (await state(id, one)).done > 0, 'the first rows', 20000);
+    assert.notEqual((await state(id, one)).state, 'done');
+    await first.kill();
+    one.close();
+    const second = await startDaemon({ data });
+    const two = client(second.url);
+    await ended(id, two);
+    assert.equal((await two.get(`${E}/${id}/results`)).text, sweep(experiment(1500)));
+    assert.equal((await two.call('DELETE', `${E}/${id}`, { key })).status, 204, 'its key still is its key');
+    two.close();
+    await second.stop();
+  } finally {
+    rmSync(data, { recursive: true, force: true });
+  }
+});
+
+test('limits are told with their number', async () => {
+  const strict = await startDaemon({ args: ['--max-experiments', '1', '--max-experiment-runs', '30'] });
+  const s = client(strict.url);
+  try {
+    const large = await s.call('POST', E, { body: experiment(6) });
+    assert.equal(large.status, 400);
+    assert.match(large.json.detail, /36 runs.*at most 30/);
+    assert.equal((await s.call('POST', E, { body: experiment() })).status, 202);
+    const second = await s.call('POST', E, { body: experiment() });
+    assert.equal(second.status, 429);
+    assert.match(second.json.detail, /1 experiments already/);
+  } finally {
+    s.close();
+    await strict.stop();
+  }
+});
