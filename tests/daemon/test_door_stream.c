@@ -110,8 +110,13 @@ static void test_frames(void **state)
     assert_true(viewer_read(fd, &frame, 2));
     assert_int_equal(frame.opcode, 1);
     assert_non_null(strstr((char *)frame.bytes, "\"key\":true"));
-    assert_true(viewer_read(fd, &frame, 2));
-    assert_non_null(strstr((char *)frame.bytes, "\"key\":false"));
+    bool whole = true;
+    for (int i = 0; whole && i < 10;
+         i++) { /* on a busy machine it may miss some, and gets a key frame then */
+        assert_true(viewer_read(fd, &frame, 2));
+        whole = !strstr((char *)frame.bytes, "\"key\":false");
+    }
+    assert_false(whole);
     close(fd);
 }
 
