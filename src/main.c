@@ -589,7 +589,7 @@ static const struct {
      "run a scenario as fast as it goes and print its metrics", verb_run},
     {"sweep",
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
-     "[--shard I/N|auto] [--dry-run]",
+     "[--shard I/N|auto] [--report FILE.html] [--dry-run]",
      "run an experiment: a row for each run, or each point", ll_verb_sweep},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},

@@ -96,10 +96,11 @@ static struct MHD_Response *make(http_exchange *exchange)
 static void add_headers(const http_exchange *exchange, struct MHD_Response *made)
 {
     const ll_http_response *response = &exchange->response;
-    bool cache_said = false;
+    bool cache_said = false, policy_said = false;
     for (int i = 0; i < response->headers; i++) {
         MHD_add_response_header(made, response->header[i].name, response->header[i].value);
         cache_said = cache_said || strcmp(response->header[i].name, "Cache-Control") == 0;
+        policy_said = policy_said || strcmp(response->header[i].name, "Content-Security-Policy") == 0;
     }
     if (response->type[0] != '\0') {
         MHD_add_response_header(made, "Content-Type", response->type);
@@ -110,7 +111,9 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     MHD_add_response_header(made, "X-Request-Id", exchange->request.id);
     MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
     MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
-    MHD_add_response_header(made, "Content-Security-Policy", policy);
+    if (!policy_said) {
+        MHD_add_response_header(made, "Content-Security-Policy", policy);
+    }
     MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
                             exchange->cross_origin ? "cross-origin" : "same-origin");
     if (exchange->cross_origin) {

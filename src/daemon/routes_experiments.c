@@ -9,6 +9,7 @@
 #include "daemon/api.h"
 #include "daemon/experiments.h"
 #include "daemon/problem.h"
+#include "experiment/report.h"
 #include "experiment/table.h"
 
 #define PATH "/api/v1/experiments/"
@@ -24,7 +25,7 @@ static void describe_size(cJSON *json, const ll_experiment *e)
 
 static void add_links(cJSON *json, const char *id)
 {
-    static const char *const parts[] = {"results", "control"};
+    static const char *const parts[] = {"results", "report", "control"};
     char path[160];
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     snprintf(path, sizeof path, PATH "%s", id);
@@ -308,7 +309,31 @@ static ll_status write_table(ll_api *api, const ll_http_request *request, const 
     return status;
 }
 
+/* The body is what `file` holds; on an error it is closed and the error answered. */
+static void answer_file(const ll_http_request *request, ll_http_response *response, const ll_status *status,
+                        FILE *file, const char *type)
+{
+    if (ll_failed(status)) {
+        if (file)
+            fclose(file);
+        ll_api_problem(response, request, status);
+        return;
+    }
+    rewind(file);
+    snprintf(response->type, sizeof response->type, "%s", type);
+    response->reader = read_file;
+    response->reader_context = file;
+    response->reader_free = close_file;
+}
+
 /* Rows may be many: they go through a file without a name. */
+static FILE *open_file(ll_status *status)
+{
+    FILE *file = tmpfile();
+    *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the results.");
+    return file;
+}
+
 void ll_get_experiment_results(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
@@ -318,21 +343,31 @@ void ll_get_experiment_results(void *context, const ll_http_request *request, ll
         return;
     const ll_format *format = choose_format(request, response);
     if (format) {
-        FILE *file = tmpfile();
-        ll_status status = file ? write_table(api, request, &record, e, format, file)
-                                : ll_error(LL_IO, "No temporary file can be made for the results.");
-        if (ll_failed(&status)) {
-            if (file)
-                fclose(file);
-            ll_api_problem(response, request, &status);
-        } else {
-            rewind(file);
-            snprintf(response->type, sizeof response->type, "%s", format->type);
-            response->reader = read_file;
-            response->reader_context = file;
-            response->reader_free = close_file;
-        }
-        ll_http_set_header(response, "Vary", "Accept");
+        ll_status status;
+        FILE *file = open_file(&status);
+        if (file)
+            status = write_table(api, request, &record, e, format, file);
+        answer_file(request, response, &status, file, format->type);
     }
+    ll_http_set_header(response, "Vary", "Accept");
+    ll_experiment_free(e);
+}
+
+void ll_get_experiment_report(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_experiment_record record;
+    ll_experiment *e = NULL;
+    ll_stored_rows rows;
+    if (!find(api, request, response, &record, &e))
+        return;
+    ll_status status = ll_stored_rows_open(&rows, ll_experiments_store(api->experiments), record.id);
+    FILE *file = ll_failed(&status) ? NULL : open_file(&status);
+    if (file)
+        status = ll_report_write(e, ll_stored_rows_next, &rows, file);
+    answer_file(request, response, &status, file, "text/html; charset=utf-8");
+    ll_http_set_header(response, "Content-Security-Policy",
+                       "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
+    ll_stored_rows_close(&rows);
     ll_experiment_free(e);
 }

@@ -83,6 +83,10 @@ static const ll_param head_rows[] = {
     {ROW(text), .type = LL_PARAM_TEXT, .max = LL_TEXT_MAX, .help = "What it asks."},
     {ROW(scenario_id), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
      .help = "Where a scenario that is given whole was read from."},
+    {ROW(error), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "The metric that is to be small; empty: the first."},
+    {ROW(cost), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "The metric that this is paid with; empty: the second, if there is one."},
     {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .standard = 1,
      .help = "Runs of each point, with seeds that count up from the scenario's."},
     {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},
@@ -149,20 +153,20 @@ static double coordinate(const ll_experiment *e, int dimension, int64_t point)
 
 cJSON *ll_experiment_point(const ll_experiment *e, int64_t point)
 {
-    cJSON *values = cJSON_CreateObject();
+    cJSON *values = cJSON_CreateObject(), *value[LL_EXPERIMENT_AXES_MAX];
     int64_t left = point;
     for (int a = e->axis_count - 1; a >= 0; a--) { /* the last is the fastest */
         const ll_axis *axis = &e->axes[a];
-        cJSON *value;
         if (e->head.sample.method != LL_SAMPLE_NONE) {
-            value = ll_axis_sample(axis, coordinate(e, e->dimension[a], point));
+            value[a] = ll_axis_sample(axis, coordinate(e, e->dimension[a], point));
         } else {
-            value = ll_axis_at(axis, left % axis->count);
+            value[a] = ll_axis_at(axis, left % axis->count);
             if (a == 0 || e->dimension[a - 1] != e->dimension[a])
                 left /= axis->count;
         }
-        cJSON_AddItemToObject(values, axis->path, value);
     }
+    for (int a = 0; a < e->axis_count; a++)
+        cJSON_AddItemToObject(values, e->axes[a].path, value[a]);
     return values;
 }
 
@@ -432,6 +436,26 @@ static ll_status check_metric(const cJSON *metrics, const char *field, const cha
     return found && (is_number(found) || cJSON_IsNull(found)) ? ll_ok() : no_metric(metrics, field, path);
 }
 
+static ll_status find_metric(const ll_experiment *e, const char *field, const char *path, int standard,
+                             int *index)
+{
+    *index = standard < e->metric_count ? standard : -1;
+    for (int i = 0; path[0] && i < e->metric_count; i++)
+        if (strcmp(e->metrics[i], path) == 0) {
+            *index = i;
+            return ll_ok();
+        }
+    return path[0]
+               ? ll_field_error(LL_BAD_INPUT, field, "%s must be one of the metrics; got %.100s", field, path)
+               : ll_ok();
+}
+
+static ll_status read_trade(ll_experiment *e)
+{
+    ll_status status = find_metric(e, "error", e->head.error, 0, &e->error_metric);
+    return ll_failed(&status) ? status : find_metric(e, "cost", e->head.cost, 1, &e->cost_metric);
+}
+
 static ll_status read_metrics(ll_experiment *e, const cJSON *present)
 {
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(e->json, "metrics"), *item;
@@ -456,6 +480,9 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
                 return ll_field_error(LL_BAD_INPUT, field, "%s: %s is given twice", field, item->valuestring);
         snprintf(e->metrics[e->metric_count++], sizeof e->metrics[0], "%s", item->valuestring);
     }
+    ll_status status = read_trade(e);
+    if (ll_failed(&status))
+        return status;
     return e->head.stop.metric[0] ? check_metric(present, "stop.metric", e->head.stop.metric) : ll_ok();
 }
 

@@ -26,6 +26,9 @@ typedef struct ll_experiment_head {
     char text[LL_TEXT_MAX + 8];
     char scenario_id[LL_EXPERIMENT_PATH_MAX +
                      8]; /* that the scenario was read from; empty when it was given whole */
+    /* Which of the metrics are the two sides of the trade, for the report and the adviser; empty: the first
+     * and the second. */
+    char error[LL_EXPERIMENT_PATH_MAX + 8], cost[LL_EXPERIMENT_PATH_MAX + 8];
     int64_t repeats;
     struct {
         int32_t method, reserved; /* ll_sampling */
@@ -47,6 +50,7 @@ typedef struct ll_experiment {
     int axis_count, dimension_count;
     char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
     int metric_count;
+    int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: there is none */
     int64_t points, runs;
 } ll_experiment;
 

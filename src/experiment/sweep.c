@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include "experiment/arguments.h"
+#include "experiment/report.h"
 #include "experiment/shard.h"
 #include "experiment/table.h"
 #include "experiment/verbs.h"
@@ -18,7 +19,7 @@
 #define SHARED_LEASE_S 60
 
 typedef struct sweep {
-    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios;
+    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report;
     bool points, dry_run;
     ll_experiment *experiment;
     const ll_format *format;
@@ -174,6 +175,21 @@ static ll_status write_out(const sweep *s)
     return status;
 }
 
+static ll_status write_report(const sweep *s)
+{
+    ll_stored_rows rows;
+    FILE *file = fopen(s->report, "wb");
+    if (!file)
+        return ll_error(LL_IO, "cannot write %.200s", s->report);
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->record.id);
+    if (!ll_failed(&status))
+        status = ll_report_write(s->experiment, ll_stored_rows_next, &rows, file);
+    ll_stored_rows_close(&rows);
+    if (fclose(file) != 0 && !ll_failed(&status))
+        status = ll_error(LL_IO, "cannot write %.200s", s->report);
+    return status;
+}
+
 static void remove_own_store(const sweep *s)
 {
     static const char *const parts[] = {"", "-wal", "-shm"};
@@ -188,15 +204,11 @@ static void remove_own_store(const sweep *s)
 
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
-    const ll_option options[] = {{"--jobs", &s->jobs, NULL},
-                                 {"--out", &s->out, NULL},
-                                 {"--format", &s->format_name, NULL},
-                                 {"--store", &s->store_url, NULL},
-                                 {"--shard", &s->shard, NULL},
-                                 {"--scenarios", &s->scenarios, NULL},
-                                 {"--points", NULL, &s->points},
-                                 {"--dry-run", NULL, &s->dry_run},
-                                 {NULL, NULL, NULL}};
+    const ll_option options[] = {{"--jobs", &s->jobs, NULL},          {"--out", &s->out, NULL},
+                                 {"--format", &s->format_name, NULL}, {"--store", &s->store_url, NULL},
+                                 {"--shard", &s->shard, NULL},        {"--scenarios", &s->scenarios, NULL},
+                                 {"--report", &s->report, NULL},      {"--points", NULL, &s->points},
+                                 {"--dry-run", NULL, &s->dry_run},    {NULL, NULL, NULL}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     s->threads = ll_cores();
@@ -229,6 +241,8 @@ int ll_verb_sweep(int argc, char **argv)
             status = run_all(&s);
         if (!ll_failed(&status))
             status = write_out(&s);
+        if (!ll_failed(&status) && s.report)
+            status = write_report(&s);
         ll_result_store_close(s.store);
         if (!ll_failed(&status))
             remove_own_store(&s);

@@ -26,6 +26,7 @@ const UNPROVOKED = new Map([
   ['post /api/v1/sessions/{id}/control 409', 'needs a session that diverged'],
   ['get /api/v1/experiments/{id} 507', 'needs a damaged database'],
   ['get /api/v1/experiments/{id}/results 507', 'as above'],
+  ['get /api/v1/experiments/{id}/report 507', 'as above'],
   ['get /api/v1/experiments/{id}/runs/{run} 507', 'as above'],
   ['post /api/v1/sessions 409', 'needs two requests with one key at the same instant'],
 ]);
@@ -238,6 +239,7 @@ test('experiments', async () => {
   await waitFor(async () => (await call('get', X, { id }, 200)).json.state === 'done', 'the experiment');
   for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.apache.parquet', 'application/vnd.sqlite3'])
     await call('get', `${X}/results`, { id }, 200, { headers: { accept: type } });
+  await call('get', `${X}/report`, { id }, 200);
   await call('get', `${X}/results`, { id }, 400, { query: '?format=xls' });
   await call('get', `${X}/results`, { id }, 406, { headers: { accept: 'image/png' } });
   await call('get', `${X}/runs/{run}`, { id, run: 1 }, 200);
@@ -256,7 +258,7 @@ test('experiments', async () => {
   await call('post', `${X}/control`, { id }, 400, { key, body: { op: 'stop' } });
   await call('post', `${X}/control`, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', `${X}/control`, { id }, 415, { key, body: { op: 'pause' }, type: 'text/plain' });
-  for (const path of [X, `${X}/results`, `${X}/runs/{run}`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
+  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
   await call('delete', X, { id }, 204, { key });
   await call('get', X, { id }, 404);
   await call('delete', X, { id: long.id }, 204, { key: long.owner_key });

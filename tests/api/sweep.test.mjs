@@ -124,6 +124,28 @@ test('points are the means of their runs with 95 % intervals', () => {
   }
 });
 
+test('a report is one page with the front, a table for each plot, and what repeats it', () => {
+  const name = write('orbit.json', { title: 'Orbit <b>&', scenario: { kind: 'motion', problem: 'kepler', params: { e: 0.5 }, duration_s: 5, methods: [{ method: 'rk4' }] },
+    axes: [{ path: 'methods.0.method', values: ['semi_implicit_euler', 'velocity_verlet', 'rk4'] }, { path: 'methods.0.dt_s', from: 0.001, to: 0.1, count: 6, scale: 'log' }],
+    metrics: ['methods.0.e_max', 'methods.0.evaluations'] });
+  const points = JSON.parse(good(['sweep', name, '--points', '--format', 'json', '--report', 'orbit.html']));
+  const page = readFileSync(file('orbit.html'), 'utf8');
+  assert.doesNotMatch(page, /<script|<link|src=|href=|url\(/);
+  assert.match(page, /<h1>Orbit &lt;b&gt;&amp;<\/h1>/);
+  assert.equal(page.match(/<svg/g).length, 3);
+  assert.equal(page.match(/<table>/g).length, 4);
+  assert.match(page, /laglab sweep experiment.json/);
+  // The front by its definition: nobody is as good in both and better in one.
+  const at = (point) => [point['methods.0.evaluations'], point['methods.0.e_max']];
+  const front = points.filter((a) => !points.some((b) => at(b)[0] <= at(a)[0] && at(b)[1] <= at(a)[1] && (at(b)[0] < at(a)[0] || at(b)[1] < at(a)[1])));
+  const table = page.slice(page.indexOf('All points'));
+  const marked = [...table.matchAll(/<tr class="on"><td>(\d+)<\/td>/g)].map((match) => Number(match[1]));
+  assert.deepEqual(marked, front.map((point) => point.point));
+  assert.ok(marked.length > 3 && marked.length < 18);
+  const specification = /<h2>Specification<\/h2><pre>([^]*?)<\/pre>/.exec(page)[1].replaceAll('&quot;', '"').replaceAll('&lt;', '<').replaceAll('&gt;', '>').replaceAll('&amp;', '&');
+  assert.equal(good(['sweep', '-'], { input: specification }), good(['sweep', name]), 'what it tells repeats it');
+});
+
 test('a sweep that was killed goes on where it was, and every row is there once', async () => {
   const name = race(300);
   const whole = good(['sweep', name]);

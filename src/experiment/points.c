@@ -1,0 +1,120 @@
+#include "experiment/points.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+char *ll_point_name(const cJSON *values)
+{
+    char *text = NULL;
+    size_t size;
+    FILE *memory = open_memstream(&text, &size);
+    const cJSON *item;
+    if (!memory)
+        return NULL;
+    cJSON_ArrayForEach(item, values)
+    {
+        fprintf(memory, "%s%s ", item == values->child ? "" : ", ", item->string);
+        if (cJSON_IsString(item))
+            fputs(item->valuestring, memory);
+        else if (cJSON_IsBool(item))
+            fputs(cJSON_IsTrue(item) ? "true" : "false", memory);
+        else
+            fprintf(memory, "%.6g", item->valuedouble);
+    }
+    fclose(memory);
+    return text;
+}
+
+static double cell(const ll_cell *c)
+{
+    return c->null ? NAN : c->number;
+}
+
+/* The columns of ll_result_table_points: point, parameters, runs, then mean and half width of each metric. */
+static ll_status take(const ll_experiment *e, const ll_cell *cells, int columns, ll_point *p)
+{
+    const ll_cell *metrics = cells + columns - 2 * e->metric_count;
+    p->point = (int64_t)cells[0].number;
+    p->runs = (int64_t)metrics[-1].number;
+    p->values = ll_experiment_point(e, p->point);
+    p->name = ll_point_name(p->values);
+    for (int i = 0; i < e->metric_count; i++) {
+        p->mean[i] = cell(&metrics[2 * i]);
+        p->half[i] = cell(&metrics[2 * i + 1]);
+    }
+    return p->values && p->name ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for points");
+}
+
+ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *context, ll_points *points)
+{
+    ll_result_table *table = NULL;
+    ll_cell cells[LL_COLUMNS_MAX];
+    int64_t most = e->points < LL_POINTS_MAX ? e->points : LL_POINTS_MAX;
+    *points = (ll_points){.points = calloc((size_t)most, sizeof *points->points)};
+    ll_status status = points->points ? ll_result_table_points(e, source, context, &table)
+                                      : ll_error(LL_NO_MEMORY, "no memory for points");
+    const ll_table *t = table ? ll_result_table_get(table) : NULL;
+    while (!ll_failed(&status) && t->next(t->context, cells, &status))
+        if (points->count == most)
+            points->left_out++;
+        else
+            status = take(e, cells, t->column_count, &points->points[points->count++]);
+    ll_result_table_free(table);
+    if (ll_failed(&status))
+        ll_points_free(points);
+    return status;
+}
+
+void ll_points_free(ll_points *points)
+{
+    for (int i = 0; i < points->count; i++) {
+        cJSON_Delete(points->points[i].values);
+        free(points->points[i].name);
+    }
+    free(points->points);
+    *points = (ll_points){0};
+}
+
+static bool beats(const ll_point *a, const ll_point *b, int cost, int error)
+{
+    return a->mean[cost] <= b->mean[cost] && a->mean[error] <= b->mean[error] &&
+           (a->mean[cost] < b->mean[cost] || a->mean[error] < b->mean[error]);
+}
+
+typedef struct place {
+    double cost, error;
+    int index;
+} place;
+
+static int by_cost(const void *a, const void *b)
+{
+    const place *x = a, *y = b;
+    if (x->cost != y->cost)
+        return x->cost < y->cost ? -1 : 1;
+    if (x->error != y->error)
+        return x->error < y->error ? -1 : 1;
+    return x->index - y->index;
+}
+
+/* From the cheapest on, a point is on the front when its error is the least so far. */
+void ll_points_mark_front(ll_points *points, int cost, int error)
+{
+    place *places = malloc((size_t)points->count * sizeof *places);
+    const ll_point *last = NULL;
+    int n = 0;
+    for (int i = 0; places && i < points->count; i++) {
+        ll_point *p = &points->points[i];
+        if (isfinite(p->mean[cost]) && isfinite(p->mean[error]))
+            places[n++] = (place){p->mean[cost], p->mean[error], i};
+    }
+    if (places)
+        qsort(places, (size_t)n, sizeof *places, by_cost);
+    for (int i = 0; i < n; i++) {
+        ll_point *p = &points->points[places[i].index];
+        p->front = !last || (!beats(last, p, cost, error) && p->mean[error] <= last->mean[error]);
+        last = p->front ? p : last;
+    }
+    free(places);
+}

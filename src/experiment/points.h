@@ -1,0 +1,30 @@
+/* The points of an experiment with the means of their metrics, held in memory. */
+#pragma once
+
+#include "experiment/table.h"
+
+enum { LL_POINTS_MAX = 20000 };
+
+typedef struct ll_point {
+    int64_t point, runs;
+    struct cJSON *values; /* what is varied; owned */
+    char *name;           /* `players.0.lag_ms 100, server.update_hz 30`; owned */
+    double mean[LL_EXPERIMENT_METRICS_MAX],
+        half[LL_EXPERIMENT_METRICS_MAX]; /* of the 95 % interval; NaN: none */
+    bool front; /* no other is as good in one of cost and error and better in the other */
+} ll_point;
+
+typedef struct ll_points {
+    ll_point *points;
+    int count;
+    int64_t left_out; /* beyond LL_POINTS_MAX */
+} ll_points;
+
+ll_status ll_points_read(const ll_experiment *experiment, ll_row_source *source, void *context,
+                         ll_points *points);
+void ll_points_free(ll_points *points);
+
+/* Marks the front of least cost and least error. */
+void ll_points_mark_front(ll_points *points, int cost, int error);
+
+char *ll_point_name(const struct cJSON *values); /* caller frees */

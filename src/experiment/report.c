@@ -1,0 +1,217 @@
+#include "experiment/report.h"
+
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/plot.h"
+#include "experiment/points.h"
+
+static const char head[] =
+    "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
+    "content=\"width=device-width\"><style>\n"
+    "body{font:15px/1.45 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1f24;"
+    "background:#fff}h1{font-size:1.6rem;margin-bottom:.2rem}h2{font-size:1.2rem;margin-top:2rem}\n"
+    "figure{margin:1rem 0}figcaption{font-weight:600}svg{max-width:100%;height:auto}svg text{font:12px "
+    "system-ui,"
+    "sans-serif;fill:#1b1f24}.g{stroke:#d8dee4;fill:none}circle{fill:#0072b2;fill-opacity:.75}"
+    "circle.on{fill:#b34700;fill-opacity:1}.front{fill:none;stroke:#b34700;stroke-width:1.5}.ci{stroke:#"
+    "0072b2;"
+    "stroke-opacity:.4}\n"
+    ".multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(20rem,1fr));gap:1rem}\n"
+    ".data{max-height:14rem;overflow:auto;border:1px solid "
+    "#d8dee4}table{border-collapse:collapse;font-size:.85rem;"
+    "font-variant-numeric:tabular-nums}th,td{padding:.15rem .6rem;text-align:right;border-bottom:1px solid "
+    "#eaeef2}"
+    "th{position:sticky;top:0;background:#f6f8fa}td.l{text-align:left}tr.on "
+    "td{color:#8a3700;font-weight:600}\n"
+    "pre{background:#f6f8fa;padding:.8rem;overflow:auto;font-size:.8rem;white-space:pre-wrap}\n"
+    "@media "
+    "print{body{margin:0;max-width:none}.data{max-height:none;overflow:visible;border:0}figure{break-inside:"
+    "avoid-page}th{position:static}pre{white-space:pre-wrap}}\n"
+    "</style><title>";
+
+static bool numeric(const ll_axis *axis)
+{
+    return axis->type == LL_CELL_REAL || axis->type == LL_CELL_INT;
+}
+
+/* ---- plots ---- */
+
+static int by_x(const void *a, const void *b)
+{
+    double x = ((const ll_plot_point *)a)->x, y = ((const ll_plot_point *)b)->x;
+    return (x > y) - (x < y);
+}
+
+static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FILE *file)
+{
+    int x = e->cost_metric, y = e->error_metric;
+    ll_plot_point *p = calloc((size_t)points->count + 1, sizeof *p);
+    if (!p)
+        return ll_error(LL_NO_MEMORY, "no memory for a plot");
+    for (int i = 0; i < points->count; i++) {
+        const ll_point *from = &points->points[i];
+        p[i] = (ll_plot_point){.x = from->mean[x],
+                               .y = from->mean[y],
+                               .half = from->half[y],
+                               .front = from->front,
+                               .name = from->name};
+    }
+    qsort(p, (size_t)points->count, sizeof *p, by_x);
+    fputs("<h2>Error against cost</h2><p>Left is cheap, low is good. The marked points are the Pareto "
+          "front: to be "
+          "better in one, another must be worse in the other.</p>\n",
+          file);
+    ll_plot_write(&(ll_plot){"Error against cost", e->metrics[x], e->metrics[y], p, points->count, true, true,
+                             760, 420},
+                  file);
+    free(p);
+    return ll_ok();
+}
+
+/* A choice stands at the place of its first appearance in the list of values. */
+static double place_of(const ll_axis *axis, const cJSON *value)
+{
+    const cJSON *item;
+    int k = 0;
+    if (numeric(axis))
+        return value->valuedouble;
+    cJSON_ArrayForEach(item, axis->values)
+    {
+        if (cJSON_Compare(item, value, true))
+            return k;
+        k++;
+    }
+    return k;
+}
+
+static const char *label_of(const ll_axis *axis, const cJSON *value)
+{
+    if (numeric(axis))
+        return NULL;
+    return cJSON_IsString(value) ? value->valuestring : cJSON_IsTrue(value) ? "true" : "false";
+}
+
+static ll_status plot_axis(const ll_experiment *e, const ll_points *points, const ll_axis *axis, FILE *file)
+{
+    char column[LL_COLUMN_NAME_MAX], title[2 * LL_COLUMN_NAME_MAX];
+    const ll_param *row = ll_param_find(e->base.kind->table, e->base.config, axis->path, NULL);
+    ll_axis_column(axis->path, row ? row->unit : NULL, column, sizeof column);
+    ll_plot_point *p = calloc((size_t)points->count + 1, sizeof *p);
+    if (!p)
+        return ll_error(LL_NO_MEMORY, "no memory for a plot");
+    for (int i = 0; i < points->count; i++) {
+        const ll_point *from = &points->points[i];
+        const cJSON *value = cJSON_GetObjectItemCaseSensitive(from->values, axis->path);
+        p[i] = (ll_plot_point){.x = place_of(axis, value),
+                               .y = from->mean[e->error_metric],
+                               .half = from->half[e->error_metric],
+                               .label = label_of(axis, value),
+                               .name = from->name};
+    }
+    qsort(p, (size_t)points->count, sizeof *p, by_x);
+    snprintf(title, sizeof title, "Error along %s", column);
+    ll_plot_write(&(ll_plot){title, column, e->metrics[e->error_metric], p, points->count, axis->scale == 1,
+                             true, 400, 260},
+                  file);
+    free(p);
+    return ll_ok();
+}
+
+/* ---- tables and texts ---- */
+
+static void write_points(const ll_experiment *e, const ll_points *points, FILE *file)
+{
+    fputs(
+        "<h2>All points</h2><div class=\"data\"><table><thead><tr><th>Point</th><th>Values</th><th>Runs</th>",
+        file);
+    for (int i = 0; i < e->metric_count; i++) {
+        fputs("<th>", file);
+        ll_html_text(e->metrics[i], file);
+        fputs("</th><th>± 95 %</th>", file);
+    }
+    fputs("</tr></thead><tbody>\n", file);
+    for (int k = 0; k < points->count; k++) {
+        const ll_point *p = &points->points[k];
+        fprintf(file, "<tr%s><td>%" PRId64 "</td><td class=\"l\">", p->front ? " class=\"on\"" : "",
+                p->point);
+        ll_html_text(p->name, file);
+        fprintf(file, "</td><td>%" PRId64 "</td>", p->runs);
+        for (int i = 0; i < 2 * e->metric_count; i++) {
+            double value = i % 2 ? p->half[i / 2] : p->mean[i / 2];
+            if (isfinite(value))
+                fprintf(file, "<td>%.6g</td>", value);
+            else
+                fputs("<td></td>", file);
+        }
+        fputs("</tr>\n", file);
+    }
+    fputs("</tbody></table></div>\n", file);
+    if (points->left_out > 0)
+        fprintf(file, "<p>%" PRId64 " more points are left out here; the results have them.</p>\n",
+                points->left_out);
+}
+
+static void write_specification(const ll_experiment *e, FILE *file)
+{
+    char *text = cJSON_Print(e->json);
+    fputs(
+        "<h2>Repeat it</h2><p>Save the specification as <code>experiment.json</code>. With "
+        "laglab " LAGLAB_VERSION
+        " this gives the same rows, bit for bit, on any machine:</p><pre>laglab sweep experiment.json --out "
+        "results.csv --report report.html</pre><h2>Specification</h2><pre>",
+        file);
+    ll_html_text(text ? text : "", file);
+    fputs("</pre>\n", file);
+    cJSON_free(text);
+}
+
+static void write_title(const ll_experiment *e, FILE *file)
+{
+    const ll_scenario_head *scenario = e->base.config;
+    const char *title = e->head.title[0]     ? e->head.title
+                        : scenario->title[0] ? scenario->title
+                                             : "Experiment";
+    fputs(head, file);
+    ll_html_text(title, file);
+    fputs("</title></head><body>\n<h1>", file);
+    ll_html_text(title, file);
+    fputs("</h1>\n<p>", file);
+    ll_html_text(e->head.text, file);
+    fprintf(file, "</p>\n<p>Scenario <code>");
+    ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
+    fprintf(file,
+            "</code>, %" PRId64 " points with %" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
+            "; key %016" PRIx64 ", laglab " LAGLAB_VERSION ".</p>\n",
+            e->points, e->head.repeats, scenario->seed, scenario->seed + e->head.repeats - 1,
+            ll_experiment_key(e));
+}
+
+ll_status ll_report_write(const ll_experiment *e, ll_row_source *source, void *context, FILE *file)
+{
+    ll_points points;
+    ll_status status = ll_points_read(e, source, context, &points);
+    if (ll_failed(&status))
+        return status;
+    write_title(e, file);
+    if (e->cost_metric >= 0) {
+        ll_points_mark_front(&points, e->cost_metric, e->error_metric);
+        status = plot_trade(e, &points, file);
+    }
+    if (e->axis_count > 0)
+        fputs("<h2>Along each axis</h2><div class=\"multiples\">\n", file);
+    for (int i = 0; i < e->axis_count && !ll_failed(&status); i++)
+        status = plot_axis(e, &points, &e->axes[i], file);
+    if (e->axis_count > 0)
+        fputs("</div>\n", file);
+    write_points(e, &points, file);
+    write_specification(e, file);
+    fputs("</body></html>\n", file);
+    ll_points_free(&points);
+    return ll_failed(&status)                  ? status
+           : fflush(file) != 0 || ferror(file) ? ll_error(LL_IO, "the report could not be written")
+                                               : ll_ok();
+}
