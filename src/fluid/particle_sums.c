@@ -1,0 +1,170 @@
+#include <string.h>
+
+#include "fluid/particle_internal.h"
+
+/* Keeps the correction by a lone pair finite: this share of the square of a steep pair's gradient. */
+#define SOFT 0.05
+
+static void clear(const ll_particles *p, ll_particle_field field)
+{
+    memset(ll_field(p, field), 0, (size_t)ll_particle_total(p) * sizeof(double));
+}
+
+/* Adami, Hu, Adams, J. Comput. Phys. 231 (2012), eq. 23: twice the wall's velocity less the mean of the
+ * fluid's around, so that it vanishes on the wall. */
+static void mirror_velocity(ll_particles *p, double *mu, double *mv)
+{
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const double *kernel = ll_part_kernel(p), *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
+    double *weight = ll_field(p, LL_FIELD_SUM);
+    clear(p, LL_FIELD_SUM);
+    memset(mu, 0, (size_t)ll_particle_total(p) * sizeof *mu);
+    memset(mv, 0, (size_t)ll_particle_total(p) * sizeof *mv);
+    for (int32_t a = 0; a < p->fluid; a++)
+        for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) {
+            int32_t b = pair[k];
+            mu[b] += u[a] * kernel[k];
+            mv[b] += v[a] * kernel[k];
+            weight[b] += kernel[k];
+        }
+    for (int32_t b = p->fluid; b < ll_particle_total(p); b++) {
+        double scale = weight[b] > 0 ? 1 / weight[b] : 0;
+        mu[b] = 2 * u[b] - mu[b] * scale;
+        mv[b] = 2 * v[b] - mv[b] * scale;
+    }
+}
+
+typedef struct viscous {
+    double along;  /* artificial: acts on approach and parting only */
+    double across; /* laminar: on all of the difference */
+    double soft;   /* (0.1 h)^2 */
+} viscous;
+
+static inline void drag(const ll_particles *p, const viscous *c, int32_t k, double du, double dv, double *fx,
+                        double *fy)
+{
+    double ex = ll_part_ex(p)[k], ey = ll_part_ey(p)[k], slope = ll_part_slope(p)[k];
+    double e2 = ex * ex + ey * ey, near = slope / (e2 + c->soft);
+    double along = c->along * (du * ex + dv * ey) * near, across = c->across * e2 * near;
+    *fx = along * ex + across * du;
+    *fy = along * ey + across * dv;
+}
+
+/* Monaghan's artificial viscosity (linear part, of approach and parting) and Morris, Fox, Zhu, J. Comput.
+ * Phys. 136 (1997), eq. 22. */
+void ll_particle_add_viscosity(ll_particles *p)
+{
+    const ll_particle_params *q = &p->params;
+    if (q->artificial_viscosity == 0 && q->viscosity == 0)
+        return;
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
+    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
+    double *mu = ll_field(p, LL_FIELD_GX), *mv = ll_field(p, LL_FIELD_GY);
+    double volume = p->setup.spacing * p->setup.spacing;
+    viscous c = {.along = volume * q->artificial_viscosity * p->h * q->sound_speed,
+                 .across = volume * 2 * q->viscosity * p->viscous_scale,
+                 .soft = 0.01 * p->h * p->h};
+    if (q->no_slip)
+        mirror_velocity(p, mu, mv);
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double sx = 0, sy = 0, fx, fy;
+        for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
+            int32_t b = pair[k];
+            drag(p, &c, k, u[a] - u[b], v[a] - v[b], &fx, &fy);
+            sx += fx;
+            sy += fy;
+            ax[b] -= fx;
+            ay[b] -= fy;
+        }
+        for (int32_t k = row[2 * a + 1]; q->no_slip && k < row[2 * a + 2]; k++) {
+            int32_t b = pair[k];
+            drag(p, &c, k, u[a] - mu[b], v[a] - mv[b], &fx, &fy);
+            sx += fx;
+            sy += fy;
+            ax[b] -= fx;
+            ay[b] -= fy;
+        }
+        ax[a] += sx;
+        ay[a] += sy;
+    }
+}
+
+void ll_particle_sum_rate(ll_particles *p)
+{
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
+    const double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
+    double *rate = ll_field(p, LL_FIELD_RATE), mass = p->mass;
+    clear(p, LL_FIELD_RATE);
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double sum = rate[a], ua = u[a], va = v[a];
+        for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
+            int32_t b = pair[k];
+            double r = ((ua - u[b]) * ex[k] + (va - v[b]) * ey[k]) * slope[k];
+            sum += r;
+            rate[b] += r;
+        }
+        rate[a] = sum * mass;
+    }
+    for (int32_t b = p->fluid; b < ll_particle_total(p); b++)
+        rate[b] *= mass;
+}
+
+void ll_particle_sum_density(ll_particles *p)
+{
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
+    const double *kernel = ll_part_kernel(p), *base = ll_field(p, LL_FIELD_BASE);
+    double *gx = ll_field(p, LL_FIELD_GX), *gy = ll_field(p, LL_FIELD_GY);
+    double *density = ll_field(p, LL_FIELD_DENSITY), *factor = ll_field(p, LL_FIELD_FACTOR);
+    double steep = p->slope_scale * p->h, soft = SOFT * steep * steep, mass = p->mass;
+    clear(p, LL_FIELD_GX);
+    clear(p, LL_FIELD_GY);
+    clear(p, LL_FIELD_DENSITY);
+    clear(p, LL_FIELD_FACTOR);
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double sx = gx[a], sy = gy[a], squares = factor[a], sum = density[a] + p->kernel_scale;
+        int32_t walls = row[2 * a + 1];
+        for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
+            int32_t b = pair[k];
+            double x = slope[k] * ex[k], y = slope[k] * ey[k], s = x * x + y * y;
+            sum += kernel[k];
+            sx += x;
+            sy += y;
+            squares += k < walls ? s : 0; /* a wall does not give way */
+            density[b] += kernel[k];
+            gx[b] -= x;
+            gy[b] -= y;
+            factor[b] += s;
+        }
+        density[a] = mass * sum;
+        factor[a] = mass * mass * (sx * sx + sy * sy + squares + soft);
+    }
+    for (int32_t b = p->fluid; b < ll_particle_total(p); b++) {
+        density[b] = mass * (density[b] + base[b]);
+        factor[b] = mass * mass * (factor[b] + soft);
+    }
+}
+
+void ll_particle_push(ll_particles *p, const double *stiff)
+{
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
+    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY), mass = p->mass;
+    clear(p, LL_FIELD_AX);
+    clear(p, LL_FIELD_AY);
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double sx = 0, sy = 0, ka = stiff[a];
+        for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
+            int32_t b = pair[k];
+            double f = mass * (ka + stiff[b]) * slope[k], fx = f * ex[k], fy = f * ey[k];
+            sx += fx;
+            sy += fy;
+            ax[b] += fx;
+            ay[b] += fy;
+        }
+        ax[a] -= sx;
+        ay[a] -= sy;
+    }
+}
