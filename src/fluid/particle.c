@@ -101,7 +101,7 @@ ll_status ll_particles_check(const ll_particle_setup *s)
         return status;
     double count = particles_of(s);
     double cells = s->width * s->height / (support_of(s) * support_of(s));
-    double bytes = count * (LL_FIELDS * 8. + PAIRS_PER_PARTICLE * 36.) + 8 * cells;
+    double bytes = count * (LL_PARTICLE_FIELDS * 8. + PAIRS_PER_PARTICLE * 36.) + 8 * cells;
     if (count > LL_PARTICLES_MAX || cells > 4. * LL_PARTICLES_MAX)
         return ll_field_error(LL_LIMIT, "spacing",
                               "spacing is %g: %.0f particles in %.0f cells would take %.0f MiB; at most %d "
@@ -124,8 +124,8 @@ static int32_t put(filler *f, int32_t id, double x, double y)
     int32_t i = f->count++;
     if (f->p == NULL)
         return i;
-    ll_field(f->p, LL_FIELD_X)[i] = x;
-    ll_field(f->p, LL_FIELD_Y)[i] = y;
+    ll_particle_values(f->p, LL_PARTICLE_X)[i] = x;
+    ll_particle_values(f->p, LL_PARTICLE_Y)[i] = y;
     ll_part_id(f->p)[i] = id;
     return i;
 }
@@ -139,10 +139,11 @@ static int32_t whole(double length, double spacing)
 static void set_motion(const ll_particles *p, int32_t i, const ll_particle_fill *f, double rx, double ry)
 {
     double c = p->params.sound_speed, above = f->settled ? f->height / 2 - ry : 0;
-    ll_field(p, LL_FIELD_U)[i] = f->u - f->strain * rx;
-    ll_field(p, LL_FIELD_V)[i] = f->v + f->strain * ry;
-    ll_field(p, LL_FIELD_DENSITY)[i] = p->params.density * (1 - p->params.gravity_y * above / (c * c));
-    ll_field(p, LL_FIELD_STIFF)[i] = -p->params.gravity_y * above / p->params.density;
+    ll_particle_values(p, LL_PARTICLE_U)[i] = f->u - f->strain * rx;
+    ll_particle_values(p, LL_PARTICLE_V)[i] = f->v + f->strain * ry;
+    ll_particle_values(p, LL_PARTICLE_DENSITY)[i] =
+        p->params.density * (1 - p->params.gravity_y * above / (c * c));
+    ll_particle_values(p, LL_PARTICLE_STIFF)[i] = -p->params.gravity_y * above / p->params.density;
 }
 
 static void fill_fluid(filler *to, const ll_particle_setup *s)
@@ -202,7 +203,7 @@ static void fill_walls(filler *to, const ll_particle_setup *s)
             if ((behind(&l, column, row) & s->walls) == 0)
                 continue;
             if (to->p != NULL)
-                ll_field(to->p, LL_FIELD_BASE)[to->count] =
+                ll_particle_values(to->p, LL_PARTICLE_BASE)[to->count] =
                     full - kernels(to->p, &l, column, row, s->walls, false);
             put(to, -1, (column + 0.5) * s->spacing, (row + 0.5) * s->spacing);
         }
@@ -220,7 +221,8 @@ static void fill_body(filler *to, const ll_particle_setup *s)
                 double *local = ll_part_local(to->p) + 2 * to->body;
                 local[0] = (column + 0.5) * b->width / l.columns - b->width / 2;
                 local[1] = (row + 0.5) * b->height / l.rows - b->height / 2;
-                ll_field(to->p, LL_FIELD_BASE)[to->count] = kernels(to->p, &l, column, row, 15, false);
+                ll_particle_values(to->p, LL_PARTICLE_BASE)[to->count] =
+                    kernels(to->p, &l, column, row, 15, false);
             }
             put(to, -2 - to->body++, 0, 0);
         }
@@ -256,9 +258,9 @@ static ll_particles layout_of(const ll_particle_setup *s)
     place(&p.at_id, &end, total, sizeof(int32_t));
     place(&p.at_local, &end, 2 * (size_t)p.body_count, sizeof(double));
     place(&p.at_wall_start, &end, cells + 1, sizeof(int32_t));
-    place(&p.at_field, &end, total * LL_FIELDS_OF_STATE, sizeof(double));
+    place(&p.at_field, &end, total * LL_PARTICLE_STATES, sizeof(double));
     p.at_state_end = end;
-    place(&ignored, &end, total * (LL_FIELDS - LL_FIELDS_OF_STATE), sizeof(double));
+    place(&ignored, &end, total * (LL_PARTICLE_FIELDS - LL_PARTICLE_STATES), sizeof(double));
     place(&p.at_fluid_start, &end, cells + 1, sizeof(int32_t));
     place(&p.at_cell, &end, total, sizeof(int32_t));
     place(&p.at_order, &end, total, sizeof(double));
@@ -332,14 +334,14 @@ void ll_particles_set_params(ll_particles *p, const ll_particle_params *params)
     double scale = params->density / p->params.density;
     p->params = *params;
     p->mass = params->density * p->setup.spacing * p->setup.spacing;
-    double *density = ll_field(p, LL_FIELD_DENSITY);
+    double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
     for (int32_t a = 0; a < p->fluid; a++)
         density[a] *= scale;
     if (!changed)
         return;
     /* What another method left there has another meaning. */
-    memset(ll_field(p, LL_FIELD_STIFF), 0, (size_t)ll_particle_total(p) * sizeof(double));
-    memset(ll_field(p, LL_FIELD_DIVERGENCE), 0, (size_t)ll_particle_total(p) * sizeof(double));
+    memset(ll_particle_values(p, LL_PARTICLE_STIFF), 0, (size_t)ll_particle_total(p) * sizeof(double));
+    memset(ll_particle_values(p, LL_PARTICLE_DIVERGENCE), 0, (size_t)ll_particle_total(p) * sizeof(double));
     for (int32_t a = 0; a < p->fluid; a++)
         density[a] = params->density;
 }
@@ -366,9 +368,9 @@ static ll_status failed(const ll_particles *p, ll_particle_fault fault)
 /* The particle of the largest speed; the first whose state is not finite, if one is. */
 static int32_t fastest(const ll_particles *p, double *speed)
 {
-    const double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    const double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    const double *density = ll_field(p, LL_FIELD_DENSITY);
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    const double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
     double most = -1;
     int32_t at = 0;
     for (int32_t a = 0; a < p->fluid; a++) {
@@ -401,9 +403,15 @@ static double dt_limit(const ll_particles *p, double speed)
 
 static void wrap(ll_particles *p)
 {
-    double *x = ll_field(p, LL_FIELD_X);
+    double *x = ll_particle_values(p, LL_PARTICLE_X);
     for (int32_t a = 0; p->setup.periodic && a < p->fluid; a++)
         x[a] += x[a] < 0 ? p->wrap : x[a] >= p->wrap ? -p->wrap : 0;
+}
+
+static ll_particle_fault not_finite(int32_t particle)
+{
+    return (ll_particle_fault){
+        .reason = "has a value that is not finite", .particle = particle, .value = NAN};
 }
 
 static ll_particle_fault check(const ll_particles *p, double dt)
@@ -412,7 +420,7 @@ static ll_particle_fault check(const ll_particles *p, double dt)
     int32_t at = fastest(p, &speed);
     double spacings = speed * dt / p->setup.spacing;
     if (isnan(speed))
-        return (ll_particle_fault){.reason = "has a value that is not finite", .particle = at, .value = NAN};
+        return not_finite(at);
     if (spacings > travel)
         return (ll_particle_fault){.reason = "broke the CFL condition: spacings gone in one substep",
                                    .particle = at,
@@ -428,8 +436,10 @@ ll_status ll_particles_step(ll_particles *p, double dt)
     for (int64_t done = 0; left > 0; done++) {
         double speed;
         int32_t at = fastest(p, &speed);
+        if (isnan(speed))
+            return failed(p, not_finite(at));
         double parts = ceil(left / dt_limit(p, speed) * (1 - 1e-12));
-        if (!(parts + (double)done <= (double)q->substeps))
+        if (parts + (double)done > (double)q->substeps)
             return failed(p, (ll_particle_fault){.reason = "needs too many substeps by the CFL condition",
                                                  .particle = at,
                                                  .value = parts + (double)done,
@@ -486,12 +496,12 @@ ll_particle_view ll_particles_view(const ll_particles *p)
 {
     return (ll_particle_view){.count = p->fluid,
                               .id = ll_part_id(p),
-                              .x = ll_field(p, LL_FIELD_X),
-                              .y = ll_field(p, LL_FIELD_Y),
-                              .u = ll_field(p, LL_FIELD_U),
-                              .v = ll_field(p, LL_FIELD_V),
-                              .density = ll_field(p, LL_FIELD_DENSITY),
-                              .pressure = ll_field(p, LL_FIELD_PRESSURE)};
+                              .x = ll_particle_values(p, LL_PARTICLE_X),
+                              .y = ll_particle_values(p, LL_PARTICLE_Y),
+                              .u = ll_particle_values(p, LL_PARTICLE_U),
+                              .v = ll_particle_values(p, LL_PARTICLE_V),
+                              .density = ll_particle_values(p, LL_PARTICLE_DENSITY),
+                              .pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE)};
 }
 
 ll_particle_body ll_particles_body(const ll_particles *p)

@@ -11,8 +11,8 @@ void ll_particle_body_place(ll_particles *p)
     const int32_t *id = ll_part_id(p);
     const double *local = ll_part_local(p);
     const ll_particle_body *body = &p->body;
-    double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
+    double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double c = ll_cos(body->angle), s = ll_sin(body->angle);
     for (int32_t b = p->fluid; b < ll_particle_total(p); b++) {
         if (id[b] >= -1)
@@ -31,8 +31,8 @@ void ll_particle_body_push(ll_particles *p, double dt)
     if (p->body_count == 0)
         return;
     const int32_t *id = ll_part_id(p);
-    const double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
-    const double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
+    const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     ll_particle_body *body = &p->body;
     double fx = 0, fy = 0, torque = 0;
     for (int32_t b = p->fluid; b < ll_particle_total(p); b++) {

@@ -32,7 +32,7 @@ static int32_t slot(double at, double origin, double per_cell, int32_t count)
 /* A stable counting sort: the order follows from the positions and the order before. */
 static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll_particle_field fields)
 {
-    const double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     int32_t *place = ll_part_cell(p), cells = p->columns * p->rows;
     memset(start, 0, (size_t)(cells + 1) * sizeof *start);
     for (int32_t i = begin; i < end; i++) {
@@ -52,7 +52,7 @@ static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll
 
     double *order = ll_part_order(p);
     for (int f = 0; f < (int)fields; f++) {
-        double *value = ll_field(p, f);
+        double *value = ll_particle_values(p, f);
         for (int32_t i = begin; i < end; i++)
             order[place[i]] = value[i];
         memcpy(value + begin, order + begin, (size_t)(end - begin) * sizeof *value);
@@ -65,12 +65,12 @@ static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll
 
 void ll_particle_sort_fluid(ll_particles *p)
 {
-    sort(p, 0, p->fluid, ll_part_fluid_start(p), LL_FIELDS_SORTED);
+    sort(p, 0, p->fluid, ll_part_fluid_start(p), LL_PARTICLE_SORTED);
 }
 
 void ll_particle_sort_walls(ll_particles *p)
 {
-    sort(p, p->fluid, ll_particle_total(p), ll_part_wall_start(p), LL_FIELDS_OF_STATE);
+    sort(p, p->fluid, ll_particle_total(p), ll_part_wall_start(p), LL_PARTICLE_STATES);
 }
 
 /* ---- pairs ---- */
@@ -178,8 +178,8 @@ static bool cell_pairs(ll_particles *p, search *s, int32_t column, int32_t row, 
 
 ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
 {
-    search s = {.x = ll_field(p, LL_FIELD_X),
-                .y = ll_field(p, LL_FIELD_Y),
+    search s = {.x = ll_particle_values(p, LL_PARTICLE_X),
+                .y = ll_particle_values(p, LL_PARTICLE_Y),
                 .wrap = p->wrap,
                 .half = p->wrap / 2,
                 .reach2 = reach * reach,
@@ -201,7 +201,7 @@ ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
 
 void ll_particle_geometry(ll_particles *p)
 {
-    const double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     double *restrict ex = ll_part_ex(p), *restrict ey = ll_part_ey(p);
     for (int32_t a = 0; a < p->fluid; a++) {

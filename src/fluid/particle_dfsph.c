@@ -27,8 +27,8 @@ typedef struct solve {
 
 static void push(ll_particles *p, const double *stiff, double dt)
 {
-    double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    const double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     ll_particle_push(p, stiff);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
@@ -41,9 +41,10 @@ static void push(ll_particles *p, const double *stiff, double dt)
  * what is pushed apart too far. */
 static double relax(ll_particles *p, const solve *s, double dt)
 {
-    const double *density = ll_field(p, LL_FIELD_DENSITY), *rate = ll_field(p, LL_FIELD_RATE);
-    const double *factor = ll_field(p, LL_FIELD_FACTOR);
-    double *step = ll_field(p, LL_FIELD_SUM), rest = p->params.density, error = 0;
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
+                 *rate = ll_particle_values(p, LL_PARTICLE_RATE);
+    const double *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
+    double *step = ll_particle_values(p, LL_PARTICLE_SUM), rest = p->params.density, error = 0;
     ll_particle_sum_rate(p);
     for (int32_t a = 0; a < ll_particle_total(p); a++) {
         double over = dt * rate[a];
@@ -77,10 +78,11 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     ll_particle_fault fault = ll_particle_pairs(p, p->support);
     if (fault.reason != NULL)
         return fault;
-    double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
-    double *stiff = ll_field(p, LL_FIELD_STIFF), *divergence = ll_field(p, LL_FIELD_DIVERGENCE);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF),
+           *divergence = ll_particle_values(p, LL_PARTICLE_DIVERGENCE);
     ll_particle_sum_density(p);
     iterate(p, &(solve){.stiff = divergence, .slack = 0.1}, dt);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
@@ -94,8 +96,8 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     }
     double share = dt * q->sound_speed / (RETURN * p->h);
     iterate(p, &(solve){.stiff = stiff, .return_share = share < 1 ? share : 1, .density = true}, dt);
-    const double *density = ll_field(p, LL_FIELD_DENSITY);
-    double *pressure = ll_field(p, LL_FIELD_PRESSURE);
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
+    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE);
     for (int32_t a = 0; a < p->fluid; a++) {
         pressure[a] = (stiff[a] + divergence[a]) * density[a] * density[a];
         x[a] += dt * u[a];

@@ -5,27 +5,28 @@
 
 /* Arrays of one double a particle: fluid first, then walls and body. */
 typedef enum ll_particle_field {
-    LL_FIELD_X,
-    LL_FIELD_Y,
-    LL_FIELD_U,
-    LL_FIELD_V,
-    LL_FIELD_BASE, /* of a wall: what it adds to the sum of kernels at its own place */
-    LL_FIELD_DENSITY,
-    LL_FIELD_PRESSURE,   /* N/m */
-    LL_FIELD_STIFF,      /* p / density^2 of the solvers, and where they begin */
-    LL_FIELD_DIVERGENCE, /* the same of dfsph's divergence solver */
-    LL_FIELDS_OF_STATE,
-    LL_FIELD_X0 = LL_FIELDS_OF_STATE, /* before the substep */
-    LL_FIELD_Y0,
-    LL_FIELDS_SORTED,
-    LL_FIELD_AX = LL_FIELDS_SORTED, /* acceleration; of walls: what the fluid does to them over its mass */
-    LL_FIELD_AY,
-    LL_FIELD_RATE,   /* of density, or a sum of its kind */
-    LL_FIELD_FACTOR, /* of a solver */
-    LL_FIELD_GX,
-    LL_FIELD_GY,
-    LL_FIELD_SUM,
-    LL_FIELDS
+    LL_PARTICLE_X,
+    LL_PARTICLE_Y,
+    LL_PARTICLE_U,
+    LL_PARTICLE_V,
+    LL_PARTICLE_BASE, /* of a wall: what it adds to the sum of kernels at its own place */
+    LL_PARTICLE_DENSITY,
+    LL_PARTICLE_PRESSURE,   /* N/m */
+    LL_PARTICLE_STIFF,      /* p / density^2 of the solvers, and where they begin */
+    LL_PARTICLE_DIVERGENCE, /* the same of dfsph's divergence solver */
+    LL_PARTICLE_STATES,
+    LL_PARTICLE_X0 = LL_PARTICLE_STATES, /* before the substep */
+    LL_PARTICLE_Y0,
+    LL_PARTICLE_SORTED,
+    LL_PARTICLE_AX =
+        LL_PARTICLE_SORTED, /* acceleration; of walls: what the fluid does to them over its mass */
+    LL_PARTICLE_AY,
+    LL_PARTICLE_RATE,   /* of density, or a sum of its kind */
+    LL_PARTICLE_FACTOR, /* of a solver */
+    LL_PARTICLE_GX,
+    LL_PARTICLE_GY,
+    LL_PARTICLE_SUM,
+    LL_PARTICLE_FIELDS
 } ll_particle_field;
 
 #pragma GCC diagnostic push
@@ -77,7 +78,7 @@ LL_PART(ey, double, at_ey)
 LL_PART(slope, double, at_slope) /* the kernel's gradient is slope * (ex, ey); negative */
 LL_PART(kernel, double, at_kernel)
 
-static inline double *ll_field(const ll_particles *p, ll_particle_field field)
+static inline double *ll_particle_values(const ll_particles *p, ll_particle_field field)
 {
     return (double *)((char *)(uintptr_t)p + p->at_field) + (size_t)field * (size_t)p->stride;
 }

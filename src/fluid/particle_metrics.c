@@ -10,7 +10,8 @@ static bool held(const ll_particle_setup *s, double x, double y)
 
 static void compare_pressure(const ll_particles *p, double depth, ll_particle_metrics *m)
 {
-    const double *y = ll_field(p, LL_FIELD_Y), *pressure = ll_field(p, LL_FIELD_PRESSURE);
+    const double *y = ll_particle_values(p, LL_PARTICLE_Y),
+                 *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE);
     double weight = -p->params.density * p->params.gravity_y, squares = 0;
     if (!(depth > 0) || !(weight > 0))
         return;
@@ -24,9 +25,9 @@ static void compare_pressure(const ll_particles *p, double depth, ll_particle_me
 ll_particle_metrics ll_particles_measure(const ll_particles *p, double depth)
 {
     const ll_particle_setup *s = &p->setup;
-    const double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    const double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    const double *density = ll_field(p, LL_FIELD_DENSITY);
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    const double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
     ll_particle_metrics m = {.front = -INFINITY, .height = 0};
     double mass = p->mass, half = s->spacing / 2;
     for (int32_t a = 0; a < p->fluid; a++) {

@@ -18,8 +18,9 @@ static double dt_limit(const ll_particles *p, double speed)
 /* Changes of the multipliers into SUM, and their total into STIFF, which stays at 0 or above. */
 static void multipliers(ll_particles *p, double dt)
 {
-    const double *density = ll_field(p, LL_FIELD_DENSITY), *factor = ll_field(p, LL_FIELD_FACTOR);
-    double *step = ll_field(p, LL_FIELD_SUM), *stiff = ll_field(p, LL_FIELD_STIFF);
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
+                 *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
+    double *step = ll_particle_values(p, LL_PARTICLE_SUM), *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
     double rest = p->params.density, scale = p->params.relaxation / (dt * dt);
     ll_particle_sum_density(p);
     for (int32_t a = 0; a < ll_particle_total(p); a++) {
@@ -31,8 +32,8 @@ static void multipliers(ll_particles *p, double dt)
 
 static void correct(ll_particles *p, const double *stiff, double dt)
 {
-    double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    const double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
+    double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     ll_particle_push(p, stiff);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
@@ -43,7 +44,7 @@ static void correct(ll_particles *p, const double *stiff, double dt)
 
 static void warm_start(ll_particles *p, double dt)
 {
-    double *stiff = ll_field(p, LL_FIELD_STIFF);
+    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
     for (int32_t a = 0; a < ll_particle_total(p); a++)
         stiff[a] *= WARM;
     correct(p, stiff, dt);
@@ -51,9 +52,9 @@ static void warm_start(ll_particles *p, double dt)
 
 static void predict(ll_particles *p, double dt)
 {
-    double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    double *x0 = ll_field(p, LL_FIELD_X0), *y0 = ll_field(p, LL_FIELD_Y0);
-    double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
+    double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    double *x0 = ll_particle_values(p, LL_PARTICLE_X0), *y0 = ll_particle_values(p, LL_PARTICLE_Y0);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     for (int32_t a = 0; a < p->fluid; a++) {
         u[a] += dt * p->params.gravity_x;
         v[a] += dt * p->params.gravity_y;
@@ -72,8 +73,9 @@ static void predict(ll_particles *p, double dt)
 static void smooth(ll_particles *p, double dt)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
-    const double *kernel = ll_part_kernel(p), *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
+    const double *kernel = ll_part_kernel(p), *u = ll_particle_values(p, LL_PARTICLE_U),
+                 *v = ll_particle_values(p, LL_PARTICLE_V);
+    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     double share = p->params.smoothing * p->setup.spacing * p->setup.spacing / dt;
     for (int32_t a = 0; a < p->fluid; a++)
         for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
@@ -88,12 +90,12 @@ static void smooth(ll_particles *p, double dt)
 
 static void finish(ll_particles *p, double dt)
 {
-    const double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    const double *x0 = ll_field(p, LL_FIELD_X0), *y0 = ll_field(p, LL_FIELD_Y0);
-    const double *stiff = ll_field(p, LL_FIELD_STIFF);
-    double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
-    double *pressure = ll_field(p, LL_FIELD_PRESSURE), rest = p->params.density;
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    const double *x0 = ll_particle_values(p, LL_PARTICLE_X0), *y0 = ll_particle_values(p, LL_PARTICLE_Y0);
+    const double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE), rest = p->params.density;
     for (int32_t a = 0; a < p->fluid; a++) {
         u[a] = (x[a] - x0[a]) / dt;
         v[a] = (y[a] - y0[a]) / dt;
@@ -123,7 +125,7 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     for (int64_t i = 0; i < p->params.iterations; i++) {
         ll_particle_geometry(p);
         multipliers(p, dt);
-        correct(p, ll_field(p, LL_FIELD_SUM), dt);
+        correct(p, ll_particle_values(p, LL_PARTICLE_SUM), dt);
         p->iterations++;
     }
     finish(p, dt);

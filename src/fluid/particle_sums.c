@@ -7,7 +7,7 @@
 
 static void clear(const ll_particles *p, ll_particle_field field)
 {
-    memset(ll_field(p, field), 0, (size_t)ll_particle_total(p) * sizeof(double));
+    memset(ll_particle_values(p, field), 0, (size_t)ll_particle_total(p) * sizeof(double));
 }
 
 /* Adami, Hu, Adams, J. Comput. Phys. 231 (2012), eq. 23: twice the wall's velocity less the mean of the
@@ -15,9 +15,10 @@ static void clear(const ll_particles *p, ll_particle_field field)
 static void mirror_velocity(ll_particles *p, double *mu, double *mv)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
-    const double *kernel = ll_part_kernel(p), *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    double *weight = ll_field(p, LL_FIELD_SUM);
-    clear(p, LL_FIELD_SUM);
+    const double *kernel = ll_part_kernel(p), *u = ll_particle_values(p, LL_PARTICLE_U),
+                 *v = ll_particle_values(p, LL_PARTICLE_V);
+    double *weight = ll_particle_values(p, LL_PARTICLE_SUM);
+    clear(p, LL_PARTICLE_SUM);
     memset(mu, 0, (size_t)ll_particle_total(p) * sizeof *mu);
     memset(mv, 0, (size_t)ll_particle_total(p) * sizeof *mv);
     for (int32_t a = 0; a < p->fluid; a++)
@@ -58,9 +59,9 @@ void ll_particle_add_viscosity(ll_particles *p)
     if (q->artificial_viscosity == 0 && q->viscosity == 0)
         return;
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
-    const double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
-    double *mu = ll_field(p, LL_FIELD_GX), *mv = ll_field(p, LL_FIELD_GY);
+    const double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    double *mu = ll_particle_values(p, LL_PARTICLE_GX), *mv = ll_particle_values(p, LL_PARTICLE_GY);
     double volume = p->setup.spacing * p->setup.spacing;
     viscous c = {.along = volume * q->artificial_viscosity * p->h * q->sound_speed,
                  .across = volume * 2 * q->viscosity * p->viscous_scale,
@@ -94,9 +95,9 @@ void ll_particle_sum_rate(ll_particles *p)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
-    const double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    double *rate = ll_field(p, LL_FIELD_RATE), mass = p->mass;
-    clear(p, LL_FIELD_RATE);
+    const double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    double *rate = ll_particle_values(p, LL_PARTICLE_RATE), mass = p->mass;
+    clear(p, LL_PARTICLE_RATE);
     for (int32_t a = 0; a < p->fluid; a++) {
         double sum = rate[a], ua = u[a], va = v[a];
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
@@ -115,14 +116,15 @@ void ll_particle_sum_density(ll_particles *p)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
-    const double *kernel = ll_part_kernel(p), *base = ll_field(p, LL_FIELD_BASE);
-    double *gx = ll_field(p, LL_FIELD_GX), *gy = ll_field(p, LL_FIELD_GY);
-    double *density = ll_field(p, LL_FIELD_DENSITY), *factor = ll_field(p, LL_FIELD_FACTOR);
+    const double *kernel = ll_part_kernel(p), *base = ll_particle_values(p, LL_PARTICLE_BASE);
+    double *gx = ll_particle_values(p, LL_PARTICLE_GX), *gy = ll_particle_values(p, LL_PARTICLE_GY);
+    double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
+           *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
     double steep = p->slope_scale * p->h, soft = SOFT * steep * steep, mass = p->mass;
-    clear(p, LL_FIELD_GX);
-    clear(p, LL_FIELD_GY);
-    clear(p, LL_FIELD_DENSITY);
-    clear(p, LL_FIELD_FACTOR);
+    clear(p, LL_PARTICLE_GX);
+    clear(p, LL_PARTICLE_GY);
+    clear(p, LL_PARTICLE_DENSITY);
+    clear(p, LL_PARTICLE_FACTOR);
     for (int32_t a = 0; a < p->fluid; a++) {
         double sx = gx[a], sy = gy[a], squares = factor[a], sum = density[a] + p->kernel_scale;
         int32_t walls = row[2 * a + 1];
@@ -151,9 +153,10 @@ void ll_particle_push(ll_particles *p, const double *stiff)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
-    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY), mass = p->mass;
-    clear(p, LL_FIELD_AX);
-    clear(p, LL_FIELD_AY);
+    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY),
+           mass = p->mass;
+    clear(p, LL_PARTICLE_AX);
+    clear(p, LL_PARTICLE_AY);
     for (int32_t a = 0; a < p->fluid; a++) {
         double sx = 0, sy = 0, ka = stiff[a];
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {

@@ -15,8 +15,8 @@ static double dt_limit(const ll_particles *p, double speed)
 
 static void pressure_of_fluid(ll_particles *p)
 {
-    const double *density = ll_field(p, LL_FIELD_DENSITY);
-    double *pressure = ll_field(p, LL_FIELD_PRESSURE), rest = p->params.density;
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
+    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE), rest = p->params.density;
     double stiff = rest * p->params.sound_speed * p->params.sound_speed / 7;
     for (int32_t a = 0; a < p->fluid; a++) {
         double r = density[a] / rest, r2 = r * r;
@@ -29,8 +29,9 @@ static void pressure_of_walls(ll_particles *p)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p), *id = ll_part_id(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *kernel = ll_part_kernel(p);
-    const double *density = ll_field(p, LL_FIELD_DENSITY);
-    double *pressure = ll_field(p, LL_FIELD_PRESSURE), *weight = ll_field(p, LL_FIELD_SUM);
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
+    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE),
+           *weight = ll_particle_values(p, LL_PARTICLE_SUM);
     int32_t total = ll_particle_total(p);
     memset(pressure + p->fluid, 0, (size_t)p->wall * sizeof *pressure);
     memset(weight, 0, (size_t)total * sizeof *weight);
@@ -52,8 +53,9 @@ static void accelerate(ll_particles *p)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
-    const double *pressure = ll_field(p, LL_FIELD_PRESSURE), *density = ll_field(p, LL_FIELD_DENSITY);
-    double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
+    const double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE),
+                 *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
+    double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);
     memset(ay, 0, bytes);
@@ -79,8 +81,8 @@ static void diffuse(ll_particles *p)
     const ll_particle_params *q = &p->params;
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
-    const double *density = ll_field(p, LL_FIELD_DENSITY);
-    double *rate = ll_field(p, LL_FIELD_RATE);
+    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
+    double *rate = ll_particle_values(p, LL_PARTICLE_RATE);
     double scale = 2 * q->diffusion * p->h * q->sound_speed * p->setup.spacing * p->setup.spacing;
     double steep = q->density / (q->sound_speed * q->sound_speed);
     for (int32_t a = 0; a < p->fluid; a++)
@@ -100,10 +102,11 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     ll_particle_fault fault = ll_particle_pairs(p, p->support);
     if (fault.reason != NULL)
         return fault;
-    double *density = ll_field(p, LL_FIELD_DENSITY), *rate = ll_field(p, LL_FIELD_RATE);
-    double *x = ll_field(p, LL_FIELD_X), *y = ll_field(p, LL_FIELD_Y);
-    double *u = ll_field(p, LL_FIELD_U), *v = ll_field(p, LL_FIELD_V);
-    const double *ax = ll_field(p, LL_FIELD_AX), *ay = ll_field(p, LL_FIELD_AY);
+    double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
+           *rate = ll_particle_values(p, LL_PARTICLE_RATE);
+    double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     for (int32_t b = p->fluid; b < ll_particle_total(p); b++)
         density[b] = q->density;
     pressure_of_fluid(p);
