@@ -15,7 +15,7 @@ static int f(double t, const double y[], double dy[], void *state_)
 {
     state *s = state_;
     s->counts.evaluations++;
-    evaluate(&s->task->ode, t, y, dy);
+    ll_ode_eval(&s->task->ode, t, y, dy);
     return GSL_SUCCESS;
 }
 

@@ -33,20 +33,6 @@ typedef struct solver {
     void (*close)(void *state);
 } solver;
 
-/* ll_ode_eval for the peers: a call of memcpy for one or two numbers would be a tenth of their time. */
-static inline void evaluate(const ll_ode *ode, double t, const double *y, double *dy)
-{
-    int half = ode->dim / 2;
-    if (ode->acceleration == NULL || half > 2) {
-        ll_ode_eval(ode, t, y, dy);
-        return;
-    }
-    dy[0] = y[half];
-    if (half == 2)
-        dy[1] = y[3];
-    ode->acceleration(ode->params, t, y, y + half, dy + half);
-}
-
 /* Each fills `list` from `count` on and returns the new count. */
 enum { SOLVERS_MAX = 64 };
 int laglab_solvers(solver *list, int count);

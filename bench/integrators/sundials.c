@@ -38,7 +38,7 @@ static int f(realtype t, N_Vector y, N_Vector dy, void *state_)
 {
     state *s = state_;
     s->counts.evaluations++;
-    evaluate(&s->task->ode, t, NV_DATA_S(y), NV_DATA_S(dy));
+    ll_ode_eval(&s->task->ode, t, NV_DATA_S(y), NV_DATA_S(dy));
     return 0;
 }
 

@@ -7,6 +7,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/pair.h"
+
 static const double ln2_high = 0x1.62e42feep-1,
                     ln2_low = 0x1.a39ef35793c76p-33; /* the high part has 21 trailing zero bits */
 static const double infinity = (double)__builtin_inff();
@@ -94,76 +96,114 @@ double ll_log(double x)
     return n * ln2_high + (f - (half - tail));
 }
 
-/* x - k pi/2 as high + low, for |x| <= 1e6; beyond, the error grows with x. Returns k modulo 4. */
-static int reduce(double x, double *high, double *low)
-{
-    double k = nearest(x * 0.6366197723675814);
-    double a = (x - k * pio2_1) - k * pio2_2; /* the products are exact, and so is the first difference */
-    double second = x - k * pio2_1;
-    double error = (second - a) - k * pio2_2; /* what rounding `a` lost */
-    double b = k * pio2_3;
-    double r = a - b;
-    double lost = (a - r) - b;
-    *high = r;
-    *low = error + lost - k * pio2_4;
-    double normal = *high + *low;
-    *low = (*high - normal) + *low;
-    *high = normal;
-    return k > -0x1p62 && k < 0x1p62 ? (int)((int64_t)k & 3) : 0; /* infinite and NaN end as NaN */
-}
+/* ---- sine and cosine ---- */
 
-/* On |x| <= pi/4, of x + low. */
-static double sine(double x, double low)
-{
-    double z = x * x, sum = -1.0 / 121645100408832000.0; /* 1/19! */
-    static const double terms[] = {
-        1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
-        1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
-    for (int i = 0; i < 8; i++)
-        sum = sum * z + terms[i];
-    return x + (x * z * sum + low * (1 - 0.5 * z));
-}
+static const double sine_terms[] = {
+    1.0 / 355687428096000.0, -1.0 / 1307674368000.0, 1.0 / 6227020800.0, -1.0 / 39916800.0,
+    1.0 / 362880.0,          -1.0 / 5040.0,          1.0 / 120.0,        -1.0 / 6.0};
+static const double cosine_terms[] = {
+    -1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0,
+    -1.0 / 3628800.0,          1.0 / 40320.0,          -1.0 / 720.0,         1.0 / 24.0};
 
-static double cosine(double x, double low)
+/* Of one number and of two at once, from the same text: `real` is double or ll_pair.
+ *
+ * reduce: x - k pi/2 as high + low, for |x| <= 1e6; beyond, the error grows with x. The products with the
+ * first two parts of pi/2 are exact, and so is the first difference; `error` and `lost` are what rounding
+ * lost. Returns a number whose last two bits are those of k.
+ * sine, cosine: of x + low, on |x| <= pi/4. */
+#define TRIGONOMETRY(real, of)                                                                               \
+    LL_INLINE real reduce##of(real x, real *high, real *low)                                                 \
+    {                                                                                                        \
+        const double shift = 0x1.8p52;                                                                       \
+        real shifted = x * 0.6366197723675814 + shift, k = shifted - shift;                                  \
+        real second = x - k * pio2_1, a = second - k * pio2_2, error = (second - a) - k * pio2_2;            \
+        real b = k * pio2_3, r = a - b, lost = (a - r) - b;                                                  \
+        real rest = error + lost - k * pio2_4;                                                               \
+        *high = r + rest;                                                                                    \
+        *low = (r - *high) + rest;                                                                           \
+        return shifted;                                                                                      \
+    }                                                                                                        \
+    LL_INLINE real sine##of(real x, real low)                                                                \
+    {                                                                                                        \
+        real z = x * x, sum = z * (-1.0 / 121645100408832000.0) + sine_terms[0]; /* 1/19! */                 \
+        for (int i = 1; i < 8; i++)                                                                          \
+            sum = sum * z + sine_terms[i];                                                                   \
+        return x + (x * z * sum + low * (1 - 0.5 * z));                                                      \
+    }                                                                                                        \
+    LL_INLINE real cosine##of(real x, real low)                                                              \
+    {                                                                                                        \
+        real z = x * x, sum = z * (1.0 / 2432902008176640000.0) + cosine_terms[0]; /* 1/20! */               \
+        for (int i = 1; i < 8; i++)                                                                          \
+            sum = sum * z + cosine_terms[i];                                                                 \
+        real half = 0.5 * z, w = 1 - half;                                                                   \
+        return w + (((1 - w) - half) + (z * z * sum - x * low));                                             \
+    }
+
+TRIGONOMETRY(double, )
+TRIGONOMETRY(ll_pair, _pair)
+
+/* The sine of what is `turns` quarter turns beyond r + low. */
+LL_INLINE double turned(uint64_t turns, double r, double low)
 {
-    double z = x * x, sum = 1.0 / 2432902008176640000.0; /* 1/20! */
-    static const double terms[] = {
-        -1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0,
-        -1.0 / 3628800.0,          1.0 / 40320.0,          -1.0 / 720.0,         1.0 / 24.0};
-    for (int i = 0; i < 8; i++)
-        sum = sum * z + terms[i];
-    double half = 0.5 * z, w = 1 - half;
-    return w + (((1 - w) - half) + (z * z * sum - x * low));
+    switch (turns & 3) {
+    case 0:
+        return sine(r, low);
+    case 1:
+        return cosine(r, low);
+    case 2:
+        return -sine(r, low);
+    default:
+        return -cosine(r, low);
+    }
 }
 
 double ll_sin(double x)
 {
-    double r, low;
-    switch (reduce(x, &r, &low)) {
-    case 0:
-        return sine(r, low);
-    case 1:
-        return cosine(r, low);
-    case 2:
-        return -sine(r, low);
-    default:
-        return -cosine(r, low);
-    }
+    double r, low, turns = reduce(x, &r, &low);
+    return turned(to_bits(turns), r, low);
 }
 
 double ll_cos(double x)
 {
-    double r, low;
-    switch (reduce(x, &r, &low)) {
-    case 0:
-        return cosine(r, low);
-    case 1:
-        return -sine(r, low);
-    case 2:
-        return -cosine(r, low);
-    default:
-        return sine(r, low);
-    }
+    double r, low, turns = reduce(x, &r, &low);
+    return turned(to_bits(turns) + 1, r, low);
+}
+
+void ll_sincos(double x, double *sin, double *cos)
+{
+    double r, low, turns = reduce(x, &r, &low);
+    *sin = turned(to_bits(turns), r, low);
+    *cos = turned(to_bits(turns) + 1, r, low);
+}
+
+/* The same without a branch: which lane wants which is as good as random. */
+typedef uint64_t lanes __attribute__((vector_size(16)));
+
+LL_INLINE ll_pair turned_pair(lanes turns, ll_pair sine, ll_pair cosine)
+{
+    lanes odd = -(turns & 1), sign = (turns & 2) << 62;
+    return (ll_pair)((((lanes)cosine & odd) | ((lanes)sine & ~odd)) ^ sign);
+}
+
+void ll_pair_sincos(ll_pair x, ll_pair *sin, ll_pair *cos)
+{
+    ll_pair r, low, turns = reduce_pair(x, &r, &low), s = sine_pair(r, low), c = cosine_pair(r, low);
+    *sin = turned_pair((lanes)turns, s, c);
+    *cos = turned_pair((lanes)turns + 1, s, c);
+}
+
+ll_pair ll_pair_sin(ll_pair x)
+{
+    ll_pair sin, cos;
+    ll_pair_sincos(x, &sin, &cos);
+    return sin;
+}
+
+ll_pair ll_pair_cos(ll_pair x)
+{
+    ll_pair sin, cos;
+    ll_pair_sincos(x, &sin, &cos);
+    return cos;
 }
 
 /* Of t in [0, 1]: from the nearest of three angles on, whose tangents are 0, sqrt(2) - 1 and 1. */

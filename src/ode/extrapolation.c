@@ -2,7 +2,7 @@
 
 #include "ode/internal.h"
 
-enum { LANES = 2 * LL_PAIRS };
+enum { LANES = 2 * LL_PAIRS, COLUMNS_MIN = 4 };
 
 /* What is extrapolated: evaluations of the column of j substeps beyond those that all columns share, substeps
  * of that column in a step, and the part of a substep after which its first evaluation comes. */
@@ -12,8 +12,7 @@ typedef struct rule {
     double first;
 } rule;
 
-/* Work vectors: f at the start, the estimate, then two of pairs. */
-enum { F0, ERROR, SUM, VECTORS = SUM + 4 };
+enum { F0 /* f at the start */, VECTORS };
 
 static size_t extra(int dim)
 {
@@ -26,21 +25,33 @@ static ll_ode_plan *plan_of(ll_ode_run *run, const ll_ode_method *method)
     return (ll_ode_plan *)ll_ode_extra(run, method);
 }
 
-/* More columns pay at small tolerances: measured on orbits, pendulums and reactions. */
+/* More columns pay at small tolerances: measured on orbits, springs, pendulums, tops and reactions. */
 static int columns_for(double tolerance)
 {
-    return tolerance > 3e-3 ? 4 : tolerance > 3e-6 ? 5 : tolerance > 3e-8 ? 6 : 7;
+    return tolerance > 3e-3 ? COLUMNS_MIN : tolerance > 1e-4 ? 6 : LL_COLUMNS_MAX;
 }
 
-/* Of column j among the columns `from` to `to`: Lagrange's weight at 0, in the square of the substep. */
-static double weight(int j, int from, int to)
-{
-    double w = 1;
-    for (int i = from; i <= to; i++)
-        if (i != j)
-            w *= (double)(j * j) / (j * j - i * i);
-    return j < from ? 0 : w;
-}
+/* Lagrange's weights at 0, in the square of the substep: of column j among the columns `from` (1 or 2) to k.
+ */
+#define FACTOR(i, j, from, k)                                                                                \
+    ((i) == (j) || (i) < (from) || (i) > (k) ? 1 : (double)((j) * (j)) / ((j) * (j) - (i) * (i)))
+#define WEIGHT(j, from, k)                                                                                   \
+    ((j) < (from)                                                                                            \
+         ? 0                                                                                                 \
+         : FACTOR(1, j, from, k) * FACTOR(2, j, from, k) * FACTOR(3, j, from, k) * FACTOR(4, j, from, k) *   \
+               FACTOR(5, j, from, k) * FACTOR(6, j, from, k) * FACTOR(7, j, from, k))
+#define OF_COLUMN(j, k)                                                                                      \
+    {                                                                                                        \
+        WEIGHT(j, 1, k), WEIGHT(j, 1, k) - WEIGHT(j, 2, k)                                                   \
+    }
+#define OF_COLUMNS(k)                                                                                        \
+    {                                                                                                        \
+        OF_COLUMN(1, k), OF_COLUMN(2, k), OF_COLUMN(3, k), OF_COLUMN(4, k), OF_COLUMN(5, k),                 \
+            OF_COLUMN(6, k), OF_COLUMN(7, k)                                                                 \
+    }
+static const struct {
+    double result, error;
+} weights[][LL_COLUMNS_MAX] = {OF_COLUMNS(4), OF_COLUMNS(5), OF_COLUMNS(6), OF_COLUMNS(7)};
 
 /* Puts column j into `lane`, from row `at` on. Returns the row after it. */
 static int place(ll_ode_plan *p, const rule *r, int j, int lane, int at)
@@ -55,8 +66,8 @@ static int place(ll_ode_plan *p, const rule *r, int j, int lane, int at)
         p->evaluations++;
     }
     ll_ode_row *last = &p->row[at + length - 1][pair];
-    last->weight[part] = weight(j, 1, k);
-    last->error[part] = weight(j, 1, k) - weight(j, 2, k);
+    last->weight[part] = weights[k - COLUMNS_MIN][j - 1].result;
+    last->error[part] = weights[k - COLUMNS_MIN][j - 1].error;
     last->ends = 1;
     if (at > 0) {
         ll_ode_row *before = &p->row[at - 1][pair];
@@ -143,47 +154,35 @@ static bool begins_with_f(const rule *r)
     return r->less > 0;
 }
 
-/* A step of `h` from (t, y) to `out`; the estimate of its error goes to `error`. */
-static void extrapolate(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t, double h,
-                        const double *y, double *out, double *error)
+static double extrapolate(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode,
+                          const ll_ode_trial *trial)
 {
     const ll_ode_plan *plan = plan_of(run, method);
     const struct ll_ode_kernels *own = ode->kernels;
-    const double *f0 = ll_ode_work(run, F0);
-    ll_pair *sum = (ll_pair *)ll_ode_work(run, SUM), *estimate = sum + run->dim;
-    memset(sum, 0, 2 * (size_t)run->dim * sizeof *sum);
     if (begins_with_f(method->data)) {
         if (own != NULL && own->midpoint != NULL)
-            own->midpoint(ode->params, plan, t, h, y, f0, sum, estimate);
-        else
-            ll_ode_midpoint_rows(run->dim, rhs_pair, ode, plan, t, h, y, f0, sum, estimate);
-    } else if (own != NULL && own->leapfrog != NULL) {
-        own->leapfrog(ode->params, plan, t, h, y, f0, sum, estimate);
-    } else if (ode->velocity_dependent) {
-        ll_ode_leapfrog_rows(run->dim / 2, NULL, magnetic_pair, ode, plan, t, h, y, sum, estimate);
-    } else {
-        ll_ode_leapfrog_rows(run->dim / 2, acceleration_pair, NULL, ode, plan, t, h, y, sum, estimate);
+            return own->midpoint(ode->params, plan, trial);
+        return ll_ode_midpoint_rows(run->dim, rhs_pair, ode, plan, trial);
     }
-    run->counters.evaluations += (int64_t)plan->evaluations;
-    for (int i = 0; i < run->dim; i++) {
-        out[i] = y[i] + (sum[i][0] + sum[i][1]);
-        error[i] = estimate[i][0] + estimate[i][1];
-    }
+    if (own != NULL && own->leapfrog != NULL)
+        return own->leapfrog(ode->params, plan, trial);
+    if (ode->velocity_dependent)
+        return ll_ode_leapfrog_rows(run->dim / 2, NULL, magnetic_pair, ode, plan, trial);
+    return ll_ode_leapfrog_rows(run->dim / 2, acceleration_pair, NULL, ode, plan, trial);
 }
 
 static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     const rule *r = method->data;
     ll_ode_plan *p = plan_of(run, method);
-    double *error = ll_ode_work(run, ERROR);
-    const double *y = ll_ode_state_y(run);
+    ll_ode_trial trial = ll_ode_trial_of(run, h, ll_ode_work(run, F0));
     if (p->columns == 0)
         make(p, r, run->control.tolerance);
     if (run->history == 0 && begins_with_f(r))
-        ll_ode_f(run, ode, run->t, y, ll_ode_work(run, F0));
+        ll_ode_f(run, ode, run->t, trial.y, trial.k);
     run->history = 1;
-    extrapolate(run, method, ode, run->t, h, y, ll_ode_next(run), error);
-    return ll_ode_norm2(run, error);
+    run->counters.evaluations += (int64_t)p->evaluations;
+    return extrapolate(run, method, ode, &trial);
 }
 
 static void accept(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
@@ -200,10 +199,11 @@ static double propose(ll_ode_run *run, const ll_ode_method *method, double h, do
 /* A shorter step from the same start: as good as the step itself, at its cost. */
 static void dense(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double theta, double *y)
 {
-    int64_t evaluations = run->counters.evaluations;
-    double h = theta * (run->t - run->t_last);
-    extrapolate(run, method, ode, run->t_last, h, ll_ode_next(run), y, ll_ode_work(run, ERROR));
-    run->counters.evaluations = evaluations;
+    ll_ode_trial trial = ll_ode_trial_of(run, theta * (run->t - run->t_last), ll_ode_work(run, F0));
+    trial.t = run->t_last;
+    trial.y = ll_ode_next(run);
+    trial.next = y;
+    extrapolate(run, method, ode, &trial);
 }
 
 static const ll_ode_body body = {.vectors = VECTORS,

@@ -14,7 +14,7 @@
 
 #include <string.h>
 
-#include "ode/ode.h"
+#include "ode/embedded.h"
 
 enum { LL_COLUMNS_MAX = 7, LL_ROWS_MAX = 2 * LL_COLUMNS_MAX - 1, LL_PAIRS = 2 };
 
@@ -39,17 +39,21 @@ typedef struct ll_ode_plan {
     ll_ode_row row[LL_ROWS_MAX][LL_PAIRS];
 } ll_ode_plan;
 
-/* Adds what the lanes contribute to the increment of a step of `h` from (t, y), and to its estimated error,
- * to `sum` and `error`; f0 is f at (t, y), for the midpoint rule. */
-typedef void ll_ode_rows(const void *params, const ll_ode_plan *plan, double t, double h, const double *y,
-                         const double *f0, ll_pair *sum, ll_pair *error);
+/* Makes the step of a trial, whose `k` is f at its start, for the midpoint rule. Returns the mean square of
+ * its estimated error over the tolerance. */
+typedef double ll_ode_rows(const void *params, const ll_ode_plan *plan, const ll_ode_trial *trial);
 
-/* A system's own loops; NULL: none. */
-struct ll_ode_kernels {
-    ll_ode_rows *midpoint, *leapfrog;
-};
-
-#define LL_INLINE static inline __attribute__((always_inline))
+/* The increment and the estimate are spread over the lanes. */
+LL_INLINE double ll_ode_gather(int dim, const ll_pair *sum, const ll_pair *estimate, const ll_ode_trial *s)
+{
+    double next[LL_ODE_DIM_MAX], error[LL_ODE_DIM_MAX];
+    for (int i = 0; i < dim; i++) {
+        next[i] = s->y[i] + (sum[i][0] + sum[i][1]);
+        error[i] = estimate[i][0] + estimate[i][1];
+    }
+    memcpy(s->next, next, (size_t)dim * sizeof *next);
+    return ll_ode_mean_square(dim, error, s->y, next, s->absolute, s->relative);
+}
 
 /* One row of the midpoint rule y(i + 1) = y(i - 1) + 2 h f(y(i)). Lanes hold increments to the state at the
  * start: sums of small numbers lose fewer digits. */
@@ -81,12 +85,14 @@ LL_INLINE void ll_ode_midpoint_row(int dim, ll_ode_rhs_pair *f, const void *para
 }
 
 /* Every column begins with a step of explicit Euler. */
-LL_INLINE void ll_ode_midpoint_rows(int dim, ll_ode_rhs_pair *f, const void *params, const ll_ode_plan *plan,
-                                    double t, double h, const double *y, const double *f0, ll_pair *sum,
-                                    ll_pair *error)
+LL_INLINE double ll_ode_midpoint_rows(int dim, ll_ode_rhs_pair *f, const void *params,
+                                      const ll_ode_plan *plan, const ll_ode_trial *trial)
 {
     ll_pair before_a[LL_ODE_DIM_MAX], now_a[LL_ODE_DIM_MAX], before_b[LL_ODE_DIM_MAX], now_b[LL_ODE_DIM_MAX];
+    ll_pair sum[LL_ODE_DIM_MAX], error[LL_ODE_DIM_MAX];
+    const double *y = trial->y, *f0 = trial->k, t = trial->t, h = trial->h;
     for (int i = 0; i < dim; i++) {
+        sum[i] = error[i] = (ll_pair){0};
         before_a[i] = before_b[i] = (ll_pair){0};
         now_a[i] = h * plan->row[0][0].h * f0[i];
         now_b[i] = h * plan->row[0][1].h * f0[i];
@@ -96,6 +102,7 @@ LL_INLINE void ll_ode_midpoint_rows(int dim, ll_ode_rhs_pair *f, const void *par
         ll_ode_midpoint_row(dim, f, params, &(*x)[0], t, h, y, f0, before_a, now_a, sum, error);
         ll_ode_midpoint_row(dim, f, params, &(*x)[1], t, h, y, f0, before_b, now_b, sum, error);
     }
+    return ll_ode_gather(dim, sum, error, trial);
 }
 
 /* a = e + m x b, where m is the mean of v and v + h a: solved for m. */
@@ -167,12 +174,14 @@ LL_INLINE void ll_ode_leapfrog_row(int half, ll_ode_acceleration_pair *accelerat
         }
 }
 
-LL_INLINE void ll_ode_leapfrog_rows(int half, ll_ode_acceleration_pair *acceleration,
-                                    ll_ode_magnetic_pair *magnetic, const void *params,
-                                    const ll_ode_plan *plan, double t, double h, const double *y,
-                                    ll_pair *sum, ll_pair *error)
+LL_INLINE double ll_ode_leapfrog_rows(int half, ll_ode_acceleration_pair *acceleration,
+                                      ll_ode_magnetic_pair *magnetic, const void *params,
+                                      const ll_ode_plan *plan, const ll_ode_trial *trial)
 {
-    const double *v = y + half;
+    const double *y = trial->y, *v = y + half, t = trial->t, h = trial->h;
+    ll_pair sum[LL_ODE_DIM_MAX], error[LL_ODE_DIM_MAX];
+    for (int i = 0; i < 2 * half; i++)
+        sum[i] = error[i] = (ll_pair){0};
     ll_pair moved_a[LL_HALF_MAX], gained_a[LL_HALF_MAX], moved_b[LL_HALF_MAX], gained_b[LL_HALF_MAX];
     for (int i = 0; i < half; i++) {
         moved_a[i] = h * plan->row[0][0].h * (v[i] / 2);
@@ -186,4 +195,5 @@ LL_INLINE void ll_ode_leapfrog_rows(int half, ll_ode_acceleration_pair *accelera
         ll_ode_leapfrog_row(half, acceleration, magnetic, params, &(*x)[1], t, h, y, moved_b, gained_b, sum,
                             error);
     }
+    return ll_ode_gather(2 * half, sum, error, trial);
 }

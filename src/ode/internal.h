@@ -5,6 +5,7 @@
 #pragma once
 
 #include "base/detmath.h"
+#include "ode/kernels.h"
 #include "ode/run.h"
 
 /* What a method does within a step. The driver (run.c) owns t, counts steps, decides about acceptance, looks
@@ -90,14 +91,20 @@ double ll_ode_propose(ll_ode_run *run, double h, double error, double order);
 /* x^p for x > 0, within 1 %: for step sizes, which need not be exact but the same everywhere. */
 double ll_ode_power(double x, double p);
 
-/* The stages of an explicit Runge-Kutta method: see runge_kutta.c. */
-typedef struct ll_ode_tableau {
-    int stages;
-    const double *c; /* `stages` */
-    const double *a; /* rows of stages 1 and on, 1, 2, 3... numbers each */
-    const double *b; /* `stages`; NULL: the last stage stands at the end of the step (FSAL) */
-    const double *e; /* error: `stages` weights of the difference to the embedded solution; NULL: none */
-    const double
-        *p; /* dense output: `stages` rows of `degree` coefficients of theta, theta^2...; NULL: none */
-    int degree;
-} ll_ode_tableau;
+static inline void ll_ode_copy(int stride, const double *from, double *to)
+{
+    for (int i = 0; i < stride; i += 2)
+        ll_pair_put(to + i, ll_pair_at(from + i));
+}
+
+static inline ll_ode_trial ll_ode_trial_of(ll_ode_run *run, double h, double *k)
+{
+    return (ll_ode_trial){.t = run->t,
+                          .h = h,
+                          .absolute = run->control.absolute,
+                          .relative = run->control.tolerance,
+                          .y = ll_ode_state_y(run),
+                          .k = k,
+                          .next = ll_ode_next(run),
+                          .stride = run->stride};
+}

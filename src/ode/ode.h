@@ -12,6 +12,8 @@
 #include <stdint.h>
 #include <string.h>
 
+#include "base/pair.h"
+
 enum { LL_ODE_DIM_MAX = 256, LL_ODE_EVENTS_MAX = 4 };
 
 /* dy/dt at (t, y), `dim` components each. */
@@ -29,8 +31,6 @@ typedef void ll_ode_magnetic(const void *params, double t, const double *q, doub
 
 /* Two states at once, component by component: lane l of y[i] is component i of state l. Each lane computes
  * the bits that the function of one state computes. */
-typedef double ll_pair __attribute__((vector_size(16), aligned(8), may_alias));
-
 typedef void ll_ode_rhs_pair(const void *params, const ll_pair *t, const ll_pair *y, ll_pair *dy);
 typedef void ll_ode_acceleration_pair(const void *params, const ll_pair *t, const ll_pair *q,
                                       const ll_pair *v, ll_pair *a);
@@ -80,6 +80,11 @@ static inline void ll_ode_eval(const ll_ode *ode, double t, const double *y, dou
         return;
     }
     int half = ode->dim / 2;
-    memcpy(dy, y + half, (size_t)half * sizeof *dy);
+    if (half <= 2) { /* a call of memcpy would cost as much as the rest */
+        dy[0] = y[half];
+        dy[half - 1] = y[2 * half - 1];
+    } else {
+        memcpy(dy, y + half, (size_t)half * sizeof *dy);
+    }
     ode->acceleration(ode->params, t, y, y + half, dy + half);
 }

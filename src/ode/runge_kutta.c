@@ -1,9 +1,7 @@
 /* Explicit Runge-Kutta methods, of fixed step and embedded pairs: one stepper, a tableau each. */
-#include <string.h>
-
 #include "ode/internal.h"
 
-enum { STAGES_MAX = 7 };
+enum { STAGES_MAX = LL_SEVEN };
 
 /* out = y + h (a[0] k_0 + a[1] k_1 + ...). */
 static void combine(const ll_ode_run *run, const double *y, const double *k, const double *a, int count,
@@ -23,12 +21,17 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     const ll_ode_tableau *t = method->data;
     const double *y = ll_ode_state_y(run), *a = t->a;
     double *k = ll_ode_work(run, 0), *next = ll_ode_next(run);
-    size_t bytes = (size_t)run->stride * sizeof *k;
     if (run->history == 0)
         ll_ode_f(run, ode, run->t, y, k);
     else if (run->history == 2)
-        memcpy(k, k + (t->stages - 1) * run->stride, bytes);
+        ll_ode_copy(run->stride, k + (t->stages - 1) * run->stride, k);
     run->history = 1;
+    if (t->stages == LL_SEVEN && ode->kernels != NULL && ode->kernels->seven_stages != NULL) {
+        ll_ode_trial trial = ll_ode_trial_of(run, h, k);
+        trial.tableau = t;
+        run->counters.evaluations += LL_SEVEN - 1;
+        return ode->kernels->seven_stages(ode->params, &trial);
+    }
     for (int s = 1; s < t->stages; s++) {
         combine(run, y, k, a, s, h, next);
         ll_ode_f(run, ode, run->t + t->c[s] * h, next, k + s * run->stride);

@@ -3,13 +3,15 @@
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <string.h>
 
 #include <cmocka.h>
 
-#include "base/detmath.h"
+#include "base/pair.h"
 #include "base/rng.h"
 
 #define COUNT 1000000
@@ -107,6 +109,30 @@ static void special_values(void **state)
     assert_true(ll_sqrt(2) == sqrt(2.0));
 }
 
+static bool same(double a, double b)
+{
+    return memcmp(&a, &b, sizeof a) == 0;
+}
+
+/* Each lane of two at once, and both functions at once. */
+static void two_at_once_have_the_bits_of_one(void **state)
+{
+    (void)state;
+    static const double sizes[] = {1e-9, 1, 30, 1e6, 1e20};
+    for (uint64_t i = 0; i < 100000; i++) {
+        double size = sizes[i % 5], a = size * (2 * ll_rng_unit(1, 2, i) - 1), b = 7 * ll_rng_unit(1, 3, i);
+        double sin, cos;
+        ll_pair x = {a, b}, s, c, s1 = ll_pair_sin(x), c1 = ll_pair_cos(x);
+        ll_pair_sincos(x, &s, &c);
+        for (int lane = 0; lane < 2; lane++) {
+            ll_sincos(x[lane], &sin, &cos);
+            assert_true(same(sin, ll_sin(x[lane])) && same(cos, ll_cos(x[lane])));
+            assert_true(same(s[lane], sin) && same(c[lane], cos) && same(s1[lane], sin));
+            assert_true(same(c1[lane], cos) && same(ll_pair_sqrt(x * x)[lane], ll_sqrt(x[lane] * x[lane])));
+        }
+    }
+}
+
 /* The same bits on every compiler and optimisation level: each build runs this. */
 static void bits_are_pinned(void **state)
 {
@@ -130,6 +156,7 @@ int main(void)
         cmocka_unit_test(arctangent_is_within_two_and_a_half_ulp),
         cmocka_unit_test(zeros_of_the_sine_are_found),
         cmocka_unit_test(special_values),
+        cmocka_unit_test(two_at_once_have_the_bits_of_one),
         cmocka_unit_test(bits_are_pinned),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

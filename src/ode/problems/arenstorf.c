@@ -31,8 +31,7 @@ LL_ODE_MAGNETIC(magnetic, 4, {
     b[2] = b[0] + 2;
 })
 
-static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
-                                              .leapfrog = magnetic_leapfrog};
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration), .leapfrog = magnetic_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {

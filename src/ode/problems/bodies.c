@@ -53,7 +53,7 @@ static const double seven_masses[] = {1, 2, 3, 4, 5, 6, 7};
 
 ATTRACTION(seven_acceleration, 7, seven_masses)
 
-static const struct ll_ode_kernels seven_kernels = {.midpoint = seven_acceleration_midpoint,
+static const struct ll_ode_kernels seven_kernels = {LL_ODE_KERNELS(seven_acceleration),
                                                     .leapfrog = seven_acceleration_leapfrog};
 
 static void seven_system(const void *p, ll_ode *ode)
@@ -113,7 +113,7 @@ static const double three_masses[] = {1, 1, 1};
 
 ATTRACTION(three_acceleration, 3, three_masses)
 
-static const struct ll_ode_kernels three_kernels = {.midpoint = three_acceleration_midpoint,
+static const struct ll_ode_kernels three_kernels = {LL_ODE_KERNELS(three_acceleration),
                                                     .leapfrog = three_acceleration_leapfrog};
 
 static void three_system(const void *p, ll_ode *ode)

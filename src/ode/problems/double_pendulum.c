@@ -18,14 +18,15 @@ LL_ODE_TABLE(ll_ode_double_pendulum_table, "double_pendulum", "Parameters of the
  * the difference of the angles. */
 LL_ODE_ACCELERATION(acceleration, 4, {
     double g = ((const params *)p)->g;
-    real x = q[0], y = q[1], d = x - y, c = ll_real_cos(d), s = ll_real_sin(d);
+    real x = q[0], y = q[1], d = x - y, s, c;
+    ll_real_sincos(d, &s, &c);
     real f1 = -s * v[1] * v[1] - 2 * g * ll_real_sin(x), f2 = s * v[0] * v[0] - g * ll_real_sin(y);
     real determinant = 2 - c * c;
     a[0] = (f1 - c * f2) / determinant;
     a[1] = (2 * f2 - c * f1) / determinant;
 })
 
-static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint};
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration)};
 
 static void system_of(const void *p, ll_ode *ode)
 {

@@ -17,12 +17,12 @@ static const ll_param vertical_rows[] = {
 LL_ODE_TABLE(ll_ode_drag_vertical_table, "drag_vertical", "Parameters of the fall with drag.", vertical_rows,
              vertical);
 
-static void vertical_acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)q;
+LL_ODE_ACCELERATION(vertical_acceleration, 2, {
     const vertical *c = p;
-    a[0] = c->g - c->kd * v[0] * (v[0] < 0 ? -v[0] : v[0]);
-}
+    a[0] = c->g - c->kd * v[0] * ll_real_abs(v[0]);
+})
+
+static const struct ll_ode_kernels vertical_kernels = {LL_ODE_KERNELS(vertical_acceleration)};
 
 static void vertical_system(const void *p, ll_ode *ode)
 {
@@ -30,7 +30,8 @@ static void vertical_system(const void *p, ll_ode *ode)
                     .autonomous = true,
                     .velocity_dependent = true,
                     .params = p,
-                    .acceleration = vertical_acceleration};
+                    .acceleration = vertical_acceleration,
+                    .kernels = &vertical_kernels};
 }
 
 static void vertical_start(const void *p, double *y)
@@ -95,14 +96,14 @@ static const ll_param plane_rows[] = {
 };
 LL_ODE_TABLE(ll_ode_drag_2d_table, "drag_2d", "Parameters of the projectile.", plane_rows, plane);
 
-static void plane_acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)q;
+LL_ODE_ACCELERATION(plane_acceleration, 4, {
     const plane *c = p;
-    double drag = c->kd * ll_sqrt(v[0] * v[0] + v[1] * v[1]);
+    real drag = c->kd * ll_real_sqrt(v[0] * v[0] + v[1] * v[1]);
     a[0] = -drag * v[0];
     a[1] = -c->g - drag * v[1];
-}
+})
+
+static const struct ll_ode_kernels plane_kernels = {LL_ODE_KERNELS(plane_acceleration)};
 
 static double height(const void *p, double t, const double *y)
 {
@@ -126,6 +127,7 @@ static void plane_system(const void *p, ll_ode *ode)
                     .velocity_dependent = true,
                     .params = p,
                     .acceleration = plane_acceleration,
+                    .kernels = &plane_kernels,
                     .events = &impact,
                     .event_count = 1};
 }

@@ -9,15 +9,14 @@ static const ll_param rows[] = {
     LL_ODE_PARAM(params, omega, "rad/s", 0.01, 1000, 1, "Frequency of the force.")};
 LL_ODE_TABLE(ll_ode_forced_table, "forced", "Parameters of the periodic force.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)q, (void)v;
-    a[0] = ll_cos(((const params *)p)->omega * t);
-}
+LL_ODE_ACCELERATION(acceleration, 2, { a[0] = ll_real_cos(((const params *)p)->omega * t); })
+
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
+                                              .leapfrog = acceleration_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration};
+    *ode = (ll_ode){.dim = 2, .params = p, .acceleration = acceleration, .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

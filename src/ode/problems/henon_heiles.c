@@ -19,7 +19,7 @@ LL_ODE_ACCELERATION(acceleration, 4, {
     a[1] = -y - x * x + y * y;
 })
 
-static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)

@@ -11,20 +11,18 @@ static const ll_param rows[] = {
 };
 LL_ODE_TABLE(ll_ode_lorentz_table, "lorentz", "Parameters of the charge.", rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)q;
+LL_ODE_ACCELERATION(acceleration, 4, {
     double b = ((const params *)p)->b;
     a[0] = b * v[1];
     a[1] = -b * v[0];
-}
+})
 
-static void magnetic(const void *p, double t, const double *q, double *e, double *b)
-{
-    (void)t, (void)q;
-    e[0] = e[1] = b[0] = b[1] = 0;
-    b[2] = ((const params *)p)->b;
-}
+LL_ODE_MAGNETIC(magnetic, 4, {
+    e[0] = e[1] = b[0] = b[1] = (real){0};
+    b[2] = b[0] + ((const params *)p)->b;
+})
+
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration), .leapfrog = magnetic_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)
 {
@@ -33,7 +31,8 @@ static void system_of(const void *p, ll_ode *ode)
                     .velocity_dependent = true,
                     .params = p,
                     .acceleration = acceleration,
-                    .magnetic = magnetic};
+                    .magnetic = magnetic,
+                    .kernels = &kernels};
 }
 
 static void start(const void *p, double *y)

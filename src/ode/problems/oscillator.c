@@ -17,19 +17,20 @@ static const ll_param damped_rows[] = {
     COMMON, LL_ODE_PARAM(params, zeta, NULL, 0, 100, 0.1, "Damping ratio; 1 is critical.")};
 LL_ODE_TABLE(ll_ode_damped_table, "damped", "Parameters of the damped oscillator.", damped_rows, params);
 
-static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t, (void)v;
+LL_ODE_ACCELERATION(acceleration, 2, {
     const params *c = p;
     a[0] = -(c->omega * c->omega) * q[0];
-}
+})
 
-static void damped_acceleration(const void *p, double t, const double *q, const double *v, double *a)
-{
-    (void)t;
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
+                                              .leapfrog = acceleration_leapfrog};
+
+LL_ODE_ACCELERATION(damped_acceleration, 2, {
     const params *c = p;
     a[0] = -(c->omega * c->omega) * q[0] - 2 * c->zeta * c->omega * v[0];
-}
+})
+
+static const struct ll_ode_kernels damped_kernels = {LL_ODE_KERNELS(damped_acceleration)};
 
 static void jacobian(const void *p, double t, const double *y, double *j)
 {
@@ -43,8 +44,12 @@ static void jacobian(const void *p, double t, const double *y, double *j)
 
 static void system_of(const void *p, ll_ode *ode)
 {
-    *ode = (ll_ode){
-        .dim = 2, .autonomous = true, .params = p, .acceleration = acceleration, .jacobian = jacobian};
+    *ode = (ll_ode){.dim = 2,
+                    .autonomous = true,
+                    .params = p,
+                    .acceleration = acceleration,
+                    .jacobian = jacobian,
+                    .kernels = &kernels};
 }
 
 static void damped_system(const void *p, ll_ode *ode)
@@ -54,6 +59,7 @@ static void damped_system(const void *p, ll_ode *ode)
                     .velocity_dependent = true,
                     .params = p,
                     .acceleration = damped_acceleration,
+                    .kernels = &damped_kernels,
                     .jacobian = jacobian};
 }
 

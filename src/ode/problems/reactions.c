@@ -19,7 +19,7 @@ LL_ODE_RHS(brusselator_f, 2, {
     dy[1] = c->b * u - react;
 })
 
-static const struct ll_ode_kernels brusselator_kernels = {.midpoint = brusselator_f_midpoint};
+static const struct ll_ode_kernels brusselator_kernels = {LL_ODE_KERNELS(brusselator_f)};
 
 static void brusselator_system(const void *p, ll_ode *ode)
 {
@@ -68,7 +68,7 @@ LL_ODE_RHS(hunter_f, 2, {
     dy[1] = c->gain * prey * hunter - c->death * hunter;
 })
 
-static const struct ll_ode_kernels hunter_kernels = {.midpoint = hunter_f_midpoint};
+static const struct ll_ode_kernels hunter_kernels = {LL_ODE_KERNELS(hunter_f)};
 
 static void hunter_system(const void *p, ll_ode *ode)
 {

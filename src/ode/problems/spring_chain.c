@@ -41,7 +41,7 @@ static void jacobian(const void *p, double t, const double *y, double *j)
     }
 }
 
-static const struct ll_ode_kernels kernels = {.midpoint = acceleration_midpoint,
+static const struct ll_ode_kernels kernels = {LL_ODE_KERNELS(acceleration),
                                               .leapfrog = acceleration_leapfrog};
 
 static void system_of(const void *p, ll_ode *ode)

@@ -22,7 +22,7 @@ LL_ODE_RHS(racket_f, 3, {
     dy[2] = (c->i1 - c->i2) / c->i3 * w1 * w2;
 })
 
-static const struct ll_ode_kernels racket_kernels = {.midpoint = racket_f_midpoint};
+static const struct ll_ode_kernels racket_kernels = {LL_ODE_KERNELS(racket_f)};
 
 static void racket_system(const void *p, ll_ode *ode)
 {
@@ -73,7 +73,7 @@ LL_ODE_RHS(top_f, 3, {
     dy[2] = -0.5 * w1 * w2 + ((const top *)p)->drive * s * s;
 })
 
-static const struct ll_ode_kernels top_kernels = {.midpoint = top_f_midpoint};
+static const struct ll_ode_kernels top_kernels = {LL_ODE_KERNELS(top_f)};
 
 static void top_system(const void *p, ll_ode *ode)
 {
