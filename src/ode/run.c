@@ -11,6 +11,10 @@
 
 #define DEFAULT_MAX_STEPS 100000000
 
+/* A step is proposed shorter than its error asks for: at 0.9 every fourth step of a double pendulum is
+ * rejected, and that costs more than shorter steps, on most problems. */
+#define SAFETY 0.85
+
 /* A step that ends within this part of itself before a time ends there: times are rounded. */
 #define SLACK 1e-9
 
@@ -241,7 +245,7 @@ double ll_ode_propose(ll_ode_run *run, double h, double error, double order)
     enum { LEAST = 5, MOST = 6 };
     if (!finite(error))
         return h / LEAST;
-    double growth = ll_ode_power(error > 1e-20 ? error : 1e-20, -0.5 / order), factor = 0.9 * growth;
+    double growth = ll_ode_power(error > 1e-20 ? error : 1e-20, -0.5 / order), factor = SAFETY * growth;
     if (error <= 1) {
         if (run->growth != 0) {
             double trend = factor * growth * (h / (run->h_last * run->growth));
