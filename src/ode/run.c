@@ -353,6 +353,21 @@ ll_ode_state ll_ode_step_by(ll_ode_run *run, const ll_ode_method *method, const 
     return (ll_ode_state)run->state;
 }
 
+void ll_ode_set_time(ll_ode_run *run, double t)
+{
+    run->t = run->origin = t;
+    run->n = 0;
+}
+
+void ll_ode_round(ll_ode_run *run, int positions, double origin)
+{
+    double *y = ll_ode_state_y(run);
+    for (int i = 0; i < run->dim; i++) {
+        double from = i < positions ? origin : 0;
+        y[i] = (double)(float)(from + y[i]) - from;
+    }
+}
+
 /* The cubic that has both ends' values and slopes. */
 static void cubic(ll_ode_run *run, const ll_ode *ode, double theta, double *y)
 {

@@ -96,6 +96,13 @@ ll_ode_state ll_ode_advance(ll_ode_run *run, const ll_ode_method *method, const 
 /* One step of `h` instead of dt, for methods of fixed step: what a variable frame time does to them. */
 ll_ode_state ll_ode_step_by(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h);
 
+/* Another time for what comes: the forces see it. What a wrong clock does to them. */
+void ll_ode_set_time(ll_ode_run *run, double t);
+
+/* Rounds the state to single precision, its first `positions` components after `origin` was added to them.
+ * What it does to a body that is far from the origin. */
+void ll_ode_round(ll_ode_run *run, int positions, double origin);
+
 /* y at `t` within the last step: by the method's own dense output where it has one, otherwise by the cubic
  * through both ends. */
 void ll_ode_sample(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t, double *y);

@@ -2,22 +2,27 @@
 
 #include <string.h>
 
+void ll_single_clock_add(float *t, float *lost, float dt)
+{
+    float add = lost != NULL ? dt - *lost : dt, sum = *t + add;
+    if (lost != NULL)
+        *lost = (sum - *t) - add;
+    *t = sum;
+}
+
 float ll_single_clock(float dt, int64_t ticks)
 {
     float t = 0;
     for (int64_t i = 0; i < ticks; i++)
-        t += dt;
+        ll_single_clock_add(&t, NULL, dt);
     return t;
 }
 
 float ll_single_clock_compensated(float dt, int64_t ticks)
 {
     float t = 0, lost = 0;
-    for (int64_t i = 0; i < ticks; i++) {
-        float add = dt - lost, sum = t + add;
-        lost = (sum - t) - add;
-        t = sum;
-    }
+    for (int64_t i = 0; i < ticks; i++)
+        ll_single_clock_add(&t, &lost, dt);
     return t;
 }
 

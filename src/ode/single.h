@@ -1,12 +1,16 @@
 /* What single precision does to clocks that add up their step, and far from the origin. */
 #pragma once
 
+#include <stddef.h>
 #include <stdint.h>
 
 /* A clock in single precision after `ticks` additions of `dt`, s; and with Kahan's compensation (W. Kahan,
  * Comm. ACM 8, 1965). */
 float ll_single_clock(float dt, int64_t ticks);
 float ll_single_clock_compensated(float dt, int64_t ticks);
+
+/* Adds `dt` to the clock `t`; `lost`: what Kahan's compensation has kept, NULL: without. */
+void ll_single_clock_add(float *t, float *lost, float dt);
 
 /* The time at which such a clock stops: dt is less than half the spacing of its numbers. dt > 0. */
 float ll_single_clock_stall(float dt);

@@ -20,8 +20,9 @@ ll_ode ll_motion_system(ll_motion_config *config)
 
 ll_ode_control ll_motion_control(const ll_motion_config *config, int i)
 {
-    return (ll_ode_control){.t_end = config->head.duration_s,
-                            .dt = config->methods[i].dt_s,
+    const ll_motion_method *method = &config->methods[i];
+    return (ll_ode_control){.t_end = ll_motion_end(config),
+                            .dt = method->steps == LL_MOTION_FRAME ? config->frame_s : method->dt_s,
                             .tolerance = config->methods[i].tolerance,
                             .max_steps = LL_MOTION_STEPS_MAX};
 }
@@ -116,6 +117,7 @@ static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
     start_reference(m, ode, m->at[i].reference, y0);
     memcpy(ll_motion_vector(m, m->at[i].shown), y0, vector);
     memcpy(ll_motion_vector(m, m->at[i].wanted), y0, vector);
+    ll_motion_drive_start(m, i, ode);
     m->record[i] = (ll_motion_record){.energy_start = energy_of(m, 0, y0)};
 }
 
@@ -147,14 +149,31 @@ static void settle(void *config, const void *before)
 
 /* ---- time ---- */
 
-/* The solution at `t`, which only goes forward. */
+/* From where it is back to the start. */
+static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference)
+{
+    double y[LL_ODE_DIM_MAX];
+    ll_ode_control back = reference->control;
+    memcpy(y, ll_ode_y(reference), (size_t)m->dim * sizeof *y);
+    back.t0 = reference->t;
+    back.t_end = 0;
+    ll_ode_start(reference, best_method(ll_motion_problem(&m->config)), ode, &back, y);
+}
+
+/* The solution at `t`, which goes forward, and after the turn backward. */
 static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, double t, double *y)
 {
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
     ll_ode_run *reference = run_at(m, offset);
+    if (t == 0) {
+        problem->start(m->config.params, y);
+        return;
+    }
     if (problem->exact && problem->exact(m->config.params, t, y))
         return;
-    if (reference->t < t)
+    if (t < reference->t_last && reference->control.t_end > 0)
+        turn_reference(m, ode, reference);
+    if (reference->control.t_end > 0 ? reference->t < t : reference->t > t)
         ll_ode_advance(reference, best_method(problem), ode, t);
     ll_ode_sample(reference, best_method(problem), ode, t, y);
 }
@@ -176,17 +195,23 @@ static void measure(ll_motion *m, int i, double t, const double *y, const double
     double size_of_drift = drift < 0 ? -drift : drift;
     r->energy_drift = drift;
     r->energy_drift_max = size_of_drift > r->energy_drift_max ? size_of_drift : r->energy_drift_max;
-    r->sums[0] += t;
-    r->sums[1] += t * t;
+    double passed = m->drive[i].turned ? m->config.head.duration_s - t : t;
+    r->sums[0] += passed;
+    r->sums[1] += passed * passed;
     r->sums[2] += drift;
-    r->sums[3] += t * drift;
+    r->sums[3] += passed * drift;
     r->samples++;
 }
 
-/* Between two huge values the interpolation can overflow: then the method's own state is drawn. */
+/* Where its last step passed `t`; a wrong clock or a coarse state is drawn as it is. Between two huge values
+ * the interpolation can overflow: then the method's own state is drawn. */
 static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
 {
+    const ll_motion_method *method = &m->config.methods[i];
     ll_ode_run *run = ll_motion_run(m, i);
+    bool passed = m->drive[i].turned ? t > run->t : t < run->t;
+    if (!passed || method->clock != LL_MOTION_EXACT || method->precision != LL_MOTION_DOUBLE)
+        t = run->t;
     double *shown = ll_motion_vector(m, m->at[i].shown), sum = 0;
     ll_ode_sample(run, ll_motion_method_of(&m->config, i), ode, t, shown);
     for (int k = 0; k < m->dim; k++)
@@ -197,18 +222,18 @@ static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
 
 static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool last)
 {
-    const ll_ode_method *method = ll_motion_method_of(&m->config, i);
     ll_ode_run *run = ll_motion_run(m, i);
     double *wanted = ll_motion_vector(m, m->at[i].wanted);
     if (!m->config.methods[i].shown || run->state == LL_ODE_DIVERGED)
         return;
-    if (ll_ode_advance(run, method, ode, t) == LL_ODE_DIVERGED)
+    if (ll_motion_drive_to(m, i, ode, t) == LL_ODE_DIVERGED)
         return;
-    draw(m, ode, i, t < run->t && !last ? t : run->t); /* at the end what is told is what is drawn */
-    if (run->t <= m->record[i].t && m->record[i].samples > 0)
+    double own = ll_motion_time(m, i);
+    draw(m, ode, i, last ? run->t : ll_motion_moment(&m->config, t)); /* at the end what is told is drawn */
+    if (own == m->record[i].t && m->record[i].samples > 0)
         return; /* a long step: this state has been measured */
-    solution_at(m, ode, m->at[i].reference, run->t, wanted);
-    measure(m, i, run->t, ll_ode_y(run), wanted);
+    solution_at(m, ode, m->at[i].reference, own, wanted);
+    measure(m, i, own, ll_ode_y(run), wanted);
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
@@ -223,7 +248,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
         double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
         for (int i = 0; i < m->config.method_count; i++)
             advance_one(m, &ode, i, t, tick == last);
-        solution_at(m, &ode, m->reference, t, ll_motion_vector(m, m->solution));
+        solution_at(m, &ode, m->reference, ll_motion_moment(&m->config, t), ll_motion_vector(m, m->solution));
     }
     m->now = until;
     return ll_ok();

@@ -6,6 +6,7 @@
  * time 0: the run is made again up to now, so that a picture never mixes two settings. */
 #pragma once
 
+#include "ode/accumulator.h"
 #include "ode/problem.h"
 #include "ode/run.h"
 #include "sim/sim.h"
@@ -13,19 +14,32 @@
 #define LL_MOTION_METHODS_MAX 8
 #define LL_MOTION_STEPS_MAX 20000000
 
+enum { LL_MOTION_FIXED, LL_MOTION_FRAME, LL_MOTION_ACCUMULATOR }; /* steps */
+enum { LL_MOTION_EXACT, LL_MOTION_FLOAT, LL_MOTION_COMPENSATED }; /* clock */
+enum { LL_MOTION_DOUBLE, LL_MOTION_SINGLE };                      /* precision */
+enum { LL_MOTION_ALTERNATING, LL_MOTION_RANDOM };                 /* frames */
+extern const char *const ll_motion_step_names[],
+    *const ll_motion_clock_names[], *const ll_motion_precision_names[], *const ll_motion_frame_names[];
+
 typedef struct ll_motion_method {
     double dt_s;      /* of methods of fixed step */
     double tolerance; /* of adaptive ones */
+    double origin_m;  /* how far the body is from where single precision counts from */
     int32_t method;   /* index into ll_ode_methods */
+    int32_t steps, clock, precision;
     bool shown;
-    uint8_t reserved[3];
+    uint8_t reserved[7];
 } ll_motion_method;
 
 typedef struct ll_motion_config {
     ll_scenario_head head;
-    double tick_hz;  /* of sampling */
-    int32_t problem; /* index into ll_ode_problems */
+    double tick_hz;               /* of sampling */
+    double frame_s, frame_jitter; /* mean length; relative */
+    int32_t problem;              /* index into ll_ode_problems */
     int32_t method_count;
+    int32_t frames;
+    bool reverse; /* halfway it turns, and runs back to where it came from */
+    uint8_t reserved[3];
     double params[LL_ODE_PARAMS_MAX / sizeof(double)];
     ll_motion_method methods[LL_MOTION_METHODS_MAX];
 } ll_motion_config;
@@ -45,6 +59,17 @@ typedef struct ll_motion_record {
     int64_t samples;
 } ll_motion_record;
 
+/* How a method has been driven so far. */
+typedef struct ll_motion_drive {
+    ll_accumulator saved; /* frame time */
+    ll_time frames_end;   /* of the frames so far */
+    int64_t frames;
+    float clock, lost; /* s */
+    int32_t turned;
+    int32_t reserved;
+    ll_ode_counters before; /* it turned */
+} ll_motion_drive;
+
 /* The start of a block. Offsets are from here; a vector has `dim` doubles. */
 typedef struct ll_motion {
     int64_t size;
@@ -60,6 +85,7 @@ typedef struct ll_motion {
             wanted; /* vectors: the state now, for drawing; the solution at the method's own time */
     } at[LL_MOTION_METHODS_MAX];
     ll_motion_record record[LL_MOTION_METHODS_MAX];
+    ll_motion_drive drive[LL_MOTION_METHODS_MAX];
 } ll_motion;
 
 #pragma GCC diagnostic pop
@@ -88,7 +114,20 @@ static inline double *ll_motion_vector(const ll_motion *m, int64_t offset)
 ll_ode ll_motion_system(ll_motion_config *config);
 ll_ode_control ll_motion_control(const ll_motion_config *config, int i);
 
-/* motion_report.c: what is told of a block */
+/* ---- motion_drive.c ---- */
+
+void ll_motion_drive_start(ll_motion *m, int i, const ll_ode *ode); /* the run is started already */
+
+/* Makes the steps of method `i` up to the session's time `t`, which only goes forward, s. */
+ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t);
+
+double ll_motion_end(const ll_motion_config *config); /* of the way there */
+double ll_motion_moment(const ll_motion_config *config,
+                        double t);                       /* of the motion, at the session's time `t` */
+double ll_motion_time(const ll_motion *m, int i);        /* of the motion, of the method's state */
+double ll_motion_clock_error(const ll_motion *m, int i); /* s: what its clock shows beyond that */
+
+/* ---- motion_report.c: what is told of a block ---- */
 struct cJSON *ll_motion_state(const void *block);
 struct cJSON *ll_motion_metrics(const void *block);
 void ll_motion_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));

@@ -6,6 +6,7 @@
 
 #include "base/detmath.h"
 #include "ode/paper.h"
+#include "ode/single.h"
 #include "sim/motion.h"
 
 /* JSON has no infinity: what has grown beyond is null. */
@@ -52,7 +53,7 @@ cJSON *ll_motion_state(const void *block)
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", ll_motion_method_of(&m->config, i)->name);
         cJSON_AddStringToObject(o, "status", status_names[status_of(m, i)]);
-        number(o, "t_s", ll_motion_run(m, i)->t);
+        number(o, "t_s", ll_motion_time(m, i));
         cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(ll_motion_run(m, i)), m->dim));
         cJSON_AddItemToArray(methods, o);
     }
@@ -81,19 +82,34 @@ static void errors(cJSON *o, const ll_motion *m, int i)
     number(o, "energy_drift_per_s", secular_slope(r));
 }
 
-static void counters(cJSON *o, const ll_ode_counters *c)
+/* Of the way there and back. */
+static void counters(cJSON *o, const ll_ode_counters *c, const ll_ode_counters *before)
 {
     const struct {
         const char *name;
         int64_t count;
-    } all[] = {{"evaluations", c->evaluations},
-               {"steps", c->steps},
-               {"rejected", c->rejected},
-               {"jacobians", c->jacobians},
-               {"factorisations", c->factorisations},
-               {"events", c->events}};
+    } all[] = {{"evaluations", before->evaluations + c->evaluations},
+               {"steps", before->steps + c->steps},
+               {"rejected", before->rejected + c->rejected},
+               {"jacobians", before->jacobians + c->jacobians},
+               {"factorisations", before->factorisations + c->factorisations},
+               {"events", before->events + c->events}};
     for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
         number(o, all[i].name, (double)all[i].count);
+}
+
+/* What the way in which it is driven does. */
+static void drive(cJSON *o, const ll_motion *m, int i)
+{
+    const ll_motion_method *method = &m->config.methods[i];
+    if (method->steps != LL_MOTION_FIXED) {
+        cJSON_AddStringToObject(o, "steps_by", ll_motion_step_names[method->steps]);
+        number(o, "frames", (double)m->drive[i].frames);
+    }
+    if (method->clock != LL_MOTION_EXACT)
+        number(o, "clock_error_s", ll_motion_clock_error(m, i));
+    if (method->origin_m > 0)
+        number(o, "spacing_m", (double)ll_single_spacing((float)method->origin_m));
 }
 
 static cJSON *method_metrics(const ll_motion *m, int i)
@@ -114,11 +130,12 @@ static cJSON *method_metrics(const ll_motion *m, int i)
         cJSON_AddStringToObject(o, "reason", reason);
         number(o, "diverged_t_s", run->failed_t);
     }
-    number(o, "t_s", run->t);
+    number(o, "t_s", ll_motion_time(m, i));
     cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(run), m->dim));
     cJSON_AddItemToObject(o, "solution", vector_json(ll_motion_vector(m, m->at[i].wanted), m->dim));
     errors(o, m, i);
-    counters(o, &run->counters);
+    drive(o, m, i);
+    counters(o, &run->counters, &m->drive[i].before);
     return o;
 }
 
@@ -301,13 +318,14 @@ static void record_of(const ll_motion *m, int index, motion_record *out)
     const ll_ode_run *run = ll_motion_run(m, i);
     const ll_motion_record *r = &m->record[i];
     out->status = (uint8_t)status_of(m, i);
-    out->t_s = run->t;
+    out->t_s = ll_motion_time(m, i);
     out->error = r->error;
     out->error_max = r->error_max;
     out->energy_drift = r->energy_drift;
-    out->evaluations = (double)run->counters.evaluations;
-    out->steps = (double)run->counters.steps;
-    out->rejected = (double)run->counters.rejected;
+    const ll_ode_counters *before = &m->drive[i].before;
+    out->evaluations = (double)(before->evaluations + run->counters.evaluations);
+    out->steps = (double)(before->steps + run->counters.steps);
+    out->rejected = (double)(before->rejected + run->counters.rejected);
 }
 
 void ll_motion_sections(const void *block,

@@ -39,6 +39,22 @@ test('Figure 4 shows the numbers of the paper, and what the listing really is', 
   await close();
 });
 
+test('how a method is driven changes live, and the scenarios for it open', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/accumulator`);
+  await page.waitForSelector('[data-path="methods.0.steps"]', { state: 'attached' });
+  await page.locator('.method details summary').first().click();
+  assert.equal(await page.locator('[data-path="methods.0.steps"]').inputValue(), 'frame');
+  await page.locator('[data-path="methods.0.steps"]').selectOption('accumulator');
+  await page.waitForFunction(() => globalThis.laglab().params.methods[0].steps === 'accumulator');
+  await page.locator('[data-path="reverse"]').click();
+  await page.waitForFunction(() => /backwards/.test(document.querySelector('.note')?.textContent ?? ''), null, { timeout: 5000 });
+  assert.equal((await paramsOf(page)).reverse, false);
+  for (const name of ['variable_steps', 'accumulator', 'clock_drift', 'far_from_origin', 'backwards']) {
+    assert.equal(await page.locator(`option[value="motion/${name}"]`).count(), 1, name);
+  }
+  await close();
+});
+
 test('a step, a method and a parameter change live', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=motion/pendulum`);
   await page.waitForSelector('[data-path="methods.0.dt_s"]');

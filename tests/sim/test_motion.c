@@ -182,6 +182,128 @@ static void blow_ups_are_told(void **state)
     ll_session_destroy(s);
 }
 
+/* ---- how methods are driven ---- */
+
+/* Frames of 1/60 and 1/30 s in turns, to the nanosecond: figures of the reference page. */
+static void frames_as_steps_break_verlet(void **state)
+{
+    (void)state;
+    static const struct {
+        double place, within;
+    } known[] = {{50, 1e-6}, {45.166667, 1e-6}, {45, 1e-11}, {45, 1e-11}, {45, 1e-10}};
+    ll_session *s = open_id("motion/variable_steps");
+    run_to_end(s);
+    for (int i = 0; i < 5; i++)
+        assert_true(fabs(component(s, i, 0) - known[i].place) <= known[i].within);
+    assert_true(metric(s, 0, "steps") == 120 && metric(s, 0, "frames") == 120);
+    ll_session_destroy(s);
+}
+
+/* Saved up, frames of random length give the bits of a fixed step. */
+static void saved_up_frames_are_fixed_steps(void **state)
+{
+    (void)state;
+    ll_session *s = open_id("motion/accumulator");
+    run_to_end(s);
+    double steps = metric(s, 1, "steps"), behind = 60 - metric(s, 1, "t_s");
+    char text[256];
+    assert_true(behind >= 0 && behind < 0.03 + 0.01); /* a frame and a step at most */
+    assert_true(metric(s, 0, "steps") == metric(s, 0, "frames") && metric(s, 1, "e_max") < 0.16);
+    assert_true(metric(s, 0, "e_max") > 1 && metric(s, 3, "energy_drift_max") < 0.01);
+    snprintf(text, sizeof text,
+             "{\"kind\":\"motion\",\"problem\":\"oscillator\",\"params\":{\"omega\":5},\"duration_s\":%g,"
+             "\"methods\":[{\"method\":\"stormer_verlet\",\"dt_s\":0.01}]}",
+             steps / 100);
+    ll_session *fixed = open_text(text);
+    run_to_end(fixed);
+    assert_true(metric(fixed, 0, "steps") == steps);
+    assert_true(component(fixed, 0, 0) == component(s, 1, 0) && component(fixed, 0, 1) == component(s, 1, 1));
+    ll_session_destroy(fixed);
+    ll_session_destroy(s);
+}
+
+/* Other frames by another seed, and the same by the same. */
+static void random_frames_are_the_seeds(void **state)
+{
+    (void)state;
+    ll_session *s[3];
+    for (int i = 0; i < 3; i++) {
+        cJSON *json;
+        must(ll_scenario_load("scenarios", "motion/accumulator", &json));
+        must(ll_session_create(json, i == 2 ? 8 : 7, NULL, NULL, &s[i]));
+        cJSON_Delete(json);
+        run_to_end(s[i]);
+    }
+    assert_true(component(s[0], 0, 0) == component(s[1], 0, 0));
+    assert_true(component(s[0], 0, 0) != component(s[2], 0, 0));
+    for (int i = 0; i < 3; i++)
+        ll_session_destroy(s[i]);
+}
+
+/* An hour by a clock in single precision: 2.79 s late; with compensation right to its last digit. */
+static void float_clocks_are_late(void **state)
+{
+    (void)state;
+    ll_session *s = open_id("motion/clock_drift");
+    run_to_end(s);
+    assert_true(fabs(metric(s, 1, "clock_error_s") + 2.79) < 0.005 && metric(s, 1, "e_max") > 1);
+    assert_true(fabs(metric(s, 2, "clock_error_s")) <= 0x1p-12 && metric(s, 2, "e_max") < 0.01);
+    assert_true(isnan(metric(s, 0, "clock_error_s")) && metric(s, 0, "e_max") < 1e-4);
+    assert_true(metric(s, 1, "t_s") == 3600 && metric(s, 1, "steps") == 216000);
+    ll_session_destroy(s);
+}
+
+/* Numbers are 2^-10, 2^-7 and 2^-4 m apart there, and so are the places of the body. */
+static void far_places_are_coarse(void **state)
+{
+    (void)state;
+    ll_session *s = open_id("motion/far_from_origin");
+    run_to_end(s);
+    for (int i = 1; i <= 3; i++) {
+        double spacing = metric(s, i, "spacing_m"), x = component(s, i, 0);
+        assert_true(spacing == pow(2, 3 * i - 13) && x == spacing * round(x / spacing));
+        assert_true(fabs(metric(s, i, "e_max") / metric(s, 4, "e_max") - 1) > 0.05);
+    }
+    assert_true(fabs(metric(s, 0, "e_max") / metric(s, 4, "e_max") - 1) < 1e-4);
+    assert_true(metric(s, 3, "e_max") > 1);
+    ll_session_destroy(s);
+}
+
+/* A million steps there and a million back. */
+static void the_lattice_comes_back_to_the_last_bit(void **state)
+{
+    (void)state;
+    ll_session *s = open_text("{\"kind\":\"motion\",\"problem\":\"pendulum\",\"duration_s\":2000,"
+                              "\"reverse\":true,\"tick_hz\":1,\"methods\":["
+                              "{\"method\":\"verlet_lattice\",\"dt_s\":0.001},"
+                              "{\"method\":\"velocity_verlet\",\"dt_s\":0.001},"
+                              "{\"method\":\"semi_implicit_euler\",\"dt_s\":0.001}]}");
+    must(ll_session_run_to(s, 1000));
+    assert_true(metric(s, 0, "t_s") == 1000 && metric(s, 0, "steps") == 1000000);
+    run_to_end(s);
+    assert_true(metric(s, 0, "t_s") == 0 && metric(s, 0, "steps") == 2000000);
+    assert_true(component(s, 0, 0) == 2 && component(s, 0, 1) == 0 && metric(s, 0, "e_final") == 0);
+    assert_true(metric(s, 1, "e_final") > 0 && metric(s, 1, "e_final") < 1e-6);
+    assert_true(metric(s, 2, "e_final") > 0.01);
+    ll_session_destroy(s);
+}
+
+/* Where there is no formula the reference turns too, and adaptive methods run back as well. */
+static void references_turn_too(void **state)
+{
+    (void)state;
+    ll_session *s = open_text("{\"kind\":\"motion\",\"problem\":\"henon_heiles\",\"duration_s\":40,"
+                              "\"reverse\":true,\"methods\":[{\"method\":\"dop853\",\"tolerance\":1e-12},"
+                              "{\"method\":\"leapfrog_kdk\",\"dt_s\":0.07}]}");
+    run_to_end(s);
+    assert_true(metric(s, 0, "t_s") == 0 && metric(s, 0, "e_max") < 1e-9);
+    assert_true(fabs(component(s, 0, 0) - 0.1) < 1e-9 && fabs(component(s, 0, 3) - 0.5) < 1e-9);
+    /* The turn is at the end of a step, after 20.02 s. */
+    assert_true(metric(s, 1, "steps") == 572 && fabs(metric(s, 1, "t_s")) < 1e-12);
+    assert_true(metric(s, 1, "e_max") < 0.02 && metric(s, 1, "e_final") < 1e-12);
+    ll_session_destroy(s);
+}
+
 static void bad_input_is_named(void **state)
 {
     (void)state;
@@ -198,6 +320,17 @@ static void bad_input_is_named(void **state)
         {"\"problem\":\"pendulum\",\"methods\":[]", "methods"},
         {"\"problem\":\"pendulum\",\"params\":{\"omega\":1},\"methods\":[{\"method\":\"rk4\"}]",
          "params.omega"},
+        {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"dopri5\",\"steps\":\"frame\"}]",
+         "methods.0.steps"},
+        {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"dopri5\",\"clock\":\"float\"}]",
+         "methods.0.clock"},
+        {"\"problem\":\"pendulum\",\"reverse\":true,\"methods\":[{\"method\":\"rk4\",\"steps\":\"frame\"}]",
+         "methods.0.steps"},
+        {"\"problem\":\"pendulum\",\"reverse\":true,\"methods\":[{\"method\":\"rk4\",\"clock\":\"float\"}]",
+         "methods.0.clock"},
+        {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"rk4\",\"origin_m\":10}]", "methods.0.origin_m"},
+        {"\"problem\":\"hires\",\"methods\":[{\"method\":\"rk4\",\"origin_m\":1,\"precision\":\"float\"}]",
+         "methods.0.origin_m"},
         {"\"problem\":\"pendulum\",\"methods\":[{\"method\":\"dopri5\",\"tolerance\":0}]",
          "methods.0.tolerance"},
     };
@@ -222,6 +355,13 @@ int main(void)
         cmocka_unit_test(runs_end_at_their_duration),
         cmocka_unit_test(changes_count_from_the_start),
         cmocka_unit_test(blow_ups_are_told),
+        cmocka_unit_test(frames_as_steps_break_verlet),
+        cmocka_unit_test(saved_up_frames_are_fixed_steps),
+        cmocka_unit_test(random_frames_are_the_seeds),
+        cmocka_unit_test(float_clocks_are_late),
+        cmocka_unit_test(far_places_are_coarse),
+        cmocka_unit_test(the_lattice_comes_back_to_the_last_bit),
+        cmocka_unit_test(references_turn_too),
         cmocka_unit_test(bad_input_is_named),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -63,6 +63,8 @@ function methodPanel(i) {
     <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`, { label: adaptive ? 'Tolerance' : 'Step' })}
       <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
       type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
+    <details><summary>How it is driven</summary>${control(`${at}.steps`, { label: 'Steps' })}${control(`${at}.clock`, { label: 'Clock' })}
+      ${control(`${at}.precision`, { label: 'Precision' })}${control(`${at}.origin_m`, { label: 'From the origin' })}</details>
   </fieldset>`;
 }
 
@@ -82,7 +84,9 @@ function problemPanel() {
     <label class="field choice"><span>Problem</span><select id="problem" @change=${chooseProblem}>
       ${choices.map((name) => html`<option value=${name} .selected=${name === at?.problem}>${words(name)}</option>`)}</select></label>
     <p class="facts">${at?.help ?? ''}</p>
-    ${names.map((name) => control(`params.${name}`, { label: words(name) }))}</fieldset>`;
+    ${names.map((name) => control(`params.${name}`, { label: words(name) }))}
+    ${control('reverse', { label: 'There and back' })}
+    <details><summary>Frames</summary>${control('frames', { label: 'Lengths' })}${control('frame_s', { label: 'Mean' })}${control('frame_jitter', { label: 'Jitter' })}</details></fieldset>`;
 }
 
 // ---- error against step ----
