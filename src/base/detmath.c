@@ -111,7 +111,7 @@ static const double cosine_terms[] = {
  * first two parts of pi/2 are exact, and so is the first difference; `error` and `lost` are what rounding
  * lost. Returns a number whose last two bits are those of k.
  * sine, cosine: of x + low, on |x| <= pi/4. */
-#define TRIGONOMETRY(real, of)                                                                               \
+#define LL_TRIGONOMETRY(real, of)                                                                            \
     LL_INLINE real reduce##of(real x, real *high, real *low)                                                 \
     {                                                                                                        \
         const double shift = 0x1.8p52;                                                                       \
@@ -139,11 +139,11 @@ static const double cosine_terms[] = {
         return w + (((1 - w) - half) + (z * z * sum - x * low));                                             \
     }
 
-TRIGONOMETRY(double, )
-TRIGONOMETRY(ll_pair, _pair)
+LL_TRIGONOMETRY(double, )
+LL_TRIGONOMETRY(ll_pair, _pair)
 
 /* The sine of what is `turns` quarter turns beyond r + low. */
-LL_INLINE double turned(uint64_t turns, double r, double low)
+static inline double turned(uint64_t turns, double r, double low)
 {
     switch (turns & 3) {
     case 0:
@@ -179,7 +179,7 @@ void ll_sincos(double x, double *sin, double *cos)
 /* The same without a branch: which lane wants which is as good as random. */
 typedef uint64_t lanes __attribute__((vector_size(16)));
 
-LL_INLINE ll_pair turned_pair(lanes turns, ll_pair sine, ll_pair cosine)
+static inline ll_pair turned_pair(lanes turns, ll_pair sine, ll_pair cosine)
 {
     lanes odd = -(turns & 1), sign = (turns & 2) << 62;
     return (ll_pair)((((lanes)cosine & odd) | ((lanes)sine & ~odd)) ^ sign);

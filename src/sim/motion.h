@@ -64,6 +64,7 @@ typedef struct ll_motion_drive {
     ll_accumulator saved; /* frame time */
     ll_time frames_end;   /* of the frames so far */
     int64_t frames;
+    int64_t ticks;     /* of a clock that adds up */
     float clock, lost; /* s */
     int32_t turned;
     int32_t reserved;

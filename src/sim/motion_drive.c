@@ -41,8 +41,8 @@ double ll_motion_moment(const ll_motion_config *c, double t)
 double ll_motion_time(const ll_motion *m, int i)
 {
     const ll_motion_method *method = &m->config.methods[i];
-    const ll_ode_run *run = ll_motion_run(m, i);
-    return method->clock == LL_MOTION_EXACT ? run->t : (double)run->counters.steps * method->dt_s;
+    return method->clock == LL_MOTION_EXACT ? ll_motion_run(m, i)->t
+                                            : (double)m->drive[i].ticks * method->dt_s;
 }
 
 double ll_motion_clock_error(const ll_motion *m, int i)
@@ -78,13 +78,17 @@ static void turn(ll_motion *m, int i, const ll_ode *ode)
     ll_ode_start(run, ll_motion_method_of(&m->config, i), ode, &back, y);
 }
 
-/* The float clock is what the force sees; the state is that of so many steps. */
+/* The float clock is what the force sees; the state is that of so many ticks. An event ends a step early: the
+ * rest of it follows. */
 static void step_by_clock(ll_motion *m, int i, const ll_ode *ode)
 {
     const ll_motion_method *method = &m->config.methods[i];
     ll_motion_drive *d = &m->drive[i];
     ll_ode_run *run = ll_motion_run(m, i);
-    ll_ode_step_by(run, ll_motion_method_of(&m->config, i), ode, method->dt_s);
+    double end = run->t + method->dt_s;
+    while (run->state == LL_ODE_RUNNING && end - run->t > SLACK * method->dt_s)
+        ll_ode_step_by(run, ll_motion_method_of(&m->config, i), ode, end - run->t);
+    d->ticks++;
     ll_single_clock_add(&d->clock, method->clock == LL_MOTION_COMPENSATED ? &d->lost : NULL,
                         (float)method->dt_s);
     ll_ode_set_time(run, (double)d->clock);

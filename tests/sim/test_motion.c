@@ -253,6 +253,20 @@ static void float_clocks_are_late(void **state)
     ll_session_destroy(s);
 }
 
+/* A body at rest makes no steps; its clock goes on. A located stop is within a step of the clock. */
+static void clocks_go_on_at_rest(void **state)
+{
+    (void)state;
+    ll_session *s = open_text("{\"kind\":\"motion\",\"problem\":\"coulomb\",\"duration_s\":5,\"methods\":["
+                              "{\"method\":\"velocity_verlet\",\"dt_s\":0.04,\"clock\":\"compensated\"},"
+                              "{\"method\":\"velocity_verlet\",\"steps\":\"frame\"}]}");
+    run_to_end(s);
+    for (int i = 0; i < 2; i++)
+        assert_true(metric(s, i, "events") == 1 && metric(s, i, "e_max") < 1e-6 &&
+                    fabs(metric(s, i, "t_s") - 5) < 0.04);
+    ll_session_destroy(s);
+}
+
 /* Numbers are 2^-10, 2^-7 and 2^-4 m apart there, and so are the places of the body. */
 static void far_places_are_coarse(void **state)
 {
@@ -359,6 +373,7 @@ int main(void)
         cmocka_unit_test(saved_up_frames_are_fixed_steps),
         cmocka_unit_test(random_frames_are_the_seeds),
         cmocka_unit_test(float_clocks_are_late),
+        cmocka_unit_test(clocks_go_on_at_rest),
         cmocka_unit_test(far_places_are_coarse),
         cmocka_unit_test(the_lattice_comes_back_to_the_last_bit),
         cmocka_unit_test(references_turn_too),
