@@ -1,8 +1,10 @@
 /* Augmented vertex block descent (Giles, Diaz, Yuksel, "Augmented Vertex Block Descent", ACM TOG 44(4),
  * 2025). The step is the minimum of inertia against the constraints' energy: each body in turn takes a Newton
  * step of its own three unknowns, then forces and penalties of the constraints grow where they are not yet
- * met. Forces and penalties live on in the next step. Passes over contacts: 3 an iteration (each contact is
- * seen from both its bodies, and once to grow).
+ * met. Forces and penalties live on in the next step. Errors that are there when the step begins are left
+ * alone until velocities are known; a last descent then takes them out, so that their correction is no speed
+ * (the authors' post-stabilisation). Passes over contacts: 3 an iteration (each contact is seen from both its
+ * bodies, and once to grow), and 2.
  *
  * Forces are in N (lambda of the paper); errors C of the paper are counted so that a positive force pushes b
  * along n. */
@@ -10,14 +12,13 @@
 
 #include <string.h>
 
-static const double alpha = 0.99;      /* share of the error at the step's beginning that may stay */
-static const double gamma_kept = 0.99; /* of forces and penalties, from one step to the next */
+static const double gamma_kept = 0.99; /* of penalties, from one step to the next */
 static const double growth = 1e5;      /* of penalties, N/m per m of error */
 static const double least_penalty = 1, most_penalty = 1e9;
 
 typedef struct line { /* a point of a contact */
     ll_vec2 ra, rb;
-    double c0[2]; /* normal and tangential error at the step's beginning, as far as it may stay */
+    double c0[2]; /* normal and tangential error at the step's beginning */
     double force[2], penalty;
     double pad;
 } line;
@@ -40,8 +41,9 @@ typedef struct memory {
     int32_t *place; /* of a contact in `touches` */
     goal *goals;
     double (*joint_c0)[LL_ROWS];
-    int32_t count;
+    int32_t count, pad;
     double h;
+    double settle; /* share of the errors at the step's beginning that is to go: 0, and 1 in the end */
 } memory;
 
 static size_t round_up(size_t bytes)
@@ -98,14 +100,11 @@ static void begin_touches(ll_rigid *w, memory *m)
             const ll_contact_point *p = &c->at[k];
             ll_vec2 ra = ll_rotate(pa.q, p->a), rb = ll_rotate(pb.q, p->b);
             ll_vec2 gap = ll_sub(ll_add(pb.p, rb), ll_add(pa.p, ra));
-            double s = ll_dot(gap, t->n) + p->adjust, slid = ll_dot(gap, ll_right(t->n)),
-                   keep = alpha * gamma_kept;
             t->at[k] = (line){
                 .ra = ra,
                 .rb = rb,
-                .c0 = {s > 0 ? s : (1 - alpha) * s, (1 - alpha) * slid},
-                .force = {warm ? keep * p->normal_impulse / m->h : 0,
-                          warm ? keep * p->tangent_impulse / m->h : 0},
+                .c0 = {ll_dot(gap, t->n) + p->adjust, ll_dot(gap, ll_right(t->n))},
+                .force = {warm ? p->normal_impulse / m->h : 0, warm ? p->tangent_impulse / m->h : 0},
                 .penalty = clamped(warm ? gamma_kept * (double)p->penalty : 0, least_penalty, most_penalty)};
         }
     }
@@ -129,8 +128,9 @@ static void begin_joints(ll_rigid *w, memory *m)
         for (int k = 0; k < LL_ROWS; k++) {
             bool moves = rows[k].kind == LL_ROW_MOTOR || rows[k].hertz > 0 ||
                          (rows[k].kind == LL_ROW_LIMIT && rows[k].c > 0);
-            m->joint_c0[i][k] = moves ? 0 : alpha * rows[k].c;
-            j->force[k] *= w->params.warm_start ? alpha * gamma_kept : 0;
+            m->joint_c0[i][k] = moves ? 0 : rows[k].c;
+            if (!w->params.warm_start)
+                j->force[k] = 0;
             j->penalty[k] = clamped(gamma_kept * j->penalty[k], least_penalty, most_penalty);
         }
     }
@@ -160,13 +160,13 @@ static void begin_bodies(ll_rigid *w, memory *m)
 /* ---- errors ---- */
 
 /* Of a contact's point, to first order in the turns. */
-static void line_errors(const ll_rigid *w, const touch *t, const line *l, double c[2])
+static void line_errors(const ll_rigid *w, const memory *m, const touch *t, const line *l, double c[2])
 {
     const ll_motion *a = &ll_motions(w)[t->a], *b = &ll_motions(w)[t->b];
     ll_vec2 moved =
         ll_sub(ll_add(b->d, ll_cross_sv(b->turn, l->rb)), ll_add(a->d, ll_cross_sv(a->turn, l->ra)));
-    c[0] = l->c0[0] + ll_dot(moved, t->n);
-    c[1] = l->c0[1] + ll_dot(moved, ll_right(t->n));
+    c[0] = (l->c0[0] > 0 ? l->c0[0] : m->settle * l->c0[0]) + ll_dot(moved, t->n);
+    c[1] = m->settle * l->c0[1] + ll_dot(moved, ll_right(t->n));
 }
 
 static void line_forces(const touch *t, const line *l, const double c[2], double force[2])
@@ -204,9 +204,10 @@ static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton
         for (int k = 0; k < t->count; k++) {
             const line *l = &t->at[k];
             double c[2], force[2];
-            line_errors(w, t, l, c);
+            line_errors(w, m, t, l, c);
             line_forces(t, l, c, force);
-            if (force[0] == 0)
+            /* One that has just let go still resists, or it would let go and strike in turns. */
+            if (force[0] == 0 && c[0] > 0.1 * LL_LINEAR_SLOP)
                 continue;
             ll_vec2 r = e & 1 ? l->rb : l->ra, tangent = ll_right(t->n);
             add_row(s, t->n, ll_cross(r, t->n), l->penalty, side * force[0], ll_dot(r, t->n));
@@ -224,7 +225,7 @@ static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, i
     const ll_motion *ma = &ll_motions(w)[j->body[0]], *mb = &ll_motions(w)[j->body[1]];
     double inverse = (a->inv_mass + b->inv_mass) * ll_dot(r->n, r->n) + a->inv_inertia * r->ja * r->ja +
                      b->inv_inertia * r->jb * r->jb;
-    double c = r->c - m->joint_c0[index][k], kept = j->force[k];
+    double c = r->c - (1 - m->settle) * m->joint_c0[index][k], kept = j->force[k];
     *stiffness = j->penalty[k];
     if (r->kind == LL_ROW_MOTOR)
         c = ll_dot(r->n, ll_sub(mb->d, ma->d)) + r->jb * mb->turn - r->ja * ma->turn - r->speed * m->h;
@@ -298,7 +299,7 @@ static void grow_touches(const ll_rigid *w, memory *m)
         for (int k = 0; k < t->count; k++) {
             line *l = &t->at[k];
             double c[2], force[2];
-            line_errors(w, t, l, c);
+            line_errors(w, m, t, l, c);
             line_forces(t, l, c, force);
             l->force[0] = force[0];
             l->force[1] = force[1];
@@ -346,6 +347,13 @@ static void end(ll_rigid *w, const memory *m)
     }
 }
 
+/* The last made first: what is built upwards is solved downwards, and each hands on the load of all above. */
+static void descend_all(ll_rigid *w, const memory *m)
+{
+    for (int32_t i = w->awake; i-- > 0;)
+        descend(w, m, ll_awakes(w)[i]);
+}
+
 static void solve(ll_rigid *w)
 {
     memory m = memory_of(w);
@@ -353,12 +361,13 @@ static void solve(ll_rigid *w)
     begin_joints(w, &m);
     begin_bodies(w, &m);
     for (int64_t n = 0; n < w->params.iterations; n++) {
-        for (int32_t i = 0; i < w->awake; i++)
-            descend(w, &m, ll_awakes(w)[i]);
+        descend_all(w, &m);
         grow_touches(w, &m);
         grow_joints(w, &m);
     }
     end(w, &m);
+    m.settle = 1;
+    descend_all(w, &m);
 }
 
 const ll_solver ll_solver_avbd = {

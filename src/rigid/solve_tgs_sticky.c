@@ -8,7 +8,8 @@
  * substeps: 1.5 n. */
 #include "rigid/solve.h"
 
-static const double corrected = 0.5; /* of an error, in a substep */
+/* Shares of an error that a substep corrects. */
+static const double normal_share = 0.8, friction_share = 0.5;
 
 typedef struct gap_now {
     double normal, tangent;
@@ -23,34 +24,46 @@ static gap_now gap_of(const ll_rigid *w, const ll_touch_row *r, const ll_line *l
     return (gap_now){ll_dot(gap, r->n) + line->adjust, ll_dot(gap, ll_right(r->n))};
 }
 
-static void solve_line(ll_rigid *w, ll_touch_row *r, ll_line *line, double rate, bool bias)
+static void solve_normal(ll_rigid *w, ll_touch_row *r, ll_line *line, double rate, bool bias)
 {
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
-    gap_now gap = gap_of(w, r, line);
-    double push = w->params.push_speed, share = bias ? corrected * rate : 0;
-    double wanted = gap.normal > 0 ? gap.normal * rate : ll_max(share * gap.normal, -push);
+    double gap = gap_of(w, r, line).normal, share = bias ? normal_share * rate : 0;
+    double wanted = gap > 0 ? gap * rate : ll_max(share * gap, -w->params.push_speed);
     double vn = ll_dot(ll_relative(a, b, line), r->n);
     double sum = ll_max(line->normal_impulse - line->normal_mass * (vn + wanted), 0);
     ll_push(a, b, r, line, ll_scale(sum - line->normal_impulse, r->n));
     line->normal_impulse = sum;
     line->most = ll_max(line->most, sum);
+}
 
+static void solve_friction(ll_rigid *w, ll_touch_row *r, ll_line *line, double most, double rate, bool bias)
+{
+    ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     ll_vec2 t = ll_right(r->n);
-    double back = ll_min(ll_max(share * gap.tangent, -push), push), most = r->friction * line->normal_impulse;
+    double push = w->params.push_speed, share = bias ? friction_share * rate : 0;
+    double back = ll_min(ll_max(share * gap_of(w, r, line).tangent, -push), push);
     double vt = ll_dot(ll_relative(a, b, line), t);
     double held = line->tangent_impulse - line->tangent_mass * (vt + back);
-    sum = ll_min(ll_max(held, -most), most);
-    if (sum != held && line->normal_impulse > 0 && !bias) /* slides */
+    double sum = ll_min(ll_max(held, -most), most);
+    if (sum != held && most > 0 && !bias) /* slides */
         ll_contacts(w)[r->contact].rel.p.x = INFINITY;
     ll_push(a, b, r, line, ll_scale(sum - line->tangent_impulse, t));
     line->tangent_impulse = sum;
 }
 
+/* Both points' friction has the mean of what presses on them for its limit. */
 static void pass(ll_rigid *w, ll_touch_rows rows, double rate, bool bias)
 {
-    for (int32_t i = 0; i < rows.count; i++)
-        for (int k = 0; k < rows.at[i].count; k++)
-            solve_line(w, &rows.at[i], &rows.at[i].at[k], rate, bias);
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_touch_row *r = &rows.at[i];
+        double sum = 0;
+        for (int k = 0; k < r->count; k++) {
+            solve_normal(w, r, &r->at[k], rate, bias);
+            sum += r->at[k].normal_impulse;
+        }
+        for (int k = 0; k < r->count; k++)
+            solve_friction(w, r, &r->at[k], r->friction * sum / r->count, rate, bias);
+    }
 }
 
 static void solve(ll_rigid *w)
