@@ -20,14 +20,14 @@ static void found(void *context, int32_t other)
         ll_pair_emit(g->out, g->self, other);
 }
 
-static inline uint64_t key(ll_pair p)
+static inline uint64_t key(ll_proxy_pair p)
 {
     return (uint64_t)(uint32_t)p.a << 32 | (uint32_t)p.b;
 }
 
-static void sift(ll_pair *at, int32_t root, int32_t count)
+static void sift(ll_proxy_pair *at, int32_t root, int32_t count)
 {
-    ll_pair value = at[root];
+    ll_proxy_pair value = at[root];
     for (int32_t child; (child = 2 * root + 1) < count; root = child) {
         if (child + 1 < count && key(at[child]) < key(at[child + 1]))
             child++;
@@ -38,12 +38,12 @@ static void sift(ll_pair *at, int32_t root, int32_t count)
     at[root] = value;
 }
 
-static void heap_sort(ll_pair *at, int32_t count)
+static void heap_sort(ll_proxy_pair *at, int32_t count)
 {
     for (int32_t i = count / 2; i-- > 0;)
         sift(at, i, count);
     for (int32_t i = count; i-- > 1;) {
-        ll_pair top = at[0];
+        ll_proxy_pair top = at[0];
         at[0] = at[i];
         at[i] = top;
         sift(at, 0, i);
@@ -51,7 +51,7 @@ static void heap_sort(ll_pair *at, int32_t count)
 }
 
 /* Quicksort, with heapsort where the halves are too uneven, so that no order of pairs is slow. */
-static void sort(ll_pair *at, int32_t count, int depth)
+static void sort(ll_proxy_pair *at, int32_t count, int depth)
 {
     while (count > 24 && depth-- > 0) {
         uint64_t a = key(at[0]), b = key(at[count / 2]), c = key(at[count - 1]);
@@ -63,7 +63,7 @@ static void sort(ll_pair *at, int32_t count, int depth)
             while (key(at[j]) > middle)
                 j--;
             if (i <= j) {
-                ll_pair swap = at[i];
+                ll_proxy_pair swap = at[i];
                 at[i++] = at[j];
                 at[j--] = swap;
             }
@@ -77,7 +77,7 @@ static void sort(ll_pair *at, int32_t count, int depth)
         return;
     }
     for (int32_t i = 1; i < count; i++) {
-        ll_pair value = at[i];
+        ll_proxy_pair value = at[i];
         int32_t k = i;
         for (; k > 0 && key(at[k - 1]) > key(value); k--)
             at[k] = at[k - 1];

@@ -9,14 +9,14 @@
 
 #include "rigid/vec.h"
 
-typedef struct ll_pair {
+typedef struct ll_proxy_pair {
     int32_t a, b; /* a < b */
-} ll_pair;
+} ll_proxy_pair;
 
 enum { ll_pair_queue = 16 };
 
 typedef struct ll_pair_list {
-    ll_pair *at;
+    ll_proxy_pair *at;
     int32_t count, capacity;
     bool overflowed;                                           /* there were more pairs than room */
     bool (*accept)(const void *context, int32_t a, int32_t b); /* whether the pair is wanted; NULL: all are */
@@ -24,8 +24,8 @@ typedef struct ll_pair_list {
     const void *context;
     void *scratch; /* for phases that can make use of it */
     size_t scratch_size;
-    ll_pair queue[ll_pair_queue]; /* announced: so the cache has time */
-    uint32_t queued;              /* ever */
+    ll_proxy_pair queue[ll_pair_queue]; /* announced: so the cache has time */
+    uint32_t queued;                    /* ever */
 } ll_pair_list;
 
 typedef void ll_broad_visit(void *context, int32_t proxy);
@@ -67,7 +67,7 @@ void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *box
 bool ll_broad_strips(const ll_aabb *boxes, const uint8_t *moved, const int32_t *live, int32_t count,
                      ll_pair_list *out);
 
-static inline void ll_pair_keep(ll_pair_list *out, ll_pair p)
+static inline void ll_pair_keep(ll_pair_list *out, ll_proxy_pair p)
 {
     if (out->count < out->capacity)
         out->at[out->count++] = p;
@@ -77,12 +77,12 @@ static inline void ll_pair_keep(ll_pair_list *out, ll_pair p)
 
 static inline void ll_pair_emit(ll_pair_list *out, int32_t a, int32_t b)
 {
-    ll_pair p = a < b ? (ll_pair){a, b} : (ll_pair){b, a};
+    ll_proxy_pair p = a < b ? (ll_proxy_pair){a, b} : (ll_proxy_pair){b, a};
     if (out->accept == NULL) {
         ll_pair_keep(out, p);
         return;
     }
-    ll_pair *place = &out->queue[out->queued % ll_pair_queue];
+    ll_proxy_pair *place = &out->queue[out->queued % ll_pair_queue];
     if (out->queued++ >= ll_pair_queue && out->accept(out->context, place->a, place->b))
         ll_pair_keep(out, *place);
     *place = p;

@@ -136,7 +136,7 @@ static void give_colour(ll_rigid *w, ll_contact *c)
 
 /* ---- making and removing ---- */
 
-static void make_contact(ll_rigid *w, ll_pair pair)
+static void make_contact(ll_rigid *w, ll_proxy_pair pair)
 {
     const ll_shape *a = &ll_shapes(w)[pair.a], *b = &ll_shapes(w)[pair.b];
     int32_t i = w->free_contact;
@@ -204,7 +204,7 @@ static bool wanted(const void *context, int32_t a, int32_t b)
 void ll_find_pairs(ll_rigid *w, bool *overflowed)
 {
     w->stats.moved = w->moved;
-    size_t taken = ((size_t)w->limits.contacts * sizeof(ll_pair) + 63) & ~(size_t)63;
+    size_t taken = ((size_t)w->limits.contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
     ll_pair_list list = {.at = ll_pairs(w),
                          .capacity = w->limits.contacts,
                          .accept = wanted,

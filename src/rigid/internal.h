@@ -172,7 +172,7 @@ LL_ARRAY(int32_t, order)
 LL_ARRAY(int32_t, scratch)
 LL_ARRAY(ll_hinge, hinge)
 LL_ARRAY(ll_turning, turning)
-LL_ARRAY(ll_pair, pair)
+LL_ARRAY(ll_proxy_pair, pair)
 #undef LL_ARRAY
 
 /* Asks the cache for a contact that is soon needed. */

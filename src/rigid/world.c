@@ -90,7 +90,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
     at.turning = place(&end, (size_t)l->joints, ll_turning_size());
     /* Pairs are used up before the solver begins. */
-    size_t pairs = (contacts * sizeof(ll_pair) + 63) & ~(size_t)63;
+    size_t pairs = (contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
     at.pair = at.solver = place(&end, solver > pairs ? solver : pairs, 1);
     at.end = end;
     return at;

@@ -42,7 +42,7 @@ static void touch(bench *b, int32_t i)
 
 static void compare(bench *b)
 {
-    static ll_pair pairs[LL_BROADS][400000];
+    static ll_proxy_pair pairs[LL_BROADS][400000];
     static char scratch[CAPACITY * 400];
     int32_t counts[LL_BROADS];
     for (int k = 0; k < LL_BROADS; k++) {
@@ -54,7 +54,7 @@ static void compare(bench *b)
         assert_false(out.overflowed);
         counts[k] = out.count;
         assert_int_equal(counts[k], counts[0]);
-        assert_memory_equal(pairs[k], pairs[0], (size_t)counts[0] * sizeof(ll_pair));
+        assert_memory_equal(pairs[k], pairs[0], (size_t)counts[0] * sizeof(ll_proxy_pair));
     }
     assert_true(counts[0] > 0);
     memset(b->moved, 0, sizeof b->moved);
@@ -139,7 +139,7 @@ static void too_many_pairs_are_told(void **state)
     int32_t list[3] = {0, 1, 2};
     for (int k = 0; k < LL_BROADS; k++) {
         void *s = malloc(ll_broad_phases[k]->size(3));
-        ll_pair room[2];
+        ll_proxy_pair room[2];
         ll_pair_list out = {.at = room, .capacity = 2};
         ll_broad_phases[k]->init(s, 3);
         for (int32_t i = 0; i < 3; i++)

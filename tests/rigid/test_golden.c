@@ -21,6 +21,9 @@ static const row wanted[] = {
     {"rugged_wall", "soft_step", 30, 0, 0}, {"drop", "soft_step", 12, 0, 0},
     {"overlap", "soft_step", 4, 0, 0},      {"ball_chain", "soft_step", 10, 0, 0},
     {"rain", "soft_step", 6, 0, 0},         {"windmill", "soft_step", 1, 0, 0},
+    {"heavy_on_two", "soft_step", 1, 0, 0}, {"tiny_pyramid", "soft_step", 8, 0, 0},
+    {"circle_stack", "soft_step", 6, 0, 0}, {"tilted_stack", "soft_step", 4, 0, 0},
+    {"ramps", "soft_step", 1, 0, 0},        {"confined", "soft_step", 6, 0, 0},
     {"column", "impulse", 5, 0, 0},         {"pyramid", "pgs", 5, 0, 0},
     {"pyramid", "pgs_ngs", 5, 0, 0},        {"pyramid", "tgs_sticky", 5, 0, 0},
     {"bridge", "xpbd", 10, 0, 0},           {"bridge", "avbd", 10, 0, 0},
@@ -79,7 +82,7 @@ static void every_scene_ends_with_its_hash(void **state)
         asleep += r.steps < longest;
     }
     fclose(f);
-    assert_true(asleep >= 8);
+    assert_true(asleep >= 14); /* ten scenes, some of them by several solvers */
 }
 
 int main(int argc, char **argv)

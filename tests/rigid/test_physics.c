@@ -1,6 +1,8 @@
 /* Two bodies, one slope, one pendulum: against closed forms. */
 #include "rigid/harness.h"
 
+#include "ode/problem.h"
+
 static ll_rigid_params weightless(void)
 {
     ll_rigid_params p = standard_params();
@@ -136,12 +138,60 @@ static void a_pendulum_keeps_its_period_and_energy(void **state)
     free(w);
 }
 
+/* The same rod beside the motion lab's pendulum of its reduced length, I / (m d), over five swings: the
+ * largest difference of the angle. */
+static double apart_from_the_motion_lab(double hz)
+{
+    ll_rigid_limits limits = small_limits(2);
+    ll_rigid_params p = standard_params();
+    p.sleep = false;
+    ll_rigid *w = world_of(&limits, &p);
+    ll_body_def def = ll_body_defaults(LL_BODY_STATIC);
+    ll_body_id anchor, rod;
+    ll_joint_id id;
+    ok(ll_rigid_add_body(w, &def, &anchor));
+    def = ll_body_defaults(LL_BODY_DYNAMIC);
+    def.position = ll_vec(0.5, 0); /* level */
+    rod = add_box(w, def, 1, 0.1, ll_material_defaults());
+    ll_joint_def joint = ll_joint_defaults(w, LL_JOINT_REVOLUTE, anchor, rod, ll_vec(0, 0));
+    ok(ll_rigid_add_joint(w, &joint, &id));
+
+    const double quarter = 0.5 * 3.14159265358979323846;
+    const ll_ode_problem *pendulum = ll_ode_problem_find("pendulum");
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    char text[32];
+    ll_param_defaults(pendulum->params, params);
+    ll_body_state s = body(w, rod);
+    snprintf(text, sizeof text, "%.17g", (s.inertia + 0.25 * s.mass) / (0.5 * s.mass));
+    ok(ll_param_set(pendulum->params, params, "length", text, false));
+    snprintf(text, sizeof text, "%.17g", quarter);
+    ok(ll_param_set(pendulum->params, params, "theta0", text, false));
+
+    double worst = 0, y[2];
+    for (int i = 1; i <= (int)(10 * hz); i++) {
+        ok(ll_rigid_step(w, 1 / hz, NULL));
+        assert_true(pendulum->exact(params, i / hz, y));
+        worst = fmax(worst, fabs(body(w, rod).angle + quarter - y[0]));
+    }
+    free(w);
+    return worst;
+}
+
+static void a_pendulum_agrees_with_the_motion_lab(void **state)
+{
+    (void)state;
+    double coarse = apart_from_the_motion_lab(60), fine = apart_from_the_motion_lab(240);
+    at_most("apart at 240 Hz", fine, 0.001);
+    at_least("gain from 60 Hz", coarse / fine, 3.5); /* of first order: 4 */
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(impacts_keep_momentum_and_turn_speeds_by_restitution),
         cmocka_unit_test(friction_holds_up_to_its_angle),
         cmocka_unit_test(a_pendulum_keeps_its_period_and_energy),
+        cmocka_unit_test(a_pendulum_agrees_with_the_motion_lab),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

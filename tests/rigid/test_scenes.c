@@ -9,13 +9,14 @@ typedef struct bound { /* after 10 s, sleeping off; 0: not asked for */
 } bound;
 
 static const bound bounds[] = {
-    {"column", {.size = 80}, 300, .sag = 0.2, .drift = 0.1, .tilt = 0.02, .penetration = 0.005},
+    /* Both stand, and sway: soft contacts are springs, and these are as high as they bear. */
+    {"column", {.size = 80}, 600, .sag = 0.2, .drift = 0.5, .tilt = 0.02, .penetration = 0.005},
+    {"inverse_pyramid", {0}, 600, .sag = 0.1, .drift = 1, .tilt = 0.05, .penetration = 0.05},
     {"tiny_pyramid", {0}, 300, .sag = 0.01, .drift = 0.005, .tilt = 0.01, .penetration = 0.001},
     {"heavy_on_two", {.offset = 4}, 600, .sag = 4.02, .drift = 1, .tilt = 0.02, .penetration = 0.02},
     {"heavy_on_triangles", {0}, 600, .sag = 0.02, .drift = 0.01, .tilt = 0.01, .penetration = 0.01},
     {"heavy_tops", {0}, 600, .sag = 2.1, .drift = 1, .tilt = 0.1, .penetration = 0.02, .speed = 0.05},
-    {"inverse_pyramid", {0}, 300, .sag = 0.1, .drift = 0.1, .tilt = 0.01, .penetration = 0.05},
-    {"overlap", {0}, 600, .penetration = 0.005, .speed = 0.01},
+    {"overlap", {0}, 600, .sag = 0.001, .drift = 1, .tilt = 0.001, .penetration = 0.005, .speed = 0.01},
     {"total_overlap", {.size = 8}, 600, .penetration = 0.01, .speed = 0.01},
     {"card_house", {0}, 600, .sag = 0.005, .drift = 0.01, .tilt = 0.05, .penetration = 0.001, .speed = 0.001},
     {"arch", {0}, 600, .sag = 0.01, .drift = 0.005, .tilt = 0.002, .penetration = 0.001, .speed = 0.001},
@@ -52,13 +53,18 @@ static void hard_cases_keep_their_bounds(void **state)
     }
 }
 
-/* More balls than there is room for: the energy of squeezing is not turned into speed. */
+/* More balls than there is room for: the energy of squeezing is not turned into speed, and all stay inside.
+ */
 static void confined_balls_come_to_rest(void **state)
 {
     (void)state;
-    lab l = lab_standard("confined", (ll_scene_args){.size = 12});
-    lab_run(&l, 300);
-    at_most("mean speed^2", 2 * lab_measure(&l).kinetic_energy / (0.785 * 144), 0.02);
+    lab l = lab_standard("confined", (ll_scene_args){0});
+    lab_run(&l, 600);
+    at_most("mean speed^2", 2 * lab_measure(&l).kinetic_energy / (0.785 * 625), 1e-4);
+    for (int32_t i = 1; i < l.count; i++) {
+        ll_vec2 at = body(l.world, ll_rigid_body_at(l.world, i)).position;
+        at_most("place", fmax(fabs(at.x), fabs(at.y)), 10);
+    }
     lab_close(&l);
 }
 
