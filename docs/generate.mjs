@@ -340,6 +340,14 @@ const worst = (group, column) => { const all = numbers(group, column); return al
 
 const words = (group, column) => [...new Set(group.map((row) => row[column]).filter(Boolean))].join(', ');
 
+/** Columns of engines side by side, each with what `of` makes of its row. */
+const ENGINES = ['laglab', 'laglab SSE2', 'laglab standard', 'Box2D 3 SSE2', 'Box2D 3 AVX2', 'Box2D 2.4', 'Chipmunk', 'Rapier', 'Rapier SIMD',
+  'Planck', 'Matter'];
+const engines = (of, names = ENGINES) => names.map((name) => [name, name, (group) => group.filter((row) => row.engine === name).map(of).join('')]);
+const stepTime = (row) => digits(Number(row.mean_ms));
+const centimetres = (metres) => (Math.abs(metres) > 10 ? 'lost' : (100 * metres).toFixed(1));
+const offAndDrift = (row) => (Number(row.tilt) > 0.3 ? 'X' : `${centimetres(row.off)} / ${centimetres(row.drift)}`);
+
 /** How each result is shown: rows with the same `by` are one line. */
 const RESULTS = [
   { name: 'speed', title: 'Speed of the engine', by: ['group', 'case'],
@@ -350,6 +358,11 @@ const RESULTS = [
       ['Over GSL, median (range)', 'of_gsl', spread], ['Over SUNDIALS, median (range)', 'of_sundials', spread],
       ['Over the faster, worst', 'of_best', worst]] },
   { name: 'ensemble', title: 'Ensembles of 1,024 oscillators', by: ['method'], columns: [['Steps/s, median (range)', 'steps_per_s', spread]] },
+  { name: 'rigid', title: 'Rigid bodies beside other engines: CPU time of a step, ms', by: ['scene'], columns: engines(stepTime) },
+  { name: 'rigid/stability', title: 'Hard cases after 10 s: topmost body too low / farthest drift, cm; X: toppled', by: ['case'],
+    columns: engines(offAndDrift, ENGINES.filter((name) => name !== 'laglab SSE2')) },
+  { name: 'rigid/growth', title: 'Rigid bodies: cost over the number of balls', by: ['bodies'], columns: [['Broad phase, ms', 'broad_ms', median],
+    ['Solver, ms', 'solve_ms', median], ['Step, ms', 'step_ms', median], ['Step asleep, us', 'asleep_us', median]] },
   { name: 'techniques', title: 'Techniques of netcode: what each costs and what it is worth', by: ['group', 'technique'],
     columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error, m', 'own_error_m', median],
       ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
