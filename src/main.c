@@ -591,6 +591,10 @@ static const struct {
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
      "[--shard I/N|auto] [--report FILE.html] [--dry-run]",
      "run an experiment: a row for each run, or each point", ll_verb_sweep},
+    {"advise",
+     "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
+     "[--set path=value]... [--repeats N]",
+     "find the cheapest setting whose error stays within a limit", ll_verb_advise},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
     {"scenarios", "", "list the scenarios", verb_scenarios},

@@ -33,6 +33,11 @@ ll_status ll_arguments(int argc, char **argv, const ll_option *options, const ch
             *option->flag = true;
         else if (i + 1 == argc)
             return ll_error(LL_BAD_INPUT, "%s needs a value", argv[i]);
+        else if (option->list &&
+                 option->list->count == sizeof option->list->items / sizeof *option->list->items)
+            return ll_error(LL_BAD_INPUT, "%s is given too often", argv[i]);
+        else if (option->list)
+            option->list->items[option->list->count++] = argv[++i];
         else
             *option->value = argv[++i];
     }
@@ -67,28 +72,45 @@ static ll_status read_input(cJSON **json)
     return status;
 }
 
-ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment)
+static const char *library(const char *scenarios, char folder[PATH_MAX])
+{
+    if (scenarios)
+        return scenarios;
+    ll_beside_program("scenarios", folder, PATH_MAX);
+    return folder;
+}
+
+ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json)
 {
     char folder[PATH_MAX];
-    cJSON *json = NULL;
-    *experiment = NULL;
+    *json = NULL;
     if (!name)
         return ll_error(LL_BAD_INPUT,
                         "which experiment? A file, an id such as experiments/lag_techniques, or - for "
                         "standard input");
-    if (!scenarios) {
-        ll_beside_program("scenarios", folder, sizeof folder);
-        scenarios = folder;
-    }
-    bool input = strcmp(name, "-") == 0;
-    ll_status status = input ? read_input(&json) : ll_scenario_load(scenarios, name, &json);
-    if (status.code == LL_NOT_FOUND && !input)
-        status = access(name, R_OK) == 0
-                     ? ll_scenario_read(name, &json)
-                     : ll_error(LL_BAD_INPUT,
-                                "there is no experiment %.100s, neither a file nor in the library", name);
+    if (strcmp(name, "-") == 0)
+        return read_input(json);
+    ll_status status = ll_scenario_load(library(scenarios, folder), name, json);
+    if (status.code != LL_NOT_FOUND)
+        return status;
+    if (access(name, R_OK) == 0)
+        return ll_scenario_read(name, json);
+    return ll_error(LL_BAD_INPUT, "there is no %.100s, neither as a file nor in the library", name);
+}
+
+ll_status ll_experiment_from(const cJSON *json, const char *scenarios, ll_experiment **experiment)
+{
+    char folder[PATH_MAX];
+    return ll_experiment_parse(json, library(scenarios, folder), experiment);
+}
+
+ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment)
+{
+    cJSON *json;
+    *experiment = NULL;
+    ll_status status = ll_argument_json(name, scenarios, &json);
     if (!ll_failed(&status))
-        status = ll_experiment_parse(json, scenarios, experiment);
+        status = ll_experiment_from(json, scenarios, experiment);
     cJSON_Delete(json);
     return status;
 }

@@ -7,11 +7,18 @@
 
 enum { LL_POSITIONAL_MAX = 4096 };
 
-/* An option takes a value, or is a flag. The table ends with an empty name. */
+typedef struct ll_option_list {
+    const char *items[256];
+    int count;
+} ll_option_list;
+
+/* An option takes a value, or is a flag, or takes a value and may be given again. The table ends with an
+ * empty name. */
 typedef struct ll_option {
     const char *name;
     const char **value;
     bool *flag;
+    ll_option_list *list;
 } ll_option;
 
 /* `positional` gets what is no option, at most LL_POSITIONAL_MAX. */
@@ -23,5 +30,10 @@ ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int
 /* Prints the sentence on stderr; gives the exit status. */
 int ll_argument_fail(const ll_status *status);
 
-/* A file, `-` for standard input, or an id of the library. `scenarios` NULL: beside the program. */
+/* JSON of a file, of `-` for standard input, or of an id of the library: an experiment or a scenario.
+ * `scenarios` NULL: beside the program. Caller deletes. */
+ll_status ll_argument_json(const char *name, const char *scenarios, struct cJSON **json);
+
 ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment);
+/* From JSON, with the same library. */
+ll_status ll_experiment_from(const struct cJSON *json, const char *scenarios, ll_experiment **experiment);

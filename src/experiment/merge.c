@@ -107,8 +107,7 @@ int ll_verb_merge(int argc, char **argv)
 {
     merge m = {0};
     const char *out = NULL, *scenarios = NULL, *positional[LL_POSITIONAL_MAX];
-    const ll_option options[] = {
-        {"--out", &out, NULL}, {"--scenarios", &scenarios, NULL}, {NULL, NULL, NULL}};
+    const ll_option options[] = {{"--out", .value = &out}, {"--scenarios", .value = &scenarios}, {0}};
     int count;
     ll_status status = ll_arguments(argc, argv, options, positional, &count);
     if (!ll_failed(&status))

@@ -204,11 +204,12 @@ static void remove_own_store(const sweep *s)
 
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
-    const ll_option options[] = {{"--jobs", &s->jobs, NULL},          {"--out", &s->out, NULL},
-                                 {"--format", &s->format_name, NULL}, {"--store", &s->store_url, NULL},
-                                 {"--shard", &s->shard, NULL},        {"--scenarios", &s->scenarios, NULL},
-                                 {"--report", &s->report, NULL},      {"--points", NULL, &s->points},
-                                 {"--dry-run", NULL, &s->dry_run},    {NULL, NULL, NULL}};
+    const ll_option options[] = {
+        {"--jobs", .value = &s->jobs},          {"--out", .value = &s->out},
+        {"--format", .value = &s->format_name}, {"--store", .value = &s->store_url},
+        {"--shard", .value = &s->shard},        {"--scenarios", .value = &s->scenarios},
+        {"--report", .value = &s->report},      {"--points", .flag = &s->points},
+        {"--dry-run", .flag = &s->dry_run},     {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     s->threads = ll_cores();

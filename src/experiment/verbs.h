@@ -4,3 +4,4 @@
 
 int ll_verb_sweep(int argc, char **argv);
 int ll_verb_merge(int argc, char **argv);
+int ll_verb_advise(int argc, char **argv);

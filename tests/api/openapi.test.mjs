@@ -259,6 +259,13 @@ test('experiments', async () => {
   await call('post', `${X}/control`, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', `${X}/control`, { id }, 415, { key, body: { op: 'pause' }, type: 'text/plain' });
   for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
+  const A = '/api/v1/advise', question = { experiment: { ...SMALL, metrics: [...SMALL.metrics, 'players.0.bandwidth.down_bytes_per_s'] }, max_error: 100 };
+  assert.equal((await call('post', A, {}, 200, { body: question })).json.holds, true);
+  assert.equal((await call('post', A, {}, 200, { body: { ...question, max_error: 1e-9, runs: 2 } })).json.advice, null);
+  for (const bad of [{ ...question, max_error: 0 }, { ...question, runs: 0 }, { ...question, more: 1 }, { max_error: 1 }, { max_error: 1, experiment: SMALL }])
+    await call('post', A, {}, 400, { body: bad });
+  await call('post', A, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}` });
+  await call('post', A, {}, 415, { body: question, type: 'text/plain' });
   await call('delete', X, { id }, 204, { key });
   await call('get', X, { id }, 404);
   await call('delete', X, { id: long.id }, 204, { key: long.owner_key });
@@ -304,6 +311,7 @@ test('rates and numbers', async () => {
     await call('post', S, {}, 429, { body: { scenario: 'race' } }, s);
     await call('post', `${I}/fork`, { id }, 429, {}, s);
     await call('post', E, {}, 429, { body: SMALL }, s);
+    await call('post', '/api/v1/advise', {}, 429, { body: { experiment: SMALL, max_error: 1 } }, s);
     await call('get', '/api/v1/codes/{code}', { code }, 200, {}, s);
     await call('get', '/api/v1/codes/{code}', { code }, 429, {}, s);
     for (const [method, path, body] of CHANGES) {

@@ -167,6 +167,22 @@ test('a dry run counts and estimates, and runs nothing', () => {
   assert.ok(answer.estimated_s > 0);
 });
 
+test('advise answers with a setting that holds, and its evidence', () => {
+  const args = ['advise', 'motion/pendulum', '--set', 'methods=[{"method":"rk4"}]', '--set', 'duration_s=5', '--metric', 'methods.0.e_max'];
+  const answer = JSON.parse(good([...args, '--max-error', '1e-4']));
+  assert.equal(answer.holds, true);
+  assert.ok(answer.advice.error <= 1e-4 && answer.runs <= answer.of_runs / 5);
+  assert.ok(answer.front.some((setting) => setting.point === answer.advice.point));
+  assert.ok(answer.ruled_out.every((setting) => ['the error is above the limit', 'it costs more', 'a run failed'].includes(setting.why)));
+  const run = JSON.parse(good(['run', 'motion/pendulum', '--set', 'methods=[{"method":"rk4"}]', '--duration', '5',
+    ...Object.entries(answer.advice.set).flatMap(([key, value]) => ['--set', `${key}=${value}`])]));
+  assert.equal(run.metrics.methods[0].e_max, answer.advice.error, 'what it advises is what a run of it gives');
+  const vary = JSON.parse(good([...args, '--max-error', '1e-30', '--vary', 'methods.0.dt_s=0.01:0.1:5:log', '--vary', 'methods.0.method=rk4,velocity_verlet']));
+  assert.equal(vary.of_runs, 10);
+  assert.equal(vary.advice, null);
+  assert.ok(vary.nearest.error > 1e-30);
+});
+
 test('bad input is a sentence and exit 2', () => {
   const cases = [
     [['sweep'], 'which experiment'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
@@ -174,6 +190,9 @@ test('bad input is a sentence and exit 2', () => {
     [['sweep', race(), '--store', 'mysql://x/y'], 'mysql://x/y'], [['sweep', race(), '--shard', 'auto'], 'SLURM_ARRAY_TASK_ID'],
     [['sweep', write('big.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 100000,
       axes: [{ path: 'players.0.lag_ms', from: 0, to: 1, count: 1000 }] })], '1e+08 runs'],
+    [['advise', 'race', '--metric', 'players.0.own_error_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],
+    [['advise', 'race', '--max-error', '-1'], '-1'], [['advise', 'race', '--max-error', '1', '--metric', 'x', '--vary', 'y'], 'path=value'],
+    [['advise', race(), '--max-error', '1', '--metric', 'x'], 'experiment says itself'],
     [['sweep', race(), 'other.json'], 'other.json'], [['merge', race(), 'nosuch.csv'], 'nosuch.csv'],
   ];
   for (const [args, words] of /** @type {[string[], string][]} */ (cases)) {

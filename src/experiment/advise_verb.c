@@ -1,0 +1,218 @@
+/* `laglab advise`: an experiment is made of the arguments, or given, and the adviser asked. */
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/advise.h"
+#include "experiment/arguments.h"
+#include "experiment/verbs.h"
+
+/* What may vary, and what it costs, where nobody said. */
+static const struct standard {
+    const char *kind, *cost, *axes;
+    int repeats;
+} standards[] = {
+    {"netgame", "players.0.bandwidth.down_bytes_per_s",
+     "[{\"path\":\"server.update_hz\",\"values\":[5,10,15,20,30,45,60]},{\"path\":\"players.0.prediction\","
+     "\"values\":"
+     "[false,true]},{\"path\":\"players.0.reconciliation\",\"values\":[false,true]},{\"path\":\"players.0."
+     "interpolation\","
+     "\"values\":[false,true]}]",
+     4},
+    {"motion", "methods.0.evaluations",
+     "[{\"path\":\"methods.0.method\",\"values\":[\"explicit_euler\",\"semi_implicit_euler\",\"velocity_"
+     "verlet\",\"rk4\"]},"
+     "{\"path\":\"methods.0.dt_s\",\"from\":0.0002,\"to\":0.2,\"count\":24,\"scale\":\"log\"}]",
+     1},
+};
+
+typedef struct advise {
+    const char *metric, *max_error, *cost, *repeats, *scenarios, *most_runs;
+    ll_option_list vary, set;
+} advise;
+
+/* JSON where it is some, else text. */
+static cJSON *value_of(const char *text)
+{
+    cJSON *json = cJSON_ParseWithOpts(text, NULL, 1);
+    return json ? json : cJSON_CreateString(text);
+}
+
+static ll_status split(const char *option, const char *text, char path[LL_EXPERIMENT_PATH_MAX + 1],
+                       const char **value)
+{
+    const char *equals = strchr(text, '=');
+    *value = "";
+    if (!equals || equals == text || equals - text > LL_EXPERIMENT_PATH_MAX)
+        return ll_error(LL_BAD_INPUT, "%s takes path=value; got %.100s", option, text);
+    snprintf(path, LL_EXPERIMENT_PATH_MAX + 1, "%.*s", (int)(equals - text), text);
+    *value = equals + 1;
+    return ll_ok();
+}
+
+/* 1:100:5:log */
+static bool add_range(cJSON *axis, const char *value)
+{
+    double from, to;
+    long count;
+    char scale[8] = "linear";
+    int used = 0, fields = sscanf(value, "%lf:%lf:%ld%n:%7[a-z]%n", &from, &to, &count, &used, scale, &used);
+    if (fields < 3 || value[used] != '\0')
+        return false;
+    cJSON_AddItemToObject(axis, "from", ll_param_number(from));
+    cJSON_AddItemToObject(axis, "to", ll_param_number(to));
+    cJSON_AddNumberToObject(axis, "count", (double)count);
+    cJSON_AddStringToObject(axis, "scale", scale);
+    return true;
+}
+
+static void add_list(cJSON *axis, const char *value)
+{
+    cJSON *values = cJSON_AddArrayToObject(axis, "values");
+    while (*value) {
+        char one[128];
+        size_t length = strcspn(value, ",");
+        snprintf(one, sizeof one, "%.*s", (int)length, value);
+        cJSON_AddItemToArray(values, value_of(one));
+        value += length + (value[length] == ',');
+    }
+}
+
+static ll_status add_axes(const advise *a, cJSON *experiment)
+{
+    cJSON *axes = cJSON_AddArrayToObject(experiment, "axes");
+    for (int i = 0; i < a->vary.count; i++) {
+        char path[LL_EXPERIMENT_PATH_MAX + 1];
+        const char *value;
+        ll_status status = split("--vary", a->vary.items[i], path, &value);
+        if (ll_failed(&status))
+            return status;
+        cJSON *axis = cJSON_CreateObject();
+        cJSON_AddStringToObject(axis, "path", path);
+        if (!add_range(axis, value))
+            add_list(axis, value);
+        cJSON_AddItemToArray(axes, axis);
+    }
+    return ll_ok();
+}
+
+static ll_status add_set(const advise *a, cJSON *experiment)
+{
+    cJSON *set = cJSON_AddObjectToObject(experiment, "set");
+    for (int i = 0; i < a->set.count; i++) {
+        char path[LL_EXPERIMENT_PATH_MAX + 1];
+        const char *value;
+        ll_status status = split("--set", a->set.items[i], path, &value);
+        if (ll_failed(&status))
+            return status;
+        cJSON_AddItemToObject(set, path, value_of(value));
+    }
+    return ll_ok();
+}
+
+static const struct standard *standard_of(const cJSON *scenario)
+{
+    const cJSON *kind = cJSON_GetObjectItemCaseSensitive(scenario, "kind");
+    for (size_t i = 0; i < sizeof standards / sizeof standards[0]; i++)
+        if (cJSON_IsString(kind) && strcmp(kind->valuestring, standards[i].kind) == 0)
+            return &standards[i];
+    return NULL;
+}
+
+/* Takes `scenario`. */
+static ll_status make_experiment(const advise *a, cJSON *scenario, cJSON **experiment)
+{
+    const struct standard *standard = standard_of(scenario);
+    const char *cost = a->cost ? a->cost : standard ? standard->cost : NULL;
+    cJSON *e = *experiment = cJSON_CreateObject();
+    cJSON_AddItemToObject(e, "scenario", scenario);
+    if (!a->metric)
+        return ll_error(LL_BAD_INPUT,
+                        "which error? --metric takes a path such as players.0.own_error_m.mean");
+    if (!cost || (a->vary.count == 0 && !standard))
+        return ll_error(LL_BAD_INPUT, "for this kind of scenario --cost and --vary must be given");
+    int64_t repeats = standard ? standard->repeats : 1;
+    ll_status status = a->repeats ? ll_argument_whole("--repeats", a->repeats, 1, 1000, &repeats) : ll_ok();
+    if (!ll_failed(&status))
+        status = add_set(a, e);
+    if (!ll_failed(&status) && a->vary.count > 0)
+        status = add_axes(a, e);
+    else
+        cJSON_AddItemToObject(e, "axes", cJSON_Parse(standard->axes));
+    cJSON_AddNumberToObject(e, "repeats", (double)repeats);
+    const char *metrics[] = {a->metric, cost};
+    cJSON_AddItemToObject(e, "metrics", cJSON_CreateStringArray(metrics, 2));
+    return status;
+}
+
+static ll_status read_order(const advise *a, ll_advice_order *order)
+{
+    char *end;
+    if (!a->max_error)
+        return ll_error(LL_BAD_INPUT, "how large may the error be? --max-error takes a number above 0");
+    order->max_error = strtod(a->max_error, &end);
+    if (end == a->max_error || *end || !(order->max_error > 0) || !isfinite(order->max_error))
+        return ll_error(LL_BAD_INPUT, "--max-error must be a number above 0; got %.40s", a->max_error);
+    return a->most_runs
+               ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &order->most_runs)
+               : ll_ok();
+}
+
+static ll_status load(const advise *a, const char *name, ll_experiment **experiment)
+{
+    cJSON *json = NULL, *made = NULL;
+    ll_status status = ll_argument_json(name, a->scenarios, &json);
+    if (ll_failed(&status))
+        return status;
+    if (cJSON_HasObjectItem(json, "kind"))
+        status = make_experiment(a, json, &made);
+    else if (a->metric || a->cost || a->repeats || a->vary.count || a->set.count)
+        status = ll_error(LL_BAD_INPUT,
+                          "an experiment says itself what is varied and measured: give only --max-error");
+    else
+        made = json;
+    if (!ll_failed(&status))
+        status = ll_experiment_from(made, a->scenarios, experiment);
+    cJSON_Delete(made ? made : json);
+    return status;
+}
+
+int ll_verb_advise(int argc, char **argv)
+{
+    advise a = {0};
+    const ll_option options[] = {{"--metric", .value = &a.metric},
+                                 {"--max-error", .value = &a.max_error},
+                                 {"--cost", .value = &a.cost},
+                                 {"--repeats", .value = &a.repeats},
+                                 {"--runs", .value = &a.most_runs},
+                                 {"--scenarios", .value = &a.scenarios},
+                                 {"--vary", .list = &a.vary},
+                                 {"--set", .list = &a.set},
+                                 {0}};
+    const char *positional[LL_POSITIONAL_MAX];
+    int count;
+    ll_experiment *experiment = NULL;
+    ll_advice_order order = {0};
+    cJSON *answer = NULL;
+    ll_status status = ll_arguments(argc, argv, options, positional, &count);
+    if (!ll_failed(&status) && count > 1)
+        status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    if (!ll_failed(&status))
+        status = read_order(&a, &order);
+    if (!ll_failed(&status))
+        status = load(&a, count ? positional[0] : NULL, &experiment);
+    order.experiment = experiment;
+    if (!ll_failed(&status))
+        status = ll_advise(&order, &answer);
+    if (!ll_failed(&status)) {
+        char *text = cJSON_Print(answer);
+        puts(text ? text : "null");
+        cJSON_free(text);
+    }
+    cJSON_Delete(answer);
+    ll_experiment_free(experiment);
+    return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+}

@@ -1,0 +1,156 @@
+/* The adviser against brute force: on each case its cost is within a tenth of the least that holds, for a
+ * fifth of the runs. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "experiment/advise.h"
+
+static void must(ll_status status)
+{
+    if (ll_failed(&status))
+        fail_msg("%s", status.text);
+}
+
+static ll_experiment *experiment(const char *text)
+{
+    cJSON *json = cJSON_Parse(text);
+    ll_experiment *e;
+    assert_non_null(json);
+    must(ll_experiment_parse(json, "scenarios", &e));
+    cJSON_Delete(json);
+    return e;
+}
+
+#define STEPS "{\"path\":\"methods.0.dt_s\",\"from\":0.0002,\"to\":0.2,\"count\":24,\"scale\":\"log\"}"
+#define METHODS                                                                                              \
+    "{\"path\":\"methods.0.method\",\"values\":[\"explicit_euler\",\"semi_implicit_euler\",\"velocity_"      \
+    "verlet\",\"rk4\"]}"
+#define MOTION(problem, seconds)                                                                             \
+    "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"" problem "\",\"duration_s\":" seconds                 \
+    ",\"methods\":[{\"method\":\"rk4\"}]},\"axes\":[" METHODS "," STEPS                                      \
+    "],\"metrics\":[\"methods.0.e_max\",\"methods.0.evaluations\"]}"
+
+/* A race whose player A has jitter and loss: repeats differ. */
+#define RACE(error, cost)                                                                                    \
+    "{\"scenario\":\"race\",\"set\":{\"duration_s\":4,\"players.0.link.up.jitter_ms\":30,"                   \
+    "\"players.0.link.down.loss_pct\":5},\"repeats\":4,\"axes\":[{\"path\":\"server.update_hz\",\"values\":" \
+    "[2,3,5,7,10,15,20,30,45,60]},{\"path\":\"players.0.lag_ms\",\"values\":[20,60,100,150]},{\"path\":"     \
+    "\"players.0.prediction\",\"values\":[false,true]},{\"path\":\"players.0.interpolation\",\"values\":"    \
+    "[false,true]}],\"metrics\":[\"" error "\",\"" cost "\"]}"
+
+static const struct {
+    const char *name, *text;
+    double max_error;
+} cases[] = {
+    {"kepler 1e-3", MOTION("kepler", "5"), 1e-3},
+    {"kepler 1e-8", MOTION("kepler", "5"), 1e-8},
+    {"pendulum 1e-2", MOTION("pendulum", "5"), 1e-2},
+    {"oscillator 1e-5", MOTION("oscillator", "5"), 1e-5},
+    {"race, what A sees of itself",
+     RACE("players.0.own_error_m.mean", "players.0.bandwidth.down_bytes_per_s"), 0.5},
+    {"race, what A sees of B", RACE("players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s"),
+     3},
+};
+
+/* Least cost over all points whose mean error over all seeds holds. */
+static double brute_force(const ll_experiment *e, double max_error)
+{
+    double least = INFINITY;
+    for (int64_t p = 0; p < e->points; p++) {
+        double cost = 0, error = 0;
+        for (int64_t r = 0; r < e->head.repeats; r++) {
+            ll_row row;
+            must(ll_experiment_run(e, p * e->head.repeats + r, &row));
+            cost += row.metrics[e->cost_metric] / (double)e->head.repeats;
+            error += row.metrics[e->error_metric] / (double)e->head.repeats;
+        }
+        if (error <= max_error && cost < least)
+            least = cost;
+    }
+    return least;
+}
+
+static void it_finds_what_brute_force_finds(void **state)
+{
+    (void)state;
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ll_experiment *e = experiment(cases[i].text);
+        cJSON *answer;
+        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = cases[i].max_error}, &answer));
+        double least = brute_force(e, cases[i].max_error),
+               runs = cJSON_GetObjectItem(answer, "runs")->valuedouble;
+        const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
+        const cJSON *cost = cJSON_GetObjectItem(advice, "cost");
+        assert_true(isfinite(least)); /* the case asks for what can be had */
+        print_message("%s: cost %g, least %g, %g of %lld runs\n", cases[i].name,
+                      cost ? cost->valuedouble : NAN, least, runs, (long long)e->runs);
+        if (!cost || cost->valuedouble > 1.1 * least || runs > (double)e->runs / 5)
+            fail_msg("%s", cases[i].name);
+        assert_true(cJSON_GetObjectItem(advice, "error")->valuedouble <= cases[i].max_error);
+        assert_int_equal(cJSON_GetObjectItem(advice, "runs")->valueint, e->head.repeats);
+        cJSON_Delete(answer);
+        ll_experiment_free(e);
+    }
+}
+
+static void it_says_when_none_holds_and_how_near_it_came(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(MOTION("kepler", "5"));
+    cJSON *answer;
+    must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1e-14}, &answer));
+    assert_true(cJSON_IsFalse(cJSON_GetObjectItem(answer, "holds")));
+    assert_true(cJSON_IsNull(cJSON_GetObjectItem(answer, "advice")));
+    double nearest = cJSON_GetObjectItem(cJSON_GetObjectItem(answer, "nearest"), "error")->valuedouble;
+    assert_true(nearest > 1e-14 && nearest < 1e-9); /* rk4 at small steps */
+    cJSON_Delete(answer);
+    ll_experiment_free(e);
+}
+
+static void it_answers_the_same_again(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(cases[4].text);
+    char *texts[2];
+    for (int i = 0; i < 2; i++) {
+        cJSON *answer;
+        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 0.5}, &answer));
+        texts[i] = cJSON_Print(answer);
+        cJSON_Delete(answer);
+    }
+    assert_string_equal(texts[0], texts[1]);
+    free(texts[0]);
+    free(texts[1]);
+    ll_experiment_free(e);
+}
+
+static void bad_orders_are_told(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment("{\"scenario\":\"race\",\"metrics\":[\"players.0.corrections\"]}");
+    cJSON *answer;
+    ll_status status = ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1}, &answer);
+    assert_true(status.code == LL_BAD_INPUT && strcmp(status.field, "cost") == 0);
+    status = ll_advise(&(ll_advice_order){.experiment = e, .max_error = -1}, &answer);
+    assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "got -1"));
+    ll_experiment_free(e);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(it_finds_what_brute_force_finds),
+        cmocka_unit_test(it_says_when_none_holds_and_how_near_it_came),
+        cmocka_unit_test(it_answers_the_same_again),
+        cmocka_unit_test(bad_orders_are_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
