@@ -72,7 +72,8 @@ function library(folder = 'scenarios', at = '') {
   return readdirSync(path.join(ROOT, folder, at), { withFileTypes: true }).sort((a, b) => (a.name < b.name ? -1 : 1)).flatMap((entry) => {
     const name = at ? `${at}/${entry.name}` : entry.name;
     if (entry.isDirectory()) return library(folder, name);
-    return name.endsWith('.json') ? [{ id: name.slice(0, -5), ...JSON.parse(read(`${folder}/${name}`)) }] : [];
+    const scenario = name.endsWith('.json') ? JSON.parse(read(`${folder}/${name}`)) : {};
+    return scenario.kind ? [{ id: name.slice(0, -5), ...scenario }] : []; // experiments have none
   });
 }
 

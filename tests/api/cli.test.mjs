@@ -49,6 +49,7 @@ const run = (args, input) => JSON.parse(good(['run', ...args], input));
 function ids() {
   const found = [];
   for (const entry of readdirSync(SCENARIOS, { withFileTypes: true })) {
+    if (entry.name === 'experiments') continue;
     if (entry.isDirectory()) for (const name of readdirSync(path.join(SCENARIOS, entry.name))) found.push(`${entry.name}/${name}`);
     else found.push(entry.name);
   }

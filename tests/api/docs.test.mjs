@@ -58,9 +58,18 @@ const ajv = new Ajv({ strict: true, strictTypes: false, strictRequired: false, a
 
 test('every scenario fits api/scenario.schema.json', () => {
   const validate = ajv.compile(JSON.parse(read('api/scenario.schema.json')));
-  const files = scenarios();
+  const files = scenarios().filter((file) => !file.startsWith('scenarios/experiments/'));
   assert.ok(files.length >= 12);
   for (const file of files) assert.ok(validate(JSON.parse(read(file))), `${file}: ${ajv.errorsText(validate.errors)}`);
+});
+
+test('every experiment fits its schema, which refuses an unknown key', () => {
+  const validate = ajv.compile(JSON.parse(execFileSync(BINARY, ['schema', 'experiment'], { encoding: 'utf8' })));
+  const files = [...scenarios('scenarios/experiments'), 'examples/experiment.json'];
+  assert.ok(files.length >= 7);
+  for (const file of files) assert.ok(validate(JSON.parse(read(file))), `${file}: ${ajv.errorsText(validate.errors)}`);
+  assert.equal(validate({ scenario: 'race', metrics: ['x'], axis: [] }), false);
+  assert.equal(validate({ scenario: 'race', metrics: ['x'], axes: [{ path: 'a', value: [1] }] }), false);
 });
 
 test('the schema refuses what the program refuses', () => {

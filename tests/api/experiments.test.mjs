@@ -1,10 +1,12 @@
 // Experiments of the daemon: made, watched, paused, resumed after a crash, and read in every format.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { spawnSync } from 'node:child_process';
-import { mkdtempSync, rmSync } from 'node:fs';
+import { execFile, spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { promisify } from 'node:util';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
@@ -28,8 +30,8 @@ const state = async (id, who = c) => (await who.get(`${E}/${id}`)).json;
 const ended = (/** @type {string} */ id, who = c) => waitFor(async () => { const now = await state(id, who); return now.state === 'done' && now; }, 'the experiment', 60000);
 
 /** What the command line makes of the same experiment. */
-function sweep(order, format = 'csv') {
-  const result = spawnSync(BINARY, ['sweep', '-', '--format', format], { input: JSON.stringify(order), encoding: 'utf8', maxBuffer: 1 << 28 });
+function sweep(order, format = 'csv', more = /** @type {string[]} */ ([])) {
+  const result = spawnSync(BINARY, ['sweep', '-', '--format', format, ...more], { input: JSON.stringify(order), encoding: 'utf8', maxBuffer: 1 << 28 });
   assert.equal(result.status, 0, result.stderr);
   return result.stdout;
 }
@@ -101,6 +103,15 @@ test('what a killed daemon had begun, the next one finishes: every row once', as
     await second.stop();
   } finally {
     rmSync(data, { recursive: true, force: true });
+  }
+});
+
+test('the examples by curl, Python and Node print the same rows', async () => {
+  const folder = path.join(path.dirname(fileURLToPath(import.meta.url)), '../../examples');
+  const wanted = sweep(JSON.parse(readFileSync(path.join(folder, 'experiment.json'), 'utf8')), 'csv', ['--points']);
+  for (const [program, file] of [['sh', 'experiment.sh'], ['python3', 'experiment.py'], ['node', 'experiment.mjs']]) {
+    const { stdout } = await promisify(execFile)(program, [path.join(folder, file), daemon.url.replace(/\/$/, '')], { timeout: 60000 });
+    assert.equal(stdout, wanted, file);
   }
 });
 

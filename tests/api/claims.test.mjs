@@ -1,0 +1,91 @@
+// The paper's claims as experiments: what each of scenarios/experiments is for shows in its rows.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { spawnSync } from 'node:child_process';
+import { readdirSync } from 'node:fs';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { BINARY } from '../lib/daemon.mjs';
+
+const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
+const checked = new Set();
+
+/** @param {string} name @returns {Record<string, any>[]} a row per point */
+function points(name) {
+  const result = spawnSync(BINARY, ['sweep', `experiments/${name}`, '--points', '--format', 'json'], { encoding: 'utf8', timeout: 120000 });
+  assert.equal(result.status, 0, result.stderr);
+  checked.add(name);
+  return JSON.parse(result.stdout);
+}
+
+/** @param {Record<string, any>[]} rows @param {Record<string, any>} values @param {string} metric */
+const along = (rows, values, metric) => rows.filter((row) => Object.entries(values).every(([key, value]) => row[key] === value)).map((row) => row[metric]);
+const rises = (/** @type {number[]} */ values) => values.every((value, i) => i === 0 || value >= values[i - 1]);
+
+test('error against dt: the slope of each integrator is its order', () => {
+  const rows = points('integrators');
+  for (const [method, order, from, to] of /** @type {[string, number, number, number][]} */ (
+    [['semi_implicit_euler', 1, 0, 3], ['velocity_verlet', 2, 0, 6], ['rk4', 4, 2, 6]])) {
+    const errors = along(rows, { 'methods.0.method': method }, 'methods.0.e_final');
+    for (let i = from; i < to; i++) {
+      const slope = Math.log2(errors[i + 1] / errors[i]); // dt doubles
+      assert.ok(Math.abs(slope - order) < 0.1 * order, `${method}: slope ${slope} at ${i}`);
+    }
+  }
+  const at = (method) => along(rows, { 'methods.0.method': method }, 'methods.0.e_final')[3];
+  assert.ok(at('explicit_euler') > 100 * at('semi_implicit_euler') && at('semi_implicit_euler') > 10 * at('velocity_verlet') && at('velocity_verlet') > 1e4 * at('rk4'));
+});
+
+test('de-jitter delay against late states: U(10, 500) ms leaves 1 - d / 490 of them late', () => {
+  for (const row of points('dejitter')) {
+    // A client looks once in 1/60 s, so a state may be half of that later without being late.
+    const wanted = Math.max(0, 1 - (row['players.0.dejitter_ms'] + 1000 / 120) / 490);
+    const found = row['players.0.dejitter.late_ratio'];
+    assert.ok(Math.abs(found - wanted) < 0.01 + 1.5 * row['players.0.dejitter.late_ratio.ci95'], `${row['players.0.dejitter_ms']} ms: ${found}, not ${wanted}`);
+  }
+  assert.equal(points('dejitter').at(-1)['players.0.dejitter.underruns'], 0);
+});
+
+test('lag against what is felt and seen: prediction takes the round trip out of the own car', () => {
+  const rows = points('lag_techniques');
+  for (const row of rows) {
+    const lag = row['players.0.lag_ms'], felt = row['players.0.input_latency_ms.mean'];
+    if (row['players.0.prediction']) assert.equal(felt, 0);
+    else assert.ok(felt > 2 * lag && felt < 2 * lag + 60, `${lag} ms: ${felt}`); // and a tick of server, snapshot and client
+  }
+  for (const prediction of [false, true]) {
+    const seen = along(rows, { 'players.0.prediction': prediction, 'players.0.reconciliation': false }, 'players.0.own_error_m.mean');
+    assert.ok(rises(seen) && seen[4] > 10 * seen[0], String(seen));
+  }
+  const others = (interpolation) => along(rows, { 'players.0.reconciliation': true, 'players.0.interpolation': interpolation }, 'players.0.remote_error_m.mean');
+  others(true).forEach((error, i) => assert.ok(error > others(false)[i]));
+});
+
+test('loss against lockstep: everybody waits, and with a free server nobody', () => {
+  const rows = points('lockstep_loss');
+  const stalled = along(rows, { 'server.sync': 'lockstep' }, 'server.stalled_s');
+  assert.ok(rises(stalled) && stalled[7] > 3 * stalled[0], String(stalled));
+  assert.equal(stalled[1], stalled[0], 'a tenth lost costs nothing');
+  assert.ok(along(rows, { 'server.sync': 'free' }, 'server.stalled_s').every((value) => value === 0));
+});
+
+test('rewind limit: more hits behind cover, fewer hits that do not count', () => {
+  const rows = points('rewind_cover');
+  const behind = along(rows, {}, 'players.1.shots.rifle.shot_behind_cover'), missed = along(rows, {}, 'players.1.shots.rifle.false_misses');
+  assert.ok(rises(behind) && behind[0] === 0 && behind[6] > 20, String(behind));
+  assert.ok(missed[0] > 50 && missed[6] === 0, String(missed));
+});
+
+test('iterations against the drift of a stack: each doubling more than halves it', () => {
+  const rows = points('stack_iterations');
+  for (const method of ['pgs', 'pgs_ngs']) {
+    const drift = along(rows, { 'solver.method': method }, 'drift_worst_m');
+    for (let i = 1; i < drift.length; i++) assert.ok(drift[i] < (i < 3 ? 1 : 0.5) * drift[i - 1], `${method}: ${drift}`);
+    assert.ok(drift[0] > 50 * drift[5]);
+  }
+});
+
+test('every experiment of the library is checked', () => {
+  const all = readdirSync(path.join(ROOT, 'scenarios/experiments')).map((name) => name.replace('.json', ''));
+  assert.deepEqual([...checked].sort(), all.sort());
+});
