@@ -62,7 +62,8 @@ test('binary frames say what JSON frames say, in every library scenario', async 
     await c.control(session, { op: 'seek', time_s: 1 });
     const json = await c.stream(session, 'json'), binary = await c.stream(session, 'bin');
     await c.control(session, { op: 'play' });
-    await waitFor(() => json.frames.length > 30 && binary.frames.length > 30, 'frames');
+    const ended = () => (json.frames.at(-1)?.flags & ENDED) !== 0; // a short one on a busy machine
+    await waitFor(() => (json.frames.length > 30 && binary.frames.length > 30) || ended(), `frames of ${id}`);
     await c.control(session, { op: 'pause' });
     await pause(60);
     checkAll(json);
@@ -75,7 +76,7 @@ test('binary frames say what JSON frames say, in every library scenario', async 
       same(decoded, other);
       compared++;
     }
-    assert.ok(compared > 25, `${compared} frames compared`);
+    assert.ok(compared > (ended() ? 5 : 25), `${compared} frames compared of ${id}`);
     assert.deepEqual(json.hello.layout, binary.hello.layout);
     await json.close();
     await binary.close();

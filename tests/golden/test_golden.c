@@ -131,7 +131,7 @@ static void every_scenario_is_in_the_table(void **state)
 {
     (void)state;
     cJSON *list, *item;
-    char text[16384];
+    static char text[1 << 17];
     FILE *f = open_table("r");
     size_t n = fread(text, 1, sizeof text - 1, f);
     text[n] = '\0';

@@ -316,6 +316,31 @@ static void a_copy_of_the_block_goes_on_as_the_block(void **state)
     cJSON_Delete(json);
 }
 
+/* Its size is known before it is made, and it stays within. */
+static void a_block_stays_within_its_announced_size(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {"rigid/rain", "rigid/bullets", "rigid/rugged_wall", "rigid/spinner"};
+    enum { BEYOND = 4096 };
+    for (size_t i = 0; i < sizeof ids / sizeof ids[0]; i++) {
+        cJSON *json;
+        ll_scenario scenario = {0};
+        ok(ll_scenario_load("scenarios", ids[i], &json));
+        ok(ll_scenario_parse(json, &scenario));
+        size_t size = scenario.kind->size(scenario.config);
+        char *block = malloc(size + BEYOND), *wanted = malloc(BEYOND);
+        memset(block + size, 0xa5, BEYOND);
+        memset(wanted, 0xa5, BEYOND);
+        scenario.kind->init(block, scenario.config);
+        ok(scenario.kind->advance(block, LL_SECOND, NULL));
+        assert_memory_equal(block + size, wanted, BEYOND);
+        free(block);
+        free(wanted);
+        ll_scenario_free(&scenario);
+        cJSON_Delete(json);
+    }
+}
+
 /* ---- bad input ---- */
 
 static void refused(const char *body, const char *field, const char *word)
@@ -392,6 +417,7 @@ int main(void)
         cmocka_unit_test(a_dragged_body_comes_to_the_pointer_in_both_worlds),
         cmocka_unit_test(an_input_for_nobody_is_refused),
         cmocka_unit_test(a_copy_of_the_block_goes_on_as_the_block),
+        cmocka_unit_test(a_block_stays_within_its_announced_size),
         cmocka_unit_test(bad_input_is_refused_with_field_range_and_value),
         cmocka_unit_test(a_lost_body_stops_the_session),
     };
