@@ -34,39 +34,72 @@ static size_t size(const void *config)
 
 /* ---- start ---- */
 
-static void include(double view[4], ll_vec2 low, ll_vec2 high)
+static double clamp(double value, double low, double high)
 {
-    view[0] = ll_min(view[0], low.x);
-    view[1] = ll_max(view[1], high.x);
-    view[2] = ll_min(view[2], low.y);
-    view[3] = ll_max(view[3], high.y);
+    return ll_max(low, ll_min(value, high));
 }
 
-/* What is looked at: all that can move, with room around; where nothing can, everything. A static ground
- * reaches far beyond what happens on it. */
+static void include(ll_aabb *view, ll_aabb box)
+{
+    view->lower = ll_vec(ll_min(view->lower.x, box.lower.x), ll_min(view->lower.y, box.lower.y));
+    view->upper = ll_vec(ll_max(view->upper.x, box.upper.x), ll_max(view->upper.y, box.upper.y));
+}
+
+static double span(ll_aabb box)
+{
+    return ll_max(box.upper.x - box.lower.x, box.upper.y - box.lower.y);
+}
+
+/* Of what does not move, as much as is of use: all of what is small and near; of a ground that reaches far
+ * beyond, where it comes nearest. */
+static void include_fixed(ll_aabb *view, ll_aabb moving, ll_aabb box)
+{
+    ll_aabb near = ll_aabb_grown(moving, 5 + span(moving));
+    ll_vec2 middle = ll_lerp(moving.lower, moving.upper, 0.5);
+    ll_vec2 nearest =
+        ll_vec(clamp(middle.x, box.lower.x, box.upper.x), clamp(middle.y, box.lower.y, box.upper.y));
+    if (!ll_aabb_contains(near, (ll_aabb){nearest, nearest}))
+        return;
+    include(view, ll_aabb_contains(near, box) ? box : (ll_aabb){nearest, nearest});
+}
+
+/* The boxes of the shapes that can move, or of those that cannot. */
+static void look_at(const ll_rigid *w, bool moving, ll_aabb among, ll_aabb *view)
+{
+    for (int32_t i = 0; i < ll_rigid_shape_end(w); i++) {
+        ll_shape_view shape;
+        ll_body_state body;
+        if (!ll_rigid_shape_at(w, i, &shape))
+            continue;
+        ll_status status = ll_rigid_get_body(w, shape.body, &body);
+        if (ll_failed(&status) || (body.type != LL_BODY_STATIC) != moving)
+            continue;
+        if (body.type == LL_BODY_KINEMATIC && body.spin != 0) /* all that it sweeps over */
+            shape.box =
+                ll_aabb_grown((ll_aabb){shape.pose.p, shape.pose.p}, ll_shape_extent(&shape.geometry));
+        if (moving || among.lower.x > among.upper.x)
+            include(view, shape.box);
+        else
+            include_fixed(view, among, shape.box);
+    }
+}
+
+/* What is looked at: all that can move and what is around it, with some room. */
 static void look(const ll_rigid *w, double view[4])
 {
-    view[0] = view[2] = INFINITY;
-    view[1] = view[3] = -INFINITY;
-    for (int pass = 0; pass < 2 && view[0] > view[1]; pass++)
-        for (int32_t i = 0; i < ll_rigid_shape_end(w); i++) {
-            ll_shape_view shape;
-            ll_body_state body;
-            if (!ll_rigid_shape_at(w, i, &shape))
-                continue;
-            ll_status status = ll_rigid_get_body(w, shape.body, &body);
-            if (!ll_failed(&status) && (pass == 1 || body.type != LL_BODY_STATIC))
-                include(view, shape.box.lower, shape.box.upper);
-        }
-    if (view[0] > view[1]) { /* bodies that are yet to come */
-        view[0] = view[2] = -10;
-        view[1] = view[3] = 10;
-    }
-    double room = 1 + 0.2 * ll_max(view[1] - view[0], view[3] - view[2]);
-    view[0] -= room;
-    view[1] += room;
-    view[2] -= 1 + 0.05 * (view[3] - view[2]);
-    view[3] += room;
+    ll_aabb all = {{INFINITY, INFINITY}, {-INFINITY, -INFINITY}};
+    look_at(w, true, all, &all);
+    ll_aabb moving = all;
+    look_at(w, false, moving, &all);
+    if (ll_aabb_contains(moving, all) && ll_rigid_get_params(w)->gravity_y < 0)
+        all.lower.y -= span(all);  /* nothing holds it up: it hangs or falls */
+    if (all.lower.x > all.upper.x) /* nothing yet */
+        all = (ll_aabb){{-10, -10}, {10, 10}};
+    double room = 0.5 + 0.12 * span(all);
+    view[0] = all.lower.x - room;
+    view[1] = all.upper.x + room;
+    view[2] = all.lower.y - 0.5 * room;
+    view[3] = all.upper.y + room;
 }
 
 static void start_world(ll_rigid_sim *s, const ll_rigid_config *c, int i)

@@ -128,7 +128,10 @@ export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body *
  * @property {Motion[]} motion  of a motion: the solution, then the methods
  * @property {Shot[]} shots         in a game with weapons; otherwise empty, as shells
  * @property {Shell[]} shells       in flight, of all views
+ * @property {Map<number, Section>} own  sections that only a lab of its own decodes, by type
  */
+
+/** `bytes` begins with the first of `count` records. @typedef {{bytes: DataView, count: number, stride: number}} Section */
 
 const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, RUNG = 24, MOTION = 64,
   SHOT = 80, SHOT_BODY = 24, SHELL_RECORD = 40;
@@ -246,7 +249,7 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], ladder: [], motion: [], shots: [], shells: [],
+    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], ladder: [], motion: [], shots: [], shells: [], own: new Map(),
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -279,6 +282,8 @@ export function decode(bytes) {
       for (let i = 0; i < count; i++) frame.shots.push(shot(d, at + i * stride, stride));
     } else if (type === 9 && stride >= SHELL_RECORD) {
       for (let i = 0; i < count; i++) frame.shells.push(shell(d, at + i * stride));
+    } else if (type > 16) {
+      frame.own.set(type, { bytes: new DataView(bytes, at, size), count, stride });
     }
     at += size;
   }

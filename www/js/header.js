@@ -17,23 +17,25 @@ function titleOf(row) {
 function chooser() {
   const now = shownScenario();
   const rows = scenarios.value;
-  const step = (/** @type {import('./state.js').ScenarioRow} */ row) => row.kind === 'motion';
+  const kind = (/** @type {string} */ name) => rows.filter((row) => !row.id.startsWith('paper/') && row.kind === name);
   const group = (/** @type {string} */ label, /** @type {import('./state.js').ScenarioRow[]} */ list) => (list.length === 0 ? nothing
     : html`<optgroup label=${label}>${list.map((row) => html`<option value=${row.id} .selected=${row.id === now}>${titleOf(row)}</option>`)}</optgroup>`);
   return html`<label class="field choice scenario"><span>Scenario</span><select id="scenario" aria-label="Scenario"
     @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
     ${now === '' ? html`<option value="" selected disabled>${rows.length > 0 ? 'a session of another page' : 'loading'}</option>` : nothing}
-    ${group('Games', rows.filter((row) => !row.id.startsWith('paper/') && !step(row)))}
-    ${group('Motion', rows.filter((row) => !row.id.startsWith('paper/') && step(row)))}
+    ${group('Games', kind('netgame'))}
+    ${group('Motion', kind('motion'))}
+    ${group('Rigid bodies', kind('rigid'))}
     ${group('Figures of the paper', rows.filter((row) => row.id.startsWith('paper/')))}</select></label>`;
 }
 
 /** @returns {Template} */
 function labs() {
-  const cannon = layout.value?.game === 'cannon', step = layout.value?.motion != null;
+  const cannon = layout.value?.game === 'cannon', step = layout.value?.motion != null, collide = layout.value?.rigid != null;
   const lab = (/** @type {string} */ id, /** @type {string} */ name, /** @type {boolean} */ current) => html`<button type="button"
     class="lab" aria-current=${current ? 'page' : 'false'} @click=${() => { if (!current) choose(id); }}>${name}</button>`;
-  return html`<nav aria-label="Labs">${lab('race', 'Race', !cannon && !step)}${lab('cannon', 'Cannon', cannon)}${lab('motion/free_fall', 'Step', step)}</nav>`;
+  return html`<nav aria-label="Labs">${lab('race', 'Race', !cannon && !step && !collide)}${lab('cannon', 'Cannon', cannon)}${lab('motion/free_fall', 'Step', step)}${lab(
+    'rigid/pyramid', 'Collide', collide)}</nav>`;
 }
 
 const SYMBOLS = {

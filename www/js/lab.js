@@ -35,6 +35,7 @@ function layoutOf(hello) {
     entities: given.entities ?? [],
     fixed: given.fixed ?? [],
     motion: given.problem ? given : null,
+    rigid: given.rigid ?? null,
   };
 }
 

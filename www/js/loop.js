@@ -6,7 +6,7 @@ import { INTERPOLATION, PLAYING, STALLED } from './frame.js';
 import { fixed, letter } from './format.js';
 import { showReplay } from './header.js';
 import { counts, drawn, memory, takeNewest } from './lab.js';
-import { stepModule } from './page.js';
+import { ownLab } from './page.js';
 import { reread } from './params.js';
 import { showSide } from './side.js';
 import { LENSES } from './lenses/lenses.js';
@@ -154,7 +154,7 @@ function draw() {
   const settled = (now.flags & PLAYING) === 0 || counts.drawn < 3;
   const name = settled || from - named > LABEL_MS;
   if (name) named = from;
-  if (layout.value?.motion) stepModule.value?.drawStep(now, settled, name);
+  ownLab()?.draw(now, settled, name);
   for (const canvas of document.querySelectorAll('canvas[data-view]')) drawView(/** @type {HTMLCanvasElement} */ (canvas), now, name);
   drawMessages(now, name);
   showTime(now);

@@ -79,18 +79,35 @@ function notes() {
     <button type="button" class="small" @click=${() => { notice.value = ''; }}>Close</button></aside>`;
 }
 
-/** A scenario of motion has a page of its own, which is read when it is first wanted. @type {import('@preact/signals-core').Signal<typeof import('./step/lab.js') | null>} */
-export const stepModule = signal(null);
+/** @typedef {{lab: () => Template, draw: (frame: import('./frame.js').Frame, settled: boolean, name: boolean) => void}} OwnLab */
+/** Kinds of scenarios with a page of their own, which is read when it is first wanted. @type {Record<string, () => Promise<OwnLab>>} */
+const OWN = {
+  motion: () => import('./step/lab.js').then(({ stepLab, drawStep }) => ({ lab: stepLab, draw: drawStep })),
+  rigid: () => import('./collide/lab.js').then(({ collideLab, drawCollide }) => ({ lab: collideLab, draw: drawCollide })),
+};
+/** Those that were read, by kind. @type {import('@preact/signals-core').Signal<Map<string, OwnLab>>} */
+const read = signal(new Map());
+const asked = new Set();
 
-/** @returns {Template} */
-function step() {
-  if (stepModule.value === null) import('./step/lab.js').then((module) => { stepModule.value = module; });
-  return stepModule.value === null ? html`<main id="views" tabindex="-1"></main>` : stepModule.value.stepLab();
+/** The kind of the scenario when it has a page of its own. */
+const ownKind = () => Object.keys(OWN).find((kind) => layout.value?.[/** @type {'motion' | 'rigid'} */ (kind)]);
+
+/** The page of its own, once it is read. @returns {OwnLab | undefined} */
+export const ownLab = () => read.value.get(ownKind() ?? '');
+
+/** @param {string} kind @returns {Template} */
+function own(kind) {
+  if (!asked.has(kind)) {
+    asked.add(kind);
+    OWN[kind]?.().then((module) => { read.value = new Map(read.value).set(kind, module); });
+  }
+  return read.value.get(kind)?.lab() ?? html`<main id="views" tabindex="-1"></main>`;
 }
 
 /** @returns {Template} */
 function page() {
-  if (layout.value?.motion) return html`<a class="skip" href="#views">To the pictures</a>${header()}${step()}${notes()}${timeBar()}`;
+  const kind = ownKind();
+  if (kind) return html`<a class="skip" href="#views">To the pictures</a>${header()}${own(kind)}${notes()}${timeBar()}`;
   return html`<a class="skip" href="#views">To the views</a>${header()}${tabs()}
     <main data-tab=${tab.value} data-rows=${order().length}>
       <div class="rows" id="views" tabindex="-1">${order().map(row)}${messages()}

@@ -8,10 +8,12 @@ import { link } from './early.js';
  *   target_x: number, target_y: number, target_radius: number, entity_length_m: number}} Scene */
 /** @typedef {{problem: string, help: string, mechanical: boolean, energy: boolean, components: string[],
  *   methods: {method: string, order: number, adaptive: boolean}[]}} MotionLayout */
+/** @typedef {{scene: string, title: string, help: string, worlds: number, hz: number, view: number[], solvers: {name: string, help: string}[]}} RigidLayout
+ *   view: left, right, bottom, top in m */
 /** @typedef {{kind: string, width_m: number, height_m: number, round: boolean}} Shape */
 /** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene, entities: Shape[],
- *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null}} Layout
- *   entities: how each is drawn, none in a game that has a drawing of its own; motion: of a scenario of that kind, which has no players */
+ *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null, rigid: RigidLayout | null}} Layout
+ *   entities: how each is drawn, none in a game that has a drawing of its own; motion, rigid: of a scenario of that kind, which has no players */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
 /** @typedef {{id: string, title: string, paper: string, kind: string, text: string}} ScenarioRow */
 /** @typedef {'connecting' | 'open' | 'lost'} LinkState */

@@ -2,10 +2,10 @@
 import { drawText } from '../views/marks.js';
 
 /** @typedef {{xs: number[], ys: number[], colour: string, dash?: number[], width?: number, points?: boolean}} Line */
-/** @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, empty: string}} Plot */
+/** @typedef {{lines: Line[], x: string, y: string, logX?: boolean, logY?: boolean, equal?: boolean, least?: number, empty: string}} Plot  least: y spans at least so much */
 
-/** @param {number[]} values @param {boolean} log */
-function rangeOf(values, log) {
+/** @param {number[]} values @param {boolean} log @param {number} [least] */
+function rangeOf(values, log, least = 1e-12) {
   let low = Infinity, high = -Infinity;
   for (const value of values) {
     if (!Number.isFinite(value) || (log && value <= 0)) continue;
@@ -13,7 +13,7 @@ function rangeOf(values, log) {
     high = Math.max(high, log ? Math.log10(value) : value);
   }
   if (low > high) return null;
-  const room = Math.max((high - low) * 0.06, log ? 0.3 : Math.max(1e-12, Math.abs(high) * 0.02));
+  const room = Math.max((high - low) * 0.06, log ? 0.3 : Math.max(least, Math.abs(high) * 0.02));
   return { low: low - room, high: high + room };
 }
 
@@ -39,7 +39,7 @@ function label(value, log) {
 export function drawPlot(surface, colours, plot) {
   const { pen } = surface, text = colours.text;
   const logX = plot.logX === true, logY = plot.logY === true;
-  let xr = rangeOf(plot.lines.flatMap((line) => line.xs), logX), yr = rangeOf(plot.lines.flatMap((line) => line.ys), logY);
+  let xr = rangeOf(plot.lines.flatMap((line) => line.xs), logX), yr = rangeOf(plot.lines.flatMap((line) => line.ys), logY, plot.least);
   if (!xr || !yr) {
     drawText(pen, colours, plot.empty, surface.width / 2, surface.height / 2, { align: 'center', colour: colours.faint });
     return;

@@ -1,0 +1,239 @@
+// The collide lab: scenes with overlays, two solvers side by side, the tunnelling meter, energy, and a body in one's hand.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { SIZES, axe, launch, paramsOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+const cell = (page, name) => page.locator(`[data-rigid="${name}"]`).textContent();
+const drawn = (page, id) => page.locator(`#${id}`).evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
+const open = (query, wish = {}) => visit(browser, `${daemon.url}${query}`, wish);
+
+/** What the page has decoded of the newest frame. */
+const sceneOf = (page) => page.evaluate(async () => (await import(new URL('js/collide/decode.js', location.href).href)).sceneOf(globalThis.laglab().frame));
+
+/** The topmost dynamic body of a world, in m and on the screen. */
+async function topmost(page, world = 0) {
+  const { shapes } = await sceneOf(page);
+  const body = shapes.filter((s) => s.dynamic && s.world === world).sort((a, b) => b.y - a.y)[0];
+  return { body, ...(await place(page, world, body.x, body.y)) };
+}
+
+const place = (page, world, x, y) => page.evaluate(async ([w, mx, my]) => {
+  const { cameras } = await import(new URL('js/collide/drag.js', location.href).href);
+  const at = cameras.get(w), box = document.getElementById(`world${w}`).getBoundingClientRect();
+  return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
+}, [world, x, y]);
+
+const dragging = (page, on) => until(async () => (await sceneOf(page)).worlds[0].dragging === on, on ? 'a body is held' : 'nothing is held');
+const pause = (page) => page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Paused'));
+
+test('/#collide opens the lab, and it moves', async () => {
+  const { page, complaints, requests, close } = await open('#collide');
+  await page.waitForSelector('#world0');
+  assert.equal(await page.locator('.lab[aria-current="page"]').textContent(), 'Collide');
+  assert.equal((await paramsOf(page)).kind, 'rigid');
+  await page.waitForFunction(() => Number(document.querySelector('[data-rigid="0/contacts"]')?.textContent) > 5);
+  assert.ok(requests.some((r) => r.url().endsWith('collide/lab.js')));
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the race does not read the lab', async () => {
+  const { requests, close } = await open('');
+  assert.ok(!requests.some((r) => r.url().includes('/collide/')));
+  await close();
+});
+
+test('every overlay draws something', async () => {
+  const { page, complaints, close } = await open('?scenario=rigid/tilted_stack');
+  await page.waitForSelector('#world0');
+  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.5);
+  await page.locator('#play').click();
+  await pause(page);
+  for (const name of ['contacts', 'islands', 'pairs', 'boxes', 'paths', 'volumes']) {
+    const before = await drawn(page, 'world0');
+    await page.locator(`[data-overlay="${name}"]`).click();
+    await until(async () => (await drawn(page, 'world0')) !== before, name);
+  }
+  for (const volume of ['1', '2', '3']) {
+    const before = await drawn(page, 'world0');
+    await page.locator('#overlaid').selectOption(volume);
+    await until(async () => (await drawn(page, 'world0')) !== before, `volume ${volume}`);
+  }
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('two solvers go side by side from the same start', async () => {
+  const { page, complaints, close } = await open('?scenario=rigid/pyramid');
+  await page.waitForSelector('#two');
+  await page.locator('#two').click();
+  await page.waitForSelector('#world1');
+  await page.locator('[data-path="beside.method"]').selectOption('impulse');
+  await page.waitForFunction(() => globalThis.laglab().params.beside.method === 'impulse');
+  await page.locator('#restart, .restart').first().click();
+  const { shapes } = await until(async () => { const s = await sceneOf(page); return s.worlds.length === 2 && s; }, 'two worlds');
+  assert.equal(shapes.filter((s) => s.world === 0).length, shapes.filter((s) => s.world === 1).length);
+  await page.waitForFunction(() => document.querySelector('[data-rigid="1/tilt"]')?.textContent !== document.querySelector('[data-rigid="0/tilt"]')?.textContent);
+  assert.ok(!(await page.locator('#world0').getAttribute('aria-label'))?.includes('impulse'));
+  assert.match((await page.locator('#world1').getAttribute('aria-label')) ?? '', /impulse/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('the tunnelling meter: none through swept walls, most through the others', async () => {
+  const { page, close } = await open('?scenario=rigid/bullets');
+  await page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Ended'), null, { timeout: 15000 });
+  assert.equal(await cell(page, '0/passed'), '0 of 200');
+  const [passed = 0, all = 0] = ((await cell(page, '1/passed')) ?? '').split(' of ').map(Number);
+  assert.equal(all, 200);
+  assert.ok(passed > 160 && passed < 200, String(passed));
+  const width = await page.locator('[data-fill="1"]').evaluate((e) => e.getBoundingClientRect().width / /** @type {HTMLElement} */ (e.parentElement).getBoundingClientRect().width);
+  assert.ok(Math.abs(width - passed / 200) < 0.02, String(width));
+  await close();
+});
+
+test('energy and overlap are plotted; beginner\'s impulses add energy', async () => {
+  const { page, close } = await open('?scenario=rigid/collapsing_stack', { reducedMotion: 'reduce' });
+  await page.waitForSelector('#plot-energy');
+  const before = [await drawn(page, 'plot-energy'), await drawn(page, 'plot-overlap')];
+  for (let i = 1; i <= 40; i++) {
+    await page.keyboard.press('Period');
+    await page.waitForFunction((tick) => globalThis.laglab().frame.tick >= tick, i);
+  }
+  await until(async () => /^\+[1-9]/.test((await cell(page, '0/energy')) ?? ''), 'energy is added');
+  await until(async () => (await drawn(page, 'plot-energy')) !== before[0] && (await drawn(page, 'plot-overlap')) !== before[1], 'the plots are drawn');
+  assert.ok(Math.abs(Number((await cell(page, '1/energy'))?.replace('−', '-'))) < 0.5);
+  await close();
+});
+
+test('false hits of the volumes are counted', async () => {
+  const { page, close } = await open('?scenario=paper/fig05');
+  await page.waitForFunction(() => Number(document.querySelector('[data-rigid="volume2/false"]')?.textContent) > 20);
+  assert.equal(await cell(page, 'volume3/missed'), '0');
+  await close();
+});
+
+test('solver, phases and gravity change live; a value out of range is refused with the range', async () => {
+  const { page, complaints, close } = await open('?scenario=rigid/pyramid');
+  await page.waitForSelector('[data-path="solver.method"]');
+  await page.locator('[data-path="solver.method"]').selectOption('avbd');
+  await page.waitForSelector('[data-path="solver.iterations"]');
+  await page.locator('[data-path="solver.iterations"]').fill('3');
+  await page.locator('[data-path="solver.iterations"]').blur();
+  await page.locator('[data-path="solver.continuous"]').selectOption('swept');
+  await page.locator('[data-path="solver.volume"]').selectOption('sphere');
+  await page.locator('[data-path="solver.sleep"]').uncheck();
+  await page.locator('[data-path="broad"]').selectOption('tree');
+  await page.locator('#gravity').selectOption({ label: 'none' });
+  await page.waitForFunction(() => {
+    const p = globalThis.laglab().params, s = p.solver;
+    return s.method === 'avbd' && s.iterations === 3 && s.continuous === 'swept' && s.volume === 'sphere' && !s.sleep && p.broad === 'tree' && p.gravity[1] === 0;
+  });
+  await page.locator('[data-path="solver.iterations"]').fill('900');
+  await page.locator('[data-path="solver.iterations"]').blur();
+  await page.waitForFunction(() => /200/.test(document.querySelector('.note')?.textContent ?? ''));
+  assert.equal((await paramsOf(page)).solver.iterations, 3);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('another scene, and another size of it, are sessions of their own', async () => {
+  const { page, close } = await open('#collide');
+  await page.waitForSelector('#scene');
+  await page.locator('#scene').selectOption('rigid/arch');
+  await page.waitForFunction(() => globalThis.laglab().params?.scene === 'arch');
+  await page.locator('#scene').selectOption('rigid/pyramid');
+  await page.waitForFunction(() => globalThis.laglab().params?.scene === 'pyramid');
+  await page.getByText('Scene made anew with').click();
+  await page.locator('[data-scene="size"]').fill('4');
+  await page.locator('[data-scene="size"]').blur();
+  await page.waitForFunction(() => globalThis.laglab().params?.params.size === 4);
+  await until(async () => (await sceneOf(page)).shapes.filter((s) => s.dynamic).length === 10, 'ten boxes');
+  await close();
+});
+
+test('a body is dragged by the mouse, and let go', async () => {
+  const { page, complaints, close } = await open('?scenario=rigid/pyramid');
+  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.2 && document.getElementById('world0'));
+  const { body, px, py } = await topmost(page);
+  await page.mouse.move(px, py);
+  await page.mouse.down();
+  await dragging(page, true);
+  const aim = await place(page, 0, body.x + 3, body.y);
+  await page.mouse.move(aim.px, aim.py, { steps: 8 });
+  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && Math.abs(s.x - body.x - 3) < 0.5; }, 'the body follows');
+  await page.mouse.up();
+  await dragging(page, false);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a body is dragged by a finger', async () => {
+  const { page, context, close } = await open('?scenario=rigid/pyramid', { width: 390, height: 844, hasTouch: true, isMobile: true });
+  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.2 && document.getElementById('world0'));
+  const client = await context.newCDPSession(page);
+  const { body, px, py } = await topmost(page);
+  const aim = await place(page, 0, body.x + 2, body.y + 1);
+  await client.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [{ x: px, y: py }] });
+  await dragging(page, true);
+  for (let i = 1; i <= 8; i++) {
+    await client.send('Input.dispatchTouchEvent', { type: 'touchMove', touchPoints: [{ x: px + ((aim.px - px) * i) / 8, y: py + ((aim.py - py) * i) / 8 }] });
+  }
+  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.x - body.x > 1; }, 'the body follows');
+  await client.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
+  await dragging(page, false);
+  await close();
+});
+
+test('a body is dragged by keys', async () => {
+  const { page, close } = await open('?scenario=paper/fig05&set=gravity:0', { wait: true });
+  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.1 && document.getElementById('world0'));
+  const { body } = await topmost(page);
+  await page.locator('.drag').first().focus();
+  const hand = () => page.evaluate(async () => (await import(new URL('js/collide/drag.js', location.href).href)).pointer.value);
+  await page.keyboard.press('ArrowRight');
+  for (let i = 0; i < 200; i++) {
+    const at = await hand();
+    if (at.x < body.x - 0.3) await page.keyboard.press('ArrowRight');
+    else if (at.y < body.y - 0.3) await page.keyboard.press('ArrowUp');
+    else if (at.y > body.y + 0.3) await page.keyboard.press('ArrowDown');
+    else break;
+  }
+  await page.keyboard.press('Enter');
+  await dragging(page, true);
+  const from = (await sceneOf(page)).shapes.find((one) => one.body === body.body);
+  for (let i = 0; i < 15; i++) await page.keyboard.press('ArrowUp');
+  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.y - from.y > 0.5; }, 'the body follows');
+  await page.keyboard.press('Escape');
+  await dragging(page, false);
+  await close();
+});
+
+for (const { name, width, height, query } of SIZES) {
+  for (const colorScheme of /** @type {const} */ (['light', 'dark'])) {
+    test(`without a complaint of axe at ${name}, ${colorScheme}`, async () => {
+      const { page, close } = await open(`${query}${query ? '&' : '?'}scenario=rigid/bullets`, { width, height, colorScheme });
+      await page.waitForSelector('#world1');
+      await page.waitForTimeout(600);
+      assert.deepEqual(await axe(page), []);
+      for (const id of ['world0', 'world1']) {
+        const box = await page.locator(`#${id}`).boundingBox();
+        assert.ok(box && box.height > 80 && box.width > 180, JSON.stringify(box));
+      }
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert.ok(wide <= 0, `${wide} px too wide`);
+      await close();
+    });
+  }
+}
