@@ -15,12 +15,21 @@ void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_res
 {
     ll_api *api = context;
     cJSON *list = NULL;
+    const char *brief = ll_http_query(request, "brief");
+    if (brief && strcmp(brief, "true") != 0 && strcmp(brief, "false") != 0) {
+        ll_status wrong =
+            ll_field_error(LL_BAD_INPUT, "brief", "brief must be true or false; it is `%.40s`.", brief);
+        ll_problem(response, request, &wrong);
+        return;
+    }
     ll_status status = ll_scenario_list(api->scenarios, &list);
     if (ll_failed(&status)) {
         ll_problem_as(response, request, 503, &status);
         return;
     }
-    cJSON *json = cJSON_CreateObject();
+    cJSON *json = cJSON_CreateObject(), *item;
+    if (brief && strcmp(brief, "true") == 0)
+        cJSON_ArrayForEach(item, list) cJSON_DeleteItemFromObjectCaseSensitive(item, "text");
     cJSON_AddItemToObject(json, "scenarios", list);
     ll_http_json(response, 200, json);
     cJSON_Delete(json);

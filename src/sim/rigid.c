@@ -95,7 +95,7 @@ static void look(const ll_rigid *w, double view[4])
         all.lower.y -= span(all);  /* nothing holds it up: it hangs or falls */
     if (all.lower.x > all.upper.x) /* nothing yet */
         all = (ll_aabb){{-10, -10}, {10, 10}};
-    double room = 0.5 + 0.12 * span(all);
+    double room = 1 + 0.15 * span(all);
     view[0] = all.lower.x - room;
     view[1] = all.upper.x + room;
     view[2] = all.lower.y - 0.5 * room;

@@ -109,6 +109,9 @@ const DRIVEN = { 'players.0.control': 'person' };
 test('scenarios and documents', async () => {
   const { json } = await call('get', '/api/v1/scenarios', {}, 200);
   assert.ok(json.scenarios.length > 3);
+  const brief = await call('get', '/api/v1/scenarios', {}, 200, { query: '?brief=true' });
+  assert.deepEqual(brief.json.scenarios, json.scenarios.map(({ text, ...rest }) => rest));
+  await call('get', '/api/v1/scenarios', {}, 400, { query: '?brief=perhaps' });
   for (const { id } of json.scenarios) await call('get', '/api/v1/scenarios/{id}', { id }, 200);
   await call('get', '/api/v1/scenarios/{id}', { id: 'no_such' }, 404);
   for (const id of ['../../etc/passwd', '..%2f..%2fetc%2fpasswd', 'RACE', 'race.json', 'a//b'])

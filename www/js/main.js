@@ -24,7 +24,7 @@ function fetchFor(path, take, attempt = 1) {
   call('GET', path).then(take, () => setTimeout(() => fetchFor(path, take, attempt + 1), Math.min(4000, 250 * 2 ** attempt)));
 }
 fetchFor('schema', (answer) => { schemas.value = answer; });
-fetchFor('scenarios', (answer) => { scenarios.value = answer.scenarios ?? []; });
+fetchFor('scenarios?brief=true', (answer) => { scenarios.value = answer.scenarios ?? []; });
 
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the session waits: Play is what comes next */
   const stop = effect(() => {

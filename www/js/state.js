@@ -15,7 +15,7 @@ import { link } from './early.js';
  *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null, rigid: RigidLayout | null}} Layout
  *   entities: how each is drawn, none in a game that has a drawing of its own; motion, rigid: of a scenario of that kind, which has no players */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
-/** @typedef {{id: string, title: string, paper: string, kind: string, text: string}} ScenarioRow */
+/** @typedef {{id: string, title: string, paper: string, kind: string}} ScenarioRow */
 /** @typedef {'connecting' | 'open' | 'lost'} LinkState */
 /** @typedef {'all' | 'charts' | 'messages' | `view${number}`} Tab */
 
