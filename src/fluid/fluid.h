@@ -2,7 +2,8 @@
  *
  * A method represents a fluid: cells of a grid, particles, the surface of an ocean. A scene sets one of them
  * up and knows what is right there. Both are rows of tables, and a new scene of any method is one more row of
- * ll_fluid_scenes: the simulation kind, its parameters, the page and the tests read nothing else.
+ * ll_fluid_scenes, in scenes.h: the simulation kind, its parameters, the page and the tests read nothing
+ * else.
  *
  * The fluid is one relocatable block, laid out by its method, whose size follows from the scene's parameters:
  * a copy is a snapshot. A step calls neither malloc nor a clock and gives the same bits everywhere. */
@@ -44,8 +45,6 @@ typedef struct ll_fluid_layer {
 typedef struct ll_fluid_method {
     const char *name; /* `grid`, `particles`, `ocean` */
     const char *help;
-    const ll_param_table *solver; /* its settings, at most LL_FLUID_PARAMS_MAX bytes; live rows may change
-                                     between steps */
     const ll_fluid_layer *layers;
     int layer_count;
 
@@ -70,11 +69,12 @@ typedef struct ll_fluid_scene {
     const char *help;   /* what is in it and what it shows */
     const char *source; /* of what is right */
     const ll_fluid_method *method;
-    const ll_param_table *params; /* its own, at most LL_FLUID_PARAMS_MAX bytes */
-    const ll_param_table *solver; /* the method's settings with the defaults that the scene wants */
+    const ll_param_table *params; /* its own, at most LL_FLUID_PARAMS_MAX bytes: ll_fluid_NAME_params */
+    const ll_param_table *solver; /* the method's settings with the defaults that suit the scene; live rows
+ may change between steps */
     double duration_s;            /* that it wants */
 
-    /* Whether it can be made: LL_LIMIT with the memory that it would take, LL_BAD_INPUT; the field is
+    /* Whether it can be made; too large a size is refused with the memory that it would take. The field is
      * `params.ROW` or `solver.ROW`. */
     ll_status (*check)(const void *params, const void *solver);
     size_t (*size)(const void *params, const void *solver); /* room for every setting that is live */
@@ -90,5 +90,5 @@ typedef struct ll_fluid_scene {
 extern const ll_fluid_scene *const ll_fluid_scenes[];        /* NULL-terminated */
 const ll_fluid_scene *ll_fluid_scene_find(const char *name); /* NULL with no such scene */
 
-/* LL_LIMIT with a sentence that tells what `bytes` for `what` are beyond; otherwise ok. */
+/* LL_BAD_INPUT with a sentence that tells what `bytes` for `what` are beyond; otherwise ok. */
 ll_status ll_fluid_check_bytes(const char *field, const char *what, int64_t bytes);

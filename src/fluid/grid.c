@@ -60,6 +60,8 @@ double ll_grid_time(const ll_grid *g)
 ll_status ll_grid_check(const ll_grid_config *c, const ll_grid_solver *solver, bool empty)
 {
     char what[64];
+    if (c->nx % 2 != 0)
+        return ll_field_error(LL_BAD_INPUT, "params.n", "params.n: must be even, not %d", c->nx);
     snprintf(what, sizeof what, "a grid of %d x %d cells", c->nx, c->ny);
     ll_status status = ll_fluid_check_bytes("params.n", what, (int64_t)ll_grid_size(c->nx, c->ny));
     if (ll_failed(&status))

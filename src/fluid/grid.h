@@ -30,7 +30,7 @@ typedef enum ll_advection_kind {
 
 typedef enum ll_splitting { LL_SPLITTING_PROJECTION, LL_SPLITTING_REFLECTION, LL_SPLITTINGS } ll_splitting;
 
-/* Settings: all may change between steps. Names, ranges and defaults: ll_grid_table. */
+/* Settings: all may change between steps. Names, ranges and defaults: grid_table.h. */
 typedef struct ll_grid_solver {
     int32_t advection; /* ll_advection_kind */
     int32_t splitting; /* ll_splitting */
@@ -48,7 +48,6 @@ typedef struct ll_grid_solver {
     uint8_t padding[7];
 } ll_grid_solver;
 
-extern const ll_param_table ll_grid_table;
 extern const char *const ll_advection_names[LL_ADVECTIONS + 1];
 
 /* What a scene fixes. */
@@ -98,4 +97,3 @@ double ll_grid_mass(const ll_grid *); /* m^2 of dye */
 int ll_grid_numbers(const void *block, ll_fluid_number *out);
 
 extern const ll_fluid_method ll_fluid_grid;
-extern const ll_fluid_scene ll_fluid_taylor_green, ll_fluid_cavity, ll_fluid_cylinder, ll_fluid_rotation;

@@ -1,5 +1,6 @@
 /* The grid as a method of fluid.h. */
 #include <math.h>
+#include <string.h>
 
 #include "base/detmath.h"
 #include "fluid/grid_internal.h"
@@ -7,17 +8,12 @@
 
 const char *const ll_splitting_names[LL_SPLITTINGS + 1] = {"projection", "reflection", NULL};
 
-static const ll_param rows[] = {
-    LL_GRID_ROWS(LL_ADVECTION_MACCORMACK, LL_SPLITTING_PROJECTION, LL_PRESSURE_MULTIGRID, 1e-3, 4),
-};
-
-const ll_param_table ll_grid_table = LL_GRID_TABLE(rows);
-
-ll_status ll_grid_check_cells(int64_t n)
+size_t ll_grid_scene_size(const void *params, const void *solver)
 {
-    return n % 2 == 0
-               ? ll_ok()
-               : ll_field_error(LL_BAD_INPUT, "params.n", "params.n: must be even, not %lld", (long long)n);
+    int64_t n;
+    (void)solver;
+    memcpy(&n, params, sizeof n);
+    return ll_grid_size((int32_t)n, (int32_t)n);
 }
 
 /* ---- layers ---- */
@@ -54,11 +50,6 @@ static double divergence(const ll_grid *g, int64_t k)
     return ((u[k + 1] - u[k]) + (v[k + g->stride] - v[k])) / g->config.h;
 }
 
-static double obstacle(const ll_grid *g, int64_t k)
-{
-    return 1 - ll_grid_fluid(g)[k];
-}
-
 static const char *const value_columns[] = {"value", NULL};
 
 #define FIELD(name_, help_)                                                                                  \
@@ -72,11 +63,9 @@ static const ll_fluid_layer layers[] = {
     FIELD("vorticity", "1/s"),
     FIELD("pressure", "Times the step and over a cell: m/s."),
     FIELD("divergence", "Left by the projection: 1/s."),
-    FIELD("obstacle", "1 in obstacles."),
 };
 
-static double (*const values[])(const ll_grid *, int64_t k) = {dye,      speed,      vorticity,
-                                                               pressure, divergence, obstacle};
+static double (*const values[])(const ll_grid *, int64_t k) = {dye, speed, vorticity, pressure, divergence};
 
 static void layer_size(const void *block, int layer, int32_t *width, int32_t *height)
 {
@@ -91,7 +80,7 @@ static void layer_values(const void *block, int layer, float *out)
     const ll_grid *g = block;
     for (int32_t j = 0; j < g->config.ny; j++)
         for (int64_t k = ll_grid_k(g, 0, j), end = ll_grid_k(g, g->config.nx, j); k < end; k++)
-            *out++ = (float)values[layer](g, k);
+            *out++ = ll_grid_fluid(g)[k] ? (float)values[layer](g, k) : NAN;
 }
 
 /* ---- the rest ---- */
@@ -123,7 +112,6 @@ static void extent(const void *block, double *x0, double *y0, double *x1, double
 const ll_fluid_method ll_fluid_grid = {
     .name = "grid",
     .help = "Cells of a staggered grid under the equations of Navier and Stokes.",
-    .solver = &ll_grid_table,
     .layers = layers,
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,

@@ -55,10 +55,11 @@ extern const char *const ll_splitting_names[LL_SPLITTINGS + 1];
     }
 
 /* A scene's table of settings. */
-#define LL_GRID_TABLE(rows_)                                                                                 \
+#define LL_GRID_TABLE(name_, rows_)                                                                          \
     {                                                                                                        \
-        .name = "grid_solver", .help = "How a fluid on a grid is stepped.", .rows = rows_,                   \
+        .name = name_, .help = "How a fluid on a grid is stepped.", .rows = rows_,                           \
         .count = sizeof rows_ / sizeof rows_[0], .size = sizeof(ll_grid_solver)                              \
     }
 
-ll_status ll_grid_check_cells(int64_t n); /* even */
+/* Every scene's parameters begin with `int64_t n`, of a square box. */
+size_t ll_grid_scene_size(const void *params, const void *solver);

@@ -4,6 +4,7 @@
 
 #include "fluid/cavity_reference.h"
 #include "fluid/grid_table.h"
+#include "fluid/scenes.h"
 
 typedef struct params {
     int64_t n;
@@ -21,16 +22,16 @@ static const ll_param param_rows[] = {
     LL_GRID_CELLS(params, 64),
 };
 
-static const ll_param_table table = {.name = "cavity",
-                                     .help = "A box of 1 m whose lid moves at 1 m/s.",
-                                     .rows = param_rows,
-                                     .count = sizeof param_rows / sizeof param_rows[0],
-                                     .size = sizeof(params)};
+const ll_param_table ll_fluid_cavity_params = {.name = "cavity",
+                                               .help = "A box of 1 m whose lid moves at 1 m/s.",
+                                               .rows = param_rows,
+                                               .count = sizeof param_rows / sizeof param_rows[0],
+                                               .size = sizeof(params)};
 
 static const ll_param solver_rows[] = {
     LL_GRID_ROWS(LL_ADVECTION_CENTRAL, LL_SPLITTING_PROJECTION, LL_PRESSURE_DIRECT, 1e-6, 4),
 };
-static const ll_param_table solver_table = LL_GRID_TABLE(solver_rows);
+const ll_param_table ll_fluid_cavity_solver = LL_GRID_TABLE("cavity_solver", solver_rows);
 
 static void configure(const params *p, ll_grid_config *c)
 {
@@ -45,16 +46,8 @@ static void configure(const params *p, ll_grid_config *c)
 static ll_status check(const void *given, const void *solver)
 {
     ll_grid_config c;
-    ll_status status = ll_grid_check_cells(((const params *)given)->n);
     configure(given, &c);
-    return ll_failed(&status) ? status : ll_grid_check(&c, solver, true);
-}
-
-static size_t size(const void *given, const void *solver)
-{
-    int32_t n = (int32_t)((const params *)given)->n;
-    (void)solver;
-    return ll_grid_size(n, n);
+    return ll_grid_check(&c, solver, true);
 }
 
 static void init(void *block, const void *given, const void *solver)
@@ -143,11 +136,11 @@ const ll_fluid_scene ll_fluid_cavity = {
     .help = "A box whose lid moves: the steady state of Re 100 and 1000 is known to 1e-4.",
     .source = "Ghia, Ghia and Shin 1982; cavity_reference.h",
     .method = &ll_fluid_grid,
-    .params = &table,
-    .solver = &solver_table,
+    .params = &ll_fluid_cavity_params,
+    .solver = &ll_fluid_cavity_solver,
     .duration_s = 40,
     .check = check,
-    .size = size,
+    .size = ll_grid_scene_size,
     .init = init,
     .numbers = numbers,
     .profile = profile,

@@ -2,6 +2,7 @@
 #include <string.h>
 
 #include "fluid/grid_table.h"
+#include "fluid/scenes.h"
 
 #define SIDE 2.0
 #define SPEED 0.5
@@ -30,11 +31,16 @@ static const ll_param param_rows[] = {
      .help = "With which smoke rises."},
 };
 
-static const ll_param_table table = {.name = "cylinder",
-                                     .help = "Smoke past a cylinder in a tunnel of 2 m.",
-                                     .rows = param_rows,
-                                     .count = sizeof param_rows / sizeof param_rows[0],
-                                     .size = sizeof(params)};
+const ll_param_table ll_fluid_cylinder_params = {.name = "cylinder",
+                                                 .help = "Smoke past a cylinder in a tunnel of 2 m.",
+                                                 .rows = param_rows,
+                                                 .count = sizeof param_rows / sizeof param_rows[0],
+                                                 .size = sizeof(params)};
+
+static const ll_param solver_rows[] = {
+    LL_GRID_ROWS(LL_ADVECTION_MACCORMACK, LL_SPLITTING_PROJECTION, LL_PRESSURE_MULTIGRID, 1e-3, 4),
+};
+const ll_param_table ll_fluid_cylinder_solver = LL_GRID_TABLE("cylinder_solver", solver_rows);
 
 static void configure(const params *p, ll_grid_config *c)
 {
@@ -54,16 +60,8 @@ static void configure(const params *p, ll_grid_config *c)
 static ll_status check(const void *given, const void *solver)
 {
     ll_grid_config c;
-    ll_status status = ll_grid_check_cells(((const params *)given)->n);
     configure(given, &c);
-    return ll_failed(&status) ? status : ll_grid_check(&c, solver, false);
-}
-
-static size_t size(const void *given, const void *solver)
-{
-    int32_t n = (int32_t)((const params *)given)->n;
-    (void)solver;
-    return ll_grid_size(n, n);
+    return ll_grid_check(&c, solver, false);
 }
 
 static void init(void *block, const void *given, const void *solver)
@@ -89,10 +87,10 @@ const ll_fluid_scene ll_fluid_cylinder = {
     .help = "A tunnel with a cylinder, behind which vortices part in turn. Stir it.",
     .source = "von Karman 1911",
     .method = &ll_fluid_grid,
-    .params = &table,
-    .solver = &ll_grid_table,
+    .params = &ll_fluid_cylinder_params,
+    .solver = &ll_fluid_cylinder_solver,
     .duration_s = 30,
     .check = check,
-    .size = size,
+    .size = ll_grid_scene_size,
     .init = init,
 };

@@ -4,6 +4,7 @@
 
 #include "base/detmath.h"
 #include "fluid/grid_table.h"
+#include "fluid/scenes.h"
 
 #define PI 3.14159265358979323846
 
@@ -23,16 +24,16 @@ static const ll_param param_rows[] = {
      .help = "Zalesak's disc, whose edges show overshoot, or a smooth hill, which shows order."},
 };
 
-static const ll_param_table table = {.name = "rotation",
-                                     .help = "A shape that turns once a second in a box of 1 m.",
-                                     .rows = param_rows,
-                                     .count = sizeof param_rows / sizeof param_rows[0],
-                                     .size = sizeof(params)};
+const ll_param_table ll_fluid_rotation_params = {.name = "rotation",
+                                                 .help = "A shape that turns once a second in a box of 1 m.",
+                                                 .rows = param_rows,
+                                                 .count = sizeof param_rows / sizeof param_rows[0],
+                                                 .size = sizeof(params)};
 
 static const ll_param solver_rows[] = {
     LL_GRID_ROWS(LL_ADVECTION_MACCORMACK, LL_SPLITTING_PROJECTION, LL_PRESSURE_MULTIGRID, 1e-3, 1.6),
 };
-static const ll_param_table solver_table = LL_GRID_TABLE(solver_rows);
+const ll_param_table ll_fluid_rotation_solver = LL_GRID_TABLE("rotation_solver", solver_rows);
 
 static void configure(const params *p, ll_grid_config *c)
 {
@@ -48,16 +49,8 @@ static void configure(const params *p, ll_grid_config *c)
 static ll_status check(const void *given, const void *solver)
 {
     ll_grid_config c;
-    ll_status status = ll_grid_check_cells(((const params *)given)->n);
     configure(given, &c);
-    return ll_failed(&status) ? status : ll_grid_check(&c, solver, true);
-}
-
-static size_t size(const void *given, const void *solver)
-{
-    int32_t n = (int32_t)((const params *)given)->n;
-    (void)solver;
-    return ll_grid_size(n, n);
+    return ll_grid_check(&c, solver, true);
 }
 
 static double slotted_disc(double x, double y)
@@ -123,11 +116,11 @@ const ll_fluid_scene ll_fluid_rotation = {
         "A slotted disc, or a smooth hill, that turns with the box: shows what carrying it does to a shape.",
     .source = "Zalesak 1979",
     .method = &ll_fluid_grid,
-    .params = &table,
-    .solver = &solver_table,
+    .params = &ll_fluid_rotation_params,
+    .solver = &ll_fluid_rotation_solver,
     .duration_s = 1,
     .check = check,
-    .size = size,
+    .size = ll_grid_scene_size,
     .init = init,
     .numbers = numbers,
 };

@@ -5,6 +5,7 @@
 
 #include "base/detmath.h"
 #include "fluid/grid_table.h"
+#include "fluid/scenes.h"
 
 #define PI 3.14159265358979323846
 
@@ -40,16 +41,16 @@ static const ll_param param_rows[] = {
      .help = "Mean flow up."},
 };
 
-static const ll_param_table table = {.name = "taylor_green",
-                                     .help = "Vortices of 2 pi m that a mean flow carries.",
-                                     .rows = param_rows,
-                                     .count = sizeof param_rows / sizeof param_rows[0],
-                                     .size = sizeof(params)};
+const ll_param_table ll_fluid_taylor_green_params = {.name = "taylor_green",
+                                                     .help = "Vortices of 2 pi m that a mean flow carries.",
+                                                     .rows = param_rows,
+                                                     .count = sizeof param_rows / sizeof param_rows[0],
+                                                     .size = sizeof(params)};
 
 static const ll_param solver_rows[] = {
     LL_GRID_ROWS(LL_ADVECTION_CENTRAL, LL_SPLITTING_PROJECTION, LL_PRESSURE_DIRECT, 1e-6, 1),
 };
-static const ll_param_table solver_table = LL_GRID_TABLE(solver_rows);
+const ll_param_table ll_fluid_taylor_green_solver = LL_GRID_TABLE("taylor_green_solver", solver_rows);
 
 static void configure(const params *p, ll_grid_config *c)
 {
@@ -64,16 +65,8 @@ static void configure(const params *p, ll_grid_config *c)
 static ll_status check(const void *given, const void *solver)
 {
     ll_grid_config c;
-    ll_status status = ll_grid_check_cells(((const params *)given)->n);
     configure(given, &c);
-    return ll_failed(&status) ? status : ll_grid_check(&c, solver, true);
-}
-
-static size_t size(const void *given, const void *solver)
-{
-    int32_t n = (int32_t)((const params *)given)->n;
-    (void)solver;
-    return ll_grid_size(n, n);
+    return ll_grid_check(&c, solver, true);
 }
 
 /* The exact velocities at a point, without the mean. */
@@ -143,11 +136,11 @@ const ll_fluid_scene ll_fluid_taylor_green = {
     .help = "Vortices that decay while a mean flow carries them: shows the viscosity that a method adds.",
     .source = "Taylor and Green 1937",
     .method = &ll_fluid_grid,
-    .params = &table,
-    .solver = &solver_table,
+    .params = &ll_fluid_taylor_green_params,
+    .solver = &ll_fluid_taylor_green_solver,
     .duration_s = 5,
     .check = check,
-    .size = size,
+    .size = ll_grid_scene_size,
     .init = init,
     .numbers = numbers,
 };

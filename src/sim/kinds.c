@@ -1,9 +1,10 @@
 #include "sim/kinds.h"
 
-const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, &ll_sim_motion, &ll_sim_rigid, NULL};
+const ll_sim_kind *const ll_sim_kinds[] = {&ll_sim_netgame, &ll_sim_motion, &ll_sim_rigid, &ll_sim_fluid,
+                                           NULL};
 
 /* In the order of ll_sim_kinds; a test holds them against each other. */
-const char *const ll_sim_kind_names[] = {"netgame", "motion", "rigid", NULL};
+const char *const ll_sim_kind_names[] = {"netgame", "motion", "rigid", "fluid", NULL};
 
 static const ll_param timeline_rows[] = {
     {.name = "at_s",

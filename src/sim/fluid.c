@@ -1,0 +1,172 @@
+#include "sim/fluid.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#include "base/hash.h"
+#include "sim/kinds.h"
+
+static int64_t head_size(void)
+{
+    return ((int64_t)sizeof(ll_fluid_sim) + 63) & ~INT64_C(63);
+}
+
+static size_t size(const void *config)
+{
+    const ll_fluid_setup *setup = &((const ll_fluid_config *)config)->setup;
+    return (size_t)head_size() + ll_fluid_sim_scene(setup)->size(setup->params, setup->solver);
+}
+
+static void init(void *block, const void *config)
+{
+    ll_fluid_sim *s = block;
+    memset(s, 0, (size_t)head_size());
+    s->setup = ((const ll_fluid_config *)config)->setup;
+    s->size = (int64_t)size(config);
+    s->fluid = head_size();
+    ll_fluid_sim_scene(&s->setup)->init(ll_fluid_sim_block(s), s->setup.params, s->setup.solver);
+}
+
+static void settle(void *config, const void *before)
+{
+    (void)config;
+    (void)before;
+}
+
+static ll_freq tick_freq(const void *config)
+{
+    return ll_freq_from_hz(((const ll_fluid_config *)config)->setup.hz);
+}
+
+int ll_fluid_sim_numbers(const ll_fluid_sim *s, ll_fluid_number *out)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    int count = scene->method->numbers(ll_fluid_sim_block(s), out);
+    return scene->numbers ? count + scene->numbers(ll_fluid_sim_block(s), out + count) : count;
+}
+
+/* ---- a person stirs ---- */
+
+#define STIR_RADIUS 0.04 /* of the larger side of what is seen */
+#define STIR_SPEED 4.0   /* sides per second, at most */
+
+static double larger_side(const ll_fluid_sim *s, double box[4])
+{
+    ll_fluid_sim_scene(&s->setup)->method->extent(ll_fluid_sim_block(s), &box[0], &box[1], &box[2], &box[3]);
+    double width = box[2] - box[0], height = box[3] - box[1];
+    return width > height ? width : height;
+}
+
+static double limited(double value, double most)
+{
+    return value < -most ? -most : value > most ? most : value;
+}
+
+/* With the speed of the pointer since the tick before. */
+static void stir(ll_fluid_sim *s)
+{
+    double box[4], side = larger_side(s, box);
+    ll_fluid_stir what = {
+        .x = s->pointer[0],
+        .y = s->pointer[1],
+        .velocity_x = limited((s->pointer[0] - s->before[0]) * s->setup.hz, STIR_SPEED * side),
+        .velocity_y = limited((s->pointer[1] - s->before[1]) * s->setup.hz, STIR_SPEED * side),
+        .radius = s->held ? STIR_RADIUS * side : 0};
+    ll_fluid_sim_scene(&s->setup)->method->stir(ll_fluid_sim_block(s), &what);
+    memcpy(s->before, s->pointer, sizeof s->before);
+}
+
+static ll_status accepts(const void *config, int player, const ll_action *action)
+{
+    (void)config;
+    if (player != 0)
+        return ll_field_error(LL_BAD_INPUT, "player", "player must be 0, who stirs; got %d", player);
+    for (int i = 0; i < 2; i++)
+        if (!(action->axis[i] >= -1 && action->axis[i] <= 1))
+            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g",
+                                  (double)action->axis[i]);
+    return ll_ok();
+}
+
+static void input(void *block, int player, const ll_action *action)
+{
+    ll_fluid_sim *s = block;
+    bool held = (action->buttons & LL_BUTTON_FIRE) != 0;
+    double box[4];
+    (void)player;
+    larger_side(s, box);
+    for (int i = 0; i < 2; i++)
+        s->pointer[i] = 0.5 * (box[i] + box[i + 2]) + 0.5 * (box[i + 2] - box[i]) * (double)action->axis[i];
+    if (held && !s->held)
+        memcpy(s->before, s->pointer, sizeof s->before);
+    s->held = held;
+}
+
+/* ---- time ---- */
+
+static ll_status step(ll_fluid_sim *s)
+{
+    stir(s);
+    ll_status status = ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz);
+    if (!ll_failed(&status)) {
+        s->ticks++;
+        return status;
+    }
+    s->failed = 1;
+    memset(s->reason, 0, sizeof s->reason);
+    snprintf(s->reason, sizeof s->reason, "tick %lld: %.220s", (long long)s->ticks + 1, status.text);
+    return status;
+}
+
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
+{
+    ll_fluid_sim *s = block;
+    ll_freq freq = ll_freq_from_hz(s->setup.hz);
+    (void)recorder;
+    for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
+        ll_status status = s->failed ? ll_error(LL_DIVERGED, "%s", s->reason) : step(s);
+        if (ll_failed(&status))
+            return ll_error(LL_DIVERGED, "%s", s->reason);
+        s->now = ll_tick_time(tick, freq);
+    }
+    s->now = until;
+    return ll_ok();
+}
+
+static void change(void *block, const void *config, ll_time now)
+{
+    ll_fluid_sim *s = block;
+    (void)now;
+    s->setup = ((const ll_fluid_config *)config)->setup;
+    ll_fluid_sim_scene(&s->setup)->method->set_solver(ll_fluid_sim_block(s), s->setup.solver);
+}
+
+/* Without the choice of scene and what is shown: a new row in a table leaves hashes as they are. */
+static uint64_t hash(const void *block)
+{
+    const ll_fluid_sim *s = block;
+    uint64_t h = ll_hash(0, s, offsetof(ll_fluid_sim, setup));
+    return ll_hash(h, ll_fluid_sim_block(s), (size_t)(s->size - s->fluid));
+}
+
+const ll_sim_kind ll_sim_fluid = {
+    .name = "fluid",
+    .help = "Fluids by particles, on a grid, and as the surface of an ocean.",
+    .table = &ll_fluid_scenario_table,
+    .size = size,
+    .init = init,
+    .settle = settle,
+    .tick_freq = tick_freq,
+    .advance = advance,
+    .change = change,
+    .accepts = accepts,
+    .input = input,
+    .hash = hash,
+    .state = ll_fluid_sim_state,
+    .metrics = ll_fluid_sim_metrics,
+    .layout = ll_fluid_sim_layout,
+    .sections = ll_fluid_sim_sections,
+    .sections_json = ll_fluid_sim_sections_json,
+    .trace_columns = ll_fluid_sim_trace_columns,
+    .trace_row = ll_fluid_sim_trace_row,
+};

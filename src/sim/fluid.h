@@ -1,0 +1,67 @@
+/* Simulations of kind `fluid`: one scene of the fluid room, by whatever method it has.
+ *
+ * A tick is a step of 1 / hz, which the method divides as it needs. A person stirs: the fluid under the
+ * pointer is drawn along while the button is held. */
+#pragma once
+
+#include "fluid/fluid.h"
+#include "sim/sim.h"
+
+/* All but what every scenario has. */
+typedef struct ll_fluid_setup {
+    double hz;
+    int64_t shown; /* index of the field that frames carry */
+    int32_t scene; /* index into ll_fluid_scenes */
+    int32_t reserved;
+    _Alignas(8) char params[LL_FLUID_PARAMS_MAX]; /* of the scene */
+    _Alignas(8) char solver[LL_FLUID_PARAMS_MAX]; /* of its method */
+} ll_fluid_setup;
+
+typedef struct ll_fluid_config {
+    ll_scenario_head head;
+    ll_fluid_setup setup;
+} ll_fluid_config;
+
+extern const ll_param_table ll_fluid_scenario_table;
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
+/* The start of a block. */
+typedef struct ll_fluid_sim {
+    int64_t size;
+    ll_time now;
+    int64_t ticks, held;
+    double pointer[2], before[2]; /* m, where a person points, and pointed a tick ago */
+    int64_t fluid;                /* the method's block, from here */
+    int64_t failed;               /* 1: it cannot go on */
+    char reason[256];
+    ll_fluid_setup setup;
+} ll_fluid_sim;
+
+#pragma GCC diagnostic pop
+
+static inline const ll_fluid_scene *ll_fluid_sim_scene(const ll_fluid_setup *setup)
+{
+    return ll_fluid_scenes[setup->scene];
+}
+
+static inline void *ll_fluid_sim_block(const ll_fluid_sim *s)
+{
+    return (char *)(uintptr_t)s + s->fluid;
+}
+
+/* What the method and the scene tell, at most LL_FLUID_NUMBERS_MAX; returns the count. */
+int ll_fluid_sim_numbers(const ll_fluid_sim *s, ll_fluid_number *out);
+
+/* fluid_report.c and fluid_frame.c: what is told and streamed of a block */
+struct cJSON *ll_fluid_sim_state(const void *block);
+struct cJSON *ll_fluid_sim_metrics(const void *block);
+struct cJSON *ll_fluid_sim_layout(const void *config);
+int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity);
+int ll_fluid_sim_trace_row(const void *block, double *values, int capacity);
+void ll_fluid_sim_sections(const void *block,
+                           void (*section)(void *context, int type, int count, const void *bytes,
+                                           size_t size),
+                           void *context);
+void ll_fluid_sim_sections_json(const void *block, struct cJSON *frame);

@@ -1,0 +1,166 @@
+/* What is told of a fluid: state, metrics, layout and trace. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "sim/fluid.h"
+#include "sim/kinds.h"
+
+static cJSON *number_json(double value)
+{
+    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
+}
+
+static cJSON *numbers_of(const ll_fluid_sim *s)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "scene", scene->name);
+    cJSON_AddStringToObject(o, "method", scene->method->name);
+    cJSON_AddStringToObject(o, "status", s->failed ? "diverged" : "ok");
+    if (s->failed)
+        cJSON_AddStringToObject(o, "reason", s->reason);
+    cJSON_AddItemToObject(o, "t_s", number_json(ll_to_s(s->now)));
+    int count = ll_fluid_sim_numbers(s, all);
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToObject(o, all[i].name, number_json(all[i].value));
+    return o;
+}
+
+cJSON *ll_fluid_sim_state(const void *block)
+{
+    return numbers_of(block);
+}
+
+/* ---- metrics ---- */
+
+static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    double pairs[LL_FLUID_POINTS_MAX][2];
+    const char *name;
+    if (!scene->profile)
+        return;
+    cJSON *profiles = cJSON_AddObjectToObject(metrics, "profiles");
+    for (int index = 0, count; (count = scene->profile(ll_fluid_sim_block(s), index, &name, pairs)) > 0;
+         index++) {
+        cJSON *curve = cJSON_AddArrayToObject(profiles, name);
+        for (int i = 0; i < count; i++) {
+            cJSON *pair = cJSON_CreateArray();
+            cJSON_AddItemToArray(pair, number_json(pairs[i][0]));
+            cJSON_AddItemToArray(pair, number_json(pairs[i][1]));
+            cJSON_AddItemToArray(curve, pair);
+        }
+    }
+}
+
+cJSON *ll_fluid_sim_metrics(const void *block)
+{
+    cJSON *metrics = numbers_of(block);
+    add_profiles(metrics, block);
+    return metrics;
+}
+
+/* ---- layout ---- */
+
+/* The start of a simulation; NULL without memory. */
+static ll_fluid_sim *started(const void *config)
+{
+    ll_fluid_sim *s = malloc(ll_sim_fluid.size(config));
+    if (s)
+        ll_sim_fluid.init(s, config);
+    return s;
+}
+
+static void add_layers(cJSON *fluid, const ll_fluid_method *method)
+{
+    static const char *const shapes[] = {"field", "points"};
+    cJSON *layers = cJSON_AddArrayToObject(fluid, "layers");
+    for (int i = 0; i < method->layer_count; i++) {
+        const ll_fluid_layer *layer = &method->layers[i];
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "name", layer->name);
+        cJSON_AddStringToObject(o, "help", layer->help);
+        cJSON_AddStringToObject(o, "shape", shapes[layer->shape]);
+        cJSON *columns = cJSON_AddArrayToObject(o, "columns");
+        for (int k = 0; layer->columns[k]; k++)
+            cJSON_AddItemToArray(columns, cJSON_CreateString(layer->columns[k]));
+        cJSON_AddItemToArray(layers, o);
+    }
+}
+
+static void add_numbers(cJSON *fluid, const ll_fluid_sim *s)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    cJSON *numbers = cJSON_AddArrayToObject(fluid, "numbers");
+    int count = ll_fluid_sim_numbers(s, all);
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToArray(numbers, cJSON_CreateString(all[i].name));
+}
+
+/* Left, right, bottom, top. */
+static void add_view(cJSON *fluid, const ll_fluid_sim *s)
+{
+    double x0, y0, x1, y1;
+    ll_fluid_sim_scene(&s->setup)->method->extent(ll_fluid_sim_block(s), &x0, &y0, &x1, &y1);
+    const double view[4] = {x0, x1, y0, y1};
+    cJSON *array = cJSON_AddArrayToObject(fluid, "view");
+    for (int i = 0; i < 4; i++)
+        cJSON_AddItemToArray(array, number_json(view[i]));
+}
+
+cJSON *ll_fluid_sim_layout(const void *config)
+{
+    const ll_fluid_setup *setup = &((const ll_fluid_config *)config)->setup;
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(setup);
+    cJSON *layout = cJSON_CreateObject(), *fluid = cJSON_AddObjectToObject(layout, "fluid");
+    cJSON_AddStringToObject(fluid, "scene", scene->name);
+    cJSON_AddStringToObject(fluid, "title", scene->title);
+    cJSON_AddStringToObject(fluid, "help", scene->help);
+    cJSON_AddStringToObject(fluid, "source", scene->source);
+    cJSON_AddStringToObject(fluid, "method", scene->method->name);
+    cJSON_AddNumberToObject(fluid, "hz", setup->hz);
+    add_layers(fluid, scene->method);
+    ll_fluid_sim *s = started(config);
+    if (s) {
+        add_view(fluid, s);
+        add_numbers(fluid, s);
+    }
+    free(s);
+    return layout;
+}
+
+/* ---- trace: the first numbers of the method and all of the scene ---- */
+
+static int traced(const ll_fluid_sim *s, ll_fluid_number *out)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    int own = scene->method->numbers(ll_fluid_sim_block(s), all), n = 0;
+    for (; n < own && n < scene->method->traced; n++)
+        out[n] = all[n];
+    return scene->numbers ? n + scene->numbers(ll_fluid_sim_block(s), out + n) : n;
+}
+
+int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    ll_fluid_sim *s = started(config);
+    int count = s ? traced(s, all) : 0;
+    count = count > capacity ? 0 : count;
+    for (int i = 0; i < count; i++)
+        snprintf(names[i], 48, "%s", all[i].name);
+    free(s);
+    return count;
+}
+
+int ll_fluid_sim_trace_row(const void *block, double *values, int capacity)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    int count = traced(block, all);
+    count = count > capacity ? 0 : count;
+    for (int i = 0; i < count; i++)
+        values[i] = all[i].value;
+    return count;
+}
