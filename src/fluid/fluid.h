@@ -52,7 +52,7 @@ typedef struct ll_fluid_method {
      * particle, and the reason (a limit of CFL, a value that is not finite); the fluid is then spent. */
     ll_status (*step)(void *block, double dt);
     void (*set_solver)(void *block, const void *solver);
-    void (*stir)(void *block, const ll_fluid_stir *stir);
+    void (*stir)(void *block, const ll_fluid_stir *stir); /* NULL: nobody can */
 
     /* The same numbers in the same order for every scene and time; returns the count. The first
      * `traced` of them go into the trace. */

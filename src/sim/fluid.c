@@ -72,7 +72,8 @@ static void stir(ll_fluid_sim *s)
         .velocity_x = limited((s->pointer[0] - s->before[0]) * s->setup.hz, STIR_SPEED * side),
         .velocity_y = limited((s->pointer[1] - s->before[1]) * s->setup.hz, STIR_SPEED * side),
         .radius = s->held ? STIR_RADIUS * side : 0};
-    ll_fluid_sim_scene(&s->setup)->method->stir(ll_fluid_sim_block(s), &what);
+    if (ll_fluid_sim_scene(&s->setup)->method->stir)
+        ll_fluid_sim_scene(&s->setup)->method->stir(ll_fluid_sim_block(s), &what);
     memcpy(s->before, s->pointer, sizeof s->before);
 }
 
