@@ -1,0 +1,57 @@
+// Frames per second of fluids on one core, and how far particles are from what they are held against.
+import { join } from "node:path";
+import { build, digits, median, printTable, range, run, say, writeCsv } from "./lib.mjs";
+
+const quick = process.argv.includes("--quick");
+const rounds = quick ? 3 : 11;
+const program = join(build, "bench", "fluid");
+
+async function table(args) {
+  const [head, ...lines] = (await run(program, args.map(String))).trim().split("\n");
+  const columns = head.split(",");
+  return lines.map((line) => Object.fromEntries(line.split(",").map((cell, i) => [columns[i], cell])));
+}
+
+// ---- speed ----
+
+const timed = (await table(["speed", rounds])).map((row) => ({ ...row, frames_per_s: Number((row.frames / row.cpu_s).toPrecision(4)) }));
+const goals = { "particles pbf": 60, "ocean gerstner": 200, "smoke multigrid": 60 };
+const names = [...new Set(timed.map((row) => `${row.case} ${row.method}`))];
+const speeds = new Map(names.map((name) => [name, timed.filter((row) => `${row.case} ${row.method}` === name).map((row) => row.frames_per_s)]));
+const spread = (values) => { const r = range(values); return `${digits(r.min)}-${digits(r.max)}`; };
+
+printTable(`Frames of 1/60 s per second of CPU, ${rounds} rounds (median, min-max)`, names.map((name) => ({
+  case: name, "frames/s": digits(median(speeds.get(name))), "min-max": spread(speeds.get(name)), goal: goals[name] ?? "-",
+  what: timed.findLast((row) => `${row.case} ${row.method}` === name).note,
+})));
+
+// ---- accuracy ----
+
+const runs = await table(["accuracy"]);
+printTable("Particles: relative errors (front: Martin and Moyce, gate-shifted; pressure: RMS in the last second, and of its mean; PBF with 10 iterations)",
+  runs.map((row) => ({ scene: row.scene, method: row.method, size: row.size, quantity: row.quantity, value: row.value, "CPU s": row.cpu_s })));
+
+say("");
+for (const [name, goal] of Object.entries(goals)) {
+  const speed = median(speeds.get(name));
+  say(`${name}: at least ${goal} frames/s: ${digits(speed)}: ${speed >= goal ? "met" : "MISSED"}`);
+}
+/** The worst over the methods (or of one) and the sizes (or of one). */
+const value = (scene, quantity, method, size) => Math.max(...runs.filter((row) => row.scene === scene && row.quantity === quantity &&
+  (method === undefined || row.method === method) && (size === undefined || Number(row.size) === size)).map((row) => Number(row.value)));
+const told = (what, of, most) => say(`${what}: ${digits(of)}: ${of <= most ? "met" : "MISSED"}`);
+told("dam break, all methods: front RMS at most 0.05", value("dam_break", "front_rms"), 0.05);
+told("never ahead of Ritter's front", value("dam_break", "front_over_ritter_max"), 1);
+for (const method of ["wcsph", "pbf", "dfsph"])
+  told(`hydrostatic, ${method}, 40 along the height: pressure RMS at most 0.02`, value("hydrostatic", "pressure_rms", method, 40), 0.02);
+told("Poiseuille, all methods: velocity RMS at most 0.01", value("poiseuille", "velocity_rms"), 0.01);
+
+const command = `bench/run fluid${quick ? " --quick" : ""}`;
+writeCsv("fluid", command, {
+  case: "what was run", method: "of it", round: "the cases take turns", frames: "of 1/60 s", cpu_s: "of the process", frames_per_s: "frames / cpu_s",
+  note: "size, and what the speed was bought with",
+}, timed);
+writeCsv("fluid_accuracy", command, {
+  scene: "of src/fluid/particle_scenes.c", method: "of particles", size: "particles along the scene's length", quantity: "relative; compression_max over the whole run",
+  value: "of it", cpu_s: "of the whole run",
+}, runs);
