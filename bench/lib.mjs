@@ -133,6 +133,7 @@ export function run(command, args, input = "") {
     let text = "";
     child.stdout.on("data", (part) => { text += part; });
     child.on("error", reject);
+    child.stdin.on("error", () => {}); // it may end before it has read all
     child.on("exit", (code) => {
       running.delete(child);
       if (code === 0) resolve(text);

@@ -136,7 +136,10 @@ static bool print_event(const ll_rigid *w, numbers *n, int step, bool comma)
     printf("],\"joints\":[");
     for (int32_t i = 0, k = 0; i < w->joint_end; i++) {
         const ll_joint *j = &ll_joints(w)[i];
-        if (j->body[0] != LL_NONE && (fresh[j->body[0]] || fresh[j->body[1]])) {
+        if (j->body[0] == LL_NONE ||
+            ll_traits(w)[j->body[0]].inv_mass + ll_traits(w)[j->body[1]].inv_mass == 0)
+            continue; /* between two that cannot move some engines refuse it */
+        if (fresh[j->body[0]] || fresh[j->body[1]]) {
             printf("%s", k++ > 0 ? ",\n" : "");
             print_joint(j, n);
         }
