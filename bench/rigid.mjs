@@ -166,7 +166,7 @@ say(`cost grows at most as N log N from ${small.bodies} to ${large.bodies} bodie
   verdict(grown("broad_ms") <= 1 && grown("solve_ms") <= 1));
 say(`a sleeping world costs less than 1 us a step: ${digits(Math.max(...growth.map((row) => row.asleep_us)))} us: ${verdict(growth.every((row) => row.asleep_us < 1))}`);
 
-const command = `bench/run rigid${quick ? " --quick" : ""}`;
+const command = `bench/run rigid${quick ? " --quick" : ""}${existsSync(join(peers, "box2d_3_sse2")) ? " --box2d DIR" : ""}`;
 const columns = { settings: "what differs from the engine's standard", steps: "made", mean_ms: "CPU time of a step, of the quickest round", median_ms: "of its steps",
   sag: "m: the most that a dynamic body is too low", drift: "m: the farthest sideways", tilt: "rad: the most that one has turned", top_sag: "m: of the topmost body", top_y: "m: height of its centre", lowest: "m: height of the lowest centre" };
 writeCsv("rigid", command, { scene: "laglab's", engine: "laglab or a peer", ...columns }, speedRows);
