@@ -34,7 +34,9 @@ const place = (page, world, x, y) => page.evaluate(async ([w, mx, my]) => {
   return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
 }, [world, x, y]);
 
-const dragging = (page, on) => until(async () => (await sceneOf(page)).worlds[0].dragging === on, on ? 'a body is held' : 'nothing is held');
+const dragging = (page, on) => until(async () => (await sceneOf(page)).worlds[0].dragging === on, on ? 'a body is held' : 'nothing is held', 20000);
+/** Goes on for longer than a busy machine needs. */
+const LONG = '?scenario=rigid/pyramid&set=duration_s:300';
 const pause = (page) => page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Paused'));
 
 test('/#collide opens the lab, and it moves', async () => {
@@ -164,7 +166,7 @@ test('another scene, and another size of it, are sessions of their own', async (
 });
 
 test('a body is dragged by the mouse, and let go', async () => {
-  const { page, complaints, close } = await open('?scenario=rigid/pyramid');
+  const { page, complaints, close } = await open(LONG);
   await page.waitForFunction(() => globalThis.laglab().frame.time > 0.2 && document.getElementById('world0'));
   const { body, px, py } = await topmost(page);
   await page.mouse.move(px, py);
@@ -172,7 +174,7 @@ test('a body is dragged by the mouse, and let go', async () => {
   await dragging(page, true);
   const aim = await place(page, 0, body.x + 3, body.y);
   await page.mouse.move(aim.px, aim.py, { steps: 8 });
-  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && Math.abs(s.x - body.x - 3) < 0.5; }, 'the body follows');
+  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && Math.abs(s.x - body.x - 3) < 0.5; }, 'the body follows', 20000);
   await page.mouse.up();
   await dragging(page, false);
   assert.deepEqual(complaints, []);
@@ -180,7 +182,7 @@ test('a body is dragged by the mouse, and let go', async () => {
 });
 
 test('a body is dragged by a finger', async () => {
-  const { page, context, close } = await open('?scenario=rigid/pyramid', { width: 390, height: 844, hasTouch: true, isMobile: true });
+  const { page, context, close } = await open(LONG, { width: 390, height: 844, hasTouch: true, isMobile: true });
   await page.waitForFunction(() => globalThis.laglab().frame.time > 0.2 && document.getElementById('world0'));
   const client = await context.newCDPSession(page);
   const { body, px, py } = await topmost(page);
@@ -190,14 +192,14 @@ test('a body is dragged by a finger', async () => {
   for (let i = 1; i <= 8; i++) {
     await client.send('Input.dispatchTouchEvent', { type: 'touchMove', touchPoints: [{ x: px + ((aim.px - px) * i) / 8, y: py + ((aim.py - py) * i) / 8 }] });
   }
-  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.x - body.x > 1; }, 'the body follows');
+  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.x - body.x > 1; }, 'the body follows', 20000);
   await client.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
   await dragging(page, false);
   await close();
 });
 
 test('a body is dragged by keys', async () => {
-  const { page, close } = await open('?scenario=paper/fig05&set=gravity:0', { wait: true });
+  const { page, close } = await open(LONG);
   await page.waitForFunction(() => globalThis.laglab().frame.time > 0.1 && document.getElementById('world0'));
   const { body } = await topmost(page);
   await page.locator('.drag').first().focus();
@@ -206,6 +208,7 @@ test('a body is dragged by keys', async () => {
   for (let i = 0; i < 200; i++) {
     const at = await hand();
     if (at.x < body.x - 0.3) await page.keyboard.press('ArrowRight');
+    else if (at.x > body.x + 0.3) await page.keyboard.press('ArrowLeft');
     else if (at.y < body.y - 0.3) await page.keyboard.press('ArrowUp');
     else if (at.y > body.y + 0.3) await page.keyboard.press('ArrowDown');
     else break;
@@ -214,7 +217,7 @@ test('a body is dragged by keys', async () => {
   await dragging(page, true);
   const from = (await sceneOf(page)).shapes.find((one) => one.body === body.body);
   for (let i = 0; i < 15; i++) await page.keyboard.press('ArrowUp');
-  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.y - from.y > 0.5; }, 'the body follows');
+  await until(async () => { const s = (await sceneOf(page)).shapes.find((one) => one.body === body.body); return s && s.y - from.y > 0.5; }, 'the body follows', 20000);
   await page.keyboard.press('Escape');
   await dragging(page, false);
   await close();
