@@ -26,16 +26,17 @@ function chooser() {
     ${group('Games', kind('netgame'))}
     ${group('Motion', kind('motion'))}
     ${group('Rigid bodies', kind('rigid'))}
+    ${group('Fluids', kind('fluid'))}
     ${group('Figures of the paper', rows.filter((row) => row.id.startsWith('paper/')))}</select></label>`;
 }
 
 /** @returns {Template} */
 function labs() {
-  const cannon = layout.value?.game === 'cannon', step = layout.value?.motion != null, collide = layout.value?.rigid != null;
+  const cannon = layout.value?.game === 'cannon', step = layout.value?.motion != null, collide = layout.value?.rigid != null, fluid = layout.value?.fluid != null;
   const lab = (/** @type {string} */ id, /** @type {string} */ name, /** @type {boolean} */ current) => html`<button type="button"
     class="lab" aria-current=${current ? 'page' : 'false'} @click=${() => { if (!current) choose(id); }}>${name}</button>`;
-  return html`<nav aria-label="Labs">${lab('race', 'Race', !cannon && !step && !collide)}${lab('cannon', 'Cannon', cannon)}${lab('motion/free_fall', 'Step', step)}${lab(
-    'rigid/pyramid', 'Collide', collide)}</nav>`;
+  return html`<nav aria-label="Labs">${lab('race', 'Race', !cannon && !step && !collide && !fluid)}${lab('cannon', 'Cannon', cannon)}${lab('motion/free_fall', 'Step', step)}${lab(
+    'rigid/pyramid', 'Collide', collide)}${lab('fluid/cylinder', 'Fluid', fluid)}</nav>`;
 }
 
 const SYMBOLS = {

@@ -36,6 +36,7 @@ function layoutOf(hello) {
     fixed: given.fixed ?? [],
     motion: given.problem ? given : null,
     rigid: given.rigid ?? null,
+    fluid: given.fluid ?? null,
   };
 }
 

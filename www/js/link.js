@@ -16,7 +16,7 @@
 export const THEMES = ['auto', 'light', 'dark', 'projector'];
 export const FIRST_SCENARIO = 'race';
 /** Short addresses: `/#step`. @type {Record<string, string>} */
-export const LABS = { race: 'race', cannon: 'cannon', step: 'motion/free_fall', collide: 'rigid/pyramid' };
+export const LABS = { race: 'race', cannon: 'cannon', step: 'motion/free_fall', collide: 'rigid/pyramid', fluid: 'fluid/cylinder' };
 
 /** @param {string} text @returns {Value} */
 function toValue(text) {

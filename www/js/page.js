@@ -84,13 +84,14 @@ function notes() {
 const OWN = {
   motion: () => import('./step/lab.js').then(({ stepLab, drawStep }) => ({ lab: stepLab, draw: drawStep })),
   rigid: () => import('./collide/lab.js').then(({ collideLab, drawCollide }) => ({ lab: collideLab, draw: drawCollide })),
+  fluid: () => import('./fluid/lab.js').then(({ fluidLab, drawFluid }) => ({ lab: fluidLab, draw: drawFluid })),
 };
 /** Those that were read, by kind. @type {import('@preact/signals-core').Signal<Map<string, OwnLab>>} */
 const read = signal(new Map());
 const asked = new Set();
 
 /** The kind of the scenario when it has a page of its own. */
-const ownKind = () => Object.keys(OWN).find((kind) => layout.value?.[/** @type {'motion' | 'rigid'} */ (kind)]);
+const ownKind = () => Object.keys(OWN).find((kind) => layout.value?.[/** @type {'motion' | 'rigid' | 'fluid'} */ (kind)]);
 
 /** The page of its own, once it is read. @returns {OwnLab | undefined} */
 export const ownLab = () => read.value.get(ownKind() ?? '');

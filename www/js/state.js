@@ -10,10 +10,13 @@ import { link } from './early.js';
  *   methods: {method: string, order: number, adaptive: boolean}[]}} MotionLayout */
 /** @typedef {{scene: string, title: string, help: string, worlds: number, hz: number, view: number[], solvers: {name: string, help: string}[]}} RigidLayout
  *   view: left, right, bottom, top in m */
+/** @typedef {{name: string, help: string, shape: 'field' | 'points', columns: string[]}} FluidLayer */
+/** @typedef {{scene: string, title: string, help: string, source: string, method: string, hz: number, layers: FluidLayer[], view: number[],
+ *   numbers: string[]}} FluidLayout  view: as of rigid bodies */
 /** @typedef {{kind: string, width_m: number, height_m: number, round: boolean}} Shape */
 /** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene, entities: Shape[],
- *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null, rigid: RigidLayout | null}} Layout
- *   entities: how each is drawn, none in a game that has a drawing of its own; motion, rigid: of a scenario of that kind, which has no players */
+ *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null, rigid: RigidLayout | null, fluid: FluidLayout | null}} Layout
+ *   entities: how each is drawn, none in a game that has a drawing of its own; motion, rigid, fluid: of a scenario of that kind, which has no players */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
 /** @typedef {{id: string, title: string, paper: string, kind: string}} ScenarioRow */
 /** @typedef {'connecting' | 'open' | 'lost'} LinkState */
@@ -27,13 +30,15 @@ export const params = signal(null);
 export const layout = signal(null);
 /** Of all kinds, as the daemon gives it. @type {import('@preact/signals-core').Signal<any>} */
 export const schemas = signal(null);
-/** Of the scenario's kind, with the parameters of its game or problem. */
+/** Of the scenario's kind, with the parameters of its game, problem or scene. */
 export const schema = computed(() => {
   const all = schemas.value, now = params.value;
   const kind = all?.oneOf?.find((/** @type {any} */ one) => one.properties.kind.const === now?.kind);
   if (!kind) return null;
-  const variant = all.$defs[now.game ?? now.problem] ? { $ref: `#/$defs/${now.game ?? now.problem}` } : kind.properties.params;
-  return { ...kind, properties: { ...kind.properties, params: { ...kind.properties.params, anyOf: undefined, ...variant } }, $defs: all.$defs };
+  const own = (/** @type {string} */ name, /** @type {string} */ row) => (all.$defs[name] ? { ...kind.properties[row], anyOf: undefined, $ref: `#/$defs/${name}` }
+    : kind.properties[row]);
+  const varied = now.kind === 'fluid' ? { params: own(now.scene, 'params'), solver: own(`${now.scene}_solver`, 'solver') } : { params: own(now.game ?? now.problem, 'params') };
+  return { ...kind, properties: { ...kind.properties, ...varied }, $defs: all.$defs };
 });
 /** @type {import('@preact/signals-core').Signal<ScenarioRow[]>} */
 export const scenarios = signal([]);

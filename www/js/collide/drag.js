@@ -1,12 +1,14 @@
-// A person drags a body: by mouse, by touch, or by keys. What is sent is where the hand is and whether it holds.
+// A person drags a body, or stirs a fluid: by mouse, by touch, or by keys. What is sent is where the hand is and whether it holds.
 import { signal } from '../../vendor/signals-core.js';
 import { send } from '../lab.js';
 import { layout, locked } from '../state.js';
 
 /** Where the keys point, in m; null until they are used. @type {import('@preact/signals-core').Signal<{x: number, y: number, held: boolean} | null>} */
 export const pointer = signal(null);
-/** Of the pictures as drawn last, by world. @type {Map<number, import('./picture.js').Camera>} */
+/** Of the pictures as drawn last, by world. @type {Map<number, {left: number, top: number, scale: number}>} */
 export const cameras = new Map();
+
+const view = () => (layout.value?.rigid ?? layout.value?.fluid)?.view ?? [];
 
 let asked = 0;
 let said = '';
@@ -14,7 +16,7 @@ let held = false;
 
 /** @param {number} x m @param {number} y m @param {boolean} hold */
 function say(x, y, hold) {
-  const [left = 0, right = 1, bottom = 0, top = 1] = layout.value?.rigid?.view ?? [];
+  const [left = 0, right = 1, bottom = 0, top = 1] = view();
   const axis = (/** @type {number} */ v, /** @type {number} */ low, /** @type {number} */ high) => Math.max(-1, Math.min(1, (2 * v - low - high) / (high - low)));
   const input = { player: 0, axes: [axis(x, left, right), axis(y, bottom, top)], buttons: hold ? 1 : 0 };
   const text = JSON.stringify(input);
@@ -57,7 +59,7 @@ const STEPS = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], Arr
 /** Arrows move the hand by a fiftieth of the picture, with Shift by a tenth of that; Enter takes and lets go; Escape lets go.
  * @param {KeyboardEvent} event */
 export function key(event) {
-  const [left = 0, right = 1, bottom = 0, top = 1] = layout.value?.rigid?.view ?? [];
+  const [left = 0, right = 1, bottom = 0, top = 1] = view();
   const now = pointer.value ?? { x: (left + right) / 2, y: (bottom + top) / 2, held: false };
   const step = STEPS[event.key], size = (Math.min(right - left, top - bottom) / 50) * (event.shiftKey ? 0.1 : 1);
   let next = null;

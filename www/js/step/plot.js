@@ -103,7 +103,7 @@ export function drawPlot(surface, colours, plot) {
     pen.setLineDash([]);
     line.xs.forEach((vx, i) => {
       const vy = line.ys[i] ?? NaN;
-      if (!(vx > 0) || !(vy > 0)) return;
+      if (!Number.isFinite(vx) || !Number.isFinite(vy) || (logX && vx <= 0) || (logY && vy <= 0)) return;
       pen.beginPath();
       pen.arc(toX(vx), toY(vy), colours.line + 1.5, 0, 2 * Math.PI);
       pen.fill();

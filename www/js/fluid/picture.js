@@ -1,0 +1,199 @@
+// Draws a fluid: its field as an image of cells, its points, and what the colours stand for.
+import { drawText } from '../views/marks.js';
+import { css, isDark, mapsOf } from './colours.js';
+
+/** @typedef {import('../theme.js').Palette} Palette */
+/** @typedef {import('./decode.js').Field} Field */
+/** @typedef {import('./decode.js').Points} Points */
+/** @typedef {import('./scale.js').Scale} Scale */
+/** From px to m: x = left + px / scale, y = top - py / scale. @typedef {{left: number, top: number, scale: number}} Camera */
+/** @typedef {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
+ *   cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
+ *   word: what the colours stand for; note: what must be said over the picture */
+
+const cells = document.createElement('canvas'), pen = /** @type {CanvasRenderingContext2D} */ (cells.getContext('2d'));
+/** @type {ImageData | null} */
+let image = null;
+
+/** The colour of each byte of a field. @param {Field} field @param {number[]} range @param {Uint32Array} map @param {number} none */
+function lookUp(field, [low = 0, high = 1], map, none) {
+  const table = new Uint32Array(256), step = (field.high - field.low) / 254, top = map.length - 1;
+  for (let i = 0; i < 255; i++) {
+    const share = (field.low + i * step - low) / (high - low);
+    table[i] = map[Math.max(0, Math.min(top, Math.round(share * top)))] ?? 0;
+  }
+  table[255] = none;
+  return table;
+}
+
+/** As lit from the upper left. @param {Field} field @param {Uint8ClampedArray} data @param {number} strength per step of a byte */
+function shade(field, data, strength) {
+  const { width, height, bytes } = field;
+  for (let j = 1; j < height - 1; j++) {
+    for (let i = 1; i < width - 1; i++) {
+      const k = j * width + i;
+      const slope = (bytes[k + 1] ?? 0) - (bytes[k - 1] ?? 0) - (bytes[k + width] ?? 0) + (bytes[k - width] ?? 0);
+      const light = Math.max(0.45, Math.min(1.5, 1 + strength * slope)), at = 4 * ((height - 1 - j) * width + i);
+      for (let c = 0; c < 3; c++) data[at + c] = (data[at + c] ?? 0) * light;
+    }
+  }
+}
+
+/** @param {Field} field @param {Uint32Array} table @param {boolean} relief */
+function paint(field, table, relief) {
+  const { width, height, bytes } = field;
+  if (image?.width !== width || image.height !== height) {
+    cells.width = width;
+    cells.height = height;
+    image = pen.createImageData(width, height);
+  }
+  const out = new Uint32Array(image.data.buffer);
+  for (let j = 0, k = 0; j < height; j++) { /* rows of an image go down */
+    for (let at = (height - 1 - j) * width, end = at + width; at < end; at++) out[at] = table[bytes[k++] ?? 255] ?? 0;
+  }
+  if (relief) shade(field, image.data, 0.02 * Math.max(1, width / 64));
+  pen.putImageData(image, 0, 0);
+}
+
+const HUES = 32;
+
+/** Discs, by colour: as many strokes as colours. @param {CanvasRenderingContext2D} on @param {Camera} at
+ * @param {Shown['points'][0]} list @param {Uint32Array} map @param {number[]} range @param {number} area of the picture, px² */
+function discs(on, at, { of, columns }, map, [low = 0, high = 1], area) {
+  const x = columns.indexOf('x_m'), y = columns.indexOf('y_m'), hue = columns.findIndex((name) => /speed|mps$/.test(name));
+  const size = Math.max(1.5, Math.min(9, 0.7 * Math.sqrt(area / 2 / Math.max(1, of.count))));
+  const bins = Array.from({ length: HUES }, () => new Path2D());
+  for (let i = 0, k = 0; i < of.count; i++, k += of.columns) {
+    const share = hue < 0 ? 1 : ((of.values[k + hue] ?? 0) - low) / (high - low);
+    const px = ((of.values[k + x] ?? 0) - at.left) * at.scale, py = (at.top - (of.values[k + y] ?? 0)) * at.scale;
+    bins[Math.max(0, Math.min(HUES - 1, Math.floor(share * HUES)))]?.rect(px - size / 2, py - size / 2, size, size);
+  }
+  bins.forEach((path, i) => {
+    on.fillStyle = css(map[Math.round((map.length - 1) * (0.15 + (0.85 * i) / (HUES - 1)))] ?? 0); /* the least must be seen on paper */
+    on.fill(path);
+  });
+}
+
+/** A surface seen from the side. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list @param {Palette} colours */
+function line(on, at, { of, columns }, colours) {
+  const x = columns.indexOf('x_m'), y = columns.findIndex((name) => name === 'y_m' || name === 'height_m');
+  on.beginPath();
+  for (let i = 0, k = 0; i < of.count; i++, k += of.columns) {
+    on.lineTo(((of.values[k + x] ?? 0) - at.left) * at.scale, (at.top - (of.values[k + y] ?? 0)) * at.scale);
+  }
+  on.setLineDash([]);
+  on.lineWidth = colours.line;
+  on.strokeStyle = colours.accent;
+  on.stroke();
+}
+
+/** Bodies: rectangles with a place, an angle and two sides. @param {CanvasRenderingContext2D} on @param {Camera} at
+ * @param {Shown['points'][0]} list @param {Palette} colours */
+function boxes(on, at, { of, columns }, colours) {
+  const place = (/** @type {string} */ name) => columns.indexOf(name);
+  const value = (/** @type {number} */ i, /** @type {string} */ name) => of.values[i * of.columns + place(name)] ?? 0;
+  for (let i = 0; i < of.count; i++) {
+    const w = value(i, 'width_m') * at.scale, h = value(i, 'height_m') * at.scale;
+    on.save();
+    on.translate((value(i, 'x_m') - at.left) * at.scale, (at.top - value(i, 'y_m')) * at.scale);
+    on.rotate(-value(i, 'angle_rad'));
+    on.fillStyle = colours.buffer;
+    on.strokeStyle = colours.truth;
+    on.lineWidth = colours.line;
+    on.fillRect(-w / 2, -h / 2, w, h);
+    on.strokeRect(-w / 2, -h / 2, w, h);
+    on.restore();
+  }
+}
+
+/** @param {number} value */
+export const brief = (value) => (value === 0 ? '0' : Math.abs(value) < 1e-2 || Math.abs(value) >= 1e4 ? value.toExponential(0) : String(Number(value.toPrecision(3))))
+  .replaceAll('-', '−').replace('e+', 'e');
+
+/** The colours with what they stand for, along the lower edge. @param {CanvasRenderingContext2D} on @param {Palette} colours
+ * @param {Uint32Array} map @param {Shown} of @param {{left: number, right: number, bottom: number}} box */
+function legend(on, colours, map, of, box) {
+  const [low = 0, high = 1] = of.scale?.range() ?? [0, 1], text = colours.text;
+  const ticks = of.scale?.signed ? [low, low / 2, 0, high / 2, high] : [0, high / 4, high / 2, (3 * high) / 4, high];
+  on.font = `700 ${text}px ${colours.font}`;
+  const left = box.left + on.measureText(of.word).width + 1.6 * text, right = box.right - 2.4 * text, top = box.bottom - 2.3 * text;
+  drawText(on, colours, of.word, box.left, top + text * 0.5, { bold: true });
+  const width = right - left;
+  if (width < 6 * text) return;
+  for (let i = 0; i < width; i++) {
+    on.fillStyle = css(map[Math.round((i / (width - 1)) * (map.length - 1))] ?? 0);
+    on.fillRect(left + i, top, Math.min(1.5, width - i), text);
+  }
+  on.strokeStyle = colours.edge;
+  on.lineWidth = 1;
+  on.setLineDash([]);
+  on.strokeRect(left, top, width, text);
+  const shown = width < 22 * text ? ticks.filter((_, i) => i % 2 === 0) : ticks;
+  for (const tick of shown) {
+    drawText(on, colours, brief(tick), left + ((tick - low) / (high - low)) * width, top + 1.75 * text, { align: 'center', colour: colours.faint });
+  }
+}
+
+/** @param {CanvasRenderingContext2D} on @param {Palette} colours @param {Camera} at @param {{x: number, y: number, held: boolean}} hand */
+function reticle(on, colours, at, hand) {
+  const x = (hand.x - at.left) * at.scale, y = (at.top - hand.y) * at.scale;
+  for (const [width, colour] of /** @type {[number, string][]} */ ([[5, colours.paper], [2, colours.ink]])) {
+    on.lineWidth = width;
+    on.strokeStyle = colour;
+    on.setLineDash([]);
+    on.beginPath();
+    on.arc(x, y, 9, 0, 2 * Math.PI);
+    for (const [dx, dy] of [[1, 0], [-1, 0], [0, 1], [0, -1]]) {
+      on.moveTo(x + 5 * (dx ?? 0), y + 5 * (dy ?? 0));
+      on.lineTo(x + 14 * (dx ?? 0), y + 14 * (dy ?? 0));
+    }
+    on.stroke();
+  }
+  if (!hand.held) return;
+  on.fillStyle = colours.accent;
+  on.beginPath();
+  on.arc(x, y, 5, 0, 2 * Math.PI);
+  on.fill();
+}
+
+/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {Palette} colours @param {Shown} of @returns {Camera} */
+export function drawPicture(surface, colours, of) {
+  const { pen: on, width, height } = surface, { view: [x0 = 0, x1 = 1, y0 = 0, y1 = 1] } = of;
+  const foot = of.scale ? colours.text * 3.2 : 6;
+  const scale = Math.min((width - 12) / (x1 - x0), (height - foot - 6) / (y1 - y0));
+  const w = scale * (x1 - x0), h = scale * (y1 - y0), left = (width - w) / 2, top = (height - foot - h) / 2;
+  /** @type {Camera} */
+  const at = { left: x0 - left / scale, top: y1 + top / scale, scale };
+  const maps = mapsOf(isDark(colours.paper)), map = of.scale?.signed ? maps.signed : maps.even;
+  if (of.field && of.scale) {
+    paint(of.field, lookUp(of.field, of.scale.range(), map, grey(colours.edge)), of.relief);
+    on.imageSmoothingEnabled = !of.cells;
+    on.imageSmoothingQuality = 'high';
+    on.drawImage(cells, left, top, w, h);
+  }
+  on.strokeStyle = colours.edge;
+  on.lineWidth = 1;
+  on.setLineDash([]);
+  on.strokeRect(left - 0.5, top - 0.5, w + 1, h + 1);
+  on.save();
+  on.beginPath();
+  on.rect(left, top, w, h);
+  on.clip();
+  for (const list of of.points) {
+    if (list.columns.includes('width_m')) boxes(on, at, list, colours);
+    else if (list.line) line(on, at, list, colours);
+    else discs(on, at, list, of.field ? maps.even : map, of.scale?.range() ?? [0, 1], w * h);
+  }
+  on.restore();
+  const spare = Math.max(0, (width - Math.max(w, 40 * colours.text)) / 2);
+  if (of.scale) legend(on, colours, map, of, { left: Math.max(10, spare), right: width - Math.max(4, spare), bottom: height - 2 });
+  if (of.note) drawText(on, colours, of.note, width / 2, top + h / 2, { align: 'center', bold: true, colour: colours.snap });
+  if (of.hand) reticle(on, colours, at, of.hand);
+  return at;
+}
+
+/** @param {string} hex of six digits @returns {number} as an ImageData has it */
+function grey(hex) {
+  const [r = 0, g = 0, b = 0] = [1, 3, 5].map((i) => parseInt(hex.slice(i, i + 2), 16));
+  return ((255 << 24) | (b << 16) | (g << 8) | r) >>> 0;
+}
