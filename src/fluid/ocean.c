@@ -3,6 +3,7 @@
 
 #include "base/detmath.h"
 #include "fluid/ocean_internal.h"
+#include "fluid/ocean_table.h"
 
 #define TURN 6.283185307179586
 
@@ -16,30 +17,11 @@ const char *ll_ocean_method_help(ll_ocean_method_kind kind)
     return methods[kind]->help;
 }
 
-#define ROW(field, ...)                                                                                      \
-    {                                                                                                        \
-        .name = #field, .offset = offsetof(ll_ocean_setup, field), __VA_ARGS__                               \
-    }
-#define REAL(field, low, high, value, of, text)                                                              \
-    ROW(field, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value, .unit = of, .help = text)
-#define WHOLE(field, low, high, value, text)                                                                 \
-    ROW(field, .type = LL_PARAM_INT, .min = low, .max = high, .standard = value, .help = text)
-
 static const ll_param rows[] = {
-    ROW(method, .type = LL_PARAM_CHOICE, .choices = ll_ocean_method_names, .standard = LL_OCEAN_SPECTRUM,
-        .help = "How the surface is made."),
-    WHOLE(n, 8, 2048, 256, "Points along a side of the square; even, without prime factors above 5."),
-    REAL(length, 1, 1e5, 200, "m", "Side of the square, which repeats."),
-    REAL(depth, 0, 1e5, 0, "m", "Of the water; 0 is deeper than any wave reaches."),
-    REAL(gravity, 0.1, 100, 9.81, "m/s^2", "Gravity."),
-    REAL(wind_speed, 0, 40, 8, "m/s", "Wind of a fully risen sea."),
-    REAL(wind_angle, -7, 7, 0.5, "rad", "Where the wind blows to, from x towards z."),
-    REAL(choppiness, 0, 1.5, 1, NULL, "Scale of the displacement along the water."),
-    REAL(loop_s, 0, 3600, 0, "s", "All frequencies become multiples of one over this; 0 changes none."),
-    WHOLE(waves, 1, 64, 8, "Waves of gerstner."),
-    WHOLE(tile, 4, 512, 64, "Points along a side of the tile of tiled; divides n."),
-    WHOLE(frames, 2, 256, 32, "Pictures in the loop of tiled."),
-    WHOLE(seed, 0, 9007199254740991, 1, "Of phases and amplitudes."),
+    LL_OCEAN_ROW(method, "method", .type = LL_PARAM_CHOICE, .choices = ll_ocean_method_names,
+                 .standard = LL_OCEAN_SPECTRUM, .help = "How the surface is made."),
+    LL_OCEAN_REAL(choppiness, "choppiness", 0, 1.5, 1, NULL, "Scale of the displacement along the water."),
+    LL_OCEAN_ROWS(256, 0),
 };
 
 static ll_status check_rows(const void *object, const char *path)

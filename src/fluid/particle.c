@@ -429,10 +429,30 @@ static ll_particle_fault check(const ll_particles *p, double dt)
     return (ll_particle_fault){0};
 }
 
+void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir)
+{
+    p->stir = *stir;
+}
+
+static void draw_along(ll_particles *p)
+{
+    const ll_fluid_stir *s = &p->stir;
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
+    for (int32_t a = 0; s->radius > 0 && a < p->fluid; a++) {
+        double ex = x[a] - s->x, ey = y[a] - s->y;
+        if (ex * ex + ey * ey > s->radius * s->radius)
+            continue;
+        u[a] = s->velocity_x;
+        v[a] = s->velocity_y;
+    }
+}
+
 ll_status ll_particles_step(ll_particles *p, double dt)
 {
     const ll_particle_params *q = &p->params;
     double left = dt;
+    draw_along(p);
     for (int64_t done = 0; left > 0; done++) {
         double speed;
         int32_t at = fastest(p, &speed);
@@ -512,6 +532,7 @@ ll_particle_body ll_particles_body(const ll_particles *p)
 ll_particle_stats ll_particles_stats(const ll_particles *p)
 {
     return (ll_particle_stats){.tick = p->tick,
+                               .time = p->time,
                                .substeps = p->substeps,
                                .iterations = p->iterations,
                                .fluid = p->fluid,

@@ -11,7 +11,7 @@
 
 #include <stddef.h>
 
-#include "param/param.h"
+#include "fluid/fluid.h"
 
 typedef struct ll_particles ll_particles;
 
@@ -100,6 +100,9 @@ const ll_particle_setup *ll_particles_get_setup(const ll_particles *p);
  * cannot keep or that was broken, or more neighbours than there is room for. The fluid is then spent. */
 ll_status ll_particles_step(ll_particles *p, double dt);
 
+/* Fluid within the circle moves as told, until told otherwise. */
+void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir);
+
 uint64_t ll_particles_hash(const ll_particles *p); /* the same for the same history */
 
 /* Every invariant of the block, for LL_VALIDATE and tests. */
@@ -146,6 +149,7 @@ typedef struct ll_particle_stats {
     int64_t iterations; /* of the pressure solvers, in all */
     int32_t fluid, wall, body;
     int32_t pairs; /* of the last substep */
+    double time;   /* s */
 } ll_particle_stats;
 
 ll_particle_stats ll_particles_stats(const ll_particles *p);
@@ -154,11 +158,12 @@ ll_particle_stats ll_particles_stats(const ll_particles *p);
 
 typedef struct ll_particle_scene {
     const char *name, *title;
-    const char *help;    /* what is in it and what it is held against */
-    double size;         /* standard number of particles along the scene's own length */
-    double depth;        /* m, for pressure_rms; 0: no column */
-    double dt, duration; /* s, of a step and of the whole */
-    void (*configure)(double size, ll_particle_setup *setup, ll_particle_params *params);
+    const char *help;             /* what is in it and what it is held against */
+    double size;                  /* standard number of particles along the scene's own length */
+    double depth;                 /* m, for pressure_rms; 0: no column */
+    double dt, duration;          /* s, of a step and of the whole */
+    const ll_param_table *solver; /* ll_particle_params with the scene's defaults */
+    void (*configure)(double size, ll_particle_setup *setup);
 } ll_particle_scene;
 
 extern const ll_particle_scene *const ll_particle_scenes[];         /* NULL-terminated */
@@ -166,3 +171,5 @@ const ll_particle_scene *ll_particle_scene_named(const char *name); /* NULL with
 /* Sets all of both; `size` 0 is the scene's standard. */
 void ll_particle_scene_setup(const ll_particle_scene *scene, double size, ll_particle_setup *setup,
                              ll_particle_params *params);
+
+extern const ll_fluid_method ll_fluid_particles; /* of the scenes in scene_particles.c */

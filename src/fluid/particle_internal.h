@@ -36,6 +36,7 @@ struct ll_particles {
     ll_particle_setup setup;
     ll_particle_params params;
     ll_particle_body body;
+    ll_fluid_stir stir;
     double time;
     double mass; /* of a particle */
     double h, support;

@@ -1,40 +1,46 @@
 #include <string.h>
 
-#include "fluid/particle.h"
+#include "fluid/particle_table.h"
+#include "fluid/scenes.h"
 
 /* ---- dam break: a column of a x 2 a; all in units of a and g ---- */
 
-static void dam_break(double size, ll_particle_setup *s, ll_particle_params *q)
+static const ll_param dam_break_rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_WCSPH, 0, -1, 1, 20, 0.05, 0, 0, 0.4, 100, 0)};
+const ll_param_table ll_fluid_dam_break_solver = LL_PARTICLE_TABLE("dam_break_solver", dam_break_rows);
+
+static void dam_break(double size, ll_particle_setup *s)
 {
     s->spacing = 1 / size;
     s->width = 6;
     s->height = 3;
     s->walls = LL_WALL_LEFT | LL_WALL_RIGHT | LL_WALL_BOTTOM;
     s->fill[0] = (ll_particle_fill){.width = 1, .height = 2};
-    q->gravity_y = -1;
-    q->density = 1;
-    q->sound_speed = 20;
-    q->artificial_viscosity = 0.05;
 }
 
 /* ---- hydrostatic column ---- */
 
-static void hydrostatic(double size, ll_particle_setup *s, ll_particle_params *q)
+static const ll_param hydrostatic_rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_WCSPH, 0, -1, 1, 14, 0.05, 0, 0, 0.4, 100,
+                     0)}; /* the speed of sound is ten times sqrt(2 g H) */
+const ll_param_table ll_fluid_hydrostatic_solver = LL_PARTICLE_TABLE("hydrostatic_solver", hydrostatic_rows);
+
+static void hydrostatic(double size, ll_particle_setup *s)
 {
     s->spacing = 1 / size;
     s->width = 0.5;
     s->height = 1.5;
     s->walls = LL_WALL_LEFT | LL_WALL_RIGHT | LL_WALL_BOTTOM;
     s->fill[0] = (ll_particle_fill){.width = 0.5, .height = 1, .settled = 1};
-    q->gravity_y = -1;
-    q->density = 1;
-    q->sound_speed = 14; /* ten times sqrt(2 g H) */
-    q->artificial_viscosity = 0.05;
 }
 
 /* ---- Poiseuille: a channel of width 1, force 1, viscosity 0.1 ---- */
 
-static void poiseuille(double size, ll_particle_setup *s, ll_particle_params *q)
+static const ll_param poiseuille_rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_WCSPH, 1, 0, 1, 12.5, 0, 0.1, 1, 0.4, 100, 0)};
+const ll_param_table ll_fluid_poiseuille_solver = LL_PARTICLE_TABLE("poiseuille_solver", poiseuille_rows);
+
+static void poiseuille(double size, ll_particle_setup *s)
 {
     s->spacing = 1 / size;
     s->height = 1;
@@ -43,33 +49,30 @@ static void poiseuille(double size, ll_particle_setup *s, ll_particle_params *q)
     s->periodic = 1;
     s->walls = LL_WALL_BOTTOM | LL_WALL_TOP;
     s->fill[0] = (ll_particle_fill){.width = s->width, .height = 1};
-    q->gravity_x = 1;
-    q->gravity_y = 0;
-    q->density = 1;
-    q->viscosity = 0.1;
-    q->artificial_viscosity = 0;
-    q->sound_speed = 12.5;
-    q->no_slip = true;
 }
 
 /* ---- a drop that nothing holds ---- */
 
-static void drop(double size, ll_particle_setup *s, ll_particle_params *q)
+static const ll_param drop_rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_DFSPH, 0, -1, 1, 20, 0.01, 0, 0, 0.4, 100, 0)};
+const ll_param_table ll_fluid_drop_solver = LL_PARTICLE_TABLE("drop_solver", drop_rows);
+
+static void drop(double size, ll_particle_setup *s)
 {
     s->spacing = 1 / size;
     s->width = 4;
     s->height = 4;
     s->fill[0] = (ll_particle_fill){
         .x = 1.5, .y = 2.5, .width = 1, .height = 1, .u = 0.3, .v = 0.2, .strain = 1, .round = 1};
-    q->gravity_y = -1;
-    q->density = 1;
-    q->sound_speed = 20;
-    q->artificial_viscosity = 0.01;
 }
 
 /* ---- a box that floats ---- */
 
-static void raft(double size, ll_particle_setup *s, ll_particle_params *q)
+static const ll_param raft_rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_DFSPH, 0, -1, 1, 14, 0.05, 0, 0, 0.4, 100, 0)};
+const ll_param_table ll_fluid_raft_solver = LL_PARTICLE_TABLE("raft_solver", raft_rows);
+
+static void raft(double size, ll_particle_setup *s)
 {
     s->spacing = 1 / size;
     s->width = 2;
@@ -77,15 +80,15 @@ static void raft(double size, ll_particle_setup *s, ll_particle_params *q)
     s->walls = LL_WALL_LEFT | LL_WALL_RIGHT | LL_WALL_BOTTOM;
     s->fill[0] = (ll_particle_fill){.width = 2, .height = 0.7};
     s->body = (ll_particle_float){.x = 1, .y = 0.95, .width = 0.5, .height = 0.4, .density = 0.6};
-    q->gravity_y = -1;
-    q->density = 1;
-    q->sound_speed = 14;
-    q->artificial_viscosity = 0.05;
 }
 
 /* ---- as games have it: a shallow pool of 20 m, in SI units ---- */
 
-static void pool(double size, ll_particle_setup *s, ll_particle_params *q)
+static const ll_param pool_rows[] = {
+    LL_PARTICLE_ROWS(LL_PARTICLE_PBF, 0, -10, 1000, 50, 0.02, 0, 0, 1, 4, 0.1)};
+const ll_param_table ll_fluid_pool_solver = LL_PARTICLE_TABLE("pool_solver", pool_rows);
+
+static void pool(double size, ll_particle_setup *s)
 {
     s->spacing = 20 / size;
     s->width = 20;
@@ -94,11 +97,6 @@ static void pool(double size, ll_particle_setup *s, ll_particle_params *q)
     s->fill_count = 2;
     s->fill[0] = (ll_particle_fill){.width = 10, .height = 1.5, .settled = 1};
     s->fill[1] = (ll_particle_fill){.x = 10, .width = 10, .height = 1, .settled = 1};
-    q->method = LL_PARTICLE_PBF;
-    q->sound_speed = 50;
-    q->cfl = 1;
-    q->iterations = 4;
-    q->smoothing = 0.1;
 }
 
 static const ll_particle_scene dam_break_scene = {
@@ -109,6 +107,7 @@ static const ll_particle_scene dam_break_scene = {
     .size = 20,
     .dt = 0.02,
     .duration = 2.4,
+    .solver = &ll_fluid_dam_break_solver,
     .configure = dam_break,
 };
 
@@ -120,6 +119,7 @@ static const ll_particle_scene hydrostatic_scene = {
     .depth = 1,
     .dt = 0.02,
     .duration = 10,
+    .solver = &ll_fluid_hydrostatic_solver,
     .configure = hydrostatic,
 };
 
@@ -131,6 +131,7 @@ static const ll_particle_scene poiseuille_scene = {
     .size = 32,
     .dt = 0.02,
     .duration = 1,
+    .solver = &ll_fluid_poiseuille_solver,
     .configure = poiseuille,
 };
 
@@ -142,6 +143,7 @@ static const ll_particle_scene drop_scene = {
     .size = 30,
     .dt = 0.02,
     .duration = 1,
+    .solver = &ll_fluid_drop_solver,
     .configure = drop,
 };
 
@@ -152,6 +154,7 @@ static const ll_particle_scene raft_scene = {
     .size = 30,
     .dt = 0.02,
     .duration = 10,
+    .solver = &ll_fluid_raft_solver,
     .configure = raft,
 };
 
@@ -164,6 +167,7 @@ static const ll_particle_scene pool_scene = {
     .size = 200,
     .dt = 1. / 60,
     .duration = 10,
+    .solver = &ll_fluid_pool_solver,
     .configure = pool,
 };
 
@@ -182,6 +186,6 @@ void ll_particle_scene_setup(const ll_particle_scene *scene, double size, ll_par
                              ll_particle_params *params)
 {
     *setup = (ll_particle_setup){.smoothing = 1.3, .fill_count = 1};
-    ll_param_defaults(&ll_particle_table, params);
-    scene->configure(size > 0 ? size : scene->size, setup, params);
+    ll_param_defaults(scene->solver, params);
+    scene->configure(size > 0 ? size : scene->size, setup);
 }

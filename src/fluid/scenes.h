@@ -6,7 +6,9 @@
 #include "fluid/fluid.h"
 
 #define LL_FLUID_SCENES(X)                                                                                   \
-    X(cavity) X(taylor_green) X(cylinder) X(rotation) X(dam_break) X(hydrostatic) X(pool) X(raft)
+    X(cavity)                                                                                                \
+    X(taylor_green)                                                                                          \
+    X(cylinder) X(rotation) X(dam_break) X(hydrostatic) X(poiseuille) X(drop) X(raft) X(pool) X(sea)
 
 #define LL_FLUID_DECLARE(name)                                                                               \
     extern const ll_fluid_scene ll_fluid_##name;                                                             \

@@ -78,7 +78,8 @@ static void crests_run_at_the_speed_of_dispersion(void **state)
 {
     (void)state;
     for (int depth = 0; depth < 2; depth++) {
-        ll_ocean *o = open(depth ? "method=gerstner n=32 waves=1 depth=10" : "method=gerstner n=32 waves=1");
+        ll_ocean *o =
+            open(depth ? "method=gerstner n=32 waves=1 depth_m=10" : "method=gerstner n=32 waves=1");
         ll_wave w = ll_ocean_wave(o, 0);
         int64_t mx = llround(w.kx * 200 / TURN), mz = llround(w.kz * 200 / TURN);
         double before = phase_of(o, mx, mz), t = 0.7;
@@ -122,7 +123,7 @@ static void gerstner_is_the_sum_of_its_waves(void **state)
 static void trochoids_lie_low(void **state)
 {
     (void)state;
-    ll_ocean *o = open("method=gerstner n=64 waves=1 wind_angle=0 seed=6");
+    ll_ocean *o = open("method=gerstner n=64 waves=1 wind_angle_rad=0 seed=6");
     ll_wave w = ll_ocean_wave(o, 0);
     ll_ocean_surface s = ll_ocean_surface_of(o);
     double sum = 0, step = 200. / 64;
@@ -137,7 +138,7 @@ static void trochoids_lie_low(void **state)
 static void transforms_equal_the_direct_sum(void **state)
 {
     (void)state;
-    static const char *const settings[] = {"n=32", "n=30 depth=20 loop_s=20 seed=9"};
+    static const char *const settings[] = {"n=32", "n=30 depth_m=20 loop_s=20 seed=9"};
     for (int row = 0; row < 2; row++) {
         ll_ocean *o = open(settings[row]);
         ll_time t = ll_ms(3210);
@@ -166,7 +167,7 @@ static void seas_are_as_high_as_their_wind_makes_them(void **state)
     double mean = 0;
     for (int seed = 1; seed <= 4; seed++) {
         char settings[80];
-        snprintf(settings, sizeof settings, "n=128 length=800 wind_speed=10 seed=%d", seed);
+        snprintf(settings, sizeof settings, "n=128 length_m=800 wind_speed_mps=10 seed=%d", seed);
         ll_ocean *o = open(settings);
         ll_ocean_surface s = ll_ocean_surface_of(o);
         for (int64_t at = 0; at < s.n * s.n; at++)
@@ -196,8 +197,8 @@ static void loops_close_exactly(void **state)
 static void tiles_repeat_the_spectrum(void **state)
 {
     (void)state;
-    ll_ocean *o = open("n=64 tile=32 frames=16 loop_s=16 length=100 method=tiled");
-    ll_ocean *source = open("method=spectrum n=32 loop_s=16 length=50");
+    ll_ocean *o = open("n=64 tile=32 frames=16 loop_s=16 length_m=100 method=tiled");
+    ll_ocean *source = open("method=spectrum n=32 loop_s=16 length_m=50");
     ll_ocean_evaluate(o, ll_ms(5400)); /* picture 5 */
     ll_ocean_evaluate(source, ll_ms(5000));
     ll_ocean_surface a = ll_ocean_surface_of(o), b = ll_ocean_surface_of(source);
@@ -211,7 +212,7 @@ static void tiles_repeat_the_spectrum(void **state)
 static void buoys_float_by_their_density(void **state)
 {
     (void)state;
-    ll_ocean *calm = open("method=gerstner n=16 wind_speed=0");
+    ll_ocean *calm = open("method=gerstner n=16 wind_speed_mps=0");
     ll_buoy b = {.x = 50, .z = 50, .width = 2, .length = 3, .height = 1, .density = 0.4, .drag = 2, .y = 1};
     b.pitch = 0.1;
     for (int i = 0; i < 6000; i++)
@@ -225,7 +226,7 @@ static void buoys_float_by_their_density(void **state)
 static void buoys_follow_long_waves(void **state)
 {
     (void)state;
-    ll_ocean *o = open("method=gerstner n=64 waves=1 wind_speed=8");
+    ll_ocean *o = open("method=gerstner n=64 waves=1 wind_speed_mps=8");
     ll_buoy b = {.x = 70, .z = 90, .width = 0.5, .length = 0.5, .height = 0.4, .density = 0.5, .drag = 2};
     double error = 0, height = 0;
     for (int i = 0; i < 6000; i++) {
@@ -247,8 +248,8 @@ static void hostile_setups_are_refused(void **state)
     (void)state;
     static const char *const bad[] = {
         "n=7",           "n=22",           "n=34",
-        "n=9999999",     "length=nan",     "length=0",
-        "depth=-1",      "waves=0",        "wind_speed=1e9",
+        "n=9999999",     "length_m=nan",   "length_m=0",
+        "depth_m=-1",    "waves=0",        "wind_speed_mps=1e9",
         "method=tiled",  "method=waves",   "loop_s=4 tile=12 n=32 method=tiled",
         "gravity=false", "loop_s=-1",      "loop_s=4 tile=6 n=32 method=tiled",
         "tile=1e30",     "choppiness=inf", "loop_s=4 n=512 tile=256 frames=99 method=tiled"};
@@ -289,7 +290,7 @@ static void hashes_are_the_same_everywhere(void **state)
     static const struct {
         const char *settings;
         uint64_t hash;
-    } rows[] = {{"method=gerstner n=64 depth=30", 0x52da951841f24127},
+    } rows[] = {{"method=gerstner n=64 depth_m=30", 0x52da951841f24127},
                 {"method=spectrum n=60 loop_s=12", 0x755e59c328b2e54c},
                 {"n=64 tile=32 loop_s=12 method=tiled", 0x37c5d124c435b964}};
     for (int i = 0; i < 3; i++) {
