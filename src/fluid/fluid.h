@@ -83,6 +83,7 @@ typedef struct ll_fluid_scene {
     /* What the scene knows beside the method's numbers: errors against the reference. NULL: nothing. */
     int (*numbers)(const void *block, ll_fluid_number *out);
     /* Curves to be held against published ones: pairs (coordinate, value), at most LL_FLUID_POINTS_MAX.
+     * What is known of the curve `u` is the curve `u_reference`.
      * `index` counts from 0; returns 0 points beyond the last. NULL: there is none. */
     int (*profile)(const void *block, int index, const char **name, double (*pairs)[2]);
 } ll_fluid_scene;

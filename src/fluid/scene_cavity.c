@@ -91,14 +91,35 @@ static double profile_at(const ll_grid *g, int component, double coordinate)
     return sum;
 }
 
-/* At multiples of 1/128, where published values stand. */
+/* What is known of a cavity; NULL: nothing. */
+static const ll_cavity_reference *reference(const ll_grid *g)
+{
+    params p;
+    memcpy(&p, ll_grid_get_config(g)->params, sizeof p);
+    for (int i = 0; i < ll_cavity_reference_count; i++)
+        if (ll_cavity_references[i].re == p.re)
+            return &ll_cavity_references[i];
+    return NULL;
+}
+
+/* At multiples of 1/128, where published values stand; then those. */
 static int profile(const void *block, int index, const char **name, double (*pairs)[2])
 {
-    static const char *const names[2] = {"u", "v"};
+    static const char *const names[4] = {"u", "v", "u_reference", "v_reference"};
     enum { STEPS = 128 };
-    if (index > 1)
+    const ll_cavity_reference *known = reference(block);
+    if (index > (known ? 3 : 1))
         return 0;
     *name = names[index];
+    if (index > 1) {
+        int count = known->count[index - 2];
+        for (int i = 0; i < count; i++) {
+            const ll_cavity_point *point = &known->points[index - 2][i];
+            pairs[i][0] = point->coordinate;
+            pairs[i][1] = point->value;
+        }
+        return count;
+    }
     for (int i = 0; i <= STEPS; i++) {
         pairs[i][0] = (double)i / STEPS;
         pairs[i][1] = profile_at(block, index, pairs[i][0]);
@@ -108,13 +129,8 @@ static int profile(const void *block, int index, const char **name, double (*pai
 
 static int numbers(const void *block, ll_fluid_number *out)
 {
-    params p;
-    memcpy(&p, ll_grid_get_config(block)->params, sizeof p);
     double error = 0, from_ghia = 0;
-    const ll_cavity_reference *known = NULL;
-    for (int i = 0; i < ll_cavity_reference_count; i++)
-        if (ll_cavity_references[i].re == p.re)
-            known = &ll_cavity_references[i];
+    const ll_cavity_reference *known = reference(block);
     if (!known)
         return 0;
     for (int component = 0; component < 2; component++)

@@ -33,6 +33,12 @@ static void profiles_run_from_wall_to_wall(void **state)
     assert_int_equal(t.scene->profile(t.block, 1, &name, pairs), 129);
     assert_string_equal(name, "v");
     assert_true(pairs[0][1] == 0 && pairs[128][1] == 0);
+    assert_int_equal(t.scene->profile(t.block, 2, &name, pairs), 17);
+    assert_string_equal(name, "u_reference");
+    assert_true(pairs[8][0] == 0.5 && pairs[8][1] == -0.209149);
+    assert_int_equal(t.scene->profile(t.block, 4, &name, pairs), 0);
+    tank_close(&t);
+    t = tank_open("cavity", "params.n=16 params.re=400");
     assert_int_equal(t.scene->profile(t.block, 2, &name, pairs), 0);
     tank_close(&t);
 }

@@ -194,6 +194,9 @@ test('numbers are plotted over time, and which one can be chosen; a cavity has i
   await until(async () => (await drawn(page, 'plot0')) !== before[0] && (await drawn(page, 'plot1')) !== before[1], 'the plots go on');
   await page.waitForSelector('#profiles');
   await pause(page);
+  const curves = await page.evaluate(async () => (await import(new URL('js/fluid/measure.js', location.href).href)).profiles.value);
+  assert.deepEqual(Object.entries(curves).map(([name, pairs]) => [name, pairs.length]), [['u', 129], ['v', 129], ['u_reference', 17], ['v_reference', 17]]);
+  assert.deepEqual(curves.u_reference[8], [0.5, -0.209149]); /* the middle, by Richardson's extrapolation */
   const error = await drawn(page, 'plot0');
   await page.locator('select.plotted').first().selectOption({ label: 'energy' });
   await until(async () => (await drawn(page, 'plot0')) !== error, 'energy is plotted');

@@ -248,7 +248,7 @@ function drawPlots(colours) {
     return { xs: pairs.map(([x = 0]) => x), ys: pairs.map(([, y = 0]) => y), colour: paintOf(colours, Math.max(0, place)).text,
       ...(known ? { points: true, width: 1, dash: [2, 3] } : {}) };
   });
-  const known = curves.length > own.length ? '; dots: published' : '';
+  const known = curves.length > own.length ? '; dots: known' : '';
   onto('profiles', (s) => drawPlot(s, colours, { lines, x: 'place', y: `${own.map(([name]) => name).join(', ')}${known}`, least: 1e-9, empty: '' }));
 }
 
