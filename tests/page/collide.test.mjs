@@ -19,7 +19,10 @@ const drawn = (page, id) => page.locator(`#${id}`).evaluate((c) => /** @type {HT
 const open = (query, wish = {}) => visit(browser, `${daemon.url}${query}`, wish);
 
 /** What the page has decoded of the newest frame. */
-const sceneOf = (page) => page.evaluate(async () => (await import(new URL('js/collide/decode.js', location.href).href)).sceneOf(globalThis.laglab().frame));
+const sceneOf = (page) => page.evaluate(async () => {
+  while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
+  return (await import(new URL('js/collide/decode.js', location.href).href)).sceneOf(globalThis.laglab().frame);
+});
 
 /** The topmost dynamic body of a world, in m and on the screen. */
 async function topmost(page, world = 0) {
