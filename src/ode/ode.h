@@ -84,7 +84,8 @@ static inline void ll_ode_eval(const ll_ode *ode, double t, const double *y, dou
         dy[0] = y[half];
         dy[half - 1] = y[2 * half - 1];
     } else {
-        memcpy(dy, y + half, (size_t)half * sizeof *dy);
+        for (int i = 0; i < half; i++)
+            dy[i] = y[half + i];
     }
     ode->acceleration(ode->params, t, y, y + half, dy + half);
 }
