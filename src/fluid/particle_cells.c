@@ -51,7 +51,7 @@ static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll
     start[0] = begin;
 
     double *order = ll_part_order(p);
-    for (int f = 0; f < (int)fields; f++) {
+    for (ll_particle_field f = 0; f < fields; f++) {
         double *value = ll_particle_values(p, f);
         for (int32_t i = begin; i < end; i++)
             order[place[i]] = value[i];
