@@ -129,6 +129,7 @@ test('a solver that loses a body fails the run, with the step and the body named
 });
 
 test('bad input is a sentence with field, range and value, on the command line and over HTTP', async () => {
+  /** @type {[any, ...string[]][]} a scenario, and words of the sentence */
   const bad = [
     [rigid([{ density: 0 }]), 'bodies.0.density', 'between', 'got 0'],
     [rigid([{ density: -2 }]), 'bodies.0.density', 'got -2'],
