@@ -156,11 +156,6 @@ ll_status ll_surrogate_see(ll_surrogate *s, int point)
     return ll_ok();
 }
 
-bool ll_surrogate_seen(const ll_surrogate *s, int point)
-{
-    return s->rank[point] >= 0;
-}
-
 void ll_surrogate_tell(ll_surrogate *s, int point, const double values[LL_SURROGATE_OUTPUTS])
 {
     for (int k = 0; k < LL_SURROGATE_OUTPUTS; k++)

@@ -22,4 +22,3 @@ void ll_surrogate_expect(const ll_surrogate *surrogate, int point, double mean[L
                          double deviation[LL_SURROGATE_OUTPUTS]);
 double ll_surrogate_doubt(const ll_surrogate *surrogate,
                           int point); /* relative variance, before any value is told */
-bool ll_surrogate_seen(const ll_surrogate *surrogate, int point);

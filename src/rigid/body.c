@@ -446,26 +446,6 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
     return ll_ok();
 }
 
-ll_status ll_rigid_set_position(ll_rigid *w, ll_body_id id, ll_vec2 position, double angle)
-{
-    int32_t i;
-    ll_status status = ll_body_slot(w, id, &i);
-    static const char *const fields[] = {"position.x", "position.y"}, *const angles[] = {"angle"};
-    if (!ll_failed(&status))
-        status = check_all(2, fields, (double[]){position.x, position.y}, LL_WORLD_MAX);
-    if (!ll_failed(&status))
-        status = check_all(1, angles, &angle, 1e6);
-    if (ll_failed(&status))
-        return status;
-    ll_body *b = &ll_bodys(w)[i];
-    ll_wake(w, i);
-    ll_rot q = {ll_cos(angle), ll_sin(angle)};
-    b->angle = angle;
-    ll_poses(w)[i] = (ll_pose){ll_sub(position, ll_rotate(q, b->origin)), q};
-    ll_refresh_boxes(w, i);
-    return ll_ok();
-}
-
 static ll_status dynamic_slot(ll_rigid *w, ll_body_id id, const char *what, int32_t *slot)
 {
     ll_status status = ll_body_slot(w, id, slot);

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "base/hash.h"
+#include "sim/hand.h"
 #include "sim/kinds.h"
 
 static int64_t head_size(void)
@@ -80,13 +81,7 @@ static void stir(ll_fluid_sim *s)
 static ll_status accepts(const void *config, int player, const ll_action *action)
 {
     (void)config;
-    if (player != 0)
-        return ll_field_error(LL_BAD_INPUT, "player", "player must be 0, who stirs; got %d", player);
-    for (int i = 0; i < 2; i++)
-        if (!(action->axis[i] >= -1 && action->axis[i] <= 1))
-            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g",
-                                  (double)action->axis[i]);
-    return ll_ok();
+    return ll_hand_accepts(player, action, "stirs");
 }
 
 static void input(void *block, int player, const ll_action *action)

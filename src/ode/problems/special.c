@@ -78,12 +78,6 @@ static int agm(double k, double a[LEVELS + 1], double c[LEVELS + 1])
     return n;
 }
 
-double ll_ode_quarter_period(double k)
-{
-    double a[LEVELS + 1], c[LEVELS + 1];
-    return half_pi / a[agm(k, a, c)];
-}
-
 ll_ode_elliptic ll_ode_jacobi(double u, double k)
 {
     double a[LEVELS + 1], c[LEVELS + 1];
