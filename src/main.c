@@ -571,8 +571,12 @@ static int verb_schema(int argc, char **argv)
     ll_status status = parse_arguments(argc, argv, &a);
     if (ll_failed(&status))
         return fail(&status);
-    bool experiment = a.positional && strcmp(a.positional, "experiment") == 0;
-    return print_json(experiment ? ll_experiment_schema() : ll_scenario_schema());
+    cJSON *schema = NULL;
+    if (a.positional && strcmp(a.positional, "experiment") == 0)
+        schema = ll_experiment_schema();
+    else
+        status = ll_scenario_schema(a.positional, &schema);
+    return ll_failed(&status) ? fail(&status) : print_json(schema);
 }
 
 static int verb_help(int argc, char **argv);
@@ -589,7 +593,7 @@ static const struct {
      "run a scenario as fast as it goes and print its metrics", verb_run},
     {"sweep",
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
-     "[--shard I/N|auto] [--report FILE.html] [--dry-run]",
+     "[--shard I/N|auto] [--report FILE.html] [--traces DIR] [--dry-run]",
      "run an experiment: a row for each run, or each point", ll_verb_sweep},
     {"advise",
      "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
@@ -598,7 +602,8 @@ static const struct {
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
     {"scenarios", "", "list the scenarios", verb_scenarios},
-    {"schema", "[experiment]", "print the JSON Schema of scenarios, or of experiments", verb_schema},
+    {"schema", "[KIND|experiment]",
+     "print the JSON Schema of scenarios, of all kinds or one, or of experiments", verb_schema},
     {"methods", "", "list the integrators", verb_methods},
     {"problems", "", "list the problems of motion, with their parameters", verb_problems},
     {"work-precision", "PROBLEM [--methods A,B,...] [--set name=value]... [--duration S]",

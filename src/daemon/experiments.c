@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -31,6 +32,38 @@ struct ll_experiments {
     int next_pace;
 };
 
+/* ---- what is there ---- */
+
+/* How many are kept, and one that has had its time. */
+typedef struct census {
+    int64_t present, made_before_s;
+    char expired[LL_EXPERIMENT_ID_MAX + 1]; /* empty: there is none */
+} census;
+
+static void count(void *context, const ll_experiment_record *record)
+{
+    census *c = context;
+    bool over = record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED;
+    c->present++;
+    if (over && record->created_s < c->made_before_s)
+        snprintf(c->expired, sizeof c->expired, "%s", record->id);
+}
+
+/* Deletes what has expired, and counts the rest. */
+static ll_status expire(ll_experiments *x, int64_t *present)
+{
+    for (;;) {
+        census c = {.made_before_s = (int64_t)time(NULL) - (int64_t)x->config->experiment_ttl_s};
+        ll_status status = x->store->kind->list(x->store, count, &c);
+        *present = c.present;
+        if (ll_failed(&status) || !c.expired[0])
+            return status;
+        status = x->store->kind->remove(x->store, c.expired);
+        if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* somebody else may have been faster */
+            return status;
+    }
+}
+
 /* ---- life ---- */
 
 static ll_status start_workers(ll_experiments *x)
@@ -54,7 +87,10 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
     pthread_mutex_init(&x->lock, NULL);
     if (folder)
         snprintf(url, sizeof url, "sqlite:%s/experiments.db", folder);
+    int64_t present;
     ll_status status = ll_result_store_open(url, &x->store);
+    if (!ll_failed(&status))
+        status = expire(x, &present);
     if (!ll_failed(&status))
         status = start_workers(x);
     if (ll_failed(&status)) {
@@ -141,12 +177,6 @@ double ll_experiments_rate(ll_experiments *x, const ll_experiment_record *record
     return rate;
 }
 
-static void count(void *context, const ll_experiment_record *record)
-{
-    (void)record;
-    ++*(int64_t *)context;
-}
-
 static ll_status allowed(ll_experiments *x, const ll_experiment *e)
 {
     int64_t present = 0;
@@ -154,7 +184,7 @@ static ll_status allowed(ll_experiments *x, const ll_experiment *e)
         return ll_field_error(LL_BAD_INPUT, "axes",
                               "The experiment has %lld runs; this daemon takes at most %lld.",
                               (long long)e->runs, (long long)x->config->max_experiment_runs);
-    ll_status status = x->store->kind->list(x->store, count, &present);
+    ll_status status = expire(x, &present);
     if (!ll_failed(&status) && present >= x->config->max_experiments)
         status =
             ll_error(LL_LIMIT, "There are %lld experiments already, which is the limit.", (long long)present);

@@ -35,8 +35,9 @@ typedef struct ll_host_config {
     int64_t max_experiments, max_experiment_runs;
     int64_t max_body_bytes;
     double park_after_s;
-    double session_ttl_s; /* without viewer or request */
-    double save_every_s;  /* the clock of a playing session */
+    double experiment_ttl_s; /* since it was made */
+    double session_ttl_s;    /* without viewer or request */
+    double save_every_s;     /* the clock of a playing session */
 } ll_host_config;
 
 extern const ll_param_table ll_host_table;

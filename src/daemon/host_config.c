@@ -25,6 +25,10 @@ static const ll_param rows[] = {
      .help = "Experiments in total, those that are done among them."},
     {ROW(max_experiment_runs, LL_PARAM_INT), .min = 1, .max = 10000000, .standard = 1000000,
      .help = "Runs of one experiment."},
+    {ROW(experiment_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .standard = 2592000, .unit = "s",
+     .help = "An experiment that was made so long ago and is neither running nor paused is deleted, at the "
+             "next start or "
+             "when the next is made."},
     {ROW(max_body_bytes, LL_PARAM_INT), .min = 1024, .max = 67108864, .standard = 1048576, .unit = "B",
      .help = "Largest body of a request."},
     {ROW(park_after_s, LL_PARAM_REAL), .min = 0, .max = 86400, .standard = 5, .unit = "s",

@@ -221,20 +221,68 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
     ll_experiment_free(e);
 }
 
+/* ---- answers that are files ---- */
+
+static int64_t read_file(void *context, uint64_t offset, char *buffer, size_t capacity)
+{
+    (void)offset; /* it is read once, from its start */
+    size_t got = fread(buffer, 1, capacity, context);
+    return got > 0 ? (int64_t)got : ferror((FILE *)context) ? -1 : 0;
+}
+
+static void close_file(void *context)
+{
+    fclose(context);
+}
+
+/* The body is what `file` holds; on an error it is closed and the error answered. */
+static void answer_file(const ll_http_request *request, ll_http_response *response, const ll_status *status,
+                        FILE *file, const char *type)
+{
+    if (ll_failed(status)) {
+        if (file)
+            fclose(file);
+        ll_api_problem(response, request, status);
+        return;
+    }
+    rewind(file);
+    snprintf(response->type, sizeof response->type, "%s", type);
+    response->reader = read_file;
+    response->reader_context = file;
+    response->reader_free = close_file;
+}
+
+/* Rows and traces may be long: they go through a file without a name. */
+static FILE *open_file(ll_status *status)
+{
+    FILE *file = tmpfile();
+    *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the answer.");
+    return file;
+}
+
+/* ---- one run ---- */
+
+static ll_status read_run(const ll_http_request *request, const ll_experiment *e, int64_t *run)
+{
+    char *end;
+    *run = strtoll(request->parameter[1], &end, 10);
+    return *end || *run < 0 || *run >= e->runs
+               ? ll_error(LL_NOT_FOUND, "There is no such run: they are 0 to %lld.", (long long)e->runs - 1)
+               : ll_ok();
+}
+
 /* The scenario of one run: what POST /sessions takes, to look at it live. */
 void ll_get_experiment_run(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_experiment_record record;
     ll_experiment *e = NULL;
     ll_scenario scenario = {0};
+    int64_t run;
     if (!find(context, request, response, &record, &e))
         return;
-    char *end;
-    long long run = strtoll(request->parameter[1], &end, 10);
-    ll_status status =
-        *end || run < 0 || run >= e->runs
-            ? ll_error(LL_NOT_FOUND, "There is no such run: they are 0 to %lld.", (long long)e->runs - 1)
-            : ll_experiment_open(e, run, &scenario);
+    ll_status status = read_run(request, e, &run);
+    if (!ll_failed(&status))
+        status = ll_experiment_open(e, run, &scenario);
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
     } else {
@@ -243,6 +291,31 @@ void ll_get_experiment_run(void *context, const ll_http_request *request, ll_htt
         cJSON_Delete(json);
     }
     ll_scenario_free(&scenario);
+    ll_experiment_free(e);
+}
+
+static void put(void *file, const char *text, size_t length)
+{
+    fwrite(text, 1, length, file);
+}
+
+/* Nothing of it is kept: the run is run again. */
+void ll_get_experiment_trace(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_experiment_record record;
+    ll_experiment *e = NULL;
+    FILE *file = NULL;
+    int64_t run;
+    if (!find(context, request, response, &record, &e))
+        return;
+    ll_status status = read_run(request, e, &run);
+    if (!ll_failed(&status))
+        file = open_file(&status);
+    if (file)
+        status = ll_experiment_trace(e, run, put, file);
+    if (file && !ll_failed(&status) && ferror(file))
+        status = ll_error(LL_IO, "The trace does not fit on the disk.");
+    answer_file(request, response, &status, file, "text/csv; charset=utf-8");
     ll_experiment_free(e);
 }
 
@@ -279,18 +352,6 @@ static const ll_format *choose_format(const ll_http_request *request, ll_http_re
     return NULL;
 }
 
-static int64_t read_file(void *context, uint64_t offset, char *buffer, size_t capacity)
-{
-    (void)offset; /* it is read once, from its start */
-    size_t got = fread(buffer, 1, capacity, context);
-    return got > 0 ? (int64_t)got : ferror((FILE *)context) ? -1 : 0;
-}
-
-static void close_file(void *context)
-{
-    fclose(context);
-}
-
 static ll_status write_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
                              const ll_experiment *e, const ll_format *format, FILE *file)
 {
@@ -307,31 +368,6 @@ static ll_status write_table(ll_api *api, const ll_http_request *request, const 
     ll_result_table_free(table);
     ll_stored_rows_close(&rows);
     return status;
-}
-
-/* The body is what `file` holds; on an error it is closed and the error answered. */
-static void answer_file(const ll_http_request *request, ll_http_response *response, const ll_status *status,
-                        FILE *file, const char *type)
-{
-    if (ll_failed(status)) {
-        if (file)
-            fclose(file);
-        ll_api_problem(response, request, status);
-        return;
-    }
-    rewind(file);
-    snprintf(response->type, sizeof response->type, "%s", type);
-    response->reader = read_file;
-    response->reader_context = file;
-    response->reader_free = close_file;
-}
-
-/* Rows may be many: they go through a file without a name. */
-static FILE *open_file(ll_status *status)
-{
-    FILE *file = tmpfile();
-    *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the results.");
-    return file;
 }
 
 void ll_get_experiment_results(void *context, const ll_http_request *request, ll_http_response *response)

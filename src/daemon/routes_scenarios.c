@@ -53,8 +53,12 @@ void ll_get_scenario(void *context, const ll_http_request *request, ll_http_resp
 void ll_get_schema(void *context, const ll_http_request *request, ll_http_response *response)
 {
     (void)context;
-    (void)request;
-    cJSON *json = ll_scenario_schema();
+    cJSON *json = NULL;
+    ll_status status = ll_scenario_schema(ll_http_query(request, "kind"), &json);
+    if (ll_failed(&status)) {
+        ll_problem(response, request, &status);
+        return;
+    }
     ll_http_json(response, 200, json);
     snprintf(response->type, sizeof response->type, "application/schema+json");
     cJSON_Delete(json);

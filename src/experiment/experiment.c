@@ -89,6 +89,8 @@ static const ll_param head_rows[] = {
      .help = "The metric that this is paid with; empty: the second, if there is one."},
     {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .standard = 1,
      .help = "Runs of each point, with seeds that count up from the scenario's."},
+    {ROW(traces), .type = LL_PARAM_BOOL,
+     .help = "Write each run's trace beside the rows: for at most 1000 runs."},
     {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},
     {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "When a run ends early."},
 };
@@ -365,6 +367,9 @@ static ll_status count_runs(ll_experiment *e)
             product, (long long)e->head.repeats, points * (double)e->head.repeats, LL_EXPERIMENT_RUNS_MAX);
     e->points = (int64_t)points;
     e->runs = e->points * e->head.repeats;
+    if (e->head.traces && e->runs > LL_EXPERIMENT_TRACES_MAX)
+        return ll_field_error(LL_BAD_INPUT, "traces", "traces are kept of at most %d runs; there are %lld",
+                              LL_EXPERIMENT_TRACES_MAX, (long long)e->runs);
     return ll_ok();
 }
 
@@ -573,6 +578,24 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, ll_row *row)
     read_row(e, session, row);
     ll_session_destroy(session);
     return ll_ok();
+}
+
+ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
+                              void (*write)(void *context, const char *text, size_t length), void *context)
+{
+    ll_scenario scenario;
+    ll_session *session = NULL;
+    bool stopped = false;
+    ll_status status = ll_experiment_open(e, run, &scenario);
+    if (!ll_failed(&status))
+        status = ll_session_open(&scenario, NULL, NULL, &session);
+    if (ll_failed(&status))
+        return status;
+    ll_status ended = advance(e, session, &stopped);
+    int64_t tick = ll_session_get_info(session).tick;
+    status = ll_session_trace(session, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, write, context);
+    ll_session_destroy(session);
+    return status;
 }
 
 /* ---- whole ---- */

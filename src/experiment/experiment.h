@@ -16,6 +16,7 @@ enum {
     LL_EXPERIMENT_METRICS_MAX = 32,
     LL_EXPERIMENT_PATH_MAX = 120,
     LL_EXPERIMENT_RUNS_MAX = 10000000,
+    LL_EXPERIMENT_TRACES_MAX = 1000, /* runs of an experiment whose traces are kept */
 };
 
 typedef enum ll_sampling { LL_SAMPLE_NONE, LL_SAMPLE_RANDOM, LL_SAMPLE_SOBOL } ll_sampling;
@@ -30,6 +31,8 @@ typedef struct ll_experiment_head {
      * and the second. */
     char error[LL_EXPERIMENT_PATH_MAX + 8], cost[LL_EXPERIMENT_PATH_MAX + 8];
     int64_t repeats;
+    bool traces; /* `sweep` writes each run's, too */
+    char reserved[7];
     struct {
         int32_t method, reserved; /* ll_sampling */
         int64_t count, seed;
@@ -96,3 +99,8 @@ ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, ll_row
 
 /* The session of a run, before its first tick: to be opened live. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);
+
+/* The trace of a run as CSV, as `laglab run --trace` writes it: it is run again for that. Ends where the run
+ * ended, or with the last tick before it diverged. LL_BAD_INPUT: it was refused. */
+ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run,
+                              void (*write)(void *context, const char *text, size_t length), void *context);

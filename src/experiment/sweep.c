@@ -11,6 +11,7 @@
 #include "experiment/report.h"
 #include "experiment/shard.h"
 #include "experiment/table.h"
+#include "experiment/traces.h"
 #include "experiment/verbs.h"
 #include "experiment/work.h"
 
@@ -19,7 +20,7 @@
 #define SHARED_LEASE_S 60
 
 typedef struct sweep {
-    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report;
+    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces;
     bool points, dry_run;
     ll_experiment *experiment;
     const ll_format *format;
@@ -190,6 +191,16 @@ static ll_status write_report(const sweep *s)
     return status;
 }
 
+/* Into the folder that was named, or one beside the output when the specification wants traces. */
+static ll_status write_traces(const sweep *s)
+{
+    char beside[4200];
+    if (!s->traces && !s->experiment->head.traces)
+        return ll_ok();
+    snprintf(beside, sizeof beside, "%s.traces", s->out ? s->out : "");
+    return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : beside, (int)s->threads);
+}
+
 static void remove_own_store(const sweep *s)
 {
     static const char *const parts[] = {"", "-wal", "-shm"};
@@ -204,12 +215,17 @@ static void remove_own_store(const sweep *s)
 
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
-    const ll_option options[] = {
-        {"--jobs", .value = &s->jobs},          {"--out", .value = &s->out},
-        {"--format", .value = &s->format_name}, {"--store", .value = &s->store_url},
-        {"--shard", .value = &s->shard},        {"--scenarios", .value = &s->scenarios},
-        {"--report", .value = &s->report},      {"--points", .flag = &s->points},
-        {"--dry-run", .flag = &s->dry_run},     {0}};
+    const ll_option options[] = {{"--jobs", .value = &s->jobs},
+                                 {"--out", .value = &s->out},
+                                 {"--format", .value = &s->format_name},
+                                 {"--store", .value = &s->store_url},
+                                 {"--shard", .value = &s->shard},
+                                 {"--scenarios", .value = &s->scenarios},
+                                 {"--report", .value = &s->report},
+                                 {"--traces", .value = &s->traces},
+                                 {"--points", .flag = &s->points},
+                                 {"--dry-run", .flag = &s->dry_run},
+                                 {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     s->threads = ll_cores();
@@ -227,6 +243,12 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     if (!ll_failed(&status) && s->points && s->shard)
         status = ll_error(LL_BAD_INPUT,
                           "--points needs all runs of a point, so not --shard: merge the shards first");
+    if (!ll_failed(&status) && s->traces && s->to - s->from > LL_EXPERIMENT_TRACES_MAX)
+        status = ll_error(LL_BAD_INPUT, "--traces takes at most %d runs; there are %" PRId64,
+                          LL_EXPERIMENT_TRACES_MAX, s->to - s->from);
+    if (!ll_failed(&status) && s->experiment->head.traces && !s->traces && !s->out && !s->dry_run)
+        status = ll_error(LL_BAD_INPUT, "the experiment wants traces: name their folder by --traces, or a "
+                                        "file by --out, beside which they go");
     return status;
 }
 
@@ -244,6 +266,8 @@ int ll_verb_sweep(int argc, char **argv)
             status = write_out(&s);
         if (!ll_failed(&status) && s.report)
             status = write_report(&s);
+        if (!ll_failed(&status))
+            status = write_traces(&s);
         ll_result_store_close(s.store);
         if (!ll_failed(&status))
             remove_own_store(&s);

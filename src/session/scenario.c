@@ -139,16 +139,26 @@ static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
     cJSON_AddItemToArray(any, one);
 }
 
-cJSON *ll_scenario_schema(void)
+ll_status ll_scenario_schema(const char *kind, cJSON **schema)
 {
-    cJSON *schema = cJSON_CreateObject(), *any, *defs;
-    cJSON_AddStringToObject(schema, "$schema", "https://json-schema.org/draft/2020-12/schema");
-    cJSON_AddStringToObject(schema, "title", "scenario");
-    any = cJSON_AddArrayToObject(schema, "oneOf");
-    defs = cJSON_AddObjectToObject(schema, "$defs");
-    for (int i = 0; ll_sim_kinds[i]; i++)
-        merge_kind(any, defs, ll_sim_kinds[i]);
-    return schema;
+    cJSON *any, *defs;
+    char known[80] = "";
+    *schema = cJSON_CreateObject();
+    cJSON_AddStringToObject(*schema, "$schema", "https://json-schema.org/draft/2020-12/schema");
+    cJSON_AddStringToObject(*schema, "title", "scenario");
+    any = cJSON_AddArrayToObject(*schema, "oneOf");
+    defs = cJSON_AddObjectToObject(*schema, "$defs");
+    for (int i = 0; ll_sim_kinds[i]; i++) {
+        const char *name = ll_sim_kinds[i]->name;
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "", name);
+        if (!kind || strcmp(kind, name) == 0)
+            merge_kind(any, defs, ll_sim_kinds[i]);
+    }
+    if (cJSON_GetArraySize(any) > 0)
+        return ll_ok();
+    cJSON_Delete(*schema);
+    *schema = NULL;
+    return ll_field_error(LL_BAD_INPUT, "kind", "kind must be one of %s; got %.40s", known, kind);
 }
 
 /* ---- the library ---- */

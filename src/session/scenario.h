@@ -28,4 +28,5 @@ ll_status ll_scenario_load(const char *directory, const char *id, struct cJSON *
 /* [{"id","title","paper","kind","game","text"}], by name. */
 ll_status ll_scenario_list(const char *directory, struct cJSON **list);
 
-struct cJSON *ll_scenario_schema(void); /* JSON Schema of all kinds */
+/* JSON Schema of scenarios of the kind of this name; NULL: of all kinds. Caller deletes. */
+ll_status ll_scenario_schema(const char *kind, struct cJSON **schema);

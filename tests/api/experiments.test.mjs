@@ -63,6 +63,49 @@ test('a run is opened live from its scenario, and is the same run', async () => 
   assert.equal((await c.get(`/api/v1/sessions/${session.id}/state`)).json.hash, row.hash);
 });
 
+test('the trace of a run is that of its scenario alone', async () => {
+  const { id } = (await c.call('POST', E, { body: experiment() })).json;
+  const scenario = (await c.get(`${E}/${id}/runs/17`)).text, folder = mkdtempSync(path.join(tmpdir(), 'laglab-trace-'));
+  try {
+    const run = spawnSync(BINARY, ['run', '-', '--trace', path.join(folder, 'trace.csv')], { input: scenario, encoding: 'utf8' });
+    assert.equal(run.status, 0, run.stderr);
+    const trace = await c.get(`${E}/${id}/runs/17/trace`);
+    assert.equal(trace.headers['content-type'], 'text/csv; charset=utf-8');
+    assert.equal(trace.text, readFileSync(path.join(folder, 'trace.csv'), 'utf8'));
+    assert.notEqual(trace.text, (await c.get(`${E}/${id}/runs/0/trace`)).text);
+  } finally {
+    rmSync(folder, { recursive: true, force: true });
+  }
+});
+
+test('what is over and had its time is deleted when the next is made, and at the start; what is paused is not', async () => {
+  const data = mkdtempSync(path.join(tmpdir(), 'laglab-expired-')), args = ['--experiment-ttl-s', '1'];
+  try {
+    const first = await startDaemon({ data, args });
+    const one = client(first.url);
+    const old = (await one.call('POST', E, { body: experiment(1) })).json;
+    const held = (await one.call('POST', E, { body: experiment(4000) })).json;
+    await one.call('POST', `${E}/${held.id}/control`, { key: held.owner_key, body: { op: 'pause' } });
+    await ended(old.id, one);
+    await pause(2100);
+    const next = (await one.call('POST', E, { body: experiment(1) })).json;
+    assert.equal((await one.get(`${E}/${old.id}`)).status, 404);
+    assert.equal((await one.get(`${E}/${held.id}`)).json.state, 'paused');
+    await ended(next.id, one);
+    one.close();
+    await first.stop();
+    await pause(2100);
+    const second = await startDaemon({ data, args });
+    const two = client(second.url);
+    assert.equal((await two.get(`${E}/${next.id}`)).status, 404);
+    assert.equal((await two.get(`${E}/${held.id}`)).json.state, 'paused');
+    two.close();
+    await second.stop();
+  } finally {
+    rmSync(data, { recursive: true, force: true });
+  }
+});
+
 test('pause holds it, resume lets it go on, cancel keeps its rows', async () => {
   const made = (await c.call('POST', E, { body: experiment(4000) })).json;
   const control = (op) => c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op } });

@@ -28,6 +28,7 @@ const UNPROVOKED = new Map([
   ['get /api/v1/experiments/{id}/results 507', 'as above'],
   ['get /api/v1/experiments/{id}/report 507', 'as above'],
   ['get /api/v1/experiments/{id}/runs/{run} 507', 'as above'],
+  ['get /api/v1/experiments/{id}/runs/{run}/trace 507', 'as above'],
   ['post /api/v1/sessions 409', 'needs two requests with one key at the same instant'],
 ]);
 
@@ -116,7 +117,13 @@ test('scenarios and documents', async () => {
   await call('get', '/api/v1/scenarios/{id}', { id: 'no_such' }, 404);
   for (const id of ['../../etc/passwd', '..%2f..%2fetc%2fpasswd', 'RACE', 'race.json', 'a//b'])
     assert.equal((await c.get(`/api/v1/scenarios/${id}`)).status, 404, id);
-  await call('get', '/api/v1/schema', {}, 200);
+  const all = (await call('get', '/api/v1/schema', {}, 200)).json;
+  for (const kind of ['netgame', 'motion', 'rigid', 'fluid']) {
+    const one = (await call('get', '/api/v1/schema', {}, 200, { query: `?kind=${kind}` })).json;
+    assert.deepEqual(one.oneOf, all.oneOf.filter((/** @type {any} */ o) => o.properties.kind.const === kind));
+    for (const [name, value] of Object.entries(one.$defs)) assert.deepEqual(value, all.$defs[name], name);
+  }
+  assert.match((await call('get', '/api/v1/schema', {}, 400, { query: '?kind=nosuch' })).json.detail, /netgame, motion, rigid, fluid; got nosuch/);
   await call('get', '/api/v1/openapi.yaml', {}, 200);
   await call('get', '/api/v1/asyncapi.yaml', {}, 200);
 });
@@ -247,9 +254,11 @@ test('experiments', async () => {
   await call('get', `${X}/results`, { id }, 406, { headers: { accept: 'image/png' } });
   await call('get', `${X}/runs/{run}`, { id, run: 1 }, 200);
   await call('get', `${X}/runs/{run}`, { id, run: 2 }, 404);
+  await call('get', `${X}/runs/{run}/trace`, { id, run: 1 }, 200);
+  await call('get', `${X}/runs/{run}/trace`, { id, run: 2 }, 404);
   const refused = await call('post', E, {}, 202, { body: { scenario: { kind: 'motion', problem: 'kepler', duration_s: 10, methods: [{ method: 'rk4' }] },
     axes: [{ path: 'methods.0.dt_s', values: [5] }, { path: 'duration_s', values: [10, 1] }], metrics: ['methods.0.e_final'] } });
-  await call('get', `${X}/runs/{run}`, { id: refused.json.id, run: 1 }, 400);
+  for (const path of [`${X}/runs/{run}`, `${X}/runs/{run}/trace`]) await call('get', path, { id: refused.json.id, run: 1 }, 400);
   await call('post', `${X}/control`, { id }, 409, { key, body: { op: 'pause' } });
   const long = (await call('post', E, {}, 202, { body: { ...SMALL, repeats: 50000 } })).json;
   for (const op of ['pause', 'resume', 'cancel']) await call('post', `${X}/control`, { id: long.id }, 200, { key: long.owner_key, body: { op } });
@@ -261,7 +270,7 @@ test('experiments', async () => {
   await call('post', `${X}/control`, { id }, 400, { key, body: { op: 'stop' } });
   await call('post', `${X}/control`, { id }, 413, { key, body: `{"x":"${'y'.repeat(1 << 20)}"}` });
   await call('post', `${X}/control`, { id }, 415, { key, body: { op: 'pause' }, type: 'text/plain' });
-  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
+  for (const path of [X, `${X}/results`, `${X}/report`, `${X}/runs/{run}`, `${X}/runs/{run}/trace`]) await call('get', path, { id: NOBODY, run: 0 }, 404);
   const A = '/api/v1/advise', question = { experiment: { ...SMALL, metrics: [...SMALL.metrics, 'players.0.bandwidth.down_bytes_per_s'] }, max_error: 100 };
   assert.equal((await call('post', A, {}, 200, { body: question })).json.holds, true);
   assert.equal((await call('post', A, {}, 200, { body: { ...question, max_error: 1e-9, runs: 2 } })).json.advice, null);

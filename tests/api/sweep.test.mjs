@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { spawn, spawnSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -183,6 +183,40 @@ test('advise answers with a setting that holds, and its evidence', () => {
   assert.ok(vary.nearest.error > 1e-30);
 });
 
+test('traces are those of the runs alone, end where a run was stopped or before it diverged, and are the same for any number of jobs', () => {
+  const order = { scenario: 'race', set: { duration_s: 3 }, axes: [{ path: 'players.0.lag_ms', values: [0, 200] }], repeats: 2,
+    metrics: ['players.0.own_error_m.mean'], traces: true };
+  const base = JSON.parse(readFileSync(path.join(ROOT, 'scenarios/race.json'), 'utf8'));
+  good(['sweep', write('traced.json', order), '--out', 'traced.csv']);
+  assert.deepEqual(readdirSync(file('traced.csv.traces')).sort(), ['run0.csv', 'run1.csv', 'run2.csv', 'run3.csv']);
+  good(['run', '-', '--trace', 'alone.csv', '--duration', '3', '--seed', String((base.seed ?? 1) + 1), '--set', 'players.0.lag_ms=200'], { input: JSON.stringify(base) });
+  assert.equal(readFileSync(file('traced.csv.traces/run3.csv'), 'utf8'), readFileSync(file('alone.csv'), 'utf8'));
+  const mixedRuns = write('stops.json', { scenario: { kind: 'motion', problem: 'kepler', duration_s: 10, methods: [{ method: 'explicit_euler' }] },
+    axes: [{ path: 'methods.0.dt_s', values: [0.01, 5] }, { path: 'duration_s', values: [10, 1] }], metrics: ['methods.0.e_final'],
+    stop: { metric: 'methods.0.e_final', above: 1e-3, every_s: 0.5 } });
+  for (const jobs of ['1', '3']) good(['sweep', mixedRuns, '--out', `stops${jobs}.csv`, '--traces', `stops${jobs}`, '--jobs', jobs]);
+  assert.deepEqual(readdirSync(file('stops1')), readdirSync(file('stops3')));
+  const rows = good(['sweep', mixedRuns]).trimEnd().split('\r\n').map((row) => row.split(','));
+  const [head] = rows, at = (/** @type {string[]} */ row, /** @type {string} */ name) => row[head.indexOf(name)];
+  for (const row of rows.slice(1)) {
+    const name = file(`stops1/run${row[0]}.csv`);
+    if (at(row, 'status') === 'refused') {
+      assert.ok(!existsSync(name));
+      continue;
+    }
+    const text = readFileSync(name, 'utf8');
+    assert.equal(text, readFileSync(name.replace('stops1', 'stops3'), 'utf8'));
+    assert.equal(Number(text.trimEnd().split('\r\n').at(-1)?.split(',')[0]), Number(at(row, 't_s')), 'it ends where the run ended');
+  }
+  assert.deepEqual([...new Set(rows.slice(1).map((row) => at(row, 'status')))].sort(), ['refused', 'stopped']);
+  const body = (/** @type {object} */ more) => ({ type: 'dynamic', shape: 'box', size: [1, 1], position: [0, 5], ...more });
+  const lost = good(['sweep', write('lost.json', { scenario: { kind: 'rigid', duration_s: 20, bodies: [body({}), body({ position: [9.9e8, 0], velocity: [1e6, 0] })] },
+    axes: [{ path: 'hz', values: [60] }], metrics: ['penetration_worst_m'] }), '--traces', 'lost', '--format', 'json']);
+  const [row] = JSON.parse(lost), last = Number(readFileSync(file('lost/run0.csv'), 'utf8').trimEnd().split('\r\n').at(-1)?.split(',')[0]);
+  assert.equal(row.status, 'diverged');
+  assert.ok(row.t_s > 5 && Math.abs(row.t_s - last - 1 / 60) < 1e-6, `${row.t_s} after ${last}`);
+});
+
 test('bad input is a sentence and exit 2', () => {
   const cases = [
     [['sweep'], 'which experiment'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
@@ -193,6 +227,9 @@ test('bad input is a sentence and exit 2', () => {
     [['advise', 'race', '--metric', 'players.0.own_error_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],
     [['advise', 'race', '--max-error', '-1'], '-1'], [['advise', 'race', '--max-error', '1', '--metric', 'x', '--vary', 'y'], 'path=value'],
     [['advise', race(), '--max-error', '1', '--metric', 'x'], 'experiment says itself'],
+    [['sweep', write('many.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001, traces: true })], 'at most 1000 runs; there are 1001'],
+    [['sweep', write('long.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001 }), '--traces', 'x'], 'at most 1000 runs'],
+    [['sweep', write('nowhere.json', { scenario: 'race', metrics: ['players.0.corrections'], traces: true })], '--traces, or a file by --out'],
     [['sweep', race(), 'other.json'], 'other.json'], [['merge', race(), 'nosuch.csv'], 'nosuch.csv'],
   ];
   for (const [args, words] of /** @type {[string[], string][]} */ (cases)) {

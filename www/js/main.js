@@ -9,7 +9,7 @@ import * as keys from './keys.js';
 import { again, hook, show } from './lab.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
-import { locked, scenarios, schemas, tell } from './state.js';
+import { locked, params, scenarios, schemas, tell } from './state.js';
 
 page.listen(loop.touch);
 controls.listen();
@@ -23,7 +23,14 @@ loop.listen();
 function fetchFor(path, take, attempt = 1) {
   call('GET', path).then(take, () => setTimeout(() => fetchFor(path, take, attempt + 1), Math.min(4000, 250 * 2 ** attempt)));
 }
-fetchFor('schema', (answer) => { schemas.value = answer; });
+/** @type {Set<string>} */
+const asked = new Set();
+effect(() => {
+  const kind = params.value?.kind;
+  if (!kind || asked.has(kind)) return;
+  asked.add(kind);
+  fetchFor(`schema?kind=${kind}`, (answer) => { schemas.value = new Map(schemas.value).set(kind, answer); });
+});
 fetchFor('scenarios?brief=true', (answer) => { scenarios.value = answer.scenarios ?? []; });
 
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the session waits: Play is what comes next */

@@ -28,18 +28,22 @@ export const session = signal(null);
 export const params = signal(null);
 /** @type {import('@preact/signals-core').Signal<Layout | null>} */
 export const layout = signal(null);
-/** Of all kinds, as the daemon gives it. @type {import('@preact/signals-core').Signal<any>} */
-export const schemas = signal(null);
-/** Of the scenario's kind, with the parameters of its game, problem or scene. */
-export const schema = computed(() => {
-  const all = schemas.value, now = params.value;
-  const kind = all?.oneOf?.find((/** @type {any} */ one) => one.properties.kind.const === now?.kind);
+/** As the daemon gives it, by kind: of those that were asked for. @type {import('@preact/signals-core').Signal<Map<string, any>>} */
+export const schemas = signal(new Map());
+
+/** The schema of a scenario's kind, with the parameters of its game, problem or scene.
+ * @param {any} all @param {any} scenario @returns {any} null until it is there */
+export function schemaOf(all, scenario) {
+  const kind = all?.oneOf[0];
   if (!kind) return null;
   const own = (/** @type {string} */ name, /** @type {string} */ row) => (all.$defs[name] ? { ...kind.properties[row], anyOf: undefined, $ref: `#/$defs/${name}` }
     : kind.properties[row]);
-  const varied = now.kind === 'fluid' ? { params: own(now.scene, 'params'), solver: own(`${now.scene}_solver`, 'solver') } : { params: own(now.game ?? now.problem, 'params') };
+  const varied = scenario.kind === 'fluid' ? { params: own(scenario.scene, 'params'), solver: own(`${scenario.scene}_solver`, 'solver') }
+    : { params: own(scenario.game ?? scenario.problem, 'params') };
   return { ...kind, properties: { ...kind.properties, ...varied }, $defs: all.$defs };
-});
+}
+/** Of the session's scenario. */
+export const schema = computed(() => (params.value ? schemaOf(schemas.value.get(params.value.kind), params.value) : null));
 /** @type {import('@preact/signals-core').Signal<ScenarioRow[]>} */
 export const scenarios = signal([]);
 /** @type {import('@preact/signals-core').Signal<{state: LinkState, attempt: number}>} */
