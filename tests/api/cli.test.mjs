@@ -2,10 +2,12 @@
 import { createHash } from 'node:crypto';
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { spawnSync } from 'node:child_process';
+import { spawn, spawnSync } from 'node:child_process';
+import { once } from 'node:events';
 import { mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
-import { tmpdir } from 'node:os';
+import { availableParallelism, tmpdir } from 'node:os';
 import path from 'node:path';
+import { text } from 'node:stream/consumers';
 import { fileURLToPath } from 'node:url';
 import Ajv2020 from 'ajv/dist/2020.js';
 
@@ -34,7 +36,17 @@ function good(args, input) {
 
 /** Exit 2, nothing on stdout, one line on stderr that holds all of `words`. @param {string[]} args @param {string[]} words @param {string} [input] */
 function refused(args, words, input) {
-  const result = laglab(args, input);
+  return refusal(laglab(args, input), args, words);
+}
+
+/** As `refused`, beside others. @param {string[]} args @param {string[]} words */
+async function refusedBeside(args, words) {
+  const child = spawn(BINARY, args, { cwd: folder, timeout: 60000 });
+  const [stdout, stderr, [status]] = await Promise.all([text(child.stdout), text(child.stderr), once(child, 'close')]);
+  return refusal({ status, stdout, stderr }, args, words);
+}
+
+function refusal(result, args, words) {
   const what = `laglab ${args.join(' ').slice(0, 200)}: ${result.status} ${result.stderr}`;
   assert.equal(result.status, 2, what);
   assert.equal(result.stdout, '', what);
@@ -225,10 +237,11 @@ test('what is no log is refused', () => {
 
 const schema = () => JSON.parse(good(['schema']));
 
-test('every parameter refuses bad values by name and range', () => {
+test('every parameter refuses bad values by name and range', async () => {
   const root = schema();
   const follow = (node) => (node.$ref ? { ...root.$defs[node.$ref.split('/').at(-1)], ...node, $ref: undefined } : node);
-  let tried = 0;
+  /** @type {{name: string, value: string, full: any, sets: string[]}[]} */
+  const cases = [];
 
   /** @param {string[]} at @param {string[]} sets what the scenario needs first */
   const walk = (node, at, sets) => {
@@ -242,19 +255,22 @@ test('every parameter refuses bad values by name and range', () => {
     const values = { boolean: ['yes', '1', '', 'null', '"true"'], string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'] }[full.type]
       ?? [String(full.minimum - 1), String(full.maximum * 2 + 1), 'NaN', 'nan', 'inf', '-inf', '1e999', '-1e999', '', 'fast', '"1"', 'true', 'null', '[1]', '0x10', '1,5',
         ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : [])];
-    for (const value of values) {
-      const words = [name];
-      if (full.enum) words.push(...full.enum.slice(0, 6)); // a message names the first of many
-      // The range is told for every number that is out of it.
-      const told = refused(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
-      const numbers = (told.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
-      if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), told);
-      tried++;
-    }
+    for (const value of values) cases.push({ name, value, full, sets });
   };
   walk(root.oneOf[0], [], ['race']);
   walk(root.oneOf[1], [], ['motion/orbit', '--set', 'methods=[{"method":"rk4"}]']);
-  assert.ok(tried > 300, `${tried} values`);
+  assert.ok(cases.length > 300, `${cases.length} values`);
+
+  const attempt = async ({ name, value, full, sets }) => {
+    const words = [name, ...(full.enum ?? []).slice(0, 6)]; // a message names the first of many
+    const told = await refusedBeside(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
+    // The range is told for every number that is out of it.
+    const numbers = (told.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
+    if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), told);
+  };
+  await Promise.all(Array.from({ length: 2 * availableParallelism() }, async () => {
+    for (let next = cases.pop(); next; next = cases.pop()) await attempt(next);
+  }));
 });
 
 test('paths that lead nowhere are refused', () => {
