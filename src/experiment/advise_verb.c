@@ -10,22 +10,30 @@
 #include "experiment/arguments.h"
 #include "experiment/verbs.h"
 
-/* What may vary, and what it costs, where nobody said. */
+/* What may vary, and what it costs, where nobody said. Of a path without values the parameter's own row gives
+ * them: all choices, or both of off and on. Paths that the scenario lacks are left out. */
 static const struct standard {
     const char *kind, *cost, *axes;
     int repeats;
 } standards[] = {
     {"netgame", "players.0.bandwidth.down_bytes_per_s",
-     "[{\"path\":\"server.update_hz\",\"values\":[5,10,15,20,30,45,60]},{\"path\":\"players.0.prediction\","
-     "\"values\":"
-     "[false,true]},{\"path\":\"players.0.reconciliation\",\"values\":[false,true]},{\"path\":\"players.0."
-     "interpolation\","
-     "\"values\":[false,true]}]",
+     "[{\"path\":\"server.update_hz\",\"values\":[5,10,15,20,30,45,60]},{\"path\":\"players.0.prediction\"},"
+     "{\"path\":\"players.0.reconciliation\"},{\"path\":\"players.0.interpolation\"}]",
      4},
     {"motion", "methods.0.evaluations",
      "[{\"path\":\"methods.0.method\",\"values\":[\"explicit_euler\",\"semi_implicit_euler\",\"velocity_"
      "verlet\",\"rk4\"]},"
      "{\"path\":\"methods.0.dt_s\",\"from\":0.0002,\"to\":0.2,\"count\":24,\"scale\":\"log\"}]",
+     1},
+    {"rigid", "passes_per_s",
+     "[{\"path\":\"solver.method\"},{\"path\":\"hz\",\"values\":[30,60,120]},"
+     "{\"zip\":[{\"path\":\"solver.substeps\",\"values\":[1,2,4,8,16,32]},"
+     "{\"path\":\"solver.iterations\",\"values\":[1,2,4,8,16,32]}]}]",
+     1},
+    {"fluid", "visits",
+     "[{\"path\":\"solver.method\"},{\"path\":\"solver.advection\"},{\"path\":\"solver.pressure\"},"
+     "{\"path\":\"params.n\",\"values\":[16,24,32,48]},{\"path\":\"params.size\",\"values\":[10,14,20,28]},"
+     "{\"path\":\"solver.cfl\",\"values\":[0.25,0.5,1]}]",
      1},
 };
 
@@ -113,38 +121,73 @@ static ll_status add_set(const advise *a, cJSON *experiment)
     return ll_ok();
 }
 
-static const struct standard *standard_of(const cJSON *scenario)
+/* Every kind has one. */
+static const struct standard *standard_of(const ll_sim_kind *kind)
 {
-    const cJSON *kind = cJSON_GetObjectItemCaseSensitive(scenario, "kind");
-    for (size_t i = 0; i < sizeof standards / sizeof standards[0]; i++)
-        if (cJSON_IsString(kind) && strcmp(kind->valuestring, standards[i].kind) == 0)
-            return &standards[i];
-    return NULL;
+    const struct standard *s = standards;
+    while (strcmp(s->kind, kind->name) != 0)
+        s++;
+    return s;
 }
 
-/* Takes `scenario`. */
-static ll_status make_experiment(const advise *a, cJSON *scenario, cJSON **experiment)
+/* False: the scenario has no such parameter. */
+static bool fill(cJSON *axis, const ll_scenario *scenario)
 {
-    const struct standard *standard = standard_of(scenario);
-    const char *cost = a->cost ? a->cost : standard ? standard->cost : NULL;
-    cJSON *e = *experiment = cJSON_CreateObject();
-    cJSON_AddItemToObject(e, "scenario", scenario);
-    if (!a->metric)
-        return ll_error(LL_BAD_INPUT,
-                        "which error? --metric takes a path such as players.0.own_error_m.mean");
-    if (!cost || (a->vary.count == 0 && !standard))
-        return ll_error(LL_BAD_INPUT, "for this kind of scenario --cost and --vary must be given");
-    int64_t repeats = standard ? standard->repeats : 1;
+    const char *path = cJSON_GetObjectItem(axis, "path")->valuestring;
+    const ll_param *row = ll_param_find(scenario->kind->table, scenario->config, path, NULL);
+    if (!row || cJSON_HasObjectItem(axis, "values") || cJSON_HasObjectItem(axis, "from"))
+        return row != NULL;
+    cJSON *values = cJSON_AddArrayToObject(axis, "values");
+    for (int i = 0; row->type == LL_PARAM_CHOICE && row->choices[i]; i++)
+        cJSON_AddItemToArray(values, cJSON_CreateString(row->choices[i]));
+    for (int i = 0; row->type == LL_PARAM_BOOL && i < 2; i++)
+        cJSON_AddItemToArray(values, cJSON_CreateBool(i));
+    return true;
+}
+
+static void add_standard_axes(const char *text, const ll_scenario *scenario, cJSON *experiment)
+{
+    cJSON *axes = cJSON_Parse(text);
+    for (int i = cJSON_GetArraySize(axes) - 1; i >= 0; i--) {
+        cJSON *axis = cJSON_GetArrayItem(axes, i);
+        if (!cJSON_HasObjectItem(axis, "zip") && !fill(axis, scenario))
+            cJSON_DeleteItemFromArray(axes, i);
+    }
+    cJSON_AddItemToObject(experiment, "axes", axes);
+}
+
+static ll_status describe_experiment(const advise *a, ll_scenario *scenario, cJSON *e)
+{
+    const struct standard *standard = standard_of(scenario->kind);
+    int64_t repeats = standard->repeats;
     ll_status status = a->repeats ? ll_argument_whole("--repeats", a->repeats, 1, 1000, &repeats) : ll_ok();
     if (!ll_failed(&status))
         status = add_set(a, e);
+    if (!ll_failed(&status))
+        status = ll_param_merge(scenario->kind->table, cJSON_GetObjectItem(e, "set"), scenario->config);
     if (!ll_failed(&status) && a->vary.count > 0)
         status = add_axes(a, e);
-    else
-        cJSON_AddItemToObject(e, "axes", cJSON_Parse(standard->axes));
+    else if (!ll_failed(&status))
+        add_standard_axes(standard->axes, scenario, e);
     cJSON_AddNumberToObject(e, "repeats", (double)repeats);
-    const char *metrics[] = {a->metric, cost};
+    const char *metrics[] = {a->metric, a->cost ? a->cost : standard->cost};
     cJSON_AddItemToObject(e, "metrics", cJSON_CreateStringArray(metrics, 2));
+    return status;
+}
+
+/* Takes `json`, a scenario. */
+static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experiment)
+{
+    ll_scenario scenario = {0};
+    *experiment = cJSON_CreateObject();
+    cJSON_AddItemToObject(*experiment, "scenario", json);
+    if (!a->metric)
+        return ll_error(LL_BAD_INPUT,
+                        "which error? --metric takes a path such as players.0.own_error_m.mean");
+    ll_status status = ll_scenario_parse(json, &scenario);
+    if (!ll_failed(&status))
+        status = describe_experiment(a, &scenario, *experiment);
+    ll_scenario_free(&scenario);
     return status;
 }
 

@@ -67,6 +67,13 @@ double ll_grid_mass(const ll_grid *g)
     return dye_range(g, &least, &most);
 }
 
+/* Of cells, by the pressure solver: what the work is made of, the same on every machine. */
+static double visits(const ll_grid *g)
+{
+    return (double)g->sweeps * ll_pressure_solvers[g->solver.pressure]->passes * (double)g->config.nx *
+           (double)g->config.ny;
+}
+
 int ll_grid_numbers(const void *block, ll_fluid_number *out)
 {
     const ll_grid *g = block;
@@ -87,6 +94,7 @@ int ll_grid_numbers(const void *block, ll_fluid_number *out)
         {"sweeps_mean", g->solves > 0 ? (double)g->sweeps / (double)g->solves : 0},
         {"steps", (double)g->steps},
         {"bytes", (double)g->size},
+        {"visits", visits(g)},
     };
     int count = sizeof all / sizeof all[0];
     for (int i = 0; i < count; i++)

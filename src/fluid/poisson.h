@@ -36,7 +36,8 @@ typedef struct ll_pressure_solver {
     const char *name;
     const char *help; /* method and cost */
     const char *source;
-    bool direct; /* wants an empty box, walls or periods on both axes, lengths of ll_fft_allowed */
+    double passes; /* over the cells that a sweep costs; one is about 7 operations a cell */
+    bool direct;   /* wants an empty box, walls or periods on both axes, lengths of ll_fft_allowed */
     size_t (*work_size)(int32_t nx, int32_t ny);
     void (*prepare)(const ll_poisson *); /* fills `work` for these faces. NULL: nothing is kept */
     void (*solve)(ll_poisson *);

@@ -17,6 +17,7 @@ const ll_pressure_solver ll_pressure_gauss_seidel = {
     .name = "gauss_seidel",
     .help = "Red-black Gauss-Seidel. A sweep costs 1 pass; about N^2 / 2 of them converge.",
     .source = "Stam 2003",
+    .passes = 1,
     .work_size = work_size,
     .solve = solve,
 };

@@ -29,6 +29,7 @@ const ll_pressure_solver ll_pressure_jacobi = {
     .help = "Jacobi: what graphics cards like. A sweep costs 1 pass; to converge it takes N^2 of them, and "
             "with relaxation 1 it never does.",
     .source = "Stam 1999; Harris, GPU Gems 38, 2004",
+    .passes = 1,
     .work_size = work_size,
     .solve = solve,
 };

@@ -170,6 +170,7 @@ const ll_pressure_solver ll_pressure_multigrid = {
         "Multigrid, V(2,2) cycles. A cycle costs about 8 passes; half a dozen converge, whatever N is. Best "
         "where the counts of cells have many factors 2.",
     .source = "Brandt 1977; Trottenberg, Oosterlee and Schueller 2001",
+    .passes = 8,
     .work_size = work_size,
     .prepare = prepare,
     .solve = solve,

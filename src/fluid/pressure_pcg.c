@@ -134,6 +134,7 @@ const ll_pressure_solver ll_pressure_pcg = {
         "Conjugate gradients with the MIC(0) preconditioner. A sweep costs about 6 passes; somewhat fewer "
         "than N of them converge.",
     .source = "Bridson 2015, chapter 5",
+    .passes = 6,
     .work_size = work_size,
     .prepare = prepare,
     .solve = solve,

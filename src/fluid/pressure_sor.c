@@ -18,6 +18,7 @@ const ll_pressure_solver ll_pressure_sor = {
     .help = "Over-relaxed Gauss-Seidel, by itself with 2 / (1 + sin(pi / N)). A sweep costs 1 pass; about "
             "8 N of them converge.",
     .source = "Young 1954",
+    .passes = 1,
     .work_size = work_size,
     .solve = solve,
 };

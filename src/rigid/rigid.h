@@ -290,4 +290,5 @@ typedef enum ll_rigid_solver_kind {
 } ll_rigid_solver_kind;
 
 extern const char *const ll_rigid_solver_names[LL_SOLVERS + 1]; /* NULL-terminated */
+double ll_rigid_passes(const ll_rigid_params *params);          /* over the contacts and joints in a step */
 const char *ll_rigid_solver_help(ll_rigid_solver_kind kind);    /* method, cost and source */

@@ -7,9 +7,12 @@
 
 #include "rigid/joint.h"
 
+enum { LL_PER_STEP, LL_PER_SUBSTEP, LL_PER_ITERATION, LL_PER_POSITION_ITERATION, LL_PASSES };
+
 typedef struct ll_solver {
     const char *name;
-    const char *help;                              /* method, cost in passes over contacts, source */
+    const char *help;         /* method, cost in passes over contacts, source */
+    double passes[LL_PASSES]; /* the same as numbers: per step, and per each of the counts */
     size_t (*size)(const ll_rigid_limits *limits); /* bytes of solver memory, a multiple of 64 */
     void (*solve)(ll_rigid *world);
 } ll_solver;

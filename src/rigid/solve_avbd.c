@@ -375,5 +375,6 @@ const ll_solver ll_solver_avbd = {
     .help =
         "Augmented vertex block descent (Giles et al. 2025): bodies one by one against growing penalties; 3 "
         "passes an iteration. Restitution is left out, as in the paper.",
+    .passes = {[LL_PER_ITERATION] = 3},
     .size = size,
     .solve = solve};

@@ -13,6 +13,14 @@ const char *ll_rigid_solver_help(ll_rigid_solver_kind kind)
     return ll_solvers[kind]->help;
 }
 
+double ll_rigid_passes(const ll_rigid_params *p)
+{
+    const double *passes = ll_solvers[p->solver]->passes;
+    return passes[LL_PER_STEP] + passes[LL_PER_SUBSTEP] * (double)p->substeps +
+           passes[LL_PER_ITERATION] * (double)p->iterations +
+           passes[LL_PER_POSITION_ITERATION] * (double)p->position_iterations;
+}
+
 ll_softness ll_soft(double hertz, double damping, double h)
 {
     double omega = 2 * 3.14159265358979323846 * hertz;

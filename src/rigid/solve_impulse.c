@@ -51,5 +51,6 @@ static void solve(ll_rigid *w)
 const ll_solver ll_solver_impulse = {
     .name = "impulse",
     .help = "Each contact by itself, once, and overlaps pushed out at once, as beginners write it: 2 passes.",
+    .passes = {[LL_PER_STEP] = 2},
     .size = ll_touch_rows_size,
     .solve = solve};

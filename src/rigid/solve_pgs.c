@@ -71,5 +71,6 @@ const ll_solver ll_solver_pgs = {
     .name = "pgs",
     .help =
         "Projected Gauss-Seidel with Baumgarte's correction of overlap (Catto 2005): 1 + iterations passes.",
+    .passes = {[LL_PER_STEP] = 1, [LL_PER_ITERATION] = 1},
     .size = ll_touch_rows_size,
     .solve = solve};

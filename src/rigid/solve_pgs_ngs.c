@@ -43,5 +43,6 @@ const ll_solver ll_solver_pgs_ngs = {
     .name = "pgs_ngs",
     .help = "Projected Gauss-Seidel, then overlaps corrected in the positions (Box2D 2): 1 + iterations + "
             "position_iterations passes.",
+    .passes = {[LL_PER_STEP] = 1, [LL_PER_ITERATION] = 1, [LL_PER_POSITION_ITERATION] = 1},
     .size = ll_touch_rows_size,
     .solve = solve};

@@ -295,5 +295,6 @@ const ll_solver ll_solver_soft_step = {
     .name = "soft_step",
     .help =
         "Substeps with soft contacts and a relaxing pass each (TGS soft, as Box2D 3): 2 passes a substep.",
+    .passes = {[LL_PER_SUBSTEP] = 2},
     .size = size,
     .solve = solve};

@@ -94,5 +94,6 @@ static void solve(ll_rigid *w)
 const ll_solver ll_solver_tgs_sticky = {.name = "tgs_sticky",
                                         .help = "Substeps with hard contacts and friction that holds places "
                                                 "(solver2d's TGS Sticky): 1.5 passes a substep.",
+                                        .passes = {[LL_PER_SUBSTEP] = 1.5},
                                         .size = ll_touch_rows_size,
                                         .solve = solve};

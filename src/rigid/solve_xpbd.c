@@ -151,5 +151,6 @@ const ll_solver ll_solver_xpbd = {.name = "xpbd",
                                   .help = "Extended position-based dynamics (Mueller et al. 2020): positions "
                                           "are corrected, velocities follow; 1 pass a "
                                           "substep.",
+                                  .passes = {[LL_PER_SUBSTEP] = 1},
                                   .size = size,
                                   .solve = solve};

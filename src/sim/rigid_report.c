@@ -168,6 +168,7 @@ static void world_metrics(cJSON *o, const ll_rigid_sim *s, int i)
     if (r->diverged_at >= 0)
         cJSON_AddStringToObject(o, "reason", r->reason);
     measured(o, s, i);
+    number(o, "passes_per_s", s->setup.hz * ll_rigid_passes(p));
     counted(o, ll_rigid_sim_world(s, i));
     volumes(o, s, i);
     bodies(o, s, i);

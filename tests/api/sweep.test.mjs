@@ -217,6 +217,33 @@ test('traces are those of the runs alone, end where a run was stopped or before 
   assert.ok(row.t_s > 5 && Math.abs(row.t_s - last - 1 / 60) < 1e-6, `${row.t_s} after ${last}`);
 });
 
+test('advise knows for every kind what may vary and what it costs', () => {
+  /** @type {[string, string, string, string, number][]} */
+  const cases = [
+    ['race', 'players.0.own_error_m.mean', '2', 'players.0.bandwidth.down_bytes_per_s', 7 * 2 * 2 * 2 * 4],
+    ['rigid/pyramid', 'drift_worst_m', '0.01', 'passes_per_s', 7 * 3 * 6], // all solvers
+    ['fluid/hydrostatic', 'pressure_error_rms', '0.1', 'visits', 3 * 4 * 3], // of particles: no cells, no pressure solver
+    ['fluid/taylor_green', 'error_l2', '1', 'visits', 4 * 6 * 4 * 3],
+  ];
+  for (const [scenario, metric, limit, cost, runs] of cases) {
+    const answer = JSON.parse(good(['advise', scenario, '--metric', metric, '--max-error', limit, '--set', 'duration_s=0.2']));
+    assert.equal(answer.holds, true, scenario);
+    assert.equal(answer.cost_metric, cost);
+    assert.equal(answer.of_runs, runs, scenario);
+    assert.ok(answer.runs <= Math.max(10, runs / 5));
+  }
+});
+
+test('costs that are counted: passes over contacts, visits of cells', () => {
+  const pyramid = (/** @type {string[]} */ ...set) => JSON.parse(good(['run', 'rigid/pyramid', '--duration', '0.1', ...set.flatMap((s) => ['--set', s])])).metrics.passes_per_s;
+  assert.equal(pyramid('solver.substeps=4'), 60 * 2 * 4);
+  assert.equal(pyramid('solver.method=pgs_ngs', 'solver.iterations=10', 'solver.position_iterations=3', 'hz=30'), 30 * (1 + 10 + 3));
+  const { metrics } = JSON.parse(good(['run', 'fluid/taylor_green', '--duration', '0.1', '--set', 'params.n=16', '--set', 'solver.pressure=multigrid']));
+  assert.ok(metrics.sweeps_mean > 1);
+  assert.ok(Math.abs(metrics.visits - 8 * 256 * Math.round(metrics.visits / 8 / 256)) < 1e-6, 'a cycle is 8 passes over all cells');
+  assert.ok(metrics.visits >= 8 * 256 * metrics.steps);
+});
+
 test('bad input is a sentence and exit 2', () => {
   const cases = [
     [['sweep'], 'which experiment'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
