@@ -63,6 +63,8 @@ ll_status ll_session_open(ll_scenario *scenario, ll_log_line *on_line, void *con
     ll_status status = ll_session_new(scenario, scenario->config, on_line, context, session);
     if (!ll_failed(&status))
         status = ll_session_wake(*session);
+    if (!ll_failed(&status) && (*session)->status == LL_SESSION_FAILED) /* it could not be built */
+        status = (*session)->error;
     if (ll_failed(&status)) {
         ll_session_destroy(*session);
         *session = NULL;
@@ -243,17 +245,22 @@ static void run(ll_session *s, int64_t to, bool record)
 static void start_from(ll_session *s, const ll_snapshot *shot)
 {
     const void *config = shot ? shot->config : s->base;
+    ll_status made = ll_ok();
     memcpy(s->config, config, config_size(s));
     if (shot)
         memcpy(s->block, shot->block, s->block_size);
     else
-        s->scenario.kind->init(s->block, s->base);
+        made = s->scenario.kind->init(s->block, s->base);
     s->tick = shot ? shot->tick : 0;
     s->next = shot ? shot->next : 0;
     s->step = shot ? shot->step : 0;
     s->skipped = shot ? shot->skipped : 0;
     if (s->status == LL_SESSION_FAILED)
         s->status = LL_SESSION_PAUSED;
+    if (ll_failed(&made)) {
+        s->status = LL_SESSION_FAILED;
+        s->error = made;
+    }
     apply_due(s);
 }
 

@@ -18,7 +18,7 @@ static size_t size(const void *config)
     return (size_t)head_size() + ll_fluid_sim_scene(setup)->size(setup->params, setup->solver);
 }
 
-static void init(void *block, const void *config)
+static ll_status init(void *block, const void *config)
 {
     ll_fluid_sim *s = block;
     memset(s, 0, (size_t)head_size());
@@ -26,6 +26,7 @@ static void init(void *block, const void *config)
     s->size = (int64_t)size(config);
     s->fluid = head_size();
     ll_fluid_sim_scene(&s->setup)->init(ll_fluid_sim_block(s), s->setup.params, s->setup.solver);
+    return ll_ok();
 }
 
 static void settle(void *config, const void *before)

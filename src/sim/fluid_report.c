@@ -68,9 +68,13 @@ cJSON *ll_fluid_sim_metrics(const void *block)
 static ll_fluid_sim *started(const void *config)
 {
     ll_fluid_sim *s = malloc(ll_sim_fluid.size(config));
-    if (s)
-        ll_sim_fluid.init(s, config);
-    return s;
+    if (!s)
+        return NULL;
+    ll_status status = ll_sim_fluid.init(s, config);
+    if (!ll_failed(&status))
+        return s;
+    free(s);
+    return NULL;
 }
 
 static void add_layers(cJSON *fluid, const ll_fluid_method *method)

@@ -121,7 +121,7 @@ static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
     m->record[i] = (ll_motion_record){.energy_start = energy_of(m, 0, y0)};
 }
 
-static void init(void *block, const void *config)
+static ll_status init(void *block, const void *config)
 {
     ll_motion *m = block;
     double y0[LL_ODE_DIM_MAX];
@@ -134,6 +134,7 @@ static void init(void *block, const void *config)
     start_reference(m, &ode, m->reference, y0);
     for (int i = 0; i < m->config.method_count; i++)
         start_one(m, &ode, i, y0);
+    return ll_ok();
 }
 
 static ll_freq tick_freq(const void *config)

@@ -140,7 +140,7 @@ static void meet(ll_netgame *g, ll_time now)
     }
 }
 
-static void init(void *block, const void *config)
+static ll_status init(void *block, const void *config)
 {
     ll_netgame *g = block;
     const ll_netgame_config *c = config;
@@ -178,6 +178,7 @@ static void init(void *block, const void *config)
     if (arena_of(c, &arena))
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
     meet(g, 0);
+    return ll_ok();
 }
 
 static ll_freq tick_freq(const void *config)

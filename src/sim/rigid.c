@@ -103,7 +103,7 @@ static void look(const ll_rigid *w, double view[4])
     view[3] = all.upper.y + room;
 }
 
-static void start_world(ll_rigid_sim *s, const ll_rigid_config *c, int i)
+static ll_status start_world(ll_rigid_sim *s, const ll_rigid_config *c, int i)
 {
     ll_rigid_limits limits = ll_rigid_sim_limits(c);
     ll_rigid_params params = ll_rigid_sim_params(&c->setup, i);
@@ -115,22 +115,25 @@ static void start_world(ll_rigid_sim *s, const ll_rigid_config *c, int i)
         r->diverged_at = 0;
         memcpy(r->reason, status.text, sizeof r->reason);
     }
+    return status;
 }
 
-static void init(void *block, const void *config)
+static ll_status init(void *block, const void *config)
 {
     ll_rigid_sim *s = block;
     const ll_rigid_config *c = config;
     memset(s, 0, sizeof *s);
     s->setup = c->setup;
     s->size = lay_out(s, c);
-    for (int i = 0; i < s->setup.worlds; i++)
-        start_world(s, c, i);
+    ll_status status = ll_ok();
+    for (int i = 0; i < s->setup.worlds; i++) /* all of the same bodies: what is wrong is wrong in all */
+        status = start_world(s, c, i);
     s->references = ll_rigid_body_end(ll_rigid_sim_world(s, 0));
     ll_rigid_refer(ll_rigid_sim_world(s, 0), ll_rigid_sim_references(s), (int32_t)s->references);
     look(ll_rigid_sim_world(s, 0), s->view);
     for (int i = 0; i < s->setup.worlds; i++)
         ll_rigid_sim_measure_start(s, i);
+    return status;
 }
 
 static void settle(void *config, const void *before)

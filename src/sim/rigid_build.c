@@ -133,7 +133,10 @@ ll_status ll_rigid_sim_build(const ll_rigid_config *c, ll_rigid *world)
     ll_status status = ll_ok();
     if (scene != NULL) {
         ll_scene_args args = ll_scene_args_of(scene, &c->setup.params);
-        return scene->build(world, &args);
+        status = scene->build(world, &args);
+        return ll_failed(&status)
+                   ? ll_field_error(LL_BAD_INPUT, "params", "params of %s: %s", scene->name, status.text)
+                   : status;
     }
     for (int i = 0; i < c->body_count && !ll_failed(&status); i++)
         status = add_body(&c->bodies[i], world);

@@ -98,13 +98,13 @@ static void measured(cJSON *o, const ll_rigid_sim *s, int i)
                {"tilt_worst_rad", r->tilt_worst},
                {"joint_error", m->joint_error},
                {"joint_error_worst", r->joint_error_worst},
-               {"speed_max_m_s", m->speed_max},
+               {"speed_max_mps", m->speed_max},
                {"kinetic_j", m->kinetic_energy},
                {"energy_j", energy},
                {"energy_change_j", energy - r->energy_start},
                {"energy_added_j", r->energy_most},
-               {"momentum_error_kg_m_s", momentum_error(s, i)},
-               {"spin_momentum_kg_m2_s", m->spin_momentum},
+               {"momentum_error_kgmps", momentum_error(s, i)},
+               {"spin_momentum_kgm2ps", m->spin_momentum},
                {"passed", m->passed},
                {"stopped", (double)r->stopped},
                {"steps_asleep", (double)r->steps_asleep},
@@ -112,7 +112,7 @@ static void measured(cJSON *o, const ll_rigid_sim *s, int i)
                {"over_limit_steps", (double)r->over_limit}};
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
         number(o, all[k].name, all[k].value);
-    vector(o, "momentum_kg_m_s", m->momentum);
+    vector(o, "momentum_kgmps", m->momentum);
 }
 
 static void counted(cJSON *o, const ll_rigid *w)
@@ -248,8 +248,8 @@ void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_n
     ll_rigid_sim *s = malloc(ll_sim_rigid.size(config));
     if (s == NULL)
         return;
-    ll_sim_rigid.init(s, config);
-    for (int i = 0; i < s->setup.worlds; i++) {
+    ll_status status = ll_sim_rigid.init(s, config);
+    for (int i = 0; i < s->setup.worlds && !ll_failed(&status); i++) {
         cJSON *o = i == 0 ? metrics : cJSON_GetObjectItemCaseSensitive(metrics, "beside");
         time_steps(s, i, c->head.duration_s, o, now_ns);
         if (s->setup.compare_volumes)
@@ -266,8 +266,8 @@ static void add_view(cJSON *layout, const void *config)
     cJSON *view = cJSON_AddArrayToObject(layout, "view");
     if (s == NULL)
         return;
-    ll_sim_rigid.init(s, config);
-    for (int i = 0; i < 4; i++)
+    ll_status status = ll_sim_rigid.init(s, config);
+    for (int i = 0; i < 4 && !ll_failed(&status); i++)
         cJSON_AddItemToArray(view, ll_param_number(s->view[i]));
     free(s);
 }
@@ -299,8 +299,8 @@ enum { SUMMARY = 11, TRACED = 8 /* bodies */, OF_A_BODY = 5 };
 
 static const char *const summary_names[SUMMARY] = {
     "kinetic_j",     "energy_change_j", "penetration_max_m", "sag_m", "drift_m", "tilt_rad",
-    "speed_max_m_s", "joint_error",     "contacts",          "awake", "passed"};
-static const char *const body_names[OF_A_BODY] = {"x_m", "y_m", "angle_rad", "vx_m_s", "vy_m_s"};
+    "speed_max_mps", "joint_error",     "contacts",          "awake", "passed"};
+static const char *const body_names[OF_A_BODY] = {"x_m", "y_m", "angle_rad", "vx_mps", "vy_mps"};
 
 int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
 {

@@ -55,7 +55,8 @@ typedef struct ll_sim_kind {
     const ll_param_table *table; /* of the whole scenario; the struct begins with ll_scenario_head */
 
     size_t (*size)(const void *config); /* bytes of the block: known before anything is made */
-    void (*init)(void *block, const void *config);
+    /* LL_BAD_INPUT names the field of what shows only when it is built; the block is then as it was told. */
+    ll_status (*init)(void *block, const void *config);
     /* Makes dependent values agree after a change; `before` is the configuration before it (all zero for a
      * new one). */
     void (*settle)(void *config, const void *before);

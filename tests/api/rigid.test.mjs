@@ -142,12 +142,14 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid([{}], { solver: { method: 'perfect' } }), 'solver.method', 'soft_step'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 100000 } }, 'params.size', '1048576'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 1000 } }, 'params.size', 'MB'],
+    [{ kind: 'rigid', scene: 'confined', params: { size: 1 } }, 'params of confined: position.x', 'must be finite'], /* which only building it tells */
   ];
   for (const [scenario, ...words] of bad) {
     const result = laglab(['run', '-'], scenario);
     assert.equal(result.status, 2, JSON.stringify(scenario).slice(0, 200));
     const answer = await c.call('POST', '/api/v1/sessions', { body: { scenario } });
     assert.ok([400, 422].includes(answer.status), answer.text);
+    assert.ok(answer.json.errors[0].field.length > 0, answer.text);
     for (const word of words) {
       assert.ok(result.stderr.includes(word), `${word}: ${result.stderr}`);
       assert.ok(answer.text.includes(word), `${word}: ${answer.text}`);

@@ -32,7 +32,7 @@ async function topmost(page, world = 0) {
 }
 
 const place = (page, world, x, y) => page.evaluate(async ([w, mx, my]) => {
-  const { cameras } = await import(new URL('js/collide/drag.js', location.href).href);
+  const { cameras } = await import(new URL('js/workbench/hand.js', location.href).href);
   const at = cameras.get(w), box = document.getElementById(`world${w}`).getBoundingClientRect();
   return { px: box.left + (mx - at.left) * at.scale, py: box.top + (at.top - my) * at.scale };
 }, [world, x, y]);
@@ -206,7 +206,7 @@ test('a body is dragged by keys', async () => {
   await page.waitForFunction(() => globalThis.laglab().frame.time > 0.1 && document.getElementById('world0'));
   const { body } = await topmost(page);
   await page.locator('.drag').first().focus();
-  const hand = () => page.evaluate(async () => (await import(new URL('js/collide/drag.js', location.href).href)).pointer.value);
+  const hand = () => page.evaluate(async () => (await import(new URL('js/workbench/hand.js', location.href).href)).pointer.value);
   await page.keyboard.press('ArrowRight');
   for (let i = 0; i < 200; i++) {
     const at = await hand();

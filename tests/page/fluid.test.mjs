@@ -39,7 +39,7 @@ const valueAt = (field, x, y) => field.low + (field.bytes[Math.floor(y * field.h
 
 /** On the screen, from shares of the picture's width and height, from the lower left. */
 const place = (page, x, y) => page.evaluate(async ([sx, sy]) => {
-  const at = (await import(new URL('js/collide/drag.js', location.href).href)).cameras.get(0);
+  const at = (await import(new URL('js/workbench/hand.js', location.href).href)).cameras.get(0);
   const { layout } = await import(new URL('js/state.js', location.href).href);
   const [left, right, bottom, top] = layout.value.fluid.view, box = document.getElementById('fluid').getBoundingClientRect();
   return { px: box.left + (left + sx * (right - left) - at.left) * at.scale, py: box.top + (at.top - bottom - sy * (top - bottom)) * at.scale };

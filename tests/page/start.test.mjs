@@ -70,7 +70,7 @@ test('asks nobody but the daemon, and for little', async () => {
 
 test('every module is asked for at once, without waiting for the one that imports it', () => {
   const files = readdirSync(path.join(WWW, 'js'), { recursive: true, encoding: 'utf8' }).filter((name) => name.endsWith('.js')
-    && !/^(step|collide|fluid)\//.test(name)); // labs that are read when they are first wanted
+    && !/^(step|collide|fluid|workbench)\//.test(name)); // labs, and what they share: read when they are first wanted
   const index = readFileSync(path.join(WWW, 'index.html'), 'utf8');
   assert.ok(files.length > 20);
   assert.deepEqual(files.filter((name) => !index.includes(`"js/${name}"`)), []);
@@ -152,5 +152,20 @@ test('drawing a frame costs little', async () => {
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
   assert.ok(costs.length > 50);
   assert.ok(costs[Math.floor(costs.length * 0.5)] < 8, `median ${costs[Math.floor(costs.length * 0.5)]} ms`);
+  await close();
+});
+
+test('every scenario belongs to the lab that shows it', async () => {
+  const { page, close } = await visit(browser, daemon.url);
+  const current = () => page.locator('.lab[aria-current="page"]').allTextContents();
+  assert.deepEqual(await current(), ['Race']);
+  for (const [scenario, lab] of [['rifle', 'Shoot'], ['crates', 'Crates'], ['gambetta', 'Race'], ['cannon', 'Cannon'], ['motion/orbit', 'Step'],
+    ['paper/fig05', 'Collide'], ['fluid/pool', 'Fluid']]) {
+    await page.locator('#scenario').selectOption(scenario);
+    await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
+    assert.deepEqual(await current(), [lab], scenario);
+  }
+  await page.getByRole('button', { name: 'Shoot', exact: true }).click();
+  await page.waitForFunction(() => globalThis.laglab().params?.game === 'shooter');
   await close();
 });

@@ -178,7 +178,7 @@ static void names_fit_what_is_told(void **state)
         ll_param_defaults(&ll_fluid_scenario_table, &config);
         ok(ll_param_set(&ll_fluid_scenario_table, &config, "scene", ll_fluid_scenes[i]->name, false));
         ll_fluid_sim *sim = malloc(ll_sim_fluid.size(&config));
-        ll_sim_fluid.init(sim, &config);
+        ok(ll_sim_fluid.init(sim, &config));
         cJSON *layout = ll_fluid_sim_layout(&config);
         const cJSON *fluid = cJSON_GetObjectItem(layout, "fluid");
         assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(fluid, "numbers")),

@@ -39,7 +39,8 @@ static void steps_do_not_allocate(void **state)
         status = ll_scenario_parse(json, &scenario);
         assert_false(ll_failed(&status));
         void *block = malloc(scenario.kind->size(scenario.config));
-        scenario.kind->init(block, scenario.config);
+        status = scenario.kind->init(block, scenario.config);
+        assert_false(ll_failed(&status));
         long before = allocations();
         run(scenario.kind, block, scenario.config);
         assert_int_equal(allocations() - before, 0);

@@ -33,7 +33,7 @@ static scene start(cJSON *json, const char *const *sets)
     s.scenario.kind->settle(s.scenario.config, before);
     free(before);
     s.game = malloc(s.scenario.kind->size(s.scenario.config));
-    s.scenario.kind->init(s.game, s.scenario.config);
+    must(s.scenario.kind->init(s.game, s.scenario.config));
     return s;
 }
 

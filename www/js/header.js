@@ -1,8 +1,10 @@
 // The head of the page: labs, scenario, the state chip.
 import { html, nothing } from '../vendor/lit-html.js';
+import { effect } from '../vendor/signals-core.js';
 import { open } from './dialogs.js';
 import { fixed } from './format.js';
 import { choose, fork, shownScenario } from './lab.js';
+import { LABS } from './link.js';
 import { behind, connection, failure, layout, readOnly, scenarios, status } from './state.js';
 import { backToLive } from './time.js';
 
@@ -32,12 +34,20 @@ function chooser() {
 
 /** @returns {Template} */
 function labs() {
-  const cannon = layout.value?.game === 'cannon', step = layout.value?.motion != null, collide = layout.value?.rigid != null, fluid = layout.value?.fluid != null;
-  const lab = (/** @type {string} */ id, /** @type {string} */ name, /** @type {boolean} */ current) => html`<button type="button"
-    class="lab" aria-current=${current ? 'page' : 'false'} @click=${() => { if (!current) choose(id); }}>${name}</button>`;
-  return html`<nav aria-label="Labs">${lab('race', 'Race', !cannon && !step && !collide && !fluid)}${lab('cannon', 'Cannon', cannon)}${lab('motion/free_fall', 'Step', step)}${lab(
-    'rigid/pyramid', 'Collide', collide)}${lab('fluid/cylinder', 'Fluid', fluid)}</nav>`;
+  const shown = layout.value?.game ?? '';
+  const item = (/** @type {typeof LABS[0]} */ lab) => html`<button type="button" class="lab" aria-current=${lab.shows.includes(shown) ? 'page' : 'false'}
+    @click=${() => { if (!lab.shows.includes(shown)) choose(lab.scenario); }}>${lab.name}</button>`;
+  return html`<nav aria-label="Labs">${LABS.map(item)}</nav>`;
 }
+
+/** On a phone the labs do not all fit: the one that is shown does. */
+effect(() => {
+  layout.value?.game;
+  queueMicrotask(() => {
+    const current = document.querySelector('.lab[aria-current="page"]'), row = current?.parentElement;
+    if (row && current instanceof HTMLElement) row.scrollLeft = current.offsetLeft - row.offsetLeft - (row.clientWidth - current.offsetWidth) / 2;
+  });
+});
 
 const SYMBOLS = {
   live: html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><circle cx="6" cy="6" r="5"></circle></svg>`,

@@ -15,8 +15,17 @@
 
 export const THEMES = ['auto', 'light', 'dark', 'projector'];
 export const FIRST_SCENARIO = 'race';
-/** Short addresses: `/#step`. @type {Record<string, string>} */
-export const LABS = { race: 'race', cannon: 'cannon', step: 'motion/free_fall', collide: 'rigid/pyramid', fluid: 'fluid/cylinder' };
+/** The labs, with the scenario that each opens: by its button, or by a short address such as `/#step`. Scenarios of the games and kinds
+ * that it shows belong to it. @type {{id: string, name: string, scenario: string, shows: string[]}[]} */
+export const LABS = [
+  { id: 'race', name: 'Race', scenario: 'race', shows: ['race', 'gambetta'] },
+  { id: 'cannon', name: 'Cannon', scenario: 'cannon', shows: ['cannon'] },
+  { id: 'shoot', name: 'Shoot', scenario: 'rifle', shows: ['shooter'] },
+  { id: 'crates', name: 'Crates', scenario: 'crates', shows: ['crates'] },
+  { id: 'step', name: 'Step', scenario: 'motion/free_fall', shows: ['motion'] },
+  { id: 'collide', name: 'Collide', scenario: 'rigid/pyramid', shows: ['rigid'] },
+  { id: 'fluid', name: 'Fluid', scenario: 'fluid/cylinder', shows: ['fluid'] },
+];
 
 /** @param {string} text @returns {Value} */
 function toValue(text) {
@@ -33,7 +42,7 @@ export function readLink(search, hash) {
   const link = { scenario: FIRST_SCENARIO, set: {}, seed: null, theme: 'auto', session: '', key: '', problems: [] };
 
   const scenario = query.get('scenario');
-  if (scenario === null && LABS[hash.slice(1)] !== undefined) link.scenario = LABS[hash.slice(1)] ?? FIRST_SCENARIO;
+  if (scenario === null) link.scenario = LABS.find((lab) => lab.id === hash.slice(1))?.scenario ?? FIRST_SCENARIO;
   if (scenario !== null && /^[a-z0-9_/-]{1,64}$/.test(scenario)) link.scenario = scenario;
   else if (scenario !== null) link.problems.push(`scenario=${scenario} ignored, using ${FIRST_SCENARIO}`);
 

@@ -14,7 +14,7 @@ import { layout, locked, params, scenarios, schema, session } from '../state.js'
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
 import { VOLUMES, sceneOf } from './decode.js';
-import { cameras, forget, key, move, pointer, press, release } from './drag.js';
+import { cameras, forget, key, move, pointer, press, release } from '../workbench/hand.js';
 import { drawWorld } from './picture.js';
 import { Record } from './record.js';
 

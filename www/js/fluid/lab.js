@@ -1,7 +1,7 @@
 // The fluid lab: scenes of fluids, what is wrong with them and what they cost, stirred by a person.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect, signal } from '../../vendor/signals-core.js';
-import { cameras, forget as forgetHand, key, move, pointer, press, release } from '../collide/drag.js';
+import { cameras, forget as forgetHand, key, move, pointer, press, release } from '../workbench/hand.js';
 import { control } from '../controls.js';
 import { link } from '../early.js';
 import { fixed, short } from '../format.js';
