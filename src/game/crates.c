@@ -1,8 +1,8 @@
 /* Crates: players push boxes about in an arena, seen from above.
  *
  * Axes 0 and 1 are the way that the player wants to go, along x and along y; the floor lets it change its
- * velocity by so much a second. A player is a disc, a crate a square; what happens between them is the
- * floor's affair (game/floor.h). A crate that is let go slides, turns and comes to rest.
+ * velocity by so much a second. A player is a disc, a crate a square; what happens between them a rigid world
+ * computes (game/floor.h). A crate that is let go slides, turns and comes to rest.
  *
  * What a client predicts of its own player alone takes everybody else for an obstacle that stays where the
  * last state had it: a crate that gives way on the server stops the prediction. */

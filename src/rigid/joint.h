@@ -36,7 +36,7 @@ typedef struct ll_joint_row_type {
 } ll_joint_row_type;
 
 extern const ll_joint_row_type ll_joint_distance, ll_joint_revolute, ll_joint_prismatic, ll_joint_weld,
-    ll_joint_mouse, ll_joint_motor;
+    ll_joint_mouse, ll_joint_motor, ll_joint_friction;
 extern const ll_joint_row_type *const ll_joint_row_types[LL_JOINT_TYPES];
 
 /* Rows that types share. `angle` is that of b to a. */

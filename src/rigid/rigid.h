@@ -156,6 +156,7 @@ typedef enum ll_joint_type {
     LL_JOINT_WELD,      /* neither slides nor turns; with `hertz` both are springs */
     LL_JOINT_MOUSE,     /* b's anchor is drawn to `target` by a spring of at most `max_force` */
     LL_JOINT_MOTOR,     /* b is driven at `motor_speed` of turning, and held at its offset by max_force */
+    LL_JOINT_FRICTION,  /* b slides and turns on a, against at most max_force and max_torque */
     LL_JOINT_TYPES
 } ll_joint_type;
 
@@ -172,7 +173,7 @@ typedef struct ll_joint_def {
     double lower, upper;          /* m or rad */
     double hertz, damping;        /* 0: as stiff as params.joint_hertz */
     double motor_speed;           /* m/s or rad/s */
-    double max_force, max_torque; /* of mouse and motor: N, N m */
+    double max_force, max_torque; /* of mouse, motor and friction: N, N m */
     ll_vec2 target;               /* of a mouse, in the world */
     int32_t limited, motored, rope, pad;
 } ll_joint_def;

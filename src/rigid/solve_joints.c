@@ -50,13 +50,15 @@ static void rows_of(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
                                           ll_angle_now(w, j), rows);
 }
 
-/* ---- hinges: most joints are such, so their rows are written out ---- */
+/* ---- hinges: most joints are such, so their rows are written out; friction is a hinge that gives way ----
+ */
 
 struct ll_hinge {
     int32_t joint, a, b;
     int32_t turning; /* LL_NONE: it has neither limits nor a motor */
     double ma, ia, mb, ib;
     ll_vec2 ra, rb, gap; /* anchors and their distance at the beginning of the step */
+    double most;         /* N, of friction; infinite of a hinge, which also brings its anchors together */
     ll_vec2 impulse;
 };
 
@@ -80,6 +82,8 @@ size_t ll_turning_size(void)
 static ll_turning turning_of(const ll_rigid *w, const ll_joint *j)
 {
     const ll_joint_def *d = &j->def;
+    if (d->type == LL_JOINT_FRICTION)
+        return (ll_turning){.torque = d->max_torque, .motor_impulse = j->impulse[5], .motored = 1};
     return (ll_turning){.angle = (ll_bodys(w)[j->body[1]].angle - ll_bodys(w)[j->body[0]].angle) - d->angle,
                         .lower = d->lower,
                         .upper = d->upper,
@@ -108,6 +112,7 @@ static ll_hinge hinge_of(const ll_rigid *w, int32_t joint)
                       .ra = ll_rotate(pa.q, j->def.anchor_a),
                       .rb = ll_rotate(pb.q, j->def.anchor_b),
                       .gap = ll_sub(pb.p, pa.p),
+                      .most = j->def.type == LL_JOINT_FRICTION ? j->def.max_force : INFINITY,
                       .impulse = {j->impulse[0], j->impulse[1]}};
 }
 
@@ -120,12 +125,13 @@ ll_joint_set ll_prepare_joints(ll_rigid *w)
         const ll_joint *j = &ll_joints(w)[i];
         if (!joint_awake(w, j))
             continue;
-        if (j->def.type != LL_JOINT_REVOLUTE) {
+        bool friction = j->def.type == LL_JOINT_FRICTION;
+        if (j->def.type != LL_JOINT_REVOLUTE && !friction) {
             set.others[set.other_count++] = i;
             continue;
         }
         set.hinges[set.hinge_count] = hinge_of(w, i);
-        if (j->def.limited || j->def.motored) {
+        if (j->def.limited || j->def.motored || friction) {
             set.hinges[set.hinge_count].turning = set.turning_count;
             set.turnings[set.turning_count++] = turning_of(w, j);
         }
@@ -190,10 +196,21 @@ static void solve_turning(ll_motion *motions, const ll_hinge *hinge, ll_turning 
     turn(hinge, a, b, t->lower_impulse - old);
 }
 
-static void solve_hinge(ll_motion *motions, ll_hinge *h, ll_softness soft)
+/* The part of `impulse` that keeps the sum within friction's largest. */
+static ll_vec2 held(const ll_hinge *hinge, ll_vec2 impulse, double most)
+{
+    ll_vec2 sum = ll_add(hinge->impulse, impulse);
+    double size = ll_length(sum);
+    return size > most ? ll_sub(ll_scale(most / size, sum), hinge->impulse) : impulse;
+}
+
+static void solve_hinge(ll_motion *motions, ll_hinge *h, double dt, ll_softness soft)
 {
     ll_motion *a = &motions[h->a], *b = &motions[h->b];
     ll_vec2 ra = ll_rotate(a->q, h->ra), rb = ll_rotate(b->q, h->rb);
+    bool slides = h->most < INFINITY;
+    if (slides)
+        soft = (ll_softness){0, 1, 0};
     double mass = h->ma + h->mb;
     double k11 = mass + h->ia * ra.y * ra.y + h->ib * rb.y * rb.y;
     double k22 = mass + h->ia * ra.x * ra.x + h->ib * rb.x * rb.x;
@@ -206,6 +223,8 @@ static void solve_hinge(ll_motion *motions, ll_hinge *h, ll_softness soft)
     double scale = soft.mass_scale / det;
     ll_vec2 impulse = {-scale * (k22 * e.x - k12 * e.y) - soft.impulse_scale * h->impulse.x,
                        -scale * (k11 * e.y - k12 * e.x) - soft.impulse_scale * h->impulse.y};
+    if (slides)
+        impulse = held(h, impulse, h->most * dt);
     h->impulse = ll_add(h->impulse, impulse);
     push_hinge(h, a, b, ra, rb, impulse);
 }
@@ -292,7 +311,7 @@ void ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness
         ll_hinge *hinge = &set->hinges[i];
         if (hinge->turning != LL_NONE)
             solve_turning(ll_motions(w), hinge, &set->turnings[hinge->turning], h, soft);
-        solve_hinge(ll_motions(w), hinge, soft);
+        solve_hinge(ll_motions(w), hinge, h, soft);
     }
     for (int32_t i = 0; i < set->other_count; i++) {
         ll_joint *j = &ll_joints(w)[set->others[i]];

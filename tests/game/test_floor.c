@@ -11,7 +11,7 @@
 
 #include "base/rng.h"
 #include "game/floor.h"
-#include "game/floor_contact.h"
+#include "rigid/manifold.h"
 
 #define DT (1.0 / 60)
 #define MAX 120
@@ -236,7 +236,7 @@ static void a_row_is_pushed_by_what_is_left_of_the_force(void **state)
     double a = (M * grip - 3 * m * mu_g) / (M + 3 * m), v = a * 20 * DT;
     for (int i = 0; i < 4; i++) {
         assert_true(fabs(b[i].vx - v) < 0.02 * v);
-        assert_true(fabs(b[i].vy) < 1e-9);
+        assert_true(fabs(b[i].vy) < 2e-4 * v); /* sixteen sweeps leave the boxes turning ever so little */
     }
 }
 
@@ -257,27 +257,33 @@ static void who_is_too_weak_stays(void **state)
 
 /* ---- nothing passes ---- */
 
-static ll_floor_frame frame(const ll_floor_body *b)
+static ll_geometry outline(const ll_floor_body *b)
 {
-    return (ll_floor_frame){b->x, b->y, b->round ? 1 : cos(b->angle), b->round ? 0 : sin(b->angle)};
+    ll_geometry g;
+    ll_status status = b->round ? ll_shape_circle(ll_vec(0, 0), b->half, &g)
+                                : ll_shape_box(2 * b->half, 2 * b->half, ll_vec(0, 0), 0, &g);
+    assert_false(ll_failed(&status));
+    return g;
+}
+
+static ll_pose pose(const ll_floor_body *b)
+{
+    return (ll_pose){{b->x, b->y}, {cos(b->angle), sin(b->angle)}};
 }
 
 /* How deep any two overlap at most, and any the walls. */
 static double deepest(const ll_floor_body *b, int count, double side)
 {
     double most = 0;
-    ll_floor_point p[2];
     for (int i = 0; i < count; i++) {
-        ll_floor_frame f = frame(&b[i]);
+        ll_geometry g = outline(&b[i]);
+        ll_aabb box = ll_shape_aabb(&g, pose(&b[i]));
+        most = fmax(most, fmax(-fmin(box.lower.x, box.lower.y), fmax(box.upper.x, box.upper.y) - side));
         for (int j = i + 1; j < count; j++) {
-            ll_floor_frame g = frame(&b[j]);
-            for (int n = ll_floor_touch(&b[i], &f, &b[j], &g, 0, p); n-- > 0;)
-                most = fmax(most, -p[n].gap);
-        }
-        for (int k = 0; k < 4; k++) {
-            double nx = k == 0 ? -1 : k == 1 ? 1 : 0, ny = k == 2 ? -1 : k == 3 ? 1 : 0;
-            for (int n = ll_floor_touch_wall(&b[i], &f, nx, ny, nx + ny > 0 ? side : 0, 0, p); n-- > 0;)
-                most = fmax(most, -p[n].gap);
+            ll_geometry other = outline(&b[j]);
+            ll_manifold m = ll_collide(&g, &other, ll_pose_between(pose(&b[i]), pose(&b[j])), 0);
+            for (int n = m.count; n-- > 0;)
+                most = fmax(most, -m.at[n].separation);
         }
     }
     return most;
@@ -311,7 +317,7 @@ static void nothing_passes_through_anything(void **state)
         b[0].wanted_vx = 0;
         for (int k = 0; k < 120; k++)
             ll_floor_step(&env, &floor, b, count);
-        assert_true(deepest(b, count, 10) < 0.005);
+        assert_true(deepest(b, count, 10) < LL_LINEAR_SLOP + 1e-5);
     }
 }
 
@@ -333,77 +339,6 @@ static void long_steps_are_cut(void **state)
         assert_true(b[0].x < b[1].x || fabs(b[0].y - b[1].y) > 0.1);
     }
     assert_true(b[1].x > 12);
-}
-
-/* ---- where bodies touch ---- */
-
-static void points_are_where_outlines_meet(void **state)
-{
-    (void)state;
-    ll_floor_point p[2];
-    ll_floor_body a = box(0, 0, 0, 2, 1), b = box(2.5, 0.5, 0, 2, 1), turned = box(2.2, 0.3, 0, 1, 1),
-                  d = disc(0.4, -1.7, 0.5, 1), e = disc(1.3, 1.4, 0.5, 1);
-    turned.angle = 0.7853981633974483;
-    ll_floor_frame fa = frame(&a), fb = frame(&b), ft = frame(&turned), fd = frame(&d), fe = frame(&e);
-    assert_int_equal(ll_floor_touch(&a, &fa, &b, &fb, 0.4, p), 0);
-    assert_int_equal(ll_floor_touch(&a, &fa, &b, &fb, 0.6, p), 2); /* faces 0.5 apart, from y = -0.5 to 1 */
-    for (int i = 0; i < 2; i++) {
-        assert_true(p[i].nx == 1 && p[i].ny == 0 && fabs(p[i].gap - 0.5) < 1e-15 &&
-                    fabs(p[i].x - 1.25) < 1e-15);
-    }
-    assert_true(fabs(p[0].y + p[1].y - 0.5) < 1e-15 && fabs(fabs(p[0].y - p[1].y) - 1.5) < 1e-15);
-
-    assert_int_equal(ll_floor_touch(&a, &fa, &turned, &ft, 0.6, p), 1); /* a corner ahead */
-    assert_true(fabs(p[0].gap - (1.2 - sqrt(0.5))) < 1e-15 && fabs(p[0].y - 0.3) < 1e-15);
-
-    assert_int_equal(ll_floor_touch(&a, &fa, &d, &fd, 0.3, p), 1);
-    assert_true(p[0].nx == 0 && p[0].ny == -1 && fabs(p[0].gap - 0.2) < 1e-15 && p[0].x == 0.4 &&
-                p[0].y == -1);
-    assert_int_equal(ll_floor_touch(&d, &fd, &a, &fa, 0.3, p), 1); /* the other way round */
-    assert_true(p[0].nx == 0 && p[0].ny == 1);
-    assert_int_equal(ll_floor_touch(&a, &fa, &e, &fe, 0.1, p),
-                     1); /* its corner (1, 1): 0.5 from the centre */
-    assert_true(fabs(p[0].gap) < 1e-15 && fabs(p[0].nx - 0.6) < 1e-15 && fabs(p[0].ny - 0.8) < 1e-15);
-    d.x = 0.9; /* with its centre inside, the nearest face */
-    d.y = 0.2;
-    assert_int_equal(ll_floor_touch(&a, &fa, &d, &fd, 0, p), 1);
-    assert_true(p[0].nx == 1 && fabs(p[0].gap + 0.6) < 1e-15);
-
-    assert_int_equal(ll_floor_touch_wall(&turned, &ft, 1, 0, 3, 0.2, p), 1);
-    assert_true(fabs(p[0].gap - (0.8 - sqrt(0.5))) < 1e-15);
-}
-
-static bool inside(const ll_floor_body *b, double x, double y)
-{
-    double dx = x - b->x, dy = y - b->y, c = cos(b->angle), s = sin(b->angle);
-    return fabs(c * dx + s * dy) <= b->half && fabs(c * dy - s * dx) <= b->half;
-}
-
-/* Held against points all over one box: where one lies in the other there is a contact with overlap, where
- * none does there is not much of one. */
-static void boxes_touch_where_they_share_points(void **state)
-{
-    (void)state;
-    int both = 0;
-    for (uint64_t k = 0; k < 1500; k++) {
-        ll_floor_body a = box(0, 0, 3 * unit(20, k), 2, 1),
-                      b = box(2 * unit(21, k), 2 * unit(22, k), 3 * unit(23, k), 2, 1);
-        ll_floor_frame fa = frame(&a), fb = frame(&b);
-        ll_floor_point p[2];
-        double deep = 0;
-        bool shared = false;
-        for (int n = ll_floor_touch(&a, &fa, &b, &fb, 0, p); n-- > 0;)
-            deep = fmin(deep, p[n].gap);
-        for (int i = 0; i <= 40; i++)
-            for (int j = 0; j <= 40; j++) {
-                double u = 0.05 * i - 1, v = 0.05 * j - 1;
-                shared = shared || inside(&b, fa.cos * u - fa.sin * v, fa.sin * u + fa.cos * v);
-            }
-        assert_true(!shared || deep < 0);
-        assert_true(shared || deep > -0.06); /* the points are 0.05 apart */
-        both += shared;
-    }
-    assert_true(both > 400 && both < 1450);
 }
 
 /* ---- the same again ---- */
@@ -455,8 +390,6 @@ int main(void)
         cmocka_unit_test(who_is_too_weak_stays),
         cmocka_unit_test(nothing_passes_through_anything),
         cmocka_unit_test(long_steps_are_cut),
-        cmocka_unit_test(points_are_where_outlines_meet),
-        cmocka_unit_test(boxes_touch_where_they_share_points),
         cmocka_unit_test(steps_are_the_same_again_and_wherever_else_something_happens),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

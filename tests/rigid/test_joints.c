@@ -172,6 +172,34 @@ static void a_mouse_draws_and_a_motor_holds(void **state)
     free(t.world);
 }
 
+/* Coulomb: v loses F / m a second along itself and w loses T / I, both to 0 and no further; what a moving
+ * ground takes along comes to its speed. */
+static void friction_holds_in_every_direction(void **state)
+{
+    (void)state;
+    const ll_rigid_solver_kind kinds[] = {LL_SOLVER_SOFT_STEP, LL_SOLVER_PGS, LL_SOLVER_PGS_NGS};
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++) {
+        pair t = two_bodies(kinds[k], 0, 0, 0);
+        ll_body_state s = body(t.world, t.free);
+        ll_joint_def def = ll_joint_defaults(t.world, LL_JOINT_FRICTION, t.fixed, t.free, s.centre);
+        def.max_force = 3 * s.mass;
+        def.max_torque = 2 * s.inertia;
+        join(&t, &def);
+        ok(ll_rigid_set_velocity(t.world, t.free, ll_vec(3, -4), 2.5));
+        run(&t, 60);
+        s = body(t.world, t.free);
+        near(s.velocity.x, 3 - 0.6 * 3, 1e-9);
+        near(s.velocity.y, -4 + 0.8 * 3, 1e-9);
+        near(s.spin, 0.5, 1e-9);
+        run(&t, 60);
+        s = body(t.world, t.free);
+        near(s.velocity.x, 0, 1e-12);
+        near(s.velocity.y, 0, 1e-12);
+        near(s.spin, 0, 1e-12);
+        free(t.world);
+    }
+}
+
 static void bad_joints_are_told(void **state)
 {
     (void)state;
@@ -235,6 +263,7 @@ int main(void)
         cmocka_unit_test(a_spring_is_as_stiff_as_it_says),
         cmocka_unit_test(limits_stop_and_motors_drive),
         cmocka_unit_test(a_mouse_draws_and_a_motor_holds),
+        cmocka_unit_test(friction_holds_in_every_direction),
         cmocka_unit_test(bad_joints_are_told),
         cmocka_unit_test(a_chain_bears_a_heavy_ball),
         cmocka_unit_test(loops_of_joints_stay_closed),

@@ -141,7 +141,9 @@ static void the_link_carries_what_was_encoded(void **state)
         assert_true(fat->queue_drops > 500);
         assert_true(fat->bytes > 50 * thin->bytes);
         assert_true(per_state(&a, p) < 256e3 / 8 / 30 / 4);
-        assert_true(summary(&b, p, LL_METRIC_VIEW_AGE).mean > 300 + summary(&a, p, LL_METRIC_VIEW_AGE).mean);
+        /* the mean counts what is predicted too, whose age is 0: more of it where states come late */
+        assert_true(summary(&b, p, LL_METRIC_VIEW_AGE).mean > 200 + summary(&a, p, LL_METRIC_VIEW_AGE).mean);
+        assert_true(summary(&b, p, LL_METRIC_VIEW_AGE).max > 600 + summary(&a, p, LL_METRIC_VIEW_AGE).max);
     }
     scene_close(&a);
     scene_close(&b);
