@@ -599,6 +599,8 @@ static const struct {
      "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
      "[--set path=value]... [--repeats N]",
      "find the cheapest setting whose error stays within a limit", ll_verb_advise},
+    {"worker", "--store URL [--experiment ID] [--drain] [--jobs N] [--lease-s N]",
+     "work on the experiments of a store, beside workers on other machines", ll_verb_worker},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
     {"scenarios", "", "list the scenarios", verb_scenarios},

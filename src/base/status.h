@@ -16,7 +16,8 @@ typedef enum ll_code {
     LL_LIMIT,     /* a configured limit was reached */
     LL_IO,        /* a file, a socket or the database failed */
     LL_NO_MEMORY,
-    LL_DIVERGED, /* a simulation produced a value that is not finite */
+    LL_DIVERGED,    /* a simulation produced a value that is not finite */
+    LL_UNAVAILABLE, /* a server that is needed does not answer; it may later */
 } ll_code;
 
 typedef struct ll_status {

@@ -13,8 +13,9 @@
 
 enum { PACES = 64, LOWEST_NICE = 19 };
 
-/* The daemon alone works on its store. */
-#define LEASE_S 1e6
+/* The daemon alone works on a store of its own; others work on one that was named. */
+#define OWN_LEASE_S 1e6
+#define SHARED_LEASE_S 60
 
 /* From when and where the rate of an experiment is counted. */
 typedef struct pace {
@@ -34,7 +35,8 @@ struct ll_experiments {
 
 /* ---- what is there ---- */
 
-/* How many are kept, and one that has had its time. */
+/* How many are kept, and one that has had its time. What a sweep put into a store that is shared has no owner
+ * and is not the daemon's to count or to delete. */
 typedef struct census {
     int64_t present, made_before_s;
     char expired[LL_EXPERIMENT_ID_MAX + 1]; /* empty: there is none */
@@ -44,6 +46,8 @@ static void count(void *context, const ll_experiment_record *record)
 {
     census *c = context;
     bool over = record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED;
+    if (!record->owner_hash[0])
+        return;
     c->present++;
     if (over && record->created_s < c->made_before_s)
         snprintf(c->expired, sizeof c->expired, "%s", record->id);
@@ -68,25 +72,28 @@ static ll_status expire(ll_experiments *x, int64_t *present)
 
 static ll_status start_workers(ll_experiments *x)
 {
+    bool shared = x->config->store[0] != '\0';
     ll_workers_order order = {.store = x->store,
-                              .scenarios = x->config->scenarios,
                               .threads = (int)x->config->threads,
                               .nice = LOWEST_NICE,
-                              .lease_s = LEASE_S};
-    ll_status status = x->store->kind->release(x->store); /* of a daemon that was killed */
+                              .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
+                              .persist = true};
+    ll_status status = shared ? ll_ok() : x->store->kind->release(x->store); /* of a daemon that was killed */
     return ll_failed(&status) ? status : ll_workers_start(&order, &x->workers);
 }
 
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments)
 {
-    char url[600] = "sqlite::memory:";
+    char url[600];
     ll_experiments *x = *experiments = calloc(1, sizeof *x);
     if (!x)
         return ll_error(LL_NO_MEMORY, "There is no memory for experiments.");
     x->config = config;
     pthread_mutex_init(&x->lock, NULL);
-    if (folder)
-        snprintf(url, sizeof url, "sqlite:%s/experiments.db", folder);
+    if (config->store[0])
+        snprintf(url, sizeof url, "%s", config->store);
+    else
+        snprintf(url, sizeof url, folder ? "sqlite:%s/experiments.db" : "sqlite::memory:", folder);
     int64_t present;
     ll_status status = ll_result_store_open(url, &x->store);
     if (!ll_failed(&status))

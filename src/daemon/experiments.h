@@ -9,9 +9,9 @@
 
 typedef struct ll_experiments ll_experiments;
 
-/* `folder` NULL: in memory only. `scenarios` and `folder` outlive it. */
+/* In `config->store`, or `folder`, or in memory where that is NULL. `config` and `folder` outlive it. */
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments);
-void ll_experiments_stop(ll_experiments *experiments); /* each thread ends after the run it is at */
+void ll_experiments_stop(ll_experiments *experiments); /* each thread breaks off the run it is at */
 void ll_experiments_close(ll_experiments *experiments);
 
 ll_result_store *ll_experiments_store(ll_experiments *experiments);

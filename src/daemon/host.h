@@ -25,6 +25,7 @@
 /* Every setting is a row of ll_host_table: `park_after_s` is `--park-after-s` on the command line. */
 typedef struct ll_host_config {
     char data[512];      /* folder of the database; `memory` keeps nothing */
+    char store[512];     /* URL of the experiments' store; empty: in `data` */
     char scenarios[512]; /* folder of the library */
     char api[512];       /* folder of openapi.yaml and asyncapi.yaml */
     int64_t threads;     /* that step sessions; 0: one per core */

@@ -7,6 +7,10 @@ static const ll_param rows[] = {
      .help = "Folder of the sessions' database; `memory` keeps them in memory only. Empty: "
              "$XDG_STATE_HOME/laglab or "
              "~/.local/state/laglab."},
+    {ROW(store, LL_PARAM_TEXT), .max = 511,
+     .help =
+         "Where experiments are kept: sqlite:FILE or postgresql://USER@HOST/DATABASE, which `laglab worker` "
+         "may share. Empty: the folder of --data."},
     {ROW(scenarios, LL_PARAM_TEXT), .max = 511,
      .help = "Folder of the scenarios; empty: `scenarios` beside the program."},
     {ROW(api, LL_PARAM_TEXT), .max = 511,

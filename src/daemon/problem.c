@@ -24,6 +24,8 @@ int ll_problem_http_status(ll_code code)
         return 503;
     case LL_NO_MEMORY:
         return 503;
+    case LL_UNAVAILABLE:
+        return 503;
     case LL_DIVERGED:
         return 409; /* the session is in a state that does not allow it any more */
     }

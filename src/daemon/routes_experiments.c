@@ -48,7 +48,7 @@ static ll_status answer_dry_run(const ll_experiment *e, ll_http_response *respon
 {
     ll_row row;
     double from = thread_seconds();
-    ll_status status = ll_experiment_run(e, 0, &row);
+    ll_status status = ll_experiment_run(e, 0, NULL, &row);
     double run_s = thread_seconds() - from;
     if (ll_failed(&status))
         return status;

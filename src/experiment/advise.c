@@ -41,8 +41,8 @@ static ll_status run_once(search *s, int point)
 {
     trial *t = &s->trials[point];
     ll_row row;
-    ll_status status =
-        ll_experiment_run(s->experiment, point * s->experiment->head.repeats + t->runs + t->failed, &row);
+    ll_status status = ll_experiment_run(
+        s->experiment, point * s->experiment->head.repeats + t->runs + t->failed, NULL, &row);
     if (ll_failed(&status))
         return status;
     s->runs++;

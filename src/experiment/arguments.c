@@ -59,7 +59,9 @@ ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int
 int ll_argument_fail(const ll_status *status)
 {
     fprintf(stderr, "laglab: %s\n", status->text);
-    return status->code == LL_IO || status->code == LL_NO_MEMORY || status->code == LL_DIVERGED ? 1 : 2;
+    bool failed = status->code == LL_IO || status->code == LL_UNAVAILABLE || status->code == LL_NO_MEMORY ||
+                  status->code == LL_DIVERGED;
+    return failed ? 1 : 2;
 }
 
 static ll_status read_input(cJSON **json)

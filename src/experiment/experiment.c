@@ -527,15 +527,34 @@ static bool stops(const ll_experiment *e, ll_session *session)
     return value > e->head.stop.above;
 }
 
-static ll_status advance(const ll_experiment *e, ll_session *session, bool *stopped)
+static bool is_cancelled(const atomic_bool *cancel)
+{
+    return cancel && atomic_load_explicit(cancel, memory_order_relaxed);
+}
+
+static ll_status run_to(ll_session *session, int64_t tick, const atomic_bool *cancel)
+{
+    enum { TICKS_AT_ONCE = 64 };
+    ll_status status = ll_ok();
+    for (int64_t at = ll_session_get_info(session).tick;
+         at < tick && !ll_failed(&status) && !is_cancelled(cancel);) {
+        at = tick - at > TICKS_AT_ONCE ? at + TICKS_AT_ONCE : tick;
+        status = ll_session_run_to(session, at);
+    }
+    return status;
+}
+
+static ll_status advance(const ll_experiment *e, ll_session *session, const atomic_bool *cancel,
+                         bool *stopped)
 {
     ll_session_info info = ll_session_get_info(session);
     if (!e->head.stop.metric[0])
-        return ll_session_run_to(session, info.end_tick);
+        return run_to(session, info.end_tick, cancel);
     ll_status status = ll_ok();
-    for (int64_t k = 1; !ll_failed(&status) && !*stopped && info.tick < info.end_tick; k++) {
+    for (int64_t k = 1;
+         !ll_failed(&status) && !*stopped && info.tick < info.end_tick && !is_cancelled(cancel); k++) {
         int64_t to = ll_tick_at((ll_time)((double)k * e->head.stop.every_s * 1e9), info.tick_freq);
-        status = ll_session_run_to(session, to < info.end_tick ? to : info.end_tick);
+        status = run_to(session, to < info.end_tick ? to : info.end_tick, cancel);
         info = ll_session_get_info(session);
         *stopped = !ll_failed(&status) && info.tick < info.end_tick && stops(e, session);
     }
@@ -552,7 +571,7 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
     cJSON_Delete(report);
 }
 
-ll_status ll_experiment_run(const ll_experiment *e, int64_t run, ll_row *row)
+ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
 {
     ll_scenario scenario;
     ll_session *session = NULL;
@@ -571,7 +590,11 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, ll_row *row)
         snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status.text);
         return ll_ok();
     }
-    status = advance(e, session, &stopped);
+    status = advance(e, session, cancel, &stopped);
+    if (is_cancelled(cancel)) {
+        ll_session_destroy(session);
+        return ll_error(LL_CONFLICT, "run %lld was cancelled", (long long)run);
+    }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
         snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status.text);
@@ -591,7 +614,7 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
         status = ll_session_open(&scenario, NULL, NULL, &session);
     if (ll_failed(&status))
         return status;
-    ll_status ended = advance(e, session, &stopped);
+    ll_status ended = advance(e, session, NULL, &stopped);
     int64_t tick = ll_session_get_info(session).tick;
     status = ll_session_trace(session, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, write, context);
     ll_session_destroy(session);

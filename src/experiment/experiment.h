@@ -5,6 +5,7 @@
  * + r, at every point, so that points differ by their parameters and not by their luck. */
 #pragma once
 
+#include <stdatomic.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -94,8 +95,9 @@ typedef struct ll_row {
     double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN where there is none */
 } ll_row;
 
-/* Fails only for want of memory. */
-ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, ll_row *row);
+/* Fails for want of memory, and with LL_CONFLICT when `cancel` (may be NULL) becomes true meanwhile. */
+ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const atomic_bool *cancel,
+                            ll_row *row);
 
 /* The session of a run, before its first tick: to be opened live. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);

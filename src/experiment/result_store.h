@@ -64,6 +64,8 @@ typedef struct ll_result_store_kind {
     /* `metrics` is how many each row has. LL_CONFLICT: the lease was lost, and nothing was stored. */
     ll_status (*finish)(ll_result_store *store, const ll_lease *lease, const ll_row *rows, int64_t count,
                         int metrics);
+    /* Makes a chunk free again, as if it had not been claimed. LL_CONFLICT: it was lost. */
+    ll_status (*give_back)(ll_result_store *store, const ll_lease *lease);
     /* Ends every lease: for who knows that nobody else is at work. */
     ll_status (*release)(ll_result_store *store);
 

@@ -357,6 +357,16 @@ static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s
     return leave(s, !good ? failure(s, "Renewing a lease") : sqlite3_changes(s->db) == 0 ? lost(l) : ll_ok());
 }
 
+static ll_status give_back(ll_result_store *store, const ll_lease *l)
+{
+    sqlite_store *s = enter(store);
+    bool good = done(query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id,
+                           l->chunk, l->owner, (int64_t)l->attempt));
+    return leave(s, !good                         ? failure(s, "Giving a chunk back")
+                    : sqlite3_changes(s->db) == 0 ? lost(l)
+                                                  : ll_ok());
+}
+
 static bool insert_rows(sqlite_store *s, const char *id, const ll_row *rows, int64_t count, int metrics)
 {
     sqlite3_stmt *q = query(s, "INSERT INTO result VALUES(?1,?2,?3,?4,?5,?6,?7)", "t", id);
@@ -446,5 +456,6 @@ const ll_result_store_kind ll_result_store_sqlite = {.scheme = "sqlite",
                                                      .claim = claim,
                                                      .renew = renew,
                                                      .finish = finish,
+                                                     .give_back = give_back,
                                                      .release = release,
                                                      .read = read_rows};

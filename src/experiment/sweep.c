@@ -1,6 +1,7 @@
 /* `laglab sweep`: an experiment on this machine, resumed where it was broken off. */
 #include <inttypes.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -25,7 +26,7 @@ typedef struct sweep {
     ll_experiment *experiment;
     const ll_format *format;
     ll_result_store *store;
-    ll_experiment_record record;
+    char id[LL_EXPERIMENT_ID_MAX + 1];
     char own_store[4096]; /* beside the output, gone when it is written; empty when one was named */
     int64_t threads, from, to;
 } sweep;
@@ -59,14 +60,14 @@ static ll_status dry_run(const sweep *s)
 {
     ll_row row;
     double from = seconds(CLOCK_THREAD_CPUTIME_ID);
-    ll_status status = ll_experiment_run(s->experiment, s->from, &row);
+    ll_status status = ll_experiment_run(s->experiment, s->from, NULL, &row);
     double run_s = seconds(CLOCK_THREAD_CPUTIME_ID) - from;
     if (ll_failed(&status))
         return status;
     printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
            ",\"run_s\":%.3g,\"threads\":%" PRId64 ",\"estimated_s\":%.3g}\n",
            s->experiment->points, s->experiment->head.repeats, s->to - s->from, run_s, s->threads,
-           run_s * (double)(s->to - s->from) / (double)s->threads);
+           run_s * (double)(s->to - s->from) / (double)(s->threads ? s->threads : 1));
     return status;
 }
 
@@ -77,17 +78,9 @@ static ll_status open_store(sweep *s)
         snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->out);
         url = s->own_store;
     }
-    snprintf(s->record.id, sizeof s->record.id, "%016" PRIx64 "-%" PRId64 "-%" PRId64,
-             ll_experiment_key(s->experiment), s->from, s->to);
-    s->record.from = s->from;
-    s->record.to = s->to;
     ll_status status = ll_result_store_open(url, &s->store);
-    if (ll_failed(&status))
-        return status;
-    char *text = ll_experiment_text(s->experiment);
-    status = text ? s->store->kind->create(s->store, &s->record, text, ll_chunk_size(s->to - s->from))
-                  : ll_error(LL_NO_MEMORY, "no memory for an experiment");
-    free(text);
+    if (!ll_failed(&status))
+        status = ll_experiment_register(s->store, s->experiment, s->from, s->to, s->id);
     if (!ll_failed(&status) && s->own_store[0]) /* of a run that was broken off */
         status = s->store->kind->release(s->store);
     return status;
@@ -107,33 +100,55 @@ static void show_bar(const sweep *s, int64_t done, double elapsed, int64_t here)
     fflush(stderr);
 }
 
-static ll_status run_all(sweep *s)
+static ll_status work_here(sweep *s)
 {
     ll_experiment_record record;
     ll_workers *workers = NULL;
     ll_workers_order order = {.store = s->store,
-                              .id = s->record.id,
-                              .scenarios = s->scenarios,
+                              .id = s->id,
                               .threads = (int)s->threads,
                               .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
                               .drain = true};
-    ll_status status = s->store->kind->record(s->store, s->record.id, &record);
+    ll_status status = s->store->kind->record(s->store, s->id, &record);
     if (!ll_failed(&status))
         status = ll_workers_start(&order, &workers);
     if (ll_failed(&status))
         return status;
-    bool bar = isatty(STDERR_FILENO);
     double begun = seconds(CLOCK_MONOTONIC);
-    while (bar && ll_workers_busy(workers)) {
+    while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
         int64_t here = ll_workers_runs(workers);
         show_bar(s, record.done + here, seconds(CLOCK_MONOTONIC) - begun, here);
         nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
     }
-    if (bar)
+    return ll_workers_join(workers);
+}
+
+/* Also while the store's server is away: workers wait for it too. */
+static ll_status wait_for_others(sweep *s)
+{
+    ll_status status;
+    ll_experiment_record record = {0};
+    int64_t done_before = -1;
+    double begun = seconds(CLOCK_MONOTONIC);
+    do {
+        nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
+        status = s->store->kind->record(s->store, s->id, &record);
+        if (done_before < 0)
+            done_before = record.done;
+        if (isatty(STDERR_FILENO))
+            show_bar(s, record.done, seconds(CLOCK_MONOTONIC) - begun, record.done - done_before);
+    } while (status.code == LL_UNAVAILABLE || (!ll_failed(&status) && record.state == LL_EXPERIMENT_RUNNING));
+    return status;
+}
+
+static ll_status run_all(sweep *s)
+{
+    ll_experiment_record record;
+    ll_status status = s->threads > 0 ? work_here(s) : wait_for_others(s);
+    if (isatty(STDERR_FILENO))
         fputs("\r\033[K", stderr);
-    status = ll_workers_join(workers);
     if (!ll_failed(&status))
-        status = s->store->kind->record(s->store, s->record.id, &record);
+        status = s->store->kind->record(s->store, s->id, &record);
     if (!ll_failed(&status) && record.state != LL_EXPERIMENT_DONE)
         status = ll_error(LL_IO, "the experiment is %s with %" PRId64 " of %" PRId64 " runs done",
                           ll_experiment_state_names[record.state], record.done, record.to - record.from);
@@ -146,7 +161,7 @@ static ll_status write_table(const sweep *s, FILE *file)
 {
     ll_stored_rows rows;
     ll_result_table *table = NULL;
-    ll_status status = ll_stored_rows_open(&rows, s->store, s->record.id);
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
     if (!ll_failed(&status))
         status = (s->points ? ll_result_table_points
                             : ll_result_table_rows)(s->experiment, ll_stored_rows_next, &rows, &table);
@@ -182,7 +197,7 @@ static ll_status write_report(const sweep *s)
     FILE *file = fopen(s->report, "wb");
     if (!file)
         return ll_error(LL_IO, "cannot write %.200s", s->report);
-    ll_status status = ll_stored_rows_open(&rows, s->store, s->record.id);
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
     if (!ll_failed(&status))
         status = ll_report_write(s->experiment, ll_stored_rows_next, &rows, file);
     ll_stored_rows_close(&rows);
@@ -233,7 +248,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     if (!ll_failed(&status) && s->jobs)
-        status = ll_argument_whole("--jobs", s->jobs, 1, 256, &s->threads);
+        status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
     if (!ll_failed(&status))
         status = choose_format(s);
     if (!ll_failed(&status))
@@ -255,6 +270,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
 int ll_verb_sweep(int argc, char **argv)
 {
     sweep s = {0};
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error, told like a full disk */
     ll_status status = prepare(&s, argc, argv);
     if (!ll_failed(&status) && s.dry_run) {
         status = dry_run(&s);

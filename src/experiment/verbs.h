@@ -3,5 +3,6 @@
 #pragma once
 
 int ll_verb_sweep(int argc, char **argv);
+int ll_verb_worker(int argc, char **argv);
 int ll_verb_merge(int argc, char **argv);
 int ll_verb_advise(int argc, char **argv);

@@ -3,16 +3,21 @@
 
 #include "experiment/result_store.h"
 
+/* Puts the runs from..to-1 of an experiment into a store, under an id that is the same for the same
+ * specification, runs and version of laglab: registered again, it goes on where it was. */
+ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *experiment, int64_t from,
+                                 int64_t to, char id[LL_EXPERIMENT_ID_MAX + 1]);
+
 typedef struct ll_workers ll_workers;
 
 typedef struct ll_workers_order {
     ll_result_store *store;
-    const char *id;        /* of one experiment; NULL: of all that are running */
-    const char *scenarios; /* folder of the library */
-    int threads;           /* 0: one per core */
-    int nice;              /* added to the threads' niceness, so that others on the machine come first */
-    double lease_s;
-    bool drain; /* end when nothing is left to claim; otherwise look again and again */
+    const char *id; /* of one experiment; NULL: of all that are running */
+    int threads;    /* 0: one per core */
+    int nice;       /* added to the threads' niceness, so that others on the machine come first */
+    double lease_s; /* renewed at its half while a chunk is worked on */
+    bool drain;     /* end when nothing is left to claim; otherwise look again and again */
+    bool persist;   /* go on after an error of the store, which otherwise ends the thread */
 } ll_workers_order;
 
 ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers);
@@ -22,10 +27,12 @@ int64_t ll_workers_runs(const ll_workers *workers);
 bool ll_workers_busy(const ll_workers *workers); /* some thread has not ended */
 void ll_workers_wake(ll_workers *workers);       /* there is something to claim, or to leave */
 
-/* Lets each thread end after the run it is at; what is not handed in is run again by others. Frees. The first
- * error of a thread is the result. */
+/* Breaks off what each thread is at and gives its chunk back. Frees. The first error of a thread is the
+ * result. A store's server that does not answer is waited for, two minutes at most, before that is an error.
+ */
 ll_status ll_workers_stop(ll_workers *workers);
-ll_status ll_workers_join(ll_workers *workers); /* the same, but waits until they end by themselves */
+void ll_workers_ask_to_end(ll_workers *workers); /* the first half of it: join does the rest */
+ll_status ll_workers_join(ll_workers *workers);  /* waits until they end by themselves */
 
 int ll_cores(void);
 int64_t ll_chunk_size(int64_t runs); /* for threads of one machine */

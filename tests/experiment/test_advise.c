@@ -120,7 +120,7 @@ static double brute_force(const ll_experiment *e, double max_error)
         double cost = 0, error = 0;
         for (int64_t r = 0; r < e->head.repeats; r++) {
             ll_row row;
-            must(ll_experiment_run(e, p * e->head.repeats + r, &row));
+            must(ll_experiment_run(e, p * e->head.repeats + r, NULL, &row));
             cost += row.metrics[e->cost_metric] / (double)e->head.repeats;
             error += row.metrics[e->error_metric] / (double)e->head.repeats;
         }

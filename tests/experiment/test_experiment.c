@@ -131,9 +131,9 @@ static void a_row_is_that_of_a_session(void **state)
         "{\"scenario\":\"race\",\"set\":{\"duration_s\":3},\"axes\":[{\"path\":\"players.0.lag_ms\","
         "\"values\":[50,120]}],\"repeats\":3," METRICS "}");
     ll_row row, again;
-    must(ll_experiment_run(e, 5, &row));
-    must(ll_experiment_run(e, 0, &again));
-    must(ll_experiment_run(e, 5, &again));
+    must(ll_experiment_run(e, 5, NULL, &row));
+    must(ll_experiment_run(e, 0, NULL, &again));
+    must(ll_experiment_run(e, 5, NULL, &again));
     assert_memory_equal(&row, &again, sizeof row);
     cJSON *json;
     ll_session *s;
@@ -161,7 +161,7 @@ static void a_stop_rule_ends_a_run(void **state)
         "{\"scenario\":\"race\",\"stop\":{\"metric\":\"server.steps\",\"above\":100,\"every_s\":0.5},"
         "\"metrics\":[\"server.steps\"]}");
     ll_row row;
-    must(ll_experiment_run(e, 0, &row));
+    must(ll_experiment_run(e, 0, NULL, &row));
     assert_int_equal(row.status, LL_ROW_STOPPED); /* 60 steps per second: 90 at 1.5 s, 120 at 2 s */
     assert_true(row.t_s == 2 && row.metrics[0] == 120);
     ll_experiment_free(e);
@@ -178,7 +178,7 @@ static void what_does_not_go_together_is_told_in_the_row(void **state)
                                   "\"metrics\":[\"methods.0.e_final\"]}");
     for (int i = 0; i < 4; i++) {
         ll_row row;
-        must(ll_experiment_run(e, i, &row));
+        must(ll_experiment_run(e, i, NULL, &row));
         assert_int_equal(row.status, i == 3 ? LL_ROW_REFUSED : LL_ROW_OK);
         assert_true(isnan(row.metrics[0]) == (i == 3));
         assert_true((strstr(row.error, "methods.0.dt_s") != NULL) == (i == 3));

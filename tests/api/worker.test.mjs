@@ -1,0 +1,73 @@
+// Workers beside a sweep or a daemon on one store: what they do together is what one does alone.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { spawn, spawnSync } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { client, waitFor } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
+
+let folder;
+before(() => { folder = mkdtempSync(path.join(tmpdir(), 'laglab-worker-')); });
+after(() => rmSync(folder, { recursive: true, force: true }));
+
+/** @param {string[]} args */
+const laglab = (...args) => spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 60000 });
+const race = { scenario: 'race', set: { duration_s: 2 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }], repeats: 100,
+  metrics: ['players.0.own_error_m.mean'] };
+
+/** @param {string[]} args */
+function begin(...args) {
+  const child = spawn(BINARY, args, { cwd: folder, stdio: ['ignore', 'pipe', 'inherit'] });
+  let text = '';
+  child.stdout.setEncoding('utf8').on('data', (more) => { text += more; });
+  const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal, text })));
+  return { child, ended };
+}
+
+test('a sweep without jobs of its own waits for workers, whose rows are those of one process', async () => {
+  writeFileSync(path.join(folder, 'race.json'), JSON.stringify(race));
+  const alone = laglab('sweep', 'race.json');
+  assert.equal(alone.status, 0, alone.stderr);
+  const sweep = begin('sweep', 'race.json', '--store', 'sqlite:s.db', '--jobs', '0', '--out', 'rows.csv');
+  const workers = [1, 2].map(() => begin('worker', '--store', 's.db', '--jobs', '1'));
+  assert.equal((await sweep.ended).code, 0);
+  assert.equal(readFileSync(path.join(folder, 'rows.csv'), 'utf8'), alone.stdout);
+  let runs = 0;
+  for (const worker of workers) {
+    worker.child.kill('SIGTERM');
+    const { code, text } = await worker.ended;
+    assert.equal(code, 0);
+    runs += JSON.parse(text).runs;
+  }
+  assert.equal(runs, 300);
+  assert.deepEqual(JSON.parse(laglab('worker', '--store', 's.db', '--drain').stdout), { runs: 0 });
+});
+
+test('a worker takes part in what a daemon was asked for', async (t) => {
+  const store = path.join(folder, 'daemon.db'), daemon = await startDaemon({ args: ['--store', `sqlite:${store}`, '--threads', '1'] });
+  t.after(() => daemon.stop());
+  const c = client(daemon.url);
+  t.after(() => c.close());
+  const worker = begin('worker', '--store', store, '--jobs', '1');
+  const made = (await c.call('POST', '/api/v1/experiments', { body: { ...race, repeats: 2000 } })).json;
+  await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the rows', 30000);
+  worker.child.kill('SIGTERM');
+  const { code, text } = await worker.ended;
+  assert.equal(code, 0);
+  assert.ok(JSON.parse(text).runs > 0, 'the worker had a part of it');
+});
+
+test('what a worker cannot do is a sentence', () => {
+  const cases = /** @type {[string[], number, string][]} */ ([
+    [[], 2, '--store'], [['--store', 's.db', '--jobs', '0'], 2, '--jobs'], [['--store', 's.db', '--lease-s', '0'], 2, '--lease-s'],
+    [['--store', 's.db', '--nosuch'], 2, '--nosuch'], [['--store', 's.db', 'x'], 2, 'x'], [['--store', 's.db', '--experiment', 'nosuch'], 2, 'no experiment nosuch'],
+    [['--store', 'mysql://x/y'], 2, 'mysql://x/y'], [['--store', '/nosuch/s.db'], 1, '/nosuch/s.db']]);
+  for (const [args, code, words] of cases) {
+    const result = laglab('worker', ...args);
+    assert.equal(result.status, code, `${args}: ${result.stderr}`);
+    assert.ok(result.stderr.includes(words), result.stderr);
+    assert.equal(result.stdout, '');
+  }
+});
