@@ -142,7 +142,7 @@ printTable("820 boxes for 10 s", errorRows.map((row) => ({ engine: `${row.engine
 // ---- what costs nothing, and what grows ----
 
 const growth = (await run(program, ["growth", quick ? "20" : "60"])).trim().split("\n").map((text) => JSON.parse(text));
-printTable("Balls that fall on each other: broad phase and solver, and the world asleep", growth.map((row) => ({
+printTable("Balls that fly about and meet: broad phase and solver, and the world asleep", growth.map((row) => ({
   bodies: row.bodies, "broad ms": digits(row.broad_ms), "solve ms": digits(row.solve_ms), "whole step ms": digits(row.step_ms), "asleep us": digits(row.asleep_us) })));
 
 // ---- what is told ----

@@ -17,10 +17,12 @@ static double set(const char *name, double standard)
     return standard;
 }
 
-static void happen(const engine *e, void *state, const bench_event *event)
+static void happen(const engine *e, void *state, const bench_event *event, bool *gone)
 {
-    for (int i = 0; i < event->removed_count; i++)
+    for (int i = 0; i < event->removed_count; i++) {
         e->remove_body(state, event->removed[i]);
+        gone[event->removed[i]] = true;
+    }
     for (int i = 0; i < event->body_count; i++)
         e->add_body(state, &event->bodies[i]);
     for (int i = 0; i < event->joint_count; i++)
@@ -33,14 +35,14 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Where the dynamic bodies of the beginning are at the end against where they were. */
-static void print_change(const engine *e, void *state, const bench_event *first)
+/* Where the dynamic bodies of the beginning that are still there are at the end against where they were. */
+static void print_change(const engine *e, void *state, const bench_event *first, const bool *gone)
 {
     double sag = 0, drift = 0, tilt = 0, top = -INFINITY, top_y = 0, lowest = INFINITY;
     for (int i = 0; i < first->body_count; i++) {
         const bench_body *b = &first->bodies[i];
         double pose[3];
-        if (b->type != 2)
+        if (b->type != 2 || gone[i])
             continue;
         e->get(state, i, pose);
         sag = fmax(sag, b->y - pose[1]);
@@ -67,15 +69,16 @@ int run_engine(const engine *e, int argc, char **argv)
     const bench_scene *s = read_scene(argv[1]);
     int steps = atoi(argv[2]), made = 0, at = 0;
     double most = atof(argv[3]), *spent = calloc((size_t)steps + 1, sizeof *spent), sum = 0;
+    bool *gone = calloc((size_t)s->world.made + 1, sizeof *gone);
     settings = argc - 4;
     setting = argv + 4;
     void *state = e->open(&s->world, set);
     if (s->event_count > 0 && s->events[0].step == 0) /* what is there at first is not timed */
-        happen(e, state, &s->events[at++]);
+        happen(e, state, &s->events[at++], gone);
     for (; made < steps && sum < most; made++) {
         double begin = cpu_now();
         while (at < s->event_count && s->events[at].step == made)
-            happen(e, state, &s->events[at++]);
+            happen(e, state, &s->events[at++], gone);
         e->step(state, s->world.dt);
         spent[made] = cpu_now() - begin;
         sum += spent[made];
@@ -83,6 +86,6 @@ int run_engine(const engine *e, int argc, char **argv)
     qsort(spent, (size_t)made, sizeof *spent, by_size);
     printf("{\"steps\":%d,\"mean_ms\":%.6g,\"median_ms\":%.6g,", made, 1e3 * sum / made,
            1e3 * spent[made / 2]);
-    print_change(e, state, &s->events[0]);
+    print_change(e, state, &s->events[0], gone);
     return 0;
 }

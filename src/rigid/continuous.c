@@ -1,23 +1,27 @@
 /* Swept detection: a body that would pass through another in this step is put where it first touched.
  *
  * The solver has moved every body; nothing is written to the poses yet. A body that moved more than half of
- * its core is swept against whatever its path's box overlaps, also what moves itself, but is not lighter: of
- * two bodies the lighter one yields. At the earliest touch it stays at the same place of the other body,
- * which goes on to its own end: so nothing passes and nothing is left overlapping, however fast either is.
- * Where that would carry it through something that does not move, it stays there instead. What remains of its
- * motion in this step is lost; its velocity is not, and the next step's contact deals with it. There is no
- * limit to the speed. */
+ * its core is swept against what its path's box overlaps and is static, kinematic or at least four times as
+ * heavy: of two bodies the lighter one yields, and bodies of like mass are left to their contacts. At the
+ * earliest touch it stays at the same place of the other body, which goes on to its own end: so nothing
+ * passes and nothing is left overlapping, however fast either is. Where that would carry it through something
+ * that does not move, it stays there instead. What remains of its motion in this step is lost; its velocity
+ * is not, and the next step's contact deals with it. There is no limit to the speed.
+ *
+ * Costs a query and a few distances for each fast body, or, when these are more than what they can be swept
+ * into, a query for each of the latter. */
 #include "rigid/internal.h"
 
 #include "base/detmath.h"
 #include "rigid/distance.h"
 
+static const double heavier = 4; /* how much, to be swept into */
+
 typedef struct search {
     ll_rigid *world;
-    int32_t body, other;
-    int32_t shape; /* of the body */
-    bool still;    /* only against what does not move in this step */
-    double t;
+    int32_t body, shape; /* swept */
+    int32_t obstacle;    /* a shape */
+    bool still;          /* only into what does not move in this step */
 } search;
 
 static ll_sweep sweep_of(const ll_rigid *w, int32_t body)
@@ -56,64 +60,98 @@ static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll
     return false;
 }
 
-/* Whether two bodies move enough to each other in this step for one to get through the other, and come near
- * enough: the circles around them, one of which goes along a segment. */
-static bool may_pass(const ll_rigid *w, int32_t a, int32_t b)
-{
-    const ll_motion *ma = &ll_motions(w)[a], *mb = &ll_motions(w)[b];
-    const ll_body *body_a = &ll_bodys(w)[a], *body_b = &ll_bodys(w)[b];
-    double turning = fabs(ma->turn) * body_a->extent + fabs(mb->turn) * body_b->extent;
-    ll_vec2 path = ll_sub(ma->d, mb->d), gap = ll_sub(ll_poses(w)[b].p, ll_poses(w)[a].p);
-    double length2 = ll_dot(path, path), enough = 0.5 * body_a->core - turning;
-    if (enough > 0 && length2 <= enough * enough)
-        return false;
-    double t = length2 > 0 ? ll_min(ll_max(ll_dot(gap, path) / length2, 0), 1) : 0;
-    ll_vec2 nearest = ll_madd(gap, -t, path);
-    double reach = body_a->extent + body_b->extent + LL_LINEAR_SLOP;
-    return ll_dot(nearest, nearest) <= reach * reach;
-}
-
 static bool is_still(const ll_motion *m)
 {
     return m->d.x == 0 && m->d.y == 0 && m->turn == 0;
 }
 
-static void consider(void *context, int32_t other_shape)
+/* The most that a point of `a` moves, seen from `b`, whose turning counts as far out as `a` can be. */
+static double relative_motion(const ll_rigid *w, int32_t a, int32_t b, double distance)
 {
-    search *s = context;
-    const ll_rigid *w = s->world;
-    const ll_shape *shape = &ll_shapes(w)[s->shape], *other = &ll_shapes(w)[other_shape];
-    if (other->body == s->body || ll_traits(w)[other->body].inv_mass > ll_traits(w)[s->body].inv_mass ||
-        (s->still && !is_still(&ll_motions(w)[other->body])) || !may_pass(w, s->body, other->body) ||
-        !collide_at_all(shape, other) || ll_joined(w, s->body, other->body))
-        return;
-    ll_geometry room_a, room_b, a = *ll_geometry_of(w, shape, &room_a);
+    const ll_motion *ma = &ll_motions(w)[a], *mb = &ll_motions(w)[b];
+    double path = ll_length(ll_sub(ma->d, mb->d)), extent = ll_bodys(w)[a].extent;
+    double lever = ll_min(distance + extent + path, ll_bodys(w)[b].extent);
+    return path + fabs(ma->turn) * extent + fabs(mb->turn) * lever;
+}
+
+/* A point's distance from a hull is at least what it is outside of one of its edges. */
+static double outside_of(const ll_geometry *g, ll_vec2 point)
+{
+    double most = -INFINITY;
+    for (int i = 0; i < g->count; i++)
+        most = ll_max(most, g->count > 1 ? ll_dot(g->normal[i], ll_sub(point, g->vertex[i]))
+                                         : ll_length(ll_sub(point, g->vertex[0])));
+    return most - g->radius;
+}
+
+/* Whether two bodies move enough to each other in this step for one to get through the other, and come near
+ * enough: a's centre against b's hull. */
+static bool may_pass(const ll_rigid *w, int32_t a, int32_t b, const ll_geometry *hull)
+{
+    ll_vec2 at = ll_to_local(ll_poses(w)[b], ll_poses(w)[a].p);
+    double moved = relative_motion(w, a, b, ll_length(at));
+    return moved > 0.5 * ll_traits(w)[a].core &&
+           outside_of(hull, at) <= ll_bodys(w)[a].extent + moved + LL_LINEAR_SLOP;
+}
+
+static bool may_stop(const ll_rigid *w, int32_t body, int32_t other)
+{
+    return heavier * ll_traits(w)[other].inv_mass <= ll_traits(w)[body].inv_mass;
+}
+
+static void consider(const ll_rigid *w, int32_t swept, int32_t obstacle)
+{
+    const ll_shape *shape = &ll_shapes(w)[swept], *other = &ll_shapes(w)[obstacle];
+    ll_geometry room_a, room_b;
     const ll_geometry *b = ll_geometry_of(w, other, &room_b);
-    ll_sweep sweep_a = sweep_of(w, s->body), sweep_b = sweep_of(w, other->body);
-    double target = ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
-    if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
+    if (!collide_at_all(shape, other) || !may_pass(w, shape->body, other->body, b) ||
+        ll_joined(w, shape->body, other->body))
         return;
+    ll_geometry a = *ll_geometry_of(w, shape, &room_a);
+    ll_sweep sweep_a = sweep_of(w, shape->body), sweep_b = sweep_of(w, other->body);
     if (b->kind == LL_SHAPE_LINK &&
         ll_dot(b->normal[0],
                ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a.centre)), b->vertex[0])) < 0)
         return;
+    double target = ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
+    if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
+        return;
     ll_touch touch = ll_first_touch(b, &sweep_b, &a, &sweep_a, target);
-    if (touch.hit && (touch.t < s->t || (touch.t == s->t && other->body < s->other))) {
-        s->t = touch.t;
-        s->other = other->body;
+    ll_drive *d = &ll_drives(w)[shape->body];
+    if (touch.hit && (touch.t < d->touch || (touch.t == d->touch && other->body < d->stopper))) {
+        d->touch = touch.t;
+        d->stopper = other->body;
     }
 }
 
-/* The body keeps its place at the other from the touch on. */
-static void stop(ll_rigid *w, const search *s)
+static void consider_obstacle(void *context, int32_t obstacle)
 {
-    ll_sweep sweep = sweep_of(w, s->body), other = sweep_of(w, s->other);
-    ll_pose touched = ll_sweep_at(&sweep, s->t);
-    ll_pose seen = ll_pose_between(ll_sweep_at(&other, s->t), touched);
-    ll_pose end = ll_pose_mul(end_of(w, s->other), seen);
-    ll_motion *m = &ll_motions(w)[s->body];
+    const search *s = context;
+    int32_t other = ll_shapes(s->world)[obstacle].body;
+    if (other != s->body && may_stop(s->world, s->body, other) &&
+        !(s->still && !is_still(&ll_motions(s->world)[other])))
+        consider(s->world, s->shape, obstacle);
+}
+
+static void consider_swept(void *context, int32_t shape)
+{
+    const search *s = context;
+    int32_t body = ll_shapes(s->world)[shape].body, other = ll_shapes(s->world)[s->obstacle].body;
+    if (body != other && !is_still(&ll_motions(s->world)[body]) && ll_drives(s->world)[body].touch >= 0 &&
+        may_stop(s->world, body, other))
+        consider(s->world, shape, s->obstacle);
+}
+
+/* The body keeps its place at the other from the touch on. */
+static void stop(ll_rigid *w, int32_t body, const ll_drive *at)
+{
+    ll_sweep sweep = sweep_of(w, body), other = sweep_of(w, at->stopper);
+    ll_pose touched = ll_sweep_at(&sweep, at->touch);
+    ll_pose seen = ll_pose_between(ll_sweep_at(&other, at->touch), touched);
+    ll_pose end = ll_pose_mul(end_of(w, at->stopper), seen);
+    ll_motion *m = &ll_motions(w)[body];
     m->d = ll_sub(end.p, sweep.start.p);
-    m->turn = s->t * m->turn + (1 - s->t) * other.turn;
+    m->turn = at->touch * m->turn + (1 - at->touch) * other.turn;
     m->q = (ll_rot){ll_cos(m->turn), ll_sin(m->turn)};
     w->stats.stopped++;
 }
@@ -152,10 +190,60 @@ static void cover_paths(ll_rigid *w)
     }
 }
 
-static void find_first_touch(ll_rigid *w, search *s)
+static void find_first_touch(ll_rigid *w, int32_t body, bool still)
 {
-    for (s->shape = ll_bodys(w)[s->body].shape; s->shape != LL_NONE; s->shape = ll_shapes(w)[s->shape].next)
-        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, s->body, s->shape), consider, s);
+    search s = {.world = w, .body = body, .still = still};
+    ll_drives(w)[body].touch = 1;
+    ll_drives(w)[body].stopper = LL_NONE;
+    for (s.shape = ll_bodys(w)[body].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, body, s.shape), consider_obstacle,
+                              &s);
+}
+
+/* Into `list`; the others are marked as not swept. `lightest` is the largest inverse mass among them. */
+static int32_t fast_bodies(ll_rigid *w, int32_t *list, double *lightest)
+{
+    int32_t count = 0;
+    *lightest = 0;
+    for (int32_t i = 0; i < w->awake; i++) {
+        int32_t body = ll_awakes(w)[i];
+        bool fast = is_fast(w, body);
+        ll_drives(w)[body].touch = fast ? 1 : -1;
+        ll_drives(w)[body].stopper = LL_NONE;
+        if (!fast)
+            continue;
+        list[count++] = body;
+        *lightest = ll_max(*lightest, ll_traits(w)[body].inv_mass);
+    }
+    return count;
+}
+
+/* The shapes that something may be swept into, as long as they are fewer than `most`; else -1. */
+static int32_t obstacles(const ll_rigid *w, double lightest, int32_t *list, int32_t most)
+{
+    int32_t count = 0;
+    for (int32_t i = 0; i < w->shape_end; i++) {
+        int32_t body = ll_shapes(w)[i].body;
+        if (body == LL_NONE || heavier * ll_traits(w)[body].inv_mass > lightest)
+            continue;
+        if (count == most)
+            return -1;
+        list[count++] = i;
+    }
+    return count;
+}
+
+static void find_first_touches(ll_rigid *w, const int32_t *fast, int32_t count, double lightest,
+                               int32_t *room)
+{
+    /* Looking for obstacles takes as long as some queries. */
+    int32_t found = count > w->shape_end / 16 ? obstacles(w, lightest, room, count) : -1;
+    for (int32_t i = 0; i < count && found < 0; i++)
+        find_first_touch(w, fast[i], false);
+    for (int32_t i = 0; i < found; i++) {
+        search s = {.world = w, .obstacle = room[i]};
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), ll_boxs(w)[room[i]], consider_swept, &s);
+    }
 }
 
 void ll_stop_at_first_touch(ll_rigid *w)
@@ -163,22 +251,23 @@ void ll_stop_at_first_touch(ll_rigid *w)
     w->stats.swept = w->stats.stopped = 0;
     if (w->params.continuous != LL_CONTINUOUS_SWEPT)
         return;
+    int32_t *fast = ll_scratchs(w);
+    double lightest;
+    int32_t count = w->stats.swept = fast_bodies(w, fast, &lightest);
+    if (count == 0)
+        return;
     cover_paths(w);
-    for (int32_t i = 0; i < w->awake; i++) {
-        search s = {.world = w, .body = ll_awakes(w)[i], .other = LL_NONE, .t = 1};
-        if (!is_fast(w, s.body))
+    find_first_touches(w, fast, count, lightest, fast + count);
+    for (int32_t i = 0; i < count; i++) {
+        const ll_drive *d = &ll_drives(w)[fast[i]];
+        if (d->stopper == LL_NONE)
             continue;
-        w->stats.swept++;
-        find_first_touch(w, &s);
-        if (s.other == LL_NONE)
-            continue;
-        bool carried = !is_still(&ll_motions(w)[s.other]);
-        stop(w, &s);
+        bool carried = !is_still(&ll_motions(w)[d->stopper]);
+        stop(w, fast[i], d);
         if (!carried)
             continue;
-        s = (search){.world = w, .body = s.body, .other = LL_NONE, .still = true, .t = 1};
-        find_first_touch(w, &s); /* what moves it may carry it through a wall */
-        if (s.other != LL_NONE)
-            stop(w, &s);
+        find_first_touch(w, fast[i], true); /* what moves it may carry it through a wall */
+        if (d->stopper != LL_NONE)
+            stop(w, fast[i], d);
     }
 }

@@ -108,13 +108,16 @@ typedef struct ll_known { /* a pair that has a contact; LL_NONE: an empty place 
     int32_t a, b;
 } ll_known;
 
-/* What drives a body in this step, and the impulses that its contacts hold it with. */
+/* What drives a body in this step, the impulses that its contacts hold it with, and what it is swept into. */
 typedef struct ll_drive {
     ll_vec2 a;
     double spin;            /* rad/s^2 */
     double keep, keep_spin; /* of the velocity in a substep */
     ll_vec2 held;
     double held_spin;
+    double touch;    /* share of the step; 1: never, negative: it is not swept */
+    int32_t stopper; /* body, or LL_NONE */
+    int32_t pad;
 } ll_drive;
 
 /* solve_joints.c; a hinge's limits and motor are apart from it, since few hinges have them. */

@@ -54,28 +54,43 @@ static void drum_limits(const ll_scene_args *a, ll_rigid_limits *l)
 static ll_status tumbler(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
-    b.body.spin = a->speed;
-    ll_body_id drum = ll_build_body(&b, LL_BODY_KINEMATIC, 0, 10, 0);
-    b.body.spin = 0;
+    ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
+    ll_body_id drum = ll_build_body(&b, LL_BODY_DYNAMIC, 0, 10, 0);
+    b.material.density = 50;
     ll_build_box_on(&b, drum, 1, 20, 10, 0, 0);
     ll_build_box_on(&b, drum, 1, 20, -10, 0, 0);
     ll_build_box_on(&b, drum, 20, 1, 0, 10, 0);
     ll_build_box_on(&b, drum, 20, 1, 0, -10, 0);
+    b.material.density = 1;
+    ll_joint_def motor = ll_joint_defaults(w, LL_JOINT_REVOLUTE, ground, drum, ll_vec(0, 10));
+    motor.motored = 1;
+    motor.motor_speed = a->speed;
+    motor.max_torque = 1e8;
+    ll_build_joint(&b, &motor);
     double pitch = 0.4;
     for (int64_t i = 0; i < a->size; i++)
         for (int64_t k = 0; k < a->size; k++)
-            ll_build_box(&b, 0.25, 0.25, pitch * ((double)i - 0.5 * (double)a->size),
-                         10 + pitch * ((double)k - 0.5 * (double)a->size), 0);
+            ll_build_box(&b, 0.25, 0.25, pitch * ((double)k - 0.5 * (double)a->size),
+                         10 + pitch * ((double)i - 0.5 * (double)a->size), 0);
     return b.status;
 }
 
 const ll_scene ll_scene_tumbler = {
     .name = "tumbler",
     .title = "Tumbler",
-    .help = "size x size boxes in a square drum that turns with speed rad/s (Box2D).",
+    .help = "size x size boxes in a square drum that a motor turns with speed rad/s (Box2D: 45).",
     .standard = {.size = 45, .speed = 0.436, .friction = 0.6},
     .limits = drum_limits,
     .build = tumbler};
+
+static void ring_piece(ll_builder *b, ll_body_id body, double inner, double outer, double t0, double t1)
+{
+    const ll_vec2 corners[4] = {{inner * ll_cos(t0), inner * ll_sin(t0)},
+                                {outer * ll_cos(t0), outer * ll_sin(t0)},
+                                {outer * ll_cos(t1), outer * ll_sin(t1)},
+                                {inner * ll_cos(t1), inner * ll_sin(t1)}};
+    ll_build_polygon_on(b, body, corners, 4);
+}
 
 static ll_status washer(ll_rigid *w, const ll_scene_args *a)
 {
@@ -83,24 +98,18 @@ static ll_status washer(ll_rigid *w, const ll_scene_args *a)
     b.body.spin = a->speed;
     ll_body_id drum = ll_build_body(&b, LL_BODY_KINEMATIC, 0, 10, 0);
     b.body.spin = 0;
-    double inner = 14, outer = 16;
-    const int walls = 20;
+    const int walls = 36;
+    double lap = pi / 180; /* by which the walls overlap */
     for (int i = 0; i < walls; i++) {
-        double t0 = 2 * pi * i / walls, t1 = 2 * pi * (i + 1) / walls, middle = 0.5 * (t0 + t1);
-        ll_vec2 wall[4] = {{inner * ll_cos(t0), inner * ll_sin(t0)},
-                           {outer * ll_cos(t0), outer * ll_sin(t0)},
-                           {outer * ll_cos(t1), outer * ll_sin(t1)},
-                           {inner * ll_cos(t1), inner * ll_sin(t1)}};
-        ll_build_polygon_on(&b, drum, wall, 4);
-        if (i % 4 == 0)
-            ll_build_box_on(&b, drum, 2, 0.4, (inner - 0.8) * ll_cos(middle), (inner - 0.8) * ll_sin(middle),
-                            middle);
+        double t0 = 2 * pi * i / walls, t1 = 2 * pi * (i + 1) / walls;
+        ring_piece(&b, drum, 16, 18, t0 - lap, t1 + lap);
+        if (i % 9 == 0)
+            ring_piece(&b, drum, 14, 16, t0, t1);
     }
-    double pitch = 18.0 / (double)a->size;
+    double pitch = 18.9 / (double)a->size, side = pitch / 1.05, corner = 0.55 * side * (double)a->size;
     for (int64_t i = 0; i < a->size; i++)
         for (int64_t k = 0; k < a->size; k++)
-            ll_build_box(&b, 0.9 * pitch, 0.9 * pitch, pitch * ((double)i - 0.5 * (double)a->size),
-                         10 + pitch * ((double)k - 0.5 * (double)a->size), 0);
+            ll_build_box(&b, side, side, pitch * (double)k - corner, 10 + pitch * (double)i - corner, 0);
     return b.status;
 }
 
@@ -127,17 +136,17 @@ static ll_status spinner(ll_rigid *w, const ll_scene_args *a)
     ll_build_chain_on(&b, ground, ring, links, true);
     b.material.friction = 0;
     ll_body_id rod = ll_build_body(&b, LL_BODY_DYNAMIC, 0, 12, 0);
-    ll_build_box_on(&b, rod, 0.8, 40, 0, 0, 0);
+    ll_build_box_on(&b, rod, 1.2, 40.4, 0, 0, 0);
     ll_joint_def motor = ll_joint_defaults(w, LL_JOINT_REVOLUTE, ground, rod, ll_vec(0, 12));
     motor.motored = 1;
     motor.motor_speed = a->speed;
-    motor.max_torque = 4e4;
+    motor.max_torque = 1e15;
     ll_build_joint(&b, &motor);
     b.material = ll_material_defaults();
     b.material.density = 0.25;
     b.material.friction = 0.1;
     b.material.restitution = 0.1;
-    double x = -24, y = 2;
+    double x = -23, y = 2;
     for (int64_t i = 0; i < a->size; i++) {
         if (i % 3 == 0)
             ll_build_capsule(&b, x - 0.25, y, x + 0.25, y, 0.25);
@@ -145,10 +154,10 @@ static ll_status spinner(ll_rigid *w, const ll_scene_args *a)
             ll_build_circle(&b, 0.35, x, y);
         else
             ll_build_box(&b, 0.7, 0.7, x, y, 0);
-        x += 1;
-        if (x > 24) {
-            x = -24;
-            y += 0.9;
+        x += 0.5;
+        if (x >= 23) {
+            x = -23;
+            y += 0.5;
         }
     }
     return b.status;
@@ -168,8 +177,10 @@ static void spinner_limits(const ll_scene_args *a, ll_rigid_limits *l)
 const ll_scene ll_scene_spinner = {
     .name = "spinner",
     .title = "Spinner",
-    .help = "size capsules, balls and boxes in a ring, stirred by a rod of 40 m (Box2D: 3,038).",
-    .standard = {.size = 3038, .speed = 5, .friction = 0.1},
+    .help =
+        "size capsules, balls and boxes, too close to each other at first, in a ring, stirred by a rod of "
+        "40 m (Box2D: 6,076).",
+    .standard = {.size = 6076, .speed = 5, .friction = 0.1},
     .limits = spinner_limits,
     .params = swept,
     .build = spinner};
@@ -248,7 +259,7 @@ const ll_scene ll_scene_compounds = {.name = "compounds",
 
 /* ---- rain of ragdolls ---- */
 
-enum { doll_parts = 11, steps_between = 8 };
+enum { doll_parts = 11, steps_between = 8, floor_boxes = 501, storey = 45 };
 
 static ll_body_id limb(ll_builder *b, ll_body_id to, double x0, double y0, double x1, double y1, double r,
                        double lower, double upper)
@@ -283,43 +294,81 @@ static void ragdoll(ll_builder *b, double x, double y, int32_t group)
     }
 }
 
+/* Dolls come in showers, one group above each floor, column after column. */
+typedef struct rainfall {
+    int columns, floors, group;
+    int pad;
+    double pitch, fall; /* m: between columns, above a floor */
+} rainfall;
+
+static rainfall rainfall_of(const ll_scene_args *a)
+{
+    static const rainfall few = {11, 1, 1, 0, 8, 14}, many = {40, 5, 5, 0, 6.25, 40};
+    return a->size < 1000 ? few : many;
+}
+
 static void rain_limits(const ll_scene_args *a, ll_rigid_limits *l)
 {
     ll_build_limits(l, doll_parts * a->size + 64, 8, doll_parts * a->size);
+    if (rainfall_of(a).floors > 1)
+        l->shapes = l->hulls = l->shapes + floor_boxes * rainfall_of(a).floors;
 }
 
 static ll_status rain(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
-    ll_body_id ground = ll_build_ground(&b, 60);
-    ll_build_box_on(&b, ground, 1, 20, -50, 10, 0);
-    ll_build_box_on(&b, ground, 1, 20, 50, 10, 0);
+    rainfall r = rainfall_of(a);
+    if (r.floors == 1) {
+        ll_body_id ground = ll_build_ground(&b, 60);
+        ll_build_box_on(&b, ground, 1, 20, -50, 10, 0);
+        ll_build_box_on(&b, ground, 1, 20, 50, 10, 0);
+        return b.status;
+    }
+    ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
+    for (int k = 0; k < r.floors; k++)
+        for (int i = 0; i < floor_boxes; i++)
+            ll_build_box_on(&b, ground, 0.5, 0.5, 0.5 * i - 125, storey * k, 0);
     return b.status;
 }
 
-/* A doll every few steps; the oldest goes when all have come. Bodies are made and freed in whole dolls, so
+static void shower(ll_builder *b, const rainfall *r, int64_t number)
+{
+    int column = (int)(number % r->columns);
+    for (int k = 0; k < r->floors; k++)
+        for (int i = 0; i < r->group; i++) {
+            int64_t doll = (number * r->floors + k) * r->group + i;
+            double x = r->floors == 1 ? -40 : r->pitch * (0.5 - 0.5 * r->columns);
+            double y = r->floors == 1 ? 2 * (double)(number % 3) : storey * k;
+            ragdoll(b, x + r->pitch * column + 0.5 * i, r->fall + y, (int32_t)(doll + 1));
+        }
+}
+
+/* A shower every few steps; the oldest goes when all have come. Bodies are made and freed in whole dolls, so
  * that a doll's parts stand together in the slots. */
 static ll_status rain_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 {
     if (step % steps_between != 0)
         return ll_ok();
-    int64_t number = step / steps_between;
-    int32_t first = 1 + (int32_t)(number % a->size) * doll_parts;
-    if (number >= a->size)
-        for (int32_t i = doll_parts; i-- > 0;) { /* backwards: slots are given out last freed first */
+    rainfall r = rainfall_of(a);
+    int64_t number = step / steps_between, dolls = r.floors * r.group, showers = a->size / dolls;
+    int32_t parts = (int32_t)dolls * doll_parts, first = 1 + (int32_t)(number % showers) * parts;
+    if (number >= showers)
+        for (int32_t i = parts; i-- > 0;) { /* backwards: slots are given out last freed first */
             ll_status status = ll_rigid_remove_body(w, ll_rigid_body_at(w, first + i));
             if (ll_failed(&status))
                 return status;
         }
     ll_builder b = ll_build(w, a->friction);
-    ragdoll(&b, -40 + 8 * (double)(number % 11), 14 + 2 * (double)(number % 3), (int32_t)(number + 1));
+    shower(&b, &r, number);
     return b.status;
 }
 
 const ll_scene ll_scene_rain = {
     .name = "rain",
     .title = "Rain of ragdolls",
-    .help = "A ragdoll of 11 bodies every 8 steps; the oldest goes when size of them are there (Box2D).",
+    .help =
+        "A ragdoll of 11 bodies every 8 steps; the oldest goes when size of them are there. From 1,000 on, "
+        "25 of them at a time, onto five floors of boxes (Box2D: 1,000).",
     .standard = {.size = 200, .friction = 0.6},
     .limits = rain_limits,
     .build = rain,
