@@ -10,7 +10,7 @@
 
 /* How long what is too dense takes to come back to rest, in h over the speed of sound: at once would need the
  * faster motion, and the more pressure, the shorter the substep. */
-#define RETURN 20
+#define RETURN 100
 
 static double dt_limit(const ll_particles *p, double speed)
 {
@@ -46,23 +46,26 @@ static double relax(ll_particles *p, const solve *s, double dt)
     const double *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
     double *step = ll_particle_values(p, LL_PARTICLE_SUM), rest = p->params.density, error = 0;
     ll_particle_sum_rate(p);
-    for (int32_t a = 0; a < ll_particle_total(p); a++) {
-        double over = dt * rate[a];
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double over = dt * rate[a], *stiff = &s->stiff[a];
         if (s->density)
             over += (density[a] > rest ? s->return_share : 1) * (density[a] - rest);
-        else if (density[a] < (1 - s->slack) * rest)
-            over = 0; /* the surface may part */
-        error += s->stiff[a] > 0 || over > 0 ? __builtin_fabs(over) : 0;
         double wanted = p->params.relaxation * over / (dt * dt * factor[a]);
-        step[a] = wanted > -s->stiff[a] ? wanted : -s->stiff[a];
-        s->stiff[a] += step[a];
+        if (!s->density && density[a] < (1 - s->slack) * rest)
+            wanted = -*stiff; /* the surface may part, and carries nothing */
+        else
+            error += *stiff > 0 || over > 0 ? __builtin_fabs(over) : 0;
+        step[a] = wanted > -*stiff ? wanted : -*stiff;
+        *stiff += step[a];
     }
+    ll_particle_mirror(p, step, 0);
     push(p, step, dt);
     return error / (rest * p->fluid);
 }
 
 static void iterate(ll_particles *p, const solve *s, double dt)
 {
+    ll_particle_mirror(p, s->stiff, s->density ? 1 / p->params.density : 0);
     push(p, s->stiff, dt);
     for (int64_t i = 0; i < p->params.iterations; i++) {
         p->iterations++;
@@ -96,10 +99,12 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     }
     double share = dt * q->sound_speed / (RETURN * p->h);
     iterate(p, &(solve){.stiff = stiff, .return_share = share < 1 ? share : 1, .density = true}, dt);
-    const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
-    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE);
+    double *both = ll_particle_values(p, LL_PARTICLE_SUM);
+    for (int32_t a = 0; a < p->fluid; a++)
+        both[a] = stiff[a] + divergence[a];
+    ll_particle_mirror(p, both, 1 / q->density);
+    ll_particle_field_pressure(p, both);
     for (int32_t a = 0; a < p->fluid; a++) {
-        pressure[a] = (stiff[a] + divergence[a]) * density[a] * density[a];
         x[a] += dt * u[a];
         y[a] += dt * v[a];
     }

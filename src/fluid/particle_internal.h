@@ -9,7 +9,6 @@ typedef enum ll_particle_field {
     LL_PARTICLE_Y,
     LL_PARTICLE_U,
     LL_PARTICLE_V,
-    LL_PARTICLE_BASE, /* of a wall: what it adds to the sum of kernels at its own place */
     LL_PARTICLE_DENSITY,
     LL_PARTICLE_PRESSURE,   /* N/m */
     LL_PARTICLE_STIFF,      /* p / density^2 of the solvers, and where they begin */
@@ -41,6 +40,7 @@ struct ll_particles {
     double mass; /* of a particle */
     double h, support;
     double kernel_scale, slope_scale; /* of the kernel and of its gradient */
+    double gradient_scale;            /* of the gradient over the kernel's own derivative */
     double viscous_scale;             /* makes the viscous sum of a lattice exact */
     double origin_x, origin_y;        /* of the cells */
     double per_cell_x, per_cell_y;    /* 1/m */
@@ -116,11 +116,16 @@ ll_particle_fault ll_particle_pairs(ll_particles *p, double reach);
 void ll_particle_geometry(ll_particles *p);
 
 /* particle_sums.c: passes over pairs that methods share */
-/* DENSITY, and FACTOR: how much a particle's own stiffness k takes from it, over k dt^2. */
+/* DENSITY of the fluid, and FACTOR: how much a particle's own stiffness k takes from it, over k dt^2. */
 void ll_particle_sum_density(ll_particles *p);
+/* Walls take on the mean stiffness of the fluid around, and what gravity adds on the way over `volume` = 1 /
+ * density (0 for changes of stiffness). */
+void ll_particle_mirror(ll_particles *p, double *stiff, double volume);
+/* PRESSURE of the fluid: the field that the stiffness of fluid and walls makes. */
+void ll_particle_field_pressure(ll_particles *p, const double *stiff);
 /* Adds the acceleration by viscosity. With no slip it leaves the walls' mirrored velocity in GX and GY. */
 void ll_particle_add_viscosity(ll_particles *p);
-/* Sum of m (v_a - v_b) grad W into RATE. */
+/* Sum of m (v_a - v_b) grad W into RATE of the fluid. */
 void ll_particle_sum_rate(ll_particles *p);
 /* AX, AY from stiffness k = p / density^2 of fluid and walls. */
 void ll_particle_push(ll_particles *p, const double *stiff);

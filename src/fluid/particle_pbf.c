@@ -2,13 +2,14 @@
  *
  * Particles are moved ahead, then their places are corrected, a fixed number of times, until none is denser
  * than at rest; velocity is what they moved. Pairs are found once in a substep, somewhat wider than the
- * kernel, and their vectors are taken anew in each pass. Walls have multipliers of their own. */
+ * kernel, and their vectors are taken anew in each pass. Walls mirror the multipliers of the fluid beside
+ * them. */
 #include <string.h>
 
 #include "fluid/particle_internal.h"
 
 /* Share of the last multipliers to begin with: so few passes do not undo what was too much of them. */
-#define WARM 0.5
+#define WARM 0.25
 
 static double dt_limit(const ll_particles *p, double speed)
 {
@@ -23,17 +24,18 @@ static void multipliers(ll_particles *p, double dt)
     double *step = ll_particle_values(p, LL_PARTICLE_SUM), *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
     double rest = p->params.density, scale = p->params.relaxation / (dt * dt);
     ll_particle_sum_density(p);
-    for (int32_t a = 0; a < ll_particle_total(p); a++) {
+    for (int32_t a = 0; a < p->fluid; a++) {
         double wanted = scale * (density[a] - rest) / factor[a];
         step[a] = wanted > -stiff[a] ? wanted : -stiff[a];
         stiff[a] += step[a];
     }
 }
 
-static void correct(ll_particles *p, const double *stiff, double dt)
+static void correct(ll_particles *p, double *stiff, double volume, double dt)
 {
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    ll_particle_mirror(p, stiff, volume);
     ll_particle_push(p, stiff);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
@@ -45,9 +47,9 @@ static void correct(ll_particles *p, const double *stiff, double dt)
 static void warm_start(ll_particles *p, double dt)
 {
     double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
-    for (int32_t a = 0; a < ll_particle_total(p); a++)
+    for (int32_t a = 0; a < p->fluid; a++)
         stiff[a] *= WARM;
-    correct(p, stiff, dt);
+    correct(p, stiff, 1 / p->params.density, dt);
 }
 
 static void predict(ll_particles *p, double dt)
@@ -92,15 +94,15 @@ static void finish(ll_particles *p, double dt)
 {
     const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *x0 = ll_particle_values(p, LL_PARTICLE_X0), *y0 = ll_particle_values(p, LL_PARTICLE_Y0);
-    const double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
-    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE), rest = p->params.density;
     for (int32_t a = 0; a < p->fluid; a++) {
         u[a] = (x[a] - x0[a]) / dt;
         v[a] = (y[a] - y0[a]) / dt;
-        pressure[a] = stiff[a] * rest * rest;
     }
+    ll_particle_mirror(p, stiff, 1 / p->params.density);
+    ll_particle_field_pressure(p, stiff);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);
     memset(ay, 0, bytes);
@@ -125,7 +127,7 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     for (int64_t i = 0; i < p->params.iterations; i++) {
         ll_particle_geometry(p);
         multipliers(p, dt);
-        correct(p, ll_particle_values(p, LL_PARTICLE_SUM), dt);
+        correct(p, ll_particle_values(p, LL_PARTICLE_SUM), 0, dt);
         p->iterations++;
     }
     finish(p, dt);

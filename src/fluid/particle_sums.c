@@ -108,15 +108,13 @@ void ll_particle_sum_rate(ll_particles *p)
         }
         rate[a] = sum * mass;
     }
-    for (int32_t b = p->fluid; b < ll_particle_total(p); b++)
-        rate[b] *= mass;
 }
 
 void ll_particle_sum_density(ll_particles *p)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
-    const double *kernel = ll_part_kernel(p), *base = ll_particle_values(p, LL_PARTICLE_BASE);
+    const double *kernel = ll_part_kernel(p);
     double *gx = ll_particle_values(p, LL_PARTICLE_GX), *gy = ll_particle_values(p, LL_PARTICLE_GY);
     double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
            *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
@@ -127,25 +125,70 @@ void ll_particle_sum_density(ll_particles *p)
     clear(p, LL_PARTICLE_FACTOR);
     for (int32_t a = 0; a < p->fluid; a++) {
         double sx = gx[a], sy = gy[a], squares = factor[a], sum = density[a] + p->kernel_scale;
-        int32_t walls = row[2 * a + 1];
-        for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
+        for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
             int32_t b = pair[k];
             double x = slope[k] * ex[k], y = slope[k] * ey[k], s = x * x + y * y;
             sum += kernel[k];
             sx += x;
             sy += y;
-            squares += k < walls ? s : 0; /* a wall does not give way */
+            squares += s;
             density[b] += kernel[k];
             gx[b] -= x;
             gy[b] -= y;
             factor[b] += s;
         }
+        for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) { /* a wall does not give way */
+            sum += kernel[k];
+            sx += slope[k] * ex[k];
+            sy += slope[k] * ey[k];
+        }
         density[a] = mass * sum;
         factor[a] = mass * mass * (sx * sx + sy * sy + squares + soft);
     }
-    for (int32_t b = p->fluid; b < ll_particle_total(p); b++) {
-        density[b] = mass * (density[b] + base[b]);
-        factor[b] = mass * mass * (factor[b] + soft);
+}
+
+/* Adami eq. 27 for stiffness: with the weight of the fluid between, unless there is no pressure to carry it.
+ */
+void ll_particle_mirror(ll_particles *p, double *stiff, double volume)
+{
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p), *id = ll_part_id(p);
+    const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *kernel = ll_part_kernel(p);
+    double *sum = ll_particle_values(p, LL_PARTICLE_GX);
+    size_t bytes = (size_t)p->wall * sizeof *stiff;
+    memset(stiff + p->fluid, 0, bytes);
+    memset(sum + p->fluid, 0, bytes);
+    for (int32_t a = 0; a < p->fluid; a++)
+        for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) {
+            int32_t b = pair[k];
+            double gx = p->params.gravity_x - (id[b] < -1 ? p->body_ax : 0);
+            double gy = p->params.gravity_y - (id[b] < -1 ? p->body_ay : 0);
+            double between = stiff[a] > 0 ? volume * (gx * ex[k] + gy * ey[k]) : 0;
+            stiff[b] += (stiff[a] - between) * kernel[k];
+            sum[b] += kernel[k];
+        }
+    for (int32_t b = p->fluid; b < ll_particle_total(p); b++)
+        stiff[b] = sum[b] > 0 ? stiff[b] / sum[b] : 0;
+}
+
+/* A multiplier is not the pressure at its particle. On a displacement u all of them do the work sum of
+ * m k_a drho_a, and drho_a is -rho times the kernel's mean of div u around a, scaled as the gradient is: the
+ * pressure, which is the work per div u, is the field rho sum of m k_b W(x - x_b). Differences from one
+ * multiplier to the next that this field does not show move nothing (Bonet and Lok, Comput. Methods Appl.
+ * Mech. Eng. 180 (1999)). */
+void ll_particle_field_pressure(ll_particles *p, const double *stiff)
+{
+    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
+    const double *kernel = ll_part_kernel(p);
+    double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE);
+    double scale = p->params.density * p->mass * p->gradient_scale;
+    clear(p, LL_PARTICLE_PRESSURE);
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double sum = pressure[a] + stiff[a] * p->kernel_scale;
+        for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
+            sum += stiff[pair[k]] * kernel[k];
+            pressure[pair[k]] += stiff[a] * kernel[k];
+        }
+        pressure[a] = scale * sum;
     }
 }
 

@@ -32,7 +32,7 @@
         LL_PARTICLE_REAL(diffusion, 0, 1, 0.1, NULL, "Diffusion of density, of wcsph (delta)."),             \
         LL_PARTICLE_REAL(cfl, 0.05, 3, cfl_, NULL,                                                           \
                          "How many spacings the fastest particle may go in a substep, of dfsph and pbf."),   \
-        LL_PARTICLE_REAL(tolerance, 1e-9, 0.1, 1e-4, NULL,                                                   \
+        LL_PARTICLE_REAL(tolerance, 1e-9, 0.1, 1e-5, NULL,                                                   \
                          "Mean relative error of density at which dfsph stops."),                            \
         LL_PARTICLE_REAL(relaxation, 0.05, 1.5, 0.5, NULL,                                                   \
                          "Share of each correction that dfsph and pbf make at a time."),                     \

@@ -75,20 +75,26 @@ static void accelerate(ll_particles *p)
     ll_particle_add_viscosity(p);
 }
 
-/* Adds delta h c times the sum of 2 (rho_a - rho_b - hydrostatic difference) volume e grad W / e^2. */
+/* Adds delta h c times the sum of 2 (rho_a - rho_b - hydrostatic difference) volume e grad W / e^2. The
+ * difference is that of Tait's equation at its density: drho/dp = (rho0 / rho)^6 / c^2, dp/dy = rho g. A
+ * straight line instead of it keeps a column 3 g H / c^2 from its pressure. */
 static void diffuse(ll_particles *p)
 {
     const ll_particle_params *q = &p->params;
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
-    double *rate = ll_particle_values(p, LL_PARTICLE_RATE);
+    double *rate = ll_particle_values(p, LL_PARTICLE_RATE), *steep = ll_particle_values(p, LL_PARTICLE_SUM);
     double scale = 2 * q->diffusion * p->h * q->sound_speed * p->setup.spacing * p->setup.spacing;
-    double steep = q->density / (q->sound_speed * q->sound_speed);
+    double half = q->density / (2 * q->sound_speed * q->sound_speed);
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double r = q->density / density[a], r2 = r * r;
+        steep[a] = half * r2 * r2 * r;
+    }
     for (int32_t a = 0; a < p->fluid; a++)
         for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
             int32_t b = pair[k];
-            double rest = steep * (q->gravity_x * ex[k] + q->gravity_y * ey[k]);
+            double rest = (steep[a] + steep[b]) * (q->gravity_x * ex[k] + q->gravity_y * ey[k]);
             double flow = scale * (density[a] - density[b] - rest) * slope[k];
             rate[a] += flow;
             rate[b] -= flow;

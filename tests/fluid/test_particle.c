@@ -103,17 +103,48 @@ static void fronts_are_as_measured(void **state)
 
 /* ---- hydrostatics ---- */
 
+/* From a lattice that its own weight breaks up, over the last second of ten. */
 static void pressure_grows_with_depth(void **state)
 {
     (void)state;
-    lab l = lab_of("hydrostatic", LL_PARTICLE_WCSPH, 20);
-    lab_open(&l);
-    lab_run(&l, 10);
-    ll_particle_metrics m = lab_measure(&l);
-    between("pressure", m.pressure_rms, 0, 0.02);
-    between("compression", m.density_max, 0, 0.01);
-    between("speed", m.speed_max, 0, 0.01);
-    lab_close(&l);
+    static const struct {
+        int method, iterations;
+        double compression;
+    } rows[] = {{LL_PARTICLE_WCSPH, 1, 0.01}, {LL_PARTICLE_DFSPH, 100, 1e-3}, {LL_PARTICLE_PBF, 16, 0.01}};
+    for (int i = 0; i < 3; i++) {
+        lab l = lab_of("hydrostatic", rows[i].method, 20);
+        l.params.iterations = rows[i].iterations;
+        lab_open(&l);
+        lab_run(&l, 9);
+        for (int k = 0; k < 50; k++) {
+            lab_run(&l, l.scene->dt);
+            between("pressure", lab_measure(&l).pressure_rms, 0, 0.02);
+        }
+        ll_particle_metrics m = lab_measure(&l);
+        between("compression", m.density_max, 0, rows[i].compression);
+        between("speed", m.speed_max, 0, 0.01);
+        lab_close(&l);
+    }
+}
+
+/* A particle that leaves its neighbours keeps nothing of the pressure that it had among them. */
+static void what_parts_carries_no_pressure(void **state)
+{
+    (void)state;
+    for (int method = LL_PARTICLE_PBF; method < LL_PARTICLE_METHODS; method++) {
+        lab l = lab_of("hydrostatic", method, 20);
+        lab_open(&l);
+        lab_run(&l, 1);
+        ll_particle_view view = ll_particles_view(l.fluid);
+        int32_t id = view.id[0];
+        between("pressure among others", view.pressure[0], 0.1, 1.1);
+        ((double *)(uintptr_t)view.y)[0] = 1.4; /* 0.4 above the others */
+        lab_run(&l, l.scene->dt);
+        for (int i = 0; i < view.count; i++)
+            if (view.id[i] == id)
+                between("pressure of a lone particle", view.pressure[i], 0, 1e-12);
+        lab_close(&l);
+    }
 }
 
 static void solvers_keep_the_density(void **state)
@@ -201,7 +232,8 @@ static void boxes_float_by_their_density(void **state)
         }
         /* The water stands at 0.7 + 0.6 * 0.5 * 0.4 / 2 = 0.76; 0.6 of 0.4 m is below. Particles of 0.05 m
          * keep half of their spacing between. */
-        between("middle of the box", sum / count, 0.72, 0.77);
+        double sunk = 0.76 * lab_measure(&l).density_mean; /* the water, by what is compressed */
+        between("middle of the box", sum / count, 0.72 - sunk, 0.77);
         lab_close(&l);
     }
 }
@@ -211,7 +243,7 @@ static void boxes_float_by_their_density(void **state)
 static void lagged_density_is_reported(void **state)
 {
     (void)state;
-    lab l = lab_of("dam_break", LL_PARTICLE_WCSPH, 20);
+    lab l = lab_of("dam_break", LL_PARTICLE_WCSPH, 30);
     l.params.lagged_density = true;
     lab_open(&l);
     ll_status status = ll_ok();
@@ -357,8 +389,8 @@ static void hashes_are_the_same_everywhere(void **state)
         const char *scene;
         uint64_t hash[LL_PARTICLE_METHODS];
     } rows[] = {
-        {"raft", {0x5176a0790289f1c1, 0x34cd5981af195451, 0x513ef3289f1398b2}},
-        {"poiseuille", {0x5dcb6fef720be6b1, 0xc4bf1e940313a5c2, 0x827e17432f3b6710}},
+        {"raft", {0xae19cf47ae881f3b, 0x21fa728a555040eb, 0x7aa27fdf1a9a5cd9}},
+        {"poiseuille", {0x0c8806c251e65159, 0x5817d842c571b4a8, 0x74d2fa312ad433fc}},
     };
     for (int i = 0; i < 2; i++)
         for (int method = 0; method < LL_PARTICLE_METHODS; method++) {
@@ -380,6 +412,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(fronts_are_as_measured),
         cmocka_unit_test(pressure_grows_with_depth),
+        cmocka_unit_test(what_parts_carries_no_pressure),
         cmocka_unit_test(solvers_keep_the_density),
         cmocka_unit_test(channels_flow_as_poiseuille),
         cmocka_unit_test(momentum_is_exact_without_walls),

@@ -106,7 +106,7 @@ static void hostile_sizes_are_refused(void **state)
 static void lagged_density_is_told_by_tick_and_particle(void **state)
 {
     (void)state;
-    tank t = tank_open("dam_break", "solver.lagged_density=true");
+    tank t = tank_open("dam_break", "params.size=30 solver.lagged_density=true");
     ll_status status = tank_try(&t, 100, FRAME);
     assert_int_equal(status.code, LL_DIVERGED);
     assert_non_null(strstr(status.text, "particle"));
