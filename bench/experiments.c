@@ -1,4 +1,5 @@
-/* Bare runs of an experiment, one after the other, without a store: experiments RUNS SCENARIOS <experiment.json
+/* Bare runs of an experiment, one after the other, without a store: experiments RUNS SCENARIOS
+ * <experiment.json
  *
  * What `laglab sweep` takes beyond this is what its store costs. Prints wall and CPU time of the runs as
  * JSON. */
@@ -32,7 +33,7 @@ int main(int argc, char **argv)
     double wall = now(CLOCK_MONOTONIC), cpu = now(CLOCK_PROCESS_CPUTIME_ID);
     for (int64_t run = 0; run < runs; run++) {
         ll_row row;
-        check(ll_experiment_run(experiment, run % experiment->runs, &row));
+        check(ll_experiment_run(experiment, run % experiment->runs, NULL, &row));
     }
     printf("{\"wall_s\":%.6f,\"cpu_s\":%.6f}\n", now(CLOCK_MONOTONIC) - wall,
            now(CLOCK_PROCESS_CPUTIME_ID) - cpu);

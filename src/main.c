@@ -584,35 +584,51 @@ static int verb_help(int argc, char **argv);
 static const struct {
     const char *name, *usage, *help;
     int (*run)(int argc, char **argv);
+    bool tells; /* its options by itself, for --help */
 } verbs[] = {
     {"serve", "[--listen ADDRESS:PORT] [--data DIR] ...", "host sessions: page, API and streams on one port",
-     ll_serve},
+     ll_serve, true},
     {"run",
      "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE] "
      "[--text]",
-     "run a scenario as fast as it goes and print its metrics", verb_run},
+     "run a scenario as fast as it goes and print its metrics", verb_run, false},
     {"sweep",
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
      "[--shard I/N|auto] [--report FILE.html] [--traces DIR] [--dry-run]",
-     "run an experiment: a row for each run, or each point", ll_verb_sweep},
+     "run an experiment: a row for each run, or each point", ll_verb_sweep, true},
     {"advise",
      "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
      "[--set path=value]... [--repeats N]",
-     "find the cheapest setting whose error stays within a limit", ll_verb_advise},
+     "find the cheapest setting whose error stays within a limit", ll_verb_advise, true},
     {"worker", "--store URL [--experiment ID] [--drain] [--jobs N] [--lease-s N]",
-     "work on the experiments of a store, beside workers on other machines", ll_verb_worker},
-    {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge},
-    {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay},
-    {"scenarios", "", "list the scenarios", verb_scenarios},
+     "work on the experiments of a store, beside workers on other machines", ll_verb_worker, true},
+    {"submit", "EXPERIMENT --engine slurm --store URL [-n N] [--jobs N] [--print]",
+     "start workers on a cluster", ll_verb_submit, true},
+    {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge, true},
+    {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay, false},
+    {"scenarios", "", "list the scenarios", verb_scenarios, false},
     {"schema", "[KIND|experiment]",
-     "print the JSON Schema of scenarios, of all kinds or one, or of experiments", verb_schema},
-    {"methods", "", "list the integrators", verb_methods},
-    {"problems", "", "list the problems of motion, with their parameters", verb_problems},
+     "print the JSON Schema of scenarios, of all kinds or one, or of experiments", verb_schema, false},
+    {"methods", "", "list the integrators", verb_methods, false},
+    {"problems", "", "list the problems of motion, with their parameters", verb_problems, false},
     {"work-precision", "PROBLEM [--methods A,B,...] [--set name=value]... [--duration S]",
-     "measure each method's error against its cost, as CSV", verb_work_precision},
-    {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_healthcheck},
-    {"help", "", "print this", verb_help},
+     "measure each method's error against its cost, as CSV", verb_work_precision, false},
+    {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_healthcheck, false},
+    {"help", "", "print this", verb_help, false},
 };
+
+static void print_verb(size_t i)
+{
+    printf("  laglab %s %s\n      %s\n", verbs[i].name, verbs[i].usage, verbs[i].help);
+}
+
+static bool asks_for_help(int argc, char **argv)
+{
+    for (int i = 0; i < argc; i++)
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0)
+            return true;
+    return false;
+}
 
 static int verb_help(int argc, char **argv)
 {
@@ -620,7 +636,7 @@ static int verb_help(int argc, char **argv)
     (void)argv;
     puts("laglab: a laboratory for game physics under lag\n");
     for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++)
-        printf("  laglab %s %s\n      %s\n", verbs[i].name, verbs[i].usage, verbs[i].help);
+        print_verb(i);
     return 0;
 }
 
@@ -631,9 +647,14 @@ int main(int argc, char **argv)
         return verb_help(0, NULL);
     if (strcmp(name, "--version") == 0)
         return puts("laglab " LAGLAB_VERSION) < 0;
-    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++)
-        if (strcmp(name, verbs[i].name) == 0)
+    for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
+        if (strcmp(name, verbs[i].name) != 0)
+            continue;
+        if (verbs[i].tells || !asks_for_help(argc - 2, argv + 2))
             return verbs[i].run(argc - 2, argv + 2);
+        print_verb(i);
+        return 0;
+    }
     fprintf(stderr, "laglab: %s%s; `laglab help` lists the verbs\n", argc > 1 ? "unknown verb " : "no verb",
             name);
     return 2;

@@ -226,21 +226,27 @@ static ll_status load(const advise *a, const char *name, ll_experiment **experim
 int ll_verb_advise(int argc, char **argv)
 {
     advise a = {0};
-    const ll_option options[] = {{"--metric", .value = &a.metric},
-                                 {"--max-error", .value = &a.max_error},
-                                 {"--cost", .value = &a.cost},
-                                 {"--repeats", .value = &a.repeats},
-                                 {"--runs", .value = &a.most_runs},
-                                 {"--scenarios", .value = &a.scenarios},
-                                 {"--vary", .list = &a.vary},
-                                 {"--set", .list = &a.set},
-                                 {0}};
+    const ll_option options[] = {
+        {"--metric", "M", "The error: a path in the metrics of a run.", .value = &a.metric},
+        {"--max-error", "X", "How large it may be.", .value = &a.max_error},
+        {"--cost", "M", "What is to be cheap; otherwise what the kind of scenario is paid with.",
+         .value = &a.cost},
+        {"--vary", "PATH=VALUES", "What may vary: A,B,C or FROM:TO:COUNT[:log]; otherwise what the kind has.",
+         .list = &a.vary},
+        {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
+        {"--repeats", "N", "Runs of each setting, with seeds that count up.", .value = &a.repeats},
+        {"--runs", "N", "Runs at most; otherwise a fifth of all.", .value = &a.most_runs},
+        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+         .value = &a.scenarios},
+        {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     ll_experiment *experiment = NULL;
     ll_advice_order order = {0};
     cJSON *answer = NULL;
-    ll_status status = ll_arguments(argc, argv, options, positional, &count);
+    ll_status status = ll_arguments("advise SCENARIO|EXPERIMENT --max-error X [OPTION]...: find the cheapest "
+                                    "setting whose error is small enough",
+                                    argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     if (!ll_failed(&status))

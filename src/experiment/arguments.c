@@ -18,11 +18,25 @@ static const ll_option *find(const ll_option *options, const char *name)
     return NULL;
 }
 
-ll_status ll_arguments(int argc, char **argv, const ll_option *options, const char **positional, int *count)
+static void print_help(const char *usage, const ll_option *options)
+{
+    printf("laglab %s\n", usage);
+    for (; options->name; options++)
+        printf("  %s%s%s\n      %s%s\n", options->name, options->takes ? " " : "",
+               options->takes ? options->takes : "", options->help,
+               options->list ? " May be given again." : "");
+}
+
+ll_status ll_arguments(const char *usage, int argc, char **argv, const ll_option *options,
+                       const char **positional, int *count)
 {
     *count = 0;
     for (int i = 0; i < argc; i++) {
         const ll_option *option = find(options, argv[i]);
+        if (strcmp(argv[i], "--help") == 0 || strcmp(argv[i], "-h") == 0) {
+            print_help(usage, options);
+            exit(0);
+        }
         if (!option && argv[i][0] == '-' && argv[i][1] != '\0')
             return ll_error(LL_BAD_INPUT, "unknown option %.100s", argv[i]);
         if (!option && *count == LL_POSITIONAL_MAX)

@@ -16,13 +16,16 @@ typedef struct ll_option_list {
  * empty name. */
 typedef struct ll_option {
     const char *name;
+    const char *takes, *help; /* `FILE`; NULL for a flag */
     const char **value;
     bool *flag;
     ll_option_list *list;
 } ll_option;
 
-/* `positional` gets what is no option, at most LL_POSITIONAL_MAX. */
-ll_status ll_arguments(int argc, char **argv, const ll_option *options, const char **positional, int *count);
+/* `positional` gets what is no option, at most LL_POSITIONAL_MAX. --help prints `usage` and the options, and
+ * ends the program. */
+ll_status ll_arguments(const char *usage, int argc, char **argv, const ll_option *options,
+                       const char **positional, int *count);
 
 /* A whole number in [low, high]. */
 ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int64_t high, int64_t *value);

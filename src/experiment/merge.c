@@ -107,9 +107,15 @@ int ll_verb_merge(int argc, char **argv)
 {
     merge m = {0};
     const char *out = NULL, *scenarios = NULL, *positional[LL_POSITIONAL_MAX];
-    const ll_option options[] = {{"--out", .value = &out}, {"--scenarios", .value = &scenarios}, {0}};
+    const ll_option options[] = {
+        {"--out", "FILE", "Where the rows go; otherwise to standard output.", .value = &out},
+        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+         .value = &scenarios},
+        {0}};
     int count;
-    ll_status status = ll_arguments(argc, argv, options, positional, &count);
+    ll_status status =
+        ll_arguments("merge EXPERIMENT SHARD.csv... [OPTION]...: put the shards of an experiment together",
+                     argc, argv, options, positional, &count);
     if (!ll_failed(&status))
         status = ll_experiment_load(count ? positional[0] : NULL, scenarios, &m.experiment);
     if (!ll_failed(&status) && !(m.lines = calloc((size_t)m.experiment->runs, sizeof *m.lines)))

@@ -10,13 +10,14 @@ enum { SHARDS_MAX = 1000000 };
 
 /* Where engines tell a task its index and how many there are. */
 static const struct engine {
-    const char *name, *index, *count, *first; /* `first` NULL: indices begin at 0 */
-    bool last;                                /* what `count` names is the last index */
+    const char *name, *index, *count, *first, *step; /* `first` NULL: indices are 0, 1, 2 and so on */
+    bool last;                                       /* what `count` names is the last index */
 } engines[] = {
-    {"Slurm", "SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN", false},
-    {"Kubernetes", "JOB_COMPLETION_INDEX", "LAGLAB_SHARDS", NULL, false},
-    {"AWS Batch", "AWS_BATCH_JOB_ARRAY_INDEX", "LAGLAB_SHARDS", NULL, false},
-    {"SGE", "SGE_TASK_ID", "SGE_TASK_LAST", "SGE_TASK_FIRST", true},
+    {"Slurm", "SLURM_ARRAY_TASK_ID", "SLURM_ARRAY_TASK_COUNT", "SLURM_ARRAY_TASK_MIN",
+     "SLURM_ARRAY_TASK_STEP", false},
+    {"Kubernetes", "JOB_COMPLETION_INDEX", "LAGLAB_SHARDS", NULL, NULL, false},
+    {"AWS Batch", "AWS_BATCH_JOB_ARRAY_INDEX", "LAGLAB_SHARDS", NULL, NULL, false},
+    {"SGE", "SGE_TASK_ID", "SGE_TASK_LAST", "SGE_TASK_FIRST", "SGE_TASK_STEPSIZE", true},
 };
 
 static bool whole(const char *text, int64_t *value)
@@ -31,17 +32,19 @@ ll_status ll_shard_from(const char *(*variable)(const char *name), int64_t *inde
 {
     for (size_t i = 0; i < sizeof engines / sizeof engines[0]; i++) {
         const struct engine *e = &engines[i];
-        int64_t first = 0;
+        int64_t first = 0, step = 1;
         if (!whole(variable(e->index), index))
             continue;
         if (!whole(variable(e->count), count) || *count < 1)
             return ll_error(LL_BAD_INPUT, "%s gave %s but not how many there are: set %s", e->name, e->index,
                             e->count);
-        if (e->first && whole(variable(e->first), &first))
-            *index -= first;
+        if (e->first && !whole(variable(e->first), &first))
+            first = 0;
+        if (e->step && (!whole(variable(e->step), &step) || step < 1))
+            step = 1;
+        *index = (*index - first) / step + 1;
         if (e->last)
-            *count -= first - 1;
-        (*index)++;
+            *count = (*count - first) / step + 1;
         return ll_ok();
     }
     return ll_error(LL_BAD_INPUT,

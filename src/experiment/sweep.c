@@ -230,21 +230,35 @@ static void remove_own_store(const sweep *s)
 
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
-    const ll_option options[] = {{"--jobs", .value = &s->jobs},
-                                 {"--out", .value = &s->out},
-                                 {"--format", .value = &s->format_name},
-                                 {"--store", .value = &s->store_url},
-                                 {"--shard", .value = &s->shard},
-                                 {"--scenarios", .value = &s->scenarios},
-                                 {"--report", .value = &s->report},
-                                 {"--traces", .value = &s->traces},
-                                 {"--points", .flag = &s->points},
-                                 {"--dry-run", .flag = &s->dry_run},
-                                 {0}};
+    const ll_option options[] = {
+        {"--jobs", "N",
+         "Threads, 1 to 256; otherwise as many as there are cores. 0 with --store: others do the work.",
+         .value = &s->jobs},
+        {"--out", "FILE",
+         "Where the rows go; otherwise to standard output. Run again, a sweep goes on from FILE.runs.",
+         .value = &s->out},
+        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; otherwise what FILE ends in.",
+         .value = &s->format_name},
+        {"--points", .help = "Means and 95 % intervals of each point in place of its runs.",
+         .flag = &s->points},
+        {"--report", "FILE.html", "A page with the plots and their tables.", .value = &s->report},
+        {"--traces", "DIR", "A CSV of each run over its time.", .value = &s->traces},
+        {"--store", "URL",
+         "Where rows are kept, that workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE.",
+         .value = &s->store_url},
+        {"--shard", "I/N", "Only this part of the runs, or auto: as the batch system's array index tells.",
+         .value = &s->shard},
+        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+         .value = &s->scenarios},
+        {"--dry-run", .help = "Check and count, run one, and tell how long all would take.",
+         .flag = &s->dry_run},
+        {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     s->threads = ll_cores();
-    ll_status status = ll_arguments(argc, argv, options, positional, &count);
+    ll_status status =
+        ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment, a row for each run, or each point",
+                     argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     if (!ll_failed(&status) && s->jobs)

@@ -20,14 +20,22 @@ typedef struct worker {
 
 static ll_status parse(worker *w, int argc, char **argv)
 {
-    const ll_option options[] = {{"--store", .value = &w->store_url}, {"--experiment", .value = &w->id},
-                                 {"--jobs", .value = &w->jobs},       {"--lease-s", .value = &w->lease},
-                                 {"--drain", .flag = &w->drain},      {0}};
+    const ll_option options[] = {
+        {"--store", "URL", "Where the experiments are: sqlite:FILE, or postgresql://USER@HOST/DATABASE.",
+         .value = &w->store_url},
+        {"--experiment", "ID", "Only this one; otherwise all that are running.", .value = &w->id},
+        {"--drain", .help = "End when nothing is left to do; otherwise wait for more.", .flag = &w->drain},
+        {"--jobs", "N", "Threads, 1 to 256; otherwise as many as there are cores.", .value = &w->jobs},
+        {"--lease-s", "N", "Seconds after which others may take over what a worker does not bring back, 60.",
+         .value = &w->lease},
+        {0}};
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     w->threads = ll_cores();
     w->lease_s = LEASE_S;
-    ll_status status = ll_arguments(argc, argv, options, positional, &count);
+    ll_status status = ll_arguments("worker --store URL [OPTION]...: work on the experiments of a store, "
+                                    "beside workers on other machines",
+                                    argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 0)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[0]);
     if (!ll_failed(&status) && !w->store_url)

@@ -244,11 +244,36 @@ test('costs that are counted: passes over contacts, visits of cells', () => {
   assert.ok(metrics.visits >= 8 * 256 * metrics.steps);
 });
 
+test('every verb tells its usage and options', () => {
+  const verbs = [...good(['help']).matchAll(/^ {2}laglab ([a-z-]+)/gm)].map((found) => found[1]);
+  assert.ok(verbs.length > 12);
+  for (const verb of verbs) assert.match(good([verb, '--help']), new RegExp(`laglab ${verb}`), verb);
+  // Of a verb that is about many runs each option has a line; what is told is taken, and what is taken is told.
+  for (const verb of ['sweep', 'merge', 'advise', 'worker', 'submit']) {
+    const told = [...good([verb, '--help']).matchAll(/^ {2}(--?[a-z-]+)( [A-Z])?.*\n {6}\S/gm)];
+    assert.ok(told.length >= 2, verb);
+    for (const [, option, takes] of told) if (takes) assert.match(laglab([verb, option]).stderr, /needs a value/, `${verb} ${option}`);
+    for (const usage of good(['help']).split('\n').filter((line) => line.startsWith(`  laglab ${verb} `)))
+      for (const [option] of usage.matchAll(/--?[a-z]+(-[a-z]+)*(?=[ \]]|$)/g)) assert.ok(told.some((line) => line[1] === option), `${verb} ${option}`);
+  }
+});
+
+test('submit writes a script that starts workers on an experiment that is in the store', () => {
+  const url = `sqlite:${file('it\'s shared.db')}`, order = race(3);
+  const script = good(['submit', order, '--engine', 'slurm', '-n', '3', '--store', url, '--print']);
+  assert.match(script, /^#!\/bin\/sh\n(#SBATCH .*\n)+exec /);
+  assert.match(script, /^#SBATCH --array=1-3$/m);
+  assert.equal(spawnSync('sh', { input: script, cwd: folder }).status, 0); // one of the workers
+  assert.equal(good(['sweep', order, '--store', url, '--jobs', '0']), good(['sweep', order]), 'all rows are there');
+});
+
 test('bad input is a sentence and exit 2', () => {
   const cases = [
     [['sweep'], 'which experiment'], [['sweep', 'nosuch.json'], 'nosuch.json'], [['sweep', race(), '--jobs', '0'], '--jobs'],
     [['sweep', race(), '--format', 'xls'], 'parquet'], [['sweep', race(), '--shard', '4/3'], '4/3'], [['sweep', race(), '--nosuch'], '--nosuch'],
     [['sweep', race(), '--store', 'mysql://x/y'], 'mysql://x/y'], [['sweep', race(), '--shard', 'auto'], 'SLURM_ARRAY_TASK_ID'],
+    [['submit', race(), '--engine', 'pbs', '--store', 'x.db'], 'slurm'], [['submit', race(), '--engine', 'slurm'], '--store'],
+    [['submit', race(), '--engine', 'slurm', '--store', 'x.db', '-n', '0'], '-n'], [['submit', '--engine', 'slurm', '--store', 'x.db'], 'which experiment'],
     [['sweep', write('big.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 100000,
       axes: [{ path: 'players.0.lag_ms', from: 0, to: 1, count: 1000 }] })], '1e+08 runs'],
     [['advise', 'race', '--metric', 'players.0.own_error_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],

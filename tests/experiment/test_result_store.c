@@ -182,7 +182,7 @@ static void bad_stores_are_told(void **state)
 
 /* ---- shards ---- */
 
-static const char *variables[8];
+static const char *variables[10];
 
 static const char *variable(const char *name)
 {
@@ -212,11 +212,14 @@ static void shards_share_all_runs(void **state)
 static void engines_tell_their_index(void **state)
 {
     (void)state;
-    static const char *const cases[][8] = {
+    static const char *const cases[][10] = {
         {"SLURM_ARRAY_TASK_ID", "5", "SLURM_ARRAY_TASK_COUNT", "4", "SLURM_ARRAY_TASK_MIN", "3"},
         {"JOB_COMPLETION_INDEX", "2", "LAGLAB_SHARDS", "4"},
         {"AWS_BATCH_JOB_ARRAY_INDEX", "2", "LAGLAB_SHARDS", "4"},
         {"SGE_TASK_ID", "5", "SGE_TASK_LAST", "6", "SGE_TASK_FIRST", "3"},
+        {"SLURM_ARRAY_TASK_ID", "14", "SLURM_ARRAY_TASK_COUNT", "4", "SLURM_ARRAY_TASK_MIN", "10",
+         "SLURM_ARRAY_TASK_STEP", "2"},
+        {"SGE_TASK_ID", "7", "SGE_TASK_LAST", "12", "SGE_TASK_FIRST", "1", "SGE_TASK_STEPSIZE", "3"},
     };
     int64_t index, count;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

@@ -1,0 +1,48 @@
+// Workers under a real Slurm, one of them requeued while it works: the rows are those of a sweep that nobody disturbed.
+import assert from 'node:assert/strict';
+import { execFile } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import test from 'node:test';
+import { promisify } from 'node:util';
+import { BINARY } from '../lib/daemon.mjs';
+import { noSlurm, startSlurm } from '../lib/slurm.mjs';
+
+const run = promisify(execFile), NODES = 3, RUNS = 1200;
+const EXPERIMENT = {
+  scenario: 'race', set: { duration_s: 60 }, axes: [{ path: 'players.0.lag_ms', from: 0, to: 290, count: RUNS / 30 }], repeats: 30,
+  metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
+};
+
+test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued meanwhile: every row once, and as in an undisturbed sweep`,
+  { skip: noSlurm() || false }, async (t) => {
+    const folder = mkdtempSync(path.join(tmpdir(), 'laglab-slurm-'));
+    t.after(() => rmSync(folder, { recursive: true, force: true }));
+    const file = (/** @type {string} */ name) => path.join(folder, name);
+    writeFileSync(file('experiment.json'), JSON.stringify(EXPERIMENT));
+    const slurm = await startSlurm(folder, NODES);
+    t.after(() => slurm.stop());
+    const laglab = async (/** @type {string[]} */ ...args) => (await run(BINARY, args, { env: slurm.env, cwd: folder })).stdout;
+
+    const store = ['--store', `sqlite:${file('runs.db')}`];
+    const submit = ['submit', 'experiment.json', '--engine', 'slurm', '-n', String(NODES), ...store];
+    const script = await laglab(...submit, '--print');
+    assert.match(script, /^#!\/bin\/sh\n#SBATCH/);
+    assert.equal(await slurm.ask('squeue', '-h'), '', '--print submits nothing');
+
+    const job = /^Submitted batch job (\d+)/.exec(await laglab(...submit))?.[1];
+    assert.ok(job);
+    const working = async () => (await slurm.ask('squeue', '-h', '-r', '-t', 'RUNNING', '-o', '%i')).split('\n').filter(Boolean);
+    await slurm.until(`${NODES} tasks at work`, async () => (await working()).length === NODES);
+    await new Promise((resolve) => setTimeout(resolve, 1000)); // each has its first chunks
+    await slurm.ask('scontrol', 'requeue', `${job}_2`);
+    // With no threads of its own a sweep waits for the others.
+    await laglab('sweep', 'experiment.json', ...store, '--jobs', '0', '--out', 'slurm.csv');
+    assert.match(await slurm.ask('scontrol', 'show', 'job', `${job}_2`), /Restarts=1/, 'it was at work when it was requeued');
+
+    await laglab('sweep', 'experiment.json', '--jobs', '2', '--out', 'alone.csv');
+    const alone = readFileSync(file('alone.csv'), 'utf8');
+    assert.equal(alone.trimEnd().split('\r\n').length, 1 + RUNS);
+    assert.equal(readFileSync(file('slurm.csv'), 'utf8'), alone);
+  });
