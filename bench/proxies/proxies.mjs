@@ -36,11 +36,11 @@ async function answers(port) {
   return false;
 }
 
-/** @param {string} name @param {number} upstream port of the daemon */
-export async function startProxy(name, upstream) {
+/** @param {string} name @param {number} upstream port of the daemon @param {string} [configuration] in place of the one beside this file */
+export async function startProxy(name, upstream, configuration) {
   const folder = mkdtempSync(join(tmpdir(), `laglab-${name}-`));
   const port = await freePort();
-  const text = readFileSync(join(here, kinds[name].file), "utf8")
+  const text = (configuration ?? readFileSync(join(here, kinds[name].file), "utf8"))
     .replaceAll("LISTEN", `127.0.0.1:${port}`).replaceAll("UPSTREAM", `127.0.0.1:${upstream}`);
   const file = join(folder, kinds[name].file);
   mkdirSync(join(folder, "tmp"));
