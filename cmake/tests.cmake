@@ -58,6 +58,12 @@ foreach(source IN LISTS test_sources)
     laglab_test(${room}.${name} "${labels}" test_${room}_${name})
 endforeach()
 
+# The same interface on a server of its own.
+if(POSTGRES_FOUND AND TARGET test_experiment_result_store)
+    laglab_test(experiment.result_store_postgres experiment test_experiment_result_store postgres)
+    set_tests_properties(experiment.result_store_postgres PROPERTIES SKIP_RETURN_CODE 77)
+endif()
+
 # ---- fuzzing ----
 file(GLOB fuzz_sources CONFIGURE_DEPENDS ${tests_dir}/fuzz/fuzz_*.c)
 foreach(source IN LISTS fuzz_sources)

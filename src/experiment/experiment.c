@@ -9,6 +9,7 @@
 
 #include "base/hash.h"
 #include "base/rng.h"
+#include "base/utf8.h"
 #include "experiment/sobol.h"
 #include "session/session.h"
 
@@ -571,15 +572,32 @@ static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
     cJSON_Delete(report);
 }
 
+void ll_row_clear(ll_row *row)
+{
+    memset(row, 0, sizeof *row);
+    for (int i = 0; i < LL_EXPERIMENT_METRICS_MAX; i++)
+        row->metrics[i] = NAN;
+}
+
+/* A sentence may be cut within a character, which no database of text takes. */
+static void tell_error(ll_row *row, const ll_status *status)
+{
+    snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status->text);
+    for (char *at = row->error; *at;) {
+        int length = ll_utf8_printable(at);
+        if (length == 0)
+            *at = '?';
+        at += length ? length : 1;
+    }
+}
+
 ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
 {
     ll_scenario scenario;
     ll_session *session = NULL;
     bool stopped = false;
-    memset(row, 0, sizeof *row); /* rows are compared and stored as bytes */
+    ll_row_clear(row);
     row->run = run;
-    for (int i = 0; i < LL_EXPERIMENT_METRICS_MAX; i++)
-        row->metrics[i] = NAN;
     ll_status status = ll_experiment_open(e, run, &scenario);
     if (!ll_failed(&status))
         status = ll_session_open(&scenario, NULL, NULL, &session);
@@ -587,7 +605,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bo
         return status;
     if (ll_failed(&status)) {
         row->status = LL_ROW_REFUSED;
-        snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status.text);
+        tell_error(row, &status);
         return ll_ok();
     }
     status = advance(e, session, cancel, &stopped);
@@ -597,7 +615,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bo
     }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
-        snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status.text);
+        tell_error(row, &status);
     read_row(e, session, row);
     ll_session_destroy(session);
     return ll_ok();

@@ -95,6 +95,8 @@ typedef struct ll_row {
     double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN where there is none */
 } ll_row;
 
+void ll_row_clear(ll_row *row); /* all 0, without metrics; rows are compared and stored as bytes */
+
 /* Fails for want of memory, and with LL_CONFLICT when `cancel` (may be NULL) becomes true meanwhile. */
 ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const atomic_bool *cancel,
                             ll_row *row);

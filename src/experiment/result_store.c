@@ -1,25 +1,49 @@
 #include "experiment/result_store.h"
 
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "experiment/result_store_kinds.h"
+
 const char *const ll_experiment_state_names[] = {"running", "paused", "cancelled", "done", "failed"};
 
-static const ll_result_store_kind *const kinds[] = {&ll_result_store_sqlite};
+static const struct {
+    const char *scheme; /* of its URLs */
+    const ll_result_store_kind *kind;
+} kinds[] = {
+    {"sqlite", &ll_result_store_sqlite},
+#ifdef LAGLAB_POSTGRES
+    {"postgresql", &ll_result_store_postgres},
+    {"postgres", &ll_result_store_postgres},
+#endif
+};
 
 enum { KINDS = sizeof kinds / sizeof kinds[0], ROWS_AT_ONCE = 256 };
+
+static ll_status refuse(const char *url)
+{
+    char name[160];
+    ll_store_name_url(url, name, sizeof name);
+    if (strncmp(url, "postgres", 8) == 0)
+        return ll_field_error(LL_BAD_INPUT, "store",
+                              "the store %.120s needs a laglab that was built with libpq; this one was not",
+                              name);
+    return ll_field_error(LL_BAD_INPUT, "store",
+                          "a store is sqlite:FILE or postgresql://USER@HOST/DATABASE; got %.120s", name);
+}
 
 ll_status ll_result_store_open(const char *url, ll_result_store **store)
 {
     *store = NULL;
     for (int i = 0; i < KINDS; i++) {
-        size_t length = strlen(kinds[i]->scheme);
-        if (strncmp(url, kinds[i]->scheme, length) == 0 && url[length] == ':')
-            return kinds[i]->open(url, store);
+        size_t length = strlen(kinds[i].scheme);
+        if (strncmp(url, kinds[i].scheme, length) == 0 && url[length] == ':')
+            return kinds[i].kind->open(url, store);
     }
-    const char *scheme = strstr(url, "://");
-    if (scheme || url[0] == '\0')
-        return ll_field_error(LL_BAD_INPUT, "store", "a store is sqlite:FILE; got %.120s", url);
+    if (strstr(url, "://") || url[0] == '\0')
+        return refuse(url);
     return ll_result_store_sqlite.open(url, store);
 }
 
@@ -28,6 +52,51 @@ void ll_result_store_close(ll_result_store *store)
     if (store)
         store->kind->close(store);
 }
+
+/* ---- what the kinds share ---- */
+
+void ll_store_name_url(const char *url, char *name, size_t size)
+{
+    const char *slashes = strstr(url, "://"), *begin = slashes ? slashes + 3 : url;
+    size_t whole = strcspn(begin, "?");
+    const char *at = memrchr(begin, '@', whole), *rest = at ? at : begin;
+    size_t user = at ? strcspn(begin, ":@") : 0;
+    snprintf(name, size, "%.*s%.*s%.*s", (int)(begin - url), url, (int)user, begin,
+             (int)(begin + whole - rest), rest);
+}
+
+void ll_store_settle(ll_experiment_record *r, bool given_up)
+{
+    if (r->done == r->to - r->from)
+        r->state = LL_EXPERIMENT_DONE;
+    else if (given_up)
+        r->state = LL_EXPERIMENT_FAILED;
+}
+
+ll_status ll_store_unknown(const char *id)
+{
+    return ll_field_error(LL_NOT_FOUND, "experiment", "there is no experiment %.60s in the store", id);
+}
+
+ll_status ll_store_taken(const char *name, const char *id)
+{
+    return ll_error(LL_CONFLICT, "the store %.120s has another experiment %s", name, id);
+}
+
+ll_status ll_store_lost(const ll_lease *lease)
+{
+    return ll_error(LL_CONFLICT, "the lease of chunk %" PRId64 " of %s is another worker's", lease->chunk,
+                    lease->id);
+}
+
+ll_status ll_store_newer(const char *name, int64_t schema)
+{
+    return ll_error(LL_BAD_INPUT,
+                    "the store %.120s is of schema %" PRId64 ", of a newer laglab; this one knows up to %d",
+                    name, schema, LL_STORE_SCHEMA);
+}
+
+/* ---- rows of a store ---- */
 
 ll_status ll_stored_rows_open(ll_stored_rows *r, ll_result_store *store, const char *id)
 {

@@ -41,7 +41,6 @@ typedef struct ll_lease {
 } ll_lease;
 
 typedef struct ll_result_store_kind {
-    const char *scheme; /* of its URLs */
     ll_status (*open)(const char *url, ll_result_store **store);
     void (*close)(ll_result_store *store);
 
@@ -79,8 +78,11 @@ struct ll_result_store {
 };
 
 extern const ll_result_store_kind ll_result_store_sqlite;
+extern const ll_result_store_kind ll_result_store_postgres; /* only where libpq is */
 
-/* `sqlite:FILE`, or a name without scheme, which is a file of SQLite's. */
+/* `sqlite:FILE`, or a name without scheme, which is a file of SQLite's; `postgresql://USER@HOST/DATABASE`.
+ * Errors of any call never tell a password. LL_UNAVAILABLE from any call: the server does not answer; what
+ * was asked may have been done or not, and can be asked for again. */
 ll_status ll_result_store_open(const char *url, ll_result_store **store);
 void ll_result_store_close(ll_result_store *store);
 

@@ -1,5 +1,4 @@
 #include <inttypes.h>
-#include <math.h>
 #include <pthread.h>
 #include <sqlite3.h>
 #include <stdio.h>
@@ -7,9 +6,9 @@
 #include <string.h>
 #include <sys/vfs.h>
 
-#include "experiment/result_store.h"
+#include "experiment/result_store_kinds.h"
 
-enum { SCHEMA = 1, BUSY_MS = 20000, NFS_MAGIC = 0x6969 };
+enum { BUSY_MS = 20000, NFS_MAGIC = 0x6969 };
 
 static const char schema[] =
     "CREATE TABLE experiment(id TEXT PRIMARY KEY, specification TEXT NOT NULL, state INTEGER NOT NULL,"
@@ -23,9 +22,6 @@ static const char schema[] =
     "CREATE TABLE result(id TEXT NOT NULL, run INTEGER NOT NULL, status INTEGER NOT NULL, error TEXT,"
     " hash INTEGER NOT NULL, t_s REAL NOT NULL, metrics BLOB NOT NULL, PRIMARY KEY(id, run)) WITHOUT ROWID;"
     "PRAGMA user_version=1;";
-
-/* States of a chunk. */
-enum { OPEN, LEASED, DONE, GIVEN_UP };
 
 #define NOW "((julianday('now') - 2440587.5) * 86400.0)"
 
@@ -84,11 +80,9 @@ static ll_status prepare_schema(sqlite_store *s)
     sqlite3_finalize(q);
     if (version < 0)
         return failure(s, "Opening");
-    if (version > SCHEMA)
-        return ll_error(LL_BAD_INPUT,
-                        "the store %.120s is of schema %d, of a newer laglab; this one knows up to %d",
-                        s->path, version, SCHEMA);
-    if (version == SCHEMA)
+    if (version > LL_STORE_SCHEMA)
+        return ll_store_newer(s->path, version);
+    if (version == LL_STORE_SCHEMA)
         return ll_ok();
     return sqlite3_exec(s->db, schema, NULL, NULL, NULL) == SQLITE_OK ? ll_ok()
                                                                       : failure(s, "Making the tables");
@@ -196,18 +190,15 @@ static ll_status end(sqlite_store *s, bool good, const char *doing)
 
 /* ---- experiments ---- */
 
-static ll_status unknown(const char *id)
-{
-    return ll_field_error(LL_NOT_FOUND, "experiment", "there is no experiment %.60s in the store", id);
-}
-
 static ll_status get_specification(sqlite_store *s, const char *id, char **text)
 {
     sqlite3_stmt *q = query(s, "SELECT specification FROM experiment WHERE id=?1", "t", id);
     int result = q ? sqlite3_step(q) : SQLITE_ERROR;
     *text = result == SQLITE_ROW ? strdup((const char *)sqlite3_column_text(q, 0)) : NULL;
     sqlite3_finalize(q);
-    return result == SQLITE_ROW ? ll_ok() : result == SQLITE_DONE ? unknown(id) : failure(s, "Reading");
+    return result == SQLITE_ROW    ? ll_ok()
+           : result == SQLITE_DONE ? ll_store_unknown(id)
+                                   : failure(s, "Reading");
 }
 
 static ll_status specification(ll_result_store *store, const char *id, char **text)
@@ -224,7 +215,7 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
     ll_status status = get_specification(s, r->id, &there);
     if (status.code != LL_NOT_FOUND) {
         if (!ll_failed(&status) && strcmp(there, text) != 0)
-            status = ll_error(LL_CONFLICT, "the store %.120s has another experiment %s", s->path, r->id);
+            status = ll_store_taken(s->path, r->id);
         free(there);
         return leave(s, status);
     }
@@ -239,12 +230,6 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
     return leave(s, end(s, good, "Registering an experiment"));
 }
 
-#define RECORD                                                                                               \
-    "SELECT e.id,e.state,e.first,e.past,e.created_s,"                                                        \
-    " coalesce((SELECT sum(past-first) FROM chunk c WHERE c.id=e.id AND c.state=2),0),"                      \
-    " coalesce((SELECT sum(past-first) FROM chunk c WHERE c.id=e.id AND c.state=1),0),"                      \
-    " EXISTS(SELECT 1 FROM chunk c WHERE c.id=e.id AND c.state=3),e.owner_hash FROM experiment e "
-
 static ll_experiment_record read_record(sqlite3_stmt *q)
 {
     ll_experiment_record r = {.state = (ll_experiment_state)sqlite3_column_int(q, 1),
@@ -255,23 +240,20 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
                               .leased = sqlite3_column_int64(q, 6)};
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
-    if (r.done == r.to - r.from)
-        r.state = LL_EXPERIMENT_DONE;
-    else if (sqlite3_column_int(q, 7))
-        r.state = LL_EXPERIMENT_FAILED;
+    ll_store_settle(&r, sqlite3_column_int(q, 7) != 0);
     return r;
 }
 
 static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
 {
     sqlite_store *s = enter(store);
-    sqlite3_stmt *q = query(s, RECORD "WHERE e.id=?1", "t", id);
+    sqlite3_stmt *q = query(s, LL_STORE_RECORD "WHERE e.id=?1", "t", id);
     int result = q ? sqlite3_step(q) : SQLITE_ERROR;
     if (result == SQLITE_ROW)
         *record = read_record(q);
     sqlite3_finalize(q);
     return leave(s, result == SQLITE_ROW    ? ll_ok()
-                    : result == SQLITE_DONE ? unknown(id)
+                    : result == SQLITE_DONE ? ll_store_unknown(id)
                                             : failure(s, "Reading"));
 }
 
@@ -279,7 +261,7 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
                       void *context)
 {
     sqlite_store *s = enter(store);
-    sqlite3_stmt *q = query(s, RECORD "ORDER BY e.number", "");
+    sqlite3_stmt *q = query(s, LL_STORE_RECORD "ORDER BY e.number", "");
     int result = SQLITE_ERROR;
     while (q && (result = sqlite3_step(q)) == SQLITE_ROW) {
         ll_experiment_record record = read_record(q);
@@ -293,7 +275,9 @@ static ll_status set_state(ll_result_store *store, const char *id, ll_experiment
 {
     sqlite_store *s = enter(store);
     bool good = done(query(s, "UPDATE experiment SET state=?2 WHERE id=?1", "ti", id, (int64_t)state));
-    ll_status status = !good ? failure(s, "Writing") : sqlite3_changes(s->db) == 0 ? unknown(id) : ll_ok();
+    ll_status status = !good                         ? failure(s, "Writing")
+                       : sqlite3_changes(s->db) == 0 ? ll_store_unknown(id)
+                                                     : ll_ok();
     return leave(s, status);
 }
 
@@ -305,7 +289,7 @@ static ll_status remove_experiment(ll_result_store *store, const char *id)
     good = good && done(query(s, "DELETE FROM chunk WHERE id=?1", "t", id)) &&
            done(query(s, "DELETE FROM result WHERE id=?1", "t", id));
     ll_status status = end(s, good, "Deleting");
-    return leave(s, ll_failed(&status) || there ? status : unknown(id));
+    return leave(s, ll_failed(&status) || there ? status : ll_store_unknown(id));
 }
 
 /* ---- leases ---- */
@@ -341,12 +325,6 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     return leave(s, end(s, result == SQLITE_DONE, "Claiming"));
 }
 
-static ll_status lost(const ll_lease *lease)
-{
-    return ll_error(LL_CONFLICT, "the lease of chunk %" PRId64 " of %s is another worker's", lease->chunk,
-                    lease->id);
-}
-
 #define MINE "id=?1 AND chunk=?2 AND owner=?3 AND attempt=?4 AND state=1"
 
 static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s)
@@ -354,7 +332,9 @@ static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s
     sqlite_store *s = enter(store);
     bool good = done(query(s, "UPDATE chunk SET lease_until=" NOW "+?5 WHERE " MINE, "titir", l->id, l->chunk,
                            l->owner, (int64_t)l->attempt, lease_s));
-    return leave(s, !good ? failure(s, "Renewing a lease") : sqlite3_changes(s->db) == 0 ? lost(l) : ll_ok());
+    return leave(s, !good                         ? failure(s, "Renewing a lease")
+                    : sqlite3_changes(s->db) == 0 ? ll_store_lost(l)
+                                                  : ll_ok());
 }
 
 static ll_status give_back(ll_result_store *store, const ll_lease *l)
@@ -363,7 +343,7 @@ static ll_status give_back(ll_result_store *store, const ll_lease *l)
     bool good = done(query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id,
                            l->chunk, l->owner, (int64_t)l->attempt));
     return leave(s, !good                         ? failure(s, "Giving a chunk back")
-                    : sqlite3_changes(s->db) == 0 ? lost(l)
+                    : sqlite3_changes(s->db) == 0 ? ll_store_lost(l)
                                                   : ll_ok());
 }
 
@@ -397,7 +377,7 @@ static ll_status finish(ll_result_store *store, const ll_lease *l, const ll_row 
                                        l->owner, (int64_t)l->attempt));
     if (good && sqlite3_changes(s->db) == 0) {
         sqlite3_exec(s->db, "ROLLBACK", NULL, NULL, NULL);
-        return leave(s, lost(l));
+        return leave(s, ll_store_lost(l));
     }
     return leave(s, end(s, good && insert_rows(s, l->id, rows, count, metrics), "Storing rows"));
 }
@@ -413,9 +393,7 @@ static ll_status release(ll_result_store *store)
 
 static void read_row(sqlite3_stmt *q, ll_row *r)
 {
-    memset(r, 0, sizeof *r);
-    for (int i = 0; i < LL_EXPERIMENT_METRICS_MAX; i++)
-        r->metrics[i] = NAN;
+    ll_row_clear(r);
     r->run = sqlite3_column_int64(q, 0);
     r->status = (ll_row_status)sqlite3_column_int(q, 1);
     const unsigned char *error = sqlite3_column_text(q, 2);
@@ -444,8 +422,7 @@ static ll_status read_rows(ll_result_store *store, const char *id, int64_t from,
     return leave(s, result == SQLITE_DONE ? ll_ok() : failure(s, "Reading"));
 }
 
-const ll_result_store_kind ll_result_store_sqlite = {.scheme = "sqlite",
-                                                     .open = open_store,
+const ll_result_store_kind ll_result_store_sqlite = {.open = open_store,
                                                      .close = close_store,
                                                      .create = create,
                                                      .specification = specification,

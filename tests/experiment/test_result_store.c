@@ -1,4 +1,5 @@
-/* The store's leases: every row once, whoever comes late. */
+/* The store's leases: every row once, whoever comes late. `test_experiment_result_store postgres` holds a
+ * PostgreSQL server of its own to the same, and ends with 77 where there is none. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -10,6 +11,7 @@
 
 #include <cmocka.h>
 #include <sqlite3.h>
+#include <sys/wait.h>
 
 #include "experiment/result_store.h"
 #include "experiment/shard.h"
@@ -23,10 +25,15 @@ static void must(ll_status status)
 
 static const ll_experiment_record ten = {.id = "x", .to = 10};
 
-static ll_result_store *memory(void)
+static char url[200] = "sqlite::memory:";
+static char server[100]; /* its folder */
+
+static ll_result_store *fresh(void)
 {
     ll_result_store *s;
-    must(ll_result_store_open("sqlite::memory:", &s));
+    must(ll_result_store_open(url, &s));
+    if (server[0])
+        s->kind->remove(s, "x"); /* of the test before */
     must(s->kind->create(s, &ten, "{}", 4));
     return s;
 }
@@ -38,11 +45,19 @@ static ll_row row(int64_t run)
     return r;
 }
 
+static ll_row row_with_a_sentence(int64_t run)
+{
+    ll_row r = row(run);
+    r.status = LL_ROW_DIVERGED;
+    snprintf(r.error, sizeof r.error, "f\xc3\xbcr \"x\",\t\\N\n");
+    return r;
+}
+
 static void hand_in(ll_result_store *s, const ll_lease *l, ll_code wanted)
 {
     ll_row rows[4];
     for (int64_t i = l->from; i < l->to; i++)
-        rows[i - l->from] = row(i);
+        rows[i - l->from] = i == 5 ? row_with_a_sentence(i) : row(i);
     ll_status status = s->kind->finish(s, l, rows, l->to - l->from, 2);
     assert_int_equal(status.code, wanted);
 }
@@ -57,7 +72,7 @@ static ll_experiment_record record(ll_result_store *s)
 static void rows_come_back_whole(void **state)
 {
     (void)state;
-    ll_result_store *s = memory();
+    ll_result_store *s = fresh();
     ll_lease l;
     for (int k = 0; k < 3; k++) {
         must(s->kind->claim(s, "x", "me", 60, &l));
@@ -73,10 +88,12 @@ static void rows_come_back_whole(void **state)
     must(s->kind->read(s, "x", 3, rows, 16, &count));
     assert_int_equal(count, 7);
     for (int i = 0; i < count; i++) {
-        ll_row wanted = row(3 + i);
+        ll_row wanted = i == 2 ? row_with_a_sentence(5) : row(3 + i);
         assert_true(rows[i].run == wanted.run && rows[i].hash == wanted.hash && rows[i].t_s == wanted.t_s);
         assert_true(rows[i].metrics[0] == wanted.metrics[0] && isnan(rows[i].metrics[1]) &&
                     isnan(rows[i].metrics[2]));
+        assert_true(rows[i].status == wanted.status);
+        assert_string_equal(rows[i].error, wanted.error);
     }
     ll_result_store_close(s);
 }
@@ -86,7 +103,7 @@ static void rows_come_back_whole(void **state)
 static void who_lost_its_lease_is_refused(void **state)
 {
     (void)state;
-    ll_result_store *s = memory();
+    ll_result_store *s = fresh();
     ll_lease frozen, other;
     must(s->kind->claim(s, "x", "frozen", -1, &frozen));
     must(s->kind->claim(s, "x", "other", 60, &other));
@@ -107,7 +124,7 @@ static void who_lost_its_lease_is_refused(void **state)
 static void a_chunk_that_kills_its_workers_is_given_up(void **state)
 {
     (void)state;
-    ll_result_store *s = memory();
+    ll_result_store *s = fresh();
     ll_lease l;
     for (int k = 0; k < LL_ATTEMPTS_MAX; k++) {
         must(s->kind->claim(s, "x", "me", -1, &l));
@@ -122,7 +139,7 @@ static void a_chunk_that_kills_its_workers_is_given_up(void **state)
 static void states_hold_claims_back(void **state)
 {
     (void)state;
-    ll_result_store *s = memory();
+    ll_result_store *s = fresh();
     ll_lease l;
     must(s->kind->set_state(s, "x", LL_EXPERIMENT_PAUSED));
     must(s->kind->claim(s, NULL, "me", 60, &l));
@@ -143,7 +160,7 @@ static void states_hold_claims_back(void **state)
 static void the_same_again_is_a_resume(void **state)
 {
     (void)state;
-    ll_result_store *s = memory();
+    ll_result_store *s = fresh();
     ll_lease l;
     must(s->kind->claim(s, "x", "me", 60, &l));
     hand_in(s, &l, LL_OK);
@@ -151,6 +168,36 @@ static void the_same_again_is_a_resume(void **state)
     assert_int_equal(record(s).done, 4);
     ll_status status = s->kind->create(s, &ten, "{\"other\":1}", 4);
     assert_int_equal(status.code, LL_CONFLICT);
+    ll_result_store_close(s);
+}
+
+static void note_id(void *seen, const ll_experiment_record *r)
+{
+    sprintf((char *)seen + strlen(seen), "%s%s ", r->id, r->owner_hash);
+}
+
+static void experiments_are_listed_as_they_were_made(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh();
+    static const ll_experiment_record first = {.id = "b", .from = 3, .to = 4, .owner_hash = "0a"},
+                                      second = {.id = "a", .to = 1};
+    char seen[100] = "", *text;
+    ll_lease l;
+    must(s->kind->create(s, &first, "{\"b\":1}", 4));
+    must(s->kind->create(s, &second, "{}", 4));
+    must(s->kind->list(s, note_id, seen));
+    assert_string_equal(seen, "x b0a a ");
+    must(s->kind->specification(s, "b", &text));
+    assert_string_equal(text, "{\"b\":1}");
+    free(text);
+    must(s->kind->claim(s, "b", "me", 60, &l));
+    assert_true(l.from == 3 && l.to == 4);
+    must(s->kind->give_back(s, &l));
+    assert_int_equal(s->kind->give_back(s, &l).code, LL_CONFLICT);
+    assert_int_equal(s->kind->specification(s, "nosuch", &text).code, LL_NOT_FOUND);
+    must(s->kind->remove(s, "a"));
+    must(s->kind->remove(s, "b"));
     ll_result_store_close(s);
 }
 
@@ -176,8 +223,9 @@ static void bad_stores_are_told(void **state)
     unlink(path);
     status = ll_result_store_open("/nosuch/folder/x.db", &s);
     assert_true(status.code == LL_IO && strstr(status.text, "/nosuch/folder/x.db"));
-    status = ll_result_store_open("mysql://host/db", &s);
-    assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "mysql://host/db"));
+    status = ll_result_store_open("mysql://me:secret@host/db?password=secret", &s);
+    assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "mysql://me@host/db"));
+    assert_null(strstr(status.text, "secret"));
 }
 
 /* ---- shards ---- */
@@ -248,18 +296,134 @@ static void intervals_are_students(void **state)
     }
 }
 
-int main(void)
+/* ---- PostgreSQL ---- */
+
+/* What the script prints, without the end of its line; its exit status is the result. */
+static int ask_server(char *answer, size_t size, const char *verb, const char *argument)
 {
-    const struct CMUnitTest tests[] = {
+    char command[300];
+    snprintf(command, sizeof command, "tests/support/postgres %s %s '%s'", verb, server, argument);
+    FILE *pipe = popen(command, "r");
+    if (!fgets(answer, (int)size, pipe))
+        answer[0] = '\0';
+    answer[strcspn(answer, "\n")] = '\0';
+    return WEXITSTATUS(pclose(pipe));
+}
+
+static void tell_server(const char *verb, const char *argument)
+{
+    char answer[200];
+    assert_int_equal(ask_server(answer, sizeof answer, verb, argument), 0);
+}
+
+static void bad_servers_are_told(void **state)
+{
+    (void)state;
+    ll_result_store *s;
+    char guarded[200];
+    snprintf(guarded, sizeof guarded, "postgresql://guarded:secret@/lab?host=%s", server);
+    const struct {
+        const char *url, *words;
+        ll_code code;
+    } cases[] = {
+        {guarded, "password authentication failed", LL_UNAVAILABLE},
+        {"postgresql://me:secret@127.0.0.1:1/lab", "postgresql://me@127.0.0.1:1/lab", LL_UNAVAILABLE},
+        {"postgresql://me:secret@127.0.0.1:1/lab", "refused", LL_UNAVAILABLE},
+        {"postgresql://me:secret@host/lab?nosuch=secret", "query parameter", LL_BAD_INPUT},
+        {"postgresql://me:secret%zz@host/lab", "postgresql://me@host/lab", LL_BAD_INPUT},
+        {"postgres:secret", "postgresql://USER@HOST/DATABASE", LL_BAD_INPUT},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ll_status status = ll_result_store_open(cases[i].url, &s);
+        assert_int_equal(status.code, cases[i].code);
+        if (!strstr(status.text, cases[i].words) || strstr(status.text, "secret"))
+            fail_msg("%s", status.text);
+    }
+}
+
+static void a_newer_schema_is_refused(void **state)
+{
+    (void)state;
+    ll_result_store *s;
+    ll_result_store_close(fresh());
+    tell_server("sql", "UPDATE laglab.schema_version SET version=99");
+    ll_status status = ll_result_store_open(url, &s);
+    tell_server("sql", "UPDATE laglab.schema_version SET version=1");
+    assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "99") && strstr(status.text, "newer"));
+}
+
+static void a_database_that_may_not_be_written_is_told(void **state)
+{
+    (void)state;
+    ll_result_store_close(fresh());
+    tell_server("sql", "ALTER DATABASE lab SET default_transaction_read_only=on");
+    ll_result_store *s;
+    ll_lease l;
+    must(ll_result_store_open(url, &s));
+    ll_status status = s->kind->claim(s, "x", "me", 60, &l);
+    ll_result_store_close(s);
+    tell_server("sql", "ALTER DATABASE lab RESET default_transaction_read_only");
+    assert_true(status.code == LL_IO && strstr(status.text, "cannot be written"));
+}
+
+/* While the server is away a sentence; when it is back the same store goes on, and the lease still counts. */
+static void a_server_that_died_is_found_again(void **state)
+{
+    (void)state;
+    ll_lease l;
+    ll_experiment_record r;
+    ll_result_store *s = fresh();
+    must(s->kind->claim(s, "x", "me", 60, &l));
+    tell_server("kill", "");
+    ll_status status = s->kind->record(s, "x", &r);
+    assert_int_equal(status.code, LL_UNAVAILABLE);
+    hand_in(s, &l, LL_UNAVAILABLE);
+    tell_server("start", "");
+    hand_in(s, &l, LL_OK);
+    assert_int_equal(record(s).done, 4);
+    ll_result_store_close(s);
+}
+
+static int start_server(void **state)
+{
+    (void)state;
+    return ask_server(url, sizeof url, "start", "");
+}
+
+static int remove_server(void **state)
+{
+    (void)state;
+    char answer[10];
+    return ask_server(answer, sizeof answer, "remove", "");
+}
+
+int main(int argc, char **argv)
+{
+    const struct CMUnitTest of_each_kind[] = {
         cmocka_unit_test(rows_come_back_whole),
         cmocka_unit_test(who_lost_its_lease_is_refused),
         cmocka_unit_test(a_chunk_that_kills_its_workers_is_given_up),
         cmocka_unit_test(states_hold_claims_back),
         cmocka_unit_test(the_same_again_is_a_resume),
+        cmocka_unit_test(experiments_are_listed_as_they_were_made),
+    };
+    const struct CMUnitTest of_postgres[] = {
+        cmocka_unit_test(bad_servers_are_told),
+        cmocka_unit_test(a_newer_schema_is_refused),
+        cmocka_unit_test(a_database_that_may_not_be_written_is_told),
+        cmocka_unit_test(a_server_that_died_is_found_again),
+    };
+    const struct CMUnitTest others[] = {
         cmocka_unit_test(bad_stores_are_told),
         cmocka_unit_test(shards_share_all_runs),
         cmocka_unit_test(engines_tell_their_index),
         cmocka_unit_test(intervals_are_students),
     };
-    return cmocka_run_group_tests(tests, NULL, NULL);
+    if (argc == 1)
+        return cmocka_run_group_tests(of_each_kind, NULL, NULL) + cmocka_run_group_tests(others, NULL, NULL);
+    int made = ask_server(server, sizeof server, "make", "");
+    if (made != 0)
+        return made;
+    return cmocka_run_group_tests_name(argv[1], of_each_kind, start_server, NULL) +
+           cmocka_run_group_tests(of_postgres, NULL, remove_server);
 }
