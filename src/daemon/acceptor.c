@@ -175,7 +175,7 @@ static void route(ll_acceptor *acceptor, arrival *a, const ll_head *head)
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(head, &acceptor->allow, &upgrade, &status);
-    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, upgrade.session);
+    bool stream = !ll_failed(&error) && ll_ws_knows(acceptor->ws, &upgrade);
     hand_over(acceptor, a, stream ? &upgrade : NULL, head->size);
 }
 

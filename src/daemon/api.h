@@ -76,5 +76,5 @@ ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
 ll_http_handler ll_post_advise, ll_get_experiment_run, ll_get_experiment_results, ll_get_experiment_report,
-    ll_get_experiment_trace, ll_get_experiment_schema;
+    ll_get_experiment_trace, ll_get_experiment_schema, ll_get_experiment_library;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

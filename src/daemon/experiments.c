@@ -1,6 +1,7 @@
 #include "daemon/experiments.h"
 
 #include <pthread.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,6 +10,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/log.h"
+#include "daemon/progress.h"
 #include "experiment/work.h"
 
 enum { PACES = 64, LOWEST_NICE = 19 };
@@ -28,8 +30,9 @@ struct ll_experiments {
     const ll_host_config *config;
     ll_result_store *store;
     ll_workers *workers;
-    pthread_mutex_t lock; /* of the paces */
-    pace paces[PACES];    /* a ring: the oldest goes */
+    _Atomic(ll_progress *) progress; /* NULL before the door is open */
+    pthread_mutex_t lock;            /* of the paces */
+    pace paces[PACES];               /* a ring: the oldest goes */
     int next_pace;
 };
 
@@ -62,6 +65,8 @@ static ll_status expire(ll_experiments *x, int64_t *present)
         *present = c.present;
         if (ll_failed(&status) || !c.expired[0])
             return status;
+        if (atomic_load(&x->progress))
+            ll_progress_remove(atomic_load(&x->progress), c.expired);
         status = x->store->kind->remove(x->store, c.expired);
         if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* somebody else may have been faster */
             return status;
@@ -107,8 +112,26 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
     return status;
 }
 
+static void show(void *progress, const ll_experiment_record *record)
+{
+    ll_progress_add(progress, record->id);
+}
+
+ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
+{
+    ll_progress *progress;
+    ll_status status = ll_progress_start(x, ws, &progress);
+    if (ll_failed(&status))
+        return status;
+    atomic_store(&x->progress, progress);
+    return x->store->kind->list(x->store, show, progress);
+}
+
 void ll_experiments_stop(ll_experiments *x)
 {
+    ll_progress *progress = x ? atomic_load(&x->progress) : NULL;
+    if (progress)
+        ll_progress_stop(progress);
     if (!x || !x->workers)
         return;
     ll_status status = ll_workers_stop(x->workers);
@@ -122,6 +145,7 @@ void ll_experiments_close(ll_experiments *x)
     if (!x)
         return;
     ll_experiments_stop(x);
+    ll_progress_free(atomic_load(&x->progress));
     ll_result_store_close(x->store);
     pthread_mutex_destroy(&x->lock);
     free(x);
@@ -168,7 +192,8 @@ static void begin_pace(ll_experiments *x, const char *id, int64_t done)
     pthread_mutex_unlock(&x->lock);
 }
 
-double ll_experiments_rate(ll_experiments *x, const ll_experiment_record *record)
+/* 0 when it is not known. */
+static double rate_of(ll_experiments *x, const ll_experiment_record *record)
 {
     double rate = 0;
     ll_time since = -1, now = ll_host_now();
@@ -182,6 +207,20 @@ double ll_experiments_rate(ll_experiments *x, const ll_experiment_record *record
     }
     pthread_mutex_unlock(&x->lock);
     return rate;
+}
+
+void ll_experiments_describe(ll_experiments *x, const ll_experiment_record *r, cJSON *json)
+{
+    bool running = r->state == LL_EXPERIMENT_RUNNING;
+    double rate = running ? rate_of(x, r) : 0;
+    cJSON_AddStringToObject(json, "state", ll_experiment_state_names[r->state]);
+    cJSON_AddNumberToObject(json, "runs", (double)(r->to - r->from));
+    cJSON_AddNumberToObject(json, "done", (double)r->done);
+    cJSON_AddNumberToObject(json, "rate_per_s", rate);
+    if (rate > 0)
+        cJSON_AddNumberToObject(json, "left_s", (double)(r->to - r->from - r->done) / rate);
+    else
+        cJSON_AddNullToObject(json, "left_s");
 }
 
 static ll_status allowed(ll_experiments *x, const ll_experiment *e)
@@ -216,6 +255,8 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, char id[
     free(text);
     if (x->workers)
         ll_workers_wake(x->workers);
+    if (!ll_failed(&status))
+        ll_progress_add(atomic_load(&x->progress), id);
     return status;
 }
 
@@ -231,6 +272,7 @@ ll_status ll_experiments_find(ll_experiments *x, const char *id, ll_experiment_r
         return ll_error(LL_NOT_FOUND, "There is no experiment with this id.");
     if (ll_failed(&status) || !experiment)
         return status;
+    ll_progress_add(atomic_load(&x->progress), id); /* another machine may have made it */
     status = x->store->kind->specification(x->store, id, &text);
     if (!ll_failed(&status))
         status = ll_json_parse(text, strlen(text), &json);
@@ -256,5 +298,6 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
 
 ll_status ll_experiments_remove(ll_experiments *x, const char *id)
 {
+    ll_progress_remove(atomic_load(&x->progress), id);
     return x->store->kind->remove(x->store, id);
 }

@@ -14,6 +14,9 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
 void ll_experiments_stop(ll_experiments *experiments); /* each thread breaks off the run it is at */
 void ll_experiments_close(ll_experiments *experiments);
 
+/* Begins their streams. Any viewer's hook ends before the stop. */
+ll_status ll_experiments_show(ll_experiments *experiments, ll_ws *ws);
+
 ll_result_store *ll_experiments_store(ll_experiments *experiments);
 
 /* Registers an experiment and begins. `id` and `key` are made here; the key is not kept. LL_LIMIT: it has
@@ -31,6 +34,7 @@ ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_re
                              ll_experiment_state state);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
 
-/* Runs per second since it began or was resumed here, as far as their rows are stored; 0 when that is not
- * known. */
-double ll_experiments_rate(ll_experiments *experiments, const ll_experiment_record *record);
+/* Adds to `json` how far it is: state, runs, done, rate_per_s and left_s. The rate is that of the runs since
+ * it began or was resumed here, as far as their rows are stored. */
+void ll_experiments_describe(ll_experiments *experiments, const ll_experiment_record *record,
+                             struct cJSON *json);

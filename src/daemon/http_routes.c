@@ -177,7 +177,7 @@ static enum MHD_Result count_twice(void *closure, enum MHD_ValueKind kind, const
 }
 
 /* The path of a stream: an upgrade that came on a kept connection, or one that the acceptor found wanting. */
-static void begin_stream(http_exchange *exchange, const char *session, const char *version)
+static void begin_stream(http_exchange *exchange, const char *version)
 {
     ll_http *http = exchange->http;
     const ll_http_request *request = &exchange->request;
@@ -199,8 +199,9 @@ static void begin_stream(http_exchange *exchange, const char *session, const cha
     ll_upgrade upgrade;
     int status;
     ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
-    if (!ll_failed(&error) && !ll_ws_knows(http->ws, session)) {
-        error = ll_error(LL_NOT_FOUND, "there is no such session");
+    if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
+        error = ll_error(LL_NOT_FOUND, "there is no such %s",
+                         upgrade.kind == LL_STREAM_SESSION ? "session" : "experiment");
         status = 404;
     }
     if (!ll_failed(&error)) {
@@ -251,7 +252,8 @@ void ll_http_begin(http_exchange *exchange, const char *version)
     ll_http *http = exchange->http;
     ll_http_request *request = &exchange->request;
     const char *host = ll_http_header(request, "Host");
-    char allow[96], session[65];
+    ll_stream_kind kind;
+    char allow[96], id[65];
     exchange->refused = true;
     if (host == NULL && strcmp(version, "HTTP/1.1") == 0) {
         ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "a request of HTTP/1.1 needs a Host header");
@@ -262,8 +264,8 @@ void ll_http_begin(http_exchange *exchange, const char *version)
                        "Host must be localhost, an address or a name given by --allow-host");
         return;
     }
-    if (ll_stream_path(text_of(exchange->path), session)) {
-        begin_stream(exchange, session, version);
+    if (ll_stream_path(text_of(exchange->path), &kind, id)) {
+        begin_stream(exchange, version);
         return;
     }
     exchange->route = find(exchange, allow, sizeof allow);

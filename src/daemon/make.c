@@ -95,7 +95,7 @@ static ll_status enrol(ll_host *host, ll_hosted *hosted, ll_host_made *made)
                         (long long)host->config.max_sessions);
     }
     ll_hosted_retain(hosted); /* the stream's */
-    ll_status status = ll_ws_stream_open(host->ws, hosted->id, hosted, &hosted->stream);
+    ll_status status = ll_ws_stream_open(host->ws, LL_STREAM_SESSION, hosted->id, hosted, &hosted->stream);
     if (ll_failed(&status)) {
         ll_hosted_release(hosted);
         ll_host_unregister(host, hosted);

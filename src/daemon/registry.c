@@ -226,7 +226,7 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
             ll_hosted_retain(hosted); /* the stream's */
-            ll_status status = ll_ws_stream_open(ws, hosted->id, hosted, &hosted->stream);
+            ll_status status = ll_ws_stream_open(ws, LL_STREAM_SESSION, hosted->id, hosted, &hosted->stream);
             if (ll_failed(&status))
                 return status;
         }

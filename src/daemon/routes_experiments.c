@@ -25,7 +25,7 @@ static void describe_size(cJSON *json, const ll_experiment *e)
 
 static void add_links(cJSON *json, const char *id)
 {
-    static const char *const parts[] = {"results", "report", "control"};
+    static const char *const parts[] = {"results", "report", "control", "stream"};
     char path[160];
     cJSON *links = cJSON_AddObjectToObject(json, "links");
     snprintf(path, sizeof path, PATH "%s", id);
@@ -134,19 +134,12 @@ static bool permitted(const ll_http_request *request, ll_http_response *response
 static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_experiment *e,
                           ll_http_response *response)
 {
-    double rate = ll_experiments_rate(api->experiments, r);
-    bool running = r->state == LL_EXPERIMENT_RUNNING;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "id", r->id);
     cJSON_AddStringToObject(json, "title", e->head.title);
-    cJSON_AddStringToObject(json, "state", ll_experiment_state_names[r->state]);
-    describe_size(json, e);
-    cJSON_AddNumberToObject(json, "done", (double)r->done);
-    cJSON_AddNumberToObject(json, "rate_per_s", running ? rate : 0);
-    if (running && rate > 0)
-        cJSON_AddNumberToObject(json, "left_s", (double)(r->to - r->from - r->done) / rate);
-    else
-        cJSON_AddNullToObject(json, "left_s");
+    cJSON_AddNumberToObject(json, "points", (double)e->points);
+    cJSON_AddNumberToObject(json, "repeats", (double)e->head.repeats);
+    ll_experiments_describe(api->experiments, r, json);
     cJSON_AddNumberToObject(json, "created_s", (double)r->created_s);
     cJSON_AddItemToObject(json, "experiment", cJSON_Duplicate(e->json, true));
     add_links(json, r->id);

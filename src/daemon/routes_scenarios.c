@@ -74,6 +74,21 @@ void ll_get_experiment_schema(void *context, const ll_http_request *request, ll_
     cJSON_Delete(json);
 }
 
+void ll_get_experiment_library(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    cJSON *list = NULL;
+    ll_status status = ll_scenario_list_experiments(api->scenarios, &list);
+    if (ll_failed(&status)) {
+        ll_problem_as(response, request, 503, &status);
+        return;
+    }
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddItemToObject(json, "experiments", list);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
 static void send_document(const ll_api *api, const char *name, const ll_http_request *request,
                           ll_http_response *response)
 {

@@ -125,7 +125,9 @@ static ll_status start(daemon_parts *d)
     if (ll_failed(&status))
         return status;
     atomic_store(&d->api.door, d->door);
-    status = ll_host_start(d->host, ll_door_ws(d->door));
+    status = ll_experiments_show(d->experiments, ll_door_ws(d->door));
+    if (!ll_failed(&status))
+        status = ll_host_start(d->host, ll_door_ws(d->door));
     if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;

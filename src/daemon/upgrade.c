@@ -277,13 +277,24 @@ bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host)
 
 /* ---- streams ---- */
 
-bool ll_stream_path(ll_text target, char id[65])
+static bool begins(ll_text text, const char *prefix)
 {
-    static const char before[] = "/api/v1/sessions/", after[] = "/stream";
-    size_t begin = sizeof before - 1, i = begin;
-    if (target.at == NULL || target.size <= begin || memcmp(target.at, before, begin) != 0) {
+    return text.at != NULL && text.size >= strlen(prefix) && memcmp(text.at, prefix, strlen(prefix)) == 0;
+}
+
+bool ll_stream_path(ll_text target, ll_stream_kind *kind, char id[65])
+{
+    static const char *const before[LL_STREAM_KINDS] = {
+        [LL_STREAM_SESSION] = "/api/v1/sessions/", [LL_STREAM_EXPERIMENT] = "/api/v1/experiments/"};
+    static const char after[] = "/stream";
+    *kind = LL_STREAM_SESSION;
+    while (*kind < LL_STREAM_KINDS && !begins(target, before[*kind])) {
+        ++*kind;
+    }
+    if (*kind == LL_STREAM_KINDS) {
         return false;
     }
+    size_t begin = strlen(before[*kind]), i = begin;
     while (i < target.size && is_name_character(target.at[i])) {
         i++;
     }
@@ -311,13 +322,14 @@ static bool is_key(ll_text key)
     return memchr(key.at, '-', 22) == NULL && memchr(key.at, '_', 22) == NULL;
 }
 
-/* The client's order decides. */
-static bool choose_protocol(ll_text list, ll_frame_format *format)
+/* The client's order decides; progress is told in JSON only. */
+static bool choose_protocol(ll_text list, ll_stream_kind kind, ll_frame_format *format)
 {
     ll_text element;
     while (next_element(&list, &element)) {
         for (int f = 0; f < 2; f++) {
-            if (element.size == strlen(ll_stream_protocols[f]) &&
+            bool offered = kind == LL_STREAM_SESSION || f == LL_FRAME_JSON;
+            if (offered && element.size == strlen(ll_stream_protocols[f]) &&
                 memcmp(element.at, ll_stream_protocols[f], element.size) == 0) {
                 *format = (ll_frame_format)f;
                 return true;
@@ -336,7 +348,7 @@ static ll_status refuse(int *http_status, int status, ll_code code, const char *
 ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrade *upgrade, int *http_status)
 {
     *upgrade = (ll_upgrade){0};
-    if (!ll_stream_path(head->target, upgrade->session)) {
+    if (!ll_stream_path(head->target, &upgrade->kind, upgrade->id)) {
         return refuse(http_status, 404, LL_NOT_FOUND, "", "this is not the path of a stream");
     }
     if (!equals(head->method, "GET")) {
@@ -362,9 +374,11 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Key",
                       "Sec-WebSocket-Key must be 16 bytes in base64 (24 characters)");
     }
-    if (!choose_protocol(head->protocols, &upgrade->format)) {
+    if (!choose_protocol(head->protocols, upgrade->kind, &upgrade->format)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Protocol",
-                      "Sec-WebSocket-Protocol must name laglab.v1.bin or laglab.v1.json");
+                      upgrade->kind == LL_STREAM_SESSION
+                          ? "Sec-WebSocket-Protocol must name laglab.v1.bin or laglab.v1.json"
+                          : "Sec-WebSocket-Protocol must name laglab.v1.json");
     }
     if (!ll_allow_origin(allow, head->origin, head->host)) {
         return refuse(http_status, 403, LL_FORBIDDEN, "Origin",

@@ -45,14 +45,18 @@ bool ll_allow_host(const ll_allow *allow, ll_text host);
  */
 bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host);
 
-/* The session id of a stream's path `/api/v1/sessions/ID/stream` (a query may follow); false when it is
- * another path. */
-bool ll_stream_path(ll_text target, char id[65]);
+/* What a stream is about: frames of a session, or the progress of an experiment. */
+typedef enum ll_stream_kind { LL_STREAM_SESSION, LL_STREAM_EXPERIMENT, LL_STREAM_KINDS } ll_stream_kind;
+
+/* Kind and id of a stream's path, `/api/v1/sessions/ID/stream` or `/api/v1/experiments/ID/stream` (a query
+ * may follow); false when it is another path. */
+bool ll_stream_path(ll_text target, ll_stream_kind *kind, char id[65]);
 
 typedef struct ll_upgrade {
-    char session[65];
-    ll_frame_format format;
-    char key[25]; /* Sec-WebSocket-Key */
+    ll_stream_kind kind;
+    char id[65];
+    ll_frame_format format; /* of an experiment's stream always LL_FRAME_JSON */
+    char key[25];           /* Sec-WebSocket-Key */
 } ll_upgrade;
 
 /* Whether `head`, whose target is a stream's path, is an upgrade that the stream side may take. The HTTP

@@ -116,20 +116,25 @@ static uint64_t hash_of(const char *id)
     return ll_hash(0, id, strlen(id));
 }
 
-ll_ws_stream *ll_ws_find_stream(ll_ws *ws, const char *id)
+static bool is_stream(const ll_ws_stream *stream, ll_stream_kind kind, const char *id)
+{
+    return stream->kind == kind && strcmp(stream->id, id) == 0;
+}
+
+ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id)
 {
     pthread_mutex_lock(&ws->registry_lock);
     ll_ws_stream *stream = ws->bucket[hash_of(id) % WS_BUCKETS];
-    while (stream != NULL && strcmp(stream->id, id) != 0) {
+    while (stream != NULL && !is_stream(stream, kind, id)) {
         stream = stream->next_in_bucket;
     }
     pthread_mutex_unlock(&ws->registry_lock);
     return stream;
 }
 
-bool ll_ws_knows(ll_ws *ws, const char *session_id)
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 {
-    return ll_ws_find_stream(ws, session_id) != NULL;
+    return ll_ws_find_stream(ws, upgrade->kind, upgrade->id) != NULL;
 }
 
 static bool is_stream_id(const char *id)
@@ -139,23 +144,30 @@ static bool is_stream_id(const char *id)
            strspn(id, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") == length;
 }
 
-ll_status ll_ws_stream_open(ll_ws *ws, const char *session_id, void *session, ll_ws_stream **result)
+void ll_ws_set_hooks(ll_ws *ws, ll_stream_kind kind, const ll_ws_hooks *hooks)
 {
-    if (!is_stream_id(session_id)) {
-        return ll_field_error(LL_BAD_INPUT, "id", "a session id has 1 to 64 characters of A-Z a-z 0-9 _ -");
+    ws->hooks[kind] = *hooks;
+}
+
+ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void *session,
+                            ll_ws_stream **result)
+{
+    if (!is_stream_id(id)) {
+        return ll_field_error(LL_BAD_INPUT, "id", "a stream's id has 1 to 64 characters of A-Z a-z 0-9 _ -");
     }
     ll_ws_stream *stream = calloc(1, sizeof *stream);
     if (stream == NULL) {
         return ll_error(LL_NO_MEMORY, "no memory for a stream");
     }
-    uint64_t hash = hash_of(session_id);
+    uint64_t hash = hash_of(id);
     stream->ws = ws;
     stream->thread = &ws->thread[hash / WS_BUCKETS % (uint64_t)ws->threads];
     stream->session = session;
-    memcpy(stream->id, session_id, strlen(session_id));
+    stream->kind = kind;
+    memcpy(stream->id, id, strlen(id));
     pthread_mutex_lock(&ws->registry_lock);
     ll_ws_stream **bucket = &ws->bucket[hash % WS_BUCKETS], *other = *bucket;
-    while (other != NULL && strcmp(other->id, session_id) != 0) {
+    while (other != NULL && !is_stream(other, kind, id)) {
         other = other->next_in_bucket;
     }
     if (other == NULL) {
@@ -165,7 +177,7 @@ ll_status ll_ws_stream_open(ll_ws *ws, const char *session_id, void *session, ll
     pthread_mutex_unlock(&ws->registry_lock);
     if (other != NULL) {
         free(stream);
-        return ll_error(LL_CONFLICT, "this session has a stream already");
+        return ll_error(LL_CONFLICT, "this id has a stream already");
     }
     atomic_fetch_add(&ws->stream_count, 1);
     *result = stream;
@@ -197,7 +209,7 @@ static void free_stream(ll_ws_stream *stream)
 
 void ll_ws_stream_destroy(ll_ws_stream *stream)
 {
-    const ll_ws_hooks *hooks = &stream->ws->hooks;
+    const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
     void *session = stream->session;
     free_stream(stream);
     if (hooks->released != NULL) {
@@ -320,7 +332,7 @@ void ll_ws_flush(ll_ws *ws)
 
 void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const ll_gate_pass *pass)
 {
-    ws_thread *thread = &ws->thread[hash_of(upgrade->session) / WS_BUCKETS % (uint64_t)ws->threads];
+    ws_thread *thread = &ws->thread[hash_of(upgrade->id) / WS_BUCKETS % (uint64_t)ws->threads];
     ws_mail *mail = mail_new(WS_MAIL_ADOPT, NULL, 0);
     if (mail != NULL) {
         mail->fd = fd;
@@ -372,7 +384,7 @@ ll_status ll_ws_start(const ll_door_config *config, const ll_ws_hooks *hooks, ll
         return ll_error(LL_NO_MEMORY, "no memory for the streams");
     }
     ws->config = *config;
-    ws->hooks = *hooks;
+    ws->hooks[LL_STREAM_SESSION] = *hooks;
     ws->gate = gate;
     ws->threads = threads;
     pthread_mutex_init(&ws->registry_lock, NULL);

@@ -1,4 +1,5 @@
-/* WebSocket streams: frames of sessions to viewers, messages both ways.
+/* WebSocket streams: frames of sessions to viewers, messages both ways; and the progress of experiments,
+ * which is messages only.
  *
  * Each session's stream lives on one libwebsockets thread (by a hash of its id), with all its viewers.
  * Publishing is one copy into a buffer that all viewers of the stream share; there is no queue of frames per
@@ -20,6 +21,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "daemon/upgrade.h"
 #include "session/frame.h"
 
 typedef struct ll_ws ll_ws;
@@ -66,9 +68,13 @@ typedef struct ll_ws_stats {
 
 /* ---- streams ---- */
 
-/* Makes `/api/v1/sessions/ID/stream` known. ID: 1 to 64 characters of [A-Za-z0-9_-]. LL_CONFLICT when it is
- * known already. `session` is handed to the hooks. */
-ll_status ll_ws_stream_open(ll_ws *ws, const char *session_id, void *session, ll_ws_stream **stream);
+/* The hooks of streams of a kind; before the first of them is opened. Those of sessions are the door's. */
+void ll_ws_set_hooks(ll_ws *ws, ll_stream_kind kind, const ll_ws_hooks *hooks);
+
+/* Makes a stream known by its path (upgrade.h). ID: 1 to 64 characters of [A-Za-z0-9_-]. LL_CONFLICT when it
+ * is known already. `session` is handed to the hooks. */
+ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void *session,
+                            ll_ws_stream **stream);
 
 /* Viewers get what was published before, a {"type":"bye","reason":...} and the close code; new ones a 404.
  * The stream must not be used after it; hook `released` tells when the last viewer has gone (at once when
@@ -116,15 +122,14 @@ void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason);
 struct ll_door_config;
 struct ll_gate;
 struct ll_gate_pass;
-struct ll_upgrade;
 
 ll_status ll_ws_start(const struct ll_door_config *config, const ll_ws_hooks *hooks, struct ll_gate *gate,
                       ll_ws **ws);
-bool ll_ws_knows(ll_ws *ws, const char *session_id);
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade);
 
 /* Hands over a socket whose upgrade request was valid and has been read: the 101 is written here. Owns `fd`
  * and `pass` from here on. */
-void ll_ws_adopt(ll_ws *ws, const struct ll_upgrade *upgrade, int fd, const struct ll_gate_pass *pass);
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const struct ll_gate_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);
 void ll_ws_drain(ll_ws *ws, double seconds); /* 1001 to all, joins the threads */

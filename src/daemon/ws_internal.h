@@ -56,6 +56,7 @@ struct ll_ws_stream {
     ll_ws *ws;
     ws_thread *thread;
     void *session;
+    ll_stream_kind kind;
     char id[65];
     ll_ws_stream *next_in_bucket;         /* registry lock */
     atomic_int viewers[2], key_wanted[2]; /* by format; those that got their hello */
@@ -143,7 +144,7 @@ struct ws_thread {
 
 struct ll_ws {
     ll_door_config config;
-    ll_ws_hooks hooks;
+    ll_ws_hooks hooks[LL_STREAM_KINDS];
     ll_gate *gate;
     pthread_mutex_t registry_lock;
     ll_ws_stream *bucket[WS_BUCKETS];
@@ -156,7 +157,7 @@ struct ll_ws {
 int64_t ll_ws_now(void);
 void ll_ws_wake(ws_thread *thread);
 void ll_ws_count(atomic_ullong *counter, uint64_t n);
-ll_ws_stream *ll_ws_find_stream(ll_ws *ws, const char *id);
+ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `released` */
 
 /* ws_thread.c */

@@ -67,7 +67,7 @@ static void adopt(ws_thread *thread, const ws_mail *mail)
                         "GET /api/v1/sessions/%s/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
                         "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: %s\r\n"
                         "Sec-WebSocket-Protocol: %s\r\n\r\n",
-                        mail->upgrade.session, mail->upgrade.key, ll_stream_protocols[mail->upgrade.format]);
+                        mail->upgrade.id, mail->upgrade.key, ll_stream_protocols[mail->upgrade.format]);
     LL_ASSERT(size > 0 && (size_t)size < sizeof head);
     ws_viewer *viewer = calloc(1, sizeof *viewer);
     if (viewer == NULL) {

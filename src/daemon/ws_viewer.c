@@ -29,14 +29,14 @@
 
 static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
 {
-    return &viewer->thread->ws->hooks;
+    return &viewer->thread->ws->hooks[viewer->upgrade.kind];
 }
 
 /* ---- frames ---- */
 
 static void want(ll_ws_stream *stream)
 {
-    const ll_ws_hooks *hooks = &stream->ws->hooks;
+    const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
     if (!stream->want_said && !stream->closing) {
         stream->want_said = true;
         if (hooks->wanted != NULL) {
@@ -489,18 +489,18 @@ bool ll_ws_viewer_open(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
-    ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.session);
+    ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.kind, viewer->upgrade.id);
     viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
     viewer->tokens = 2 * ws->config.max_messages_per_s;
     viewer->fresh = true;
     viewer->window = BEGIN_WINDOW;
     if (stream == NULL) {
-        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "the session was deleted");
+        ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "it was deleted");
         return true;
     }
     if (stream->arrived >= ws->config.max_viewers) {
         char text[100];
-        snprintf(text, sizeof text, "this session has %d viewers already (max_viewers)",
+        snprintf(text, sizeof text, "this stream has %d viewers already (max_viewers)",
                  (int)ws->config.max_viewers);
         ll_ws_count(&thread->counts.closed_policy, 1);
         ll_ws_viewer_close(viewer, LL_WS_TOO_MANY, text);
@@ -515,7 +515,8 @@ bool ll_ws_viewer_open(ws_viewer *viewer)
     stream->arrived++;
     ll_ws_count(&thread->counts.opened, 1);
     ll_ws_count(&thread->counts.viewers, 1);
-    hooks_of(viewer)->opened(ws->hooks.context, stream->session, viewer->handle, viewer->upgrade.format);
+    hooks_of(viewer)->opened(hooks_of(viewer)->context, stream->session, viewer->handle,
+                             viewer->upgrade.format);
     return true;
 }
 

@@ -225,22 +225,30 @@ static const char *text_of(const cJSON *json, const char *name)
     return cJSON_IsString(item) ? item->valuestring : "";
 }
 
-static void list_one(const char *directory, const char *id, cJSON *list)
+/* What is listed of a file; an experiment is told from a scenario by what it lacks: a kind. */
+typedef struct listing {
+    bool experiments;
+    const char *names[6]; /* NULL-terminated */
+} listing;
+
+static const listing scenarios = {false, {"title", "paper", "kind", "game", "text"}},
+                     experiments = {true, {"title", "text"}};
+
+static void list_one(const char *directory, const char *id, const listing *what, cJSON *list)
 {
     cJSON *json = NULL;
     ll_status status = ll_scenario_load(directory, id, &json);
-    if (!ll_failed(&status) && cJSON_HasObjectItem(json, "kind")) { /* experiments have none */
+    if (!ll_failed(&status) && cJSON_HasObjectItem(json, "kind") != what->experiments) {
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "id", id);
-        static const char *const names[] = {"title", "paper", "kind", "game", "text"};
-        for (size_t i = 0; i < sizeof names / sizeof names[0]; i++)
-            cJSON_AddStringToObject(o, names[i], text_of(json, names[i]));
+        for (int i = 0; what->names[i]; i++)
+            cJSON_AddStringToObject(o, what->names[i], text_of(json, what->names[i]));
         cJSON_AddItemToArray(list, o);
     }
     cJSON_Delete(json);
 }
 
-static ll_status list_folder(const char *directory, const char *folder, cJSON *list)
+static ll_status list_folder(const char *directory, const char *folder, const listing *what, cJSON *list)
 {
     char path[4096];
     struct dirent **entries;
@@ -258,10 +266,10 @@ static ll_status list_folder(const char *directory, const char *folder, cJSON *l
         if (name[0] == '.' || stat(path, &st) != 0) {
         } else if (S_ISDIR(st.st_mode) && folder[0] == '\0') {
             strncat(id, "/", sizeof id - strlen(id) - 1);
-            list_folder(directory, id, list);
+            list_folder(directory, id, what, list);
         } else if (length > 5 && strcmp(name + length - 5, ".json") == 0) {
             id[strlen(id) - 5] = '\0';
-            list_one(directory, id, list);
+            list_one(directory, id, what, list);
         }
         free(entries[i]);
     }
@@ -269,13 +277,23 @@ static ll_status list_folder(const char *directory, const char *folder, cJSON *l
     return ll_ok();
 }
 
-ll_status ll_scenario_list(const char *directory, cJSON **list)
+static ll_status list_all(const char *directory, const listing *what, cJSON **list)
 {
     *list = cJSON_CreateArray();
-    ll_status status = list_folder(directory, "", *list);
+    ll_status status = list_folder(directory, "", what, *list);
     if (ll_failed(&status)) {
         cJSON_Delete(*list);
         *list = NULL;
     }
     return status;
+}
+
+ll_status ll_scenario_list(const char *directory, cJSON **list)
+{
+    return list_all(directory, &scenarios, list);
+}
+
+ll_status ll_scenario_list_experiments(const char *directory, cJSON **list)
+{
+    return list_all(directory, &experiments, list);
 }

@@ -27,6 +27,8 @@ ll_status ll_scenario_read(const char *path, struct cJSON **json);
 ll_status ll_scenario_load(const char *directory, const char *id, struct cJSON **json);
 /* [{"id","title","paper","kind","game","text"}], by name. */
 ll_status ll_scenario_list(const char *directory, struct cJSON **list);
+/* The same of the experiments there, which are no scenarios: [{"id","title","text"}]. */
+ll_status ll_scenario_list_experiments(const char *directory, struct cJSON **list);
 
 /* JSON Schema of scenarios of the kind of this name; NULL: of all kinds. Caller deletes. */
 ll_status ll_scenario_schema(const char *kind, struct cJSON **schema);

@@ -246,3 +246,56 @@ test('messages that are none change nothing', async () => {
   assert.equal((await c.get(session.links.log)).text, before.text);
   await stream.close();
 });
+
+const E = '/api/v1/experiments';
+const order = (repeats) => ({ scenario: 'race', set: { duration_s: 3 }, repeats, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
+  metrics: ['players.0.own_error_m.mean'] });
+
+/** What a watcher of an experiment got. */
+function checkProgress(stream) {
+  stream.messages.forEach((message, i) => check(i === 0 ? 'experimentHello' : message.type, message));
+}
+
+test('an experiment tells its progress: paused, resumed, over; then its stream ends', async () => {
+  const made = (await c.call('POST', E, { body: order(4000) })).json;
+  const control = (op) => c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op } });
+  const first = await c.progress(made.id), second = await c.progress(made.id);
+  assert.deepEqual([first.hello.experiment, first.hello.runs, first.hello.state], [made.id, 8000, 'running']);
+  const moving = await first.wait((m) => m.type === 'progress' && m.done > 0, 'rows', 20000);
+  assert.ok(moving.rate_per_s > 0 && moving.left_s > 0);
+  await control('pause');
+  const paused = await first.wait((m) => m.state === 'paused');
+  assert.deepEqual([paused.rate_per_s, paused.left_s], [0, null]);
+  await control('resume');
+  await waitFor(() => first.messages.at(-1).state === 'running', 'the resume');
+  await first.wait((m) => m.done > paused.done, 'more rows', 20000);
+  await control('cancel');
+  for (const stream of [first, second]) {
+    const last = await stream.wait((m) => m.state === 'cancelled');
+    await waitFor(() => stream.closed, 'the end');
+    assert.equal(stream.closed.code, 1000);
+    assert.equal(stream.messages.at(-1).type, 'bye');
+    assert.equal(last.left_s, null);
+    assert.deepEqual(stream.messages.map((m) => m.done ?? 0).filter((n, i, all) => i > 0 && i < all.length - 1 && n < all[i - 1]), [], 'done only grows');
+    checkProgress(stream);
+  }
+  const late = await c.progress(made.id);
+  assert.equal(late.hello.state, 'cancelled');
+  await waitFor(() => late.closed, 'the end');
+  assert.deepEqual(late.messages.map((m) => m.type), ['hello', 'bye']);
+});
+
+test('an experiment that is deleted under its watchers, messages to it, and paths that are none', async () => {
+  const made = (await c.call('POST', E, { body: order(4000) })).json, session = await c.make({ paused: true });
+  await c.call('POST', `${E}/${made.id}/control`, { key: made.owner_key, body: { op: 'pause' } });
+  const stream = await c.progress(made.id);
+  stream.say({ ping: 1 });
+  assert.match((await stream.wait((m) => m.type === 'error')).problem.detail, /only tells/);
+  await assert.rejects(c.progress(session.id), { status: 404 });
+  await assert.rejects(c.stream(made), { status: 404 });
+  assert.equal((await c.call('DELETE', `${E}/${made.id}`, { key: made.owner_key })).status, 204);
+  await waitFor(() => stream.closed, 'the end');
+  assert.equal(stream.closed.code, 4404);
+  await assert.rejects(c.progress(made.id), { status: 404 });
+  checkProgress(stream);
+});

@@ -248,10 +248,10 @@ test('binary junk', () => unharmed(async (session) => {
 
 test('a WebSocket from a foreign page', () => unharmed(async (session) => {
   for (const origin of ['http://elsewhere.example', 'null', 'http://localhost.elsewhere.example', `http://127.0.0.1:${daemon.port + 1}`, 'file://'])
-    await assert.rejects(openStream(daemon.url, session.id, 'json', { origin }), { status: 403 }, origin);
-  const own = await openStream(daemon.url, session.id, 'json', { origin: daemon.url.replace(/\/$/, '') });
+    await assert.rejects(openStream(daemon.url, `sessions/${session.id}`, 'json', { origin }), { status: 403 }, origin);
+  const own = await openStream(daemon.url, `sessions/${session.id}`, 'json', { origin: daemon.url.replace(/\/$/, '') });
   await own.close();
-  await assert.rejects(openStream(daemon.url, 'a'.repeat(26)), { status: 404 });
+  await assert.rejects(openStream(daemon.url, `sessions/${'a'.repeat(26)}`), { status: 404 });
 }));
 
 test('1,000 connections at once', () => unharmed(async () => {

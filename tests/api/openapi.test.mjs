@@ -237,6 +237,9 @@ const SMALL = { scenario: 'race', set: { duration_s: 1 }, axes: [{ path: 'player
 
 test('experiments', async () => {
   await call('get', `${E}/schema`, {}, 200);
+  const { experiments } = (await call('get', `${E}/library`, {}, 200)).json;
+  assert.ok(experiments.length > 4);
+  for (const one of experiments) assert.equal((await c.get(`/api/v1/scenarios/${one.id}`)).json.title, one.title);
   const count = await call('post', E, {}, 200, { body: SMALL, query: '?dry_run=true' });
   assert.deepEqual([count.json.points, count.json.repeats, count.json.runs], [2, 1, 2]);
   await call('post', E, {}, 400, { body: SMALL, query: '?dry_run=yes' });
@@ -309,6 +312,14 @@ test('upgrades that are none', async () => {
   await call('get', path, { id }, 400, { headers: { ...upgrade, 'sec-websocket-key': 'short' } });
   await call('get', path, { id }, 403, { headers: { ...upgrade, ...FOREIGN } });
   await call('get', path, { id: NOBODY }, 404, { headers: upgrade });
+  const made = (await c.call('POST', E, { body: SMALL })).json, progress = `${X}/stream`, at = { id: made.id };
+  await (await c.progress(made.id)).close();
+  seen.add(`get ${progress} 101`);
+  await call('get', progress, at, 426);
+  await call('get', progress, at, 400, { headers: { ...upgrade, 'sec-websocket-protocol': 'laglab.v1.bin' } });
+  await call('get', progress, at, 403, { headers: { ...upgrade, ...FOREIGN } });
+  await call('get', progress, { id: NOBODY }, 404, { headers: upgrade });
+  await call('get', progress, { id }, 404, { headers: upgrade });
 });
 
 test('rates and numbers', async () => {

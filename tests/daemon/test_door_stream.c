@@ -281,11 +281,11 @@ static void test_delete(void **state)
 {
     (void)state;
     ll_ws_stream *stream, *again;
-    ll_status status = ll_ws_stream_open(f.ws, "deleted", NULL, &stream);
+    ll_status status = ll_ws_stream_open(f.ws, LL_STREAM_SESSION, "deleted", NULL, &stream);
     assert_false(ll_failed(&status));
-    status = ll_ws_stream_open(f.ws, "deleted", NULL, &again);
+    status = ll_ws_stream_open(f.ws, LL_STREAM_SESSION, "deleted", NULL, &again);
     assert_int_equal(status.code, LL_CONFLICT);
-    status = ll_ws_stream_open(f.ws, "no/id", NULL, &again);
+    status = ll_ws_stream_open(f.ws, LL_STREAM_SESSION, "no/id", NULL, &again);
     assert_int_equal(status.code, LL_BAD_INPUT);
     int fd = open_greeted("deleted", BIN);
     unsigned released = atomic_load(&f.released);

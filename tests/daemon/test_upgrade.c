@@ -115,19 +115,26 @@ static void test_origins(void **state)
 static void test_stream_paths(void **state)
 {
     (void)state;
+    ll_stream_kind kind;
     char id[65], target[200];
-    assert_true(ll_stream_path(T("/api/v1/sessions/aZ0_-/stream"), id));
+    assert_true(ll_stream_path(T("/api/v1/experiments/e1/stream"), &kind, id));
+    assert_int_equal(kind, LL_STREAM_EXPERIMENT);
+    assert_string_equal(id, "e1");
+    assert_false(ll_stream_path(T("/api/v1/experiments//stream"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/scenarios/e1/stream"), &kind, id));
+    assert_true(ll_stream_path(T("/api/v1/sessions/aZ0_-/stream"), &kind, id));
+    assert_int_equal(kind, LL_STREAM_SESSION);
     assert_string_equal(id, "aZ0_-");
-    assert_true(ll_stream_path(T("/api/v1/sessions/a/stream?x"), id));
-    assert_false(ll_stream_path(T("/api/v1/sessions/a/stream/"), id));
-    assert_false(ll_stream_path(T("/api/v1/sessions/a/streams"), id));
-    assert_false(ll_stream_path(T("/api/v1/sessions//stream"), id));
-    assert_false(ll_stream_path(T("/api/v1/sessions/a/b/stream"), id));
-    assert_false(ll_stream_path(T("/api/v1/sessions/a"), id));
-    assert_false(ll_stream_path(T("/api/v1/sessions/%61/stream"), id));
+    assert_true(ll_stream_path(T("/api/v1/sessions/a/stream?x"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a/stream/"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a/streams"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions//stream"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a/b/stream"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/%61/stream"), &kind, id));
     for (int length = 64; length <= 65; length++) {
         int size = snprintf(target, sizeof target, "/api/v1/sessions/%0*d/stream", length, 0);
-        assert_int_equal(ll_stream_path((ll_text){target, (size_t)size}, id), length == 64);
+        assert_int_equal(ll_stream_path((ll_text){target, (size_t)size}, &kind, id), length == 64);
     }
 }
 

@@ -38,10 +38,9 @@ static void check_upgrade(const ll_head *head, const ll_allow *allow)
     }
     FUZZ_CHECK(http_status == 101);
     FUZZ_CHECK(strlen(upgrade.key) == 24 && upgrade.key[23] == '=');
-    size_t id = strlen(upgrade.session);
+    size_t id = strlen(upgrade.id);
     FUZZ_CHECK(id >= 1 && id <= 64);
-    FUZZ_CHECK(strspn(upgrade.session, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_") ==
-               id);
+    FUZZ_CHECK(strspn(upgrade.id, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_") == id);
     FUZZ_CHECK(ll_allow_host(allow, head->host) && ll_allow_origin(allow, head->origin, head->host));
     FUZZ_CHECK(head->http11 && !head->twice);
 }

@@ -45,10 +45,12 @@ void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason)
     FUZZ_CHECK(fuzz_is_text(reason));
 }
 
-ll_status ll_ws_stream_open(ll_ws *ws, const char *session_id, void *session, ll_ws_stream **stream)
+ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void *session,
+                            ll_ws_stream **stream)
 {
     (void)ws;
-    (void)session_id;
+    (void)kind;
+    (void)id;
     *stream = session;
     return ll_ok();
 }
@@ -93,10 +95,10 @@ void ll_ws_adopt(ll_ws *ws, const struct ll_upgrade *upgrade, int fd, const stru
     (void)pass;
 }
 
-bool ll_ws_knows(ll_ws *ws, const char *session_id)
+bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
 {
     (void)ws;
-    (void)session_id;
+    (void)upgrade;
     return false;
 }
 

@@ -51,17 +51,18 @@ export function client(url) {
     },
     control: (session, op) => call('POST', `/api/v1/sessions/${session.id}/control`, { key: session.owner_key, body: op }),
     patch: (session, patch) => call('PATCH', `/api/v1/sessions/${session.id}/params`, { key: session.owner_key, body: patch }),
-    stream: (session, format, wish) => openStream(url, session.id, format, wish),
+    stream: (session, format, wish) => openStream(url, `sessions/${session.id}`, format, wish),
+    progress: (id) => openStream(url, `experiments/${id}`),
   };
 }
 
 /**
  * A viewer. `messages` holds all texts as objects; `frames` all frames (objects, or Buffers). With `ack` it acknowledges each frame.
- * @param {string} url @param {string} id @param {'json' | 'bin'} [format]
+ * @param {string} url @param {string} place `sessions/ID` or `experiments/ID` @param {'json' | 'bin'} [format]
  * @param {{ack?: boolean, origin?: string, headers?: Record<string, string>}} [wish]
  */
-export async function openStream(url, id, format = 'json', wish = {}) {
-  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/sessions/${id}/stream`, `laglab.v1.${format}`,
+export async function openStream(url, place, format = 'json', wish = {}) {
+  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/${place}/stream`, `laglab.v1.${format}`,
     { origin: wish.origin, headers: wish.headers, perMessageDeflate: false });
   const stream = {
     socket,

@@ -70,7 +70,7 @@ test('asks nobody but the daemon, and for little', async () => {
 
 test('every module is asked for at once, without waiting for the one that imports it', () => {
   const files = readdirSync(path.join(WWW, 'js'), { recursive: true, encoding: 'utf8' }).filter((name) => name.endsWith('.js')
-    && !/^(step|collide|fluid|workbench)\//.test(name)); // labs, and what they share: read when they are first wanted
+    && !/^(step|collide|fluid|workbench|experiments)\//.test(name)); // labs, and what they share: read when they are first wanted
   const index = readFileSync(path.join(WWW, 'index.html'), 'utf8');
   assert.ok(files.length > 20);
   assert.deepEqual(files.filter((name) => !index.includes(`"js/${name}"`)), []);

@@ -226,7 +226,7 @@ void front_open(front *f)
     for (int s = 0; s < FRONT_SESSIONS; s++) {
         char id[16];
         snprintf(id, sizeof id, "s%d", s);
-        status = ll_ws_stream_open(f->ws, id, NULL, &f->stream[s]);
+        status = ll_ws_stream_open(f->ws, LL_STREAM_SESSION, id, NULL, &f->stream[s]);
         LL_ASSERT(!ll_failed(&status));
     }
     LL_ASSERT(pthread_create(&f->publisher, NULL, publish_all, f) == 0);

@@ -106,6 +106,6 @@ async function open() {
   return create();
 }
 
-/** @type {Promise<Opened>} */
-export const opened = open();
-opened.catch(() => {}); /* whoever awaits it says so */
+/** None while the Experiments view is shown: a lab makes one when it is wanted. @type {Promise<Opened> | null} */
+export const opened = link.experiment === null ? open() : null;
+opened?.catch(() => {}); /* whoever awaits it says so */

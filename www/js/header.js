@@ -3,9 +3,9 @@ import { html, nothing } from '../vendor/lit-html.js';
 import { effect } from '../vendor/signals-core.js';
 import { open } from './dialogs.js';
 import { fixed } from './format.js';
-import { choose, fork, shownScenario } from './lab.js';
+import { choose, fork, openExperiments, shownScenario } from './lab.js';
 import { LABS } from './link.js';
-import { behind, connection, failure, layout, readOnly, scenarios, status } from './state.js';
+import { behind, connection, experiment, failure, layout, readOnly, scenarios, status } from './state.js';
 import { backToLive } from './time.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -32,17 +32,24 @@ function chooser() {
     ${group('Figures of the paper', rows.filter((row) => row.id.startsWith('paper/')))}</select></label>`;
 }
 
+let lastExperiment = ''; /* that was shown: the way back leads to it */
+effect(() => {
+  lastExperiment = experiment.value ?? lastExperiment;
+});
+
 /** @returns {Template} */
 function labs() {
-  const shown = layout.value?.game ?? '';
-  const item = (/** @type {typeof LABS[0]} */ lab) => html`<button type="button" class="lab" aria-current=${lab.shows.includes(shown) ? 'page' : 'false'}
-    @click=${() => { if (!lab.shows.includes(shown)) choose(lab.scenario); }}>${lab.name}</button>`;
-  return html`<nav aria-label="Labs">${LABS.map(item)}</nav>`;
+  const shown = experiment.value === null ? layout.value?.game ?? '' : null;
+  const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) => html`<button type="button" class="lab"
+    aria-current=${current ? 'page' : 'false'} @click=${() => { if (!current) go(); }}>${name}</button>`;
+  return html`<nav aria-label="Labs">${LABS.map((lab) => tab(lab.name, shown !== null && lab.shows.includes(shown), () => choose(lab.scenario)))}${
+    tab('Experiments', shown === null, () => openExperiments(lastExperiment))}</nav>`;
 }
 
 /** On a phone the labs do not all fit: the one that is shown does. */
 effect(() => {
   layout.value?.game;
+  experiment.value;
   queueMicrotask(() => {
     const current = document.querySelector('.lab[aria-current="page"]'), row = current?.parentElement;
     if (row && current instanceof HTMLElement) row.scrollLeft = current.offsetLeft - row.offsetLeft - (row.clientWidth - current.offsetWidth) / 2;
@@ -73,14 +80,15 @@ function state() {
 
 /** @returns {Template} */
 export function header() {
+  const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )" @click=${() => open({ kind: 'help' })}>?</button>`;
+  if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${labs()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
   return html`<header class="top"><h1>laglab</h1>${labs()}${chooser()}
     <div class="chip" id="chip" data-kind=${kind}>${state()}</div>
     ${readOnly.value ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
       @click=${() => fork()}>Make my copy</button></div>` : nothing}
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>
-    <button type="button" class="help" aria-label="Help" title="Help ( ? )" @click=${() => open({ kind: 'help' })}>?</button>
-    </header>`;
+    ${help}</header>`;
 }
 
 /** @param {import('./frame.js').Frame} now */

@@ -2,10 +2,10 @@
 import { byPerson, drive, fire, push } from './drive.js';
 import { nextSpeed, playOrPause, reset, restart, step } from './time.js';
 import { change } from './params.js';
-import { layout, overlays, params, singleKeys, theme } from './state.js';
+import { experiment, layout, overlays, params, singleKeys, theme } from './state.js';
 import { showAddress } from './params.js';
 
-/** @typedef {{code: string, alt?: boolean, shift?: boolean, repeat?: boolean, shown: string, help: string, run: () => void}} Key */
+/** @typedef {{code: string, alt?: boolean, shift?: boolean, repeat?: boolean, everywhere?: boolean, shown: string, help: string, run: () => void}} Key  everywhere: also where no session is shown */
 
 /** @param {number} player @param {string} name */
 function toggle(player, name) {
@@ -51,9 +51,9 @@ export const KEYS = [
   ...technique(0), ...technique(1),
   { code: 'KeyG', shown: 'G', help: 'Ghosts of the truth', run: () => toggleOverlay('ghosts') },
   { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
-  { code: 'KeyF', shown: 'F', help: 'Full screen', run: fullScreen },
-  { code: 'KeyP', shown: 'P', help: 'Projector colours', run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector') },
-  { code: 'Slash', shift: true, shown: '?', help: 'This help', run: () => opens.help() },
+  { code: 'KeyF', everywhere: true, shown: 'F', help: 'Full screen', run: fullScreen },
+  { code: 'KeyP', everywhere: true, shown: 'P', help: 'Projector colours', run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector') },
+  { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'This help', run: () => opens.help() },
 ];
 
 /** Driving keys: while a view has the focus, or the player is driven by a person.
@@ -133,6 +133,7 @@ function onDown(event) {
   }
   if (event.ctrlKey || event.metaKey) return;
   const key = KEYS.find((row) => row.code === event.code && !!row.alt === event.altKey && !!row.shift === event.shiftKey);
+  if (experiment.value !== null && !key?.everywhere) return;
   if (!key || (!key.alt && !singleKeys.value) || (event.repeat && !key.repeat)) return;
   event.preventDefault();
   key.run();

@@ -6,7 +6,7 @@ import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
 import { reread, seen, showAddress } from './params.js';
-import { connection, failure, frame, layout, lens, locked, overlays, params, scenarios, session, tell } from './state.js';
+import { connection, experiment, failure, frame, layout, lens, locked, overlays, params, scenarios, session, tell } from './state.js';
 
 /** @typedef {import('./state.js').Layout} Layout */
 
@@ -46,11 +46,22 @@ function lensOf(game, sync) {
   return sync === 'deterministic' || sync === 'rollback' ? 'waits' : 'messages';
 }
 
+/** Leaves the lab for the Experiments view. @param {string} id of the experiment; empty for none */
+export function openExperiments(id) {
+  stream?.close();
+  stream = null;
+  session.value = null;
+  experiment.value = id;
+  document.title = 'Experiments – laglab';
+  showAddress();
+}
+
 /** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own */
 export function show(id, key, own) {
   stream?.close();
   newest = null;
   batch(() => {
+    experiment.value = null;
     session.value = { id, key, own };
     connection.value = { state: 'connecting', attempt: 0 };
     frame.value = null;

@@ -10,6 +10,7 @@
  * @property {string} theme       auto, light, dark or projector
  * @property {string} session     of the fragment; empty when the page makes its own
  * @property {string} key         of the fragment; removed from the address bar at once
+ * @property {string | null} experiment  of `#experiments=ID`; empty for the view alone; null when a lab is wanted
  * @property {string[]} problems  what was ignored, in words
  */
 
@@ -34,12 +35,18 @@ function toValue(text) {
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
 }
 
+/** @param {string} hash @returns {string | null} */
+export function readExperiment(hash) {
+  const found = /^#experiments(?:=([A-Za-z0-9_-]{1,64}))?$/.exec(hash);
+  return found ? found[1] ?? '' : null;
+}
+
 /** @param {string} search @param {string} hash @returns {Link} */
 export function readLink(search, hash) {
   const query = new URLSearchParams(search);
   const fragment = new URLSearchParams(hash.replace(/^#/, ''));
   /** @type {Link} */
-  const link = { scenario: FIRST_SCENARIO, set: {}, seed: null, theme: 'auto', session: '', key: '', problems: [] };
+  const link = { scenario: FIRST_SCENARIO, set: {}, seed: null, theme: 'auto', session: '', key: '', experiment: readExperiment(hash), problems: [] };
 
   const scenario = query.get('scenario');
   if (scenario === null) link.scenario = LABS.find((lab) => lab.id === hash.slice(1))?.scenario ?? FIRST_SCENARIO;

@@ -6,10 +6,11 @@ import * as controls from './controls.js';
 import * as dialogs from './dialogs.js';
 import { link, opened } from './early.js';
 import * as keys from './keys.js';
-import { again, hook, show } from './lab.js';
+import { again, hook, openExperiments, show } from './lab.js';
+import { readExperiment } from './link.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
-import { locked, params, scenarios, schemas, tell } from './state.js';
+import { experiment, locked, params, scenarios, schemas, session, tell } from './state.js';
 
 page.listen(loop.touch);
 controls.listen();
@@ -43,13 +44,22 @@ if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the sessio
   });
 }
 
-opened.then((made) => {
+opened?.then((made) => {
   show(made.id, made.key, made.own);
   const notes = [made.note, ...link.problems].filter((text) => text !== '');
   if (notes.length > 0) tell(notes.join('. '), link.problems.length > 0);
 }).catch((error) => {
   tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
   setTimeout(again, 1000);
+});
+
+addEventListener('hashchange', () => { /* Back from a point that was opened, or an address that was typed */
+  const wanted = readExperiment(location.hash);
+  if (wanted !== null) openExperiments(wanted);
+  else if (location.hash.startsWith('#s=') && !location.hash.startsWith(`#s=${session.value?.id}`)) location.reload();
+});
+addEventListener('popstate', () => {
+  if (experiment.value !== null && readExperiment(location.hash) === null) location.reload();
 });
 
 /* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */

@@ -10,7 +10,7 @@ import { icons } from './icons.js';
 import { mark, messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { pads } from './pads.js';
 import { side } from './side.js';
-import { layout, notice, overlays, params, tab } from './state.js';
+import { experiment, layout, notice, overlays, params, tab } from './state.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./state.js').Tab} Tab */
@@ -105,8 +105,25 @@ function own(kind) {
   return read.value.get(kind)?.lab() ?? html`<main id="views" tabindex="-1"></main>`;
 }
 
+/** The Experiments view, once it is read. @type {import('@preact/signals-core').Signal<typeof import('./experiments/view.js') | null>} */
+const sweeps = signal(null);
+
+/** @returns {Template} */
+function experiments() {
+  if (!asked.has('experiments')) {
+    asked.add('experiments');
+    import('./experiments/view.js').then(async (module) => {
+      await module.ready;
+      module.begin();
+      sweeps.value = module;
+    });
+  }
+  return sweeps.value?.experimentsView() ?? html`<main id="views" tabindex="-1"></main>`;
+}
+
 /** @returns {Template} */
 function page() {
+  if (experiment.value !== null) return html`<a class="skip" href="#views">To the experiment</a>${header()}${experiments()}${notes()}`;
   const kind = ownKind();
   if (kind) return html`<a class="skip" href="#views">To the pictures</a>${header()}${own(kind)}${notes()}${timeBar()}`;
   return html`<a class="skip" href="#views">To the views</a>${header()}${tabs()}
@@ -124,6 +141,7 @@ export function listen(after) {
   effect(() => {
     render(page(), root);
     sync(root);
-    after();
+    if (experiment.value !== null) sweeps.value?.drawn();
+    else after();
   });
 }

@@ -2,7 +2,7 @@
 import { call, Problem } from './api.js';
 import { keep, link } from './early.js';
 import { writeQuery } from './link.js';
-import { locked, params, session, tell, theme } from './state.js';
+import { experiment, locked, params, session, tell, theme } from './state.js';
 import { labelOf, valueAt } from './schema.js';
 import { letter } from './format.js';
 
@@ -73,9 +73,13 @@ function remember(body) {
 }
 
 export function showAddress() {
-  const now = session.value;
-  if (now === null) return;
+  const now = session.value, shown = experiment.value;
   link.theme = theme.value;
+  if (shown !== null) {
+    history.replaceState(null, '', `${location.pathname}${link.theme === 'auto' ? '' : `?theme=${link.theme}`}#experiments${shown === '' ? '' : `=${shown}`}`);
+    return;
+  }
+  if (now === null) return;
   const query = now.own ? writeQuery(link) : link.theme === 'auto' ? '' : `?theme=${link.theme}`;
   const hash = now.own ? '' : `#s=${now.id}`;
   history.replaceState(null, '', location.pathname + query + hash);

@@ -14,7 +14,7 @@
 
 /** Follows references and picks the branch of a union that has the key wanted.
  * @param {any} root @param {any} node @param {string} [key] @returns {any} */
-function open(root, node, key) {
+export function open(root, node, key) {
   let at = node;
   for (let hops = 0; at && typeof at.$ref === 'string' && hops < 16; hops++) {
     at = at.$ref.split('/').slice(1).reduce(
@@ -46,7 +46,7 @@ function nodeOf(root, path) {
 }
 
 /** @param {string} name @param {any} node its own words @param {any} type the place with its type @returns {Row} */
-function rowOf(name, node, type) {
+export function rowOf(name, node, type) {
   const choices = node.enum ?? type.enum;
   const kind = choices ? 'choice' : type.type === 'boolean' ? 'boolean' : type.type === 'integer' ? 'integer'
     : type.type === 'number' ? 'number' : 'text';

@@ -54,6 +54,8 @@ export const frame = signal(null);
 export const failure = signal('');
 /** What a person must read now; empty when there is nothing. */
 export const notice = signal('');
+/** The experiment that the Experiments view shows: empty for none; null while a lab is shown. @type {import('@preact/signals-core').Signal<string | null>} */
+export const experiment = signal(link.experiment);
 export const theme = signal(link.theme);
 /** @type {import('@preact/signals-core').Signal<Tab>} of a phone */
 export const tab = signal('all');

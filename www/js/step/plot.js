@@ -35,14 +35,15 @@ function label(value, log) {
   return `10${value < 0 ? '⁻' : ''}${[...String(Math.abs(Math.round(value)))].map((digit) => SUPER[Number(digit)]).join('')}`;
 }
 
-/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../theme.js').Palette} colours @param {Plot} plot */
+/** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../theme.js').Palette} colours @param {Plot} plot
+ * @returns {{toX: (v: number) => number, toY: (v: number) => number} | null} where values are; null when there are none */
 export function drawPlot(surface, colours, plot) {
   const { pen } = surface, text = colours.text;
   const logX = plot.logX === true, logY = plot.logY === true;
   let xr = rangeOf(plot.lines.flatMap((line) => line.xs), logX), yr = rangeOf(plot.lines.flatMap((line) => line.ys), logY, plot.least);
   if (!xr || !yr) {
     drawText(pen, colours, plot.empty, surface.width / 2, surface.height / 2, { align: 'center', colour: colours.faint });
-    return;
+    return null;
   }
   const left = text * 4.2, top = text * 0.9, right = surface.width - 10, bottom = surface.height - text * 2.7;
   if (plot.equal) { /* one metre is one metre on both axes */
@@ -110,4 +111,5 @@ export function drawPlot(surface, colours, plot) {
     });
   }
   pen.restore();
+  return { toX, toY };
 }

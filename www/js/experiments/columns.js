@@ -1,0 +1,66 @@
+// What a table of points holds: which column is which, and which points are on the front.
+import { fixed } from '../format.js';
+
+/** @typedef {import('./shown.js').Cells} Cells */
+/** @typedef {{name: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column  name: of the cell; label: the path, and the unit where the name tells it */
+
+/** The parameters that are varied, by path. @param {any} experiment @returns {string[]} */
+const pathsOf = (experiment) => (experiment.axes ?? []).flatMap((/** @type {any} */ axis) => (axis.zip ?? [axis]).map((/** @type {any} */ one) => String(one.path)));
+
+/** A parameter's column has its unit in the name. @param {Cells} row @param {string} path */
+function columnOf(row, path) {
+  if (path in row) return path;
+  return Object.keys(row).filter((name) => name.startsWith(`${path}_`)).sort((a, b) => a.length - b.length)[0] ?? path;
+}
+
+/** @param {any} experiment @param {Cells[]} rows @returns {Column[]} */
+export function columnsOf(experiment, rows) {
+  const [first] = rows;
+  if (!first) return [];
+  const numbers = (/** @type {string} */ name) => rows.some((row) => typeof row[name] === 'number');
+  return [
+    ...pathsOf(experiment).map((path) => columnOf(first, path)).map((name) => ({ name, label: name, kind: /** @type {const} */ ('axis'), numbers: numbers(name) })),
+    ...experiment.metrics.map((/** @type {string} */ name) => ({ name, label: name, kind: /** @type {const} */ ('metric'), numbers: true })),
+  ];
+}
+
+/** @param {any} experiment @returns {{error: string, cost: string}} the two sides of the trade; cost is empty where there is none */
+export const tradeOf = (experiment) => ({ error: experiment.error || experiment.metrics[0], cost: experiment.cost || (experiment.metrics[1] ?? '') });
+
+/** @param {Cells} row @param {string} name */
+export const numberOf = (row, name) => (typeof row[name] === 'number' ? /** @type {number} */ (row[name]) : NaN);
+
+/** The points that no other beats: from the cheapest on, each with less error than all before.
+ * @param {Cells[]} rows @param {string} cost @param {string} error @returns {Set<number>} places */
+export function frontOf(rows, cost, error) {
+  const places = rows.map((row, i) => ({ i, cost: numberOf(row, cost), error: numberOf(row, error) }))
+    .filter((p) => Number.isFinite(p.cost) && Number.isFinite(p.error)).sort((a, b) => a.cost - b.cost || a.error - b.error);
+  /** @type {Set<number>} */
+  const front = new Set();
+  /** @type {{cost: number, error: number} | null} */
+  let last = null;
+  for (const p of places) {
+    if (last !== null && !(p.error < last.error || (p.error === last.error && p.cost === last.cost))) continue;
+    front.add(p.i);
+    last = p;
+  }
+  return front;
+}
+
+/** Three significant digits, powers of ten where the number is far from one. @param {number} value */
+export function exact(value) {
+  if (!Number.isFinite(value)) return '–';
+  const size = Math.abs(value);
+  if (value === 0) return '0';
+  if (size < 1e-3 || size >= 1e6) return value.toExponential(2).replace('-', '−').replace('e−', 'e−');
+  return fixed(value, size >= 1000 || Number.isInteger(value) ? 0 : size >= 100 ? 1 : size >= 1 ? 2 : 4);
+}
+
+/** A parameter as it was set. @param {string | number | boolean | null | undefined} value */
+export const told = (value) => (typeof value === 'number' ? String(Number(value.toPrecision(6))).replace('-', '−') : value === null || value === undefined ? '–' : String(value));
+
+/** A mean, and the half width of its 95 % interval where there is one. @param {Cells} row @param {string} metric */
+export function meanOf(row, metric) {
+  const mean = numberOf(row, metric), half = numberOf(row, `${metric}.ci95`);
+  return Number.isFinite(half) && Number.isFinite(mean) ? `${exact(mean)} ± ${exact(half)}` : exact(mean);
+}
