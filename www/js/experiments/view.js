@@ -51,7 +51,8 @@ function spans(name) {
 const plotted = computed(() => {
   const c = chosen.value, { error, cost } = trade.value, axes = columns.value.filter((column) => column.kind === 'axis');
   const known = (/** @type {string} */ name) => columns.value.some((column) => column.name === name && column.numbers);
-  const x = known(c.x) ? c.x : known(cost) ? cost : axes.find((column) => column.numbers)?.name ?? '';
+  const varies = (/** @type {string} */ name) => new Set(points.value.map((row) => row[name])).size > 1;
+  const x = known(c.x) ? c.x : known(cost) && varies(cost) ? cost : axes.find((column) => column.numbers)?.name ?? cost;
   const y = known(c.y) ? c.y : error;
   const several = (/** @type {string} */ name) => { const n = seriesOf(points.value, name).length; return n > 1 && n <= SERIES_MAX; };
   const by = c.by ?? axes.find((column) => !column.numbers && several(column.name))?.name ?? (axes.length > 1 ? axes.find((column) => column.name !== x && several(column.name))?.name : '') ?? '';

@@ -1,0 +1,294 @@
+// The Experiments view: written, counted, run, watched, read, opened; kept over a reload; for everybody.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { SIZES, api, axe, launch, sessionOf, until } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+/** Opens the view and waits until the form is counted. @param {any} [wish] */
+async function open(wish = {}) {
+  const { width = 1366, height = 768, query = '', hash = '#experiments', context: given, ...more } = wish;
+  const context = given ?? await browser.newContext({ viewport: { width, height }, ...more });
+  const page = await context.newPage();
+  /** @type {string[]} */
+  const complaints = [];
+  page.on('console', (message) => { if (['error', 'warning'].includes(message.type()) && !/status of 400/.test(message.text())) complaints.push(message.text()); });
+  page.on('pageerror', (error) => complaints.push(error.message));
+  await page.goto(daemon.url + query + hash);
+  await page.locator('#run:not([disabled])').waitFor();
+  return { page, context, complaints, close: () => context.close() };
+}
+
+/** @param {import('playwright-core').Page} page @param {string} id */
+async function begin(page, id) {
+  await page.selectOption('#library', id);
+  await page.waitForFunction(() => document.querySelectorAll('#library option').length > 3);
+  await counted(page);
+}
+/** Until the number of runs is that of what is written. @param {import('playwright-core').Page} page */
+async function counted(page) {
+  await page.waitForTimeout(500); /* the pause after the last key */
+  await page.locator('#run:not([disabled])').waitFor();
+}
+/** @param {import('playwright-core').Page} page */
+const estimate = (page) => page.locator('#estimate').innerText();
+/** @param {import('playwright-core').Page} page */
+const specification = async (page) => JSON.parse(/-d '(.*)' -H/.exec((await page.locator('textarea').inputValue()).replaceAll("'\\''", "'"))[1]);
+/** @param {import('playwright-core').Page} page */
+const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.hash)?.[1]);
+/** @param {import('playwright-core').Page} page */
+const done = (page) => page.locator('[data-state="done"]').waitFor({ timeout: 20000 });
+/** @param {import('playwright-core').Page} page @param {string} name */
+const column = async (page, name) => {
+  const place = await page.locator('.points thead th').evaluateAll((all, wanted) => all.findIndex((e) => e.textContent === wanted), name);
+  return page.locator('.points tbody tr').evaluateAll((all, at) => all.map((row) => row.children[at].textContent), place);
+};
+
+test('a first experiment is there for a scenario of each kind, and counted by the daemon', async () => {
+  const { page, complaints, close } = await open();
+  assert.match(await estimate(page), /^5 runs of 5 points, about/);
+  for (const [id, path] of [['motion/pendulum', 'methods.0.dt_s'], ['rigid/pyramid', 'solver.iterations'], ['fluid/taylor_green', '']]) {
+    await page.selectOption('#of', id);
+    await until(async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0, `a form of ${id}`);
+    await counted(page);
+    const written = await specification(page);
+    assert.ok(written.axes.length === 1 && (path === '' || written.axes[0].path === path), JSON.stringify(written));
+    assert.match(await estimate(page), /runs? of \d+ points?/);
+    const dry = await api(daemon.url, 'experiments?dry_run=true', written);
+    assert.equal(dry.status, 200, JSON.stringify(dry.body));
+    assert.match(await estimate(page), new RegExp(`^${dry.body.runs} runs`));
+  }
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('axes of every sort become the specification: range, log, list, choices, together, sampled', async () => {
+  const { page, close } = await open();
+  await page.locator('#add-axis').click();
+  await page.getByLabel('Parameter of axis 2').selectOption('server.update_hz');
+  await page.locator('[data-axis="1.from"]').fill('10');
+  await page.locator('[data-axis="1.to"]').fill('90');
+  await page.locator('[data-axis="1.count"]').fill('3');
+  await page.getByLabel('Logarithmic steps of axis 2').check();
+  await page.locator('#add-axis').click();
+  await page.getByLabel('Parameter of axis 3').selectOption('players.0.prediction');
+  await page.locator('#repeats').fill('2');
+  await counted(page);
+  assert.match(await estimate(page), /^60 runs of 30 points/);
+  assert.match(await page.locator('.axis').nth(1).innerText(), /10, 30, 90/);
+  assert.deepEqual((await specification(page)).axes, [{ path: 'players.0.lag_ms', values: [0, 50, 100, 200, 400] },
+    { path: 'server.update_hz', from: 10, to: 90, count: 3, scale: 'log' }, { path: 'players.0.prediction', values: [false, true] }]);
+  await page.getByLabel('Values of axis 3').getByLabel('off').uncheck();
+  await page.getByLabel('Together with the axis above').nth(0).check();
+  await page.locator('[data-axis="1.count"]').fill('5');
+  await counted(page);
+  assert.match(await estimate(page), /^10 runs of 5 points/);
+  await page.getByLabel('Together with the axis above').nth(0).uncheck();
+  await page.selectOption('#sampling', 'sobol');
+  await page.getByLabel('How many points').fill('16');
+  await counted(page);
+  assert.match(await estimate(page), /^32 runs of 16 points/);
+  assert.deepEqual((await specification(page)).sample, { method: 'sobol', count: 16 });
+  await close();
+});
+
+test('what the daemon refuses stands at the field that it names', async () => {
+  const { page, close } = await open();
+  const wrong = async (/** @type {string} */ field, /** @type {RegExp} */ words) => {
+    const text = page.locator(`#wrong-${field.replaceAll('.', '-')}`);
+    await text.filter({ hasText: words }).waitFor({ timeout: 5000 });
+    assert.equal(await page.locator('#run').isDisabled(), true);
+  };
+  await page.locator('[data-axis="0.values"]').fill('0, 5000');
+  await wrong('axes.0', /5000/);
+  assert.equal(await page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'), null, 'the daemon names the axis, not its values');
+  await page.getByRole('button', { name: 'Range' }).click();
+  await page.locator('[data-axis="0.count"]').fill('many');
+  await wrong('axes.0', /count/);
+  assert.equal(await page.locator('[data-axis="0.count"]').getAttribute('aria-invalid'), 'true');
+  assert.equal(await page.locator('[data-axis="0.count"]').getAttribute('aria-describedby'), 'wrong-axes-0');
+  await page.locator('[data-axis="0.count"]').fill('3');
+  await page.locator('#repeats').fill('0');
+  await wrong('repeats', /repeats/);
+  await page.locator('#repeats').fill('1');
+  for (let left = await page.locator('.chosen input').count(); left > 0; left--) await page.locator('.chosen input').first().click();
+  await wrong('metrics', /metrics must be/);
+  await page.locator('#find-metric').fill('players.1.remote_error mean');
+  await page.locator('.offered input').first().click();
+  assert.equal(await page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');
+  await page.locator('#run:not([disabled])').waitFor();
+  await close();
+});
+
+test('run, watched by the stream, read as scatter and table, opened live; the way back; kept over a reload', async () => {
+  const { page, context, complaints, close } = await open();
+  await begin(page, 'experiments/lag_techniques');
+  assert.equal((await specification(page)).axes[0].zip.length, 3, 'what goes together stays so');
+  await page.getByLabel(/^Value of Duration/).fill('2');
+  await counted(page);
+  assert.match(await estimate(page), /^20 runs of 20 points/);
+  const order = await specification(page);
+  await page.locator('#run').click();
+  await done(page);
+  const id = await shownId(page);
+  assert.equal(await page.locator('[data-way]').getAttribute('data-way'), 'stream');
+  await page.locator('tr[data-point="19"]').waitFor();
+
+  // The table is the API's, and so are files and report; the curl line makes the same again.
+  const rows = (await api(daemon.url, `experiments/${id}/results?points=true&format=json`)).body;
+  assert.deepEqual((await column(page, 'players.0.lag_ms')).map(Number), rows.map((row) => row['players.0.lag_ms']));
+  const same = (await api(daemon.url, 'experiments', order)).body;
+  await until(async () => (await api(daemon.url, `experiments/${same.id}`)).body.state === 'done', 'the same by the line');
+  assert.deepEqual((await api(daemon.url, `experiments/${same.id}/results?points=true&format=json`)).body, rows);
+  const links = await page.locator('.files a').evaluateAll((all) => all.map((a) => /** @type {HTMLAnchorElement} */ (a).href));
+  assert.equal(links.length, 11);
+  for (const link of links) assert.equal((await fetch(link)).status, 200, link);
+
+  // The front is that of the two sides of the trade, found without the page.
+  const { error, cost } = { error: order.metrics[0], cost: order.metrics[1] };
+  const beaten = (a) => rows.some((b) => b[cost] <= a[cost] && b[error] <= a[error] && (b[cost] < a[cost] || b[error] < a[error]));
+  assert.deepEqual((await column(page, 'Front')).map((text) => text === 'front'), rows.map((row) => !beaten(row)));
+
+  // By keyboard from point to point, and into one.
+  await page.focus('#scatter-box');
+  await page.keyboard.press('ArrowRight');
+  const first = await page.locator('#point').innerText();
+  await page.keyboard.press('ArrowRight');
+  const second = await page.locator('#point').innerText();
+  assert.match(first, /^Point \d+.*players\.0\.lag_ms/);
+  assert.notEqual(first, second);
+  const point = Number(/^Point (\d+)/.exec(second)[1]);
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => globalThis.laglab().frame !== null);
+  assert.equal((await sessionOf(page)).owner, true);
+  assert.equal((await page.evaluate(() => globalThis.laglab().params)).players[0].lag_ms, rows[point]['players.0.lag_ms']);
+  assert.match(page.url(), /#s=/);
+  await page.goBack();
+  await page.locator('tr[data-point="19"]').waitFor();
+  assert.equal(await shownId(page), id);
+
+  // Sorting, and a row's own button.
+  await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
+  await page.locator('.points thead button', { hasText: 'lag_ms' }).click();
+  const lags = (await column(page, 'players.0.lag_ms')).map(Number);
+  assert.deepEqual(lags, [...lags].sort((a, b) => b - a));
+  await page.locator('tr[data-point="3"] button').focus();
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => globalThis.laglab().frame !== null);
+  await page.getByRole('button', { name: 'Experiments', exact: true }).click();
+  await page.locator('tr[data-point="3"]').waitFor();
+
+  // A reload, and another tab of the same browser.
+  await page.reload();
+  await page.locator('tr[data-point="19"]').waitFor();
+  assert.equal(await page.locator('.mine li').count(), 1);
+  const other = await open({ context });
+  await other.page.locator('.mine li', { hasText: 'Done' }).waitFor();
+  await other.page.locator(`[data-id="${id}"]`).click();
+  await other.page.locator('tr[data-point="19"]').waitFor();
+  await other.page.getByRole('button', { name: /^Delete/ }).click();
+  await other.page.locator('.mine').waitFor({ state: 'detached' });
+  assert.equal((await api(daemon.url, `experiments/${id}`)).status, 404);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('pause, resume and cancel, and what a reader may not; without a stream it asks', async () => {
+  const { page, close } = await open();
+  await page.locator('#repeats').fill('3000');
+  await counted(page);
+  await page.locator('#run').click();
+  await page.waitForFunction(() => /** @type {HTMLProgressElement} */ (document.querySelector('progress'))?.value > 0);
+  assert.match(await page.locator('#progress-text').innerText(), /Running · [\d,]+ of 15,000 runs/);
+  await page.waitForFunction(() => /runs\/s · \d+ (s|min) left/.test(document.getElementById('progress-text')?.textContent ?? ''));
+  const id = await shownId(page);
+  const reader = await browser.newContext({ viewport: { width: 1366, height: 768 } });
+  const away = await reader.newPage();
+  await away.addInitScript(() => { globalThis.WebSocket = /** @type {any} */ (class {
+      onclose = () => {};
+      constructor() { setTimeout(() => this.onclose(), 1); }
+      close() {}
+    });
+  });
+  await away.goto(`${daemon.url}#experiments=${id}`);
+  await away.locator('[data-way="asking"]').waitFor();
+  assert.equal(await away.locator('#pause').isDisabled(), true);
+  assert.match(await away.locator('.progress').innerText(), /Read-only/);
+  await page.locator('#pause').click();
+  await page.locator('[data-state="paused"]').waitFor();
+  await away.locator('[data-state="paused"]').waitFor();
+  await page.locator('#resume').click();
+  await page.locator('[data-state="running"]').waitFor();
+  await page.locator('#cancel').click();
+  await away.locator('[data-state="cancelled"]').waitFor();
+  await page.locator('[data-state="cancelled"]').waitFor();
+  await until(async () => /cancelled/i.test(await page.locator('#live').innerText()), 'it is spoken');
+  assert.equal((await api(daemon.url, `experiments/${id}`)).body.state, 'cancelled');
+  await reader.close();
+  await close();
+});
+
+test('a pointer picks a point, and opens it when it picks it again', async () => {
+  const { page, close } = await open();
+  await page.locator('#run').click();
+  await done(page);
+  await page.locator('tr[data-point="4"]').waitFor();
+  await page.focus('#scatter-box');
+  await page.keyboard.press('ArrowRight');
+  const box = await page.locator('#scatter-box').boundingBox();
+  const find = async () => { /* the picked point's ring, by its colour */
+    const at = await page.evaluate(() => {
+      const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('scatter')), ratio = canvas.width / canvas.clientWidth;
+      const { data, width } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+      let n = 0, sx = 0, sy = 0;
+      for (let i = 0; i < data.length; i += 4) if (data[i] === 0 && data[i + 1] === 0x72 && data[i + 2] === 0xb2) { n++; sx += (i / 4) % width; sy += Math.floor(i / 4 / width); }
+      return { x: sx / n / ratio, y: sy / n / ratio, n };
+    });
+    return at.n > 20 ? at : null;
+  };
+  const at = await until(find, 'the ring');
+  await page.locator('tr[data-point="2"] th').click();
+  assert.match(await page.locator('#point').innerText(), /^Point 2\b/);
+  await page.mouse.click(box.x + 1 + at.x, box.y + 1 + at.y);
+  assert.doesNotMatch(await page.locator('#point').innerText(), /^Point 2\b/);
+  await page.mouse.click(box.x + 1 + at.x, box.y + 1 + at.y);
+  await page.waitForFunction(() => globalThis.laglab().frame !== null);
+  await close();
+});
+
+for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 740, query: '' }]) {
+  test(`axe, size of targets, no sideways scroll, nothing cut off at ${size.name}`, async () => {
+    const { page, complaints, close } = await open(size);
+    assert.deepEqual(await axe(page), [], 'the form');
+    await page.locator('[data-axis="0.values"]').fill('0, 5000');
+    await page.locator('#wrong-axes-0').waitFor();
+    assert.deepEqual(await axe(page), [], 'an error');
+    await page.locator('[data-axis="0.values"]').fill('0, 100, 200');
+    await counted(page);
+    await page.locator('#run').click();
+    await done(page);
+    await page.locator('tr[data-point="2"] th').click();
+    assert.deepEqual(await axe(page), [], 'results');
+    assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
+    const small = await page.locator('main button, main select, main label:has(input[type="checkbox"]), main a').evaluateAll((all) => all.filter((e) => e.getClientRects().length > 0)
+      .map((e) => ({ what: e.outerHTML.slice(0, 80), w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height })).filter((b) => b.w < 24 || b.h < 23.9));
+    assert.deepEqual(small, []);
+    const cut = await page.evaluate(() => [...document.querySelectorAll('.top, .panel, .axis, .order, .progress, .choices, .files, .mine li')].flatMap((box) => {
+      const outer = box.getBoundingClientRect();
+      return [...box.querySelectorAll('button, input, select, h2, a')].filter((part) => {
+        const inner = part.getBoundingClientRect();
+        return inner.width > 0 && !part.closest('.unseen') && (inner.right > outer.right + 1 || inner.left < outer.left - 1);
+      }).map((part) => `${box.className}: ${part.outerHTML.slice(0, 90)}`);
+    }));
+    assert.deepEqual(cut, []);
+    assert.deepEqual(complaints, []);
+    await close();
+  });
+}
