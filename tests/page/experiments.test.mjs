@@ -280,7 +280,7 @@ for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 7
     const small = await page.locator('main button, main select, main label:has(input[type="checkbox"]), main a').evaluateAll((all) => all.filter((e) => e.getClientRects().length > 0)
       .map((e) => ({ what: e.outerHTML.slice(0, 80), w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height })).filter((b) => b.w < 24 || b.h < 23.9));
     assert.deepEqual(small, []);
-    const cut = await page.evaluate(() => [...document.querySelectorAll('.top, .panel, .axis, .order, .progress, .choices, .files, .mine li')].flatMap((box) => {
+    const cut = await page.evaluate(() => [...document.querySelectorAll('.panel, .axis, .order, .progress, .choices, .files, .mine li')].flatMap((box) => {
       const outer = box.getBoundingClientRect();
       return [...box.querySelectorAll('button, input, select, h2, a')].filter((part) => {
         const inner = part.getBoundingClientRect();
