@@ -226,6 +226,10 @@ void ll_find_pairs(ll_rigid *w, bool *overflowed)
 
 /* ---- manifolds ---- */
 
+/* Of the most that a body may turn before its manifolds are made anew: 5.7 degrees. Arms that do not turn
+ * with their body are off by so much of their length. */
+static const double recycle_cos = 0.995;
+
 static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_geometry *room)
 {
     const ll_shape *shape = &ll_shapes(w)[s];
@@ -238,18 +242,19 @@ static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_geometry *ro
     return room;
 }
 
-/* A manifold of two points still holds when the bodies have moved little to each other since it was made: its
- * anchors move with the bodies. What is left out is noise of points that come and go. */
-static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose rel)
+/* A manifold of two points still holds when the bodies have turned little since it was made, and moved little
+ * to each other. What is left out is noise of points that come and go (Box2D 3's contact recycling). */
+static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b)
 {
     if (!w->params.recycle || c->count < 2 || w->params.volume == LL_VOLUME_AABB)
         return false;
-    ll_rot turn = ll_rot_between(c->rel.q, rel.q);
-    ll_vec2 shift = ll_sub(rel.p, c->rel.p);
+    double turned_a = a.q.c * c->turned[0].c + a.q.s * c->turned[0].s;
+    double turned_b = b.q.c * c->turned[1].c + b.q.s * c->turned[1].s;
+    ll_vec2 shift = ll_sub(ll_to_local(a, b.p), c->rel);
     double core_a = ll_traits(w)[c->body[0]].core, core_b = ll_traits(w)[c->body[1]].core;
     double core = ll_min(core_a, core_b), least = ll_max(core_a, core_b);
     double far = ll_min(w->params.recycle_distance, 0.1 * (core > 0 ? core : least));
-    return ll_dot(shift, shift) < far * far && turn.c > 0.99;
+    return ll_dot(shift, shift) < far * far && turned_a > recycle_cos && turned_b > recycle_cos;
 }
 
 static double margin_of(const ll_rigid *w, const ll_contact *c)
@@ -264,23 +269,26 @@ static double margin_of(const ll_rigid *w, const ll_contact *c)
     return reach;
 }
 
-static void compute(ll_rigid *w, ll_contact *c, ll_pose rel)
+static void compute(ll_rigid *w, ll_contact *c, ll_pose a, ll_pose b)
 {
+    ll_pose rel = ll_pose_between(a, b);
     ll_geometry room_a, room_b;
     ll_manifold m = ll_collide(collider(w, c->shape[0], &room_a), collider(w, c->shape[1], &room_b), rel,
                                margin_of(w, c));
     ll_contact_point old[2] = {c->at[0], c->at[1]};
     int32_t old_count = c->count;
     memset(c->at, 0, sizeof c->at);
-    c->normal = m.normal;
-    c->rel = rel;
+    c->normal = ll_rotate(a.q, m.normal);
+    c->rel = rel.p;
+    c->turned[0] = a.q;
+    c->turned[1] = b.q;
     c->count = m.count;
     c->recycled = 0;
     for (int i = 0; i < m.count; i++) {
         ll_contact_point *p = &c->at[i];
-        p->a = m.at[i].point;
-        p->b = ll_to_local(rel, m.at[i].point);
-        p->adjust = m.at[i].separation; /* at this pose both anchors are one point */
+        p->a = ll_rotate(a.q, m.at[i].point);
+        p->b = ll_sub(p->a, ll_sub(b.p, a.p));
+        p->separation = m.at[i].separation;
         p->id = m.at[i].id;
         for (int k = 0; k < old_count; k++)
             if (old[k].id == p->id) {
@@ -320,13 +328,13 @@ void ll_update_contacts(ll_rigid *w)
             changed[changes++] = ~index;
             continue;
         }
-        ll_pose rel = ll_pose_between(poses[c->body[0]], poses[c->body[1]]);
-        if (may_recycle(w, c, rel)) {
+        ll_pose pose_a = poses[c->body[0]], pose_b = poses[c->body[1]];
+        if (may_recycle(w, c, pose_a, pose_b)) {
             c->recycled = 1;
             recycled++;
             continue;
         }
-        compute(w, c, rel);
+        compute(w, c, pose_a, pose_b);
         if ((c->count > 0) != (c->colour != LL_NONE))
             changed[changes++] = index;
     }

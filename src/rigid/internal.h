@@ -73,9 +73,12 @@ typedef struct ll_shape {
     int32_t group;
 } ll_shape;
 
+/* All as it was when the manifold was made, in the world's directions. A recycled contact keeps normal and
+ * arms: were they to lean with their bodies, a pile on soft contacts would buckle like a row of springs. Its
+ * separation follows the bodies. */
 typedef struct ll_contact_point {
-    ll_vec2 a, b;  /* the point in both frames (of the centres of mass) */
-    double adjust; /* separation minus the distance of the anchors along the normal */
+    ll_vec2 a, b; /* from both centres of mass */
+    double separation;
     double normal_impulse, tangent_impulse;
     uint32_t id;
     float penalty; /* avbd: N/m */
@@ -89,8 +92,9 @@ typedef struct ll_contact {
     int32_t count;                /* points */
     int32_t recycled;
     double friction, restitution;
-    ll_vec2 normal; /* in a's frame */
-    ll_pose rel;    /* b seen from a when the manifold was made */
+    ll_vec2 normal;
+    ll_vec2 rel; /* b's centre seen from a */
+    ll_rot turned[2];
     ll_contact_point at[2];
 } ll_contact;
 
@@ -177,6 +181,25 @@ LL_ARRAY(ll_hinge, hinge)
 LL_ARRAY(ll_turning, turning)
 LL_ARRAY(ll_proxy_pair, pair)
 #undef LL_ARRAY
+
+/* What two bodies have moved since a contact's manifold was made. */
+typedef struct ll_since {
+    ll_vec2 gap; /* between the centres, now */
+    ll_rot a, b;
+} ll_since;
+
+static inline ll_since ll_since_made(const ll_rigid *w, const ll_contact *c)
+{
+    const ll_pose *a = &ll_poses(w)[c->body[0]], *b = &ll_poses(w)[c->body[1]];
+    return (ll_since){ll_sub(b->p, a->p), ll_rot_between(c->turned[0], a->q),
+                      ll_rot_between(c->turned[1], b->q)};
+}
+
+/* From where the point has gone with a to where it has gone with b. */
+static inline ll_vec2 ll_point_gap(const ll_contact_point *p, const ll_since *s)
+{
+    return ll_add(s->gap, ll_sub(ll_rotate(s->b, p->b), ll_rotate(s->a, p->a)));
+}
 
 /* Asks the cache for a contact that is soon needed. */
 static inline void ll_prefetch_contact(const ll_contact *c)

@@ -7,7 +7,7 @@
 #define LL_LANES 4
 
 typedef struct ll_wide_point {
-    double ax[LL_LANES], ay[LL_LANES]; /* anchor from a's centre, at the beginning of the step */
+    double ax[LL_LANES], ay[LL_LANES]; /* anchor from a's centre */
     double bx[LL_LANES], by[LL_LANES];
     double adjust[LL_LANES]; /* separation = n . (what the anchors moved to each other) + adjust */
     double normal_mass[LL_LANES], tangent_mass[LL_LANES];

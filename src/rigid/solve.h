@@ -40,7 +40,7 @@ void ll_integrate_positions(ll_rigid *w, double h);
  * Returns their count. */
 int32_t ll_order_contacts(ll_rigid *w, int32_t start[LL_COLOUR_SLOTS + 1]);
 
-typedef struct ll_line { /* a point of a contact */
+typedef struct ll_line { /* a point of a contact; normal and arms lean with their bodies */
     ll_vec2 ra, rb;      /* anchors from the centres of mass, at the beginning of the step */
     double adjust;       /* separation = n . (gap of the anchors) + adjust */
     double normal_mass, tangent_mass;

@@ -87,23 +87,22 @@ static void begin_touches(ll_rigid *w, memory *m)
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];
-        ll_pose pa = ll_poses(w)[c->body[0]], pb = ll_poses(w)[c->body[1]];
+        ll_since since = ll_since_made(w, c);
         touch *t = &m->touches[i];
         *t = (touch){.contact = index,
                      .a = c->body[0],
                      .b = c->body[1],
                      .count = c->count,
-                     .n = ll_rotate(pa.q, c->normal),
+                     .n = c->normal,
                      .friction = c->friction};
         m->place[index] = i;
         for (int k = 0; k < c->count; k++) {
             const ll_contact_point *p = &c->at[k];
-            ll_vec2 ra = ll_rotate(pa.q, p->a), rb = ll_rotate(pb.q, p->b);
-            ll_vec2 gap = ll_sub(ll_add(pb.p, rb), ll_add(pa.p, ra));
+            ll_vec2 gap = ll_point_gap(p, &since);
             t->at[k] = (line){
-                .ra = ra,
-                .rb = rb,
-                .c0 = {ll_dot(gap, t->n) + p->adjust, ll_dot(gap, ll_right(t->n))},
+                .ra = p->a,
+                .rb = p->b,
+                .c0 = {ll_dot(gap, t->n) + p->separation, ll_dot(gap, ll_right(t->n))},
                 .force = {warm ? p->normal_impulse / m->h : 0, warm ? p->tangent_impulse / m->h : 0},
                 .penalty = clamped(warm ? gamma_kept * (double)p->penalty : 0, least_penalty, most_penalty)};
         }

@@ -127,11 +127,12 @@ static double inverse(double k)
     return k > 0 ? 1 / k : 0;
 }
 
-static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, const ll_contact_point *p)
+static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, const ll_contact_point *p,
+                         const ll_since *since)
 {
-    line->ra = ll_rotate(ll_poses(w)[r->a].q, p->a);
-    line->rb = ll_rotate(ll_poses(w)[r->b].q, p->b);
-    line->adjust = p->adjust;
+    line->ra = ll_rotate(since->a, p->a);
+    line->rb = ll_rotate(since->b, p->b);
+    line->adjust = p->separation;
     line->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
     line->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
     ll_vec2 t = ll_right(r->n);
@@ -161,10 +162,11 @@ ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
         r->ib = b->inv_inertia;
         r->friction = c->friction;
         r->restitution = c->restitution;
-        r->n = ll_rotate(ll_poses(w)[r->a].q, c->normal);
         r->fixed = a->inv_mass == 0 || b->inv_mass == 0;
+        ll_since since = ll_since_made(w, c);
+        r->n = ll_rotate(since.a, c->normal);
         for (int k = 0; k < c->count; k++)
-            prepare_line(w, r, &r->at[k], &c->at[k]);
+            prepare_line(w, r, &r->at[k], &c->at[k], &since);
     }
     return rows;
 }

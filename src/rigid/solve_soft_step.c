@@ -63,11 +63,11 @@ static void empty_lane(const ll_rigid *w, ll_wide_contact *c, int lane)
 }
 
 static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, const ll_contact_point *from,
-                       ll_rot qa, ll_rot qb, ll_vec2 gap)
+                       const ll_since *since)
 {
     ll_wide_point *p = &c->at[k];
     ll_vec2 n = {c->nx[lane], c->ny[lane]}, t = ll_right(n);
-    ll_vec2 ra = ll_rotate(qa, from->a), rb = ll_rotate(qb, from->b);
+    ll_vec2 ra = from->a, rb = from->b;
     double ma = c->ma[lane], ia = c->ia[lane], mb = c->mb[lane], ib = c->ib[lane];
     double na = ll_cross(ra, n), nb = ll_cross(rb, n), ta = ll_cross(ra, t), tb = ll_cross(rb, t);
     double kn = ma + mb + ia * na * na + ib * nb * nb, kt = ma + mb + ia * ta * ta + ib * tb * tb;
@@ -75,7 +75,7 @@ static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, c
     p->ay[lane] = ra.y;
     p->bx[lane] = rb.x;
     p->by[lane] = rb.y;
-    p->adjust[lane] = from->adjust + ll_dot(gap, n);
+    p->adjust[lane] = from->separation + ll_dot(ll_sub(ll_point_gap(from, since), ll_sub(rb, ra)), n);
     p->normal_mass[lane] = kn > 0 ? 1 / kn : 0;
     p->tangent_mass[lane] = kt > 0 ? 1 / kt : 0;
     p->normal_impulse[lane] = w->params.warm_start ? from->normal_impulse : 0;
@@ -86,8 +86,7 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
 {
     const ll_contact *from = &ll_contacts(w)[contact];
     const ll_trait *a = &ll_traits(w)[from->body[0]], *b = &ll_traits(w)[from->body[1]];
-    ll_pose pa = ll_poses(w)[from->body[0]], pb = ll_poses(w)[from->body[1]];
-    ll_vec2 n = ll_rotate(pa.q, from->normal);
+    ll_vec2 n = from->normal;
     if (from->count < 2)
         empty_lane(w, c, lane);
     c->a[lane] = from->body[0];
@@ -101,9 +100,9 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
     c->nx[lane] = n.x;
     c->ny[lane] = n.y;
     c->friction[lane] = from->friction;
-    ll_vec2 gap = ll_sub(pb.p, pa.p);
+    ll_since since = ll_since_made(w, from);
     for (int k = 0; k < from->count; k++)
-        fill_point(w, c, lane, k, &from->at[k], pa.q, pb.q, gap);
+        fill_point(w, c, lane, k, &from->at[k], &since);
 }
 
 static batches prepare(ll_rigid *w)

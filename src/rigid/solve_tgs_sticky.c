@@ -46,7 +46,7 @@ static void solve_friction(ll_rigid *w, ll_touch_row *r, ll_line *line, double m
     double held = line->tangent_impulse - line->tangent_mass * (vt + back);
     double sum = ll_min(ll_max(held, -most), most);
     if (sum != held && most > 0 && !bias) /* slides */
-        ll_contacts(w)[r->contact].rel.p.x = INFINITY;
+        ll_contacts(w)[r->contact].rel.x = INFINITY;
     ll_push(a, b, r, line, ll_scale(sum - line->tangent_impulse, t));
     line->tangent_impulse = sum;
 }

@@ -151,7 +151,7 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
     }
     if (reshaped) /* their anchors are of other surfaces */
         for (int32_t i = 0; i < w->awake_contacts; i++)
-            ll_contacts(w)[ll_awake_contacts(w)[i]].rel.p.x = INFINITY;
+            ll_contacts(w)[ll_awake_contacts(w)[i]].rel.x = INFINITY;
     return ll_ok();
 }
 
@@ -294,16 +294,17 @@ bool ll_rigid_contact_at(const ll_rigid *w, int32_t index, ll_contact_view *out)
     const ll_contact *c = &ll_contacts(w)[index];
     if (c->shape[0] == LL_NONE || c->count == 0)
         return false;
-    ll_pose a = ll_poses(w)[c->body[0]], b = ll_poses(w)[c->body[1]];
+    ll_since since = ll_since_made(w, c);
+    ll_vec2 a = ll_poses(w)[c->body[0]].p;
     *out = (ll_contact_view){.a = ll_rigid_body_at(w, c->body[0]),
                              .b = ll_rigid_body_at(w, c->body[1]),
-                             .normal = ll_rotate(a.q, c->normal),
+                             .normal = c->normal,
                              .count = c->count,
                              .recycled = c->recycled};
     for (int i = 0; i < c->count; i++) {
-        ll_vec2 pa = ll_to_world(a, c->at[i].a), pb = ll_to_world(b, c->at[i].b);
-        out->at[i].point = ll_lerp(pa, pb, 0.5);
-        out->at[i].separation = ll_dot(ll_sub(pb, pa), out->normal) + c->at[i].adjust;
+        ll_vec2 gap = ll_point_gap(&c->at[i], &since);
+        out->at[i].point = ll_madd(ll_add(a, ll_rotate(since.a, c->at[i].a)), 0.5, gap);
+        out->at[i].separation = ll_dot(gap, c->normal) + c->at[i].separation;
         out->at[i].impulse = c->at[i].normal_impulse;
         out->at[i].friction_impulse = c->at[i].tangent_impulse;
     }

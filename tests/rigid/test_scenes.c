@@ -9,9 +9,8 @@ typedef struct bound { /* after 10 s, sleeping off; 0: not asked for */
 } bound;
 
 static const bound bounds[] = {
-    /* Both stand, and sway: soft contacts are springs, and these are as high as they bear. */
-    {"column", {.size = 80}, 600, .sag = 0.2, .drift = 0.5, .tilt = 0.02, .penetration = 0.005},
-    {"inverse_pyramid", {0}, 600, .sag = 0.1, .drift = 1, .tilt = 0.05, .penetration = 0.05},
+    {"column", {.size = 80}, 600, .sag = 0.15, .drift = 0.01, .tilt = 0.001, .penetration = 0.005},
+    {"inverse_pyramid", {0}, 600, .sag = 0.06, .drift = 0.03, .tilt = 0.002, .penetration = 0.05},
     {"tiny_pyramid", {0}, 300, .sag = 0.01, .drift = 0.005, .tilt = 0.01, .penetration = 0.001},
     {"heavy_on_two", {.offset = 4}, 600, .sag = 4.02, .drift = 1, .tilt = 0.02, .penetration = 0.02},
     {"heavy_on_triangles", {0}, 600, .sag = 0.02, .drift = 0.01, .tilt = 0.01, .penetration = 0.01},
