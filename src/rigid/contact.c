@@ -287,7 +287,7 @@ static void compute(ll_rigid *w, ll_contact *c, ll_pose a, ll_pose b)
     for (int i = 0; i < m.count; i++) {
         ll_contact_point *p = &c->at[i];
         p->a = ll_rotate(a.q, m.at[i].point);
-        p->b = ll_sub(p->a, ll_sub(b.p, a.p));
+        p->b = ll_rotate(b.q, ll_to_local(rel, m.at[i].point));
         p->separation = m.at[i].separation;
         p->id = m.at[i].id;
         for (int k = 0; k < old_count; k++)

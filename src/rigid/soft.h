@@ -6,9 +6,11 @@
 
 #define LL_LANES 4
 
+/* All that is needed of an arm r is how it lies to the normal: r x n is the normal's lever and - r . n that
+ * of the tangent, the normal turned by -90 degrees. */
 typedef struct ll_wide_point {
-    double ax[LL_LANES], ay[LL_LANES]; /* anchor from a's centre */
-    double bx[LL_LANES], by[LL_LANES];
+    double cross_a[LL_LANES], dot_a[LL_LANES];
+    double cross_b[LL_LANES], dot_b[LL_LANES];
     double adjust[LL_LANES]; /* separation = n . (what the anchors moved to each other) + adjust */
     double normal_mass[LL_LANES], tangent_mass[LL_LANES];
     double normal_impulse[LL_LANES], tangent_impulse[LL_LANES];

@@ -163,7 +163,9 @@ ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
         r->friction = c->friction;
         r->restitution = c->restitution;
         r->fixed = a->inv_mass == 0 || b->inv_mass == 0;
-        ll_since since = ll_since_made(w, c);
+        ll_since since = {.a = {1, 0}, .b = {1, 0}};
+        if (c->recycled)
+            since = ll_since_made(w, c);
         r->n = ll_rotate(since.a, c->normal);
         for (int k = 0; k < c->count; k++)
             prepare_line(w, r, &r->at[k], &c->at[k], &since);

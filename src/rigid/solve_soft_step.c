@@ -66,16 +66,17 @@ static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, c
                        const ll_since *since)
 {
     ll_wide_point *p = &c->at[k];
-    ll_vec2 n = {c->nx[lane], c->ny[lane]}, t = ll_right(n);
-    ll_vec2 ra = from->a, rb = from->b;
-    double ma = c->ma[lane], ia = c->ia[lane], mb = c->mb[lane], ib = c->ib[lane];
-    double na = ll_cross(ra, n), nb = ll_cross(rb, n), ta = ll_cross(ra, t), tb = ll_cross(rb, t);
-    double kn = ma + mb + ia * na * na + ib * nb * nb, kt = ma + mb + ia * ta * ta + ib * tb * tb;
-    p->ax[lane] = ra.x;
-    p->ay[lane] = ra.y;
-    p->bx[lane] = rb.x;
-    p->by[lane] = rb.y;
-    p->adjust[lane] = from->separation + ll_dot(ll_sub(ll_point_gap(from, since), ll_sub(rb, ra)), n);
+    ll_vec2 n = {c->nx[lane], c->ny[lane]};
+    double cross_a = ll_cross(from->a, n), cross_b = ll_cross(from->b, n);
+    double dot_a = ll_dot(from->a, n), dot_b = ll_dot(from->b, n);
+    double m = c->ma[lane] + c->mb[lane], ia = c->ia[lane], ib = c->ib[lane];
+    double kn = m + ia * cross_a * cross_a + ib * cross_b * cross_b;
+    double kt = m + ia * dot_a * dot_a + ib * dot_b * dot_b;
+    p->cross_a[lane] = cross_a;
+    p->dot_a[lane] = dot_a;
+    p->cross_b[lane] = cross_b;
+    p->dot_b[lane] = dot_b;
+    p->adjust[lane] = from->separation + ll_dot(ll_point_gap(from, since), n) - (dot_b - dot_a);
     p->normal_mass[lane] = kn > 0 ? 1 / kn : 0;
     p->tangent_mass[lane] = kt > 0 ? 1 / kt : 0;
     p->normal_impulse[lane] = w->params.warm_start ? from->normal_impulse : 0;
@@ -158,9 +159,8 @@ static void store(ll_rigid *w, const batches *all)
 static double approach(const ll_motion *a, const ll_motion *b, const ll_wide_contact *c, int lane, int k)
 {
     const ll_wide_point *p = &c->at[k];
-    double vx = (b->v.x - b->w * p->by[lane]) - (a->v.x - a->w * p->ay[lane]);
-    double vy = (b->v.y + b->w * p->bx[lane]) - (a->v.y + a->w * p->ax[lane]);
-    return vx * c->nx[lane] + vy * c->ny[lane];
+    double along = (b->v.x - a->v.x) * c->nx[lane] + (b->v.y - a->v.y) * c->ny[lane];
+    return along + (b->w * p->cross_b[lane] - a->w * p->cross_a[lane]);
 }
 
 /* Speeds before the step, kept where the impulses of the contact will be stored in the end. */
@@ -188,12 +188,12 @@ static void bounce(ll_rigid *w, ll_wide_contact *c, int lane)
         if (before > -w->params.restitution_speed || vn < 0.5 * before) /* slow, or did not meet */
             continue;
         double sum = ll_max(old - p->normal_mass[lane] * (vn + contact->restitution * before), 0);
-        double px = (sum - old) * c->nx[lane], py = (sum - old) * c->ny[lane];
+        ll_vec2 impulse = ll_scale(sum - old, ll_vec(c->nx[lane], c->ny[lane]));
         p->normal_impulse[lane] = sum;
-        a->v = ll_sub(a->v, ll_vec(c->ma[lane] * px, c->ma[lane] * py));
-        a->w -= c->ia[lane] * (p->ax[lane] * py - p->ay[lane] * px);
-        b->v = ll_add(b->v, ll_vec(c->mb[lane] * px, c->mb[lane] * py));
-        b->w += c->ib[lane] * (p->bx[lane] * py - p->by[lane] * px);
+        a->v = ll_madd(a->v, -c->ma[lane], impulse);
+        a->w -= c->ia[lane] * p->cross_a[lane] * (sum - old);
+        b->v = ll_madd(b->v, c->mb[lane], impulse);
+        b->w += c->ib[lane] * p->cross_b[lane] * (sum - old);
     }
 }
 

@@ -29,17 +29,16 @@ static inline void v_transpose(vd r[4])
     r[3] = _mm256_permute2f128_pd(t1, t3, 0x31);
 }
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, vd out[8])
+/* Four doubles of each motion, from the first or the fifth on. */
+static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
 {
-    for (int half = 0; half < 2; half++) {
-        for (int i = 0; i < 4; i++)
-            out[4 * half + i] = v_load((const double *)&m[index[i]] + 4 * half);
-        v_transpose(out + 4 * half);
-    }
+    for (int i = 0; i < 4; i++)
+        out[i] = v_load((const double *)&m[index[i]] + from);
+    v_transpose(out);
 }
 
 /* The first four doubles of a motion; the fourth as it was. */
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[8])
+static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
 {
     vd r[4] = {in[0], in[1], in[2], in[3]};
     v_transpose(r);
@@ -62,17 +61,17 @@ static inline vd v_choose(vd a, vd b, vd x, vd y)
     return _mm_or_pd(_mm_and_pd(mask, x), _mm_andnot_pd(mask, y));
 }
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, vd out[8])
+static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
 {
-    const double *a = (const double *)&m[index[0]], *b = (const double *)&m[index[1]];
-    for (int i = 0; i < 8; i += 2) {
+    const double *a = (const double *)&m[index[0]] + from, *b = (const double *)&m[index[1]] + from;
+    for (int i = 0; i < 4; i += 2) {
         vd x = v_load(a + i), y = v_load(b + i);
         out[i] = _mm_unpacklo_pd(x, y);
         out[i + 1] = _mm_unpackhi_pd(x, y);
     }
 }
 
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[8])
+static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
 {
     double *a = (double *)&m[index[0]], *b = (double *)&m[index[1]];
     for (int i = 0; i < 4; i += 2) {
@@ -90,13 +89,13 @@ typedef double vd;
 #define v_min(a, b) ((a) < (b) ? (a) : (b))
 #define v_choose(a, b, x, y) ((a) > (b) ? (x) : (y))
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, vd out[8])
+static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
 {
-    for (int i = 0; i < 8; i++)
-        out[i] = ((const double *)&m[*index])[i];
+    for (int i = 0; i < 4; i++)
+        out[i] = ((const double *)&m[*index])[from + i];
 }
 
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[8])
+static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
 {
     for (int i = 0; i < 4; i++)
         ((double *)&m[*index])[i] = in[i];
