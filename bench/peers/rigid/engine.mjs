@@ -21,7 +21,8 @@ const cpu = () => { const { user, system } = process.cpuUsage(); return (user + 
 
 /** @param {{add: Function, join: Function, remove: Function, step: Function, pose: Function}} engine bodies are counted from 0 as they are added */
 export function runEngine(engine) {
-  const happen = ({ removed, bodies, joints }) => { removed.forEach(engine.remove); bodies.forEach(engine.add); joints.forEach(engine.join); };
+  const gone = new Set();
+  const happen = ({ removed, bodies, joints }) => { removed.forEach((body) => { engine.remove(body); gone.add(body); }); bodies.forEach(engine.add); joints.forEach(engine.join); };
   const events = [...scene.events];
   if (events[0]?.step === 0) happen(events.shift());
   const spent = [];
@@ -37,7 +38,7 @@ export function runEngine(engine) {
   const change = { sag: 0, drift: 0, tilt: 0, top_sag: 0, top_y: 0, lowest: Infinity };
   let top = -Infinity;
   (scene.events[0]?.bodies ?? []).forEach((body, i) => {
-    if (body.type !== 2) return;
+    if (body.type !== 2 || gone.has(i)) return;
     const [x, y, angle] = engine.pose(i);
     const turned = Math.abs(((angle - body.angle + Math.PI) % (2 * Math.PI) + 2 * Math.PI) % (2 * Math.PI) - Math.PI);
     if (!Number.isFinite(x + y + angle)) change.sag = change.drift = change.tilt = 1e9;
