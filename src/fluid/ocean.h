@@ -76,6 +76,19 @@ typedef struct ll_wave {
 /* The wave `index` of gerstner, from 0 to waves - 1. */
 ll_wave ll_ocean_wave(const ll_ocean *o, int64_t index);
 
+/* The waves of gerstner without a grid, so that a few points of a surface cost no more than they are:
+ * `waves` has setup->waves places. */
+void ll_ocean_waves(const ll_ocean_setup *setup, ll_wave *waves);
+
+typedef struct ll_ocean_point { /* a point of the water's surface */
+    double dx, dz, height;      /* m from its rest */
+    double u, w, v;             /* m/s along x, z and y */
+} ll_ocean_point;
+
+/* What `waves` do at `t` to the point that rests at (x, z). */
+ll_ocean_point ll_ocean_point_of(const ll_ocean_setup *setup, const ll_wave *waves, double x, double z,
+                                 ll_time t);
+
 /* The same surface of spectrum at grid point (i, j), as a plain sum over all wave vectors: for tests. */
 void ll_ocean_direct(const ll_ocean *o, ll_time t, int64_t i, int64_t j, double *height, double *dx,
                      double *dz);

@@ -64,6 +64,30 @@ ll_wave ll_ocean_wave(const ll_ocean *o, int64_t index)
     return waves_of(o)[index];
 }
 
+void ll_ocean_waves(const ll_ocean_setup *s, ll_wave *waves)
+{
+    for (int64_t i = 0; i < s->waves; i++)
+        waves[i] = choose(s, i);
+}
+
+ll_ocean_point ll_ocean_point_of(const ll_ocean_setup *s, const ll_wave *waves, double x, double z, ll_time t)
+{
+    ll_ocean_point p = {0};
+    for (int64_t i = 0; i < s->waves; i++) {
+        const ll_wave *w = &waves[i];
+        double angle = w->kx * x + w->kz * z - ll_wave_angle(s, w, t) + w->phase;
+        double c = w->amplitude * ll_cos(angle), up = w->amplitude * ll_sin(angle), f = w->frequency;
+        double along = -s->choppiness / w->k;
+        p.height += c;
+        p.dx += along * w->kx * up;
+        p.dz += along * w->kz * up;
+        p.v += f * up;
+        p.u -= along * w->kx * f * c;
+        p.w -= along * w->kz * f * c;
+    }
+    return p;
+}
+
 typedef struct row {
     double *restrict height, *restrict dx, *restrict dz;
     int64_t n;

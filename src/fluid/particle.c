@@ -416,6 +416,17 @@ void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir)
     p->stir = *stir;
 }
 
+void ll_particles_put(ll_particles *p, const ll_particle_place *places)
+{
+    for (int32_t a = 0; a < p->fluid; a++) {
+        const ll_particle_place *to = &places[ll_part_id(p)[a]];
+        ll_particle_values(p, LL_PARTICLE_X)[a] = to->x;
+        ll_particle_values(p, LL_PARTICLE_Y)[a] = to->y;
+        ll_particle_values(p, LL_PARTICLE_U)[a] = to->u;
+        ll_particle_values(p, LL_PARTICLE_V)[a] = to->v;
+    }
+}
+
 static void draw_along(ll_particles *p)
 {
     const ll_fluid_stir *s = &p->stir;

@@ -103,6 +103,14 @@ ll_status ll_particles_step(ll_particles *p, double dt);
 /* Fluid within the circle moves as told, until told otherwise. */
 void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir);
 
+typedef struct ll_particle_place {
+    double x, y, u, v; /* m, m/s */
+} ll_particle_place;
+
+/* Puts all of the fluid: place k is that of the particle of id k, which init counts from 0 through the fills,
+ * row by row from below. What a solver remembers of the step before is not changed. */
+void ll_particles_put(ll_particles *p, const ll_particle_place *places);
+
 uint64_t ll_particles_hash(const ll_particles *p); /* the same for the same history */
 
 /* Every invariant of the block, for LL_VALIDATE and tests. */

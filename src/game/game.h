@@ -94,7 +94,7 @@ typedef struct ll_game_scene {
 
 /* How an entity is drawn; or a fixed part of the scene, which then also has a place. */
 typedef struct ll_game_shape {
-    const char *kind;     /* `player`, `target`, `crate`, `shell`, `cover` */
+    const char *kind;     /* `player`, `target`, `crate`, `water`, `shell`, `cover` */
     double width, height; /* m */
     bool round;           /* an ellipse, otherwise a box */
     double x, y;          /* m, of the centre */

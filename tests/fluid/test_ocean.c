@@ -310,12 +310,45 @@ static void tables_agree(void **state)
         assert_true(strlen(ll_ocean_method_help(i)) > 40);
 }
 
+/* A point by itself is the grid's, and moves at the speed that it tells. */
+static void points_without_a_grid_are_the_grids(void **state)
+{
+    (void)state;
+    ll_ocean_setup s;
+    ll_param_defaults(&ll_ocean_table, &s);
+    s.method = LL_OCEAN_GERSTNER;
+    s.n = 16;
+    s.waves = 5;
+    ll_wave waves[5];
+    ll_ocean_waves(&s, waves);
+    void *block = aligned_alloc(64, (ll_ocean_size(&s) + 63) & ~(size_t)63);
+    ll_ocean *o = ll_ocean_init(block, &s);
+    ll_time t = 12345 * LL_MS, h = LL_MS;
+    ll_ocean_evaluate(o, t);
+    ll_ocean_surface f = ll_ocean_surface_of(o);
+    for (int64_t j = 0; j < s.n; j++)
+        for (int64_t i = 0; i < s.n; i++) {
+            double x = s.length * (double)i / (double)s.n, z = s.length * (double)j / (double)s.n;
+            ll_ocean_point p = ll_ocean_point_of(&s, waves, x, z, t),
+                           next = ll_ocean_point_of(&s, waves, x, z, t + h),
+                           last = ll_ocean_point_of(&s, waves, x, z, t - h);
+            int64_t at = j * s.n + i;
+            assert_true(fabs(p.height - f.height[at]) < 1e-11 && fabs(p.dx - f.dx[at]) < 1e-11 &&
+                        fabs(p.dz - f.dz[at]) < 1e-11);
+            assert_true(fabs((next.height - last.height) / 0.002 - p.v) < 1e-5);
+            assert_true(fabs((next.dx - last.dx) / 0.002 - p.u) < 1e-5);
+            assert_true(fabs((next.dz - last.dz) / 0.002 - p.w) < 1e-5);
+        }
+    free(block);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(frequencies_follow_dispersion),
         cmocka_unit_test(crests_run_at_the_speed_of_dispersion),
         cmocka_unit_test(gerstner_is_the_sum_of_its_waves),
+        cmocka_unit_test(points_without_a_grid_are_the_grids),
         cmocka_unit_test(trochoids_lie_low),
         cmocka_unit_test(transforms_equal_the_direct_sum),
         cmocka_unit_test(seas_are_as_high_as_their_wind_makes_them),

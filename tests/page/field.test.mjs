@@ -56,6 +56,18 @@ test('what stands in the scene is drawn too', async () => {
   await close();
 });
 
+test('water that is watched is drawn', async () => {
+  for (const scenario of ['sea_watched', 'dam_watched']) {
+    const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${scenario}`);
+    await until(async () => (await frameOf(page)).time > 1, 'a second has passed');
+    for (const view of [0, 1, 2]) {
+      for (const colour of ['--p0-fill', '--p1-fill', '--accent']) assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
+    }
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+});
+
 test('arrows drive in both directions', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=crates&set=players.0.control:person&set=players.1.script:idle`);
   const place = async () => (await frameOf(page)).views[0].entities[0];

@@ -30,6 +30,9 @@ export async function drive(player, on) {
   submit(player);
 }
 
+/** Whether a player goes along both axes. @param {string | undefined} game */
+export const inThePlane = (game) => game === 'crates' || game === 'dam';
+
 /** @param {number} player @returns {{axes: number[], buttons: number}} */
 function action(player) {
   const pushes = held.get(player) ?? new Set();
@@ -37,7 +40,7 @@ function action(player) {
     return { axes: [...(aim.value[player] ?? [0.5, 0.8])], buttons: pushes.has('fire') ? 1 : 0 };
   }
   const push = (/** @type {Push} */ one, /** @type {Push} */ other) => (pushes.has(one) ? 1 : 0) - (pushes.has(other) ? 1 : 0);
-  if (layout.value?.game === 'crates') return { axes: [push('ahead', 'back'), push('up', 'down')], buttons: 0 };
+  if (inThePlane(layout.value?.game)) return { axes: [push('ahead', 'back'), push('up', 'down')], buttons: 0 };
   return { axes: [(pushes.has('ahead') || pushes.has('up') ? 1 : 0) - (pushes.has('back') || pushes.has('down') ? 1 : 0), 0], buttons: 0 };
 }
 

@@ -1,6 +1,6 @@
 // Touch pads: held with a finger, they push like keys.
 import { html, nothing } from '../vendor/lit-html.js';
-import { byPerson, push } from './drive.js';
+import { byPerson, inThePlane, push } from './drive.js';
 import { icons } from './icons.js';
 import { aiming, nameOf, trigger } from './panels.js';
 import { layout, locked } from './state.js';
@@ -25,7 +25,7 @@ export function pads(player) {
     return html`<fieldset class="pads" data-player=${player % 8} ?disabled=${locked.value !== ''}>
       <legend class="unseen">Cannon of ${nameOf(player)}</legend>${aiming(player)}${trigger(player)}</fieldset>`;
   }
-  if (layout.value?.game === 'crates') {
+  if (inThePlane(layout.value?.game)) {
     return html`<div class="pads" data-player=${player % 8}>
       ${pad(player, 'back', `Left, ${nameOf(player)}`, icons.left)}${pad(player, 'up', `Up, ${nameOf(player)}`, icons.up)}
       ${pad(player, 'down', `Down, ${nameOf(player)}`, icons.down)}${pad(player, 'ahead', `Right, ${nameOf(player)}`, icons.right)}</div>`;

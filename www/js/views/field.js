@@ -1,4 +1,4 @@
-// One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, shells, and what stands there.
+// One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, water, shells, and what stands there.
 import { E_ACTIVE, E_PREDICTED } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
@@ -71,6 +71,7 @@ function look(at, shape, i, e) {
   const own = (e.flags & E_PREDICTED) !== 0 && at.view > 0;
   if (shape.kind === 'player') return { fill: paintOf(colours, i).fill, edge: colours.truth, line: Math.max(1.5, colours.line) };
   if (shape.kind === 'crate') return { fill: colours.grid, edge: own ? paintOf(colours, at.view - 1).text : colours.edge, line: own ? colours.line : 1 };
+  if (shape.kind === 'water') return { fill: colours.accent, edge: colours.accent, line: 1 };
   if (shape.kind === 'target') return { fill: colours.buffer, edge: colours.truth, line: 1.5 };
   return { fill: colours.truth, edge: colours.truth, line: 1 };
 }
