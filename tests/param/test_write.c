@@ -1,8 +1,10 @@
+#include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 
 #include <cmocka.h>
 
@@ -46,6 +48,41 @@ static void a_variant_without_params_is_an_empty_object(void **state)
     assert_string_equal(sample_parse(text, &again).text, "");
     assert_memory_equal(&again, &s, sizeof s);
     free(text);
+}
+
+/* The fewest of 15 to 17 digits that read back, as printf and strtod find them: of numbers of any size, of
+ * few digits, and beside powers of two and of ten. */
+static void numbers_have_the_fewest_digits(void **state)
+{
+    (void)state;
+    for (uint64_t i = 0; i < 200000; i++) {
+        double unit = ll_rng_unit(1, 2, i), value = 0;
+        int power = (int)(i / 5 % 21) - 5;
+        char text[32], wanted[32];
+        switch (i % 5) {
+        case 0:
+            value = unit * pow(10, power + 1);
+            break;
+        case 1:
+            value = -floor(unit * 1e6) / pow(10, i / 5 % 9);
+            break;
+        case 2:
+            value = nextafter(pow(10, power), i / 5 % 2 ? 0 : 1e300);
+            break;
+        case 3:
+            value = nextafter(ldexp(1, (int)(i / 5 % 60) - 14), i / 5 % 2 ? 0 : 1e300);
+            break;
+        default:
+            value = ldexp(1, (int)(i / 5 % 2000) - 1000) * (1 + unit);
+        }
+        ll_number_text(value, text);
+        for (int digits = 15; digits <= 17; digits++) {
+            snprintf(wanted, sizeof wanted, "%.*g", digits, value);
+            if (strtod(wanted, NULL) == value)
+                break;
+        }
+        assert_string_equal(text, wanted);
+    }
 }
 
 /* Any finite double survives the text, by the tree too. */
@@ -120,6 +157,7 @@ int main(void)
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_text_is_in_the_tables_order),
         cmocka_unit_test(a_variant_without_params_is_an_empty_object),
+        cmocka_unit_test(numbers_have_the_fewest_digits),
         cmocka_unit_test(numbers_read_back_to_the_bit),
         cmocka_unit_test(numbers_are_short),
     };
