@@ -1,31 +1,47 @@
-// Workers under a real Slurm, one of them requeued while it works: the rows are those of a sweep that nobody disturbed.
+// Workers under a real Slurm, one of them requeued while it works: the rows are those of a sweep that nobody disturbed. The store is
+// PostgreSQL's, as on a cluster; where that is not installed, a file of SQLite's, which workers of one machine may share.
 import assert from 'node:assert/strict';
-import { execFile } from 'node:child_process';
+import { execFile, execFileSync, spawnSync } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import test from 'node:test';
+import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 import { BINARY } from '../lib/daemon.mjs';
 import { noSlurm, startSlurm } from '../lib/slurm.mjs';
 
+const POSTGRES = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../support/postgres');
 const run = promisify(execFile), NODES = 3, RUNS = 1200;
 const EXPERIMENT = {
   scenario: 'race', set: { duration_s: 60 }, axes: [{ path: 'players.0.lag_ms', from: 0, to: 290, count: RUNS / 30 }], repeats: 30,
   metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
 };
 
+/** The URL of a store that is there as long as the test. @param {import('node:test').TestContext} t @param {string} folder */
+function startStore(t, folder) {
+  const made = spawnSync(POSTGRES, ['make'], { encoding: 'utf8' }), server = made.stdout.trim();
+  if (made.status === 77) {
+    t.diagnostic(`SQLite in place of PostgreSQL: ${made.stderr.trim()}`);
+    return `sqlite:${path.join(folder, 'runs.db')}`;
+  }
+  t.after(() => execFileSync(POSTGRES, ['remove', server]));
+  return execFileSync(POSTGRES, ['start', server], { encoding: 'utf8' }).trim();
+}
+
 test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued meanwhile: every row once, and as in an undisturbed sweep`,
   { skip: noSlurm() || false }, async (t) => {
     const folder = mkdtempSync(path.join(tmpdir(), 'laglab-slurm-'));
-    t.after(() => rmSync(folder, { recursive: true, force: true }));
     const file = (/** @type {string} */ name) => path.join(folder, name);
     writeFileSync(file('experiment.json'), JSON.stringify(EXPERIMENT));
     const slurm = await startSlurm(folder, NODES);
-    t.after(() => slurm.stop());
+    t.after(async () => {
+      await slurm.stop();
+      rmSync(folder, { recursive: true, force: true });
+    });
     const laglab = async (/** @type {string[]} */ ...args) => (await run(BINARY, args, { env: slurm.env, cwd: folder })).stdout;
 
-    const store = ['--store', `sqlite:${file('runs.db')}`];
+    const store = ['--store', startStore(t, folder)];
     const submit = ['submit', 'experiment.json', '--engine', 'slurm', '-n', String(NODES), ...store];
     const script = await laglab(...submit, '--print');
     assert.match(script, /^#!\/bin\/sh\n#SBATCH/);
