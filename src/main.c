@@ -250,6 +250,7 @@ static ll_status run_session(const arguments *a, ll_session *s, double *wall_s)
     int64_t end = ll_session_get_info(s).end_tick;
     double wall = seconds_now(CLOCK_MONOTONIC), cpu = seconds_now(CLOCK_PROCESS_CPUTIME_ID);
     ll_status status;
+    ll_session_meter(s, cpu_now_ns);
     if (a->log) {
         FILE *log;
         status = to_file(a->log, &log);

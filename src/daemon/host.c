@@ -184,6 +184,13 @@ ll_status ll_hosted_load(ll_hosted *hosted)
 
 /* ---- the present ---- */
 
+static int64_t cpu_now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (int64_t)t.tv_sec * LL_SECOND + t.tv_nsec;
+}
+
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms)
 {
     if (wall < hosted->wall)
@@ -192,13 +199,12 @@ int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms)
     double chunk = max_ms * 1e6 / hosted->tick_ns;
     int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk;
     ll_session_info before = ll_session_get_info(hosted->session);
-    struct timespec t0, t1;
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t0);
+    int64_t from = cpu_now_ns();
+    ll_session_meter(hosted->session, ll_viewers_any(hosted) ? cpu_now_ns : NULL); /* a page shows it */
     int64_t due = ll_session_advance(hosted->session, wall, most);
-    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t1);
     int64_t ticks = ll_session_get_info(hosted->session).tick - before.tick;
     if (ticks > 0) {
-        int64_t ns = (int64_t)(t1.tv_sec - t0.tv_sec) * LL_SECOND + (t1.tv_nsec - t0.tv_nsec);
+        int64_t ns = cpu_now_ns() - from;
         ll_session_account(hosted->session, ns, ticks);
         hosted->tick_ns += ((double)ns / (double)ticks - hosted->tick_ns) * (ticks > 16 ? 0.5 : 0.1);
         if (hosted->tick_ns < 10)

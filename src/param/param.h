@@ -59,6 +59,9 @@ typedef struct ll_param {
      * was, before the rows that stand after it. It may change only those, of them no choice that others
      * depend on, and nothing for the default. NULL when there is none. */
     void (*chosen)(void *object, int choice);
+    /* Of an ARRAY whose elements say how they differ from `object`, the struct of the row's table: sets an
+     * element before it is read. It may read only rows that stand before this one. NULL: the defaults. */
+    void (*begin)(const void *object, void *element);
 } ll_param;
 
 struct ll_param_table {

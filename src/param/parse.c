@@ -88,6 +88,8 @@ ll_status ll_parse_array(const ll_place *place, const cJSON *json, ll_path *path
         ll_place element = ll_place_of_element(place, index);
         int before = ll_path_push_index(path, index);
         ll_param_defaults(element.table, element.member);
+        if (row->begin != NULL)
+            row->begin(place->home, element.member);
         status = ll_parse_object(&element, item, path);
         ll_path_pop(path, before);
     }

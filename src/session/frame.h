@@ -92,11 +92,12 @@
  *      0 u32 a, b   8 u8 world   9 u8 type   16 f64 ax, ay, bx, by (anchors)
  *   section 37, bounding volumes, where they are compared, 56 bytes each
  *      0 u8 world   1 u8 volume 0 exact 1 aabb 2 sphere 3 obb   8 f64 tests, hits, false_hits, missed_hits, gap_mean, gap_max
+ *   sections 48 to 51, fluids: of those side by side each has its own, one behind the other
  *   section 48, a fluid: one record
  *      0 u8 status 0 ok 1 diverged   1 u8 held (a person stirs)   2 u16 numbers   4 u32 ticks   8 numbers, f64 each: their names stand in
  *      the hello's layout
  *   section 49, the field that is shown, of fluids that have fields: one record
- *      0 u8 layer (in the hello's layout)   1 u8 columns   4 u32 width, height   12 u32 values   16 f32 low, high
+ *      0 u8 layer (in the hello's layout)   1 u8 columns   2 u16 fluid (0 the first)   4 u32 width, height   12 u32 values   16 f32 low, high
  *     24 values, u8 each, row by row from the bottom, 0 to 254 from low to high, 255 where there is no fluid; zeros fill up eights
  *   section 50, points of fluids that have them; section 51, a second layer of them: one record
  *      0 as in section 49; low and high are 0   24 values, f32 each: width records of columns; a zero fills up pairs

@@ -57,6 +57,7 @@ struct ll_session {
     ll_time anchor_time; /* ... this virtual time was shown */
     uint32_t params_version, generation;
     int64_t cpu_ns, cpu_ticks;
+    ll_meter meter; /* without a clock: off */
 
     ll_log_line *on_line;
     void *line_context;

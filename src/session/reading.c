@@ -144,6 +144,10 @@ cJSON *ll_session_cost(const ll_session *s)
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
+    if (s->scenario.kind->costs && s->meter.metered > 0) {
+        cJSON_AddNumberToObject(o, "metered_s", ll_to_s(s->meter.metered));
+        s->scenario.kind->costs(s->config, &s->meter, o);
+    }
     return o;
 }
 

@@ -228,8 +228,11 @@ static void run(ll_session *s, int64_t to, bool record)
     while (s->tick < to && s->status != LL_SESSION_FAILED) {
         maybe_snapshot(s);
         int64_t stop = next_stop(s, to);
-        ll_status status =
-            s->scenario.kind->advance(s->block, ll_tick_time(stop, s->freq), record ? &recorder : NULL);
+        ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
+        ll_time until = ll_tick_time(stop, s->freq);
+        ll_status status = s->scenario.kind->advance(s->block, until, record ? &recorder : NULL, meter);
+        if (meter)
+            meter->metered += until - ll_tick_time(s->tick, s->freq);
         if (ll_failed(&status)) {
             s->status = LL_SESSION_FAILED;
             s->error = status;
@@ -454,6 +457,11 @@ void ll_session_rebase(ll_session *s, const void *base)
     s->params_version++;
     if (s->block)
         make_state(s, 0);
+}
+
+void ll_session_meter(ll_session *s, int64_t (*now_ns)(void))
+{
+    s->meter.now_ns = now_ns;
 }
 
 void ll_session_account(ll_session *s, int64_t cpu_ns, int64_t ticks)

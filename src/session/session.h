@@ -114,7 +114,8 @@ struct cJSON *ll_session_metrics(ll_session *session);
 void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int64_t (*now_ns)(void));
 
 /* {"ns_per_sim_s","bytes","block_bytes","snapshot_bytes","event_bytes","log_bytes","parked_bytes"};
- * parked_bytes is what is left while it is parked. */
+ * parked_bytes is what is left while it is parked. Where steps were metered and the kind has parts also
+ * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each of those side by side. */
 struct cJSON *ll_session_cost(const ll_session *session);
 
 /* The state at another tick (0 <= tick <= head), from a scratch copy: the session itself does not move. */
@@ -132,6 +133,9 @@ void ll_session_log(const ll_session *session, ll_log_line *line, void *context)
 /* Drops everything that the log can give again. Any other call wakes the session. While nobody looks, virtual
  * time goes on by `wall` and is caught up by ll_session_advance. */
 void ll_session_park(ll_session *session);
+
+/* From now on parts of steps are metered by the owner's clock, for `cost`; NULL: no longer. */
+void ll_session_meter(ll_session *session, int64_t (*now_ns)(void));
 
 void ll_session_account(ll_session *session, int64_t cpu_ns,
                         int64_t ticks); /* measured cost of advancing; for `cost` only */

@@ -12,20 +12,41 @@ static int64_t head_size(void)
     return ((int64_t)sizeof(ll_fluid_sim) + 63) & ~INT64_C(63);
 }
 
+ll_fluid_setup ll_fluid_sim_setup(const ll_fluid_config *c, int i)
+{
+    ll_fluid_setup setup = i == 0 ? c->setup : c->beside[i - 1];
+    setup.hz = c->setup.hz;
+    setup.place = (int16_t)i;
+    setup.following = (int16_t)(c->beside_count - i);
+    return setup;
+}
+
+static int64_t size_of(const ll_fluid_setup *setup)
+{
+    return head_size() + (int64_t)ll_fluid_sim_scene(setup)->size(setup->params, setup->solver);
+}
+
 static size_t size(const void *config)
 {
-    const ll_fluid_setup *setup = &((const ll_fluid_config *)config)->setup;
-    return (size_t)head_size() + ll_fluid_sim_scene(setup)->size(setup->params, setup->solver);
+    const ll_fluid_config *c = config;
+    int64_t end = 0;
+    for (int i = 0; i <= c->beside_count; i++) {
+        ll_fluid_setup setup = ll_fluid_sim_setup(c, i);
+        end = ((end + 63) & ~INT64_C(63)) + size_of(&setup);
+    }
+    return (size_t)end;
 }
 
 static ll_status init(void *block, const void *config)
 {
     ll_fluid_sim *s = block;
-    memset(s, 0, (size_t)head_size());
-    s->setup = ((const ll_fluid_config *)config)->setup;
-    s->size = (int64_t)size(config);
-    s->fluid = head_size();
-    ll_fluid_sim_scene(&s->setup)->init(ll_fluid_sim_block(s), s->setup.params, s->setup.solver);
+    for (int i = 0; s != NULL; i++, s = ll_fluid_sim_next(s)) {
+        memset(s, 0, (size_t)head_size());
+        s->setup = ll_fluid_sim_setup(config, i);
+        s->size = size_of(&s->setup);
+        s->fluid = head_size();
+        ll_fluid_sim_scene(&s->setup)->init(ll_fluid_sim_block(s), s->setup.params, s->setup.solver);
+    }
     return ll_ok();
 }
 
@@ -85,18 +106,23 @@ static ll_status accepts(const void *config, int player, const ll_action *action
     return ll_hand_accepts(player, action, "stirs");
 }
 
-static void input(void *block, int player, const ll_action *action)
+static void point(ll_fluid_sim *s, const ll_action *action)
 {
-    ll_fluid_sim *s = block;
     bool held = (action->buttons & LL_BUTTON_FIRE) != 0;
     double box[4];
-    (void)player;
     larger_side(s, box);
     for (int i = 0; i < 2; i++)
         s->pointer[i] = 0.5 * (box[i] + box[i + 2]) + 0.5 * (box[i + 2] - box[i]) * (double)action->axis[i];
     if (held && !s->held)
         memcpy(s->before, s->pointer, sizeof s->before);
     s->held = held;
+}
+
+static void input(void *block, int player, const ll_action *action)
+{
+    (void)player;
+    for (ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s))
+        point(s, action);
 }
 
 /* ---- time ---- */
@@ -115,11 +141,9 @@ static ll_status step(ll_fluid_sim *s)
     return status;
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
+static ll_status advance_one(ll_fluid_sim *s, ll_time until)
 {
-    ll_fluid_sim *s = block;
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
-    (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
         ll_status status = s->failed ? ll_error(LL_DIVERGED, "%s", s->reason) : step(s);
         if (ll_failed(&status))
@@ -130,20 +154,41 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
     return ll_ok();
 }
 
+/* The first fluid stops its session; one beside it only itself. */
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
+{
+    ll_status first = ll_ok();
+    int i = 0;
+    (void)recorder;
+    for (ll_fluid_sim *s = block; s != NULL && !ll_failed(&first); s = ll_fluid_sim_next(s), i++) {
+        ll_time from = ll_meter_start(meter);
+        ll_status status = advance_one(s, until);
+        ll_meter_add(meter, i, from);
+        if (i == 0)
+            first = status;
+    }
+    return first;
+}
+
 static void change(void *block, const void *config, ll_time now)
 {
     ll_fluid_sim *s = block;
     (void)now;
-    s->setup = ((const ll_fluid_config *)config)->setup;
-    ll_fluid_sim_scene(&s->setup)->method->set_solver(ll_fluid_sim_block(s), s->setup.solver);
+    for (int i = 0; s != NULL; i++, s = ll_fluid_sim_next(s)) {
+        s->setup = ll_fluid_sim_setup(config, i);
+        ll_fluid_sim_scene(&s->setup)->method->set_solver(ll_fluid_sim_block(s), s->setup.solver);
+    }
 }
 
 /* Without the choice of scene and what is shown: a new row in a table leaves hashes as they are. */
 static uint64_t hash(const void *block)
 {
-    const ll_fluid_sim *s = block;
-    uint64_t h = ll_hash(0, s, offsetof(ll_fluid_sim, setup));
-    return ll_hash(h, ll_fluid_sim_block(s), (size_t)(s->size - s->fluid));
+    uint64_t h = 0;
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s)) {
+        h = ll_hash(h, s, offsetof(ll_fluid_sim, setup));
+        h = ll_hash(h, ll_fluid_sim_block(s), (size_t)(s->size - s->fluid));
+    }
+    return h;
 }
 
 const ll_sim_kind ll_sim_fluid = {
@@ -161,6 +206,7 @@ const ll_sim_kind ll_sim_fluid = {
     .hash = hash,
     .state = ll_fluid_sim_state,
     .metrics = ll_fluid_sim_metrics,
+    .costs = ll_fluid_sim_costs,
     .layout = ll_fluid_sim_layout,
     .sections = ll_fluid_sim_sections,
     .sections_json = ll_fluid_sim_sections_json,

@@ -1,4 +1,4 @@
-/* What is streamed of a fluid: sections 48 to 51 of session/frame.h. */
+/* What is streamed of fluids: sections 48 to 51 of session/frame.h. */
 #include <cjson/cJSON.h>
 #include <stdlib.h>
 #include <string.h>
@@ -18,7 +18,7 @@ typedef struct fluid_record {
 typedef struct layer_record {
     uint8_t layer;
     uint8_t columns;
-    uint16_t reserved;
+    uint16_t fluid; /* of those side by side */
     uint32_t width, height, values;
     float low, high;
     /* then the values */
@@ -68,6 +68,7 @@ static float *values_of(const ll_fluid_sim *s, int layer, layer_record *head)
     int32_t width, height;
     method->layer_size(ll_fluid_sim_block(s), layer, &width, &height);
     *head = (layer_record){.layer = (uint8_t)layer,
+                           .fluid = (uint16_t)s->setup.place,
                            .columns = (uint8_t)columns_of(&method->layers[layer]),
                            .width = (uint32_t)width,
                            .height = (uint32_t)height};
@@ -127,12 +128,10 @@ static uint8_t *points_of(const ll_fluid_sim *s, int layer, layer_record *head)
     return bytes;
 }
 
-void ll_fluid_sim_sections(const void *block,
-                           void (*section)(void *context, int type, int count, const void *bytes,
-                                           size_t size),
-                           void *context)
+typedef void section_writer(void *context, int type, int count, const void *bytes, size_t size);
+
+static void sections_of(const ll_fluid_sim *s, section_writer *section, void *context)
 {
-    const ll_fluid_sim *s = block;
     const ll_fluid_method *method = ll_fluid_sim_scene(&s->setup)->method;
     fluid_record record;
     layer_record head;
@@ -154,6 +153,15 @@ void ll_fluid_sim_sections(const void *block,
     }
 }
 
+void ll_fluid_sim_sections(const void *block,
+                           void (*section)(void *context, int type, int count, const void *bytes,
+                                           size_t size),
+                           void *context)
+{
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s))
+        sections_of(s, section, context);
+}
+
 /* ---- the same as JSON ---- */
 
 static void add_number(cJSON *object, const char *name, double value)
@@ -161,23 +169,24 @@ static void add_number(cJSON *object, const char *name, double value)
     cJSON_AddItemToObject(object, name, value - value == 0 ? ll_param_number(value) : cJSON_CreateNull());
 }
 
+/* In the frame's list of that name, which begins with the first fluid that has such a layer. */
 static cJSON *layer_json(cJSON *frame, const char *name, const layer_record *head)
 {
-    cJSON *o = cJSON_CreateObject();
+    cJSON *list = cJSON_GetObjectItemCaseSensitive(frame, name), *o = cJSON_CreateObject();
+    cJSON_AddNumberToObject(o, "fluid", head->fluid);
     cJSON_AddNumberToObject(o, "layer", head->layer);
     cJSON_AddNumberToObject(o, "columns", head->columns);
     cJSON_AddNumberToObject(o, "width", head->width);
     cJSON_AddNumberToObject(o, "height", head->height);
     add_number(o, "low", (double)head->low);
     add_number(o, "high", (double)head->high);
-    cJSON_AddItemToArray(cJSON_AddArrayToObject(frame, name), o);
+    cJSON_AddItemToArray(list ? list : cJSON_AddArrayToObject(frame, name), o);
     return cJSON_AddArrayToObject(o, "values");
 }
 
-void ll_fluid_sim_sections_json(const void *block, cJSON *frame)
+static void fluid_json(const ll_fluid_sim *s, cJSON *frame)
 {
     static const char *const names[POINT_LAYERS] = {"points", "floats"};
-    const ll_fluid_sim *s = block;
     const ll_fluid_method *method = ll_fluid_sim_scene(&s->setup)->method;
     fluid_record record;
     layer_record head;
@@ -189,7 +198,7 @@ void ll_fluid_sim_sections_json(const void *block, cJSON *frame)
     cJSON *numbers = cJSON_AddArrayToObject(o, "numbers");
     for (int i = 0; i < record.numbers; i++)
         cJSON_AddItemToArray(numbers, ll_param_number(record.numbers_of[i]));
-    cJSON_AddItemToArray(cJSON_AddArrayToObject(frame, "fluid"), o);
+    cJSON_AddItemToArray(cJSON_GetObjectItemCaseSensitive(frame, "fluid"), o);
     int field = layer_of(method, LL_FLUID_FIELD, s->setup.shown);
     uint8_t *bytes = field >= 0 ? field_of(s, field, &head) : NULL;
     if (bytes) {
@@ -210,4 +219,11 @@ void ll_fluid_sim_sections_json(const void *block, cJSON *frame)
         free(bytes);
         last = layer;
     }
+}
+
+void ll_fluid_sim_sections_json(const void *block, cJSON *frame)
+{
+    cJSON_AddArrayToObject(frame, "fluid");
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s))
+        fluid_json(s, frame);
 }

@@ -28,9 +28,19 @@ static cJSON *numbers_of(const ll_fluid_sim *s)
     return o;
 }
 
+/* What `tell` says of the first fluid, and in the list `beside` of those behind it. */
+static cJSON *of_all(const ll_fluid_sim *first, cJSON *(*tell)(const ll_fluid_sim *s))
+{
+    cJSON *o = tell(first);
+    cJSON *beside = first->setup.following > 0 ? cJSON_AddArrayToObject(o, "beside") : NULL;
+    for (const ll_fluid_sim *s = ll_fluid_sim_next(first); s != NULL; s = ll_fluid_sim_next(s))
+        cJSON_AddItemToArray(beside, tell(s));
+    return o;
+}
+
 cJSON *ll_fluid_sim_state(const void *block)
 {
-    return numbers_of(block);
+    return of_all(block, numbers_of);
 }
 
 /* ---- metrics ---- */
@@ -55,11 +65,27 @@ static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
     }
 }
 
+static cJSON *metrics_of(const ll_fluid_sim *s)
+{
+    cJSON *metrics = numbers_of(s);
+    add_profiles(metrics, s);
+    return metrics;
+}
+
 cJSON *ll_fluid_sim_metrics(const void *block)
 {
-    cJSON *metrics = numbers_of(block);
-    add_profiles(metrics, block);
-    return metrics;
+    return of_all(block, metrics_of);
+}
+
+void ll_fluid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
+{
+    cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
+    for (int i = 0; i <= ((const ll_fluid_config *)config)->beside_count; i++) {
+        cJSON *part = cJSON_CreateObject();
+        cJSON_AddItemToObject(cJSON_AddObjectToObject(part, "all"), "ns_per_sim_s",
+                              number_json(ll_meter_ns_per_s(meter, i)));
+        cJSON_AddItemToArray(parts, part);
+    }
 }
 
 /* ---- layout ---- */
@@ -114,23 +140,28 @@ static void add_view(cJSON *fluid, const ll_fluid_sim *s)
         cJSON_AddItemToArray(array, number_json(view[i]));
 }
 
-cJSON *ll_fluid_sim_layout(const void *config)
+static cJSON *layout_of(const ll_fluid_sim *s)
 {
-    const ll_fluid_setup *setup = &((const ll_fluid_config *)config)->setup;
-    const ll_fluid_scene *scene = ll_fluid_sim_scene(setup);
-    cJSON *layout = cJSON_CreateObject(), *fluid = cJSON_AddObjectToObject(layout, "fluid");
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    cJSON *fluid = cJSON_CreateObject();
     cJSON_AddStringToObject(fluid, "scene", scene->name);
     cJSON_AddStringToObject(fluid, "title", scene->title);
     cJSON_AddStringToObject(fluid, "help", scene->help);
     cJSON_AddStringToObject(fluid, "source", scene->source);
     cJSON_AddStringToObject(fluid, "method", scene->method->name);
-    cJSON_AddNumberToObject(fluid, "hz", setup->hz);
+    cJSON_AddNumberToObject(fluid, "hz", s->setup.hz);
     add_layers(fluid, scene->method);
+    add_view(fluid, s);
+    add_numbers(fluid, s);
+    return fluid;
+}
+
+cJSON *ll_fluid_sim_layout(const void *config)
+{
+    cJSON *layout = cJSON_CreateObject();
     ll_fluid_sim *s = started(config);
-    if (s) {
-        add_view(fluid, s);
-        add_numbers(fluid, s);
-    }
+    if (s)
+        cJSON_AddItemToObject(layout, "fluid", of_all(s, layout_of));
     free(s);
     return layout;
 }
@@ -150,21 +181,28 @@ static int traced(const ll_fluid_sim *s, ll_fluid_number *out)
 int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
 {
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    ll_fluid_sim *s = started(config);
-    int count = s ? traced(s, all) : 0;
-    count = count > capacity ? 0 : count;
-    for (int i = 0; i < count; i++)
-        snprintf(names[i], 48, "%s", all[i].name);
-    free(s);
-    return count;
+    ll_fluid_sim *first = started(config);
+    int n = 0, place = -1; /* in `beside` */
+    for (const ll_fluid_sim *s = first; s != NULL; s = ll_fluid_sim_next(s), place++) {
+        int count = traced(s, all);
+        for (int i = 0; i < count && n < capacity; i++, n++)
+            if (place < 0)
+                snprintf(names[n], 48, "%s", all[i].name);
+            else
+                snprintf(names[n], 48, "beside%d_%s", place, all[i].name);
+    }
+    free(first);
+    return n;
 }
 
 int ll_fluid_sim_trace_row(const void *block, double *values, int capacity)
 {
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
-    int count = traced(block, all);
-    count = count > capacity ? 0 : count;
-    for (int i = 0; i < count; i++)
-        values[i] = all[i].value;
-    return count;
+    int n = 0;
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s)) {
+        int count = traced(s, all);
+        for (int i = 0; i < count && n < capacity; i++)
+            values[n++] = all[i].value;
+    }
+    return n;
 }

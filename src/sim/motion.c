@@ -237,13 +237,14 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool l
     measure(m, i, own, ll_ode_y(run), wanted);
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
 {
     ll_motion *m = block;
     ll_freq freq = tick_freq(&m->config);
     ll_ode ode = ll_motion_system(&m->config);
     int64_t last = ll_tick_at((ll_time)(m->config.head.duration_s * 1e9 + 0.5), freq);
     (void)recorder;
+    (void)meter;
     for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
         m->now = ll_tick_time(tick, freq);
         double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
@@ -258,7 +259,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
 static void change(void *block, const void *config, ll_time now)
 {
     init(block, config);
-    advance(block, now, NULL);
+    advance(block, now, NULL, NULL);
 }
 
 static uint64_t hash(const void *block)

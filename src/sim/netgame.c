@@ -477,8 +477,9 @@ static turn next_turn(const ll_netgame *g, const ll_sync *sync)
     return next;
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *r)
+static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter)
 {
+    (void)meter;
     ll_netgame *g = block;
     const ll_sync *sync = ll_netgame_sync(g);
     ll_status status = ll_ok();

@@ -247,8 +247,32 @@ ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
     return status;
 }
 
+/* Reads the meter's clock where a phase ends. */
+typedef struct stopwatch {
+    ll_meter *meter;
+    int64_t last;
+    int first; /* part of the meter: a world's phases lie one behind the other */
+} stopwatch;
+
+static void ended(void *context, ll_rigid_phase phase)
+{
+    stopwatch *watch = context;
+    ll_meter_add(watch->meter, watch->first + (int)phase, watch->last);
+    watch->last = ll_meter_start(watch->meter);
+}
+
+static ll_status step_metered(ll_rigid_sim *s, int i, ll_meter *meter)
+{
+    int64_t from = ll_meter_start(meter);
+    stopwatch watch = {.meter = meter, .last = from, .first = i * LL_RIGID_PARTS};
+    ll_rigid_probe probe = {ended, &watch};
+    ll_status status = ll_rigid_sim_step(s, i, meter ? &probe : NULL);
+    ll_meter_add(meter, i * LL_RIGID_PARTS + LL_PHASES, from);
+    return status;
+}
+
 /* The first world stops its session; the one beside it only itself. */
-static ll_status step_all(ll_rigid_sim *s)
+static ll_status step_all(ll_rigid_sim *s, ll_meter *meter)
 {
     for (int i = 0; i < s->setup.worlds; i++) {
         if (s->record[i].diverged_at >= 0) {
@@ -256,7 +280,7 @@ static ll_status step_all(ll_rigid_sim *s)
                 return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
             continue;
         }
-        ll_status status = ll_rigid_sim_step(s, i, NULL);
+        ll_status status = step_metered(s, i, meter);
         if (ll_failed(&status) && i == 0)
             return ll_error(LL_DIVERGED, "%s", status.text);
         if (!ll_failed(&status))
@@ -266,13 +290,13 @@ static ll_status step_all(ll_rigid_sim *s)
     return ll_ok();
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
 {
     ll_rigid_sim *s = block;
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        ll_status status = step_all(s);
+        ll_status status = step_all(s, meter);
         if (ll_failed(&status))
             return status;
         s->now = ll_tick_time(tick, freq);
@@ -320,6 +344,7 @@ const ll_sim_kind ll_sim_rigid = {
     .hash = hash,
     .state = ll_rigid_sim_state,
     .metrics = ll_rigid_sim_metrics,
+    .costs = ll_rigid_sim_costs,
     .time_parts = ll_rigid_sim_time_parts,
     .layout = ll_rigid_sim_layout,
     .sections = ll_rigid_sim_sections,

@@ -12,6 +12,7 @@
 #define LL_RIGID_JOINTS_MAX 128
 #define LL_RIGID_POINTS_MAX 16
 #define LL_RIGID_BLOCK_MAX ((size_t)512 << 20) /* bytes of a session's worlds */
+#define LL_RIGID_PARTS (LL_PHASES + 1)         /* of a world in a meter: its phases, then the whole step */
 #define LL_RIGID_COMPARED_MAX 256              /* shapes that compare_volumes looks at */
 
 typedef enum ll_rigid_form {
@@ -126,6 +127,8 @@ static inline const ll_scene *ll_rigid_sim_scene(const ll_rigid_setup *setup)
     return setup->scene > 0 ? ll_scenes[setup->scene - 1] : NULL;
 }
 
+_Static_assert(LL_RIGID_WORLDS_MAX *LL_RIGID_PARTS <= LL_METER_PARTS, "a meter has room for all worlds");
+
 /* ---- rigid_config.c ---- */
 
 ll_rigid_limits ll_rigid_sim_limits(const ll_rigid_config *config);
@@ -151,6 +154,7 @@ void ll_rigid_sim_measure(ll_rigid_sim *s, int world);
 
 struct cJSON *ll_rigid_sim_state(const void *block);
 struct cJSON *ll_rigid_sim_metrics(const void *block);
+void ll_rigid_sim_costs(const void *config, const ll_meter *meter, struct cJSON *cost);
 void ll_rigid_sim_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 struct cJSON *ll_rigid_sim_layout(const void *config);
 int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity);

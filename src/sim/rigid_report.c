@@ -187,39 +187,18 @@ cJSON *ll_rigid_sim_metrics(const void *block)
 
 /* ---- cost ---- */
 
-enum { STEPS_TIMED = 600, TESTS_TIMED = 20000 };
+enum { TESTS_TIMED = 20000 };
 
-typedef struct stopwatch {
-    int64_t (*now_ns)(void);
-    int64_t last, phase[LL_PHASES];
-} stopwatch;
-
-static void ended(void *context, ll_rigid_phase phase)
+void ll_rigid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
 {
-    stopwatch *watch = context;
-    int64_t now = watch->now_ns();
-    watch->phase[phase] += now - watch->last;
-    watch->last = now;
-}
-
-static void time_steps(ll_rigid_sim *s, int i, double duration_s, cJSON *o, int64_t (*now_ns)(void))
-{
-    stopwatch watch = {.now_ns = now_ns};
-    ll_rigid_probe probe = {ended, &watch};
-    int steps = 0, most = (int)ll_min(STEPS_TIMED, duration_s * s->setup.hz);
-    int64_t all = 0;
-    ll_status status = ll_ok();
-    for (; steps < most && !ll_failed(&status); steps++) {
-        int64_t from = watch.last = now_ns();
-        status = ll_rigid_sim_step(s, i, &probe);
-        all += now_ns() - from;
-    }
-    cJSON *phases = cJSON_AddObjectToObject(o, "phases");
-    double simulated = steps / s->setup.hz;
-    for (int k = 0; k <= LL_PHASES; k++) {
-        cJSON *one = cJSON_AddObjectToObject(phases, k < LL_PHASES ? ll_rigid_phase_names[k] : "all");
-        number(one, "ns_per_sim_s",
-               steps > 0 ? (double)(k < LL_PHASES ? watch.phase[k] : all) / simulated : 0);
+    const ll_rigid_config *c = config;
+    cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
+    for (int i = 0; i < c->setup.worlds; i++) {
+        cJSON *part = cJSON_CreateObject();
+        for (int k = 0; k < LL_RIGID_PARTS; k++)
+            number(cJSON_AddObjectToObject(part, k < LL_PHASES ? ll_rigid_phase_names[k] : "all"),
+                   "ns_per_sim_s", ll_meter_ns_per_s(meter, i * LL_RIGID_PARTS + k));
+        cJSON_AddItemToArray(parts, part);
     }
 }
 
@@ -244,14 +223,12 @@ static void time_volumes(const ll_rigid *w, cJSON *o, int64_t (*now_ns)(void))
 
 void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(void))
 {
-    const ll_rigid_config *c = config;
     ll_rigid_sim *s = malloc(ll_sim_rigid.size(config));
     if (s == NULL)
         return;
     ll_status status = ll_sim_rigid.init(s, config);
     for (int i = 0; i < s->setup.worlds && !ll_failed(&status); i++) {
         cJSON *o = i == 0 ? metrics : cJSON_GetObjectItemCaseSensitive(metrics, "beside");
-        time_steps(s, i, c->head.duration_s, o, now_ns);
         if (s->setup.compare_volumes)
             time_volumes(ll_rigid_sim_world(s, i), o, now_ns);
     }

@@ -49,6 +49,33 @@ typedef struct ll_scenario_head {
     ll_activity activity[LL_ACTIVITY_MAX];
 } ll_scenario_head;
 
+enum { LL_METER_PARTS = 16 };
+
+/* What parts of a step cost, by the caller's clock: the engine reads none, and its state holds nothing of it.
+ */
+typedef struct ll_meter {
+    int64_t (*now_ns)(void);
+    int64_t ns[LL_METER_PARTS]; /* in the kind's own order */
+    ll_time metered;            /* virtual time that they are of */
+} ll_meter;
+
+/* Without a meter nothing is read. */
+static inline int64_t ll_meter_start(const ll_meter *meter)
+{
+    return meter ? meter->now_ns() : 0;
+}
+
+static inline void ll_meter_add(ll_meter *meter, int part, int64_t from)
+{
+    if (meter)
+        meter->ns[part] += meter->now_ns() - from;
+}
+
+static inline double ll_meter_ns_per_s(const ll_meter *meter, int part)
+{
+    return meter->metered > 0 ? (double)meter->ns[part] / ll_to_s(meter->metered) : 0;
+}
+
 typedef struct ll_sim_kind {
     const char *name;
     const char *help;
@@ -62,9 +89,9 @@ typedef struct ll_sim_kind {
     void (*settle)(void *config, const void *before);
     ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
 
-    /* Runs every event up to and including `until`. LL_DIVERGED names the tick and the entity of the first
-     * value that is not finite; the block then stays at that tick. */
-    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder);
+    /* Runs every event up to and including `until`; `meter` may be NULL. LL_DIVERGED names the tick and the
+     * entity of the first value that is not finite; the block then stays at that tick. */
+    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter);
 
     /* Live rows of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);
@@ -77,6 +104,9 @@ typedef struct ll_sim_kind {
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);
     struct cJSON *(*metrics)(const void *block);
+
+    /* Adds to `cost` what the meter of `advance` says of each part. NULL: the kind meters none. */
+    void (*costs)(const void *config, const ll_meter *meter, struct cJSON *cost);
 
     /* Runs the scenario's parts one by one and adds what each costs to `metrics`, by the caller's clock.
      * NULL: it has no parts. */

@@ -122,6 +122,18 @@ test('energy and overlap are plotted; beginner\'s impulses add energy', async ()
   await close();
 });
 
+test('each phase of a step tells what it costs, in both worlds', async () => {
+  const { page, complaints, close } = await open('?scenario=rigid/column&set=duration_s:300');
+  const ms = (name) => page.locator(`[data-phase="${name}"] span`).textContent().then(Number);
+  await page.waitForFunction(() => Number(document.querySelector('[data-phase="1/all"] span')?.textContent) > 0);
+  for (const world of [0, 1]) {
+    const all = await ms(`${world}/all`);
+    for (const phase of ['broad', 'narrow', 'solve', 'continuous', 'finish']) assert.ok((await ms(`${world}/${phase}`)) <= all, `${world}/${phase}`);
+  }
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('false hits of the volumes are counted', async () => {
   const { page, close } = await open('?scenario=paper/fig05');
   await page.waitForFunction(() => Number(document.querySelector('[data-rigid="volume2/false"]')?.textContent) > 20);

@@ -28,11 +28,11 @@ const pause = async (page) => {
 };
 
 /** What the page has decoded of the newest frame. */
-const fluidOf = (page) => page.evaluate(async () => {
+const fluidOf = (page, i = 0) => page.evaluate(async (at) => {
   while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
-  const { field, state, points } = (await import(new URL('js/fluid/decode.js', location.href).href)).fluidOf(globalThis.laglab().frame);
+  const { field, state, points } = (await import(new URL('js/fluid/decode.js', location.href).href)).fluidsOf(globalThis.laglab().frame)[at];
   return { state, field: field && { ...field, bytes: [...field.bytes.slice(0, field.width * field.height)] }, points: points.map((one) => ({ ...one, values: [...one.values] })) };
-});
+}, i);
 
 /** A cell's value. */
 const valueAt = (field, x, y) => field.low + (field.bytes[Math.floor(y * field.height) * field.width + Math.floor(x * field.width)] / 254) * (field.high - field.low);
@@ -90,7 +90,7 @@ test('every field that the method offers can be seen, with its unit', async () =
     seen.add(await drawn(page));
   }
   assert.equal(seen.size, names.length);
-  assert.match(await page.locator('.plainpanel .facts').innerText(), /1\/s/);
+  assert.match(await page.locator('.method .facts').innerText(), /1\/s/);
   const smooth = await drawn(page);
   await page.locator('[data-drawing="cells"]').check();
   await until(async () => (await drawn(page)) !== smooth, 'sharp cells');
@@ -194,7 +194,7 @@ test('numbers are plotted over time, and which one can be chosen; a cavity has i
   await until(async () => (await drawn(page, 'plot0')) !== before[0] && (await drawn(page, 'plot1')) !== before[1], 'the plots go on');
   await page.waitForSelector('#profiles');
   await pause(page);
-  const curves = await page.evaluate(async () => (await import(new URL('js/fluid/measure.js', location.href).href)).profiles.value);
+  const curves = await page.evaluate(async () => (await import(new URL('js/workbench/measure.js', location.href).href)).profiles.value[0]);
   assert.deepEqual(Object.entries(curves).map(([name, pairs]) => [name, pairs.length]), [['u', 129], ['v', 129], ['u_reference', 17], ['v_reference', 17]]);
   assert.deepEqual(curves.u_reference[8], [0.5, -0.209149]); /* the middle, by Richardson's extrapolation */
   const error = await drawn(page, 'plot0');
@@ -291,6 +291,62 @@ test('a fluid that blows up is said to have diverged', async () => {
   const { page, close } = await open('?scenario=fluid/taylor_green&set=solver.pressure:jacobi&set=solver.sweeps:5&set=solver.tolerance:0');
   await page.waitForFunction(() => /diverged/.test(document.getElementById('fluid')?.getAttribute('aria-label') ?? ''), null, { timeout: 15000 });
   assert.match((await page.locator('#chip').textContent()) ?? '', /[Ss]topped|[Ff]ailed/);
+  await close();
+});
+
+test('two fluids go side by side: each has its own solver, cells, error and cost, and a hand stirs both', async () => {
+  const { page, complaints, close } = await open('?scenario=fluid/cavity&set=duration_s:300');
+  await page.locator('#count').selectOption({ label: 'two fluids' });
+  await page.waitForSelector('#fluid1');
+  await page.locator('[data-path="beside.0.solver.pressure"]').selectOption('jacobi');
+  await page.waitForFunction(() => globalThis.laglab().params.beside?.[0].solver.pressure === 'jacobi');
+  assert.equal((await paramsOf(page)).solver.pressure, 'direct');
+  await page.waitForFunction(() => /ms\/step/.test(document.querySelectorAll('.picture figcaption')[1]?.textContent ?? '')
+    && Number(document.getElementById('step-ms1')?.textContent) > 0 && document.querySelector('[data-error="1"]')?.textContent !== '–');
+  assert.deepEqual(await page.locator('.picture b').allTextContents(), ['direct', 'jacobi']);
+  await page.locator('[data-scene="1/n"]').fill('16');
+  await page.locator('[data-scene="1/n"]').blur();
+  await page.waitForFunction(() => globalThis.laglab().params?.beside?.[0].params.n === 16);
+  await page.waitForSelector('#fluid1');
+  assert.equal((await fluidOf(page, 0)).field.width, 32);
+  assert.equal((await fluidOf(page, 1)).field.width, 16);
+  assert.equal((await paramsOf(page)).beside[0].solver.pressure, 'jacobi', 'it keeps its solver');
+  await page.reload();
+  await page.waitForSelector('#fluid1');
+  assert.equal((await fluidOf(page, 1)).field.width, 16, 'the address keeps it');
+  const box = await page.locator('#fluid1').boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width / 2 + 20, box.y + box.height / 2, { steps: 4 });
+  await until(async () => (await fluidOf(page, 0)).state.held && (await fluidOf(page, 1)).state.held, 'both are stirred');
+  await page.mouse.up();
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('particles, a grid and a sea go side by side, each stirred at the same share of its picture', async () => {
+  const { page, complaints, close } = await open(`?scenario=fluid/pool&set=${encodeURIComponent('beside:[{"scene":"cylinder"},{"scene":"sea"}]')}`);
+  await page.waitForSelector('#fluid2');
+  await reached(page, 0.5);
+  assert.deepEqual(await page.locator('.methods small').allTextContents(), ['particles', 'grid', 'ocean']);
+  const shown = await Promise.all([0, 1, 2].map((i) => drawn(page, i === 0 ? 'fluid' : `fluid${i}`)));
+  assert.equal(new Set(shown).size, 3);
+  await page.locator('[data-scene="2/scene"]').selectOption('dam_break');
+  await page.waitForFunction(() => globalThis.laglab().params?.beside?.[1].scene === 'dam_break');
+  await page.locator('#count').selectOption({ label: 'one fluid' });
+  await page.waitForFunction(() => globalThis.laglab().params?.beside?.length === 0 && !document.getElementById('fluid1'));
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('10,000 particles are drawn as they come, within a display refresh', async () => {
+  const { page, close } = await open('?scenario=fluid/pool&set=params.size:400');
+  await page.waitForFunction(() => globalThis.laglab().counts.drawn > 8, null, { timeout: 20000 }); /* few on a busy machine */
+  assert.equal((await fluidOf(page)).points[0]?.count, 10000);
+  const { drawn: count, received } = await page.evaluate(() => globalThis.laglab().counts);
+  assert.ok(count > 0.5 * received, `${count} of ${received} frames`);
+  const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));
+  assert.ok(costs[Math.floor(costs.length / 2)] < 16, `median ${costs[Math.floor(costs.length / 2)]} ms`);
   await close();
 });
 

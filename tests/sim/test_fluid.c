@@ -166,6 +166,113 @@ static void a_person_stirs(void **state)
     ll_session_destroy(s);
 }
 
+/* ---- side by side ---- */
+
+#define VORTICES                                                                                             \
+    "{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"duration_s\":10,"                                      \
+    "\"params\":{\"n\":16,\"viscosity_m2ps\":0.01}"
+
+/* What is not given is as the first has it, whatever that differs in from the defaults. */
+static void fluids_beside_begin_as_the_first(void **state)
+{
+    (void)state;
+    ll_session *s = session_of(VORTICES ",\"beside\":[{},{\"solver\":{\"advection\":\"semi_lagrangian\"}}]}");
+    ll_session *alone = session_of(VORTICES "}");
+    ok(ll_session_run_to(s, 60));
+    ok(ll_session_run_to(alone, 60));
+    double energy = metric(alone, "energy");
+    between("energy of the first", metric(s, "energy"), energy, energy);
+    between("energy of its like", metric(s, "beside.0.energy"), energy, energy);
+    between("energy of the other", metric(s, "beside.1.energy"), 0.5 * energy, 0.999 * energy);
+    ll_session_destroy(s);
+    ll_session_destroy(alone);
+}
+
+static void each_fluid_changes_by_itself_and_all_are_stirred(void **state)
+{
+    (void)state;
+    ll_session *s =
+        session_of("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":16},\"duration_s\":5,"
+                   "\"beside\":[{\"params\":{\"n\":32}},{\"scene\":\"pool\"}]}");
+    ll_session *still = session_of("{\"kind\":\"fluid\",\"scene\":\"pool\",\"duration_s\":5}");
+    patch(s, "{\"beside.0.solver.pressure\":\"jacobi\",\"beside.0.solver.sweeps\":30,\"beside.0.solver."
+             "tolerance\":0}");
+    for (int tick = 0; tick < 20; tick++) {
+        ll_action action = {.axis = {-0.5f + 0.05f * (float)tick, -0.4f}, .buttons = LL_BUTTON_FIRE};
+        ok(ll_session_input(s, 0, 0, &action));
+        ok(ll_session_run_to(s, tick + 1));
+    }
+    ok(ll_session_run_to(still, 20));
+    between("sweeps of the second", metric(s, "beside.0.sweeps"), 30, 30);
+    between("energy of the first", metric(s, "energy"), 0.01, 1);
+    between("energy of the second", metric(s, "beside.0.energy"), 0.01, 1);
+    assert_true(metric(s, "beside.1.momentum_x") > 1.1 * metric(still, "momentum_x"));
+    cJSON *size = cJSON_Parse("{\"beside.0.params.n\":64}");
+    assert_int_equal(ll_session_patch(s, 0, size).code, LL_CONFLICT);
+    cJSON_Delete(size);
+    ll_session_destroy(s);
+    ll_session_destroy(still);
+}
+
+/* It stops by itself; the session goes on. */
+static void a_fluid_beside_that_fails_stops_alone(void **state)
+{
+    (void)state;
+    ll_session *s = session_of("{\"kind\":\"fluid\",\"scene\":\"taylor_green\",\"params\":{\"n\":32},"
+                               "\"hz\":2,\"duration_s\":5,\"beside\":[{\"solver\":{\"substeps\":1}}]}");
+    ok(ll_session_run_to(s, 4));
+    between("time of the first", metric(s, "t_s"), 2, 2);
+    between("time of the second", metric(s, "beside.0.t_s"), 0, 0);
+    ll_session_destroy(s);
+}
+
+static void what_is_wrong_beside_is_refused_by_its_place(void **state)
+{
+    (void)state;
+    ll_session *s;
+    ll_status status = try_session(
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"beside\":[{},{\"params\":{\"n\":2048}}]}", &s);
+    assert_string_equal(status.field, "beside.1.params.n");
+    assert_non_null(strstr(status.text, "beside.1.params.n"));
+    status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"beside\":[{},{},{}]}", &s);
+    assert_string_equal(status.field, "beside");
+    status = try_session(
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":512},\"beside\":[{},{}]}", &s);
+    assert_string_equal(status.field, "beside");
+    assert_non_null(strstr(status.text, "3 fluids side by side would take"));
+}
+
+static int64_t counted_ns(void)
+{
+    static int64_t reads;
+    return 1000 * ++reads;
+}
+
+/* The clock is the caller's, read twice for each fluid; what it says is in no state. */
+static void parts_are_metered_by_the_callers_clock(void **state)
+{
+    (void)state;
+    ll_session *s = session_of(VORTICES ",\"beside\":[{}]}"),
+               *plain = session_of(VORTICES ",\"beside\":[{}]}");
+    cJSON *before = ll_session_cost(s);
+    assert_null(cJSON_GetObjectItem(before, "parts"));
+    ll_session_meter(s, counted_ns);
+    ok(ll_session_run_to(s, 60));
+    ll_session_meter(s, NULL);
+    ok(ll_session_run_to(s, 120));
+    ok(ll_session_run_to(plain, 120));
+    cJSON *cost = ll_session_cost(s);
+    assert_int_equal(cJSON_GetArraySize(cJSON_GetObjectItem(cost, "parts")), 2);
+    between("metered_s", ll_param_number_at(cost, "metered_s")->valuedouble, 1, 1);
+    between("cost of the second", ll_param_number_at(cost, "parts.1.all.ns_per_sim_s")->valuedouble, 1000,
+            1000);
+    assert_true(ll_session_hash(s) == ll_session_hash(plain));
+    cJSON_Delete(before);
+    cJSON_Delete(cost);
+    ll_session_destroy(s);
+    ll_session_destroy(plain);
+}
+
 /* The layout names as many numbers as a frame carries, and the trace as many columns as values. */
 static void names_fit_what_is_told(void **state)
 {
@@ -200,6 +307,11 @@ int main(void)
         cmocka_unit_test(sizes_are_refused_with_their_memory),
         cmocka_unit_test(a_broken_limit_names_tick_cell_and_reason),
         cmocka_unit_test(a_person_stirs),
+        cmocka_unit_test(fluids_beside_begin_as_the_first),
+        cmocka_unit_test(each_fluid_changes_by_itself_and_all_are_stirred),
+        cmocka_unit_test(a_fluid_beside_that_fails_stops_alone),
+        cmocka_unit_test(what_is_wrong_beside_is_refused_by_its_place),
+        cmocka_unit_test(parts_are_metered_by_the_callers_clock),
         cmocka_unit_test(names_fit_what_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

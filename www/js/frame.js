@@ -128,7 +128,7 @@ export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body *
  * @property {Motion[]} motion  of a motion: the solution, then the methods
  * @property {Shot[]} shots         in a game with weapons; otherwise empty, as shells
  * @property {Shell[]} shells       in flight, of all views
- * @property {Map<number, Section>} own  sections that only a lab of its own decodes, by type
+ * @property {Map<number, Section[]>} own  sections that only a lab of its own decodes, by type
  */
 
 /** `bytes` begins with the first of `count` records. @typedef {{bytes: DataView, count: number, stride: number}} Section */
@@ -283,7 +283,7 @@ export function decode(bytes) {
     } else if (type === 9 && stride >= SHELL_RECORD) {
       for (let i = 0; i < count; i++) frame.shells.push(shell(d, at + i * stride));
     } else if (type > 16) {
-      frame.own.set(type, { bytes: new DataView(bytes, at, size), count, stride });
+      frame.own.set(type, [...(frame.own.get(type) ?? []), { bytes: new DataView(bytes, at, size), count, stride }]);
     }
     at += size;
   }

@@ -1,6 +1,6 @@
 // What the address says: scenario, changed parameters, seed, theme, and the session to join.
 
-/** @typedef {string | number | boolean} Value */
+/** @typedef {string | number | boolean | object} Value */
 
 /**
  * @typedef {object} Link
@@ -31,6 +31,11 @@ export const LABS = [
 /** @param {string} text @returns {Value} */
 function toValue(text) {
   if (text === 'true' || text === 'false') return text === 'true';
+  if (/^[[{]/.test(text)) {
+    try {
+      return JSON.parse(text);
+    } catch { /* then it is a text */ }
+  }
   const number = Number(text);
   return text.trim() !== '' && Number.isFinite(number) ? number : text;
 }
@@ -83,7 +88,7 @@ export function readLink(search, hash) {
 export function writeQuery(link) {
   const parts = [];
   if (link.scenario !== FIRST_SCENARIO || Object.keys(link.set).length > 0) parts.push(`scenario=${link.scenario}`);
-  for (const [path, value] of Object.entries(link.set)) parts.push(`set=${path}:${encodeURIComponent(String(value))}`);
+  for (const [path, value] of Object.entries(link.set)) parts.push(`set=${path}:${encodeURIComponent(typeof value === 'object' ? JSON.stringify(value) : String(value))}`);
   if (link.seed !== null) parts.push(`seed=${link.seed}`);
   if (link.theme !== 'auto') parts.push(`theme=${link.theme}`);
   return parts.length > 0 ? `?${parts.join('&')}` : '';

@@ -36,7 +36,8 @@ function nodeOf(root, path) {
   let at = root;
   for (const part of path.split('.')) {
     if (/^[0-9]+$/.test(part)) {
-      at = open(root, at)?.items;
+      const list = open(root, at);
+      at = list?.prefixItems?.[Number(part)] ?? list?.items;
     } else {
       at = open(root, at, part)?.properties?.[part];
     }

@@ -79,9 +79,9 @@ function judged(d, at) {
 
 /** @param {import('../frame.js').Frame} frame @returns {Scene} */
 export function sceneOf(frame) {
-  const geometries = all(frame.own.get(33), 120, geometry);
+  const geometries = all(frame.own.get(33)?.[0], 120, geometry);
   return {
-    worlds: all(frame.own.get(32), 152, world), shapes: all(frame.own.get(34), 64, (d, at) => shape(d, at, geometries)),
-    contacts: all(frame.own.get(35), 72, contact), joints: all(frame.own.get(36), 48, joint), judged: all(frame.own.get(37), 56, judged),
+    worlds: all(frame.own.get(32)?.[0], 152, world), shapes: all(frame.own.get(34)?.[0], 64, (d, at) => shape(d, at, geometries)),
+    contacts: all(frame.own.get(35)?.[0], 72, contact), joints: all(frame.own.get(36)?.[0], 48, joint), judged: all(frame.own.get(37)?.[0], 56, judged),
   };
 }

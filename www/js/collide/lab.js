@@ -13,8 +13,9 @@ import { drawPlot } from '../step/plot.js';
 import { layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { VOLUMES, sceneOf } from './decode.js';
 import { cameras, forget, key, move, pointer, press, release } from '../workbench/hand.js';
+import { costs, forget as forgetMeasured, measure } from '../workbench/measure.js';
+import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './picture.js';
 import { Record } from './record.js';
 
@@ -185,6 +186,21 @@ function judgements() {
       ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}</tr>`)}</tbody></table>`;
 }
 
+const PHASES = /** @type {[string, string][]} */ ([
+  ['broad', 'broad'], ['narrow', 'narrow'], ['solve', 'solve'], ['continuous', 'sweep'], ['finish', 'finish'], ['all', 'step'],
+]);
+
+/** What the daemon's processor spends on a step, phase by phase. @returns {Template} */
+function phases() {
+  const most = Math.max(1e-9, ...costs.value.map((part) => part.all ?? 0));
+  return html`<section class="plotbox" aria-label="Cost of a step"><div class="view phases" tabindex="0" role="group" aria-label="Cost of a step"><table class="data"><caption>ms per step</caption>
+    <tbody>${PHASES.map(([name, label]) => html`<tr><th scope="row">${label}</th>${worlds().map((i) => {
+      const ms = costs.value[i]?.[name];
+      return html`<td data-phase=${`${i}/${name}`}><span>${ms === undefined ? '–' : fixed(ms, 3)}</span><svg data-player=${i} viewBox="0 0 100 1" preserveAspectRatio="none" aria-hidden="true"><rect
+        width=${ms === undefined ? 0 : Math.min(100, (100 * ms) / most)} height="1"></rect></svg></td>`;
+    })}</tr>`)}</tbody></table></div></section>`;
+}
+
 // ---- the page ----
 
 /** @param {number} world @returns {Template} */
@@ -207,7 +223,7 @@ export function collideLab() {
     <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${worlds().map(solverPanel)}${overlayPanel()}</div>
     <div class="pictures" tabindex="0" role="region" aria-label="Pictures">
       <section class="worlds" aria-label="Worlds" data-worlds=${worlds().length}>${worlds().map(picture)}</section>
-      <div class="plots">${plot('plot-energy', 'Energy over time')}${plot('plot-overlap', 'Overlap over time')}</div>
+      <div class="plots">${plot('plot-energy', 'Energy over time')}${plot('plot-overlap', 'Overlap over time')}${phases()}</div>
     </div>
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
@@ -265,6 +281,7 @@ export function drawCollide(frame, settled, name) {
   const scene = sceneOf(frame), colours = palette();
   if (record.generation !== frame.generation || record.time > frame.time) record = new Record(frame.generation);
   record.take(frame.time, scene.worlds);
+  measure(frame, false);
   for (const i of worlds()) {
     const of = {
       world: i, view: at.view, shown: shown.value, volume: overlaid.value, dt: 1 / at.hz, beyond: params.value?.beyond_x ?? 1e9,
@@ -288,6 +305,7 @@ export function drawCollide(frame, settled, name) {
 effect(() => {
   session.value;
   forget();
+  forgetMeasured();
 });
 effect(() => {
   pointer.value;

@@ -4,7 +4,7 @@
 /** Bytes row by row from the bottom: 0 to 254 from low to high, 255 where there is no fluid.
  * @typedef {{layer: number, width: number, height: number, low: number, high: number, bytes: Uint8Array}} Field */
 /** Records of `columns` values each. @typedef {{layer: number, columns: number, count: number, values: Float32Array}} Points */
-/** @typedef {{state: State | null, field: Field | null, points: Points[]}} Fluid */
+/** @typedef {{state: State, field: Field | null, points: Points[]}} Fluid */
 /** @typedef {import('../frame.js').Section} Section */
 
 const HEAD = 24;
@@ -31,12 +31,10 @@ function points({ bytes }) {
   return { layer: bytes.getUint8(0), columns, count, values: new Float32Array(bytes.buffer, bytes.byteOffset + HEAD, columns * count) };
 }
 
-/** @param {import('../frame.js').Frame} frame @returns {Fluid} */
-export function fluidOf(frame) {
-  const own = (/** @type {number} */ type) => frame.own.get(type);
-  const first = own(48), second = own(49);
-  return {
-    state: first ? state(first) : null, field: second ? field(second) : null,
-    points: [own(50), own(51)].flatMap((section) => (section ? [points(section)] : [])),
-  };
+/** The fluids side by side. @param {import('../frame.js').Frame} frame @returns {Fluid[]} */
+export function fluidsOf(frame) {
+  const all = (/** @type {number} */ type, /** @type {number} */ place) => (frame.own.get(type) ?? []).filter(({ bytes }) => bytes.getUint16(2, true) === place);
+  return (frame.own.get(48) ?? []).map((section, i) => ({
+    state: state(section), field: all(49, i).map(field)[0] ?? null, points: [...all(50, i), ...all(51, i)].map(points),
+  }));
 }

@@ -1,20 +1,21 @@
-// The fluid lab: scenes of fluids, what is wrong with them and what they cost, stirred by a person.
+// The fluid lab: fluids side by side, what is wrong with them and what they cost, stirred by a person.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect, signal } from '../../vendor/signals-core.js';
-import { cameras, forget as forgetHand, key, move, pointer, press, release } from '../workbench/hand.js';
 import { control } from '../controls.js';
 import { link } from '../early.js';
 import { fixed, short } from '../format.js';
 import { again, choose } from '../lab.js';
 import { touch } from '../loop.js';
+import { mark } from '../panels.js';
 import { change } from '../params.js';
 import { find, labelOf, livePaths } from '../schema.js';
 import { drawPlot } from '../step/plot.js';
 import { layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { fluidOf } from './decode.js';
-import { cost, forget as forgetMeasured, measure, profiles } from './measure.js';
+import { cameras, forget as forgetHand, handIn, key, move, pointer, press, release } from '../workbench/hand.js';
+import { costs, forget as forgetMeasured, measure, profiles } from '../workbench/measure.js';
+import { fluidsOf } from './decode.js';
 import { isSize, pick, rankOf, told, wordsOf } from './numbers.js';
 import { drawPicture } from './picture.js';
 import { Record } from './record.js';
@@ -23,6 +24,8 @@ import { Scale } from './scale.js';
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
 /** @typedef {import('../state.js').FluidLayer} Layer */
+/** @typedef {import('../state.js').FluidLayout} FluidLayout */
+/** @typedef {import('../link.js').Value} Value */
 
 const sheet = document.createElement('link');
 sheet.rel = 'stylesheet';
@@ -33,68 +36,155 @@ await styled;
 
 /** @type {WeakMap<HTMLCanvasElement, Surface>} */
 const surfaces = new WeakMap();
-let record = new Record(-1);
+/** Of each fluid. @type {Record[]} */
+let records = [];
 /** By layer. @type {Map<string, Scale>} */
 let scales = new Map();
 /** How a field is drawn; null: as suits it. @type {import('@preact/signals-core').Signal<{cells: boolean, relief: boolean | null}>} */
 const drawing = signal({ cells: false, relief: null });
-/** Places of the numbers that are plotted; -1: as suits the scene. @type {import('@preact/signals-core').Signal<number[]>} */
-const plotted = signal([-1, -1]);
+/** Names of the numbers that are plotted; empty: as suits the scene. @type {import('@preact/signals-core').Signal<string[]>} */
+const plotted = signal(['', '']);
 
 const fluid = () => layout.value?.fluid ?? null;
+/** The fluids side by side. @returns {FluidLayout[]} */
+const fluids = () => (fluid() ? [/** @type {FluidLayout} */ (fluid()), ...(fluid()?.beside ?? [])] : []);
+/** What stands before a parameter of fluid `i`. @param {number} i */
+const pathOf = (i) => (i === 0 ? '' : `beside.${i - 1}.`);
+/** @param {number} i */
+const paramsOf = (i) => (i === 0 ? params.value : params.value?.beside?.[i - 1]) ?? {};
+const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
-const fields = () => fluid()?.layers.filter((layer) => layer.shape === 'field') ?? [];
+/** @param {FluidLayout | undefined} of */
+const fieldsOf = (of) => of?.layers.filter((layer) => layer.shape === 'field') ?? [];
 /** The unit that the help of a layer ends with. @param {Layer} layer */
 const unitOf = (layer) => /(?:^|: )((?:m|s|1|kg|N|J|Pa|rad)[\w/^²³*.]*?)\.?$/.exec(layer.help)?.[1] ?? '';
 /** @param {Layer} layer */
 const isSurface = (layer) => /surface|height/.test(layer.name);
-/** The field that frames carry. @returns {Layer | undefined} */
-const shownField = () => fields()[Math.min(params.value?.shown ?? 0, fields().length - 1)];
-const relief = () => drawing.value.relief ?? (shownField() !== undefined && isSurface(/** @type {Layer} */ (shownField())));
+/** The field that frames carry. @param {number} i @returns {Layer | undefined} */
+function shownField(i) {
+  const fields = fieldsOf(fluids()[i]);
+  return fields[Math.min(paramsOf(i).shown ?? 0, fields.length - 1)];
+}
+/** @param {number} i */
+function relief(i) {
+  const field = shownField(i);
+  return drawing.value.relief ?? (field !== undefined && isSurface(field));
+}
+
+/** The values of `one` that are other than in `other`. @param {any} one @param {any} other @returns {any} */
+function difference(one, other) {
+  /** @type {{[name: string]: any}} */
+  const left = {};
+  for (const [name, value] of Object.entries(one)) {
+    if (typeof value !== 'object') {
+      if (value !== other?.[name]) left[name] = value;
+    } else if (Object.keys(difference(value, other?.[name])).length > 0) {
+      left[name] = difference(value, other?.[name]);
+    }
+  }
+  return left;
+}
+
+/** Of a fluid beside the first: what makes it another. @param {any} one @param {any} first */
+const besides = (one, first) => (one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver });
+
+/** Tells fluids apart: by scene, or by what differs. @param {number} i */
+function nameOf(i) {
+  const own = paramsOf(i), all = fluids(), first = String(own.solver?.method ?? own.solver?.pressure ?? own.scene ?? '');
+  if (all.some((one) => one.scene !== all[0]?.scene)) return all[i]?.title ?? '';
+  const other = all.findIndex((_, k) => k !== i && Object.keys(besides(own, paramsOf(k))).length > 0);
+  const { params: sizes = {}, solver = {} } = other < 0 ? {} : besides(own, paramsOf(other));
+  const differ = Object.entries({ ...solver, ...sizes }).filter(([name]) => name !== 'method').slice(0, 2);
+  const parts = differ.map(([name, value]) => (value === true ? words(name) : value === false ? `no ${words(name)}`
+    : name === 'n' || name === 'size' ? `${name} = ${value}` : /^(advection|pressure|splitting)$/.test(name) ? words(String(value)) : `${words(name)} ${words(String(value))}`));
+  return solver.method || parts.length === 0 ? [words(first), ...parts].join(', ') : parts.join(', ');
+}
+
+/** A session of its own: what lays out memory does not change while it runs. @param {{[path: string]: Value}} set of the first fluid @param {any[]} list of
+ * those beside it, as they shall be */
+function renew(set, list) {
+  const first = structuredClone({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
+  for (const [path, value] of Object.entries(set)) if (path.startsWith('params.')) first.params[path.slice(7)] = value;
+  const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('beside'));
+  link.set = { ...Object.fromEntries(kept), ...set, ...(list.length > 0 ? { beside: list.map((one) => besides(one, first)) } : {}) };
+  again();
+}
+
+/** The fluids beside the first as they are. @returns {any[]} */
+const beside = () => (params.value?.beside ?? []).map((/** @type {any} */ one) => structuredClone({ scene: one.scene, params: one.params, solver: one.solver }));
 
 // ---- controls ----
 
-/** What varies in a scene is laid out with it: another value is another session. @param {string} name @returns {Template | typeof nothing} */
-function sceneParameter(name) {
-  const path = `params.${name}`, row = find(schema.value, path), value = params.value?.params?.[name];
+/** What varies in a scene is laid out with it: another value is another session. @param {number} i @param {string} name
+ * @returns {Template | typeof nothing} */
+function sceneParameter(i, name) {
+  const path = `${pathOf(i)}params.${name}`, row = find(schema.value, path), value = paramsOf(i).params?.[name];
   if (!row || value === undefined) return nothing;
-  const renew = (/** @type {import('../link.js').Value} */ given) => {
-    link.set = { ...link.set, [path]: given };
-    again();
+  const set = (/** @type {Value} */ given) => {
+    const list = beside();
+    if (i === 0) renew({ [path]: given }, list);
+    else renew({}, list.map((one, k) => (k === i - 1 ? { ...one, params: { ...one.params, [name]: given } } : one)));
   };
+  const id = i === 0 ? name : `${i}/${name}`;
   if (row.type === 'choice') {
-    return html`<label class="field choice" title=${row.help}><span>${labelOf(path)}</span><select data-scene=${name}
-      @change=${(/** @type {Event} */ event) => renew(/** @type {HTMLSelectElement} */ (event.target).value)}>
+    return html`<label class="field choice" title=${row.help}><span>${labelOf(path)}</span><select data-scene=${id}
+      @change=${(/** @type {Event} */ event) => set(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${row.choices.map((one) => html`<option value=${one} .selected=${one === value}>${words(one)}</option>`)}</select></label>`;
   }
   return html`<label class="field" title=${row.help}><span>${name === 'n' ? 'Cells along a side' : name === 're' ? 'Reynolds number' : labelOf(path)}</span><input type="number"
-    data-scene=${name} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
+    data-scene=${id} min=${row.min} max=${row.max} step=${row.type === 'integer' ? 1 : 'any'} .value=${String(value)}
     @change=${(/** @type {Event} */ event) => {
       const given = /** @type {HTMLInputElement} */ (event.target);
-      if (given.value !== '' && given.reportValidity()) renew(Number(given.value));
+      if (given.value !== '' && given.reportValidity()) set(Number(given.value));
     }}><span class="unit">${row.unit}</span></label>`;
 }
 
+const COUNTS = ['one fluid', 'two fluids', 'three fluids'];
+
 /** @returns {Template} */
 function scenePanel() {
-  const rows = scenarios.value.filter((row) => row.kind === 'fluid');
+  const rows = scenarios.value.filter((row) => row.kind === 'fluid'), count = fluids().length;
+  const set = (/** @type {Event} */ event) => {
+    const list = beside(), wanted = Number(/** @type {HTMLSelectElement} */ (event.target).value);
+    while (list.length < wanted) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
+    renew({}, list.slice(0, wanted));
+  };
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
     <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
-    ${Object.keys(params.value?.params ?? {}).map(sceneParameter)}</fieldset>`;
+    <label class="field choice"><span>Side by side</span><select id="count" @change=${set}>${COUNTS.map((text, i) => html`<option value=${i}
+      .selected=${i === count - 1}>${text}</option>`)}</select></label>
+    ${shownFields().length > 0 ? html`<div class="toggles">${toggle('cells', 'Sharp cells', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>` : nothing}
+  </fieldset>`;
 }
+
+const shownFields = () => fluids().flatMap((_, i) => shownField(i) ?? []);
 
 /** Settings that make the largest difference; the others stand below. */
 const FIRST = ['method', 'advection', 'pressure', 'splitting', 'tolerance', 'sweeps', 'iterations', 'viscosity', 'viscosity_scale', 'confinement', 'clamp'];
 const SOLVER_LABELS = /** @type {{[name: string]: string}} */ ({ backtrace: 'Order of back-trace', cfl: 'CFL number', viscosity_scale: 'Viscosity ×' });
 
-/** @returns {Template} */
-function solverPanel() {
-  const paths = livePaths(schema.value, 'solver'), nameOf = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
-  const one = (/** @type {string} */ path) => (SOLVER_LABELS[nameOf(path)] ? control(path, { label: SOLVER_LABELS[nameOf(path)] }) : control(path));
-  const first = paths.filter((path) => FIRST.includes(nameOf(path))), rest = paths.filter((path) => !FIRST.includes(nameOf(path)));
-  return html`<fieldset class="panel method" ?disabled=${locked.value !== ''} title=${locked.value || nothing}><legend class="unseen">Solver</legend>
-    <div class="head"><h2>Solver</h2><small>${words(fluid()?.method ?? '')}</small></div>
+/** The scene of a fluid beside the first. @param {number} i @returns {Template} */
+function sceneChoice(i) {
+  const row = find(schema.value, `${pathOf(i)}scene`), now = paramsOf(i).scene;
+  const set = (/** @type {Event} */ event) => {
+    const scene = /** @type {HTMLSelectElement} */ (event.target).value;
+    renew({}, beside().map((one, k) => (k === i - 1 ? { scene } : one)));
+  };
+  return html`<label class="field choice"><span>Scene</span><select data-scene=${`${i}/scene`} @change=${set}>
+    ${(row?.choices ?? []).map((one) => html`<option value=${one} .selected=${one === now}>${words(one)}</option>`)}</select></label>`;
+}
+
+/** One fluid: what varies in its scene, its field, its solver. @param {number} i @returns {Template} */
+function fluidPanel(i) {
+  const at = pathOf(i), paths = livePaths(schema.value, `${at}solver`), ending = (/** @type {string} */ path) => path.slice(path.lastIndexOf('.') + 1);
+  const one = (/** @type {string} */ path) => (SOLVER_LABELS[ending(path)] ? control(path, { label: SOLVER_LABELS[ending(path)] }) : control(path));
+  const first = paths.filter((path) => FIRST.includes(ending(path))), rest = paths.filter((path) => !FIRST.includes(ending(path)));
+  const several = fluids().length > 1;
+  return html`<fieldset class="panel method" data-player=${several ? i : nothing} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
+    <legend class="unseen">${several ? `Fluid ${i + 1}` : 'Fluid'}</legend>
+    <div class="head"><h2>${several ? html`${mark(i)} <span>${nameOf(i)}</span>` : 'Solver'}</h2><small>${words(fluids()[i]?.method ?? '')}</small></div>
+    ${i > 0 ? sceneChoice(i) : nothing}${Object.keys(paramsOf(i).params ?? {}).map((name) => sceneParameter(i, name))}${fieldChoice(i)}
     ${first.map(one)}${rest.length > 0 ? html`<details><summary>More</summary>${rest.map(one)}</details>` : nothing}</fieldset>`;
 }
 
@@ -106,71 +196,96 @@ function toggle(name, label, on) {
   }}><span>${label}</span></label>`;
 }
 
-/** @returns {Template | typeof nothing} */
-function fieldPanel() {
-  const list = fields(), now = shownField();
+/** @param {number} i @returns {Template | typeof nothing} */
+function fieldChoice(i) {
+  const now = shownField(i);
   if (!now) return nothing;
-  const show = (/** @type {Event} */ event) => change({ shown: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
-  return html`<fieldset class="panel plainpanel" ?disabled=${locked.value !== ''}><legend class="unseen">Field</legend>
-    <label class="field choice"><span>Field</span><select id="field" @change=${show}>
-      ${list.map((layer, i) => html`<option value=${i} .selected=${layer === now}>${words(layer.name)}</option>`)}</select></label>
-    <p class="facts">${now.help}</p>
-    <div class="toggles">${toggle('cells', 'Sharp cells', drawing.value.cells)}${toggle('relief', 'Relief', relief())}</div></fieldset>`;
+  const show = (/** @type {Event} */ event) => change({ [`${pathOf(i)}shown`]: Number(/** @type {HTMLSelectElement} */ (event.target).value) });
+  return html`<label class="field choice" title=${now.help}><span>Field</span><select id=${i === 0 ? 'field' : `field${i}`} @change=${show}>
+      ${fieldsOf(fluids()[i]).map((layer, k) => html`<option value=${k} .selected=${layer === now}>${words(layer.name)}</option>`)}</select></label>
+    ${fluids().length === 1 ? html`<p class="facts">${now.help}</p>` : nothing}`;
 }
 
 // ---- numbers ----
 
+/** Of all fluids, each name once, in the order of the first. */
+const names = () => [...new Set(fluids().flatMap((one) => one.numbers))];
+/** @param {number} i @param {string} name */
+const cellOf = (i, name) => (i === 0 ? name : `${i}/${name}`);
+
 /** @param {string} name @returns {Template} */
 function row(name) {
   const { label, unit } = wordsOf(name);
-  return html`<tr><th scope="row">${label}${unit ? ` (${unit})` : ''}</th><td data-fluid=${name}>–</td></tr>`;
+  return html`<tr><th scope="row">${label}${unit ? ` (${unit})` : ''}</th>${fluids().map((_, i) => html`<td data-fluid=${cellOf(i, name)}>–</td>`)}</tr>`;
+}
+
+/** @param {string} caption @param {Template[]} rows @returns {Template | typeof nothing} */
+function table(caption, rows) {
+  if (rows.length === 0) return nothing;
+  const heads = fluids().length > 1 ? html`<thead><tr><td></td>${fluids().map((_, i) => html`<th scope="col"><span class="unseen">${nameOf(i)}</span>${mark(i)}</th>`)}</tr></thead>` : nothing;
+  return html`<table class="data now">${caption ? html`<caption>${caption}</caption>` : nothing}${heads}<tbody>${rows}</tbody></table>`;
 }
 
 /** @returns {Template} */
 function numbers() {
-  const names = fluid()?.numbers ?? [];
-  const of = (/** @type {number} */ rank) => names.filter((name) => rankOf(name) === rank);
-  return html`<table class="data now"><caption>Cost</caption><tbody>
-      <tr><th scope="row">step (ms)</th><td id="step-ms">${cost.value ? short(cost.value.step) : '–'}</td></tr>
-      <tr><th scope="row">processor per second (ms)</th><td>${cost.value ? short(cost.value.second) : '–'}</td></tr>
-      <tr><th scope="row">pictures per second</th><td id="fps">–</td></tr></tbody></table>
-    ${of(0).length > 0 ? html`<table class="data now"><caption>What is wrong</caption><tbody>${of(0).map(row)}</tbody></table>` : nothing}
-    ${of(1).length > 0 ? html`<table class="data now"><caption>What is there</caption><tbody>${of(1).map(row)}</tbody></table>` : nothing}
-    ${of(2).length > 0 ? html`<details><summary>More numbers</summary><table class="data now"><tbody>${of(2).map(row)}</tbody></table></details>` : nothing}`;
+  const of = (/** @type {number} */ rank) => names().filter((name) => rankOf(name) === rank).map(row);
+  const each = (/** @type {(i: number) => string} */ text, /** @type {string} */ id) => fluids().map((_, i) => html`<td id=${i === 0 ? id : `${id}${i}`}>${text(i)}</td>`);
+  const step = (/** @type {number} */ i) => costs.value[i]?.all;
+  const pace = fluid()?.hz ?? 60;
+  return html`${table('Cost', [
+    html`<tr><th scope="row">step (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)))), 'step-ms')}</tr>`,
+    html`<tr><th scope="row">processor per second (ms)</th>${each((i) => (step(i) === undefined ? '–' : short(Number(step(i)) * pace)), 'second-ms')}</tr>`,
+    html`<tr><th scope="row">pictures per second</th><td id="fps" colspan=${fluids().length}>–</td></tr>`])}
+    ${table('What is wrong', of(0))}${table('What is there', of(1))}
+    ${of(2).length > 0 ? html`<details><summary>More numbers</summary>${table('', of(2))}</details>` : nothing}`;
 }
 
 // ---- the page ----
 
-/** The number that plot `i` shows. @param {number} i @returns {number} its place */
-function placeOf(i) {
-  const names = fluid()?.numbers ?? [], chosen = plotted.value[i] ?? -1;
-  if (chosen >= 0 && chosen < names.length) return chosen;
-  return pick(names, i === 0 ? [/error/, /energy/] : [/^divergence/, /density.*max/, /mass_change/, /mass/]);
+/** The number that plot `i` shows. @param {number} i @returns {string} */
+function plottedName(i) {
+  const all = names(), chosen = plotted.value[i] ?? '';
+  if (all.includes(chosen)) return chosen;
+  return all[pick(all, i === 0 ? [/error/, /energy/] : [/^divergence/, /density.*max/, /mass_change/, /mass/])] ?? '';
 }
 
 /** @param {number} i @returns {Template} */
 function plot(i) {
-  const names = fluid()?.numbers ?? [], name = `${wordsOf(names[placeOf(i)] ?? '').label} over time`;
+  const name = `${wordsOf(plottedName(i)).label} over time`;
   const set = (/** @type {Event} */ event) => {
-    plotted.value = plotted.value.map((one, k) => (k === i ? Number(/** @type {HTMLSelectElement} */ (event.target).value) : one));
+    plotted.value = plotted.value.map((one, k) => (k === i ? /** @type {HTMLSelectElement} */ (event.target).value : one));
   };
   return html`<section class="plotbox" aria-label=${name}><div class="view"><canvas id=${`plot${i}`} role="img" aria-label=${name}></canvas>
-    <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names.map((one, k) => html`<option value=${k}
-      .selected=${k === placeOf(i)}>${wordsOf(one).label}</option>`)}</select></div></section>`;
+    <select class="plotted" aria-label=${`Plot ${i + 1} shows`} @change=${set}>${names().map((one) => html`<option value=${one}
+      .selected=${one === plottedName(i)}>${wordsOf(one).label}</option>`)}</select></div></section>`;
 }
 
-const hasProfiles = () => Object.keys(profiles.value ?? {}).length > 0;
+const hasProfiles = () => (profiles.value ?? []).some((one) => Object.keys(one).length > 0);
+
+/** The number that says best how wrong a fluid is. @param {number} i */
+const errorOf = (i) => {
+  const all = fluids()[i]?.numbers ?? [];
+  return all[pick(all, [/error.*max|^error|front_error/, /error/, /^divergence/, /numerical|overshoot/, /energy/])] ?? '';
+};
+
+/** @param {number} i @returns {Template} */
+function picture(i) {
+  const step = costs.value[i]?.all;
+  const label = `${fluids()[i]?.title ?? 'Fluid'}${fluids().length > 1 ? `, ${nameOf(i)}` : ''}. Drag to stir, with the mouse or a finger. Arrow keys move a hand, Enter takes hold and lets go.`;
+  return html`<figure class="picture"><figcaption>${fluids().length > 1 ? html`${mark(i)} <b>${nameOf(i)}</b>` : nothing}
+      <span>${wordsOf(errorOf(i)).label} <output data-error=${i}>–</output></span><span>${step === undefined ? '–' : short(step)} ms/step</span></figcaption>
+    <div class="view stir" role="group" tabindex="0" data-world=${i} aria-label=${label}
+      @pointerdown=${press} @pointermove=${move} @pointerup=${release} @pointercancel=${release} @keydown=${key}>
+      <canvas id=${idOf(i)} role="img" aria-label="Fluid"></canvas></div></figure>`;
+}
 
 /** @returns {Template} */
 export function fluidLab() {
   const at = fluid();
-  const label = `${at?.title ?? 'Fluid'}. Drag to stir, with the mouse or a finger. Arrow keys move a hand, Enter takes hold and lets go.`;
   return html`<main class="step fluid" id="views" tabindex="-1">
-    <div class="methods" aria-label="Scene and solver" role="group">${scenePanel()}${fieldPanel()}${solverPanel()}</div>
+    <div class="methods" aria-label="Scene and solvers" role="group">${scenePanel()}${fluids().map((_, i) => fluidPanel(i))}</div>
     <div class="pictures" tabindex="0" role="region" aria-label="Pictures">
-      <section class="stage" aria-label="Fluid"><div class="view stir" role="group" tabindex="0" data-world="0" aria-label=${label}
-        @pointerdown=${press} @pointermove=${move} @pointerup=${release} @pointercancel=${release} @keydown=${key}>
-        <canvas id="fluid" role="img" aria-label="Fluid"></canvas></div></section>
+      <section class="stage" aria-label="Fluids" data-count=${fluids().length}>${fluids().map((_, i) => picture(i))}</section>
       <div class="plots">${plot(0)}${plot(1)}${hasProfiles() ? html`<section class="plotbox" aria-label="Profiles"><div class="view">
         <canvas id="profiles" role="img" aria-label="Profiles"></canvas></div></section>` : nothing}</div>
     </div>
@@ -200,13 +315,14 @@ function scaleOf(name, unit) {
   return known;
 }
 
-let newest = -1;
+/** Of each fluid. @type {number[]} */
+let newest = [];
 
-/** What the colours stand for now. @param {import('./decode.js').Fluid} now @param {number} seq of the frame
+/** What the colours stand for now. @param {import('./decode.js').Fluid} now @param {number} i @param {number} seq of the frame
  * @returns {{scale: Scale | null, word: string}} */
-function coloured(now, seq) {
-  const layers = fluid()?.layers ?? [], fresh = seq !== newest;
-  newest = seq;
+function coloured(now, i, seq) {
+  const layers = fluids()[i]?.layers ?? [], fresh = seq !== newest[i];
+  newest[i] = seq;
   if (now.field) {
     const layer = layers[now.field.layer], unit = layer ? unitOf(layer) : '';
     const scale = scaleOf(layer?.name ?? '', unit);
@@ -225,31 +341,42 @@ function coloured(now, seq) {
   return { scale: null, word: '' };
 }
 
-/** @param {number[]} values */
-function showNumbers(values) {
-  fluid()?.numbers.forEach((name, i) => {
-    const cell = document.querySelector(`[data-fluid="${name}"]`), text = told(name, values[i] ?? NaN);
-    if (cell && cell.textContent !== text) cell.textContent = text;
+/** @param {string} place @param {string} text */
+function put(place, text) {
+  const cell = document.querySelector(place);
+  if (cell && cell.textContent !== text) cell.textContent = text;
+}
+
+/** @param {number} i @param {number[]} values */
+function showNumbers(i, values) {
+  fluids()[i]?.numbers.forEach((name, k) => {
+    const text = told(name, values[k] ?? NaN);
+    put(`[data-fluid="${cellOf(i, name)}"]`, text);
+    if (name === errorOf(i)) put(`[data-error="${i}"]`, text);
   });
 }
 
 /** @param {import('../theme.js').Palette} colours */
 function drawPlots(colours) {
-  const names = fluid()?.numbers ?? [];
-  for (const i of [0, 1]) {
-    const place = placeOf(i), name = names[place] ?? '', size = isSize(name), { unit } = wordsOf(name);
-    const ys = record.numbers[place] ?? [], some = ys.some((v) => v !== 0);
-    const lines = [{ xs: record.t, ys: size ? ys.map(Math.abs) : ys, colour: paintOf(colours, i).text }];
-    onto(`plot${i}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY: size, least: 1e-9, empty: some || ys.length < 2 ? 'Play to draw' : 'all is 0' }));
+  const several = fluids().length > 1;
+  for (const p of [0, 1]) {
+    const name = plottedName(p), size = isSize(name), { unit } = wordsOf(name);
+    const lines = fluids().flatMap((one, i) => {
+      const ys = records[i]?.numbers[one.numbers.indexOf(name)], own = paintOf(colours, several ? i : p);
+      return ys ? [{ xs: records[i]?.t ?? [], ys: size ? ys.map(Math.abs) : ys, colour: own.text, ...(several ? { dash: own.dash } : {}) }] : [];
+    });
+    const empty = lines.some(({ ys }) => ys.length < 2 || ys.some((v) => v !== 0)) ? 'Play to draw' : 'all is 0';
+    onto(`plot${p}`, (s) => drawPlot(s, colours, { lines, x: 't (s)', y: unit, logY: size, least: 1e-9, empty }));
   }
-  const curves = Object.entries(profiles.value ?? {}), own = curves.filter(([name]) => !name.endsWith('_reference'));
-  const lines = curves.map(([name, pairs]) => {
-    const known = name.endsWith('_reference'), place = own.findIndex(([one]) => one === name.replace('_reference', ''));
-    return { xs: pairs.map(([x = 0]) => x), ys: pairs.map(([, y = 0]) => y), colour: paintOf(colours, Math.max(0, place)).text,
-      ...(known ? { points: true, width: 1, dash: [2, 3] } : {}) };
-  });
-  const known = curves.length > own.length ? '; dots: known' : '';
-  onto('profiles', (s) => drawPlot(s, colours, { lines, x: 'place', y: `${own.map(([name]) => name).join(', ')}${known}`, least: 1e-9, empty: '' }));
+  if (!hasProfiles()) return;
+  const curves = (profiles.value ?? []).flatMap((one, i) => Object.entries(one).map(([name, pairs]) => ({ name, i, pairs, known: name.endsWith('_reference') })));
+  const shown = curves.filter(({ i, known }) => !known || i === 0), own = [...new Set(shown.filter(({ known }) => !known).map(({ name }) => name))];
+  const lines = shown.map(({ name, i, pairs, known }) => ({
+    xs: pairs.map(([x = 0]) => x), ys: pairs.map(([, y = 0]) => y), colour: paintOf(colours, several ? i : Math.max(0, own.indexOf(name.replace('_reference', '')))).text,
+    ...(known ? { points: true, width: 1, dash: [2, 3] } : several ? { dash: paintOf(colours, i).dash } : {}),
+  }));
+  const known = shown.some((one) => one.known) ? '; dots: known' : '';
+  onto('profiles', (s) => drawPlot(s, colours, { lines, x: 'place', y: `${own.join(', ')}${known}`, least: 1e-9, empty: '' }));
 }
 
 let numbered = 0, counted = 0, countedFrom = 0;
@@ -264,32 +391,43 @@ function showPace(time) {
   countedFrom = time;
 }
 
+/** @param {Frame} frame @param {import('./decode.js').Fluid} now @param {number} i @param {import('../theme.js').Palette} colours */
+function drawOne(frame, now, i, colours) {
+  const of = /** @type {FluidLayout} */ (fluids()[i]);
+  const points = now.points.map((list) => {
+    const layer = of.layers[list.layer];
+    return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
+  });
+  onto(idOf(i), (surface) => {
+    cameras.set(i, drawPicture(surface, colours, { view: of.view, field: now.field, points, ...coloured(now, i, frame.seq), cells: drawing.value.cells,
+      relief: relief(i), hand: handIn(i), note: now.state.status === 1 ? 'It diverged and was stopped' : '' }));
+  });
+}
+
+/** @param {FluidLayout} of @param {import('./decode.js').State} state @param {number} time */
+function said(of, { numbers: values, status }, time) {
+  const wrong = of.numbers.flatMap((one, k) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${told(one, values[k] ?? NaN)}`] : []));
+  return `${of.title} at ${fixed(time, 2)} s. ${[...(status === 1 ? ['It diverged and was stopped'] : []), ...wrong].join(', ')}`;
+}
+
 /** @param {Frame} frame @param {boolean} settled @param {boolean} name the pictures get their words */
 export function drawFluid(frame, settled, name) {
-  const at = fluid(), now = fluidOf(frame);
-  if (!at || !now.state) return;
-  const colours = palette(), time = performance.now(), { numbers: values, status } = now.state;
-  if (record.generation !== frame.generation || record.time > frame.time) record = new Record(frame.generation);
-  record.take(frame.time, values);
-  measure(frame);
+  const all = fluidsOf(frame), at = fluids();
+  if (all.length === 0 || all.length !== at.length) return;
+  const colours = palette(), time = performance.now(), telling = settled || time - numbered > 120;
+  measure(frame, true);
   showPace(time);
-  const points = now.points.map((of) => {
-    const layer = at.layers[of.layer];
-    return { of, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
+  all.forEach((now, i) => {
+    const known = records[i];
+    if (!known || known.generation !== frame.generation || known.time > frame.time) records[i] = new Record(frame.generation);
+    if (now.state.status === 0) records[i]?.take(frame.time, now.state.numbers);
+    drawOne(frame, now, i, colours);
+    if (telling) showNumbers(i, now.state.numbers);
+    if (name) document.getElementById(idOf(i))?.setAttribute('aria-label', said(/** @type {FluidLayout} */ (at[i]), now.state, frame.time));
   });
-  const note = status === 1 ? 'It diverged and was stopped' : '';
-  onto('fluid', (surface) => {
-    cameras.set(0, drawPicture(surface, colours, { view: at.view, field: now.field, points, ...coloured(now, frame.seq), cells: drawing.value.cells,
-      relief: relief(), hand: pointer.value, note }));
-  });
-  if (settled || time - numbered > 120) {
+  if (telling) {
     numbered = time;
-    showNumbers(values);
     drawPlots(colours);
-  }
-  if (name) {
-    const wrong = at.numbers.flatMap((one, i) => (rankOf(one) === 0 ? [`${wordsOf(one).label} ${told(one, values[i] ?? NaN)}`] : []));
-    document.getElementById('fluid')?.setAttribute('aria-label', `${at.title} at ${fixed(frame.time, 2)} s. ${[note, ...wrong].filter((text) => text !== '').join(', ')}`);
   }
 }
 
@@ -297,11 +435,12 @@ effect(() => {
   session.value;
   forgetHand();
   forgetMeasured();
-  record = new Record(-1);
+  records = [];
   scales = new Map();
 });
 effect(() => {
   pointer.value;
   profiles.value;
+  costs.value;
   touch();
 });

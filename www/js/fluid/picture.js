@@ -11,9 +11,19 @@ import { css, isDark, mapsOf } from './colours.js';
  *   cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
  *   word: what the colours stand for; note: what must be said over the picture */
 
-const cells = document.createElement('canvas'), pen = /** @type {CanvasRenderingContext2D} */ (cells.getContext('2d'));
-/** @type {ImageData | null} */
-let image = null;
+/** One for each size: fluids side by side may have several. @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
+const sheets = new Map();
+
+/** @param {number} width @param {number} height */
+function sheetOf(width, height) {
+  const known = sheets.get(`${width}x${height}`);
+  if (known) return known;
+  if (sheets.size >= 8) sheets.clear(); /* of sizes that were tried before */
+  const cells = Object.assign(document.createElement('canvas'), { width, height }), pen = /** @type {CanvasRenderingContext2D} */ (cells.getContext('2d'));
+  const made = { cells, pen, image: pen.createImageData(width, height) };
+  sheets.set(`${width}x${height}`, made);
+  return made;
+}
 
 /** The colour of each byte of a field. @param {Field} field @param {number[]} range @param {Uint32Array} map @param {number} none */
 function lookUp(field, [low = 0, high = 1], map, none) {
@@ -39,20 +49,16 @@ function shade(field, data, strength) {
   }
 }
 
-/** @param {Field} field @param {Uint32Array} table @param {boolean} relief */
+/** @param {Field} field @param {Uint32Array} table @param {boolean} relief @returns {HTMLCanvasElement} */
 function paint(field, table, relief) {
-  const { width, height, bytes } = field;
-  if (image?.width !== width || image.height !== height) {
-    cells.width = width;
-    cells.height = height;
-    image = pen.createImageData(width, height);
-  }
+  const { width, height, bytes } = field, { cells, pen, image } = sheetOf(width, height);
   const out = new Uint32Array(image.data.buffer);
   for (let j = 0, k = 0; j < height; j++) { /* rows of an image go down */
     for (let at = (height - 1 - j) * width, end = at + width; at < end; at++) out[at] = table[bytes[k++] ?? 255] ?? 0;
   }
   if (relief) shade(field, image.data, 0.02 * Math.max(1, width / 64));
   pen.putImageData(image, 0, 0);
+  return cells;
 }
 
 const HUES = 32;
@@ -166,7 +172,7 @@ export function drawPicture(surface, colours, of) {
   const at = { left: x0 - left / scale, top: y1 + top / scale, scale };
   const maps = mapsOf(isDark(colours.paper)), map = of.scale?.signed ? maps.signed : maps.even;
   if (of.field && of.scale) {
-    paint(of.field, lookUp(of.field, of.scale.range(), map, grey(colours.edge)), of.relief);
+    const cells = paint(of.field, lookUp(of.field, of.scale.range(), map, grey(colours.edge)), of.relief);
     on.imageSmoothingEnabled = !of.cells;
     on.imageSmoothingQuality = 'high';
     on.drawImage(cells, left, top, w, h);

@@ -3,20 +3,29 @@ import { signal } from '../../vendor/signals-core.js';
 import { send } from '../lab.js';
 import { layout, locked } from '../state.js';
 
-/** Where the keys point, in m; null until they are used. @type {import('@preact/signals-core').Signal<{x: number, y: number, held: boolean} | null>} */
+/** Where the keys point, in m of the first picture; null until they are used. @type {import('@preact/signals-core').Signal<{x: number, y: number, held: boolean} | null>} */
 export const pointer = signal(null);
 /** Of the pictures as drawn last, by world. @type {Map<number, {left: number, top: number, scale: number}>} */
 export const cameras = new Map();
 
-const view = () => (layout.value?.rigid ?? layout.value?.fluid)?.view ?? [];
+/** Of a picture: left, right, bottom, top in m. Bodies have one for all worlds. @param {number} world @returns {number[]} */
+const viewOf = (world) => (layout.value?.rigid ?? (world === 0 ? layout.value?.fluid : layout.value?.fluid?.beside?.[world - 1]))?.view ?? [];
+const view = () => viewOf(0);
 
 let asked = 0;
 let said = '';
 let held = false;
 
-/** @param {number} x m @param {number} y m @param {boolean} hold */
-function say(x, y, hold) {
-  const [left = 0, right = 1, bottom = 0, top = 1] = view();
+/** Where the keys point in a picture that may be of another place: at the same share of its sides. @param {number} world
+ * @returns {{x: number, y: number, held: boolean} | null} */
+export function handIn(world) {
+  const [left = 0, right = 1, bottom = 0, top = 1] = view(), [l = 0, r = 1, b = 0, t = 1] = viewOf(world), now = pointer.value;
+  return now && { ...now, x: l + ((now.x - left) / (right - left)) * (r - l), y: b + ((now.y - bottom) / (top - bottom)) * (t - b) };
+}
+
+/** @param {number} x m @param {number} y m @param {boolean} hold @param {number} world that the place is of */
+function say(x, y, hold, world) {
+  const [left = 0, right = 1, bottom = 0, top = 1] = viewOf(world);
   const axis = (/** @type {number} */ v, /** @type {number} */ low, /** @type {number} */ high) => Math.max(-1, Math.min(1, (2 * v - low - high) / (high - low)));
   const input = { player: 0, axes: [axis(x, left, right), axis(y, bottom, top)], buttons: hold ? 1 : 0 };
   const text = JSON.stringify(input);
@@ -26,11 +35,11 @@ function say(x, y, hold) {
   send({ input, id: ++asked });
 }
 
-/** @param {PointerEvent} event @returns {{x: number, y: number} | null} in m */
+/** @param {PointerEvent} event @returns {{x: number, y: number, world: number} | null} in m */
 function pointAt(event) {
   const box = /** @type {HTMLElement} */ (event.currentTarget), frame = box.getBoundingClientRect();
-  const at = cameras.get(Number(box.dataset.world));
-  return at ? { x: at.left + (event.clientX - frame.left) / at.scale, y: at.top - (event.clientY - frame.top) / at.scale } : null;
+  const world = Number(box.dataset.world), at = cameras.get(world);
+  return at ? { world, x: at.left + (event.clientX - frame.left) / at.scale, y: at.top - (event.clientY - frame.top) / at.scale } : null;
 }
 
 /** @param {PointerEvent} event */
@@ -39,19 +48,19 @@ export function press(event) {
   if (point === null || event.button !== 0) return;
   /** @type {HTMLElement} */ (event.currentTarget).setPointerCapture(event.pointerId);
   pointer.value = null;
-  say(point.x, point.y, true);
+  say(point.x, point.y, true, point.world);
 }
 
 /** @param {PointerEvent} event */
 export function move(event) {
   const point = pointAt(event);
-  if (point !== null && held && pointer.value === null) say(point.x, point.y, true);
+  if (point !== null && held && pointer.value === null) say(point.x, point.y, true, point.world);
 }
 
 /** @param {PointerEvent} event */
 export function release(event) {
   const point = pointAt(event);
-  if (point !== null && held && pointer.value === null) say(point.x, point.y, false);
+  if (point !== null && held && pointer.value === null) say(point.x, point.y, false, point.world);
 }
 
 const STEPS = /** @type {Record<string, number[]>} */ ({ ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] });
@@ -69,7 +78,7 @@ export function key(event) {
   if (next === null || event.altKey || event.ctrlKey || event.metaKey) return;
   event.preventDefault();
   pointer.value = next;
-  if (next.held || now.held) say(next.x, next.y, next.held);
+  if (next.held || now.held) say(next.x, next.y, next.held, 0);
 }
 
 /** Another session has heard nothing yet. */
