@@ -78,6 +78,11 @@ struct ll_param_table {
 /* Sets every row to its default and every other byte to zero; arrays become empty. */
 void ll_param_defaults(const ll_param_table *table, void *object);
 
+/* Copies what is in use: elements of the outer arrays beyond their counts stay as they are in `to`, so that
+ * long lists cost memory only where they are given; `to` begins as zeros or as a configuration. */
+void ll_param_copy(const ll_param_table *table, void *to, const void *from);
+size_t ll_param_used(const ll_param_table *table, const void *object); /* bytes that it copies */
+
 /* Reads `json` over `object`. Unknown keys, wrong types, values out of range (also NaN and infinities),
  * missing required rows and arrays that are too long are errors that name the path, the range and the value;
  * `object` is then unchanged. */

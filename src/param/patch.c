@@ -177,13 +177,13 @@ static ll_status run(walk *w, const ll_param_table *table, const cJSON *patch)
 ll_status ll_patch_apply(const ll_param_table *table, const cJSON *patch, void *object,
                          const ll_patch_options *options)
 {
-    walk w = {.options = options, .object = malloc(table->size), .touched = calloc(table->size, 1)};
+    walk w = {.options = options, .object = calloc(1, table->size), .touched = calloc(table->size, 1)};
     ll_status status = ll_error(LL_NO_MEMORY, "out of memory");
     if (w.object != NULL && w.touched != NULL) {
-        memcpy(w.object, object, table->size);
+        ll_param_copy(table, w.object, object);
         status = run(&w, table, patch);
         if (!ll_failed(&status))
-            memcpy(object, w.object, table->size);
+            ll_param_copy(table, object, w.object);
     }
     free(w.object);
     free(w.touched);

@@ -78,10 +78,10 @@ static ll_status do_speed(ll_session *s, ll_time wall, const control_args *a)
 
 static ll_status do_restart(ll_session *s, ll_time wall, const control_args *a)
 {
-    void *base = malloc(s->scenario.kind->table->size);
+    void *base = calloc(1, s->scenario.kind->table->size);
     if (!base)
         return ll_error(LL_NO_MEMORY, "no memory to restart");
-    memcpy(base, a->reset ? s->scenario.config : s->config, s->scenario.kind->table->size);
+    ll_param_copy(s->scenario.kind->table, base, a->reset ? s->scenario.config : s->config);
     ll_session_rebase(s, base);
     free(base);
     if (a->reset)

@@ -255,7 +255,7 @@ static ll_status check_changes(ll_session *s)
         if (s->log.entries[i].op == LL_OP_SET)
             status = ll_apply_values(kind, s->config, s->log.entries[i].values);
     }
-    memcpy(s->config, s->base, s->scenario.kind->table->size);
+    ll_param_copy(s->scenario.kind->table, s->config, s->base);
     return status;
 }
 

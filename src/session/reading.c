@@ -12,7 +12,7 @@ static size_t snapshot_bytes(const ll_session *s)
     size_t bytes = 0;
     for (int i = 0; i < LL_SNAPSHOTS; i++)
         if (s->snapshots[i].block)
-            bytes += s->block_size + s->scenario.kind->table->size;
+            bytes += s->block_size + ll_param_used(s->scenario.kind->table, s->config);
     return bytes;
 }
 
@@ -34,7 +34,7 @@ static size_t block_bytes(const ll_session *s)
 /* What parking leaves. */
 static size_t parked_bytes(const ll_session *s)
 {
-    return sizeof *s + 3 * s->scenario.kind->table->size + log_bytes(s);
+    return sizeof *s + 3 * ll_param_used(s->scenario.kind->table, s->config) + log_bytes(s);
 }
 
 static size_t all_bytes(const ll_session *s)

@@ -106,8 +106,10 @@ ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
     status = ll_timeline_check(kind, config);
     if (ll_failed(&status))
         goto cleanup;
-    *scenario = (ll_scenario){kind, config};
-    config = NULL;
+    memset(before, 0, kind->table->size);
+    ll_param_copy(kind->table, before, config); /* memory that was never written is none */
+    *scenario = (ll_scenario){kind, before};
+    before = NULL;
 cleanup:
     free(config);
     free(before);

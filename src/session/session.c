@@ -32,8 +32,8 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     size_t size = scenario->kind->table->size;
     *session = NULL;
     if (s) {
-        s->base = malloc(size);
-        s->config = malloc(size);
+        s->base = calloc(1, size);
+        s->config = calloc(1, size);
     }
     if (!s || !s->base || !s->config) {
         ll_scenario mine = *scenario;
@@ -41,8 +41,8 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
         ll_session_destroy(s);
         return ll_error(LL_NO_MEMORY, "no memory for a session");
     }
-    memcpy(s->base, base, size);
-    memcpy(s->config, base, size);
+    ll_param_copy(scenario->kind->table, s->base, base);
+    ll_param_copy(scenario->kind->table, s->config, base);
     s->scenario = *scenario;
     s->freq = scenario->kind->tick_freq(base);
     s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
@@ -131,11 +131,11 @@ static void keep_event(void *context, const ll_event *event)
 
 ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values)
 {
-    void *before = malloc(kind->table->size);
+    void *before = calloc(1, kind->table->size);
     cJSON *json = cJSON_Parse(values);
     ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a change");
     if (before)
-        memcpy(before, config, kind->table->size);
+        ll_param_copy(kind->table, before, config);
     if (!ll_failed(&status))
         status = ll_param_patch(kind->table, json, config, NULL, NULL); /* together: a rule may tie them */
     if (!ll_failed(&status))
@@ -192,14 +192,14 @@ static void maybe_snapshot(ll_session *s)
         return;
     if (!shot->block) {
         shot->block = malloc(s->block_size);
-        shot->config = malloc(config_size(s));
+        shot->config = calloc(1, config_size(s));
     }
     if (!shot->block || !shot->config) { /* only a convenience: without it seeking takes longer */
         drop_snapshots(s, s->tick);
         return;
     }
     memcpy(shot->block, s->block, s->block_size);
-    memcpy(shot->config, s->config, config_size(s));
+    ll_param_copy(s->scenario.kind->table, shot->config, s->config);
     shot->tick = s->tick;
     shot->next = s->next;
     shot->step = s->step;
@@ -249,7 +249,7 @@ static void start_from(ll_session *s, const ll_snapshot *shot)
 {
     const void *config = shot ? shot->config : s->base;
     ll_status made = ll_ok();
-    memcpy(s->config, config, config_size(s));
+    ll_param_copy(s->scenario.kind->table, s->config, config);
     if (shot)
         memcpy(s->block, shot->block, s->block_size);
     else
@@ -395,14 +395,14 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
         return status;
     if (s->status == LL_SESSION_FAILED)
         return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
-    void *probe = malloc(config_size(s));
+    void *probe = calloc(1, config_size(s));
     cJSON *values = cJSON_CreateObject();
     char *text = NULL;
     if (!probe || !values) {
         status = ll_error(LL_NO_MEMORY, "no memory for a patch");
         goto cleanup;
     }
-    memcpy(probe, s->config, config_size(s));
+    ll_param_copy(s->scenario.kind->table, probe, s->config);
     status = ll_param_patch(s->scenario.kind->table, patch, probe, collect, values);
     if (ll_failed(&status) || cJSON_GetArraySize(values) == 0)
         goto cleanup;
@@ -447,8 +447,8 @@ void ll_session_rebase(ll_session *s, const void *base)
 {
     drop_snapshots(s, -1);
     ll_log_truncate(&s->log, 0);
-    memcpy(s->base, base, config_size(s));
-    memcpy(s->config, base, config_size(s));
+    ll_param_copy(s->scenario.kind->table, s->base, base);
+    ll_param_copy(s->scenario.kind->table, s->config, base);
     s->next = 0;
     s->tick = s->head = 0;
     s->error = ll_ok();

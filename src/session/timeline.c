@@ -26,11 +26,11 @@ ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config)
 {
     const ll_scenario_head *head = config;
     ll_status status = ll_ok();
-    void *probe = head->timeline_count > 0 ? malloc(kind->table->size) : NULL;
+    void *probe = head->timeline_count > 0 ? calloc(1, kind->table->size) : NULL;
     if (head->timeline_count > 0 && !probe)
         return ll_error(LL_NO_MEMORY, "no memory for a scenario");
     if (probe)
-        memcpy(probe, config, kind->table->size);
+        ll_param_copy(kind->table, probe, config);
     for (int i = 0; i < head->timeline_count && !ll_failed(&status); i++) {
         if (i > 0 && head->timeline[i].at_s < head->timeline[i - 1].at_s) {
             char field[48];

@@ -8,8 +8,8 @@
 #include "sim/sim.h"
 
 #define LL_RIGID_WORLDS_MAX 2
-#define LL_RIGID_BODIES_MAX 128 /* of a list; scenes have more */
-#define LL_RIGID_JOINTS_MAX 128
+#define LL_RIGID_BODIES_MAX 4096 /* of a list; scenes have more */
+#define LL_RIGID_JOINTS_MAX 4096
 #define LL_RIGID_POINTS_MAX 16
 #define LL_RIGID_BLOCK_MAX ((size_t)512 << 20) /* bytes of a session's worlds */
 #define LL_RIGID_PARTS (LL_PHASES + 1)         /* of a world in a meter: its phases, then the whole step */

@@ -178,7 +178,8 @@ static void list_limits(const ll_rigid_config *c, ll_rigid_limits *l)
     for (int i = 0; i < c->body_count; i++)
         l->shapes += c->bodies[i].form == LL_FORM_CHAIN ? c->bodies[i].point_count : 1;
     l->hulls = l->shapes;
-    l->contacts = 64 * c->body_count + 8 * l->shapes + 64;
+    int32_t few = c->body_count < 128 ? c->body_count : 128; /* of few bodies each may touch all others */
+    l->contacts = 48 * few + 16 * c->body_count + 8 * l->shapes + 64;
     l->joints = c->joint_count;
 }
 
@@ -251,6 +252,9 @@ static ll_status check_size(const ll_rigid_config *c)
     if (ll_failed(&status))
         return ll_field_error(LL_BAD_INPUT, "params.size", "params.size %lld is too large for %s: %s",
                               (long long)c->setup.params.size, ll_scene_names[c->setup.scene], status.text);
+    if (size > LL_RIGID_BLOCK_MAX && c->setup.scene == 0)
+        return ll_field_error(LL_BAD_INPUT, "bodies", "bodies: %d of them need %zu MB; at most %zu MB",
+                              c->body_count, size >> 20, LL_RIGID_BLOCK_MAX >> 20);
     if (size > LL_RIGID_BLOCK_MAX)
         return ll_field_error(LL_BAD_INPUT, "params.size",
                               "params.size %lld of %s needs %zu MB for %d bodies; at most %zu MB",
