@@ -160,7 +160,7 @@ test('every scenario belongs to the lab that shows it', async () => {
   const current = () => page.locator('.lab[aria-current="page"]').allTextContents();
   assert.deepEqual(await current(), ['Race']);
   for (const [scenario, lab] of [['rifle', 'Shoot'], ['crates', 'Crates'], ['gambetta', 'Race'], ['cannon', 'Cannon'], ['motion/orbit', 'Step'],
-    ['paper/fig05', 'Collide'], ['fluid/pool', 'Fluid']]) {
+    ['paper/fig05', 'Collide'], ['fluid/pool', 'Fluid'], ['sea_watched', 'Fluid']]) {
     await page.locator('#scenario').selectOption(scenario);
     await page.waitForFunction((name) => document.querySelector('.lab[aria-current="page"]')?.textContent === name, lab);
     assert.deepEqual(await current(), [lab], scenario);

@@ -41,9 +41,9 @@ effect(() => {
 function labs() {
   const shown = experiment.value === null ? layout.value?.game ?? '' : null;
   const tab = (/** @type {string} */ name, /** @type {boolean} */ current, /** @type {() => void} */ go) => html`<button type="button" class="lab"
-    aria-current=${current ? 'page' : 'false'} @click=${() => { if (!current) go(); }}>${name}</button>`;
-  return html`<nav aria-label="Labs">${LABS.map((lab) => tab(lab.name, shown !== null && lab.shows.includes(shown), () => choose(lab.scenario)))}${
-    tab('Experiments', shown === null, () => openExperiments(lastExperiment))}</nav>`;
+    aria-current=${current ? 'page' : 'false'} @click=${go}>${name}</button>`;
+  return html`<nav aria-label="Labs">${LABS.map((lab) => tab(lab.name, shown !== null && lab.shows.includes(shown), () => { if (shown === null || shownScenario() !== lab.scenario) choose(lab.scenario); }))}${
+    tab('Experiments', shown === null, () => { if (shown !== null) openExperiments(lastExperiment); })}</nav>`;
 }
 
 /** On a phone the labs do not all fit: the one that is shown does. */

@@ -25,7 +25,7 @@ export const LABS = [
   { id: 'crates', name: 'Crates', scenario: 'crates', shows: ['crates'] },
   { id: 'step', name: 'Step', scenario: 'motion/free_fall', shows: ['motion'] },
   { id: 'collide', name: 'Collide', scenario: 'rigid/pyramid', shows: ['rigid'] },
-  { id: 'fluid', name: 'Fluid', scenario: 'fluid/cylinder', shows: ['fluid'] },
+  { id: 'fluid', name: 'Fluid', scenario: 'fluid/cylinder', shows: ['fluid', 'sea', 'dam'] },
 ];
 
 /** @param {string} text @returns {Value} */
