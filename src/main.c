@@ -12,6 +12,7 @@
 #include "base/program.h"
 #include "daemon/serve.h"
 #include "experiment/experiment.h"
+#include "experiment/ladder.h"
 #include "experiment/precision.h"
 #include "experiment/verbs.h"
 #include "session/scenario.h"
@@ -468,16 +469,6 @@ static int verb_problems(int argc, char **argv)
 
 /* ---- work-precision ---- */
 
-/* Whether `name` is one of the comma-separated `list`; NULL lists all. */
-static bool listed(const char *list, const char *name)
-{
-    size_t length = strlen(name);
-    for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
-        if (strncmp(p, name, length) == 0 && (p[length] == ',' || p[length] == '\0'))
-            return true;
-    return list == NULL;
-}
-
 static ll_status check_methods(const char *list)
 {
     for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL) {
@@ -513,8 +504,11 @@ static ll_status make_problem(const arguments *a, const ll_ode_problem **problem
 {
     *problem = a->positional ? ll_ode_problem_find(a->positional) : NULL;
     if (!*problem)
-        return ll_error(LL_BAD_INPUT, "which problem? One of those that `laglab problems` lists; got %.60s",
-                        a->positional ? a->positional : "none");
+        return ll_error(
+            LL_BAD_INPUT,
+            "which problem? One of those that `laglab problems` lists, or a scenario that has ladders "
+            "(fluid/cavity, rigid/column); got %.60s",
+            a->positional ? a->positional : "none");
     ll_status status = check_methods(a->methods);
     ll_param_defaults((*problem)->params, params);
     for (int i = 0; i < a->set_count && !ll_failed(&status); i++) {
@@ -530,6 +524,55 @@ static ll_status make_problem(const arguments *a, const ll_ode_problem **problem
     return status;
 }
 
+static void print_scene_rung(const ll_rung *r, void *context)
+{
+    bool *begun = context;
+    if (!*begun)
+        fputs("scenario,by,series,setting,value,status,cpu_min_s,cpu_median_s,metric,error,counter,count,"
+              "order_observed\r\n",
+              stdout);
+    *begun = true;
+    printf("%s,%s,%s,%s,%s,%s,%.6g,%.6g,%s,", r->ladder->scenario, r->ladder->series, r->series,
+           r->ladder->setting, r->setting, r->diverged ? "diverged" : "ok", r->cpu_min_s, r->cpu_median_s,
+           r->ladder->error);
+    printf(r->diverged ? "," : "%.9g,", r->error);
+    printf("%s,", r->ladder->counter);
+    printf(r->diverged ? "," : "%.0f,", r->counter);
+    printf(r->order == r->order ? "%.3f\r\n" : "\r\n", r->order);
+    fflush(stdout);
+}
+
+/* Whether the id is one of the ladders'; NULL: none was given. */
+static bool has_ladder(const char *scenario)
+{
+    for (const ll_ladder *l = ll_ladders; scenario && l->scenario; l++)
+        if (strcmp(scenario, l->scenario) == 0)
+            return true;
+    return false;
+}
+
+static int climb_ladders(const arguments *a)
+{
+    cJSON *json = NULL;
+    bool begun = false;
+    ll_status status = load_scenario(a, &json);
+    ll_ladder_order order = {.scenario = json,
+                             .sets = a->sets,
+                             .set_count = a->set_count,
+                             .duration = a->duration,
+                             .methods = a->methods,
+                             .now_ns = cpu_now_ns,
+                             .told = print_scene_rung,
+                             .context = &begun};
+    for (const ll_ladder *l = ll_ladders; l->scenario && !ll_failed(&status); l++)
+        if (strcmp(a->positional, l->scenario) == 0)
+            status = ll_ladder_run(l, &order);
+    if (!begun && !ll_failed(&status))
+        status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", a->positional, a->methods);
+    cJSON_Delete(json);
+    return ll_failed(&status) ? fail(&status) : 0;
+}
+
 static int verb_work_precision(int argc, char **argv)
 {
     arguments a = {0};
@@ -537,6 +580,8 @@ static int verb_work_precision(int argc, char **argv)
     ll_precision_order order = {.params = params, .now_ns = cpu_now_ns};
     bool begun = false;
     ll_status status = parse_arguments(argc, argv, &a);
+    if (!ll_failed(&status) && has_ladder(a.positional))
+        return climb_ladders(&a);
     if (!ll_failed(&status))
         status = make_problem(&a, &order.problem, params);
     if (!ll_failed(&status) && a.duration) {
@@ -551,7 +596,7 @@ static int verb_work_precision(int argc, char **argv)
     for (int i = 0; ll_ode_methods[i] && !ll_failed(&status); i++) {
         ll_precision rungs[LL_PRECISION_RUNGS_MAX];
         int count = 0;
-        if (!listed(a.methods, ll_ode_methods[i]->name))
+        if (!ll_listed(a.methods, ll_ode_methods[i]->name))
             continue;
         status = ll_precision_ladder(&order, ll_ode_methods[i], rungs, &count);
         if (status.code == LL_BAD_INPUT && !a.methods)
@@ -612,8 +657,10 @@ static const struct {
      "print the JSON Schema of scenarios, of all kinds or one, or of experiments", verb_schema, false},
     {"methods", "", "list the integrators", verb_methods, false},
     {"problems", "", "list the problems of motion, with their parameters", verb_problems, false},
-    {"work-precision", "PROBLEM [--methods A,B,...] [--set name=value]... [--duration S]",
-     "measure each method's error against its cost, as CSV", verb_work_precision, false},
+    {"work-precision", "PROBLEM|SCENARIO [--methods A,B,...] [--set name=value]... [--duration S]",
+     "measure each method's error against its cost, as CSV; of a scenario by cells, particles, sweeps or "
+     "substeps",
+     verb_work_precision, false},
     {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_healthcheck, false},
     {"help", "", "print this", verb_help, false},
 };

@@ -351,6 +351,18 @@ test('work-precision writes the ladder as CSV', () => {
   refused(['work-precision', 'hires', '--methods', 'boris'], ['boris']);
 });
 
+test('work-precision of a scenario writes its ladders as CSV', () => {
+  const lines = good(['work-precision', 'rigid/column', '--methods', 'soft_step,xpbd', '--duration', '1']).trimEnd().split('\r\n');
+  const names = lines[0].split(',');
+  const rows = lines.slice(1).map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
+  assert.deepEqual([...new Set(rows.map((row) => row.series))], ['soft_step', 'xpbd']);
+  for (const row of rows) assert.ok(row.metric === 'sag_m' && Number(row.cpu_min_s) > 0 && row.status === 'ok' && Number(row.error) >= 0, JSON.stringify(row));
+  const of = (/** @type {string} */ series, /** @type {string} */ value) => Number(rows.find((row) => row.series === series && row.value === value)?.error);
+  assert.ok(of('xpbd', '8') < of('xpbd', '4') / 3);
+  refused(['work-precision', 'fluid/cavity', '--methods', 'magic'], ['fluid/cavity', 'magic']);
+  refused(['work-precision', 'fluid/cavity', '--set', 'params.n=1', '--methods', 'jacobi'], ['n']);
+});
+
 // ---- lists ----
 
 test('scenarios lists every file', () => {

@@ -1,0 +1,52 @@
+/* Work against precision of whole scenarios: a ladder of one setting (cells, particles, sweeps, substeps) per
+ * series (a method, a solver), each rung with its cost and with its error against what the scene knows to be
+ * right. precision.h is the same of the integrators, against solutions. */
+#pragma once
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "base/status.h"
+
+struct cJSON;
+
+/* Values are texts as in `--set`, separated by commas. */
+typedef struct ll_ladder {
+    const char *scenario;       /* id in the library */
+    const char *fixed;          /* `path=value` of every run, separated by commas */
+    const char *series;         /* path of what makes a series */
+    const char *series_values;  /* of it */
+    const char *setting;        /* path of what makes a rung; a number */
+    const char *setting_values; /* from the cheapest */
+    const char *error;          /* metric: nearer to 0 is better */
+    const char *counter;        /* metric: work done, beside the time that it took */
+} ll_ladder;
+
+extern const ll_ladder ll_ladders[]; /* ends with a row of no scenario */
+
+typedef struct ll_rung {
+    const ll_ladder *ladder;
+    char series[32], setting[32];
+    bool diverged;
+    double error, counter; /* NaN where it diverged */
+    double cpu_min_s, cpu_median_s;
+    double order; /* of this rung against the one before: -log of errors over log of settings; NaN for the
+                     first */
+} ll_rung;
+
+typedef struct ll_ladder_order {
+    const struct cJSON *scenario; /* the library's */
+    const char *const *sets;      /* `path=value`; what makes the series and the rungs goes before them */
+    int set_count;
+    const char *duration;    /* s; NULL: the ladder's */
+    const char *methods;     /* series to run, separated by commas; NULL: all */
+    int64_t (*now_ns)(void); /* CPU time */
+    void (*told)(const ll_rung *rung, void *context);
+    void *context;
+} ll_ladder_order;
+
+/* LL_BAD_INPUT: a value does not go with the scenario. A run that diverges is a rung. */
+ll_status ll_ladder_run(const ll_ladder *ladder, const ll_ladder_order *order);
+
+/* Whether `name` is one of the comma-separated `list`; NULL lists all. */
+bool ll_listed(const char *list, const char *name);
