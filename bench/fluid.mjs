@@ -1,26 +1,31 @@
 // Frames per second of fluids on one core, and how far particles are from what they are held against.
+import { existsSync } from "node:fs";
 import { join } from "node:path";
-import { build, digits, median, printTable, range, run, say, writeCsv } from "./lib.mjs";
+import { build, digits, median, printTable, range, root, run, say, writeCsv } from "./lib.mjs";
 
 const quick = process.argv.includes("--quick");
 const rounds = quick ? 3 : 11;
 const program = join(build, "bench", "fluid");
 
-async function table(args) {
-  const [head, ...lines] = (await run(program, args.map(String))).trim().split("\n");
+async function table(args, command = program) {
+  const [head, ...lines] = (await run(command, args.map(String))).trim().split("\n");
   const columns = head.split(",");
   return lines.map((line) => Object.fromEntries(line.split(",").map((cell, i) => [columns[i], cell])));
 }
 
 // ---- speed ----
 
-const timed = (await table(["speed", rounds])).map((row) => ({ ...row, frames_per_s: Number((row.frames / row.cpu_s).toPrecision(4)) }));
+const own = await table(["speed", rounds]), peers = [];
+for (const [peer, library] of [["box2d.ts", "@box2d/particles"], ["liquidfun-wasm", "liquidfun-wasm"]])
+  if (existsSync(join(root, "bench", "node_modules", library)))
+    peers.push(...await table([join(root, "bench", "peers", "fluid.mjs"), peer, quick ? 3 : 5], process.execPath));
+const timed = [...own, ...peers].map((row) => ({ ...row, frames_per_s: Number((row.frames / row.cpu_s).toPrecision(4)) }));
 const goals = { "particles pbf": 60, "ocean gerstner": 200, "smoke multigrid": 60 };
 const names = [...new Set(timed.map((row) => `${row.case} ${row.method}`))];
 const speeds = new Map(names.map((name) => [name, timed.filter((row) => `${row.case} ${row.method}` === name).map((row) => row.frames_per_s)]));
 const spread = (values) => { const r = range(values); return `${digits(r.min)}-${digits(r.max)}`; };
 
-printTable(`Frames of 1/60 s per second of CPU, ${rounds} rounds (median, min-max)`, names.map((name) => ({
+printTable(`Frames of 1/60 s per second of CPU, ${rounds} rounds, of peers ${quick ? 3 : 5} (median, min-max)`, names.map((name) => ({
   case: name, "frames/s": digits(median(speeds.get(name))), "min-max": spread(speeds.get(name)), goal: goals[name] ?? "-",
   what: timed.findLast((row) => `${row.case} ${row.method}` === name).note,
 })));
@@ -40,6 +45,10 @@ for (const [name, goal] of Object.entries(goals)) {
 const value = (scene, quantity, method, size) => Math.max(...runs.filter((row) => row.scene === scene && row.quantity === quantity &&
   (method === undefined || row.method === method) && (size === undefined || Number(row.size) === size)).map((row) => Number(row.value)));
 const told = (what, of, most) => say(`${what}: ${digits(of)}: ${of <= most ? "met" : "MISSED"}`);
+for (const peer of ["box2d.ts", "liquidfun-wasm"]) {
+  const pbf = median(speeds.get("particles pbf")), other = speeds.get(`particles ${peer}`);
+  if (other) say(`10,000 particles: laglab's pbf makes ${digits(pbf / median(other))} times the frames of ${peer}`);
+}
 told("dam break, all methods: front RMS at most 0.05", value("dam_break", "front_rms"), 0.05);
 told("never ahead of Ritter's front", value("dam_break", "front_over_ritter_max"), 1);
 for (const method of ["wcsph", "pbf", "dfsph"])
@@ -48,7 +57,7 @@ told("Poiseuille, all methods: velocity RMS at most 0.01", value("poiseuille", "
 
 const command = `bench/run fluid${quick ? " --quick" : ""}`;
 writeCsv("fluid", command, {
-  case: "what was run", method: "of it", round: "the cases take turns", frames: "of 1/60 s", cpu_s: "of the process", frames_per_s: "frames / cpu_s",
+  case: "what was run", method: "of it, or the peer", round: "the cases take turns", frames: "of 1/60 s", cpu_s: "of the process", frames_per_s: "frames / cpu_s",
   note: "size, and what the speed was bought with",
 }, timed);
 writeCsv("fluid_accuracy", command, {
