@@ -150,8 +150,8 @@ static void multigrid_takes_half_a_dozen_cycles(void **state)
         }
 }
 
-/* What a cycle leaves of the residual, once the first few are over. Without bilinear interpolation's corner it
- * is 0.09, with twice its weight 0.05. */
+/* What a cycle leaves of the residual, once the first few are over. Without bilinear interpolation's corner
+ * it is 0.09, with twice its weight 0.05. */
 static void multigrid_converges_by_its_factor(void **state)
 {
     (void)state;
