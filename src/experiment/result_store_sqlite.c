@@ -4,6 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/statvfs.h>
 #include <sys/vfs.h>
 
 #include "experiment/result_store_kinds.h"
@@ -62,11 +63,16 @@ static ll_status check_place(const sqlite_store *s)
     snprintf(folder, sizeof folder, "%s", s->path);
     char *slash = strrchr(folder, '/');
     snprintf(slash ? slash + (slash == folder) : folder, 2, "%s", slash ? "" : ".");
-    if (statfs(folder, &fs) == 0 && (uint64_t)fs.f_type == NFS_MAGIC)
-        return ll_error(LL_BAD_INPUT,
-                        "the store %.120s is on NFS, where SQLite loses data: use a local folder, or --shard "
-                        "on each machine",
-                        s->path);
+    if (statfs(folder, &fs) != 0)
+        return ll_ok(); /* opening tells better what is wrong */
+    if ((uint64_t)fs.f_type == NFS_MAGIC)
+        return ll_error(
+            LL_BAD_INPUT,
+            "the store %.120s is on NFS, where SQLite loses data: use a local folder, PostgreSQL, or "
+            "--shard on each machine",
+            s->path);
+    if (fs.f_flags & ST_RDONLY)
+        return ll_error(LL_IO, "the store %.150s cannot be written: its file system is read-only", s->path);
     return ll_ok();
 }
 

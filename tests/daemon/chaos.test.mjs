@@ -1,0 +1,176 @@
+// An experiment on PostgreSQL while its workers are killed and frozen and its server crashes: every row once, and the same as if nothing
+// had happened.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { execFileSync, spawn, spawnSync } from 'node:child_process';
+import { createHash } from 'node:crypto';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { client, pause, waitFor } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
+
+const SCRIPT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../support/postgres');
+const RUNS = 15000, LEASE_S = 2;
+
+const made = spawnSync(SCRIPT, ['make'], { encoding: 'utf8' });
+const skip = made.status === 77 && made.stderr.trim();
+const server = made.stdout.trim();
+const postgres = (/** @type {string} */ verb, /** @type {string[]} */ ...more) => execFileSync(SCRIPT, [verb, server, ...more], { encoding: 'utf8' }).trim();
+
+let folder, url, undisturbed;
+const file = (/** @type {string} */ name) => path.join(folder, name);
+const checksum = (/** @type {string} */ name) => createHash('sha256').update(readFileSync(file(name))).digest('hex');
+
+/** @param {string[]} args */
+function good(...args) {
+  const { status, stdout, stderr } = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 120000 });
+  assert.equal(status, 0, `laglab ${args.join(' ')}: ${stderr}`);
+  return stdout;
+}
+
+/** Short runs: Kepler's orbit by one method. @param {string} name @param {number} runs */
+function orbits(name, runs) {
+  writeFileSync(file(name), JSON.stringify({ scenario: { kind: 'motion', problem: 'kepler', duration_s: 1, methods: [{ method: 'rk4', dt_s: 0.001 }] },
+    axes: [{ path: 'params.e', from: 0.1, to: 0.6, count: runs / 10 }], repeats: 10, metrics: ['methods.0.e_final', 'methods.0.energy_drift_max'] }));
+  return name;
+}
+
+/** Three workers; who is gone is replaced, as an engine does. */
+function crew() {
+  const workers = new Set();
+  let hiring = true, hired = 0;
+  const hire = () => {
+    if (!hiring) return;
+    const child = spawn(BINARY, ['worker', '--store', url, '--jobs', '1', '--lease-s', String(LEASE_S)], { stdio: 'ignore' });
+    hired++;
+    workers.add(child);
+    child.once('close', () => {
+      workers.delete(child);
+      setTimeout(hire, 100); /* while the server is away it could not even begin */
+    });
+  };
+  for (let i = 0; i < 3; i++) hire();
+  return {
+    any: () => [...workers][Math.floor(Math.random() * workers.size)],
+    hired: () => hired,
+    dismiss: async () => {
+      hiring = false;
+      await Promise.all([...workers].map((child) => new Promise((resolve) => { child.once('close', resolve).kill('SIGTERM'); })));
+    },
+  };
+}
+
+/** Polls, not so often that asking is what the machine does. @param {() => boolean} test */
+async function until(test) {
+  while (!test()) await pause(150);
+}
+
+const count = (/** @type {string} */ what) => Number(postgres('sql', what));
+
+before(() => {
+  folder = mkdtempSync(path.join(tmpdir(), 'laglab-chaos-'));
+  good('sweep', orbits('orbits.json', RUNS), '--store', 'sqlite:undisturbed.db', '--out', 'undisturbed.csv');
+  undisturbed = checksum('undisturbed.csv');
+  if (!skip) url = postgres('start');
+});
+after(() => {
+  if (!skip) postgres('remove');
+  rmSync(folder, { recursive: true, force: true });
+});
+
+test('workers killed at random, one frozen beyond its lease, the server stopped at once twice: every row once', { skip, timeout: 110000 }, async (t) => {
+  const sweep = spawn(BINARY, ['sweep', 'orbits.json', '--store', url, '--jobs', '0', '--out', 'disturbed.csv'], { cwd: folder, stdio: ['ignore', 'inherit', 'pipe'] });
+  let errors = '', code;
+  sweep.stderr.setEncoding('utf8').on('data', (text) => { errors += text; });
+  const ended = new Promise((resolve) => sweep.once('close', (status) => resolve(code = status)));
+  const workers = crew();
+  t.after(() => { sweep.kill('SIGKILL'); return workers.dismiss(); });
+  const rows = () => count('SELECT count(*) FROM laglab.result');
+  await until(() => rows() > 0);
+
+  let kills = 0;
+  const monkey = setInterval(() => { kills++; workers.any()?.kill('SIGKILL'); }, 400);
+  t.after(() => clearInterval(monkey));
+  for (const part of [0.2, 0.5]) {
+    await until(() => rows() > RUNS * part);
+    postgres('kill');
+    await pause(700);
+    assert.equal(postgres('start'), url);
+  }
+  clearInterval(monkey);
+  // A worker is frozen until others have taken over what it may hold; then it wakes up and hands in.
+  await until(() => workers.any() && count('SELECT count(*) FROM laglab.chunk WHERE state=1 AND lease_until>now()') > 0);
+  const frozen = workers.any();
+  frozen.kill('SIGSTOP');
+  await pause(LEASE_S * 1000 + 500);
+  frozen.kill('SIGCONT');
+  await ended;
+  assert.equal(code, 0, errors);
+  await workers.dismiss();
+
+  assert.equal(rows(), RUNS);
+  assert.equal(count('SELECT count(DISTINCT run) FROM laglab.result'), RUNS);
+  assert.equal(checksum('disturbed.csv'), undisturbed);
+  const again = count('SELECT count(*) FROM laglab.chunk WHERE attempt>1');
+  t.diagnostic(`${kills} kills, ${workers.hired()} workers, ${again} of ${count('SELECT count(*) FROM laglab.chunk')} chunks tried more than once`);
+  assert.ok(again > 0, 'nothing was disturbed');
+});
+
+test('the same from shards, one of which was killed', async () => {
+  const shards = [1, 2, 3].map((i) => `shard${i}.csv`), command = (/** @type {number} */ i) => ['sweep', 'orbits.json', '--shard', `${i + 1}/3`, '--out', shards[i]];
+  const killed = spawn(BINARY, command(1), { cwd: folder, stdio: 'ignore' });
+  await waitFor(() => existsSync(file('shard2.csv.runs-wal')), 'the store', 10000);
+  await pause(300);
+  killed.kill('SIGKILL');
+  for (let i = 0; i < 3; i++) good(...command(i));
+  good('merge', 'orbits.json', ...shards, '--out', 'merged.csv');
+  assert.equal(checksum('merged.csv'), undisturbed);
+});
+
+test('a daemon on the same store tells that the server is away, and goes on when it is back', { skip }, async (t) => {
+  const daemon = await startDaemon({ args: ['--store', url, '--threads', '1'] });
+  t.after(() => daemon.stop());
+  const c = client(daemon.url);
+  t.after(() => c.close());
+  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('few.json', 1000)), 'utf8')) })).json;
+  postgres('kill');
+  const away = await c.get(made.links.self);
+  assert.equal(away.status, 503, away.text);
+  assert.match(away.json.detail, /^the server of the store postgresql:\/\/laglab@\/lab cannot be used/);
+  postgres('start');
+  await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the rows', 90000);
+  good('sweep', 'few.json', '--out', 'few.csv');
+  const rows = await c.get(made.links.results, { headers: { accept: 'text/csv' } });
+  assert.equal(rows.text, readFileSync(file('few.csv'), 'utf8'));
+});
+
+test('a store that is full or read-only is told, and what was done is not lost', { skip: process.getuid() !== 0 && 'mounting needs root' }, (t) => {
+  const disk = file('disk'), on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
+  mkdirSync(disk);
+  const experiment = `../${orbits('small.json', 3000)}`;
+  try {
+    execFileSync('mount', ['-t', 'tmpfs', '-o', 'size=400k', 'none', disk], { stdio: 'pipe' });
+  } catch {
+    return t.skip('no mounts here');
+  }
+  try {
+    const full = on('sweep', experiment, '--out', 'rows.csv');
+    assert.equal(full.status, 1);
+    assert.equal(full.stderr, 'laglab: the disk of the store rows.csv.runs is full\n');
+    execFileSync('mount', ['-o', 'remount,size=20m', disk]);
+    assert.equal(on('sweep', experiment, '--store', 'kept.db', '--out', 'kept.csv').status, 0);
+    assert.equal(on('sweep', experiment, '--out', 'rows.csv').status, 0);
+    assert.equal(checksum('disk/rows.csv'), checksum('disk/kept.csv'));
+    execFileSync('mount', ['-o', 'remount,ro', disk]);
+    const fixed = on('worker', '--store', 'kept.db', '--drain');
+    assert.equal(fixed.status, 1);
+    assert.equal(fixed.stderr, 'laglab: the store kept.db cannot be written: its file system is read-only\n');
+  } finally {
+    execFileSync('umount', ['-l', disk]);
+  }
+  const limited = spawnSync('prlimit', ['--fsize=60000', BINARY, 'sweep', experiment.slice(3), '--out', 'limited.csv'], { cwd: folder, encoding: 'utf8' });
+  assert.equal(limited.status, 1);
+  assert.match(limited.stderr, /^laglab: .* in the store limited.csv.runs failed: disk I\/O error\n$/);
+});
