@@ -12,6 +12,7 @@ extern const ll_game ll_game_shooter;
 extern const ll_game ll_game_crates;
 extern const ll_game ll_game_sea;
 extern const ll_game ll_game_dam;
+extern const ll_game ll_game_stack;
 
 extern const ll_param_table ll_race_table;
 extern const ll_param_table ll_cannon_table;
@@ -20,6 +21,7 @@ extern const ll_param_table ll_shooter_table;
 extern const ll_param_table ll_crates_table;
 extern const ll_param_table ll_sea_table;
 extern const ll_param_table ll_dam_table;
+extern const ll_param_table ll_stack_table;
 
 /* a * b + c, as the machine does it that `env` stands for. Every integrator of a game goes through here. */
 static inline double ll_mul_add(const ll_game_env *env, double a, double b, double c)

@@ -427,6 +427,26 @@ ll_status ll_rigid_get_body(const ll_rigid *w, ll_body_id id, ll_body_state *out
     return ll_ok();
 }
 
+ll_status ll_rigid_set_pose(ll_rigid *w, ll_body_id id, ll_vec2 position, double angle)
+{
+    int32_t i;
+    ll_status status = ll_body_slot(w, id, &i);
+    static const char *const fields[] = {"position.x", "position.y", "angle"};
+    if (!ll_failed(&status))
+        status = check_all(3, fields, (double[]){position.x, position.y, angle}, LL_WORLD_MAX);
+    if (ll_failed(&status))
+        return status;
+    ll_body *b = &ll_bodys(w)[i];
+    ll_rot q = {ll_cos(angle), ll_sin(angle)};
+    ll_wake(w, i);
+    ll_poses(w)[i] = (ll_pose){ll_sub(position, ll_rotate(q, b->origin)), q};
+    b->angle = angle;
+    for (int32_t e = b->contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
+        ll_contacts(w)[e >> 1].rel.x = INFINITY; /* its manifold is of another place */
+    ll_refresh_boxes(w, i);
+    return ll_ok();
+}
+
 ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, double spin)
 {
     int32_t i;

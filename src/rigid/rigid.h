@@ -142,6 +142,8 @@ ll_status ll_rigid_get_body(const ll_rigid *world, ll_body_id body, ll_body_stat
 ll_body_id ll_rigid_body_at(const ll_rigid *world,
                             int32_t index); /* none when free; from 0 to body_end - 1 */
 int32_t ll_rigid_body_end(const ll_rigid *world);
+/* Puts the body elsewhere, as it is; nothing is swept on the way. */
+ll_status ll_rigid_set_pose(ll_rigid *world, ll_body_id body, ll_vec2 position, double angle);
 ll_status ll_rigid_set_velocity(ll_rigid *world, ll_body_id body, ll_vec2 velocity, double spin);
 /* Adds to the forces of the next step: N at the centre of mass, N m. */
 ll_status ll_rigid_apply_force(ll_rigid *world, ll_body_id body, ll_vec2 force, double torque);

@@ -194,12 +194,39 @@ static void islands_sleep_and_wake(void **state)
     lab_close(&l);
 }
 
+/* A box that is put elsewhere is there, at once: it falls from where it was put, and what it stood under does
+ * too. */
+static void who_is_put_elsewhere_is_there(void **state)
+{
+    (void)state;
+    lab l = lab_standard("column", (ll_scene_args){.size = 2});
+    lab_run(&l, 60);
+    ll_body_id low = ll_rigid_body_at(l.world, l.count - 2), high = ll_rigid_body_at(l.world, l.count - 1);
+    ll_body_state s;
+    ok(ll_rigid_set_pose(l.world, low, ll_vec(10, 5), 0.25));
+    ok(ll_rigid_get_body(l.world, low, &s));
+    near(s.position.x, 10, 1e-12);
+    near(s.position.y, 5, 1e-12);
+    near(s.angle, 0.25, 1e-12);
+    assert_true(ll_rigid_valid(l.world));
+    lab_run(&l, 12);
+    ok(ll_rigid_get_body(l.world, low, &s));
+    near(s.position.x, 10, 1e-3);
+    near(s.position.y, 5 - 10 * 0.2 * 0.2 / 2, 0.03); /* g t^2 / 2 after 0.2 s, by steps of 1/60 s */
+    ok(ll_rigid_get_body(l.world, high, &s));
+    near(s.position.y, 1.5 - 10 * 0.2 * 0.2 / 2, 0.05);
+    ll_status status = ll_rigid_set_pose(l.world, low, ll_vec(NAN, 0), 0);
+    assert_string_equal(status.field, "position.x");
+    lab_close(&l);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_width_of_simd_is_one_result),
         cmocka_unit_test(every_broad_phase_is_one_result),
         cmocka_unit_test(a_copy_of_the_state_goes_on_alike),
+        cmocka_unit_test(who_is_put_elsewhere_is_there),
         cmocka_unit_test(a_removed_body_is_known_to_be_gone),
         cmocka_unit_test(bad_input_is_told),
         cmocka_unit_test(more_contacts_than_the_limit_are_told),

@@ -471,7 +471,7 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
                 ll_games[game]->name);
             const char *const sets[] = {syncs[i], NULL};
             scene s = scene_make(text, sets);
-            scene_run(&s, 30, NULL);
+            scene_run(&s, 20, NULL);
             for (int p = 0; p < 3; p++) {
                 const ll_stepping *n = &ll_netgame_instruments(s.game, p)->stepping;
                 assert_true(n->sync_tests > 1000);

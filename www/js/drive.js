@@ -31,7 +31,7 @@ export async function drive(player, on) {
 }
 
 /** Whether a player goes along both axes. @param {string | undefined} game */
-export const inThePlane = (game) => game === 'crates' || game === 'dam';
+export const inThePlane = (game) => ['crates', 'dam', 'stack'].includes(game ?? '');
 
 /** @param {number} player @returns {{axes: number[], buttons: number}} */
 function action(player) {
