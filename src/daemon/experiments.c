@@ -292,7 +292,8 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
     if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
         return status;
     begin_pace(x, record->id, record->done);
-    ll_workers_wake(x->workers);
+    if (x->workers)
+        ll_workers_wake(x->workers);
     return status;
 }
 
