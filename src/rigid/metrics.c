@@ -1,10 +1,10 @@
 #include "rigid/joint.h"
 #include "rigid/scene.h"
 
-void ll_rigid_refer(const ll_rigid *w, ll_body_reference *references, int32_t count)
+void ll_rigid_refer(const ll_rigid *w, double fall, ll_body_reference *references, int32_t count)
 {
     for (int32_t i = 0; i < count; i++)
-        references[i] = (ll_body_reference){ll_poses(w)[i].p, ll_bodys(w)[i].angle};
+        references[i] = (ll_body_reference){ll_sub(ll_poses(w)[i].p, ll_vec(0, fall)), ll_bodys(w)[i].angle};
 }
 
 static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *first, ll_rigid_metrics *m)

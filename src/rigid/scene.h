@@ -21,6 +21,7 @@ typedef struct ll_scene {
     const char *name, *title;
     const char *help; /* what is in it, what makes it hard, where it is from */
     ll_scene_args standard;
+    double (*fall)(const ll_scene_args *args); /* m that bodies fall before they lie; NULL: 0 */
     void (*limits)(const ll_scene_args *args, ll_rigid_limits *limits); /* beside `broad` and `volumes` */
     void (*params)(const ll_scene_args *args, ll_rigid_params *params); /* what it changes; NULL: nothing */
     ll_status (*build)(ll_rigid *world, const ll_scene_args *args);
@@ -45,7 +46,7 @@ typedef struct ll_rigid_metrics {
     double penetration_max; /* m, of contacts now */
     double penetration_mean;
     double drift_max;                        /* m sideways from the first place, of dynamic bodies */
-    double sag_max;                          /* m down */
+    double sag_max;                          /* m down from where it would lie */
     double tilt_max;                         /* rad */
     double kinetic_energy, potential_energy; /* J */
     ll_vec2 momentum;                        /* kg m/s */
@@ -56,8 +57,9 @@ typedef struct ll_rigid_metrics {
     int32_t bodies;
 } ll_rigid_metrics;
 
-/* `references` has ll_rigid_body_end places. */
-void ll_rigid_refer(const ll_rigid *world, ll_body_reference *references, int32_t count);
+/* `references` has ll_rigid_body_end places. `fall`: how far above their places bodies are at first, m. */
+void ll_rigid_refer(const ll_rigid *world, double fall, ll_body_reference *references, int32_t count);
+double ll_scene_fall(const ll_scene *scene, const ll_scene_args *args);
 /* `beyond_x`: bodies to the right of it count as passed (INFINITY: none does). */
 ll_rigid_metrics ll_rigid_measure(const ll_rigid *world, const ll_body_reference *references, int32_t count,
                                   double beyond_x);

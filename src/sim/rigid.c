@@ -129,7 +129,10 @@ static ll_status init(void *block, const void *config)
     for (int i = 0; i < s->setup.worlds; i++) /* all of the same bodies: what is wrong is wrong in all */
         status = start_world(s, c, i);
     s->references = ll_rigid_body_end(ll_rigid_sim_world(s, 0));
-    ll_rigid_refer(ll_rigid_sim_world(s, 0), ll_rigid_sim_references(s), (int32_t)s->references);
+    const ll_scene *scene = ll_rigid_sim_scene(&s->setup);
+    ll_scene_args args = scene != NULL ? ll_scene_args_of(scene, &s->setup.params) : (ll_scene_args){0};
+    ll_rigid_refer(ll_rigid_sim_world(s, 0), scene != NULL ? ll_scene_fall(scene, &args) : 0,
+                   ll_rigid_sim_references(s), (int32_t)s->references);
     look(ll_rigid_sim_world(s, 0), s->view);
     for (int i = 0; i < s->setup.worlds; i++)
         ll_rigid_sim_measure_start(s, i);

@@ -103,7 +103,7 @@ static inline lab lab_open(const char *name, ll_scene_args given, const ll_rigid
     ok(l.scene->build(l.world, &l.args));
     l.count = ll_rigid_body_end(l.world);
     l.first = calloc((size_t)l.count, sizeof *l.first);
-    ll_rigid_refer(l.world, l.first, l.count);
+    ll_rigid_refer(l.world, ll_scene_fall(l.scene, &l.args), l.first, l.count);
     return l;
 }
 

@@ -12,11 +12,16 @@ static void column_limits(const ll_scene_args *a, ll_rigid_limits *l)
     ll_build_limits(l, a->size + 1, 8, 0);
 }
 
+static double column_fall(const ll_scene_args *a)
+{
+    return a->offset != 0 ? 0.1 : 0;
+}
+
 static ll_status column(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
     ll_build_ground(&b, 100);
-    double lift = a->offset != 0 ? 0.1 : 0;
+    double lift = column_fall(a);
     for (int64_t i = 0; i < a->size; i++) {
         b.material.density = i == a->size - 1 ? a->ratio : 1;
         ll_build_box(&b, side, side, i % 2 == 0 ? a->offset : -a->offset, side * ((double)i + 0.5) + lift, 0);
@@ -32,6 +37,7 @@ const ll_scene ll_scene_column = {
         "set to the left and right in turns and dropped from 10 cm (Box2D vertical stack; Rapier's tall "
         "column has 80).",
     .standard = {.size = 20, .ratio = 1, .friction = 0.6},
+    .fall = column_fall,
     .limits = column_limits,
     .build = column};
 
@@ -107,6 +113,12 @@ const ll_scene ll_scene_tiny_pyramid = {
 
 /* ---- light under heavy ---- */
 
+/* Only the heavy one falls; those below it sag less than it does. */
+static double heavy_fall(const ll_scene_args *a)
+{
+    return a->offset;
+}
+
 static void few_limits(const ll_scene_args *a, ll_rigid_limits *l)
 {
     ll_build_limits(l, a->size + 64, 8, 0);
@@ -128,8 +140,15 @@ const ll_scene ll_scene_heavy_on_two = {.name = "heavy_on_two",
                                         .help = "A box of ratio times the mass on two boxes of 1 m, dropped "
                                                 "from offset (m) above (Box2D high mass ratio 2).",
                                         .standard = {.ratio = 400, .offset = 0, .friction = 0.6},
+                                        .fall = heavy_fall,
                                         .limits = few_limits,
                                         .build = heavy_on_two};
+
+static double tops_fall(const ll_scene_args *a)
+{
+    (void)a;
+    return 2;
+}
 
 static ll_status heavy_tops(ll_rigid *w, const ll_scene_args *a)
 {
@@ -143,7 +162,7 @@ static ll_status heavy_tops(ll_rigid *w, const ll_scene_args *a)
                 b.material.density = top ? (p + 1) * a->ratio : 1;
                 ll_build_box(&b, size, size,
                              (p - 1) * 30.0 + size * ((double)k - 0.5 * (double)(i + a->size - 1)),
-                             size * ((double)i + 0.5) + (top ? 2 : 0), 0);
+                             size * ((double)i + 0.5) + (top ? tops_fall(a) : 0), 0);
             }
     return b.status;
 }
@@ -159,6 +178,7 @@ const ll_scene ll_scene_heavy_tops = {.name = "heavy_tops",
                                               "1, 2 and 3 times ratio in density fall 2 m "
                                               "(Box2D high mass ratio 1).",
                                       .standard = {.size = 10, .ratio = 100, .friction = 0.6},
+                                      .fall = tops_fall,
                                       .limits = heavy_tops_limits,
                                       .build = heavy_tops};
 
@@ -201,6 +221,7 @@ const ll_scene ll_scene_heavy_on_triangles = {
     .title = "Heavy on triangles",
     .help = "A box of ratio times the mass on the tips of two triangles (Box2D high mass ratio 3).",
     .standard = {.ratio = 400, .friction = 0.6},
+    .fall = heavy_fall,
     .limits = few_limits,
     .build = heavy_on_triangles};
 

@@ -54,3 +54,8 @@ ll_scene_args ll_scene_args_of(const ll_scene *scene, const ll_scene_args *given
                            .speed = either(given->speed, s->speed),
                            .friction = either(given->friction, s->friction)};
 }
+
+double ll_scene_fall(const ll_scene *scene, const ll_scene_args *args)
+{
+    return scene->fall != NULL ? scene->fall(args) : 0;
+}
