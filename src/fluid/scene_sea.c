@@ -29,7 +29,7 @@ static ll_ocean *ocean_of(const void *block)
 /* ---- tables ---- */
 
 static const ll_param param_rows[] = {LL_OCEAN_ROWS(128, 30)};
-const ll_param_table ll_fluid_sea_params = {.name = "sea",
+const ll_param_table ll_fluid_sea_params = {.name = "sea_state",
                                             .help = "A square of a sea that the wind has risen.",
                                             .rows = param_rows,
                                             .count = sizeof param_rows / sizeof param_rows[0],

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "base/assert.h"
 #include "session/internal.h"
 #include "sim/kinds.h"
 
@@ -129,10 +130,12 @@ static void merge_kind(cJSON *any, cJSON *defs, const ll_sim_kind *kind)
     cJSON *one = ll_param_schema(kind->table), *def;
     cJSON *own = cJSON_DetachItemFromObject(one, "$defs");
     while ((def = cJSON_DetachItemFromArray(own, 0)) != NULL)
-        if (cJSON_GetObjectItemCaseSensitive(defs, def->string))
+        if (cJSON_GetObjectItemCaseSensitive(defs, def->string)) {
+            LL_ASSERT(cJSON_Compare(cJSON_GetObjectItemCaseSensitive(defs, def->string), def, true));
             cJSON_Delete(def);
-        else
+        } else {
             cJSON_AddItemToArray(defs, def); /* it brings its name */
+        }
     cJSON_Delete(own);
     cJSON_DeleteItemFromObject(one, "$schema");
     cJSON *name = cJSON_GetObjectItem(cJSON_GetObjectItem(one, "properties"), "kind");

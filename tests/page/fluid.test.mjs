@@ -29,8 +29,9 @@ const pause = async (page) => {
 
 /** What the page has decoded of the newest frame. */
 const fluidOf = (page, i = 0) => page.evaluate(async (at) => {
+  const { fluidsOf } = await import(new URL('js/fluid/decode.js', location.href).href);
   while (globalThis.laglab().frame === null) await new Promise(requestAnimationFrame); /* another session has just begun */
-  const { field, state, points } = (await import(new URL('js/fluid/decode.js', location.href).href)).fluidsOf(globalThis.laglab().frame)[at];
+  const { field, state, points } = fluidsOf(globalThis.laglab().frame)[at];
   return { state, field: field && { ...field, bytes: [...field.bytes.slice(0, field.width * field.height)] }, points: points.map((one) => ({ ...one, values: [...one.values] })) };
 }, i);
 
