@@ -140,11 +140,14 @@ static ll_status put_into_store(submit *s)
 {
     ll_experiment *experiment = NULL;
     ll_result_store *store = NULL;
+    double run_s;
     ll_status status = ll_experiment_load(s->experiment, s->scenarios, &experiment);
     if (!ll_failed(&status))
         status = ll_result_store_open(s->job.store_url, &store);
     if (!ll_failed(&status))
-        status = ll_experiment_register(store, experiment, 0, experiment->runs, s->job.id);
+        status = ll_experiment_time(experiment, 0, &run_s);
+    if (!ll_failed(&status))
+        status = ll_experiment_register(store, experiment, 0, experiment->runs, run_s, s->job.id);
     ll_result_store_close(store);
     ll_experiment_free(experiment);
     return status;

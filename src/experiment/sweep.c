@@ -31,10 +31,10 @@ typedef struct sweep {
     int64_t threads, from, to;
 } sweep;
 
-static double seconds(clockid_t clock)
+static double seconds(void)
 {
     struct timespec t;
-    clock_gettime(clock, &t);
+    clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
@@ -58,10 +58,8 @@ static ll_status choose_format(sweep *s)
 /* Runs the first run to tell how long all will take. */
 static ll_status dry_run(const sweep *s)
 {
-    ll_row row;
-    double from = seconds(CLOCK_THREAD_CPUTIME_ID);
-    ll_status status = ll_experiment_run(s->experiment, s->from, NULL, &row);
-    double run_s = seconds(CLOCK_THREAD_CPUTIME_ID) - from;
+    double run_s;
+    ll_status status = ll_experiment_time(s->experiment, s->from, &run_s);
     if (ll_failed(&status))
         return status;
     printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
@@ -78,9 +76,12 @@ static ll_status open_store(sweep *s)
         snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->out);
         url = s->own_store;
     }
+    double run_s = 0;
     ll_status status = ll_result_store_open(url, &s->store);
+    if (!ll_failed(&status) && s->store_url)
+        status = ll_experiment_time(s->experiment, s->from, &run_s);
     if (!ll_failed(&status))
-        status = ll_experiment_register(s->store, s->experiment, s->from, s->to, s->id);
+        status = ll_experiment_register(s->store, s->experiment, s->from, s->to, run_s, s->id);
     if (!ll_failed(&status) && s->own_store[0]) /* of a run that was broken off */
         status = s->store->kind->release(s->store);
     return status;
@@ -114,10 +115,10 @@ static ll_status work_here(sweep *s)
         status = ll_workers_start(&order, &workers);
     if (ll_failed(&status))
         return status;
-    double begun = seconds(CLOCK_MONOTONIC);
+    double begun = seconds();
     while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
         int64_t here = ll_workers_runs(workers);
-        show_bar(s, record.done + here, seconds(CLOCK_MONOTONIC) - begun, here);
+        show_bar(s, record.done + here, seconds() - begun, here);
         nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
     }
     return ll_workers_join(workers);
@@ -129,14 +130,14 @@ static ll_status wait_for_others(sweep *s)
     ll_status status;
     ll_experiment_record record = {0};
     int64_t done_before = -1;
-    double begun = seconds(CLOCK_MONOTONIC);
+    double begun = seconds();
     do {
         nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
         status = s->store->kind->record(s->store, s->id, &record);
         if (done_before < 0)
             done_before = record.done;
         if (isatty(STDERR_FILENO))
-            show_bar(s, record.done, seconds(CLOCK_MONOTONIC) - begun, record.done - done_before);
+            show_bar(s, record.done, seconds() - begun, record.done - done_before);
     } while (status.code == LL_UNAVAILABLE || (!ll_failed(&status) && record.state == LL_EXPERIMENT_RUNNING));
     return status;
 }

@@ -52,17 +52,44 @@ int ll_cores(void)
     return allowed < THREADS_MAX ? allowed : THREADS_MAX;
 }
 
-/* As few chunks as leave nobody idle at the end: claiming and finishing one takes the time of many short
- * runs. */
-int64_t ll_chunk_size(int64_t runs)
+static int64_t share(int64_t runs, int64_t parts)
 {
-    enum { CHUNKS = 128, LARGEST = 5000 };
-    int64_t size = (runs + CHUNKS - 1) / CHUNKS;
-    return size < 1 ? 1 : size < LARGEST ? size : LARGEST;
+    return (runs + parts - 1) / parts;
+}
+
+/* As few chunks as leave nobody idle at the end: claiming and finishing one takes the time of many short
+ * runs. Long runs are in more of them, since a worker that dies takes its chunk along: but not in so many
+ * that the queue itself is slow. */
+int64_t ll_chunk_size(int64_t runs, double run_s)
+{
+    enum { FEW = 128, MANY = 2000, LARGEST = 5000 };
+    const double wanted_s = 2;
+    int64_t most = share(runs, FEW), least = share(runs, MANY);
+    most = most < 1 ? 1 : most < LARGEST ? most : LARGEST;
+    if (run_s * (double)most <= wanted_s)
+        return most;
+    int64_t size = (int64_t)(wanted_s / run_s);
+    return size > least ? size : least < most ? least : most;
+}
+
+static double thread_seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, double *run_s)
+{
+    ll_row row;
+    double from = thread_seconds();
+    ll_status status = ll_experiment_run(experiment, run, NULL, &row);
+    *run_s = thread_seconds() - from;
+    return status;
 }
 
 ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *experiment, int64_t from,
-                                 int64_t to, char id[LL_EXPERIMENT_ID_MAX + 1])
+                                 int64_t to, double run_s, char id[LL_EXPERIMENT_ID_MAX + 1])
 {
     ll_experiment_record record = {.from = from, .to = to};
     snprintf(record.id, sizeof record.id, "%016" PRIx64 "-%" PRId64 "-%" PRId64,
@@ -71,7 +98,7 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
     char *text = ll_experiment_text(experiment);
     if (!text)
         return ll_error(LL_NO_MEMORY, "no memory for an experiment");
-    ll_status status = store->kind->create(store, &record, text, ll_chunk_size(to - from));
+    ll_status status = store->kind->create(store, &record, text, ll_chunk_size(to - from, run_s));
     free(text);
     return status;
 }

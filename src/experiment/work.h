@@ -4,9 +4,13 @@
 #include "experiment/result_store.h"
 
 /* Puts the runs from..to-1 of an experiment into a store, under an id that is the same for the same
- * specification, runs and version of laglab: registered again, it goes on where it was. */
+ * specification, runs and version of laglab: registered again, it goes on where it was. `run_s`: what a run
+ * takes, so that chunks are some seconds at most; 0: not known. */
 ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *experiment, int64_t from,
-                                 int64_t to, char id[LL_EXPERIMENT_ID_MAX + 1]);
+                                 int64_t to, double run_s, char id[LL_EXPERIMENT_ID_MAX + 1]);
+
+/* Makes a run and tells its time on a core, s. */
+ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, double *run_s);
 
 typedef struct ll_workers ll_workers;
 
@@ -35,4 +39,4 @@ void ll_workers_ask_to_end(ll_workers *workers); /* the first half of it: join d
 ll_status ll_workers_join(ll_workers *workers);  /* waits until they end by themselves */
 
 int ll_cores(void);
-int64_t ll_chunk_size(int64_t runs); /* for threads of one machine */
+int64_t ll_chunk_size(int64_t runs, double run_s); /* in runs; run_s 0: not known */

@@ -27,7 +27,7 @@ static ll_result_store *store_of(char id[LL_EXPERIMENT_ID_MAX + 1])
     cJSON *json = cJSON_Parse(text);
     must(ll_experiment_parse(json, "scenarios", &e));
     must(ll_result_store_open("sqlite::memory:", &store));
-    must(ll_experiment_register(store, e, 0, 1, id));
+    must(ll_experiment_register(store, e, 0, 1, 0, id));
     ll_experiment_free(e);
     cJSON_Delete(json);
     return store;
@@ -86,11 +86,26 @@ static void who_is_stopped_gives_its_chunk_back(void **state)
     ll_result_store_close(store);
 }
 
+/* Two seconds each, but neither so many that the queue is slow, nor so few that threads are idle. */
+static void chunks_take_seconds(void **state)
+{
+    (void)state;
+    assert_int_equal(ll_chunk_size(12800, 0), 100);
+    assert_int_equal(ll_chunk_size(12800, 0.001), 100);
+    assert_int_equal(ll_chunk_size(12800, 0.1), 20);
+    assert_int_equal(ll_chunk_size(12800, 10), 7);
+    assert_int_equal(ll_chunk_size(100, 10), 1);
+    assert_int_equal(ll_chunk_size(1, 0), 1);
+    assert_int_equal(ll_chunk_size(10000000, 1e-6), 5000);
+    assert_int_equal(ll_chunk_size(10000000, 1), 5000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_run_longer_than_its_lease_is_not_lost),
         cmocka_unit_test(who_is_stopped_gives_its_chunk_back),
+        cmocka_unit_test(chunks_take_seconds),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
