@@ -111,6 +111,7 @@ test('the tunnelling meter: none through swept walls, most through the others', 
 test('energy and overlap are plotted; beginner\'s impulses add energy', async () => {
   const { page, close } = await open('?scenario=rigid/collapsing_stack', { reducedMotion: 'reduce' });
   await page.waitForSelector('#plot-energy');
+  await page.waitForFunction(() => globalThis.laglab().frame !== null);
   const before = [await drawn(page, 'plot-energy'), await drawn(page, 'plot-overlap')];
   for (let i = 1; i <= 40; i++) {
     await page.keyboard.press('Period');

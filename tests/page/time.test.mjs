@@ -222,7 +222,7 @@ function near(value, number) {
 test('the keys of the table do what the help says', async () => {
   const { page } = view;
   const press = (key) => page.keyboard.press(key);
-  await page.locator('body').click({ position: { x: 900, y: 24 } });
+  await page.locator('h1').click();
   await press('Space');
   await button(page, 'Play').waitFor();
   const tick = await tickOf(page);
@@ -267,7 +267,7 @@ test('single keys can be switched off and stay silent in fields', async () => {
   await page.getByRole('checkbox', { name: 'Single-key shortcuts' }).setChecked(false);
   await page.keyboard.press('Escape');
   await page.locator('dialog').waitFor({ state: 'hidden' });
-  await page.locator('body').click({ position: { x: 900, y: 24 } });
+  await page.locator('h1').click();
   await page.keyboard.press('Space');
   await page.keyboard.press('g');
   await page.waitForTimeout(200);
