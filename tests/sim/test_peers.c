@@ -471,10 +471,10 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
                 ll_games[game]->name);
             const char *const sets[] = {syncs[i], NULL};
             scene s = scene_make(text, sets);
-            scene_run(&s, 20, NULL);
+            scene_run(&s, 12, NULL);
             for (int p = 0; p < 3; p++) {
                 const ll_stepping *n = &ll_netgame_instruments(s.game, p)->stepping;
-                assert_true(n->sync_tests > 1000);
+                assert_true(n->sync_tests > 600);
                 if (n->sync_test_mismatches != 0)
                     fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,
                              (long long)n->sync_test_mismatches, (long long)n->sync_tests, p);
