@@ -35,14 +35,19 @@ test('draws its first frame within a second of opening', async () => {
 });
 
 test('draws its first frame within 2.5 s on a processor six times slower', async () => {
-  const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
-  const devtools = await context.newCDPSession(page);
-  await devtools.send('Emulation.setCPUThrottlingRate', { rate: 6 });
-  await page.goto(daemon.url);
-  await shown(page);
-  const time = await firstFrame(page);
-  assert.ok(time > 0 && time < 2500, `first frame after ${time} ms`);
-  await close();
+  const times = [];
+  for (let i = 0; i < 5; i++) {
+    const { page, context, close } = await visit(browser, 'about:blank', { wait: false });
+    const devtools = await context.newCDPSession(page);
+    await devtools.send('Emulation.setCPUThrottlingRate', { rate: 6 });
+    await page.goto(daemon.url);
+    await shown(page);
+    times.push(await firstFrame(page));
+    await close();
+  }
+  times.sort((a, b) => a - b);
+  assert.ok(times.every((t) => t > 0), 'the first frame is marked');
+  assert.ok(times[2] < 2500, `median first frame after ${times} ms`);
 });
 
 test('moves without a click, with a session of its own', async () => {

@@ -46,11 +46,11 @@ function labs() {
     tab('Experiments', shown === null, () => { if (shown !== null) openExperiments(lastExperiment); })}</nav>`;
 }
 
-/** On a phone the labs do not all fit: the one that is shown does. */
+/** On a phone the labs do not all fit: the one that is shown does. When there is time, since asking where things are lays out the page. */
 effect(() => {
   layout.value?.game;
   experiment.value;
-  queueMicrotask(() => {
+  (globalThis.requestIdleCallback ?? setTimeout)(() => {
     const current = document.querySelector('.lab[aria-current="page"]'), row = current?.parentElement;
     if (row && current instanceof HTMLElement) row.scrollLeft = current.offsetLeft - row.offsetLeft - (row.clientWidth - current.offsetWidth) / 2;
   });
