@@ -129,10 +129,10 @@ printTable("After 10 s, sleeping off: the topmost body too low / the farthest dr
 
 const pile = speedScenes[1], rungs = ladders.flatMap((of) => of.rungs.map((settings) => ({ of, settings })));
 const slow = new Set();
-const errors = await inTurns(rounds, rungs, async (rung, round) => {
+const errors = await inTurns(2 * rounds, rungs, async (rung, round) => {
   if (slow.has(rung)) return nothing;
   const m = await measure(rung.of, pile, 4 * seconds, rung.settings);
-  if (round === 0 && m.steps * m.mean_ms > 1500) slow.add(rung); // one round is enough
+  if (round === 0 && m.steps * m.mean_ms > 2500) slow.add(rung); // one round is enough
   return m;
 });
 const errorRows = rungs.map((rung) => ({ engine: rung.of.group || rung.of.name, solver: rung.of.group ? rung.of.name : "", settings: rung.settings.join(" "), ...errors.get(rung) })).filter((row) => row.steps > 0);

@@ -341,6 +341,11 @@ const worst = (group, column) => { const all = numbers(group, column); return al
 
 const words = (group, column) => [...new Set(group.map((row) => row[column]).filter(Boolean))].join(', ');
 
+const last = (group, column) => group[group.length - 1][column];
+
+/** `column` of each method, side by side. */
+const methods = (column, names) => names.map((name) => [name, column, (group) => median(group.filter((row) => row.method === name), column)]);
+
 /** Columns of engines side by side, each with what `of` makes of its row. */
 const ENGINES = ['laglab', 'laglab SSE2', 'laglab standard', 'Box2D 3 SSE2', 'Box2D 3 AVX2', 'Box2D 2.4', 'Chipmunk', 'Rapier', 'Rapier SIMD',
   'Planck', 'Matter'];
@@ -364,6 +369,20 @@ const RESULTS = [
     columns: engines(offAndDrift, ENGINES.filter((name) => name !== 'laglab SSE2')) },
   { name: 'rigid/growth', title: 'Rigid bodies: cost over the number of balls', by: ['bodies'], columns: [['Broad phase, ms', 'broad_ms', median],
     ['Solver, ms', 'solve_ms', median], ['Step, ms', 'step_ms', median], ['Step asleep, us', 'asleep_us', median]] },
+  { name: 'fluid', title: 'Fluids: frames of 1/60 s per second of one core, beside other programs', by: ['case', 'method'],
+    columns: [['Frames/s, median (range)', 'frames_per_s', spread], ['Size, and what the speed was bought with', 'note', last]] },
+  { name: 'fluid_accuracy', title: 'Particles against what is known: relative errors', by: ['scene', 'size', 'quantity'],
+    columns: methods('value', ['wcsph', 'pbf', 'dfsph']) },
+  { name: 'fluid_grid/frames', title: 'Smoke past a cylinder: what a frame costs', by: ['n', 'settings'],
+    columns: [['ms a frame', 'ms_per_frame', median], ['Frames/s', 'frames_per_s', median], ['Residual', 'residual', median],
+      ['Divergence left, 1/s', 'divergence_max_per_s', median], ['Sweeps', 'sweeps_mean', median]] },
+  { name: 'fluid_grid/pressure', title: 'Pressure solvers to a residual of 1e-6', by: ['box', 'solver', 'n'],
+    columns: [['Sweeps', 'sweeps', median], ['CPU, ms', 'cpu_ms', median], ['Residual', 'residual', median]] },
+  { name: 'fluid_grid/rotation', title: 'One turn of a shape', by: ['shape', 'advection', 'n'],
+    columns: [['Error, L1', 'error_l1', median], ['Mass gained', 'mass_change', median], ['Least', 'least', median], ['Most', 'most', median],
+      ['CPU, s', 'cpu_s', median]] },
+  { name: 'experiments', title: 'Experiments: jobs, store, export, a large sweep', by: ['measured', 'runs'],
+    columns: [['Wall, s', 'wall_s', spread], ['CPU, s', 'cpu_s', spread], ['Memory, MiB', 'peak_mib', worst]] },
   { name: 'techniques', title: 'Techniques of netcode: what each costs and what it is worth', by: ['group', 'technique'],
     columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error, m', 'own_error_m', median],
       ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
