@@ -162,12 +162,14 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
                                .awake = LL_NONE,
                                .island = i,
                                .may_sleep = def->may_sleep != 0,
-                               .fixed_rotation = def->fixed_rotation != 0};
+                               .fixed_rotation = def->fixed_rotation != 0,
+                               .bullet = def->bullet != 0};
     bool moves = def->type != LL_BODY_STATIC;
     ll_poses(w)[i] = (ll_pose){def->position, {ll_cos(def->angle), ll_sin(def->angle)}};
     ll_motions(w)[i] =
         (ll_motion){.v = moves ? def->velocity : ll_vec(0, 0), .w = moves ? def->spin : 0, .q = {1, 0}};
     w->bodies++;
+    w->bullets += def->bullet != 0;
     if (moves)
         ll_put_in_awake_list(w, i);
     *out = (ll_body_id){i + 1, generation};
@@ -397,6 +399,7 @@ ll_status ll_rigid_remove_body(ll_rigid *w, ll_body_id id)
     if (b->awake != LL_NONE)
         ll_take_from_awake_list(w, slot);
     uint32_t generation = b->generation;
+    w->bullets -= b->bullet;
     *b = (ll_body){.type = LL_NONE, .generation = generation, .island = w->free_body};
     ll_poses(w)[slot] = (ll_pose){{0, 0}, {1, 0}};
     ll_motions(w)[slot] = (ll_motion){.q = {1, 0}};

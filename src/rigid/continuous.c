@@ -8,8 +8,12 @@
  * that does not move, it stays there instead. What remains of its motion in this step is lost; its velocity
  * is not, and the next step's contact deals with it. There is no limit to the speed.
  *
+ * A fast bullet is then swept against every dynamic body too, each on its own way to where it stops. Where
+ * two meet both stay, whatever their masses; meetings count in the order of time, and who ran into one that
+ * had stopped by then is looked at again.
+ *
  * Costs a query and a few distances for each fast body, or, when these are more than what they can be swept
- * into, a query for each of the latter. */
+ * into, a query for each of the latter; a fast bullet another query, and a look at all of them a meeting. */
 #include "rigid/internal.h"
 
 #include "base/detmath.h"
@@ -17,11 +21,17 @@
 
 static const double heavier = 4; /* how much, to be swept into */
 
+typedef struct meeting { /* a bullet's next with a dynamic body */
+    int32_t body, other; /* LL_NONE: it meets none */
+    double t;            /* share of the step */
+} meeting;
+
 typedef struct search {
     ll_rigid *world;
     int32_t body, shape; /* swept */
     int32_t obstacle;    /* a shape */
     bool still;          /* only into what does not move in this step */
+    meeting *next;       /* of a bullet */
 } search;
 
 static ll_sweep sweep_of(const ll_rigid *w, int32_t body)
@@ -66,12 +76,13 @@ static bool is_still(const ll_motion *m)
 }
 
 /* The most that a point of `a` moves, seen from `b`, whose turning counts as far out as `a` can be. */
-static double relative_motion(const ll_rigid *w, int32_t a, int32_t b, double distance)
+static double relative_motion(const ll_rigid *w, int32_t a, const ll_sweep *sweep_a, int32_t b,
+                              const ll_sweep *sweep_b)
 {
-    const ll_motion *ma = &ll_motions(w)[a], *mb = &ll_motions(w)[b];
-    double path = ll_length(ll_sub(ma->d, mb->d)), extent = ll_bodys(w)[a].extent;
+    double path = ll_length(ll_sub(sweep_a->shift, sweep_b->shift)), extent = ll_bodys(w)[a].extent;
+    double distance = ll_length(ll_sub(sweep_a->start.p, sweep_b->start.p));
     double lever = ll_min(distance + extent + path, ll_bodys(w)[b].extent);
-    return path + fabs(ma->turn) * extent + fabs(mb->turn) * lever;
+    return path + fabs(sweep_a->turn) * extent + fabs(sweep_b->turn) * lever;
 }
 
 /* A point's distance from a hull is at least what it is outside of one of its edges. */
@@ -84,12 +95,11 @@ static double outside_of(const ll_geometry *g, ll_vec2 point)
     return most - g->radius;
 }
 
-/* Whether two bodies move enough to each other in this step for one to get through the other, and come near
- * enough: a's centre against b's hull. */
-static bool may_pass(const ll_rigid *w, int32_t a, int32_t b, const ll_geometry *hull)
+/* Whether two bodies whose points move by up to so much to each other may get through each other, and come
+ * near enough: a's centre against b's hull. */
+static bool may_pass(const ll_rigid *w, int32_t a, int32_t b, const ll_geometry *hull, double moved)
 {
     ll_vec2 at = ll_to_local(ll_poses(w)[b], ll_poses(w)[a].p);
-    double moved = relative_motion(w, a, b, ll_length(at));
     return moved > 0.5 * ll_traits(w)[a].core &&
            outside_of(hull, at) <= ll_bodys(w)[a].extent + moved + LL_LINEAR_SLOP;
 }
@@ -99,21 +109,28 @@ static bool may_stop(const ll_rigid *w, int32_t body, int32_t other)
     return heavier * ll_traits(w)[other].inv_mass <= ll_traits(w)[body].inv_mass;
 }
 
+/* How near a touch leaves a shape. */
+static double target_of(const ll_shape *shape)
+{
+    return ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
+}
+
 static void consider(const ll_rigid *w, int32_t swept, int32_t obstacle)
 {
     const ll_shape *shape = &ll_shapes(w)[swept], *other = &ll_shapes(w)[obstacle];
     ll_geometry room_a, room_b;
     const ll_geometry *b = ll_geometry_of(w, other, &room_b);
-    if (!collide_at_all(shape, other) || !may_pass(w, shape->body, other->body, b) ||
+    ll_sweep sweep_a = sweep_of(w, shape->body), sweep_b = sweep_of(w, other->body);
+    double moved = relative_motion(w, shape->body, &sweep_a, other->body, &sweep_b);
+    if (!collide_at_all(shape, other) || !may_pass(w, shape->body, other->body, b, moved) ||
         ll_joined(w, shape->body, other->body))
         return;
     ll_geometry a = *ll_geometry_of(w, shape, &room_a);
-    ll_sweep sweep_a = sweep_of(w, shape->body), sweep_b = sweep_of(w, other->body);
     if (b->kind == LL_SHAPE_LINK &&
         ll_dot(b->normal[0],
                ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a.centre)), b->vertex[0])) < 0)
         return;
-    double target = ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
+    double target = target_of(shape);
     if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
         return;
     ll_touch touch = ll_first_touch(b, &sweep_b, &a, &sweep_a, target);
@@ -143,7 +160,7 @@ static void consider_swept(void *context, int32_t shape)
 }
 
 /* The body keeps its place at the other from the touch on. */
-static void stop(ll_rigid *w, int32_t body, const ll_drive *at)
+static void carry(ll_rigid *w, int32_t body, const ll_drive *at)
 {
     ll_sweep sweep = sweep_of(w, body), other = sweep_of(w, at->stopper);
     ll_pose touched = ll_sweep_at(&sweep, at->touch);
@@ -152,6 +169,19 @@ static void stop(ll_rigid *w, int32_t body, const ll_drive *at)
     ll_motion *m = &ll_motions(w)[body];
     m->d = ll_sub(end.p, sweep.start.p);
     m->turn = at->touch * m->turn + (1 - at->touch) * other.turn;
+}
+
+/* Who has met stays where that was. */
+static void stop(ll_rigid *w, int32_t body)
+{
+    const ll_drive *at = &ll_drives(w)[body];
+    ll_motion *m = &ll_motions(w)[body];
+    if (at->stopper == body) {
+        m->d = ll_scale(at->touch, m->d);
+        m->turn *= at->touch;
+    } else {
+        carry(w, body, at);
+    }
     m->q = (ll_rot){ll_cos(m->turn), ll_sin(m->turn)};
     w->stats.stopped++;
 }
@@ -246,28 +276,155 @@ static void find_first_touches(ll_rigid *w, const int32_t *fast, int32_t count, 
     }
 }
 
+/* ---- bullets ---- */
+
+size_t ll_meetings_size(const ll_rigid_limits *limits)
+{
+    return (size_t)limits->bodies * sizeof(meeting);
+}
+
+/* When the body stops; 1: not in this step. */
+static double end_time(const ll_rigid *w, int32_t body)
+{
+    const ll_drive *d = &ll_drives(w)[body];
+    return ll_bodys(w)[body].awake != LL_NONE && d->stopper != LL_NONE ? d->touch : 1;
+}
+
+/* A body's way between two times, of which it stops at neither or at the first. */
+static ll_sweep leg(const ll_rigid *w, int32_t body, double from, double to)
+{
+    ll_sweep whole = sweep_of(w, body);
+    double end = end_time(w, body), begin = ll_min(from, end), share = ll_min(to, end) - begin;
+    return (ll_sweep){ll_sweep_at(&whole, begin), ll_scale(share, whole.shift), share * whole.turn};
+}
+
+/* Of a bullet's shape with another, before the bullet stops; 1: never. The other may stop on the way: then
+ * there are two legs, and in the second a touch is a little nearer than the first can have ended. */
+static double first_meeting(const ll_rigid *w, const ll_shape *shape, const ll_shape *other)
+{
+    double end = end_time(w, shape->body), times[3] = {0, ll_min(end_time(w, other->body), end), end};
+    double moved = 0, target = target_of(shape);
+    ll_sweep a[2], b[2];
+    ll_geometry room_a, room_b;
+    for (int i = 0; i < 2; i++) {
+        a[i] = leg(w, shape->body, times[i], times[i + 1]);
+        b[i] = leg(w, other->body, times[i], times[i + 1]);
+        moved += relative_motion(w, shape->body, &a[i], other->body, &b[i]);
+    }
+    const ll_geometry *hull = ll_geometry_of(w, other, &room_b);
+    ll_geometry g = *ll_geometry_of(w, shape, &room_a);
+    if (!may_pass(w, shape->body, other->body, hull, moved) ||
+        !set_apart(&g, a[0].start, hull, b[0].start, target))
+        return 1;
+    for (int i = 0; i < 2; i++) {
+        ll_touch touch = ll_first_touch(hull, &b[i], &g, &a[i], i == 0 ? target : 0.9 * target);
+        if (touch.hit)
+            return times[i] + touch.t * (times[i + 1] - times[i]);
+    }
+    return 1;
+}
+
+static void consider_meeting(void *context, int32_t shape)
+{
+    const search *s = context;
+    const ll_shape *own = &ll_shapes(s->world)[s->shape], *other = &ll_shapes(s->world)[shape];
+    if (other->body == s->body || ll_bodys(s->world)[other->body].type != LL_BODY_DYNAMIC ||
+        !collide_at_all(own, other) || ll_joined(s->world, s->body, other->body))
+        return;
+    double t = first_meeting(s->world, own, other);
+    if (t < s->next->t || (t == s->next->t && other->body < s->next->other))
+        *s->next = (meeting){s->body, other->body, t};
+}
+
+static meeting next_meeting(ll_rigid *w, int32_t bullet)
+{
+    meeting next = {bullet, LL_NONE, end_time(w, bullet)};
+    search s = {.world = w, .body = bullet, .next = &next};
+    for (s.shape = ll_bodys(w)[bullet].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, bullet, s.shape), consider_meeting,
+                              &s);
+    return next;
+}
+
+/* Around all places that it may take from one time to its end. */
+static ll_aabb way_box(const ll_rigid *w, int32_t body, double from)
+{
+    ll_sweep way = leg(w, body, from, 1);
+    ll_vec2 p = way.start.p, end = ll_add(p, way.shift);
+    ll_aabb box = ll_aabb_union((ll_aabb){p, p}, (ll_aabb){end, end});
+    return ll_aabb_grown(box, ll_bodys(w)[body].extent + LL_LINEAR_SLOP);
+}
+
+/* The bodies that are to be stopped. */
+typedef struct stops {
+    int32_t *list, count;
+} stops;
+
+/* Where it is at that time, if it would go on. Bullets that may run into it there look again. */
+static void stay(ll_rigid *w, int32_t body, double t, stops *all, meeting *bullets, int32_t count)
+{
+    if (ll_bodys(w)[body].awake == LL_NONE || t >= end_time(w, body))
+        return;
+    ll_drive *d = &ll_drives(w)[body];
+    if (d->touch < 0)
+        all->list[all->count++] = body;
+    d->touch = t;
+    d->stopper = body;
+    ll_aabb place = way_box(w, body, t);
+    for (int32_t i = 0; i < count; i++) {
+        meeting *m = &bullets[i];
+        if (m->body == body)
+            m->other = LL_NONE;
+        else if (ll_drives(w)[m->body].stopper != m->body &&
+                 (m->other == body || ll_aabb_overlap(way_box(w, m->body, 0), place)))
+            *m = next_meeting(w, m->body);
+    }
+}
+
+static void stop_bullets_where_they_meet(ll_rigid *w, stops *all)
+{
+    meeting *bullets = ll_solver_memory(w); /* the solver has done with it */
+    int32_t count = 0;
+    for (int32_t i = 0; i < all->count; i++)
+        if (ll_bodys(w)[all->list[i]].bullet)
+            bullets[count++] = next_meeting(w, all->list[i]);
+    for (;;) {
+        meeting first = {LL_NONE, LL_NONE, 1};
+        for (int32_t i = 0; i < count; i++)
+            if (bullets[i].other != LL_NONE && bullets[i].t < first.t)
+                first = bullets[i];
+        if (first.other == LL_NONE)
+            return;
+        stay(w, first.body, first.t, all, bullets, count);
+        stay(w, first.other, first.t, all, bullets, count);
+    }
+}
+
 void ll_stop_at_first_touch(ll_rigid *w)
 {
     w->stats.swept = w->stats.stopped = 0;
     if (w->params.continuous != LL_CONTINUOUS_SWEPT)
         return;
-    int32_t *fast = ll_scratchs(w);
+    stops all = {.list = ll_scratchs(w)};
     double lightest;
-    int32_t count = w->stats.swept = fast_bodies(w, fast, &lightest);
-    if (count == 0)
+    all.count = w->stats.swept = fast_bodies(w, all.list, &lightest);
+    if (all.count == 0)
         return;
     cover_paths(w);
-    find_first_touches(w, fast, count, lightest, fast + count);
-    for (int32_t i = 0; i < count; i++) {
-        const ll_drive *d = &ll_drives(w)[fast[i]];
+    find_first_touches(w, all.list, all.count, lightest, all.list + all.count);
+    if (w->bullets > 0)
+        stop_bullets_where_they_meet(w, &all);
+    for (int32_t i = 0; i < all.count; i++) {
+        int32_t body = all.list[i];
+        const ll_drive *d = &ll_drives(w)[body];
         if (d->stopper == LL_NONE)
             continue;
-        bool carried = !is_still(&ll_motions(w)[d->stopper]);
-        stop(w, fast[i], d);
+        bool carried = d->stopper != body && !is_still(&ll_motions(w)[d->stopper]);
+        stop(w, body);
         if (!carried)
             continue;
-        find_first_touch(w, fast[i], true); /* what moves it may carry it through a wall */
+        find_first_touch(w, body, true); /* what moves it may carry it through a wall */
         if (d->stopper != LL_NONE)
-            stop(w, fast[i], d);
+            stop(w, body);
     }
 }

@@ -45,7 +45,7 @@ typedef struct ll_body {
     int32_t shape, contact, joint; /* heads of lists; a contact's or joint's number times 2 plus the side */
     int32_t awake;                 /* place in the awake list, or LL_NONE */
     int32_t island; /* the next of those that sleep together; of a free slot: the next free one */
-    int32_t may_sleep, fixed_rotation, pad;
+    int32_t may_sleep, fixed_rotation, bullet;
 } ll_body;
 
 /* A step's velocities and what it has moved so far: a cache line. */
@@ -120,7 +120,7 @@ typedef struct ll_drive {
     ll_vec2 held;
     double held_spin;
     double touch;    /* share of the step; 1: never, negative: it is not swept */
-    int32_t stopper; /* body, or LL_NONE */
+    int32_t stopper; /* body, or LL_NONE; itself: it has met another and stays where that was */
     int32_t pad;
 } ll_drive;
 
@@ -151,7 +151,8 @@ struct ll_rigid {
     int32_t awake, awake_contacts, moved;
     int32_t table_mask;
     int32_t bouncing; /* contacts with restitution */
-    int32_t pad[14];
+    int32_t bullets;  /* bodies */
+    int32_t pad[13];
 };
 
 #define LL_ARRAY(type, name)                                                                                 \
@@ -251,6 +252,7 @@ void ll_put_to_sleep(ll_rigid *w); /* islands that have rested long enough */
 
 /* ---- continuous.c ---- */
 
+size_t ll_meetings_size(const ll_rigid_limits *limits); /* bytes of solver memory */
 void ll_stop_at_first_touch(ll_rigid *w);
 
 /* ---- joint.c ---- */

@@ -91,8 +91,8 @@ typedef enum ll_body_type { LL_BODY_STATIC, LL_BODY_KINEMATIC, LL_BODY_DYNAMIC, 
 extern const char *const ll_body_type_names[LL_BODY_TYPES + 1];
 
 typedef struct ll_body_def {
-    int32_t type; /* ll_body_type */
-    int32_t pad;
+    int32_t type;   /* ll_body_type */
+    int32_t bullet; /* 1: swept detection sweeps it, dynamic and fast, against every dynamic body */
     ll_vec2 position;
     double angle;
     ll_vec2 velocity;

@@ -60,7 +60,7 @@ static size_t broad_size(const ll_rigid_limits *l)
 static ll_rigid_layout layout_of(const ll_rigid_limits *l)
 {
     size_t bodies = (size_t)l->bodies, shapes = (size_t)l->shapes, contacts = (size_t)l->contacts;
-    size_t end = 0, solver = 0;
+    size_t end = 0, solver = ll_meetings_size(l);
     ll_rigid_layout at = {0};
     place(&end, 1, sizeof(ll_rigid));
     at.pose = place(&end, bodies + 1, sizeof(ll_pose)); /* the last slots are of nobody: for empty lanes */

@@ -33,8 +33,8 @@ typedef struct ll_rigid_body {
     double position[2], angle, velocity[2], spin;
     double density, friction, restitution, gravity_scale, damping, spin_damping;
     int32_t point_count;
-    bool loop, fixed_rotation;
-    uint8_t pad[2];
+    bool loop, fixed_rotation, bullet;
+    uint8_t pad[1];
     double points[LL_RIGID_POINTS_MAX][2]; /* of a polygon, a segment and a chain */
 } ll_rigid_body;
 

@@ -75,6 +75,7 @@ static ll_status add_body(const ll_rigid_body *b, ll_rigid *world)
     def.damping = b->damping;
     def.spin_damping = b->spin_damping;
     def.fixed_rotation = b->fixed_rotation;
+    def.bullet = b->bullet;
     material.density = b->density;
     material.friction = b->friction;
     material.restitution = b->restitution;

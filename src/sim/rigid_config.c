@@ -51,6 +51,9 @@ static const ll_param body_rows[] = {
     REAL(damping, 0, 1e6, 0, "1/s", "Of its velocity."),
     REAL(spin_damping, 0, 1e6, 0, "1/s", "Of its spin."),
     ROW(ll_rigid_body, fixed_rotation, .type = LL_PARAM_BOOL, .help = "It does not turn."),
+    ROW(ll_rigid_body, bullet, .type = LL_PARAM_BOOL,
+        .help = "With `continuous` swept: a dynamic body that is swept, when fast, against all others, not "
+                "only against what is static, kinematic or four times as heavy."),
 };
 #undef REAL
 #undef PAIR

@@ -195,6 +195,27 @@ static void what_is_no_setting_cannot_change(void **state)
     ll_session_destroy(s);
 }
 
+/* Two balls that would be past each other at the end of the first step. */
+static void a_bullet_does_not_pass_another_body(void **state)
+{
+    (void)state;
+    for (int bullet = 0; bullet < 2; bullet++) {
+        char text[512];
+        snprintf(
+            text, sizeof text,
+            "{\"kind\":\"rigid\",\"duration_s\":1,\"gravity\":[0,0],\"solver\":{\"continuous\":\"swept\"},"
+            "\"bodies\":[{\"shape\":\"circle\",\"radius\":0.05,\"position\":[-5,0],\"velocity\":[500,0],"
+            "\"bullet\":%s},{\"shape\":\"circle\",\"radius\":0.05,\"position\":[5,0],\"velocity\":[-500,0]}]"
+            "}",
+            bullet ? "true" : "false");
+        ll_session *s = session_of(text);
+        run_to(s, 10);
+        double left = metric(s, "bodies.0.position.0"), right = metric(s, "bodies.1.position.0");
+        assert_true(bullet ? left < right && right - left < 0.11 : left > right);
+        ll_session_destroy(s);
+    }
+}
+
 /* ---- two worlds ---- */
 
 static void two_worlds_with_the_same_solver_stay_the_same(void **state)
@@ -413,6 +434,7 @@ int main(void)
         cmocka_unit_test(volumes_are_judged_against_the_shapes),
         cmocka_unit_test(broad_phase_and_simd_change_nothing_else_does),
         cmocka_unit_test(what_is_no_setting_cannot_change),
+        cmocka_unit_test(a_bullet_does_not_pass_another_body),
         cmocka_unit_test(two_worlds_with_the_same_solver_stay_the_same),
         cmocka_unit_test(a_dragged_body_comes_to_the_pointer_in_both_worlds),
         cmocka_unit_test(an_input_for_nobody_is_refused),

@@ -176,6 +176,7 @@ static ll_status wedge(ll_rigid *w, const ll_scene_args *a)
     ll_build_segment_on(&b, ground, -4, 8, 0, 0);
     ll_build_segment_on(&b, ground, 0, 0, 0, 8);
     b.body.velocity = ll_vec(0, -a->speed);
+    b.body.bullet = 1;
     for (int64_t i = 0; i < a->size; i++)
         ll_build_circle(&b, 0.3, -0.6, 6 + 0.7 * (double)i);
     return b.status;
@@ -183,7 +184,8 @@ static ll_status wedge(ll_rigid *w, const ll_scene_args *a)
 
 const ll_scene ll_scene_wedge = {.name = "wedge",
                                  .title = "Wedge",
-                                 .help = "size balls driven at speed m/s into a corner that narrows (Box2D).",
+                                 .help =
+                                     "size bullets driven at speed m/s into a corner that narrows (Box2D).",
                                  .standard = {.size = 2, .speed = 200, .friction = 0.2},
                                  .limits = fast_limits,
                                  .params = swept,
