@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "base/program.h"
+#include "base/version.h"
 #include "daemon/serve.h"
 #include "experiment/experiment.h"
 #include "experiment/ladder.h"
@@ -694,7 +695,7 @@ int main(int argc, char **argv)
     if (strcmp(name, "--help") == 0 || strcmp(name, "-h") == 0)
         return verb_help(0, NULL);
     if (strcmp(name, "--version") == 0)
-        return puts("laglab " LAGLAB_VERSION) < 0;
+        return printf("laglab %s\n", ll_version) < 0;
     for (size_t i = 0; i < sizeof verbs / sizeof verbs[0]; i++) {
         if (strcmp(name, verbs[i].name) != 0)
             continue;

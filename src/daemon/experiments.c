@@ -84,7 +84,14 @@ static ll_status start_workers(ll_experiments *x)
                               .lease_s = shared ? SHARED_LEASE_S : OWN_LEASE_S,
                               .persist = true};
     ll_status status = shared ? ll_ok() : x->store->kind->release(x->store); /* of a daemon that was killed */
-    return ll_failed(&status) ? status : ll_workers_start(&order, &x->workers);
+    if (!ll_failed(&status))
+        status = ll_workers_start(&order, &x->workers);
+    if (ll_failed(&status))
+        return status;
+    ll_status told = ll_result_store_admits_all(x->store);
+    if (told.code == LL_CONFLICT)
+        ll_log_write("warn", "experiments", "%s", told.text);
+    return status;
 }
 
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments)
@@ -288,7 +295,9 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
     if (record->state != LL_EXPERIMENT_RUNNING && record->state != LL_EXPERIMENT_PAUSED)
         return ll_error(LL_CONFLICT, "The experiment is over: it is %s.",
                         ll_experiment_state_names[record->state]);
-    ll_status status = x->store->kind->set_state(x->store, record->id, state);
+    ll_status status = state == LL_EXPERIMENT_RUNNING ? ll_result_store_admits(x->store, record) : ll_ok();
+    if (!ll_failed(&status))
+        status = x->store->kind->set_state(x->store, record->id, state);
     if (ll_failed(&status) || state != LL_EXPERIMENT_RUNNING)
         return status;
     begin_pace(x, record->id, record->done);

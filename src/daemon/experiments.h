@@ -29,7 +29,7 @@ ll_status ll_experiments_find(ll_experiments *experiments, const char *id, ll_ex
                               ll_experiment **experiment);
 bool ll_experiments_permits(const ll_experiment_record *record, const char *key);
 
-/* LL_CONFLICT: it is over. */
+/* LL_CONFLICT: it is over; or of another version, and so not resumed here. */
 ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_record *record,
                              ll_experiment_state state);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);

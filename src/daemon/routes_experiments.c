@@ -131,6 +131,16 @@ static bool permitted(const ll_http_request *request, ll_http_response *response
     return false;
 }
 
+static void add_version(ll_api *api, const ll_experiment_record *r, cJSON *json)
+{
+    ll_status status = ll_result_store_admits(ll_experiments_store(api->experiments), r);
+    cJSON_AddStringToObject(json, "version", r->version);
+    if (ll_failed(&status))
+        cJSON_AddStringToObject(json, "held_back", status.text);
+    else
+        cJSON_AddNullToObject(json, "held_back");
+}
+
 static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_experiment *e,
                           ll_http_response *response)
 {
@@ -141,6 +151,7 @@ static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_e
     cJSON_AddNumberToObject(json, "repeats", (double)e->head.repeats);
     ll_experiments_describe(api->experiments, r, json);
     cJSON_AddNumberToObject(json, "created_s", (double)r->created_s);
+    add_version(api, r, json);
     cJSON_AddItemToObject(json, "experiment", cJSON_Duplicate(e->json, true));
     add_links(json, r->id);
     ll_http_json(response, 200, json);
@@ -354,8 +365,8 @@ static ll_status write_table(ll_api *api, const ll_http_request *request, const 
     bool of_points = points && strcmp(points, "true") == 0;
     ll_status status = ll_stored_rows_open(&rows, ll_experiments_store(api->experiments), record->id);
     if (!ll_failed(&status))
-        status = (of_points ? ll_result_table_points : ll_result_table_rows)(e, ll_stored_rows_next, &rows,
-                                                                             &table);
+        status = of_points ? ll_result_table_points(e, ll_stored_rows_next, &rows, &table)
+                           : ll_result_table_rows(e, record->version, ll_stored_rows_next, &rows, &table);
     if (!ll_failed(&status))
         status = format->write(ll_result_table_get(table), file);
     ll_result_table_free(table);
@@ -393,7 +404,7 @@ void ll_get_experiment_report(void *context, const ll_http_request *request, ll_
     ll_status status = ll_stored_rows_open(&rows, ll_experiments_store(api->experiments), record.id);
     FILE *file = ll_failed(&status) ? NULL : open_file(&status);
     if (file)
-        status = ll_report_write(e, ll_stored_rows_next, &rows, file);
+        status = ll_report_write(e, record.version, ll_stored_rows_next, &rows, file);
     answer_file(request, response, &status, file, "text/html; charset=utf-8");
     ll_http_set_header(response, "Content-Security-Policy",
                        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");

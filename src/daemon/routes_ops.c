@@ -2,6 +2,7 @@
  * sessions. */
 #include <stdio.h>
 
+#include "base/version.h"
 #include "daemon/api.h"
 #include "daemon/problem.h"
 
@@ -128,7 +129,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     ll_store_stats store = ll_store_get_stats(api->store);
     snprintf(response->type, sizeof response->type, "text/plain; version=0.0.4; charset=utf-8");
     family(response, "build_info", "gauge", "The version that runs.");
-    labelled(response, "build_info", "version", LAGLAB_VERSION, 1);
+    labelled(response, "build_info", "version", ll_version, 1);
     gauge(response, "uptime_seconds", (double)(ll_host_now() - api->started) / 1e9, "Time since the start.");
     write_sessions(response, &s);
     write_door(response, &d);

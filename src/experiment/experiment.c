@@ -186,7 +186,7 @@ char *ll_experiment_text(const ll_experiment *e)
 uint64_t ll_experiment_key(const ll_experiment *e)
 {
     char *text = ll_experiment_text(e);
-    uint64_t key = ll_hash(ll_hash(0, LAGLAB_VERSION, strlen(LAGLAB_VERSION)), text, text ? strlen(text) : 0);
+    uint64_t key = ll_hash(0, text, text ? strlen(text) : 0);
     free(text);
     return key;
 }

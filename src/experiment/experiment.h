@@ -66,7 +66,7 @@ void ll_experiment_free(ll_experiment *experiment);
 /* The specification as text, with the scenario in it. Caller frees. NULL without memory. */
 char *ll_experiment_text(const ll_experiment *experiment);
 
-/* What differs between two experiments gives other keys: specification, scenario, version of laglab. */
+/* What differs between two experiments gives other keys: specification and scenario. */
 uint64_t ll_experiment_key(const ll_experiment *experiment);
 
 /* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */

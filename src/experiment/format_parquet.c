@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/version.h"
 #include "experiment/formats.h"
 
 enum { GROUP_ROWS = 50000 };
@@ -286,7 +287,9 @@ static void put_footer(writer *w)
     for (int g = 0; g < w->groups; g++)
         put_group(&b, t, &w->chunks[g * t->column_count]);
     put_field(&b, &last, 6, TYPE_BINARY);
-    put_binary(&b, "laglab version " LAGLAB_VERSION);
+    char program[16 + LL_VERSION_MAX];
+    snprintf(program, sizeof program, "laglab version %s", ll_version);
+    put_binary(&b, program);
     put_stop(&b);
     uint32_t size = (uint32_t)b.size;
     put_u32(&b, size);

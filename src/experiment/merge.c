@@ -1,9 +1,11 @@
-/* `laglab merge`: CSV rows of shards into one file, in the order of their runs, each once. */
+/* `laglab merge`: CSV rows of shards into one file, in the order of their runs, each once and all of one
+ * version of laglab. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/version.h"
 #include "experiment/arguments.h"
 #include "experiment/table.h"
 #include "experiment/verbs.h"
@@ -11,7 +13,8 @@
 typedef struct merge {
     ll_experiment *experiment;
     char *header;
-    char **lines; /* by run; owned */
+    char version[LL_VERSION_MAX + 1]; /* of the first row */
+    char **lines;                     /* by run; owned */
 } merge;
 
 static bool no_rows(void *context, ll_row *row, ll_status *status)
@@ -30,12 +33,28 @@ static ll_status make_header(merge *m)
     FILE *memory = open_memstream(&m->header, &size);
     if (!memory)
         return ll_error(LL_NO_MEMORY, "no memory for a header");
-    ll_status status = ll_result_table_rows(m->experiment, no_rows, NULL, &table);
+    ll_status status = ll_result_table_rows(m->experiment, ll_version, no_rows, NULL, &table);
     if (!ll_failed(&status))
         status = ll_format_find("csv", 3)->write(ll_result_table_get(table), memory);
     ll_result_table_free(table);
     fclose(memory);
     return status;
+}
+
+/* A row ends with the version that made it. */
+static ll_status check_version(merge *m, const char *path, const char *line)
+{
+    const char *comma = strrchr(line, ','), *version = comma ? comma + 1 : "";
+    int length = (int)strcspn(version, "\r\n");
+    if (m->version[0] == '\0')
+        snprintf(m->version, sizeof m->version, "%.*s", length, version);
+    if (strlen(m->version) == (size_t)length && strncmp(m->version, version, (size_t)length) == 0)
+        return ll_ok();
+    return ll_error(
+        LL_BAD_INPUT,
+        "%.60s has rows of laglab %.*s and a shard before it of laglab %s, which may differ: run the "
+        "shards of one of them again with the other",
+        path, length < LL_VERSION_MAX ? length : LL_VERSION_MAX, version, m->version);
 }
 
 /* A row without line ends in its texts, as laglab writes them. */
@@ -46,6 +65,9 @@ static ll_status take_line(merge *m, const char *path, char *line)
     if (end == line || *end != ',' || run < 0 || run >= m->experiment->runs)
         return ll_error(LL_BAD_INPUT, "%.150s: a row begins with its run, 0 to %" PRId64 "; got %.40s", path,
                         m->experiment->runs - 1, line);
+    ll_status status = check_version(m, path, line);
+    if (ll_failed(&status))
+        return status;
     if (m->lines[run] && strcmp(m->lines[run], line) != 0)
         return ll_error(LL_BAD_INPUT, "%.150s: run %" PRId64 " is in two shards that differ", path, run);
     if (!m->lines[run])

@@ -155,21 +155,21 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
                 points->left_out);
 }
 
-static void write_specification(const ll_experiment *e, FILE *file)
+static void write_specification(const ll_experiment *e, const char *version, FILE *file)
 {
     char *text = cJSON_Print(e->json);
-    fputs(
-        "<h2>Repeat it</h2><p>Save the specification as <code>experiment.json</code>. With "
-        "laglab " LAGLAB_VERSION
-        " this gives the same rows, bit for bit, on any machine:</p><pre>laglab sweep experiment.json --out "
+    fprintf(
+        file,
+        "<h2>Repeat it</h2><p>Save the specification as <code>experiment.json</code>. With laglab %s this "
+        "gives the same rows, bit for bit, on any machine:</p><pre>laglab sweep experiment.json --out "
         "results.csv --report report.html</pre><h2>Specification</h2><pre>",
-        file);
+        version);
     ll_html_text(text ? text : "", file);
     fputs("</pre>\n", file);
     cJSON_free(text);
 }
 
-static void write_title(const ll_experiment *e, FILE *file)
+static void write_title(const ll_experiment *e, const char *version, FILE *file)
 {
     const ll_scenario_head *scenario = e->base.config;
     const char *title = e->head.title[0]     ? e->head.title
@@ -185,18 +185,19 @@ static void write_title(const ll_experiment *e, FILE *file)
     ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
     fprintf(file,
             "</code>, %" PRId64 " points with %" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
-            "; key %016" PRIx64 ", laglab " LAGLAB_VERSION ".</p>\n",
+            "; key %016" PRIx64 ", laglab %s.</p>\n",
             e->points, e->head.repeats, scenario->seed, scenario->seed + e->head.repeats - 1,
-            ll_experiment_key(e));
+            ll_experiment_key(e), version);
 }
 
-ll_status ll_report_write(const ll_experiment *e, ll_row_source *source, void *context, FILE *file)
+ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,
+                          FILE *file)
 {
     ll_points points;
     ll_status status = ll_points_read(e, source, context, &points);
     if (ll_failed(&status))
         return status;
-    write_title(e, file);
+    write_title(e, version, file);
     if (e->cost_metric >= 0) {
         ll_points_mark_front(&points, e->cost_metric, e->error_metric);
         status = plot_trade(e, &points, file);
@@ -208,7 +209,7 @@ ll_status ll_report_write(const ll_experiment *e, ll_row_source *source, void *c
     if (e->axis_count > 0)
         fputs("</div>\n", file);
     write_points(e, &points, file);
-    write_specification(e, file);
+    write_specification(e, version, file);
     fputs("</body></html>\n", file);
     ll_points_free(&points);
     return ll_failed(&status)                  ? status

@@ -4,4 +4,6 @@
 
 #include "experiment/table.h"
 
-ll_status ll_report_write(const ll_experiment *experiment, ll_row_source *source, void *context, FILE *file);
+/* `version`: of the laglab that made the rows. */
+ll_status ll_report_write(const ll_experiment *experiment, const char *version, ll_row_source *source,
+                          void *context, FILE *file);

@@ -36,21 +36,57 @@ static ll_status refuse(const char *url)
 
 ll_status ll_result_store_open(const char *url, ll_result_store **store)
 {
+    const ll_result_store_kind *kind = NULL;
     *store = NULL;
     for (int i = 0; i < KINDS; i++) {
         size_t length = strlen(kinds[i].scheme);
         if (strncmp(url, kinds[i].scheme, length) == 0 && url[length] == ':')
-            return kinds[i].kind->open(url, store);
+            kind = kinds[i].kind;
     }
-    if (strstr(url, "://") || url[0] == '\0')
+    if (!kind && (strstr(url, "://") || url[0] == '\0'))
         return refuse(url);
-    return ll_result_store_sqlite.open(url, store);
+    ll_status status = (kind ? kind : &ll_result_store_sqlite)->open(url, store);
+    if (!ll_failed(&status))
+        (*store)->version = ll_version;
+    return status;
 }
 
 void ll_result_store_close(ll_result_store *store)
 {
     if (store)
         store->kind->close(store);
+}
+
+/* ---- versions ---- */
+
+ll_status ll_result_store_admits(const ll_result_store *store, const ll_experiment_record *r)
+{
+    bool over = r->state != LL_EXPERIMENT_RUNNING && r->state != LL_EXPERIMENT_PAUSED;
+    if (over || strcmp(r->version, store->version) == 0)
+        return ll_ok();
+    return ll_error(LL_CONFLICT,
+                    "the experiment %s is of laglab %s; this one, %s, may give other rows and adds none: let "
+                    "that version go on, or begin it anew",
+                    r->id, r->version[0] ? r->version : "of no known version", store->version);
+}
+
+typedef struct inspection {
+    const ll_result_store *store;
+    ll_status first;
+} inspection;
+
+static void inspect(void *context, const ll_experiment_record *record)
+{
+    inspection *i = context;
+    if (!ll_failed(&i->first))
+        i->first = ll_result_store_admits(i->store, record);
+}
+
+ll_status ll_result_store_admits_all(ll_result_store *store)
+{
+    inspection i = {store, ll_ok()};
+    ll_status status = store->kind->list(store, inspect, &i);
+    return ll_failed(&status) ? status : i.first;
 }
 
 /* ---- what the kinds share ---- */

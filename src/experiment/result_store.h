@@ -5,9 +5,13 @@
  * each row is there exactly once, whatever worker or server dies, and a worker that froze beyond its lease is
  * told that its work is no longer wanted. The only clock is the database's.
  *
+ * An experiment is of the version of laglab that made it, since another's rows may differ: no other claims
+ * its chunks.
+ *
  * A store may be used by several threads. */
 #pragma once
 
+#include "base/version.h"
 #include "experiment/experiment.h"
 
 enum { LL_EXPERIMENT_ID_MAX = 63, LL_OWNER_MAX = 40, LL_ATTEMPTS_MAX = 5, LL_OWNER_HASH_MAX = 127 };
@@ -31,6 +35,7 @@ typedef struct ll_experiment_record {
     int64_t done, leased;                   /* runs whose rows are there; of chunks that somebody works on */
     int64_t created_s;                      /* Unix time of the database */
     char owner_hash[LL_OWNER_HASH_MAX + 1]; /* of the key that may change it; empty: there is none */
+    char version[LL_VERSION_MAX + 1];       /* of laglab; empty: one that did not tell it */
 } ll_experiment_record;
 
 typedef struct ll_lease {
@@ -44,8 +49,8 @@ typedef struct ll_result_store_kind {
     ll_status (*open)(const char *url, ll_result_store **store);
     void (*close)(ll_result_store *store);
 
-    /* Registers an experiment, with its runs in chunks of `chunk`. With the same id and specification again
-     * it changes nothing: a resume. Another specification under the id is LL_CONFLICT. */
+    /* Registers an experiment of the store's version, with its runs in chunks of `chunk`. With the same id,
+     * specification and version again it changes nothing: a resume. Others under the id are LL_CONFLICT. */
     ll_status (*create)(ll_result_store *store, const ll_experiment_record *record, const char *specification,
                         int64_t chunk);
     ll_status (*specification)(ll_result_store *store, const char *id, char **text); /* caller frees */
@@ -56,7 +61,8 @@ typedef struct ll_result_store_kind {
     ll_status (*set_state)(ll_result_store *store, const char *id, ll_experiment_state state);
     ll_status (*remove)(ll_result_store *store, const char *id);
 
-    /* A free chunk, or one whose lease has run out. `id` NULL: of any experiment that is running. */
+    /* A free chunk, or one whose lease has run out, of the store's version. `id` NULL: of any experiment that
+     * is running. */
     ll_status (*claim)(ll_result_store *store, const char *id, const char *owner, double lease_s,
                        ll_lease *lease);
     ll_status (*renew)(ll_result_store *store, const ll_lease *lease, double lease_s); /* LL_CONFLICT: lost */
@@ -75,6 +81,7 @@ typedef struct ll_result_store_kind {
 
 struct ll_result_store {
     const ll_result_store_kind *kind; /* first member of each kind's own struct */
+    const char *version;              /* of who uses it: ll_version */
 };
 
 extern const ll_result_store_kind ll_result_store_sqlite;
@@ -85,6 +92,12 @@ extern const ll_result_store_kind ll_result_store_postgres; /* only where libpq 
  * was asked may have been done or not, and can be asked for again. */
 ll_status ll_result_store_open(const char *url, ll_result_store **store);
 void ll_result_store_close(ll_result_store *store);
+
+/* LL_CONFLICT: an experiment that is not over is of another version than the store's; the sentence names
+ * both. */
+ll_status ll_result_store_admits(const ll_result_store *store, const ll_experiment_record *record);
+/* The same of all in the store: tells the first. */
+ll_status ll_result_store_admits_all(ll_result_store *store);
 
 /* Rows of a store as the source of a table. */
 typedef struct ll_stored_rows {

@@ -14,10 +14,10 @@
 static const char schema[] =
     "CREATE SCHEMA IF NOT EXISTS laglab;"
     "CREATE TABLE schema_version(version integer NOT NULL);"
-    "INSERT INTO schema_version VALUES(1);"
+    "INSERT INTO schema_version VALUES(2);"
     "CREATE TABLE experiment(id text PRIMARY KEY, specification text NOT NULL, state integer NOT NULL,"
     " first bigint NOT NULL, past bigint NOT NULL, created_s bigint NOT NULL,"
-    " number bigint GENERATED ALWAYS AS IDENTITY, owner_hash text NOT NULL);"
+    " number bigint GENERATED ALWAYS AS IDENTITY, owner_hash text NOT NULL, version text NOT NULL);"
     "CREATE TABLE chunk(id text NOT NULL, chunk bigint NOT NULL, first bigint NOT NULL, past bigint NOT NULL,"
     " state integer NOT NULL DEFAULT 0, attempt integer NOT NULL DEFAULT 0, owner text,"
     " lease_until timestamptz, PRIMARY KEY(id, chunk)) WITH (fillfactor=70);"
@@ -25,6 +25,9 @@ static const char schema[] =
     "CREATE TABLE result(id text NOT NULL, run bigint NOT NULL, status integer NOT NULL, error text,"
     " hash bigint NOT NULL, t_s double precision NOT NULL, metrics double precision[] NOT NULL,"
     " PRIMARY KEY(id, run));";
+
+static const char schema_from_1[] = "ALTER TABLE experiment ADD COLUMN version text NOT NULL DEFAULT '';"
+                                    "UPDATE schema_version SET version=2;";
 
 /* Of each connection. A worker that freezes between the end of its lease and the commit would keep its chunk
  * locked. */
@@ -202,6 +205,8 @@ static ll_status prepare_schema(postgres_store *s)
         return end(s, run(s, schema), "Making the tables");
     good = good && query(s, "SELECT version FROM schema_version", "");
     int64_t version = good && given(s) > 0 ? whole_at(s, 0, 0) : 0;
+    if (version == 1)
+        good = run(s, schema_from_1);
     ll_status status = end(s, good, "Opening");
     return !ll_failed(&status) && version > LL_STORE_SCHEMA ? ll_store_newer(s->name, version) : status;
 }
@@ -277,9 +282,9 @@ static bool insert_experiment(postgres_store *s, const ll_experiment_record *r, 
                               int64_t chunk)
 {
     bool good = query(s,
-                      "INSERT INTO experiment(id,specification,state,first,past,created_s,owner_hash)"
-                      " VALUES($1,$2,0,$3,$4,extract(epoch FROM now())::bigint,$5) ON CONFLICT DO NOTHING",
-                      "ttiit", r->id, text, r->from, r->to, r->owner_hash);
+                      "INSERT INTO experiment(id,specification,state,first,past,created_s,owner_hash,version)"
+                      " VALUES($1,$2,0,$3,$4,extract(epoch FROM now())::bigint,$5,$6) ON CONFLICT DO NOTHING",
+                      "ttiitt", r->id, text, r->from, r->to, r->owner_hash, s->base.version);
     if (!good || !changed(s))
         return good;
     return query(s,
@@ -295,8 +300,8 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
     postgres_store *s = enter(store);
     ll_status status =
         end(s, run(s, "BEGIN") && insert_experiment(s, r, text, chunk), "Registering an experiment");
-    if (!ll_failed(&status) &&
-        !query(s, "SELECT specification=$2 FROM experiment WHERE id=$1", "tt", r->id, text))
+    if (!ll_failed(&status) && !query(s, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1",
+                                      "ttt", r->id, text, store->version))
         status = failure(s, "Reading");
     if (!ll_failed(&status) && given(s) > 0 && !true_at(s, 0, 0))
         status = ll_store_taken(s->name, r->id);
@@ -313,6 +318,7 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
                               .leased = whole_at(s, row, 6)};
     snprintf(r.id, sizeof r.id, "%s", text_at(s, row, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", text_at(s, row, 8));
+    snprintf(r.version, sizeof r.version, "%s", text_at(s, row, 9));
     ll_store_settle(&r, true_at(s, row, 7));
     return r;
 }
@@ -367,14 +373,16 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
         "WITH given_up AS (UPDATE chunk SET state=3 WHERE (id,chunk) IN (SELECT id,chunk FROM chunk"
         " WHERE state=1 AND attempt>=$4 AND lease_until<now() FOR UPDATE SKIP LOCKED)),"
         " free AS (SELECT c.id,c.chunk FROM chunk c JOIN experiment e ON e.id=c.id WHERE e.state=0"
-        " AND ($3='' OR c.id=$3) AND (c.state=0 OR (c.state=1 AND c.attempt<$4 AND c.lease_until<now()))"
+        " AND ($3='' OR c.id=$3) AND e.version=$5 AND (c.state=0 OR (c.state=1 AND c.attempt<$4 AND "
+        "c.lease_until<now()))"
         " ORDER BY e.number,c.chunk LIMIT 1 FOR UPDATE OF c SKIP LOCKED)"
         " UPDATE chunk c SET state=1, attempt=c.attempt+1, owner=$1,"
         " lease_until=now()+$2*interval '1 second' FROM free WHERE c.id=free.id AND c.chunk=free.chunk"
         " RETURNING c.id,c.chunk,c.first,c.past,c.attempt";
     postgres_store *s = enter(store);
     *lease = (ll_lease){.chunk = -1};
-    bool good = query(s, free_chunk, "trti", owner, lease_s, id ? id : "", (int64_t)LL_ATTEMPTS_MAX);
+    bool good =
+        query(s, free_chunk, "trtit", owner, lease_s, id ? id : "", (int64_t)LL_ATTEMPTS_MAX, store->version);
     if (good && given(s) > 0) {
         lease->chunk = whole_at(s, 0, 1);
         lease->from = whole_at(s, 0, 2);

@@ -14,7 +14,7 @@ enum { BUSY_MS = 20000, NFS_MAGIC = 0x6969 };
 static const char schema[] =
     "CREATE TABLE experiment(id TEXT PRIMARY KEY, specification TEXT NOT NULL, state INTEGER NOT NULL,"
     " first INTEGER NOT NULL, past INTEGER NOT NULL, created_s INTEGER NOT NULL, number INTEGER NOT NULL, "
-    "owner_hash TEXT NOT NULL);"
+    "owner_hash TEXT NOT NULL, version TEXT NOT NULL);"
     "CREATE TABLE chunk(id TEXT NOT NULL, chunk INTEGER NOT NULL, first INTEGER NOT NULL, past INTEGER NOT "
     "NULL,"
     " state INTEGER NOT NULL DEFAULT 0, attempt INTEGER NOT NULL DEFAULT 0, owner TEXT, lease_until REAL,"
@@ -22,7 +22,10 @@ static const char schema[] =
     "CREATE INDEX chunk_open ON chunk(id, chunk) WHERE state < 2;"
     "CREATE TABLE result(id TEXT NOT NULL, run INTEGER NOT NULL, status INTEGER NOT NULL, error TEXT,"
     " hash INTEGER NOT NULL, t_s REAL NOT NULL, metrics BLOB NOT NULL, PRIMARY KEY(id, run)) WITHOUT ROWID;"
-    "PRAGMA user_version=1;";
+    "PRAGMA user_version=2;";
+
+static const char schema_from_1[] =
+    "ALTER TABLE experiment ADD COLUMN version TEXT NOT NULL DEFAULT ''; PRAGMA user_version=2;";
 
 #define NOW "((julianday('now') - 2440587.5) * 86400.0)"
 
@@ -90,8 +93,9 @@ static ll_status prepare_schema(sqlite_store *s)
         return ll_store_newer(s->path, version);
     if (version == LL_STORE_SCHEMA)
         return ll_ok();
-    return sqlite3_exec(s->db, schema, NULL, NULL, NULL) == SQLITE_OK ? ll_ok()
-                                                                      : failure(s, "Making the tables");
+    return sqlite3_exec(s->db, version == 1 ? schema_from_1 : schema, NULL, NULL, NULL) == SQLITE_OK
+               ? ll_ok()
+               : failure(s, "Making the tables");
 }
 
 static void close_store(ll_result_store *store)
@@ -196,40 +200,34 @@ static ll_status end(sqlite_store *s, bool good, const char *doing)
 
 /* ---- experiments ---- */
 
-static ll_status get_specification(sqlite_store *s, const char *id, char **text)
+static ll_status specification(ll_result_store *store, const char *id, char **text)
 {
+    sqlite_store *s = enter(store);
     sqlite3_stmt *q = query(s, "SELECT specification FROM experiment WHERE id=?1", "t", id);
     int result = q ? sqlite3_step(q) : SQLITE_ERROR;
     *text = result == SQLITE_ROW ? strdup((const char *)sqlite3_column_text(q, 0)) : NULL;
     sqlite3_finalize(q);
-    return result == SQLITE_ROW    ? ll_ok()
-           : result == SQLITE_DONE ? ll_store_unknown(id)
-                                   : failure(s, "Reading");
-}
-
-static ll_status specification(ll_result_store *store, const char *id, char **text)
-{
-    sqlite_store *s = enter(store);
-    return leave(s, get_specification(s, id, text));
+    return leave(s, result == SQLITE_ROW    ? ll_ok()
+                    : result == SQLITE_DONE ? ll_store_unknown(id)
+                                            : failure(s, "Reading"));
 }
 
 static ll_status create(ll_result_store *store, const ll_experiment_record *r, const char *text,
                         int64_t chunk)
 {
     sqlite_store *s = enter(store);
-    char *there = NULL;
-    ll_status status = get_specification(s, r->id, &there);
-    if (status.code != LL_NOT_FOUND) {
-        if (!ll_failed(&status) && strcmp(there, text) != 0)
-            status = ll_store_taken(s->path, r->id);
-        free(there);
-        return leave(s, status);
-    }
-    bool good = begin(s);
+    sqlite3_stmt *q = query(s, "SELECT specification=?2 AND version=?3 FROM experiment WHERE id=?1", "ttt",
+                            r->id, text, store->version);
+    int result = q ? sqlite3_step(q) : SQLITE_ERROR;
+    bool same = result == SQLITE_ROW && sqlite3_column_int(q, 0) != 0;
+    sqlite3_finalize(q);
+    if (result == SQLITE_ROW)
+        return leave(s, same ? ll_ok() : ll_store_taken(s->path, r->id));
+    bool good = result == SQLITE_DONE && begin(s);
     good = good && done(query(s,
                               "INSERT INTO experiment VALUES(?1,?2,0,?3,?4,CAST(" NOW " AS INTEGER),"
-                              "(SELECT coalesce(max(number),0)+1 FROM experiment),?5)",
-                              "ttiit", r->id, text, r->from, r->to, r->owner_hash));
+                              "(SELECT coalesce(max(number),0)+1 FROM experiment),?5,?6)",
+                              "ttiitt", r->id, text, r->from, r->to, r->owner_hash, store->version));
     for (int64_t k = 0, at = r->from; good && at < r->to; k++, at += chunk)
         good = done(query(s, "INSERT INTO chunk(id,chunk,first,past) VALUES(?1,?2,?3,?4)", "tiii", r->id, k,
                           at, at + chunk < r->to ? at + chunk : r->to));
@@ -246,6 +244,7 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
                               .leased = sqlite3_column_int64(q, 6)};
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
+    snprintf(r.version, sizeof r.version, "%s", (const char *)sqlite3_column_text(q, 9));
     ll_store_settle(&r, sqlite3_column_int(q, 7) != 0);
     return r;
 }
@@ -306,7 +305,7 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     static const char free_chunk[] =
         "UPDATE chunk SET state=1, attempt=attempt+1, owner=?1, lease_until=" NOW "+?2 WHERE (id,chunk)=("
         "SELECT c.id,c.chunk FROM chunk c JOIN experiment e ON e.id=c.id WHERE e.state=0 AND (?3='' OR "
-        "c.id=?3)"
+        "c.id=?3) AND e.version=?4"
         " AND (c.state=0 OR (c.state=1 AND c.lease_until<" NOW ")) ORDER BY e.number,c.chunk LIMIT 1)"
         " RETURNING id,chunk,first,past,attempt";
     sqlite_store *s = enter(store);
@@ -316,7 +315,8 @@ static ll_status claim(ll_result_store *store, const char *id, const char *owner
     good =
         good && done(query(s, "UPDATE chunk SET state=3 WHERE state=1 AND attempt>=?1 AND lease_until<" NOW,
                            "i", (int64_t)LL_ATTEMPTS_MAX));
-    sqlite3_stmt *q = good ? query(s, free_chunk, "trt", owner, lease_s, id ? id : "") : NULL;
+    sqlite3_stmt *q =
+        good ? query(s, free_chunk, "trtt", owner, lease_s, id ? id : "", store->version) : NULL;
     int result = q ? sqlite3_step(q) : SQLITE_ERROR;
     if (result == SQLITE_ROW) {
         lease->chunk = sqlite3_column_int64(q, 1);

@@ -87,7 +87,7 @@ static ll_status hand_over(const engine *e, const job *j)
 
 typedef struct submit {
     const char *engine_name, *workers, *jobs, *scenarios, *experiment;
-    bool print;
+    bool print, anew;
     const engine *engine;
     job job;
 } submit;
@@ -103,6 +103,7 @@ static ll_status parse(submit *s, int argc, char **argv)
          .value = &s->job.store_url},
         {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
          .value = &s->scenarios},
+        {"--anew", .help = "Also where another version of laglab has begun it.", .flag = &s->anew},
         {"--print",
          .help = "Show the script in place of submitting it. The experiment is in the store all the same.",
          .flag = &s->print},
@@ -144,6 +145,8 @@ static ll_status put_into_store(submit *s)
     ll_status status = ll_experiment_load(s->experiment, s->scenarios, &experiment);
     if (!ll_failed(&status))
         status = ll_result_store_open(s->job.store_url, &store);
+    if (!ll_failed(&status) && !s->anew)
+        status = ll_experiment_check_version(store, experiment, 0, experiment->runs);
     if (!ll_failed(&status))
         status = ll_experiment_time(experiment, 0, &run_s);
     if (!ll_failed(&status))

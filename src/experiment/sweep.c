@@ -22,7 +22,7 @@
 
 typedef struct sweep {
     const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces;
-    bool points, dry_run;
+    bool points, dry_run, anew;
     ll_experiment *experiment;
     const ll_format *format;
     ll_result_store *store;
@@ -78,6 +78,8 @@ static ll_status open_store(sweep *s)
     }
     double run_s = 0;
     ll_status status = ll_result_store_open(url, &s->store);
+    if (!ll_failed(&status) && !s->anew)
+        status = ll_experiment_check_version(s->store, s->experiment, s->from, s->to);
     if (!ll_failed(&status) && s->store_url)
         status = ll_experiment_time(s->experiment, s->from, &run_s);
     if (!ll_failed(&status))
@@ -164,8 +166,9 @@ static ll_status write_table(const sweep *s, FILE *file)
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
     if (!ll_failed(&status))
-        status = (s->points ? ll_result_table_points
-                            : ll_result_table_rows)(s->experiment, ll_stored_rows_next, &rows, &table);
+        status = s->points ? ll_result_table_points(s->experiment, ll_stored_rows_next, &rows, &table)
+                           : ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next,
+                                                  &rows, &table);
     if (!ll_failed(&status))
         status = s->format->write(ll_result_table_get(table), file);
     ll_result_table_free(table);
@@ -200,7 +203,7 @@ static ll_status write_report(const sweep *s)
         return ll_error(LL_IO, "cannot write %.200s", s->report);
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
     if (!ll_failed(&status))
-        status = ll_report_write(s->experiment, ll_stored_rows_next, &rows, file);
+        status = ll_report_write(s->experiment, s->store->version, ll_stored_rows_next, &rows, file);
     ll_stored_rows_close(&rows);
     if (fclose(file) != 0 && !ll_failed(&status))
         status = ll_error(LL_IO, "cannot write %.200s", s->report);
@@ -251,6 +254,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
          .value = &s->shard},
         {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
          .value = &s->scenarios},
+        {"--anew", .help = "Run all, also where another version of laglab has begun it.", .flag = &s->anew},
         {"--dry-run", .help = "Check and count, run one, and tell how long all would take.",
          .flag = &s->dry_run},
         {0}};

@@ -8,6 +8,7 @@
 
 struct ll_result_table {
     const ll_experiment *experiment;
+    const char *version;
     ll_row_source *source;
     void *context;
     ll_column columns[LL_COLUMNS_MAX];
@@ -128,16 +129,18 @@ static bool next_row(void *context, ll_cell *cells, ll_status *status)
     *cells++ = number(r->t_s);
     for (int i = 0; i < e->metric_count; i++)
         *cells++ = number(r->metrics[i]);
+    *cells++ = text(t->version);
     return true;
 }
 
-ll_status ll_result_table_rows(const ll_experiment *e, ll_row_source *source, void *context,
-                               ll_result_table **table)
+ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_row_source *source,
+                               void *context, ll_result_table **table)
 {
     ll_status status = make(e, source, context, table);
     if (ll_failed(&status))
         return status;
     ll_result_table *t = *table;
+    t->version = version;
     add_column(t, "run", LL_CELL_INT, false);
     add_column(t, "point", LL_CELL_INT, false);
     add_column(t, "repeat", LL_CELL_INT, false);
@@ -149,6 +152,7 @@ ll_status ll_result_table_rows(const ll_experiment *e, ll_row_source *source, vo
     add_column(t, "t_s", LL_CELL_REAL, false);
     for (int i = 0; i < e->metric_count; i++)
         add_column(t, e->metrics[i], LL_CELL_REAL, true);
+    add_column(t, "version", LL_CELL_TEXT, true);
     t->table = (ll_table){t->columns, t->column_count, next_row, t};
     return status;
 }

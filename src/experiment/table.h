@@ -37,9 +37,9 @@ typedef bool ll_row_source(void *context, ll_row *row, ll_status *status);
 typedef struct ll_result_table ll_result_table;
 
 /* run, point, repeat, seed; every fixed or varied parameter with its unit in the name; status, error, hash,
- * t_s; the metrics. */
-ll_status ll_result_table_rows(const ll_experiment *experiment, ll_row_source *source, void *context,
-                               ll_result_table **table);
+ * t_s; the metrics; version, of the laglab that made the rows, which outlives the table. */
+ll_status ll_result_table_rows(const ll_experiment *experiment, const char *version, ll_row_source *source,
+                               void *context, ll_result_table **table);
 
 /* One row per point: its parameters, `runs` that ended well, and for each metric the mean over them and the
  * half width of its 95 % interval (Student's t), NULL below two runs. */

@@ -13,6 +13,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "base/hash.h"
+
 enum { THREADS_MAX = 256, LOOK_EVERY_S = 1, RETRY_EVERY_S = 1, PATIENCE_S = 120 };
 
 /* What a thread works on. */
@@ -88,12 +90,50 @@ ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, doubl
     return status;
 }
 
+/* The same of each version: the length of the id without it. */
+static int name_experiment(const ll_experiment *experiment, int64_t from, int64_t to, const char *version,
+                           char id[LL_EXPERIMENT_ID_MAX + 1])
+{
+    int length = snprintf(id, LL_EXPERIMENT_ID_MAX + 1, "%016" PRIx64 "-%" PRId64 "-%" PRId64 "-",
+                          ll_experiment_key(experiment), from, to);
+    snprintf(id + length, (size_t)(LL_EXPERIMENT_ID_MAX + 1 - length), "%08" PRIx32,
+             (uint32_t)ll_hash(0, version, strlen(version)));
+    return length;
+}
+
+typedef struct rival {
+    char id[LL_EXPERIMENT_ID_MAX + 1]; /* ours */
+    int common;                        /* characters that a rival's id begins with */
+    char version[LL_VERSION_MAX + 1];  /* a rival's; empty: there is none */
+} rival;
+
+static void note_rival(void *context, const ll_experiment_record *record)
+{
+    rival *r = context;
+    if (strncmp(record->id, r->id, (size_t)r->common) == 0 && strcmp(record->id, r->id) != 0)
+        snprintf(r->version, sizeof r->version, "%s", record->version);
+}
+
+ll_status ll_experiment_check_version(ll_result_store *store, const ll_experiment *experiment, int64_t from,
+                                      int64_t to)
+{
+    rival r = {0};
+    r.common = name_experiment(experiment, from, to, store->version, r.id);
+    ll_status status = store->kind->list(store, note_rival, &r);
+    if (!ll_failed(&status) && r.version[0])
+        status = ll_error(
+            LL_CONFLICT,
+            "laglab %s has begun this experiment in the store; this one, %s, may give other rows: go "
+            "on with that version, or run all again with --anew",
+            r.version, store->version);
+    return status;
+}
+
 ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *experiment, int64_t from,
                                  int64_t to, double run_s, char id[LL_EXPERIMENT_ID_MAX + 1])
 {
     ll_experiment_record record = {.from = from, .to = to};
-    snprintf(record.id, sizeof record.id, "%016" PRIx64 "-%" PRId64 "-%" PRId64,
-             ll_experiment_key(experiment), from, to);
+    name_experiment(experiment, from, to, store->version, record.id);
     memcpy(id, record.id, sizeof record.id);
     char *text = ll_experiment_text(experiment);
     if (!text)
@@ -290,27 +330,34 @@ static void keep_error(ll_workers *w, const ll_status *status)
     pthread_mutex_unlock(&w->lock);
 }
 
-static void note_leased(void *context, const ll_experiment_record *record)
+typedef struct others {
+    const char *version;
+    bool at_work;
+} others;
+
+static void note_others(void *context, const ll_experiment_record *record)
 {
-    *(bool *)context |= record->state == LL_EXPERIMENT_RUNNING && record->leased > 0;
+    others *o = context;
+    o->at_work |= record->state == LL_EXPERIMENT_RUNNING && record->leased > 0 &&
+                  strcmp(record->version, o->version) == 0;
 }
 
 /* False when nothing is left, not even with other workers, whose chunks come back if they die. */
 static bool more_to_come(const ll_workers *w)
 {
-    bool leased = false;
     ll_experiment_record record;
     ll_result_store *store = w->order.store;
+    others o = {store->version, false};
     if (!w->order.drain)
         return true;
     if (!w->order.id) {
-        ll_status listed = store->kind->list(store, note_leased, &leased);
-        return leased || listed.code == LL_UNAVAILABLE;
+        ll_status listed = store->kind->list(store, note_others, &o);
+        return o.at_work || listed.code == LL_UNAVAILABLE;
     }
     ll_status status = store->kind->record(store, w->order.id, &record);
     if (!ll_failed(&status))
-        note_leased(&leased, &record);
-    return leased || status.code == LL_UNAVAILABLE;
+        note_others(&o, &record);
+    return o.at_work || status.code == LL_UNAVAILABLE;
 }
 
 static ll_status claim(ll_workers *w, ll_lease *lease)

@@ -4,10 +4,14 @@
 #include "experiment/result_store.h"
 
 /* Puts the runs from..to-1 of an experiment into a store, under an id that is the same for the same
- * specification, runs and version of laglab: registered again, it goes on where it was. `run_s`: what a run
- * takes, so that chunks are some seconds at most; 0: not known. */
+ * specification, runs and version of the store's: registered again, it goes on where it was. `run_s`: what a
+ * run takes, so that chunks are some seconds at most; 0: not known. */
 ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *experiment, int64_t from,
                                  int64_t to, double run_s, char id[LL_EXPERIMENT_ID_MAX + 1]);
+
+/* LL_CONFLICT: another version of laglab has put the same into the store; the sentence names both. */
+ll_status ll_experiment_check_version(ll_result_store *store, const ll_experiment *experiment, int64_t from,
+                                      int64_t to);
 
 /* Makes a run and tells its time on a core, s. */
 ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, double *run_s);

@@ -3,13 +3,14 @@
 #include <inttypes.h>
 #include <signal.h>
 #include <stdio.h>
+#include <string.h>
 #include <time.h>
 
 #include "experiment/arguments.h"
 #include "experiment/verbs.h"
 #include "experiment/work.h"
 
-enum { LEASE_S = 60, LEASE_MAX_S = 86400 };
+enum { LEASE_S = 60, LEASE_MAX_S = 86400, LOOKS = 100 };
 
 typedef struct worker {
     const char *store_url, *id, *jobs, *lease;
@@ -47,13 +48,27 @@ static ll_status parse(worker *w, int argc, char **argv)
     return status;
 }
 
+/* Experiments of another version, which wait for workers of theirs, are told as they come. */
+static void tell_versions(const worker *w, ll_status *told)
+{
+    ll_status status = w->id ? ll_ok() : ll_result_store_admits_all(w->store);
+    if (status.code != LL_CONFLICT || strcmp(status.text, told->text) == 0)
+        return;
+    *told = status;
+    fprintf(stderr, "laglab: %s\n", status.text);
+}
+
 /* The first signal lets the threads give back what they have, the second ends the process at once. */
-static void wait_for_end(ll_workers *workers, sigset_t *signals)
+static void wait_for_end(const worker *w, ll_workers *workers, sigset_t *signals)
 {
     const struct timespec look = {.tv_nsec = 100000000};
+    ll_status told = ll_ok();
     bool ending = false;
-    while (!ending && ll_workers_busy(workers))
+    for (int k = 0; !ending && ll_workers_busy(workers); k++) {
+        if (!w->drain && k % LOOKS == 0)
+            tell_versions(w, &told);
         ending = sigtimedwait(signals, NULL, &look) > 0;
+    }
     if (!ending)
         return;
     pthread_sigmask(SIG_UNBLOCK, signals, NULL);
@@ -79,18 +94,21 @@ static ll_status work(const worker *w)
     ll_status status = ll_workers_start(&order, &workers);
     if (ll_failed(&status))
         return status;
-    wait_for_end(workers, &signals);
+    wait_for_end(w, workers, &signals);
     printf("{\"runs\":%" PRId64 "}\n", ll_workers_runs(workers));
     return ll_workers_join(workers);
 }
 
-/* A store without that experiment, or one that some chunk has failed for good, is told. */
+/* A store without that experiment, one of another version, or one that some chunk has failed for good, is
+ * told. */
 static ll_status look(const worker *w)
 {
     ll_experiment_record record;
     if (!w->id)
         return ll_ok();
     ll_status status = w->store->kind->record(w->store, w->id, &record);
+    if (!ll_failed(&status))
+        status = ll_result_store_admits(w->store, &record);
     if (!ll_failed(&status) && record.state == LL_EXPERIMENT_FAILED)
         status = ll_error(
             LL_IO, "the experiment %s has failed: %d workers took the same chunk and did not bring it back",
@@ -111,6 +129,8 @@ int ll_verb_worker(int argc, char **argv)
         status = work(&w);
     if (!ll_failed(&status))
         status = look(&w);
+    if (!ll_failed(&status) && w.drain && !w.id) /* something is left, which it may not do */
+        status = ll_result_store_admits_all(w.store);
     ll_result_store_close(w.store);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

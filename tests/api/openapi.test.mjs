@@ -136,7 +136,7 @@ test('operations of who runs it', async () => {
   for (const line of text.trimEnd().split('\n')) {
     if (line.startsWith('# TYPE ')) names.add(line.split(' ')[2]);
     if (line.startsWith('#')) continue;
-    assert.match(line, /^laglab_[a-z0-9_]+(\{[a-z_]+="[a-zA-Z0-9_.]*"\})? -?[0-9.e+]+$/);
+    assert.match(line, /^laglab_[a-z0-9_]+(\{[a-z_]+="[a-zA-Z0-9_.+]*"\})? -?[0-9.e+]+$/);
     assert.ok(names.has(/^\w+/.exec(line)[0]), `${line} has no TYPE`);
   }
 });

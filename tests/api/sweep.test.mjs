@@ -1,7 +1,7 @@
 // Experiments on the command line: the same rows for any number of jobs, in every format, after a crash and from shards.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { spawn, spawnSync } from 'node:child_process';
+import { execFileSync, spawn, spawnSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
@@ -71,7 +71,7 @@ test('rows are the same for any number of jobs, from shards, and from standard i
 test('columns name every parameter with its unit', () => {
   const [head, first] = good(['sweep', mixed()]).split('\r\n');
   assert.equal(head, 'run,point,repeat,seed,methods.0.method,methods.0.dt_s,duration_s,methods.0.shown,title,status,error,hash,t_s,'
-    + 'methods.0.e_final,methods.0.evaluations,methods.0.energy_drift_max');
+    + 'methods.0.e_final,methods.0.evaluations,methods.0.energy_drift_max,version');
   assert.match(first, /^0,0,0,1,rk4,0.001,2,true,"commas, and ""quotes""",ok,,[0-9a-f]{16},2,/);
   const spring = write('g.json', { scenario: 'motion/free_fall', axes: [{ path: 'params.g', values: [1] }], metrics: ['methods.0.e_final'] });
   assert.match(good(['sweep', spring]), /^run,point,repeat,seed,params.g_m_per_s2,/);
@@ -158,6 +158,38 @@ test('a sweep that was killed goes on where it was, and every row is there once'
   good(['sweep', name, '--jobs', '2', '--out', 'k.csv']);
   assert.equal(readFileSync(file('k.csv'), 'utf8'), whole);
   assert.equal(existsSync(file('k.csv.runs')), false);
+});
+
+// The version that made a store's rows is altered in it, as if another laglab had been at work.
+const OTHER = '0.0.9+0123456789ab', OWN = spawnSync(BINARY, ['--version'], { encoding: 'utf8' }).stdout.trim().split(' ')[1];
+const sql = (/** @type {string} */ name, /** @type {string} */ text) => execFileSync('sqlite3', ['-cmd', '.timeout 5000', file(name), text], { encoding: 'utf8' }).trim();
+const RENAMED = ['experiment', 'chunk', 'result'].map((table) => `UPDATE ${table} SET id=substr(id,1,length(id)-8)||'00000000';`).join('');
+
+test('a sweep that another version began is not gone on with, and its rows stay', async () => {
+  const name = race(300);
+  const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'v.csv'], { cwd: folder, stdio: 'ignore' });
+  await waitFor(() => existsSync(file('v.csv.runs-wal')), 'the store', 10000);
+  await waitFor(() => Number(sql('v.csv.runs', 'SELECT count(*) FROM result')) > 0, 'rows', 10000);
+  begun.kill('SIGKILL');
+  await new Promise((resolve) => begun.once('close', resolve));
+  const rows = sql('v.csv.runs', `UPDATE experiment SET version='${OTHER}';${RENAMED}SELECT count(*) FROM result`);
+  const refused = laglab(['sweep', name, '--out', 'v.csv']);
+  assert.equal(refused.status, 2);
+  for (const words of [OTHER, OWN, '--anew']) assert.ok(refused.stderr.includes(words), refused.stderr);
+  assert.equal(existsSync(file('v.csv')), false);
+  assert.equal(sql('v.csv.runs', 'SELECT count(*) FROM result'), rows);
+  good(['sweep', name, '--out', 'v.csv', '--anew']);
+  assert.equal(readFileSync(file('v.csv'), 'utf8'), good(['sweep', name]), 'all was run again');
+});
+
+test('shards of two versions are not merged', () => {
+  const name = race();
+  for (const i of [1, 2]) good(['sweep', name, '--shard', `${i}/2`, '--out', `w${i}.csv`]);
+  writeFileSync(file('w2.csv'), readFileSync(file('w2.csv'), 'utf8').replaceAll(OWN, OTHER));
+  const refused = laglab(['merge', name, 'w1.csv', 'w2.csv', '--out', 'w.csv']);
+  assert.equal(refused.status, 2);
+  for (const words of ['w2.csv', OTHER, OWN]) assert.ok(refused.stderr.includes(words), refused.stderr);
+  assert.equal(existsSync(file('w.csv')), false);
 });
 
 test('a dry run counts and estimates, and runs nothing', () => {

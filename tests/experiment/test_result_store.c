@@ -171,6 +171,81 @@ static void the_same_again_is_a_resume(void **state)
     ll_result_store_close(s);
 }
 
+static void claim_nothing(ll_result_store *s)
+{
+    ll_lease l;
+    must(s->kind->claim(s, "x", "me", 60, &l));
+    assert_true(l.chunk < 0);
+    must(s->kind->claim(s, NULL, "me", 60, &l));
+    assert_true(l.chunk < 0);
+}
+
+static void another_version_adds_nothing(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh();
+    s->version = "9.9.9+other";
+    claim_nothing(s);
+    ll_experiment_record r = record(s);
+    assert_string_equal(r.version, ll_version);
+    ll_status status = ll_result_store_admits_all(s);
+    assert_true(status.code == LL_CONFLICT && strstr(status.text, ll_version) &&
+                strstr(status.text, "9.9.9+other") && strstr(status.text, "anew"));
+    assert_int_equal(s->kind->create(s, &ten, "{}", 4).code, LL_CONFLICT);
+    r.state = LL_EXPERIMENT_DONE;
+    must(ll_result_store_admits(s, &r));
+    s->version = ll_version;
+    ll_lease l;
+    must(s->kind->claim(s, NULL, "me", 60, &l));
+    assert_int_equal(l.chunk, 0);
+    must(ll_result_store_admits_all(s));
+    ll_result_store_close(s);
+}
+
+/* A store of the schema before, which knew no versions: what is in it stays readable, and nobody goes on. */
+static void hold_to_no_version(const char *store)
+{
+    ll_result_store *s;
+    ll_row rows[4];
+    int count;
+    must(ll_result_store_open(store, &s));
+    ll_experiment_record r = record(s);
+    assert_true(r.version[0] == '\0' && r.done == 4);
+    must(s->kind->read(s, "x", 0, rows, 4, &count));
+    assert_int_equal(count, 4);
+    claim_nothing(s);
+    ll_status status = ll_result_store_admits(s, &r);
+    assert_true(status.code == LL_CONFLICT && strstr(status.text, "no known version"));
+    ll_result_store_close(s);
+}
+
+static void do_a_chunk(ll_result_store *s)
+{
+    ll_lease l;
+    must(s->kind->claim(s, "x", "me", 60, &l));
+    hand_in(s, &l, LL_OK);
+}
+
+static void a_file_of_the_schema_before_is_brought_up(void **state)
+{
+    (void)state;
+    char path[] = "/tmp/laglab-store-XXXXXX";
+    ll_result_store *s;
+    sqlite3 *db;
+    close(mkstemp(path));
+    must(ll_result_store_open(path, &s));
+    must(s->kind->create(s, &ten, "{}", 4));
+    do_a_chunk(s);
+    ll_result_store_close(s);
+    assert_int_equal(sqlite3_open(path, &db), SQLITE_OK);
+    assert_int_equal(sqlite3_exec(db, "ALTER TABLE experiment DROP COLUMN version; PRAGMA user_version=1",
+                                  NULL, NULL, NULL),
+                     SQLITE_OK);
+    sqlite3_close(db);
+    hold_to_no_version(path);
+    unlink(path);
+}
+
 static void note_id(void *seen, const ll_experiment_record *r)
 {
     sprintf((char *)seen + strlen(seen), "%s%s ", r->id, r->owner_hash);
@@ -348,8 +423,19 @@ static void a_newer_schema_is_refused(void **state)
     ll_result_store_close(fresh());
     tell_server("sql", "UPDATE laglab.schema_version SET version=99");
     ll_status status = ll_result_store_open(url, &s);
-    tell_server("sql", "UPDATE laglab.schema_version SET version=1");
+    tell_server("sql", "UPDATE laglab.schema_version SET version=2");
     assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "99") && strstr(status.text, "newer"));
+}
+
+static void a_database_of_the_schema_before_is_brought_up(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh();
+    do_a_chunk(s);
+    ll_result_store_close(s);
+    tell_server("sql", "ALTER TABLE laglab.experiment DROP COLUMN version; "
+                       "UPDATE laglab.schema_version SET version=1");
+    hold_to_no_version(url);
 }
 
 static void a_database_that_may_not_be_written_is_told(void **state)
@@ -405,18 +491,19 @@ int main(int argc, char **argv)
         cmocka_unit_test(a_chunk_that_kills_its_workers_is_given_up),
         cmocka_unit_test(states_hold_claims_back),
         cmocka_unit_test(the_same_again_is_a_resume),
+        cmocka_unit_test(another_version_adds_nothing),
         cmocka_unit_test(experiments_are_listed_as_they_were_made),
     };
     const struct CMUnitTest of_postgres[] = {
         cmocka_unit_test(bad_servers_are_told),
         cmocka_unit_test(a_newer_schema_is_refused),
+        cmocka_unit_test(a_database_of_the_schema_before_is_brought_up),
         cmocka_unit_test(a_database_that_may_not_be_written_is_told),
         cmocka_unit_test(a_server_that_died_is_found_again),
     };
     const struct CMUnitTest others[] = {
-        cmocka_unit_test(bad_stores_are_told),
-        cmocka_unit_test(shards_share_all_runs),
-        cmocka_unit_test(engines_tell_their_index),
+        cmocka_unit_test(bad_stores_are_told),    cmocka_unit_test(a_file_of_the_schema_before_is_brought_up),
+        cmocka_unit_test(shards_share_all_runs),  cmocka_unit_test(engines_tell_their_index),
         cmocka_unit_test(intervals_are_students),
     };
     if (argc == 1)

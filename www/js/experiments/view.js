@@ -86,6 +86,7 @@ function progressPanel(r) {
     <progress max=${r.runs} .value=${r.done} aria-label="Runs done"></progress>
     <p id="progress-text"><b>${STATES[r.state] ?? r.state}</b> · ${many(r.done)} of ${many(r.runs)} runs${r.state === 'running' && r.rate_per_s > 0
       ? ` · ${r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1)} runs/s${r.left_s === null ? '' : ` · ${left(r.left_s)} left`}` : ''}</p>
+    ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
     ${!mine && !over ? html`<p class="facts">${why}</p>` : nothing}
     ${r.points > POINTS_MAX ? html`<p class="facts">${many(r.points)} points are too many to draw here: the report and the files have them.</p>` : nothing}</section>`;
 }
