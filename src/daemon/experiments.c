@@ -5,7 +5,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include <cjson/cJSON.h>
 
@@ -41,7 +40,8 @@ struct ll_experiments {
 /* How many are kept, and one that has had its time. What a sweep put into a store that is shared has no owner
  * and is not the daemon's to count or to delete. */
 typedef struct census {
-    int64_t present, made_before_s;
+    int64_t present;
+    double ttl_s;
     char expired[LL_EXPERIMENT_ID_MAX + 1]; /* empty: there is none */
 } census;
 
@@ -52,7 +52,7 @@ static void count(void *context, const ll_experiment_record *record)
     if (!record->owner_hash[0])
         return;
     c->present++;
-    if (over && record->created_s < c->made_before_s)
+    if (over && (double)record->age_s > c->ttl_s)
         snprintf(c->expired, sizeof c->expired, "%s", record->id);
 }
 
@@ -60,7 +60,7 @@ static void count(void *context, const ll_experiment_record *record)
 static ll_status expire(ll_experiments *x, int64_t *present)
 {
     for (;;) {
-        census c = {.made_before_s = (int64_t)time(NULL) - (int64_t)x->config->experiment_ttl_s};
+        census c = {.ttl_s = x->config->experiment_ttl_s};
         ll_status status = x->store->kind->list(x->store, count, &c);
         *present = c.present;
         if (ll_failed(&status) || !c.expired[0])

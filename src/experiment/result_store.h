@@ -31,9 +31,9 @@ extern const char *const ll_experiment_state_names[];
 typedef struct ll_experiment_record {
     char id[LL_EXPERIMENT_ID_MAX + 1];
     ll_experiment_state state;
-    int64_t from, to;                       /* its runs here: all, or those of a shard */
-    int64_t done, leased;                   /* runs whose rows are there; of chunks that somebody works on */
-    int64_t created_s;                      /* Unix time of the database */
+    int64_t from, to;         /* its runs here: all, or those of a shard */
+    int64_t done, leased;     /* runs whose rows are there; of chunks that somebody works on */
+    int64_t created_s, age_s; /* Unix time of the database, and how long ago that is by its clock */
     char owner_hash[LL_OWNER_HASH_MAX + 1]; /* of the key that may change it; empty: there is none */
     char version[LL_VERSION_MAX + 1];       /* of laglab; empty: one that did not tell it */
 } ll_experiment_record;

@@ -29,6 +29,8 @@ static const char schema[] =
 static const char schema_from_1[] = "ALTER TABLE experiment ADD COLUMN version text NOT NULL DEFAULT '';"
                                     "UPDATE schema_version SET version=2;";
 
+#define NOW_S "extract(epoch FROM now())::bigint"
+
 /* Of each connection. A worker that freezes between the end of its lease and the commit would keep its chunk
  * locked. */
 static const char session[] = "SET search_path TO laglab; SET idle_in_transaction_session_timeout TO '60s';"
@@ -283,7 +285,7 @@ static bool insert_experiment(postgres_store *s, const ll_experiment_record *r, 
 {
     bool good = query(s,
                       "INSERT INTO experiment(id,specification,state,first,past,created_s,owner_hash,version)"
-                      " VALUES($1,$2,0,$3,$4,extract(epoch FROM now())::bigint,$5,$6) ON CONFLICT DO NOTHING",
+                      " VALUES($1,$2,0,$3,$4," NOW_S ",$5,$6) ON CONFLICT DO NOTHING",
                       "ttiitt", r->id, text, r->from, r->to, r->owner_hash, s->base.version);
     if (!good || !changed(s))
         return good;
@@ -315,7 +317,8 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
                               .to = whole_at(s, row, 3),
                               .created_s = whole_at(s, row, 4),
                               .done = whole_at(s, row, 5),
-                              .leased = whole_at(s, row, 6)};
+                              .leased = whole_at(s, row, 6),
+                              .age_s = whole_at(s, row, 10)};
     snprintf(r.id, sizeof r.id, "%s", text_at(s, row, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", text_at(s, row, 8));
     snprintf(r.version, sizeof r.version, "%s", text_at(s, row, 9));
@@ -326,7 +329,7 @@ static ll_experiment_record read_record(const postgres_store *s, int row)
 static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, LL_STORE_RECORD "WHERE e.id=$1", "t", id), there = good && given(s) > 0;
+    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && given(s) > 0;
     if (there)
         *record = read_record(s, 0);
     return leave(s, !good ? failure(s, "Reading") : there ? ll_ok() : ll_store_unknown(id));
@@ -336,7 +339,7 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
                       void *context)
 {
     postgres_store *s = enter(store);
-    bool good = query(s, LL_STORE_RECORD "ORDER BY e.number", "");
+    bool good = query(s, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
     for (int i = 0; good && i < given(s); i++) {
         ll_experiment_record record = read_record(s, i);
         each(context, &record);

@@ -28,6 +28,7 @@ static const char schema_from_1[] =
     "ALTER TABLE experiment ADD COLUMN version TEXT NOT NULL DEFAULT ''; PRAGMA user_version=2;";
 
 #define NOW "((julianday('now') - 2440587.5) * 86400.0)"
+#define NOW_S "CAST(" NOW " AS INTEGER)"
 
 typedef struct sqlite_store {
     ll_result_store base;
@@ -225,7 +226,7 @@ static ll_status create(ll_result_store *store, const ll_experiment_record *r, c
         return leave(s, same ? ll_ok() : ll_store_taken(s->path, r->id));
     bool good = result == SQLITE_DONE && begin(s);
     good = good && done(query(s,
-                              "INSERT INTO experiment VALUES(?1,?2,0,?3,?4,CAST(" NOW " AS INTEGER),"
+                              "INSERT INTO experiment VALUES(?1,?2,0,?3,?4," NOW_S ","
                               "(SELECT coalesce(max(number),0)+1 FROM experiment),?5,?6)",
                               "ttiitt", r->id, text, r->from, r->to, r->owner_hash, store->version));
     for (int64_t k = 0, at = r->from; good && at < r->to; k++, at += chunk)
@@ -241,7 +242,8 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
                               .to = sqlite3_column_int64(q, 3),
                               .created_s = sqlite3_column_int64(q, 4),
                               .done = sqlite3_column_int64(q, 5),
-                              .leased = sqlite3_column_int64(q, 6)};
+                              .leased = sqlite3_column_int64(q, 6),
+                              .age_s = sqlite3_column_int64(q, 10)};
     snprintf(r.id, sizeof r.id, "%s", (const char *)sqlite3_column_text(q, 0));
     snprintf(r.owner_hash, sizeof r.owner_hash, "%s", (const char *)sqlite3_column_text(q, 8));
     snprintf(r.version, sizeof r.version, "%s", (const char *)sqlite3_column_text(q, 9));
@@ -252,7 +254,7 @@ static ll_experiment_record read_record(sqlite3_stmt *q)
 static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
 {
     sqlite_store *s = enter(store);
-    sqlite3_stmt *q = query(s, LL_STORE_RECORD "WHERE e.id=?1", "t", id);
+    sqlite3_stmt *q = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=?1", "t", id);
     int result = q ? sqlite3_step(q) : SQLITE_ERROR;
     if (result == SQLITE_ROW)
         *record = read_record(q);
@@ -266,7 +268,7 @@ static ll_status list(ll_result_store *store, void (*each)(void *context, const 
                       void *context)
 {
     sqlite_store *s = enter(store);
-    sqlite3_stmt *q = query(s, LL_STORE_RECORD "ORDER BY e.number", "");
+    sqlite3_stmt *q = query(s, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
     int result = SQLITE_ERROR;
     while (q && (result = sqlite3_step(q)) == SQLITE_ROW) {
         ll_experiment_record record = read_record(q);

@@ -146,6 +146,31 @@ test('a daemon on the same store tells that the server is away, and goes on when
   assert.equal(rows.text, readFileSync(file('few.csv'), 'utf8'));
 });
 
+// Sixty days ahead; the store's server is not.
+const FAKETIME = `/usr/lib/${process.arch === 'arm64' ? 'aarch64' : 'x86_64'}-linux-gnu/faketime/libfaketimeMT.so.1`;
+const AHEAD = ['env', `LD_PRELOAD=${FAKETIME}`, 'FAKETIME=+60d', 'FAKETIME_DONT_FAKE_MONOTONIC=1'];
+
+test('experiments expire by the clock of the database, not of the daemon', { skip: skip || (!existsSync(FAKETIME) && 'libfaketime is not installed') }, async (t) => {
+  const daemon = await startDaemon({ args: ['--store', url, '--threads', '1'] });
+  const c = client(daemon.url);
+  const made = (await c.call('POST', '/api/v1/experiments', { body: JSON.parse(readFileSync(file(orbits('old.json', 10)), 'utf8')) })).json;
+  await waitFor(async () => (await c.get(made.links.self)).json.state === 'done', 'the rows', 20000);
+  c.close();
+  await daemon.stop();
+  const status = async () => {
+    const ahead = await startDaemon({ before: AHEAD, args: ['--store', url] });
+    t.after(() => ahead.stop());
+    const a = client(ahead.url);
+    const { status: code, headers } = await a.get(made.links.self);
+    assert.ok(Date.parse(headers.date) > Date.now() + 50 * 86400e3, 'its clock is ahead');
+    a.close();
+    return code;
+  };
+  assert.equal(await status(), 200);
+  postgres('sql', "UPDATE laglab.experiment SET created_s = created_s - 31 * 86400");
+  assert.equal(await status(), 404);
+});
+
 test('a store that is full or read-only is told, and what was done is not lost', { skip: process.getuid() !== 0 && 'mounting needs root' }, (t) => {
   const disk = file('disk'), on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
   mkdirSync(disk);

@@ -246,6 +246,15 @@ static void a_file_of_the_schema_before_is_brought_up(void **state)
     unlink(path);
 }
 
+static void an_age_is_by_the_clock_of_the_store(void **state)
+{
+    (void)state;
+    ll_result_store *s = fresh();
+    ll_experiment_record r = record(s);
+    assert_true(r.age_s >= 0 && r.age_s < 60);
+    ll_result_store_close(s);
+}
+
 static void note_id(void *seen, const ll_experiment_record *r)
 {
     sprintf((char *)seen + strlen(seen), "%s%s ", r->id, r->owner_hash);
@@ -492,6 +501,7 @@ int main(int argc, char **argv)
         cmocka_unit_test(states_hold_claims_back),
         cmocka_unit_test(the_same_again_is_a_resume),
         cmocka_unit_test(another_version_adds_nothing),
+        cmocka_unit_test(an_age_is_by_the_clock_of_the_store),
         cmocka_unit_test(experiments_are_listed_as_they_were_made),
     };
     const struct CMUnitTest of_postgres[] = {
