@@ -77,7 +77,7 @@ static ll_status expire(ll_experiments *x, int64_t *present)
 
 static ll_status start_workers(ll_experiments *x)
 {
-    bool shared = x->config->store[0] != '\0';
+    bool shared = ll_result_store_url(x->config->store) != NULL;
     ll_workers_order order = {.store = x->store,
                               .threads = (int)x->config->threads,
                               .nice = LOWEST_NICE,
@@ -102,12 +102,10 @@ ll_status ll_experiments_open(const char *folder, const ll_host_config *config, 
         return ll_error(LL_NO_MEMORY, "There is no memory for experiments.");
     x->config = config;
     pthread_mutex_init(&x->lock, NULL);
-    if (config->store[0])
-        snprintf(url, sizeof url, "%s", config->store);
-    else
-        snprintf(url, sizeof url, folder ? "sqlite:%s/experiments.db" : "sqlite::memory:", folder);
+    const char *shared = ll_result_store_url(config->store);
+    snprintf(url, sizeof url, folder ? "sqlite:%s/experiments.db" : "sqlite::memory:", folder);
     int64_t present;
-    ll_status status = ll_result_store_open(url, &x->store);
+    ll_status status = ll_result_store_open(shared ? shared : url, &x->store);
     if (!ll_failed(&status))
         status = expire(x, &present);
     if (!ll_failed(&status))

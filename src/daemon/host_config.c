@@ -10,7 +10,7 @@ static const ll_param rows[] = {
     {ROW(store, LL_PARAM_TEXT), .max = 511,
      .help =
          "Where experiments are kept: sqlite:FILE or postgresql://USER@HOST/DATABASE, which `laglab worker` "
-         "may share. Empty: the folder of --data."},
+         "may share. Empty: $LAGLAB_STORE, or the folder of --data."},
     {ROW(scenarios, LL_PARAM_TEXT), .max = 511,
      .help = "Folder of the scenarios; empty: `scenarios` beside the program."},
     {ROW(api, LL_PARAM_TEXT), .max = 511,

@@ -51,6 +51,13 @@ ll_status ll_result_store_open(const char *url, ll_result_store **store)
     return status;
 }
 
+const char *ll_result_store_url(const char *url)
+{
+    if (!url || url[0] == '\0')
+        url = getenv("LAGLAB_STORE");
+    return url && url[0] ? url : NULL;
+}
+
 void ll_result_store_close(ll_result_store *store)
 {
     if (store)

@@ -91,6 +91,10 @@ extern const ll_result_store_kind ll_result_store_postgres; /* only where libpq 
  * Errors of any call never tell a password. LL_UNAVAILABLE from any call: the server does not answer; what
  * was asked may have been done or not, and can be asked for again. */
 ll_status ll_result_store_open(const char *url, ll_result_store **store);
+
+/* `url`, or where that is NULL or empty what LAGLAB_STORE in the environment says, which the list of
+ * processes does not show; NULL where neither is. */
+const char *ll_result_store_url(const char *url);
 void ll_result_store_close(ll_result_store *store);
 
 /* LL_CONFLICT: an experiment that is not over is of another version than the store's; the sentence names

@@ -17,7 +17,7 @@ enum { WORKERS_MAX = 100000 };
 
 typedef struct job {
     char program[PATH_MAX];
-    const char *store_url;
+    const char *store_url; /* NULL: tasks have it from their environment, as Slurm hands it on */
     char id[LL_EXPERIMENT_ID_MAX + 1];
     int64_t workers, threads;
 } job;
@@ -40,8 +40,11 @@ static void write_slurm(FILE *file, const job *j)
     fprintf(file, "#SBATCH --ntasks=1\n#SBATCH --cpus-per-task=%" PRId64 "\n#SBATCH --requeue\n", j->threads);
     fputs("exec ", file);
     write_word(file, j->program);
-    fputs(" worker --store ", file);
-    write_word(file, j->store_url);
+    fputs(" worker", file);
+    if (j->store_url) {
+        fputs(" --store ", file);
+        write_word(file, j->store_url);
+    }
     fprintf(file, " --experiment %s --drain --jobs %" PRId64 "\n", j->id, j->threads);
 }
 
@@ -99,7 +102,8 @@ static ll_status parse(submit *s, int argc, char **argv)
         {"-n", "N", "Workers; otherwise 1.", .value = &s->workers},
         {"--jobs", "N", "Threads, and cores, of each; otherwise 1.", .value = &s->jobs},
         {"--store", "URL",
-         "Where workers on all machines find the experiment: postgresql://USER@HOST/DATABASE.",
+         "Where workers on all machines find the experiment: postgresql://USER@HOST/DATABASE; otherwise "
+         "$LAGLAB_STORE, which is not in the script.",
          .value = &s->job.store_url},
         {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
          .value = &s->scenarios},
@@ -111,15 +115,15 @@ static ll_status parse(submit *s, int argc, char **argv)
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     s->job.workers = s->job.threads = 1;
-    ll_status status =
-        ll_arguments("submit EXPERIMENT --engine NAME --store URL [OPTION]...: start workers on a cluster",
-                     argc, argv, options, positional, &count);
+    ll_status status = ll_arguments("submit EXPERIMENT --engine NAME [OPTION]...: start workers on a cluster",
+                                    argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
     if (!ll_failed(&status))
         status = find_engine(s->engine_name, &s->engine);
-    if (!ll_failed(&status) && !s->job.store_url)
-        status = ll_error(LL_BAD_INPUT, "--store URL must be given: workers on other machines meet there");
+    if (!ll_failed(&status) && !ll_result_store_url(s->job.store_url))
+        status = ll_error(LL_BAD_INPUT,
+                          "--store URL or LAGLAB_STORE must be given: workers on other machines meet there");
     if (!ll_failed(&status) && s->workers)
         status = ll_argument_whole("-n", s->workers, 1, WORKERS_MAX, &s->job.workers);
     if (!ll_failed(&status) && s->jobs)
@@ -144,7 +148,7 @@ static ll_status put_into_store(submit *s)
     double run_s;
     ll_status status = ll_experiment_load(s->experiment, s->scenarios, &experiment);
     if (!ll_failed(&status))
-        status = ll_result_store_open(s->job.store_url, &store);
+        status = ll_result_store_open(ll_result_store_url(s->job.store_url), &store);
     if (!ll_failed(&status) && !s->anew)
         status = ll_experiment_check_version(store, experiment, 0, experiment->runs);
     if (!ll_failed(&status))

@@ -248,7 +248,9 @@ static ll_status prepare(sweep *s, int argc, char **argv)
         {"--report", "FILE.html", "A page with the plots and their tables.", .value = &s->report},
         {"--traces", "DIR", "A CSV of each run over its time.", .value = &s->traces},
         {"--store", "URL",
-         "Where rows are kept, that workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE.",
+         "Where rows are kept, that workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE; "
+         "otherwise "
+         "$LAGLAB_STORE.",
          .value = &s->store_url},
         {"--shard", "I/N", "Only this part of the runs, or auto: as the batch system's array index tells.",
          .value = &s->shard},
@@ -266,6 +268,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
                      argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    s->store_url = ll_result_store_url(s->store_url);
     if (!ll_failed(&status) && s->jobs)
         status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
     if (!ll_failed(&status))

@@ -22,7 +22,9 @@ typedef struct worker {
 static ll_status parse(worker *w, int argc, char **argv)
 {
     const ll_option options[] = {
-        {"--store", "URL", "Where the experiments are: sqlite:FILE, or postgresql://USER@HOST/DATABASE.",
+        {"--store", "URL",
+         "Where the experiments are: sqlite:FILE, or postgresql://USER@HOST/DATABASE; otherwise "
+         "$LAGLAB_STORE.",
          .value = &w->store_url},
         {"--experiment", "ID", "Only this one; otherwise all that are running.", .value = &w->id},
         {"--drain", .help = "End when nothing is left to do; otherwise wait for more.", .flag = &w->drain},
@@ -34,13 +36,16 @@ static ll_status parse(worker *w, int argc, char **argv)
     int count;
     w->threads = ll_cores();
     w->lease_s = LEASE_S;
-    ll_status status = ll_arguments("worker --store URL [OPTION]...: work on the experiments of a store, "
+    ll_status status = ll_arguments("worker [OPTION]...: work on the experiments of a store, "
                                     "beside workers on other machines",
                                     argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 0)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[0]);
+    w->store_url = ll_result_store_url(w->store_url);
     if (!ll_failed(&status) && !w->store_url)
-        status = ll_error(LL_BAD_INPUT, "a worker needs --store URL: where the experiments are");
+        status = ll_error(
+            LL_BAD_INPUT,
+            "a worker needs --store URL, or LAGLAB_STORE in its environment: where the experiments are");
     if (!ll_failed(&status) && w->jobs)
         status = ll_argument_whole("--jobs", w->jobs, 1, 256, &w->threads);
     if (!ll_failed(&status) && w->lease)

@@ -90,6 +90,25 @@ test('an experiment of another version is left alone by workers and by a daemon,
   assert.ok((await c.get(made.links.results)).text.split('\r\n').slice(1, -1).every((row) => row.endsWith(`,${other}`)));
 });
 
+test('LAGLAB_STORE in the environment is a store that the list of processes does not show', async () => {
+  writeFileSync(path.join(folder, 'hidden.json'), JSON.stringify({ ...race, repeats: 10 }));
+  const env = { ...process.env, LAGLAB_STORE: 'sqlite:hidden.db' }, with_store = (/** @type {string[]} */ ...args) => {
+    const result = spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 60000, env });
+    assert.equal(result.status, 0, result.stderr);
+    return result.stdout;
+  };
+  const script = with_store('submit', 'hidden.json', '--engine', 'slurm', '--print');
+  assert.doesNotMatch(script, /hidden\.db/);
+  assert.deepEqual(JSON.parse(with_store('worker', '--drain')), { runs: 30 });
+  const rows = with_store('sweep', 'hidden.json', '--jobs', '0');
+  assert.equal(rows, laglab('sweep', 'hidden.json').stdout);
+  const daemon = await startDaemon({ before: ['env', `LAGLAB_STORE=sqlite:${path.join(folder, 'hidden.db')}`] }), c = client(daemon.url);
+  const made = (await c.call('POST', '/api/v1/experiments', { body: { ...race, repeats: 1 } })).json;
+  c.close();
+  await daemon.stop();
+  assert.equal(execFileSync('sqlite3', [path.join(folder, 'hidden.db'), `SELECT count(*) FROM experiment WHERE id='${made.id}'`], { encoding: 'utf8' }), '1\n');
+});
+
 test('what a worker cannot do is a sentence', () => {
   const cases = /** @type {[string[], number, string][]} */ ([
     [[], 2, '--store'], [['--store', 's.db', '--jobs', '0'], 2, '--jobs'], [['--store', 's.db', '--lease-s', '0'], 2, '--lease-s'],

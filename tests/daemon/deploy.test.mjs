@@ -79,6 +79,7 @@ function podProblems(workload) {
     for (const [, variable] of container.args.join(' ').matchAll(/\$\((\w+)\)/g)) say(environment.includes(variable), `$(${variable}) is not set`);
     const [verb, ...rest] = container.args, help = spawnSync(BINARY, [verb, '--help'], { encoding: 'utf8' });
     say(help.status === 0, `laglab ${verb}`);
+    say(verb !== 'worker' || rest.includes('--store') || environment.includes('LAGLAB_STORE'), 'a worker without a store');
     for (const option of rest.filter((/** @type {string} */ word) => word.startsWith('--')))
       say(help.stdout.includes(`${option} `) || help.stdout.includes(`${option}\n`), `laglab ${verb} ${option}`);
     for (const one of container.env ?? []) {
@@ -153,7 +154,8 @@ test('mistakes in them are found', () => {
     ['capabilities', (o) => { o.Job.spec.template.spec.containers[0].securityContext.capabilities.drop = []; }],
     ['laglab serve --lisen', (o) => { o.StatefulSet.spec.template.spec.containers[0].args[1] = '--lisen'; }],
     ['laglab work', (o) => { o.Job.spec.template.spec.containers[0].args[0] = 'work'; }],
-    ['$(LAGLAB_STORE) is not set', (o) => { o.Job.spec.template.spec.containers[0].env = []; }],
+    ['a worker without a store', (o) => { o.Job.spec.template.spec.containers[0].env = []; }],
+    ['$(WORKERS) is not set', (o) => { o.Job.spec.template.spec.containers[0].args.push('--jobs', '$(WORKERS)'); }],
     ['secret laglab with url', (o) => { o.Job.spec.template.spec.containers[0].env[0].valueFrom.secretKeyRef.name = 'laglab'; }],
     ['indexed job', (o) => { o.Job.spec.completionMode = 'NonIndexed'; }],
     ['needs restartPolicy Never', (o) => { o.Job.spec.template.spec.restartPolicy = 'OnFailure'; }],
