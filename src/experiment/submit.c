@@ -19,7 +19,7 @@ typedef struct job {
     char program[PATH_MAX];
     const char *store_url; /* NULL: tasks have it from their environment, as Slurm hands it on */
     char id[LL_EXPERIMENT_ID_MAX + 1];
-    int64_t workers, threads;
+    int64_t workers, threads, lease_s;
 } job;
 
 /* ---- engines ---- */
@@ -45,7 +45,10 @@ static void write_slurm(FILE *file, const job *j)
         fputs(" --store ", file);
         write_word(file, j->store_url);
     }
-    fprintf(file, " --experiment %s --drain --jobs %" PRId64 "\n", j->id, j->threads);
+    fprintf(file, " --experiment %s --drain --jobs %" PRId64, j->id, j->threads);
+    if (j->lease_s > 0)
+        fprintf(file, " --lease-s %" PRId64, j->lease_s);
+    fputc('\n', file);
 }
 
 typedef struct engine {
@@ -89,7 +92,7 @@ static ll_status hand_over(const engine *e, const job *j)
 /* ---- the verb ---- */
 
 typedef struct submit {
-    const char *engine_name, *workers, *jobs, *scenarios, *experiment;
+    const char *engine_name, *workers, *jobs, *lease, *scenarios, *experiment;
     bool print, anew;
     const engine *engine;
     job job;
@@ -101,6 +104,7 @@ static ll_status parse(submit *s, int argc, char **argv)
         {"--engine", "NAME", "What starts the workers: slurm.", .value = &s->engine_name},
         {"-n", "N", "Workers; otherwise 1.", .value = &s->workers},
         {"--jobs", "N", "Threads, and cores, of each; otherwise 1.", .value = &s->jobs},
+        {"--lease-s", "N", "Passed on to the workers.", .value = &s->lease},
         {"--store", "URL",
          "Where workers on all machines find the experiment: postgresql://USER@HOST/DATABASE; otherwise "
          "$LAGLAB_STORE, which is not in the script.",
@@ -128,6 +132,8 @@ static ll_status parse(submit *s, int argc, char **argv)
         status = ll_argument_whole("-n", s->workers, 1, WORKERS_MAX, &s->job.workers);
     if (!ll_failed(&status) && s->jobs)
         status = ll_argument_whole("--jobs", s->jobs, 1, 256, &s->job.threads);
+    if (!ll_failed(&status) && s->lease)
+        status = ll_argument_whole("--lease-s", s->lease, 1, LL_LEASE_MAX_S, &s->job.lease_s);
     s->experiment = count > 0 ? positional[0] : NULL;
     return status;
 }

@@ -18,6 +18,8 @@ ll_status ll_experiment_time(const ll_experiment *experiment, int64_t run, doubl
 
 typedef struct ll_workers ll_workers;
 
+enum { LL_LEASE_MAX_S = 86400 };
+
 typedef struct ll_workers_order {
     ll_result_store *store;
     const char *id; /* of one experiment; NULL: of all that are running */

@@ -10,7 +10,7 @@
 #include "experiment/verbs.h"
 #include "experiment/work.h"
 
-enum { LEASE_S = 60, LEASE_MAX_S = 86400, LOOKS = 100 };
+enum { LEASE_S = 60, LOOKS = 100 };
 
 typedef struct worker {
     const char *store_url, *id, *jobs, *lease;
@@ -49,7 +49,7 @@ static ll_status parse(worker *w, int argc, char **argv)
     if (!ll_failed(&status) && w->jobs)
         status = ll_argument_whole("--jobs", w->jobs, 1, 256, &w->threads);
     if (!ll_failed(&status) && w->lease)
-        status = ll_argument_whole("--lease-s", w->lease, 1, LEASE_MAX_S, &w->lease_s);
+        status = ll_argument_whole("--lease-s", w->lease, 1, LL_LEASE_MAX_S, &w->lease_s);
     return status;
 }
 

@@ -10,9 +10,10 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
+import { RUNS } from '../lib/runs.mjs';
 
 const SCRIPT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../support/postgres');
-const RUNS = 15000, LEASE_S = 2;
+const LEASE_S = 2;
 
 const made = spawnSync(SCRIPT, ['make'], { encoding: 'utf8' });
 const skip = made.status === 77 && made.stderr.trim();

@@ -1,4 +1,4 @@
-// Workers under a real Slurm, one of them requeued while it works: the rows are those of a sweep that nobody disturbed. The store is
+// Workers under a real Slurm, one of them requeued and one killed while it works: the rows are those of a sweep that nobody disturbed. The store is
 // PostgreSQL's, as on a cluster; where that is not installed, a file of SQLite's, which workers of one machine may share.
 import assert from 'node:assert/strict';
 import { execFile, execFileSync, spawnSync } from 'node:child_process';
@@ -9,12 +9,13 @@ import test from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 import { BINARY } from '../lib/daemon.mjs';
+import { RUNS } from '../lib/runs.mjs';
 import { noSlurm, startSlurm } from '../lib/slurm.mjs';
 
 const POSTGRES = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../support/postgres');
-const run = promisify(execFile), NODES = 3, RUNS = 1200;
+const run = promisify(execFile), NODES = 3, REPEATS = 30;
 const EXPERIMENT = {
-  scenario: 'race', set: { duration_s: 60 }, axes: [{ path: 'players.0.lag_ms', from: 0, to: 290, count: RUNS / 30 }], repeats: 30,
+  scenario: 'race', set: { duration_s: 8 }, axes: [{ path: 'players.0.lag_ms', from: 0, to: 290, count: RUNS / REPEATS }], repeats: REPEATS,
   metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
 };
 
@@ -29,7 +30,7 @@ function startStore(t, folder) {
   return execFileSync(POSTGRES, ['start', server], { encoding: 'utf8' }).trim();
 }
 
-test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued meanwhile: every row once, and as in an undisturbed sweep`,
+test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued and one killed meanwhile: every row once, and as in an undisturbed sweep`,
   { skip: noSlurm() || false }, async (t) => {
     const folder = mkdtempSync(path.join(tmpdir(), 'laglab-slurm-'));
     const file = (/** @type {string} */ name) => path.join(folder, name);
@@ -42,7 +43,7 @@ test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued meanwhile: ever
     const laglab = async (/** @type {string[]} */ ...args) => (await run(BINARY, args, { env: slurm.env, cwd: folder })).stdout;
 
     const store = ['--store', startStore(t, folder)];
-    const submit = ['submit', 'experiment.json', '--engine', 'slurm', '-n', String(NODES), ...store];
+    const submit = ['submit', 'experiment.json', '--engine', 'slurm', '-n', String(NODES), '--lease-s', '2', ...store];
     const script = await laglab(...submit, '--print');
     assert.match(script, /^#!\/bin\/sh\n#SBATCH/);
     assert.equal(await slurm.ask('squeue', '-h'), '', '--print submits nothing');
@@ -53,9 +54,11 @@ test(`${RUNS} runs by ${NODES} workers under Slurm, one requeued meanwhile: ever
     await slurm.until(`${NODES} tasks at work`, async () => (await working()).length === NODES);
     await new Promise((resolve) => setTimeout(resolve, 1000)); // each has its first chunks
     await slurm.ask('scontrol', 'requeue', `${job}_2`);
+    await slurm.ask('scancel', '--signal=KILL', '--full', `${job}_3`);
     // With no threads of its own a sweep waits for the others.
     await laglab('sweep', 'experiment.json', ...store, '--jobs', '0', '--out', 'slurm.csv');
     assert.match(await slurm.ask('scontrol', 'show', 'job', `${job}_2`), /Restarts=1/, 'it was at work when it was requeued');
+    assert.match(await slurm.ask('scontrol', 'show', 'job', `${job}_3`), /JobState=(FAILED|CANCELLED)/, 'it was at work when it was killed');
 
     await laglab('sweep', 'experiment.json', '--jobs', '2', '--out', 'alone.csv');
     const alone = readFileSync(file('alone.csv'), 'utf8');
