@@ -12,6 +12,8 @@
 #include "daemon/hosted.h"
 #include "daemon/log.h"
 
+static const double mebi = 1 << 20;
+
 ll_time ll_host_now(void)
 {
     struct timespec now;
@@ -58,6 +60,7 @@ void ll_hosted_release(ll_hosted *hosted)
     ll_viewers_forget(hosted);
     if (hosted->session)
         ll_session_destroy(hosted->session);
+    atomic_fetch_sub(&hosted->host->memory, hosted->memory);
     pthread_mutex_destroy(&hosted->lock);
     pthread_mutex_destroy(&hosted->inbox_lock);
     free(hosted);
@@ -99,11 +102,33 @@ void ll_hosted_on_line(void *context, const char *line, size_t length)
     hosted->ticket = ll_store_line(hosted->host->store, hosted->stored.number, hosted->lines++, line, length);
 }
 
+static void count_memory(ll_hosted *hosted, int64_t bytes)
+{
+    atomic_fetch_add(&hosted->host->memory, bytes - hosted->memory);
+    hosted->memory = bytes;
+}
+
 void ll_hosted_note(ll_hosted *hosted)
 {
     ll_session_info info = ll_session_get_info(hosted->session);
     atomic_store(&hosted->status, (int)info.status);
     atomic_store(&hosted->parked, info.parked);
+    count_memory(hosted, (int64_t)(info.parked ? info.bytes : info.awake_bytes));
+}
+
+ll_status ll_hosted_fits(ll_hosted *hosted)
+{
+    ll_host *host = hosted->host;
+    int64_t others = atomic_load(&host->memory) - hosted->memory;
+    int64_t wanted = (int64_t)ll_session_get_info(hosted->session).awake_bytes;
+    if (others + wanted <= host->memory_max)
+        return ll_ok();
+    atomic_fetch_add(&host->refused_memory, 1);
+    return ll_error(
+        LL_NO_MEMORY,
+        "This session needs up to %.1f MiB; sessions that are awake need %.1f of the %.1f MiB that "
+        "there are for all.",
+        (double)wanted / mebi, (double)others / mebi, (double)host->memory_max / mebi);
 }
 
 void ll_hosted_save(ll_hosted *hosted)
@@ -219,14 +244,21 @@ ll_status ll_hosted_enter(ll_hosted *hosted, ll_session **session, bool *was_par
 {
     atomic_store(&hosted->touched, ll_host_now());
     pthread_mutex_lock(&hosted->lock);
+    bool parked = hosted->session && ll_session_get_info(hosted->session).parked, loaded = !hosted->session;
     ll_status status =
         hosted->deleted ? ll_error(LL_NOT_FOUND, "There is no such session.") : ll_hosted_load(hosted);
+    if (!ll_failed(&status) && (parked || loaded))
+        status = ll_hosted_fits(hosted);
     if (ll_failed(&status)) {
+        if (hosted->session && loaded)
+            ll_session_park(hosted->session);
+        if (hosted->session)
+            ll_hosted_note(hosted);
         pthread_mutex_unlock(&hosted->lock);
         return status;
     }
     if (was_parked)
-        *was_parked = ll_session_get_info(hosted->session).parked;
+        *was_parked = parked;
     while (ll_hosted_advance(hosted, ll_host_now(), 2) > 0) {
         pthread_mutex_unlock(&hosted->lock); /* a worker or another request may want it between two chunks */
         pthread_mutex_lock(&hosted->lock);
@@ -310,6 +342,7 @@ bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket)
         if (hosted->session)
             ll_session_destroy(hosted->session);
         hosted->session = NULL;
+        count_memory(hosted, 0);
         atomic_store(&hosted->status, -1);
         *ticket = ll_store_delete(host->store, hosted->stored.number);
         ll_ws_stream_close(hosted->stream, LL_WS_NO_SESSION, "the session was deleted");

@@ -30,6 +30,7 @@ typedef struct ll_host_config {
     char api[512];       /* folder of openapi.yaml and asyncapi.yaml */
     int64_t threads;     /* that step sessions; 0: one per core */
     int64_t max_sessions;
+    int64_t max_memory_mib;          /* 0: three quarters of the machine's */
     double max_new_sessions_per_min; /* by one address */
     double max_code_lookups_per_min; /* by one address */
     double max_commands_per_s;       /* to one session; twice that in a burst */
@@ -53,6 +54,8 @@ typedef struct ll_host_stats {
     uint64_t created, deleted, expired, ticks, frames; /* since the start; frames published */
     uint64_t commands, inputs;
     uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
+    uint64_t refused_memory;
+    int64_t memory, memory_max; /* bytes: of those in memory, and of all that may be */
 } ll_host_stats;
 
 /* Registers the stored sessions. `store` may be NULL (in memory only) and is not owned. */

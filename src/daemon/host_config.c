@@ -19,6 +19,9 @@ static const ll_param rows[] = {
      .help = "Threads that step sessions; 0 is one per core."},
     {ROW(max_sessions, LL_PARAM_INT), .min = 1, .max = 1000000, .standard = 2000,
      .help = "Sessions in total."},
+    {ROW(max_memory_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 0, .unit = "MiB",
+     .help = "Memory of all sessions that are awake, with the states that they keep; 0 is three quarters of "
+             "the machine's or the container's."},
     {ROW(max_new_sessions_per_min, LL_PARAM_REAL), .min = 1, .max = 1e6, .standard = 120, .unit = "1/min",
      .help = "Sessions that one address may make, sustained; as many at once."},
     {ROW(max_code_lookups_per_min, LL_PARAM_REAL), .min = 1, .max = 1e6, .standard = 60, .unit = "1/min",

@@ -60,6 +60,7 @@ struct ll_hosted {
     bool deleted, restoring;
     bool rewound; /* the log was cut or begun anew since the row was queued */
     int64_t lines;
+    int64_t memory;  /* its share of the host's */
     uint64_t ticket; /* of the last queued line or row */
     ll_time wall, saved_wall, published_wall;
     double tick_ns; /* running mean cost */
@@ -125,6 +126,9 @@ struct ll_host {
 
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
     _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
+    _Atomic uint64_t refused_memory;
+    _Atomic int64_t memory; /* that awake sessions may come to hold */
+    int64_t memory_max;
 };
 
 /* ---- host.c ---- */
@@ -138,7 +142,9 @@ void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll
 void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
 ll_status ll_host_storable(ll_host *host);                              /* LL_IO while the store fails */
 ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */
-void ll_hosted_note(ll_hosted *hosted); /* status for the statistics; locked */
+void ll_hosted_note(ll_hosted *hosted); /* status and memory for the statistics; locked */
+/* LL_NO_MEMORY when the other sessions leave too little for this one awake. Locked. */
+ll_status ll_hosted_fits(ll_hosted *hosted);
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
 

@@ -119,6 +119,8 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
     pthread_mutex_lock(&hosted->lock);
     status = make_session(hosted, order, made);
     if (!ll_failed(&status))
+        status = ll_hosted_fits(hosted);
+    if (!ll_failed(&status))
         status = enrol(host, hosted, made);
     if (ll_failed(&status) && hosted->lines > 0)
         ll_store_delete(host->store, hosted->stored.number);

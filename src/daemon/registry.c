@@ -1,4 +1,6 @@
 /* All sessions of a host by id and by code, from start to stop. */
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
@@ -183,6 +185,18 @@ static void add_stored(void *context, const ll_stored *stored)
     ll_hosted_release(hosted);
 }
 
+/* What the machine has, or the container when that is less. */
+static int64_t all_memory(void)
+{
+    int64_t bytes = (int64_t)sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE), most;
+    FILE *f = fopen("/sys/fs/cgroup/memory.max", "r");
+    if (f && fscanf(f, "%" SCNd64, &most) == 1 && most < bytes) /* it says `max` where there is no limit */
+        bytes = most;
+    if (f)
+        fclose(f);
+    return bytes;
+}
+
 ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host **result)
 {
     *result = NULL;
@@ -202,6 +216,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host 
     pthread_condattr_destroy(&monotonic);
     long cores = sysconf(_SC_NPROCESSORS_ONLN);
     host->worker_count = config->threads > 0 ? (int)config->threads : cores > 0 ? (int)cores : 1;
+    host->memory_max = config->max_memory_mib > 0 ? config->max_memory_mib << 20 : all_memory() / 4 * 3;
     host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
     for (int i = 0; host->workers && i < host->worker_count; i++)
         ll_worker_init(host, &host->workers[i], i);
@@ -341,6 +356,9 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .refused_lookups = atomic_load(&host->refused_lookups),
         .refused_commands = atomic_load(&host->refused_commands),
         .refused_store = atomic_load(&host->refused_store),
+        .refused_memory = atomic_load(&host->refused_memory),
+        .memory = atomic_load(&host->memory),
+        .memory_max = host->memory_max,
     };
     pthread_mutex_lock(&host->lock);
     stats.sessions = host->sessions;

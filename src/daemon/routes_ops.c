@@ -64,6 +64,9 @@ static void write_sessions(ll_http_response *r, const ll_host_stats *s)
     labelled(r, "sessions_by_status", "status", "failed", (uint64_t)s->failed);
     labelled(r, "sessions_by_status", "status", "unloaded", (uint64_t)s->unloaded);
     gauge(r, "sessions_parked", (double)s->parked, "Sessions that nobody looks at.");
+    gauge(r, "sessions_memory_bytes", (double)s->memory,
+          "Memory that the sessions in memory may come to hold.");
+    gauge(r, "sessions_memory_max_bytes", (double)s->memory_max, "Most that they may; more are refused.");
     counter(r, "sessions_created_total", s->created, "Sessions made, forks included.");
     counter(r, "sessions_deleted_total", s->deleted, "Sessions deleted, expired ones included.");
     counter(r, "sessions_expired_total", s->expired, "Sessions deleted because nobody asked for them.");
@@ -81,6 +84,7 @@ static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_
     labelled(r, "refused_total", "limit", "code_lookups_per_min", s->refused_lookups);
     labelled(r, "refused_total", "limit", "commands_per_s", s->refused_commands);
     labelled(r, "refused_total", "limit", "store", s->refused_store);
+    labelled(r, "refused_total", "limit", "memory", s->refused_memory);
     labelled(r, "refused_total", "limit", "connections", d->refused_total);
     labelled(r, "refused_total", "limit", "connections_per_ip", d->refused_per_ip);
     labelled(r, "refused_total", "limit", "head", d->refused_head);

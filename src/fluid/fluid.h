@@ -17,7 +17,7 @@ enum {
     LL_FLUID_POINTS_MAX = 256, /* of a profile */
 };
 
-#define LL_FLUID_BYTES_MAX (INT64_C(64) << 20) /* of a block; a session holds three */
+#define LL_FLUID_BYTES_MAX (INT64_C(256) << 20) /* of a block; a session holds three */
 
 /* A number that is told of a fluid: `divergence_max`, with its unit in the name where it has one. */
 typedef struct ll_fluid_number {

@@ -42,6 +42,12 @@ static size_t all_bytes(const ll_session *s)
     return parked_bytes(s) + block_bytes(s) + snapshot_bytes(s) + event_bytes(s);
 }
 
+static size_t awake_bytes(const ll_session *s)
+{
+    size_t state = s->block_size + ll_param_used(s->scenario.kind->table, s->config);
+    return parked_bytes(s) + s->block_size + LL_SNAPSHOTS * state + LL_EVENT_RING * sizeof *s->events;
+}
+
 ll_session_info ll_session_get_info(const ll_session *s)
 {
     const ll_scenario_head *head = ll_session_head(s);
@@ -60,6 +66,7 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .params_version = s->params_version,
         .generation = s->generation,
         .bytes = all_bytes(s),
+        .awake_bytes = awake_bytes(s),
         .log_entries = s->log.count,
         .timeline_skipped = s->skipped,
         .title = head->title,

@@ -93,6 +93,7 @@ typedef struct ll_session_info {
     uint32_t generation; /* counts jumps of time (seek, step, restart): a viewer drops what it drew when it
                             differs */
     size_t bytes;        /* memory held now */
+    size_t awake_bytes;  /* and when it is awake, with all the states that it keeps */
     size_t log_entries;
     int timeline_skipped; /* steps of the timeline that did not fit what commands had made of the parameters
                            */

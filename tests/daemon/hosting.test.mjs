@@ -144,3 +144,22 @@ test('twenty persons drive and patch one session at once; its log replays to the
   c.close();
   await daemon.stop();
 });
+
+test('sessions that would take more memory than there is are refused, and harm no other', async (t) => {
+  const daemon = await start(t, { args: ['--park-after-s', '0.3', '--max-memory-mib', '48'] });
+  const c = client(daemon.url);
+  const large = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 256 } }; // 30 MiB with the states that it keeps
+  const first = await c.make(large);
+  assert.ok((await gauge(c, 'sessions_memory_bytes')) > 16 * 2 ** 20);
+  const refused = await c.call('POST', '/api/v1/sessions', { body: large });
+  assert.equal(refused.status, 503);
+  assert.match(refused.json.detail, /^This session needs up to [\d.]+ MiB; sessions that are awake need [\d.]+ of the 48\.0 MiB/);
+  assert.equal((await c.get(first.links.self)).status, 200);
+  await waitFor(async () => (await gauge(c, 'sessions_parked')) === 1, 'the first to be parked');
+  const second = await c.make(large);
+  assert.equal((await c.get(first.links.state)).status, 503);
+  assert.match((await c.get('/metrics')).text, /^laglab_refused_total\{limit="memory"\} 2$/m);
+  assert.equal((await c.call('DELETE', second.links.self, { key: second.owner_key })).status, 204);
+  assert.equal((await c.get(first.links.state)).status, 200);
+  c.close();
+});

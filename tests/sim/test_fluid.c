@@ -237,7 +237,7 @@ static void what_is_wrong_beside_is_refused_by_its_place(void **state)
     status = try_session("{\"kind\":\"fluid\",\"scene\":\"cavity\",\"beside\":[{},{},{}]}", &s);
     assert_string_equal(status.field, "beside");
     status = try_session(
-        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":512},\"beside\":[{},{}]}", &s);
+        "{\"kind\":\"fluid\",\"scene\":\"cavity\",\"params\":{\"n\":1024},\"beside\":[{},{}]}", &s);
     assert_string_equal(status.field, "beside");
     assert_non_null(strstr(status.text, "3 fluids side by side would take"));
 }
