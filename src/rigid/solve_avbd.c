@@ -216,7 +216,8 @@ static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton
 }
 
 /* Error, force and stiffness of a joint's row now. A spring's stiffness is its own; a motor's error is what
- * it is short of its speed. */
+ * it is short of its speed. A force at its largest is as stiff as the line from there to the error, so that a
+ * body is not held where the row cannot hold it. */
 static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, int32_t index, int k,
                         const ll_row *r, double *stiffness, double *error)
 {
@@ -224,18 +225,26 @@ static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, i
     const ll_motion *ma = &ll_motions(w)[j->body[0]], *mb = &ll_motions(w)[j->body[1]];
     double inverse = (a->inv_mass + b->inv_mass) * ll_dot(r->n, r->n) + a->inv_inertia * r->ja * r->ja +
                      b->inv_inertia * r->jb * r->jb;
-    double c = r->c - (1 - m->settle) * m->joint_c0[index][k], kept = j->force[k];
+    double moved = ll_dot(r->n, ll_sub(mb->d, ma->d)) + r->jb * mb->turn - r->ja * ma->turn;
+    double c = r->c - (1 - m->settle) * m->joint_c0[index][k], kept = j->force[k], damped = 0;
     *stiffness = j->penalty[k];
     if (r->kind == LL_ROW_MOTOR)
-        c = ll_dot(r->n, ll_sub(mb->d, ma->d)) + r->jb * mb->turn - r->ja * ma->turn - r->speed * m->h;
+        c = moved - r->speed * m->h;
     if (r->hertz > 0 && inverse > 0) {
-        double omega = 2 * 3.14159265358979323846 * r->hertz;
-        *stiffness = omega * omega / inverse;
+        double omega = 2 * 3.14159265358979323846 * r->hertz,
+               drag = 2 * r->damping * omega / (inverse * m->h);
+        *stiffness = omega * omega / inverse + drag;
+        damped = drag * (moved - c);
         kept = 0;
     }
     *error = c;
-    double force = kept - *stiffness * c;
-    return clamped(force, r->kind == LL_ROW_LIMIT ? 0 : -r->most, r->most);
+    double wanted = kept - *stiffness * c - damped;
+    double force = clamped(wanted, r->kind == LL_ROW_LIMIT ? 0 : -r->most, r->most);
+    if (r->kind == LL_ROW_LIMIT && force == 0 && c > 0.1 * LL_LINEAR_SLOP)
+        *stiffness = 0;
+    else if (fabs(wanted) > r->most)
+        *stiffness = ll_min(*stiffness, r->most / fabs(c));
+    return force;
 }
 
 static void add_joints(const ll_rigid *w, const memory *m, int32_t body, newton *s)
@@ -321,7 +330,8 @@ static void grow_joints(ll_rigid *w, const memory *m)
                 continue;
             double stiffness, error;
             j->force[k] = row_force(w, m, j, i, k, &rows[k], &stiffness, &error);
-            j->penalty[k] = ll_min(j->penalty[k] + growth * fabs(error), most_penalty);
+            if (fabs(j->force[k]) < rows[k].most && (j->force[k] > 0 || rows[k].kind != LL_ROW_LIMIT))
+                j->penalty[k] = ll_min(j->penalty[k] + growth * fabs(error), most_penalty);
         }
     }
 }

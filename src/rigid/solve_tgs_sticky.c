@@ -3,9 +3,10 @@
  * without correction take out the speed that it left.
  *
  * Where a point was is what its anchors say: both are one point when the manifold is made, and move with
- * their bodies while it is recycled. A contact that slides has its manifold made anew. Impulses add up over
- * the whole step, from 0: what one substep pushed too much the next takes back. Passes over contacts with n
- * substeps: 1.5 n. */
+ * their bodies while it is recycled. A contact that slides has its manifold made anew. Impulses of contacts
+ * add up over the whole step, from 0: what one substep pushed too much the next takes back. Those of joints
+ * are a substep's, and begin as they were in the one before: springs and largest forces are rates. Passes
+ * over contacts with n substeps: 1.5 n. */
 #include "rigid/solve.h"
 
 /* Shares of an error that a substep corrects. */
@@ -72,13 +73,13 @@ static void solve(ll_rigid *w)
     ll_softness stiff = ll_soft(ll_min(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping, h);
     ll_touch_rows rows = ll_prepare_touch_rows(w);
     ll_prepare_drives(w, h);
-    ll_clear_joint_impulses(w);
     ll_joint_set joints = ll_prepare_joints(w);
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             rows.at[i].at[k].normal_impulse = rows.at[i].at[k].tangent_impulse = 0;
     for (int64_t i = 0; i < w->params.substeps; i++) {
         ll_integrate_velocities(w, h);
+        ll_warm_start_joints(w, &joints);
         ll_solve_joints(w, &joints, h, stiff, true);
         pass(w, rows, rate, true);
         ll_integrate_positions(w, h);
@@ -89,6 +90,7 @@ static void solve(ll_rigid *w)
     }
     ll_apply_restitution(w, rows);
     ll_store_touch_rows(w, rows);
+    ll_store_joints(w, &joints);
 }
 
 const ll_solver ll_solver_tgs_sticky = {.name = "tgs_sticky",

@@ -89,14 +89,20 @@ static void solve_joint(ll_rigid *w, ll_joint *j, double h)
                    b->inv_inertia * r->jb * r->jb;
         if (r->kind == LL_ROW_NONE || k <= 0 || (r->kind == LL_ROW_LIMIT && r->c >= 0))
             continue;
-        double c = r->c, omega_h = 2 * 3.14159265358979323846 * r->hertz * h;
-        if (r->kind == LL_ROW_MOTOR) { /* what the row moved in this substep, against what it should */
-            ll_vec2 moved = ll_sub(ll_sub(mb->d, pb->d), ll_sub(ma->d, pa->d));
-            c = ll_dot(r->n, moved) + r->jb * (mb->turn - pb->turn) - r->ja * (ma->turn - pa->turn) -
-                r->speed * h;
+        ll_vec2 way = ll_sub(ll_sub(mb->d, pb->d), ll_sub(ma->d, pa->d));
+        double moved = /* by the row in this substep */
+            ll_dot(r->n, way) + r->jb * (mb->turn - pb->turn) - r->ja * (ma->turn - pa->turn);
+        double c = r->c, share = 1, omega_h = 2 * 3.14159265358979323846 * r->hertz * h;
+        if (r->kind == LL_ROW_MOTOR)
+            c = moved - r->speed * h;
+        if (r->hertz > 0) {
+            /* Of compliance 1 / (mass omega^2) and damping 2 zeta omega mass (equation 26 of Macklin,
+             * Mueller, Chentanez, "XPBD", 2016). */
+            double damped = 2 * r->damping / omega_h;
+            c += damped * moved;
+            share = 1 / (1 + damped + 1 / (omega_h * omega_h));
         }
-        /* A spring of omega has the compliance 1 / (mass omega^2). */
-        double amount = -c / (r->hertz > 0 ? k * (1 + 1 / (omega_h * omega_h)) : k), most = r->most * h * h;
+        double amount = -share * c / k, most = r->most * h * h;
         amount = ll_min(ll_max(amount, -most), most);
         j->impulse[i] = amount / h;
         shift(ma, a->inv_mass, a->inv_inertia, r->n, r->ja, -amount);

@@ -97,6 +97,8 @@ static const held hard_stacks[] = {
     {LL_SOLVER_TGS_STICKY, 16, "column", {.size = 20, .offset = 0.01}, 0.0035, 0.01},
     {LL_SOLVER_TGS_STICKY, 16, "heavy_on_two", {0}, 0.004, 0.001},
     {LL_SOLVER_TGS_STICKY, 16, "arch", {0}, 0.005, 0.002},
+    {LL_SOLVER_TGS_STICKY, 16, "card_house", {.size = 1}, 0.001, 0.001},
+    {LL_SOLVER_TGS_STICKY, 32, "card_house", {.size = 2}, 0.001, 0.003},
     {LL_SOLVER_TGS_STICKY, 32, "column", {.size = 10, .ratio = 100}, 0.005, 0.01},
     {LL_SOLVER_TGS_STICKY, 32, "column", {.size = 10, .ratio = 100, .offset = 0.01}, 0.005, 0.02},
 };
