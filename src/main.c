@@ -13,9 +13,9 @@
 #include "base/version.h"
 #include "daemon/serve.h"
 #include "experiment/experiment.h"
-#include "experiment/ladder.h"
-#include "experiment/precision.h"
 #include "experiment/verbs.h"
+#include "ode/method.h"
+#include "ode/problem.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
@@ -29,7 +29,7 @@ typedef struct arguments {
     const char *sets[SETS_MAX];
     int set_count;
     bool text;
-    const char *seed, *duration, *trace, *log, *scenarios, *methods;
+    const char *seed, *duration, *trace, *log, *scenarios;
 } arguments;
 
 static int fail(const ll_status *status)
@@ -42,8 +42,11 @@ static ll_status parse_arguments(int argc, char **argv, arguments *a)
 {
     const struct {
         const char *name, **value;
-    } options[] = {{"--seed", &a->seed}, {"--duration", &a->duration},   {"--trace", &a->trace},
-                   {"--log", &a->log},   {"--scenarios", &a->scenarios}, {"--methods", &a->methods}};
+    } options[] = {{"--seed", &a->seed},
+                   {"--duration", &a->duration},
+                   {"--trace", &a->trace},
+                   {"--log", &a->log},
+                   {"--scenarios", &a->scenarios}};
     for (int i = 0; i < argc; i++) {
         const char **value = NULL;
         for (size_t k = 0; k < sizeof options / sizeof options[0]; k++)
@@ -468,150 +471,6 @@ static int verb_problems(int argc, char **argv)
     return 0;
 }
 
-/* ---- work-precision ---- */
-
-static ll_status check_methods(const char *list)
-{
-    for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL) {
-        char name[64];
-        snprintf(name, sizeof name, "%.*s", (int)strcspn(p, ","), p);
-        if (!ll_ode_method_find(name))
-            return ll_error(LL_BAD_INPUT, "there is no method %s: see `laglab methods`", name);
-    }
-    return ll_ok();
-}
-
-static void print_header(void)
-{
-    fputs("problem,method,order,setting,value,status,steps,rejected,evaluations,jacobians,factorisations,cpu_"
-          "min_s,"
-          "cpu_median_s,e_final,e_max,e_l2,drift_final,drift_max,drift_per_s,order_observed\r\n",
-          stdout);
-}
-
-static void print_rung(const ll_ode_problem *problem, const ll_ode_method *method, const ll_precision *r)
-{
-    static const char *const states[] = {"running", "ok", "diverged"};
-    printf("%s,%s,%d,%s,%.9g,%s,%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64 ",%" PRId64
-           ",%.6g,%.6g,%.9g,%.9g,%.9g,%.9g,%.9g,%.9g,",
-           problem->name, method->name, method->order, method->adaptive ? "tolerance" : "dt_s", r->setting,
-           states[r->state], r->counters.steps, r->counters.rejected, r->counters.evaluations,
-           r->counters.jacobians, r->counters.factorisations, r->cpu_min_s, r->cpu_median_s, r->e_final,
-           r->e_max, r->e_l2, r->drift_final, r->drift_max, r->drift_per_s);
-    printf(r->order == r->order ? "%.3f\r\n" : "\r\n", r->order);
-}
-
-static ll_status make_problem(const arguments *a, const ll_ode_problem **problem, void *params)
-{
-    *problem = a->positional ? ll_ode_problem_find(a->positional) : NULL;
-    if (!*problem)
-        return ll_error(
-            LL_BAD_INPUT,
-            "which problem? One of those that `laglab problems` lists, or a scenario that has ladders "
-            "(fluid/cavity, rigid/column); got %.60s",
-            a->positional ? a->positional : "none");
-    ll_status status = check_methods(a->methods);
-    ll_param_defaults((*problem)->params, params);
-    for (int i = 0; i < a->set_count && !ll_failed(&status); i++) {
-        char path[64];
-        const char *equals = strchr(a->sets[i], '=');
-        if (!equals || (size_t)(equals - a->sets[i]) >= sizeof path)
-            return ll_error(LL_BAD_INPUT, "--set takes name=value; got %.100s", a->sets[i]);
-        snprintf(path, sizeof path, "%.*s", (int)(equals - a->sets[i]), a->sets[i]);
-        status = ll_param_set((*problem)->params, params, path, equals + 1, false);
-    }
-    if (!ll_failed(&status) && (*problem)->prepare)
-        (*problem)->prepare(params);
-    return status;
-}
-
-static void print_scene_rung(const ll_rung *r, void *context)
-{
-    bool *begun = context;
-    if (!*begun)
-        fputs("scenario,by,series,setting,value,status,cpu_min_s,cpu_median_s,metric,error,counter,count,"
-              "order_observed\r\n",
-              stdout);
-    *begun = true;
-    printf("%s,%s,%s,%s,%s,%s,%.6g,%.6g,%s,", r->ladder->scenario, r->ladder->series, r->series,
-           r->ladder->setting, r->setting, r->diverged ? "diverged" : "ok", r->cpu_min_s, r->cpu_median_s,
-           r->ladder->error);
-    printf(r->diverged ? "," : "%.9g,", r->error);
-    printf("%s,", r->ladder->counter);
-    printf(r->diverged ? "," : "%.0f,", r->counter);
-    printf(r->order == r->order ? "%.3f\r\n" : "\r\n", r->order);
-    fflush(stdout);
-}
-
-/* Whether the id is one of the ladders'; NULL: none was given. */
-static bool has_ladder(const char *scenario)
-{
-    for (const ll_ladder *l = ll_ladders; scenario && l->scenario; l++)
-        if (strcmp(scenario, l->scenario) == 0)
-            return true;
-    return false;
-}
-
-static int climb_ladders(const arguments *a)
-{
-    cJSON *json = NULL;
-    bool begun = false;
-    ll_status status = load_scenario(a, &json);
-    ll_ladder_order order = {.scenario = json,
-                             .sets = a->sets,
-                             .set_count = a->set_count,
-                             .duration = a->duration,
-                             .methods = a->methods,
-                             .now_ns = cpu_now_ns,
-                             .told = print_scene_rung,
-                             .context = &begun};
-    for (const ll_ladder *l = ll_ladders; l->scenario && !ll_failed(&status); l++)
-        if (strcmp(a->positional, l->scenario) == 0)
-            status = ll_ladder_run(l, &order);
-    if (!begun && !ll_failed(&status))
-        status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", a->positional, a->methods);
-    cJSON_Delete(json);
-    return ll_failed(&status) ? fail(&status) : 0;
-}
-
-static int verb_work_precision(int argc, char **argv)
-{
-    arguments a = {0};
-    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision_order order = {.params = params, .now_ns = cpu_now_ns};
-    bool begun = false;
-    ll_status status = parse_arguments(argc, argv, &a);
-    if (!ll_failed(&status) && has_ladder(a.positional))
-        return climb_ladders(&a);
-    if (!ll_failed(&status))
-        status = make_problem(&a, &order.problem, params);
-    if (!ll_failed(&status) && a.duration) {
-        char *end;
-        order.duration = strtod(a.duration, &end);
-        if (*end != '\0' || !(order.duration > 0 && order.duration <= 1e12))
-            status = ll_error(LL_BAD_INPUT, "--duration must be above 0 and at most 1e12 s; got %.40s",
-                              a.duration);
-    }
-    if (ll_failed(&status))
-        return fail(&status);
-    for (int i = 0; ll_ode_methods[i] && !ll_failed(&status); i++) {
-        ll_precision rungs[LL_PRECISION_RUNGS_MAX];
-        int count = 0;
-        if (!ll_listed(a.methods, ll_ode_methods[i]->name))
-            continue;
-        status = ll_precision_ladder(&order, ll_ode_methods[i], rungs, &count);
-        if (status.code == LL_BAD_INPUT && !a.methods)
-            status = ll_ok(); /* of all methods, those that can do the problem */
-        if (count > 0 && !begun)
-            print_header();
-        begun |= count > 0;
-        for (int k = 0; k < count; k++)
-            print_rung(order.problem, ll_ode_methods[i], &rungs[k]);
-        fflush(stdout);
-    }
-    return ll_failed(&status) ? fail(&status) : 0;
-}
-
 static int verb_schema(int argc, char **argv)
 {
     arguments a = {0};
@@ -658,10 +517,11 @@ static const struct {
      "print the JSON Schema of scenarios, of all kinds or one, or of experiments", verb_schema, false},
     {"methods", "", "list the integrators", verb_methods, false},
     {"problems", "", "list the problems of motion, with their parameters", verb_problems, false},
-    {"work-precision", "PROBLEM|SCENARIO [--methods A,B,...] [--set name=value]... [--duration S]",
-     "measure each method's error against its cost, as CSV; of a scenario by cells, particles, sweeps or "
-     "substeps",
-     verb_work_precision, false},
+    {"work-precision",
+     "PROBLEM|SCENARIO [--methods A,B,...] [--set name=value]... [--duration S] [--out FILE] "
+     "[--format csv|ndjson|json|parquet|sqlite]",
+     "measure each method's error against its cost; of a scenario by cells, particles, sweeps or substeps",
+     ll_verb_work_precision, true},
     {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_healthcheck, false},
     {"help", "", "print this", verb_help, false},
 };

@@ -3,7 +3,7 @@
 
 #include <stdbool.h>
 
-#include "experiment/experiment.h"
+#include "experiment/table.h"
 
 enum { LL_POSITIONAL_MAX = 4096 };
 
@@ -32,6 +32,12 @@ ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int
 
 /* Prints the sentence on stderr; gives the exit status. */
 int ll_argument_fail(const ll_status *status);
+
+/* The format of `--format`, of the ending of `--out`, or CSV. */
+ll_status ll_argument_format(const char *name, const char *out, const ll_format **format);
+
+/* Into the file `out`, under another name until it is whole; NULL: to standard output. */
+ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table);
 
 /* JSON of a file, of `-` for standard input, or of an id of the library: an experiment or a scenario.
  * `scenarios` NULL: beside the program. Caller deletes. */

@@ -156,31 +156,33 @@ static ll_status measure(const ll_ladder_order *order, ll_rung *rung)
     return ll_ok();
 }
 
-static ll_status climb(const ll_ladder_order *order, ll_rung *rung)
+static bool next_series(ll_climb *c)
 {
-    double setting = 0, error = NAN;
-    ll_status status = ll_ok();
-    for (const char *list = rung->ladder->setting_values;
-         !ll_failed(&status) && next_item(&list, rung->setting, sizeof rung->setting);) {
-        status = measure(order, rung);
-        if (ll_failed(&status))
-            break;
-        double present = strtod(rung->setting, NULL);
-        rung->order = rung->error > 0 && error > 0 ? -log(rung->error / error) / log(present / setting) : NAN;
-        setting = present;
-        error = rung->error;
-        order->told(rung, order->context);
-    }
-    return status;
+    do
+        if (!next_item(&c->series, c->rung.series, sizeof c->rung.series))
+            return false;
+    while (!ll_listed(c->order->methods, c->rung.series));
+    c->settings = c->rung.ladder->setting_values;
+    c->rung.error = NAN;
+    return true;
 }
 
-ll_status ll_ladder_run(const ll_ladder *ladder, const ll_ladder_order *order)
+ll_climb ll_ladder_start(const ll_ladder *ladder, const ll_ladder_order *order)
 {
-    ll_rung rung = {.ladder = ladder};
-    ll_status status = ll_ok();
-    for (const char *list = ladder->series_values;
-         !ll_failed(&status) && next_item(&list, rung.series, sizeof rung.series);)
-        if (ll_listed(order->methods, rung.series))
-            status = climb(order, &rung);
-    return status;
+    return (ll_climb){
+        .order = order, .series = ladder->series_values, .settings = "", .rung = {.ladder = ladder}};
+}
+
+bool ll_ladder_next(ll_climb *c, ll_status *status)
+{
+    ll_rung *rung = &c->rung, before;
+    if (*c->settings == '\0' && !next_series(c))
+        return false;
+    before = *rung;
+    next_item(&c->settings, rung->setting, sizeof rung->setting);
+    *status = measure(c->order, rung);
+    if (rung->error > 0 && before.error > 0)
+        rung->order = -log(rung->error / before.error) /
+                      log(strtod(rung->setting, NULL) / strtod(before.setting, NULL));
+    return !ll_failed(status);
 }

@@ -41,12 +41,20 @@ typedef struct ll_ladder_order {
     const char *duration;    /* s; NULL: the ladder's */
     const char *methods;     /* series to run, separated by commas; NULL: all */
     int64_t (*now_ns)(void); /* CPU time */
-    void (*told)(const ll_rung *rung, void *context);
-    void *context;
 } ll_ladder_order;
 
-/* LL_BAD_INPUT: a value does not go with the scenario. A run that diverges is a rung. */
-ll_status ll_ladder_run(const ll_ladder *ladder, const ll_ladder_order *order);
+/* On the way up. */
+typedef struct ll_climb {
+    const ll_ladder_order *order;
+    const char *series, *settings; /* that are left: of the ladder, of the series */
+    ll_rung rung;                  /* the last */
+} ll_climb;
+
+ll_climb ll_ladder_start(const ll_ladder *ladder, const ll_ladder_order *order);
+
+/* The next rung; false after the last of the last series, or when it failed. LL_BAD_INPUT: a value does not
+ * go with the scenario. A run that diverges is a rung. */
+bool ll_ladder_next(ll_climb *climb, ll_status *status);
 
 /* Whether `name` is one of the comma-separated `list`; NULL lists all. */
 bool ll_listed(const char *list, const char *name);

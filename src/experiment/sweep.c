@@ -40,21 +40,6 @@ static double seconds(void)
 
 /* ---- before ---- */
 
-static ll_status choose_format(sweep *s)
-{
-    const char *name = s->format_name, *dot = s->out ? strrchr(s->out, '.') : NULL;
-    if (!name)
-        name = dot && ll_format_find(dot + 1, strlen(dot + 1)) ? dot + 1 : "csv";
-    s->format = ll_format_find(name, strlen(name));
-    if (s->format)
-        return ll_ok();
-    char known[80] = "";
-    for (int i = 0; ll_formats[i]; i++)
-        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "",
-                 ll_formats[i]->name);
-    return ll_error(LL_BAD_INPUT, "--format must be one of %s; got %.40s", known, name);
-}
-
 /* Runs the first run to tell how long all will take. */
 static ll_status dry_run(const sweep *s)
 {
@@ -160,7 +145,7 @@ static ll_status run_all(sweep *s)
 
 /* ---- after ---- */
 
-static ll_status write_table(const sweep *s, FILE *file)
+static ll_status write_out(const sweep *s)
 {
     ll_stored_rows rows;
     ll_result_table *table = NULL;
@@ -170,28 +155,9 @@ static ll_status write_table(const sweep *s, FILE *file)
                            : ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next,
                                                   &rows, &table);
     if (!ll_failed(&status))
-        status = s->format->write(ll_result_table_get(table), file);
+        status = ll_argument_write(s->out, s->format, ll_result_table_get(table));
     ll_result_table_free(table);
     ll_stored_rows_close(&rows);
-    return status;
-}
-
-/* Under another name until it is whole. */
-static ll_status write_out(const sweep *s)
-{
-    char temporary[4096];
-    if (!s->out)
-        return write_table(s, stdout);
-    snprintf(temporary, sizeof temporary, "%s.part", s->out);
-    FILE *file = fopen(temporary, "wb");
-    if (!file)
-        return ll_error(LL_IO, "cannot write %.200s", temporary);
-    ll_status status = write_table(s, file);
-    bool good = fclose(file) == 0;
-    if (!ll_failed(&status) && (!good || rename(temporary, s->out) != 0))
-        status = ll_error(LL_IO, "cannot write %.200s", s->out);
-    if (ll_failed(&status))
-        unlink(temporary);
     return status;
 }
 
@@ -272,7 +238,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     if (!ll_failed(&status) && s->jobs)
         status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
     if (!ll_failed(&status))
-        status = choose_format(s);
+        status = ll_argument_format(s->format_name, s->out, &s->format);
     if (!ll_failed(&status))
         status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
     if (!ll_failed(&status))

@@ -363,6 +363,25 @@ test('work-precision of a scenario writes its ladders as CSV', () => {
   refused(['work-precision', 'fluid/cavity', '--set', 'params.n=1', '--methods', 'jacobi'], ['n']);
 });
 
+test('work-precision writes every format of sweep', () => {
+  const args = ['work-precision', 'free_fall', '--methods', 'explicit_euler', '--duration', '1'];
+  const untimed = (/** @type {Record<string, any>[]} */ rows) => rows.map((row) => ({ ...row, cpu_min_s: 0, cpu_median_s: 0 }));
+  const rows = JSON.parse(good([...args, '--format', 'json']));
+  assert.ok(rows.length > 10);
+  assert.deepEqual([rows[0].problem, rows[0].method, rows[0].setting, rows[0].value, rows[0].steps, rows[0].order_observed], ['free_fall', 'explicit_euler', 'dt_s', 1 / 16, 16, null]);
+  assert.ok(Math.abs(rows[1].order_observed - 1) < 1e-6);
+  const [names, ...lines] = good(args).trimEnd().split('\r\n').map((line) => line.split(','));
+  assert.deepEqual(names, Object.keys(rows[0]));
+  assert.deepEqual(untimed(lines.map((cells) => Object.fromEntries(cells.map((cell, i) => [names[i], cell === '' ? null : Number.isNaN(Number(cell)) ? cell : Number(cell)])))), untimed(rows));
+  assert.equal(good([...args, '--out', 'ladder.ndjson']), '');
+  assert.deepEqual(untimed(readFileSync(path.join(folder, 'ladder.ndjson'), 'utf8').trimEnd().split('\n').map((line) => JSON.parse(line))), untimed(rows));
+  const column = JSON.parse(good(['work-precision', 'rigid/column', '--methods', 'xpbd', '--duration', '0.1', '--format', 'json']));
+  assert.deepEqual(column.map((/** @type {{value: number}} */ row) => row.value), [1, 2, 4, 8, 16, 32]);
+  assert.deepEqual([column[0].scenario, column[0].by, column[0].series, column[0].metric, column[0].order_observed], ['rigid/column', 'solver.method', 'xpbd', 'sag_m', null]);
+  refused([...args, '--format', 'xml'], ['--format', 'json', 'xml']);
+  refused([...args, 'kepler'], ['kepler']);
+});
+
 // ---- lists ----
 
 test('scenarios lists every file', () => {

@@ -24,13 +24,6 @@ typedef struct notes {
     int count;
 } notes;
 
-static void note(const ll_rung *rung, void *context)
-{
-    notes *n = context;
-    assert_true(n->count < 64);
-    n->rungs[n->count++] = *rung;
-}
-
 static ll_status climb(const ll_ladder *ladder, const char *methods, const char *set, const char *duration,
                        notes *n)
 {
@@ -43,11 +36,12 @@ static ll_status climb(const ll_ladder *ladder, const char *methods, const char 
                              .set_count = set != NULL,
                              .duration = duration,
                              .methods = methods,
-                             .now_ns = counting_clock,
-                             .told = note,
-                             .context = n};
+                             .now_ns = counting_clock};
     *n = (notes){0};
-    status = ll_ladder_run(ladder, &order);
+    for (ll_climb c = ll_ladder_start(ladder, &order); ll_ladder_next(&c, &status);) {
+        assert_true(n->count < 64);
+        n->rungs[n->count++] = c.rung;
+    }
     cJSON_Delete(json);
     return status;
 }
