@@ -3,7 +3,7 @@
 
 static void advect(const ll_grid_advect *a)
 {
-    ll_grid_trace(a, a->in, a->out, a->dt, NULL);
+    ll_grid_trace(a, a->in, a->out, a->dt, a->donors);
 }
 
 const ll_advection ll_advection_semi_lagrangian = {

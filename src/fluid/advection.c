@@ -125,14 +125,9 @@ void ll_grid_trace(const ll_grid_advect *a, const double *in, double *out, doubl
 void ll_grid_clamp(const ll_grid_advect *a)
 {
     ll_grid_span span = ll_grid_span_of(a->g, a->place);
-    int64_t s = a->g->stride;
     for (int32_t j = span.j0; j < span.j1; j++)
         for (int64_t k = ll_grid_k(a->g, span.i0, j), end = ll_grid_k(a->g, span.i1, j); k < end; k++) {
-            const double *f = a->in + a->donors[k];
-            double low = f[0] < f[1] ? f[0] : f[1], low2 = f[s] < f[s + 1] ? f[s] : f[s + 1];
-            double high = f[0] > f[1] ? f[0] : f[1], high2 = f[s] > f[s + 1] ? f[s] : f[s + 1];
-            low = low < low2 ? low : low2;
-            high = high > high2 ? high : high2;
-            a->out[k] = a->out[k] < low ? low : a->out[k] > high ? high : a->out[k];
+            ll_grid_range r = ll_grid_donors(a, k);
+            a->out[k] = a->out[k] < r.low ? r.low : a->out[k] > r.high ? r.high : a->out[k];
         }
 }

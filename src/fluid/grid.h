@@ -45,7 +45,8 @@ typedef struct ll_grid_solver {
     double viscosity_scale; /* times the scene's */
     double confinement;     /* of vortices */
     bool clamp;             /* maccormack and bfecc stay between the values that they come from */
-    uint8_t padding[7];
+    bool keep_mass;         /* of the dye */
+    uint8_t padding[6];
 } ll_grid_solver;
 
 extern const char *const ll_advection_names[LL_ADVECTIONS + 1];

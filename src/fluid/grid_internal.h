@@ -101,8 +101,26 @@ extern const ll_advection ll_advection_semi_lagrangian, ll_advection_maccormack,
 /* out = in where the flow was `dt` ago, between the four values around. `donors`: of each value the first of
  * those four, or NULL. */
 void ll_grid_trace(const ll_grid_advect *, const double *in, double *out, double dt, int32_t *donors);
-/* out into what the four values of `in` around its donor span. */
-void ll_grid_clamp(const ll_grid_advect *);
+/* Of the four values of `in` that out[k] comes from. */
+typedef struct ll_grid_range {
+    double low, high;
+} ll_grid_range;
+
+static inline ll_grid_range ll_grid_donors(const ll_grid_advect *a, int64_t k)
+{
+    const double *f = a->in + a->donors[k];
+    int64_t s = a->g->stride;
+    double low = f[0] < f[1] ? f[0] : f[1], low2 = f[s] < f[s + 1] ? f[s] : f[s + 1];
+    double high = f[0] > f[1] ? f[0] : f[1], high2 = f[s] > f[s + 1] ? f[s] : f[s + 1];
+    return (ll_grid_range){low < low2 ? low : low2, high > high2 ? high : high2};
+}
+
+void ll_grid_clamp(const ll_grid_advect *); /* out into the range of its donors */
+
+/* ---- grid_mass.c ---- */
+
+/* out within the range of its donors so that its sum is that of `in`, less what leaves the box. */
+void ll_grid_keep_mass(const ll_grid_advect *);
 
 /* ---- forces, projection ---- */
 

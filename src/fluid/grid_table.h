@@ -30,6 +30,13 @@
          .standard = 1,                                                                                      \
          .live = true,                                                                                       \
          .help = "Keep maccormack and bfecc between the values that theirs come from."},                     \
+        {.name = "keep_mass",                                                                                \
+         .type = LL_PARAM_BOOL,                                                                              \
+         .offset = offsetof(ll_grid_solver, keep_mass),                                                      \
+         .standard = 1,                                                                                      \
+         .live = true,                                                                                       \
+         .help = "Spread what carrying the dye gains or loses over where the values that it comes from "     \
+                 "leave room."},                                                                             \
         LL_GRID_CHOICE(splitting, ll_splitting_names, splitting_,                                            \
                        "One projection at the end of a step, or with a reflection in the middle: order 2."), \
         LL_GRID_CHOICE(pressure, ll_pressure_names, pressure_, "Solver of the pressure equation."),          \
