@@ -1,7 +1,8 @@
-/* Speed and accuracy of fluids: fluid speed ROUNDS | fluid accuracy
+/* Speed and accuracy of fluids: fluid speed ROUNDS | fluid places METHOD ROUNDS | fluid accuracy
  *
  * Prints CSV. Speed: frames of 1/60 s of every case, by the process' CPU clock; the cases take turns.
- * Accuracy: runs of particles that are too long for tests. */
+ * Places: of the particles after each round. Accuracy: runs of particles that are too long
+ * for tests. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -143,6 +144,7 @@ static const bench_case cases[] = {
     {"smoke", "multigrid", 20, open_smoke, step_smoke, note_smoke},
 };
 enum { CASES = sizeof cases / sizeof cases[0] };
+enum { FIRST_FRAMES = 20 }; /* until it moves */
 
 static void speed(int rounds)
 {
@@ -150,7 +152,7 @@ static void speed(int rounds)
     int64_t number[CASES] = {0};
     for (int i = 0; i < CASES; i++) {
         block[i] = cases[i].open(&cases[i]);
-        for (int k = 0; k < 20; k++) /* until it moves */
+        for (int k = 0; k < FIRST_FRAMES; k++)
             cases[i].frame(block[i], number[i]++);
     }
     puts("case,method,round,frames,cpu_s,note");
@@ -165,6 +167,31 @@ static void speed(int rounds)
         }
     for (int i = 0; i < CASES; i++)
         free(block[i]);
+}
+
+/* ---- places ---- */
+
+static void places(const char *method, int rounds)
+{
+    const bench_case *c = cases;
+    while (c < cases + CASES && strcmp(c->method, method) != 0)
+        c++;
+    if (c == cases + CASES || c->open != open_particles) {
+        fprintf(stderr, "fluid: %s is no method of particles\n", method);
+        exit(2);
+    }
+    void *block = c->open(c);
+    puts("round,x,y");
+    for (int i = 0; i < FIRST_FRAMES; i++)
+        c->frame(block, i);
+    for (int round = 0; round < rounds; round++) {
+        for (int i = 0; i < c->frames; i++)
+            c->frame(block, i);
+        ll_particle_view v = ll_particles_view(block);
+        for (int32_t i = 0; i < v.count; i++)
+            printf("%d,%.9g,%.9g\n", round, v.x[i], v.y[i]);
+    }
+    free(block);
 }
 
 /* ---- accuracy ---- */
@@ -294,8 +321,10 @@ int main(int argc, char **argv)
         accuracy();
     else if (argc > 1 && strcmp(argv[1], "speed") == 0)
         speed(argc > 2 ? atoi(argv[2]) : 5);
+    else if (argc == 4 && strcmp(argv[1], "places") == 0)
+        places(argv[2], atoi(argv[3]));
     else {
-        fprintf(stderr, "usage: fluid speed ROUNDS | fluid accuracy\n");
+        fprintf(stderr, "usage: fluid speed ROUNDS | fluid places METHOD ROUNDS | fluid accuracy\n");
         return 2;
     }
     return 0;

@@ -5,6 +5,7 @@
 // and in C++ as WebAssembly with SIMD.
 import { readFile } from "node:fs/promises";
 import { createRequire } from "node:module";
+import { compression } from "../compression.mjs";
 
 const require = createRequire(import.meta.url);
 const [peer, rounds] = [process.argv[2], Number(process.argv[3])];
@@ -12,7 +13,7 @@ const FRAME = 1 / 60, SPACING = 0.05;
 const FRAMES = peer === "box2d.ts" ? 20 : 60; // of a round
 const pool = { width: 20, height: 3, fills: [{ x: 0, y: 0, width: 10, height: 1.5 }, { x: 10, y: 0, width: 10, height: 1 }] };
 
-/** @type {Record<string, () => Promise<{step: () => void, count: () => number}>>} */
+/** `places`: x, y of each particle. @type {Record<string, () => Promise<{step: () => void, places: () => ArrayLike<number>}>>} */
 const peers = {
   "box2d.ts": async () => {
     const core = await import("@box2d/core"), particles = await import("@box2d/particles");
@@ -36,12 +37,12 @@ const peers = {
     }
     const iterations = particles.b2CalculateParticleIterations(10, definition.radius, FRAME);
     const settings = { velocityIterations: 8, positionIterations: 3, particleIterations: iterations };
-    return { step: () => world.Step(FRAME, settings), count: () => system.GetParticleCount() };
+    return { step: () => world.Step(FRAME, settings), places: () => system.GetPositionBuffer().slice(0, system.GetParticleCount()).flatMap(({ x, y }) => [x, y]) };
   },
   "liquidfun-wasm": async () => {
     const wasmBinary = await readFile(require.resolve("liquidfun-wasm/dist/umd/Box2D.simd.wasm"));
     const box2d = await require("liquidfun-wasm/dist/umd/Box2D.simd.js")({ wasmBinary });
-    const { b2World, b2Vec2, b2BodyDef, b2EdgeShape, b2PolygonShape, b2ParticleSystemDef, b2ParticleGroupDef } = box2d;
+    const { b2World, b2Vec2, b2BodyDef, b2EdgeShape, b2PolygonShape, b2ParticleSystemDef, b2ParticleGroupDef, getPointer } = box2d;
     const vec = (/** @type {number} */ x, /** @type {number} */ y) => new b2Vec2(x, y);
     const world = new b2World(vec(0, -10));
     const walls = world.CreateBody(new b2BodyDef());
@@ -63,16 +64,20 @@ const peers = {
       system.CreateParticleGroup(group);
     }
     const iterations = world.CalculateReasonableParticleIterations(FRAME);
-    return { step: () => world.Step(FRAME, 8, 3, iterations), count: () => system.GetParticleCount() };
+    const places = () => { // the memory may have moved
+      const first = getPointer(system.GetPositionBuffer()) / 4;
+      return box2d.HEAPF32.subarray(first, first + 2 * system.GetParticleCount());
+    };
+    return { step: () => world.Step(FRAME, 8, 3, iterations), places };
   },
 };
 
-const { step, count } = await peers[peer]();
+const { step, places } = await peers[peer]();
 for (let i = 0; i < 20; i++) step(); // until it moves
-console.log("case,method,round,frames,cpu_s,note");
+console.log("case,method,round,frames,cpu_s,compression_mean,compression_max,note");
 for (let round = 0; round < rounds; round++) {
   const before = process.cpuUsage();
   for (let i = 0; i < FRAMES; i++) step();
-  const { user, system } = process.cpuUsage(before);
-  console.log(`particles,${peer},${round},${FRAMES},${(user + system) / 1e6},${count()} particles`);
+  const { user, system } = process.cpuUsage(before), at = places(), { mean, max } = compression(pool, SPACING, at);
+  console.log(`particles,${peer},${round},${FRAMES},${(user + system) / 1e6},${mean.toPrecision(3)},${max.toPrecision(3)},${at.length / 2} particles`);
 }
