@@ -5,11 +5,11 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/statvfs.h>
-#include <sys/vfs.h>
 
+#include "experiment/place.h"
 #include "experiment/result_store_kinds.h"
 
-enum { BUSY_MS = 20000, NFS_MAGIC = 0x6969 };
+enum { BUSY_MS = 20000 };
 
 static const char schema[] =
     "CREATE TABLE experiment(id TEXT PRIMARY KEY, specification TEXT NOT NULL, state INTEGER NOT NULL,"
@@ -62,20 +62,23 @@ static ll_status failure(const sqlite_store *s, const char *doing)
 
 static ll_status check_place(const sqlite_store *s)
 {
-    struct statfs fs;
-    char folder[512];
+    struct statvfs fs;
+    char folder[512], type[40];
+    if (strcmp(s->path, ":memory:") == 0)
+        return ll_ok();
     snprintf(folder, sizeof folder, "%s", s->path);
     char *slash = strrchr(folder, '/');
     snprintf(slash ? slash + (slash == folder) : folder, 2, "%s", slash ? "" : ".");
-    if (statfs(folder, &fs) != 0)
+    if (statvfs(folder, &fs) != 0)
         return ll_ok(); /* opening tells better what is wrong */
-    if ((uint64_t)fs.f_type == NFS_MAGIC)
+    ll_place_type(folder, type, sizeof type);
+    if (ll_place_is_remote(type))
         return ll_error(
             LL_BAD_INPUT,
-            "the store %.120s is on NFS, where SQLite loses data: use a local folder, PostgreSQL, or "
+            "the store %.100s is on %s, where SQLite loses data: use a local folder, PostgreSQL, or "
             "--shard on each machine",
-            s->path);
-    if (fs.f_flags & ST_RDONLY)
+            s->path, type);
+    if (fs.f_flag & ST_RDONLY)
         return ll_error(LL_IO, "the store %.150s cannot be written: its file system is read-only", s->path);
     return ll_ok();
 }

@@ -4,7 +4,7 @@ import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
 import { createHash } from 'node:crypto';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -30,6 +30,14 @@ function good(...args) {
   assert.equal(status, 0, `laglab ${args.join(' ')}: ${stderr}`);
   return stdout;
 }
+
+/** Without waiting for it. @param {string[]} args @returns {Promise<{status: number, stderr: string}>} */
+const outcome = (...args) => new Promise((resolve) => {
+  const child = spawn(BINARY, args, { cwd: folder, stdio: ['ignore', 'ignore', 'pipe'] });
+  let stderr = '';
+  child.stderr.setEncoding('utf8').on('data', (text) => { stderr += text; });
+  child.once('close', (status) => resolve({ status: status ?? -1, stderr }));
+});
 
 /** Short runs: Kepler's orbit by one method. @param {string} name @param {number} runs */
 function orbits(name, runs) {
@@ -172,6 +180,35 @@ test('experiments expire by the clock of the database, not of the daemon', { ski
   assert.equal(await status(), 404);
 });
 
+const SFTP = '/usr/lib/openssh/sftp-server';
+const noNet = () => (process.getuid?.() !== 0 ? 'mounting needs root' : !existsSync(SFTP) || spawnSync('sshfs', ['--version']).error ? 'sshfs or its server is not installed' : false);
+
+test('a store on a network file system is refused, and none is made there', { skip: noNet() }, async (t) => {
+  const near = file('near'), far = file('far');
+  mkdirSync(near);
+  mkdirSync(far);
+  const server = spawn(SFTP, { stdio: ['pipe', 'pipe', 'ignore'] });
+  const mount = spawn('sshfs', ['-f', '-o', 'passive', `:${near}`, far], { stdio: ['pipe', 'pipe', 'pipe'] });
+  let errors = '';
+  mount.stderr.on('data', (text) => { errors += text; });
+  server.stdout.pipe(mount.stdin);
+  mount.stdout.pipe(server.stdin);
+  const ended = new Promise((resolve) => mount.once('close', () => resolve(true)));
+  const mounted = () => readFileSync('/proc/self/mounts', 'utf8').includes(` ${far} fuse.sshfs `);
+  t.after(async () => {
+    spawnSync('umount', ['-l', far]);
+    mount.kill('SIGKILL');
+    server.kill('SIGKILL');
+    await ended;
+  });
+  if (await Promise.race([ended, waitFor(mounted, 'the mount', 10000).then(() => false)])) return t.skip(`no FUSE here: ${errors.trim()}`);
+  // Whoever waits for the file system's answers must not be who carries them.
+  const { status, stderr } = await outcome('sweep', orbits('net.json', 100), '--out', 'far/net.csv');
+  assert.equal(status, 2);
+  assert.match(stderr, /^laglab: the store far\/net\.csv\.runs is on fuse\.sshfs, where SQLite loses data: use a local folder, PostgreSQL, or --shard on each machine\n$/);
+  assert.deepEqual(readdirSync(near), []);
+});
+
 test('a store that is full or read-only is told, and what was done is not lost', { skip: process.getuid() !== 0 && 'mounting needs root' }, (t) => {
   const disk = file('disk'), on = (/** @type {string[]} */ ...args) => spawnSync(BINARY, args, { cwd: disk, encoding: 'utf8', timeout: 60000 });
   mkdirSync(disk);
@@ -190,6 +227,7 @@ test('a store that is full or read-only is told, and what was done is not lost',
     assert.equal(on('sweep', experiment, '--out', 'rows.csv').status, 0);
     assert.equal(checksum('disk/rows.csv'), checksum('disk/kept.csv'));
     execFileSync('mount', ['-o', 'remount,ro', disk]);
+    assert.equal(on('sweep', experiment).stdout, readFileSync(file('disk/kept.csv'), 'utf8'), 'in memory it needs no disk');
     const fixed = on('worker', '--store', 'kept.db', '--drain');
     assert.equal(fixed.status, 1);
     assert.equal(fixed.stderr, 'laglab: the store kept.db cannot be written: its file system is read-only\n');
