@@ -1,16 +1,10 @@
 /* The crates' rules: where they start, who pushes whom, and what a client may predict of it. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include <cjson/cJSON.h>
-#include <cmocka.h>
 
 #include "base/rng.h"
-#include "game/games.h"
+#include "game/harness.h"
 #include "rigid/manifold.h"
 
 typedef struct params {
@@ -35,23 +29,15 @@ static params usual(int count)
 
 static yard open_yard(params p, int players, double dt)
 {
-    yard y = {.params = p, .env = {.dt = dt, .dt_ns = (ll_time)(dt * 1e9)}};
-    const int32_t lanes[LL_PLAYERS_MAX] = {0};
-    ll_extent extent = ll_game_crates.extent(&p, players);
-    y.world = calloc(1, ll_extent_size(extent));
-    y.world->players = players;
-    y.world->entities = extent.entities;
-    y.world->tail = extent.tail;
-    ll_game_crates.prepare(&y.env, &p);
-    ll_game_crates.init(y.world, &y.env, lanes);
+    yard y = {.params = p};
+    y.world = world_open(&ll_game_crates, &p, players, dt, &y.env);
     return y;
 }
 
 static yard copy_of(const yard *y)
 {
     yard other = *y;
-    other.world = malloc(ll_world_size(y->world));
-    memcpy(other.world, y->world, ll_world_size(y->world));
+    other.world = world_copy(y->world);
     return other;
 }
 

@@ -1,17 +1,11 @@
 /* The dam's rules: water stays in its tank and keeps its volume, falls no faster than it can, and is drawn
  * along by paddles. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include <cjson/cJSON.h>
-#include <cmocka.h>
 
 #include "base/rng.h"
-#include "game/games.h"
+#include "game/harness.h"
 
 typedef struct params {
     int64_t across, iterations;
@@ -35,14 +29,8 @@ static params usual(void)
 
 static tank open_tank(params p, int players)
 {
-    tank t = {.params = p, .env = {.dt = 1.0 / HZ, .dt_ns = LL_SECOND / HZ}};
-    const int32_t lanes[LL_PLAYERS_MAX] = {0};
-    ll_extent extent = ll_game_dam.extent(&p, players);
-    t.world = calloc(1, ll_extent_size(extent));
-    t.world->players = players;
-    t.world->entities = extent.entities;
-    ll_game_dam.prepare(&t.env, &p);
-    ll_game_dam.init(t.world, &t.env, lanes);
+    tank t = {.params = p};
+    t.world = world_open(&ll_game_dam, &p, players, 1.0 / HZ, &t.env);
     return t;
 }
 

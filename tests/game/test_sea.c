@@ -1,17 +1,10 @@
 /* The sea's rules: its water is the ocean's, its boats float by closed forms, and a client predicts its own.
  */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cmocka.h>
 
 #include "base/rng.h"
 #include "fluid/ocean.h"
-#include "game/games.h"
+#include "game/harness.h"
 
 typedef struct params {
     int64_t points, waves, seed;
@@ -35,15 +28,8 @@ static params usual(void)
 
 static coast open_coast(params p, int players)
 {
-    coast c = {.params = p, .env = {.dt = 1.0 / HZ, .dt_ns = LL_SECOND / HZ}};
-    const int32_t lanes[LL_PLAYERS_MAX] = {0};
-    ll_extent extent = ll_game_sea.extent(&p, players);
-    c.world = calloc(1, ll_extent_size(extent));
-    c.world->players = players;
-    c.world->entities = extent.entities;
-    c.world->tail = extent.tail;
-    ll_game_sea.prepare(&c.env, &p);
-    ll_game_sea.init(c.world, &c.env, lanes);
+    coast c = {.params = p};
+    c.world = world_open(&ll_game_sea, &p, players, 1.0 / HZ, &c.env);
     return c;
 }
 

@@ -1,14 +1,7 @@
 /* The shooter's rules and scripts, without a network: everybody acts on the truth. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 
-#include <cmocka.h>
-
-#include "game/games.h"
+#include "game/harness.h"
 #include "game/shooter.h"
 
 #define HZ 60000
@@ -24,19 +17,10 @@ typedef struct yard {
 static yard *open_yard(int players, void (*set)(ll_shooter_params *))
 {
     yard *y = calloc(1, sizeof *y);
-    const int32_t lanes[LL_PLAYERS_MAX] = {0};
     ll_param_defaults(&ll_shooter_table, &y->params);
     if (set)
         set(&y->params);
-    y->env.dt = 1.0 / 60;
-    y->env.dt_ns = ll_tick_time(1, HZ);
-    ll_extent extent = ll_game_shooter.extent(&y->params, players);
-    y->world = calloc(1, ll_extent_size(extent));
-    y->world->players = players;
-    y->world->entities = extent.entities;
-    y->world->tail = extent.tail;
-    ll_game_shooter.prepare(&y->env, &y->params);
-    ll_game_shooter.init(y->world, &y->env, lanes);
+    y->world = world_open(&ll_game_shooter, &y->params, players, 1.0 / 60, &y->env);
     ll_shooter_arena(&y->env, players, &y->arena);
     return y;
 }

@@ -1,16 +1,10 @@
 /* The stack's rules: what a step forgets is not missed, balls push, and machines agree to the bit. */
 #include <math.h>
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdlib.h>
-#include <string.h>
 
 #include <cjson/cJSON.h>
-#include <cmocka.h>
 
 #include "base/rng.h"
-#include "game/games.h"
+#include "game/harness.h"
 
 typedef struct params {
     int64_t size, substeps;
@@ -39,22 +33,15 @@ static params usual(int32_t scene, int64_t size)
 
 static site open_site(params p, int players)
 {
-    site s = {.params = p, .env = {.dt = 1.0 / HZ, .dt_ns = LL_SECOND / HZ}};
-    const int32_t lanes[LL_PLAYERS_MAX] = {0};
-    ll_extent extent = ll_game_stack.extent(&p, players);
-    s.world = calloc(1, ll_extent_size(extent));
-    s.world->players = players;
-    s.world->entities = extent.entities;
-    ll_game_stack.prepare(&s.env, &p);
-    ll_game_stack.init(s.world, &s.env, lanes);
+    site s = {.params = p};
+    s.world = world_open(&ll_game_stack, &p, players, 1.0 / HZ, &s.env);
     return s;
 }
 
 static site copy_of(const site *s)
 {
     site other = *s;
-    other.world = malloc(ll_world_size(s->world));
-    memcpy(other.world, s->world, ll_world_size(s->world));
+    other.world = world_copy(s->world);
     return other;
 }
 

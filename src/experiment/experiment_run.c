@@ -1,0 +1,131 @@
+/* A run of an experiment, from its first tick to its row or its trace. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/utf8.h"
+#include "experiment/experiment.h"
+#include "experiment/metric_path.h"
+#include "session/session.h"
+
+const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused"};
+
+static bool stops(const ll_experiment *e, ll_session *session)
+{
+    cJSON *report = ll_session_metrics(session);
+    double value = ll_metric_value(cJSON_GetObjectItem(report, "metrics"), e->head.stop.metric);
+    cJSON_Delete(report);
+    return value > e->head.stop.above;
+}
+
+static bool is_cancelled(const atomic_bool *cancel)
+{
+    return cancel && atomic_load_explicit(cancel, memory_order_relaxed);
+}
+
+static ll_status run_to(ll_session *session, int64_t tick, const atomic_bool *cancel)
+{
+    enum { TICKS_AT_ONCE = 64 };
+    ll_status status = ll_ok();
+    for (int64_t at = ll_session_get_info(session).tick;
+         at < tick && !ll_failed(&status) && !is_cancelled(cancel);) {
+        at = tick - at > TICKS_AT_ONCE ? at + TICKS_AT_ONCE : tick;
+        status = ll_session_run_to(session, at);
+    }
+    return status;
+}
+
+static ll_status advance(const ll_experiment *e, ll_session *session, const atomic_bool *cancel,
+                         bool *stopped)
+{
+    ll_session_info info = ll_session_get_info(session);
+    if (!e->head.stop.metric[0])
+        return run_to(session, info.end_tick, cancel);
+    ll_status status = ll_ok();
+    for (int64_t k = 1;
+         !ll_failed(&status) && !*stopped && info.tick < info.end_tick && !is_cancelled(cancel); k++) {
+        int64_t to = ll_tick_at((ll_time)((double)k * e->head.stop.every_s * 1e9), info.tick_freq);
+        status = run_to(session, to < info.end_tick ? to : info.end_tick, cancel);
+        info = ll_session_get_info(session);
+        *stopped = !ll_failed(&status) && info.tick < info.end_tick && stops(e, session);
+    }
+    return status;
+}
+
+static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
+{
+    cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
+    for (int i = 0; i < e->metric_count; i++)
+        row->metrics[i] = ll_metric_value(metrics, e->metrics[i]);
+    row->hash = ll_session_hash(session);
+    row->t_s = ll_to_s(ll_session_get_info(session).time);
+    cJSON_Delete(report);
+}
+
+void ll_row_clear(ll_row *row)
+{
+    memset(row, 0, sizeof *row);
+    for (int i = 0; i < LL_EXPERIMENT_METRICS_MAX; i++)
+        row->metrics[i] = NAN;
+}
+
+/* A sentence may be cut within a character, which no database of text takes. */
+static void tell_error(ll_row *row, const ll_status *status)
+{
+    snprintf(row->error, sizeof row->error, "%.*s", (int)sizeof row->error - 1, status->text);
+    for (char *at = row->error; *at;) {
+        int length = ll_utf8_printable(at);
+        if (length == 0)
+            *at = '?';
+        at += length ? length : 1;
+    }
+}
+
+ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
+{
+    ll_scenario scenario;
+    ll_session *session = NULL;
+    bool stopped = false;
+    ll_row_clear(row);
+    row->run = run;
+    ll_status status = ll_experiment_open(e, run, &scenario);
+    if (!ll_failed(&status))
+        status = ll_session_open(&scenario, NULL, NULL, &session);
+    if (status.code == LL_NO_MEMORY)
+        return status;
+    if (ll_failed(&status)) {
+        row->status = LL_ROW_REFUSED;
+        tell_error(row, &status);
+        return ll_ok();
+    }
+    status = advance(e, session, cancel, &stopped);
+    if (is_cancelled(cancel)) {
+        ll_session_destroy(session);
+        return ll_error(LL_CONFLICT, "run %lld was cancelled", (long long)run);
+    }
+    row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
+    if (ll_failed(&status))
+        tell_error(row, &status);
+    read_row(e, session, row);
+    ll_session_destroy(session);
+    return ll_ok();
+}
+
+ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
+                              void (*write)(void *context, const char *text, size_t length), void *context)
+{
+    ll_scenario scenario;
+    ll_session *session = NULL;
+    bool stopped = false;
+    ll_status status = ll_experiment_open(e, run, &scenario);
+    if (!ll_failed(&status))
+        status = ll_session_open(&scenario, NULL, NULL, &session);
+    if (ll_failed(&status))
+        return status;
+    ll_status ended = advance(e, session, NULL, &stopped);
+    int64_t tick = ll_session_get_info(session).tick;
+    status = ll_session_trace(session, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, write, context);
+    ll_session_destroy(session);
+    return status;
+}

@@ -1,0 +1,81 @@
+#include "experiment/metric_path.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const cJSON *metric_at(const cJSON *metrics, const char *path, char *reached, int size,
+                              const char **missing)
+{
+    reached[0] = '\0';
+    for (;;) {
+        char name[64];
+        size_t length = strcspn(path, ".");
+        snprintf(name, sizeof name, "%.*s", (int)length, path);
+        char *end;
+        long index = strtol(name, &end, 10);
+        const cJSON *next = cJSON_IsArray(metrics) && end != name && *end == '\0' && index >= 0
+                                ? cJSON_GetArrayItem(metrics, (int)index)
+                                : cJSON_GetObjectItemCaseSensitive(metrics, name);
+        *missing = path;
+        if (!next)
+            return NULL;
+        size_t used = strlen(reached);
+        snprintf(reached + used, (size_t)size - used, "%s%s", used ? "." : "", name);
+        metrics = next;
+        path += length;
+        if (*path == '\0')
+            return metrics;
+        path++;
+    }
+}
+
+/* What is there where the path ends, in as many names as fit. */
+static ll_status no_metric(const cJSON *metrics, const char *field, const char *path)
+{
+    char reached[160], names[120] = "", found[160];
+    const char *missing;
+    const cJSON *at = metric_at(metrics, path, reached, sizeof reached, &missing), *item;
+    if (!at)
+        at = reached[0] ? metric_at(metrics, reached, found, sizeof found, &missing) : metrics;
+    if (cJSON_IsArray(at))
+        return ll_field_error(LL_BAD_INPUT, field,
+                              "%s: the scenario has no metric %s; %s has %d elements, from 0", field, path,
+                              reached, cJSON_GetArraySize(at));
+    cJSON_ArrayForEach(item, at)
+    {
+        size_t used = strlen(names);
+        if (used + strlen(item->string) + sizeof ", " + sizeof ", ..." > sizeof names) {
+            strcat(names, ", ...");
+            break;
+        }
+        snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "", item->string);
+    }
+    if (names[0] == '\0')
+        return ll_field_error(LL_BAD_INPUT, field, "%s: %s is no number", field, path);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: the scenario has no metric %s; %s has %s", field, path,
+                          reached[0] ? reached : "it", names);
+}
+
+static bool is_number(const cJSON *item)
+{
+    return cJSON_IsNumber(item) || cJSON_IsRaw(item) || cJSON_IsBool(item);
+}
+
+ll_status ll_metric_check(const cJSON *metrics, const char *field, const char *path)
+{
+    char reached[160];
+    const char *missing;
+    const cJSON *found = metric_at(metrics, path, reached, sizeof reached, &missing);
+    return found && (is_number(found) || cJSON_IsNull(found)) ? ll_ok() : no_metric(metrics, field, path);
+}
+
+double ll_metric_value(const cJSON *metrics, const char *path)
+{
+    char reached[160];
+    const char *missing;
+    const cJSON *item = metric_at(metrics, path, reached, sizeof reached, &missing);
+    return cJSON_IsBool(item) ? cJSON_IsTrue(item) : is_number(item) ? item->valuedouble : NAN;
+}
