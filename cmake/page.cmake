@@ -26,7 +26,8 @@ endfunction()
 
 vendor_file(lit-html/lit-html.js lit-html.js)
 vendor_file(@preact/signals-core/dist/signals-core.mjs signals-core.js)
-vendor_file(uplot/dist/uPlot.esm.js uplot.js)
+vendor_file(uplot/dist/uPlot.iife.min.js uplot.js)
+file(APPEND ${vendor}/uplot.js "\nexport default uPlot;\n") # the package's modules are not minified
 vendor_file(uplot/dist/uPlot.min.css uplot.css)
 
 file(WRITE ${vendor}/LICENSES.txt "The libraries in this folder and their licences.\n")

@@ -79,7 +79,7 @@ test('a page that is loaded again shows the session it had', async () => {
   await control(page, 'players.0.lag_ms', 'number').press('Enter');
   await until(async () => page.url().includes('lag_ms:77'), 'the address');
   await page.reload();
-  await page.waitForFunction(() => globalThis.laglab?.().frame !== null);
+  await page.waitForFunction(() => (globalThis.laglab?.().frame ?? null) !== null);
   assert.equal((await sessionOf(page)).id, id);
   assert.equal((await sessionOf(page)).owner, true);
   await close();

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+import { api, control, frameOf, launch, paramsOf, sessionOf, shown, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -57,7 +57,7 @@ test('"Make my copy" gives a session of one\'s own at the same place', async () 
   await until(async () => (await paramsOf(reader.page)).players[0].lag_ms === 222, 'the copy changes');
   assert.equal((await paramsOf(owner.page)).players[0].lag_ms, 111);
   await reader.page.reload();
-  await reader.page.waitForFunction(() => globalThis.laglab?.().frame !== null);
+  await shown(reader.page);
   assert.deepEqual(await sessionOf(reader.page), { id: copy.id, owner: true });
   await reader.close();
   await owner.close();

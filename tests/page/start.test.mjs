@@ -1,6 +1,6 @@
 // Opening the page: soon, moving, quiet, alone.
 import assert from 'node:assert/strict';
-import { readFileSync, readdirSync } from 'node:fs';
+import { readFileSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { after, before, test } from 'node:test';
@@ -73,12 +73,32 @@ test('asks nobody but the daemon, and for little', async () => {
   await close();
 });
 
-test('every module is asked for at once, without waiting for the one that imports it', () => {
-  const files = readdirSync(path.join(WWW, 'js'), { recursive: true, encoding: 'utf8' }).filter((name) => name.endsWith('.js')
-    && !/^(step|collide|fluid|workbench|experiments)\//.test(name)); // labs, and what they share: read when they are first wanted
-  const index = readFileSync(path.join(WWW, 'index.html'), 'utf8');
-  assert.ok(files.length > 20);
-  assert.deepEqual(files.filter((name) => !index.includes(`"js/${name}"`)), []);
+/** A module and all that it imports before it runs. @param {string} file below www/ @param {Set<string>} [found] */
+function closure(file, found = new Set()) {
+  if (found.has(file)) return found;
+  found.add(file);
+  const text = file.startsWith('vendor/') ? '' : readFileSync(path.join(WWW, file), 'utf8');
+  for (const [, name] of text.matchAll(/^import (?:[^'\n;]*? from )?'([^']+)';/gm)) closure(path.posix.join(path.posix.dirname(file), name), found);
+  return found;
+}
+
+test('every module that the first picture needs is asked for at once, and no other', () => {
+  const needed = closure('js/main.js');
+  const asked = [...readFileSync(path.join(WWW, 'index.html'), 'utf8').matchAll(/(?:modulepreload" href|type="module" src)="([^"]+)"/g)].map(([, name]) => name);
+  assert.ok(needed.size > 20);
+  assert.deepEqual(asked.sort(), [...needed].sort());
+  for (const name of ['js/later.js', 'js/dialogs.js', 'js/views/chart.js', 'vendor/uplot.js']) assert.ok(!needed.has(name), name);
+});
+
+test('what is read after the first picture comes by itself: curves, dialogs, closer looks', async () => {
+  const { page, complaints, close } = await visit(browser, daemon.url);
+  await page.waitForSelector('#error-chart canvas');
+  await page.getByRole('button', { name: 'Help' }).click();
+  await page.getByRole('heading', { name: 'Help' }).waitFor();
+  await page.keyboard.press('Escape');
+  await page.waitForFunction(() => document.querySelectorAll('[aria-label="What the lane below shows"] option').length > 1);
+  assert.deepEqual(complaints, []);
+  await close();
 });
 
 for (const size of SIZES) {

@@ -18,6 +18,15 @@ export function address(path) {
   return new URL(`../api/v1/${path}`, import.meta.url);
 }
 
+/** The stream of a session. @param {string} id @returns {WebSocket} */
+export function socketOf(id) {
+  const url = address(`sessions/${id}/stream`);
+  url.protocol = url.protocol.replace('http', 'ws');
+  const socket = new WebSocket(url, ['laglab.v1.bin']);
+  socket.binaryType = 'arraybuffer';
+  return socket;
+}
+
 /** @param {string} method @param {string} path @param {{body?: unknown, key?: string}} [more]
  * @returns {Promise<any>} the JSON of the answer; null when it has none */
 export async function call(method, path, more = {}) {

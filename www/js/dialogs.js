@@ -1,30 +1,18 @@
-// One dialog at a time: help, all settings of a player or the server, links to share, a chart's table.
+// One dialog at a time, read after the first picture: help, all settings of a player or the server, links to share, a chart's table.
 import { html, nothing, render } from '../vendor/lit-html.js';
-import { effect, signal } from '../vendor/signals-core.js';
+import { effect } from '../vendor/signals-core.js';
 import { address } from './api.js';
 import { control, sync } from './controls.js';
 import { link } from './early.js';
 import { fixed, letter } from './format.js';
-import { DRIVING_HELP, KEYS, opens, setTheme } from './keys.js';
+import { DRIVING_HELP, KEYS, setTheme } from './keys.js';
 import { memory } from './lab.js';
 import { THEMES, writeQuery } from './link.js';
 import { find, livePaths, valueAt } from './schema.js';
-import { layout, locked, params, schema, session, setSingleKeys, singleKeys, theme, unit } from './state.js';
-import { bufferCurves, errorCurves, rowsOf } from './views/chart.js';
+import { dialog as page, layout, locked, params, scale, schema, session, setSingleKeys, singleKeys, theme, unit } from './state.js';
+import { bufferCurves, errorCurves, rowsOf } from './views/curves.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
-/** @typedef {{kind: 'help'} | {kind: 'player', player: number} | {kind: 'server'} | {kind: 'share'} | {kind: 'table', which: 'error' | 'buffer'}} Page */
-
-/** @type {import('@preact/signals-core').Signal<Page | null>} */
-const page = signal(null);
-
-/** @param {Page} next */
-export function open(next) {
-  page.value = next;
-}
-
-export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawing loop */
-
 /** @returns {Template} */
 function help() {
   const row = (/** @type {{shown: string, help: string}} */ key) => html`<tr><th scope="row"><kbd>${key.shown}</kbd></th><td>${key.help}</td></tr>`;
@@ -92,7 +80,7 @@ function table(which) {
     <button type="button" @click=${() => draw()}>Refresh</button>`;
 }
 
-/** @param {Page} at @returns {[string, Template]} */
+/** @param {import('./state.js').Dialog} at @returns {[string, Template]} */
 function content(at) {
   switch (at.kind) {
     case 'help': return ['Help', help()];
@@ -117,7 +105,6 @@ function draw() {
 
 export function listen() {
   document.body.append(dialog);
-  opens.help = () => open({ kind: 'help' });
   dialog.addEventListener('close', () => {
     page.value = null;
   });

@@ -1,8 +1,9 @@
-// The first thing that runs: sets the theme and asks the daemon for a session, before anything is drawn.
-import { Problem, call } from './api.js';
+// The first thing that runs: sets the theme, asks the daemon for a session and opens its stream, while the rest of the page is read.
+import { Problem, call, socketOf } from './api.js';
 import { FIRST_SCENARIO, readLink } from './link.js';
 
 /** @typedef {{id: string, key: string, own: boolean, note: string}} Opened  own: made from the query, not from #s= */
+/** A stream that nobody listens to yet, and what it has said. @typedef {{socket: WebSocket, said: MessageEvent[]}} Line */
 
 export const link = readLink(location.search, location.hash);
 document.documentElement.dataset.theme = link.theme;
@@ -108,4 +109,14 @@ async function open() {
 
 /** None while the Experiments view is shown: a lab makes one when it is wanted. @type {Promise<Opened> | null} */
 export const opened = link.experiment === null ? open() : null;
-opened?.catch(() => {}); /* whoever awaits it says so */
+
+/** @param {Opened} made @returns {Line} */
+function listen({ id }) {
+  /** @type {Line} */
+  const line = { socket: socketOf(id), said: [] };
+  line.socket.onmessage = (message) => line.said.push(message);
+  return line;
+}
+
+export const line = opened?.then(listen);
+line?.catch(() => {}); /* whoever awaits the session says so */

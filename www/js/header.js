@@ -1,11 +1,10 @@
 // The head of the page: labs, scenario, the state chip.
 import { html, nothing } from '../vendor/lit-html.js';
 import { effect } from '../vendor/signals-core.js';
-import { open } from './dialogs.js';
 import { fixed } from './format.js';
 import { choose, fork, openExperiments, shownScenario } from './lab.js';
 import { LABS } from './link.js';
-import { behind, connection, experiment, failure, layout, readOnly, scenarios, status } from './state.js';
+import { behind, connection, experiment, failure, layout, open, readOnly, scenarios, status } from './state.js';
 import { backToLive } from './time.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */

@@ -2,7 +2,7 @@
 import { byPerson, drive, fire, push } from './drive.js';
 import { nextSpeed, playOrPause, reset, restart, step } from './time.js';
 import { change } from './params.js';
-import { experiment, layout, overlays, params, singleKeys, theme } from './state.js';
+import { experiment, layout, open, overlays, params, singleKeys, theme } from './state.js';
 import { showAddress } from './params.js';
 
 /** @typedef {{code: string, alt?: boolean, shift?: boolean, repeat?: boolean, everywhere?: boolean, shown: string, help: string, run: () => void}} Key  everywhere: also where no session is shown */
@@ -29,9 +29,6 @@ export function fullScreen() {
   else document.documentElement.requestFullscreen?.().catch(() => {});
 }
 
-/** Set by the dialogs: the table must not know them. @type {{help: () => void}} */
-export const opens = { help: () => {} };
-
 const TECHNIQUES = ['prediction', 'reconciliation', 'interpolation'];
 const technique = (/** @type {number} */ player) => TECHNIQUES.map((name, i) => ({
   code: `Digit${i + 1}`, shift: player === 1, shown: `${player === 1 ? 'Shift + ' : ''}${i + 1}`,
@@ -53,7 +50,7 @@ export const KEYS = [
   { code: 'KeyM', shown: 'M', help: 'Messages', run: () => toggleOverlay('messages') },
   { code: 'KeyF', everywhere: true, shown: 'F', help: 'Full screen', run: fullScreen },
   { code: 'KeyP', everywhere: true, shown: 'P', help: 'Projector colours', run: () => setTheme(theme.value === 'projector' ? 'auto' : 'projector') },
-  { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'This help', run: () => opens.help() },
+  { code: 'Slash', shift: true, everywhere: true, shown: '?', help: 'This help', run: () => open({ kind: 'help' }) },
 ];
 
 /** Driving keys: while a view has the focus, or the player is driven by a person.

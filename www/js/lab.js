@@ -56,8 +56,9 @@ export function openExperiments(id) {
   showAddress();
 }
 
-/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own */
-export function show(id, key, own) {
+/** Shows a session from now on. @param {string} id @param {string} key @param {boolean} own @param {import('./early.js').Line} [line] its stream,
+ * when it is open */
+export function show(id, key, own, line) {
   stream?.close();
   newest = null;
   batch(() => {
@@ -103,7 +104,7 @@ export function show(id, key, own) {
     refused(detail) {
       tell(`Refused: ${detail}`);
     },
-  });
+  }, line);
   showAddress();
 }
 

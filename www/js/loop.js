@@ -1,7 +1,6 @@
 // The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
 import { speak } from './announce.js';
 import { showTime } from './bar.js';
-import { scale } from './dialogs.js';
 import { INTERPOLATION, PLAYING, STALLED } from './frame.js';
 import { fixed, letter } from './format.js';
 import { showReplay } from './header.js';
@@ -9,8 +8,7 @@ import { counts, drawn, memory, takeNewest } from './lab.js';
 import { ownLab } from './page.js';
 import { reread } from './params.js';
 import { showSide } from './side.js';
-import { LENSES } from './lenses/lenses.js';
-import { frame, lanes, layout, lens, overlays, params, unit } from './state.js';
+import { frame, lanes, layout, lens, lenses, overlays, params, scale, unit } from './state.js';
 import { palette } from './theme.js';
 import { drawCannon } from './views/cannon.js';
 import { drawField, drawStandings } from './views/field.js';
@@ -108,7 +106,7 @@ function laneOf(surface, now) {
 /** A closer look in place of the messages. @param {Surface} surface @param {Frame} now @param {HTMLCanvasElement} canvas @param {boolean} name
  * @returns {boolean} whether there was one */
 function drawLens(surface, now, canvas, name) {
-  const chosen = LENSES.find((one) => one.id === lens.value);
+  const chosen = lenses.value.find((one) => one.id === lens.value);
   if (!chosen || !layout.value || !chosen.fits(now, params.value)) return false;
   const at = {
     pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory, layout: layout.value,

@@ -3,18 +3,38 @@ import { effect } from '../vendor/signals-core.js';
 import * as announce from './announce.js';
 import { call } from './api.js';
 import * as controls from './controls.js';
-import * as dialogs from './dialogs.js';
-import { link, opened } from './early.js';
+import { line, link, opened } from './early.js';
 import * as keys from './keys.js';
 import { again, hook, openExperiments, show } from './lab.js';
 import { readExperiment } from './link.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
-import { experiment, locked, params, scenarios, schemas, session, tell } from './state.js';
+import { experiment, frame, layout, locked, params, scenarios, schemas, session, tell } from './state.js';
+
+/* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
+Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });
+
+opened?.then(async (made) => {
+  show(made.id, made.key, made.own, await line);
+  const notes = [made.note, ...link.problems].filter((text) => text !== '');
+  if (notes.length > 0) tell(notes.join('. '), link.problems.length > 0);
+}).catch((error) => {
+  tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
+  setTimeout(again, 1000);
+});
+
+const WAIT_MS = 400;
+if (opened) { /* the page is laid out once, not twice, when the session tells soon what there is */
+  await new Promise((done) => {
+    setTimeout(done, WAIT_MS);
+    effect(() => {
+      if (layout.value !== null) done(null);
+    });
+  });
+}
 
 page.listen(loop.touch);
 controls.listen();
-dialogs.listen();
 keys.listen();
 announce.listen();
 loop.listen();
@@ -26,13 +46,23 @@ function fetchFor(path, take, attempt = 1) {
 }
 /** @type {Set<string>} */
 const asked = new Set();
-effect(() => {
-  const kind = params.value?.kind;
-  if (!kind || asked.has(kind)) return;
-  asked.add(kind);
-  fetchFor(`schema?kind=${kind}`, (answer) => { schemas.value = new Map(schemas.value).set(kind, answer); });
+function readMore() {
+  import('./later.js');
+  effect(() => {
+    const kind = params.value?.kind;
+    if (!kind || asked.has(kind)) return;
+    asked.add(kind);
+    fetchFor(`schema?kind=${kind}`, (answer) => { schemas.value = new Map(schemas.value).set(kind, answer); });
+  });
+  fetchFor('scenarios?brief=true', (answer) => { scenarios.value = answer.scenarios ?? []; });
+}
+const waiting = effect(() => { /* what is asked for before the first picture makes it later */
+  if (frame.value === null && experiment.value === null) return;
+  setTimeout(() => {
+    waiting();
+    readMore();
+  });
 });
-fetchFor('scenarios?brief=true', (answer) => { scenarios.value = answer.scenarios ?? []; });
 
 if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the session waits: Play is what comes next */
   const stop = effect(() => {
@@ -44,15 +74,6 @@ if (matchMedia('(prefers-reduced-motion: reduce)').matches) { /* then the sessio
   });
 }
 
-opened?.then((made) => {
-  show(made.id, made.key, made.own);
-  const notes = [made.note, ...link.problems].filter((text) => text !== '');
-  if (notes.length > 0) tell(notes.join('. '), link.problems.length > 0);
-}).catch((error) => {
-  tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
-  setTimeout(again, 1000);
-});
-
 addEventListener('hashchange', () => { /* Back from a point that was opened, or an address that was typed */
   const wanted = readExperiment(location.hash);
   if (wanted !== null) openExperiments(wanted);
@@ -61,6 +82,3 @@ addEventListener('hashchange', () => { /* Back from a point that was opened, or 
 addEventListener('popstate', () => {
   if (experiment.value !== null && readExperiment(location.hash) === null) location.reload();
 });
-
-/* Read-only, for tests and for the curious: frame, params, connection, counts, messages. */
-Object.defineProperty(window, 'laglab', { value: Object.assign(() => hook(), { costs: loop.costs }) });

@@ -1,5 +1,5 @@
 // The stream of one session: hello, frames, replies; reconnects by itself until it is closed.
-import { Problem, address, call } from './api.js';
+import { Problem, call, socketOf } from './api.js';
 import { decode } from './frame.js';
 
 const SILENCE_MS = 2000; /* then ask for a sign of life */
@@ -16,8 +16,8 @@ const BACKOFF_MS = 200, BACKOFF_MAX_MS = 2000;
  */
 
 export class Stream {
-  /** @param {string} id @param {string} key @param {Handlers} on */
-  constructor(id, key, on) {
+  /** @param {string} id @param {string} key @param {Handlers} on @param {import('./early.js').Line} [line] */
+  constructor(id, key, on, line) {
     this.id = id;
     this.key = key;
     this.on = on;
@@ -32,28 +32,31 @@ export class Stream {
     /* While hidden nothing is drawn, so nothing is acknowledged or sent: that silence says nothing. */
     this.seen = () => { this.heard = performance.now(); };
     document.addEventListener('visibilitychange', this.seen);
-    this.open();
+    this.open(line);
   }
 
-  open() {
-    const url = address(`sessions/${this.id}/stream`);
-    url.protocol = url.protocol.replace('http', 'ws');
-    const socket = new WebSocket(url, ['laglab.v1.bin']);
-    socket.binaryType = 'arraybuffer';
+  /** @param {import('./early.js').Line} [line] that was opened before */
+  open(line) {
+    const socket = line && line.socket.readyState <= WebSocket.OPEN ? line.socket : socketOf(this.id);
     this.socket = socket;
     this.heard = performance.now();
-    socket.onopen = () => {
+    const greet = () => {
       if (this.key) this.send({ auth: this.key, id: 0 });
     };
-    socket.onmessage = (message) => {
+    const take = (/** @type {MessageEvent} */ message) => {
       if (socket !== this.socket) return;
       this.heard = performance.now();
       if (typeof message.data === 'string') this.text(message.data);
       else this.binary(message.data);
     };
+    socket.onopen = greet;
+    socket.onmessage = take;
     socket.onclose = () => {
       if (socket === this.socket) this.lost();
     };
+    if (socket !== line?.socket) return;
+    greet(); /* if it is open */
+    line.said.forEach(take);
   }
 
   /** @param {string} data */

@@ -3,14 +3,13 @@ import { html, nothing, render } from '../vendor/lit-html.js';
 import { effect, signal } from '../vendor/signals-core.js';
 import { timeBar } from './bar.js';
 import { sync } from './controls.js';
-import { open } from './dialogs.js';
 import { fixed, letter } from './format.js';
 import { header } from './header.js';
 import { icons } from './icons.js';
 import { mark, messagesPanel, nameOf, playerPanel, serverPanel } from './panels.js';
 import { pads } from './pads.js';
 import { side } from './side.js';
-import { experiment, layout, notice, overlays, params, tab } from './state.js';
+import { experiment, layout, notice, open, overlays, params, tab } from './state.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./state.js').Tab} Tab */

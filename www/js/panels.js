@@ -4,9 +4,7 @@ import { control } from './controls.js';
 import { aim, byPerson, fire, setAim } from './drive.js';
 import { fixed, letter } from './format.js';
 import { icons } from './icons.js';
-import { open } from './dialogs.js';
-import { LENSES, offered } from './lenses/lenses.js';
-import { lanes, layout, lens, locked, overlays, params } from './state.js';
+import { lanes, layout, lens, lenses, locked, offered, open, overlays, params } from './state.js';
 import { toggleOverlay } from './keys.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -101,12 +99,12 @@ export function messagesPanel() {
   const box = (/** @type {'ghosts' | 'messages' | 'dots' | 'labels'} */ name, /** @type {string} */ label) => html`<label
     class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
   const ids = offered.value.split(' ');
-  const looked = LENSES.find((one) => one.id === lens.value);
+  const looked = lenses.value.find((one) => one.id === lens.value);
   return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
     <label class="field choice"><span>Below</span><select aria-label="What the lane below shows" @change=${(/** @type {Event} */ event) => {
       lens.value = /** @type {HTMLSelectElement} */ (event.target).value;
     }}><option value="messages" .selected=${lens.value === 'messages'}>Messages</option>
-      ${LENSES.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === lens.value}>${one.label}</option>`)}</select></label>
+      ${lenses.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === lens.value}>${one.label}</option>`)}</select></label>
     <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
     ${looked?.players ? which(0, 'Player') : (layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
     <p class="facts" id="lane-facts"></p></div>`;

@@ -1,11 +1,10 @@
 // The side column: what the scenario is about, the charts, and the numbers of now.
 import { html, nothing } from '../vendor/lit-html.js';
-import { open, scale } from './dialogs.js';
 import { INTERPOLATION } from './frame.js';
 import { fixed, letter, signed } from './format.js';
 import { memory } from './lab.js';
-import { layout, params, unit } from './state.js';
-import { Chart, FEW, bufferCurves, errorCurves } from './views/chart.js';
+import { layout, open, params, scale, unit } from './state.js';
+import { FEW, bufferCurves, errorCurves } from './views/curves.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -71,23 +70,33 @@ export function side() {
   </aside>`;
 }
 
+/** @typedef {import('./views/chart.js').Chart} Chart */
+/** @type {typeof import('./views/chart.js').Chart | null} */
+let ChartOf = null;
 /** @type {{error: Chart, buffer: Chart} | null} */
 let charts = null;
 let shown = 0;
 const NOW_MS = 200;
+
+/** Curves are plotted from now on: the library is read when the first picture stands. @param {typeof import('./views/chart.js').Chart} made */
+export function plotBy(made) {
+  ChartOf = made;
+}
 
 /** @param {Frame} frame @param {boolean} settled nothing more will come soon: draw all of it */
 export function showSide(frame, settled) {
   const error = document.getElementById('error-chart'), buffer = document.getElementById('buffer-chart');
   if (!error || !buffer) return;
   const players = frame.views.length - 1;
-  charts ??= {
-    error: new Chart(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
-    buffer: new Chart(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
-  };
-  if (memory.curves.length === players) {
-    charts.error.draw(memory, settled);
-    charts.buffer.draw(memory, settled);
+  if (ChartOf !== null) {
+    if (charts?.error.box !== error) charts = { /* a page that was left and came back has boxes of its own */
+      error: new ChartOf(error, [-1, 1], () => errorCurves(layout.value?.players.length ?? 0, unit.value, scale.pxPerMetre)),
+      buffer: new ChartOf(buffer, [0, 100], () => bufferCurves(layout.value?.players.length ?? 0)),
+    };
+    if (memory.curves.length === players) {
+      charts.error.draw(memory, settled);
+      charts.buffer.draw(memory, settled);
+    }
   }
   const time = performance.now();
   if (!settled && time - shown < NOW_MS) return;

@@ -71,6 +71,26 @@ export const lanes = signal([0, 1]);
 /** What the lane below the views shows: `messages`, or a lens. */
 export const lens = signal('messages');
 
+/** The lenses that can be chosen, once they are read. @type {import('@preact/signals-core').Signal<import('./lenses/lenses.js').Lens[]>} */
+export const lenses = signal([]);
+
+/** Ids of those that have something to show, joined: it changes seldom, though it is looked at with every frame. */
+export const offered = computed(() => {
+  const now = frame.value;
+  return now === null ? '' : lenses.value.filter((one) => one.fits(now, params.value)).map((one) => one.id).join(' ');
+});
+
+/** @typedef {{kind: 'help'} | {kind: 'player', player: number} | {kind: 'server'} | {kind: 'share'} | {kind: 'table', which: 'error' | 'buffer'}} Dialog */
+/** The dialog that is open. @type {import('@preact/signals-core').Signal<Dialog | null>} */
+export const dialog = signal(null);
+
+/** @param {Dialog} next */
+export function open(next) {
+  dialog.value = next;
+}
+
+export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawing loop */
+
 /** What is drawn over the views. */
 export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true });
 

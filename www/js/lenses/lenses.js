@@ -1,6 +1,4 @@
 // What the lane below the views can show: messages, or a closer look at one technique.
-import { computed } from '../../vendor/signals-core.js';
-import { frame, params } from '../state.js';
 import { buffers } from './buffers.js';
 import { inputs } from './inputs.js';
 import { shots } from './shots.js';
@@ -21,9 +19,3 @@ import { waits } from './waits.js';
 
 /** @type {Lens[]} */
 export const LENSES = [buffers, inputs, waits, shots];
-
-/** Ids of those that have something to show, joined: it changes seldom, though it is looked at with every frame. */
-export const offered = computed(() => {
-  const now = frame.value;
-  return now === null ? '' : LENSES.filter((one) => one.fits(now, params.value)).map((one) => one.id).join(' ');
-});
