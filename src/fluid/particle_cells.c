@@ -103,28 +103,28 @@ static int row_ranges(const ll_particles *p, const int32_t *start, int32_t colum
 typedef struct search {
     const double *x, *y;
     double wrap, half, reach2;
+    bool periodic;
     int32_t *pair;
     int32_t count, capacity;
 } search;
-
-static inline double shortest(double e, double half, double wrap)
-{
-    e -= e > half ? wrap : 0;
-    e += e < -half ? wrap : 0;
-    return e;
-}
 
 /* Keeps those in the range that are close enough; no branch, since they come at random. */
 static inline bool keep(search *s, int32_t a, range r)
 {
     if (s->capacity - s->count < r.end - r.begin)
         return false;
-    double xa = s->x[a], ya = s->y[a];
-    int32_t count = s->count;
-    for (int32_t b = r.begin; b < r.end; b++) {
-        double ex = shortest(xa - s->x[b], s->half, s->wrap), ey = ya - s->y[b];
-        s->pair[count] = b;
-        count += ex * ex + ey * ey < s->reach2;
+    const double *x = s->x, *y = s->y;
+    double xa = x[a], ya = y[a], reach2 = s->reach2;
+    int32_t count = s->count, *restrict pair = s->pair;
+    for (int32_t b = r.begin; s->periodic && b < r.end; b++) {
+        double ex = ll_particle_shortest(xa - x[b], s->half, s->wrap), ey = ya - y[b];
+        pair[count] = b;
+        count += ex * ex + ey * ey < reach2;
+    }
+    for (int32_t b = r.begin; !s->periodic && b < r.end; b++) {
+        double ex = xa - x[b], ey = ya - y[b];
+        pair[count] = b;
+        count += ex * ex + ey * ey < reach2;
     }
     s->count = count;
     return true;
@@ -182,6 +182,7 @@ ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
                 .y = ll_particle_values(p, LL_PARTICLE_Y),
                 .wrap = p->wrap,
                 .half = p->wrap / 2,
+                .periodic = p->setup.periodic != 0,
                 .reach2 = reach * reach,
                 .pair = ll_part_pair(p),
                 .capacity = p->capacity};
@@ -195,34 +196,7 @@ ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
                                            .limit = s.capacity};
     ll_part_row(p)[2 * p->fluid] = s.count;
     p->pairs = s.count;
-    ll_particle_geometry(p);
+    for (int32_t from = 0; from < p->fluid; from += LL_PARTICLE_BLOCK)
+        ll_particle_geometry(p, from, ll_particle_block_end(p, from));
     return (ll_particle_fault){0};
-}
-
-void ll_particle_geometry(ll_particles *p)
-{
-    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
-    const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
-    double *restrict ex = ll_part_ex(p), *restrict ey = ll_part_ey(p);
-    for (int32_t a = 0; a < p->fluid; a++) {
-        double xa = x[a], ya = y[a];
-        for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
-            ex[k] = xa - x[pair[k]];
-            ey[k] = ya - y[pair[k]];
-        }
-    }
-    if (p->setup.periodic)
-        for (int32_t k = 0; k < p->pairs; k++)
-            ex[k] = shortest(ex[k], p->wrap / 2, p->wrap);
-    double *restrict slope = ll_part_slope(p), *restrict kernel = ll_part_kernel(p);
-    int32_t pairs = p->pairs;
-    double per_h = 1 / p->h, kernel_scale = p->kernel_scale, slope_scale = p->slope_scale;
-    for (int32_t k = 0; k < pairs; k++) {
-        double q = __builtin_sqrt(ex[k] * ex[k] + ey[k] * ey[k]) * per_h;
-        double s = 1 - q / 2;
-        s = 0.5 * (s + __builtin_fabs(s)); /* 0 beyond the support: a comparison would not be vectorised */
-        double cube = s * s * s;
-        slope[k] = slope_scale * cube;
-        kernel[k] = kernel_scale * cube * s * (2 * q + 1);
-    }
 }

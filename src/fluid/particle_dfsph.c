@@ -86,7 +86,7 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF),
            *divergence = ll_particle_values(p, LL_PARTICLE_DIVERGENCE);
-    ll_particle_sum_density(p);
+    ll_particle_sum_density(p, false);
     iterate(p, &(solve){.stiff = divergence, .slack = 0.1}, dt);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);

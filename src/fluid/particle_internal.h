@@ -20,9 +20,9 @@ typedef enum ll_particle_field {
     LL_PARTICLE_AX =
         LL_PARTICLE_SORTED, /* acceleration; of walls: what the fluid does to them over its mass */
     LL_PARTICLE_AY,
-    LL_PARTICLE_RATE,   /* of density, or a sum of its kind */
     LL_PARTICLE_FACTOR, /* of a solver */
-    LL_PARTICLE_GX,
+    LL_PARTICLE_RATE,   /* of density, or a sum of its kind; RATE to SUM: sums of four by particle */
+    LL_PARTICLE_GX,     /* GX and GY: sums of two by particle */
     LL_PARTICLE_GY,
     LL_PARTICLE_SUM,
     LL_PARTICLE_FIELDS
@@ -89,6 +89,22 @@ static inline int32_t ll_particle_total(const ll_particles *p)
     return p->fluid + p->wall;
 }
 
+/* Particles whose pairs are gone through at a time: what is made of them stays in the first cache. */
+#define LL_PARTICLE_BLOCK 32
+
+static inline int32_t ll_particle_block_end(const ll_particles *p, int32_t from)
+{
+    return p->fluid - from > LL_PARTICLE_BLOCK ? from + LL_PARTICLE_BLOCK : p->fluid;
+}
+
+/* From one particle to the nearest picture of the other in a periodic tank. */
+static inline double ll_particle_shortest(double e, double half, double wrap)
+{
+    e -= e > half ? wrap : 0;
+    e += e < -half ? wrap : 0;
+    return e;
+}
+
 /* What went wrong in a substep: all zero for nothing. */
 typedef struct ll_particle_fault {
     const char *reason;
@@ -113,11 +129,17 @@ void ll_particle_sort_fluid(ll_particles *p);
 void ll_particle_sort_walls(ll_particles *p);
 /* All pairs closer than `reach`, and their vectors and kernels. */
 ll_particle_fault ll_particle_pairs(ll_particles *p, double reach);
-void ll_particle_geometry(ll_particles *p);
+
+/* particle_geometry.c: vectors and kernels of the pairs of the particles from..to - 1, by what the CPU has */
+void ll_particle_geometry(ll_particles *p, int32_t from, int32_t to);
+void ll_particle_geometry_base(ll_particles *p, int32_t from, int32_t to);
+void ll_particle_geometry_avx2(ll_particles *p, int32_t from, int32_t to);
 
 /* particle_sums.c: passes over pairs that methods share */
-/* DENSITY of the fluid, and FACTOR: how much a particle's own stiffness k takes from it, over k dt^2. */
-void ll_particle_sum_density(ll_particles *p);
+/* DENSITY of the fluid, and FACTOR: how much a particle's own stiffness k takes from it, over k dt^2.
+ * `moved`: the pairs' geometry is taken anew on the way, some particles at a time, so that it is read from
+ * the cache. */
+void ll_particle_sum_density(ll_particles *p, bool moved);
 /* Walls take on the mean stiffness of the fluid around, and what gravity adds on the way over `volume` = 1 /
  * density (0 for changes of stiffness). */
 void ll_particle_mirror(ll_particles *p, double *stiff, double volume);

@@ -23,7 +23,7 @@ static void multipliers(ll_particles *p, double dt)
                  *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
     double *step = ll_particle_values(p, LL_PARTICLE_SUM), *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
     double rest = p->params.density, scale = p->params.relaxation / (dt * dt);
-    ll_particle_sum_density(p);
+    ll_particle_sum_density(p, true);
     for (int32_t a = 0; a < p->fluid; a++) {
         double wanted = scale * (density[a] - rest) / factor[a];
         step[a] = wanted > -stiff[a] ? wanted : -stiff[a];
@@ -125,7 +125,6 @@ static ll_particle_fault substep(ll_particles *p, double dt)
         return fault;
     warm_start(p, dt);
     for (int64_t i = 0; i < p->params.iterations; i++) {
-        ll_particle_geometry(p);
         multipliers(p, dt);
         correct(p, ll_particle_values(p, LL_PARTICLE_SUM), 0, dt);
         p->iterations++;

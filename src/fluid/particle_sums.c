@@ -110,40 +110,53 @@ void ll_particle_sum_rate(ll_particles *p)
     }
 }
 
-void ll_particle_sum_density(ll_particles *p)
+/* Of one particle: two sums at once. Each lane is one IEEE operation, so that the bits are those of scalars.
+ */
+typedef double two __attribute__((vector_size(16), may_alias));
+
+typedef struct density_sums {
+    two kernel_squares; /* of the kernel, and of the squares of its gradient */
+    two gradient;
+} density_sums;
+
+static void add_densities(ll_particles *p, density_sums *sums, int32_t from, int32_t to)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
     const double *kernel = ll_part_kernel(p);
-    double *gx = ll_particle_values(p, LL_PARTICLE_GX), *gy = ll_particle_values(p, LL_PARTICLE_GY);
     double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
            *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
     double steep = p->slope_scale * p->h, soft = SOFT * steep * steep, mass = p->mass;
-    clear(p, LL_PARTICLE_GX);
-    clear(p, LL_PARTICLE_GY);
-    clear(p, LL_PARTICLE_DENSITY);
-    clear(p, LL_PARTICLE_FACTOR);
-    for (int32_t a = 0; a < p->fluid; a++) {
-        double sx = gx[a], sy = gy[a], squares = factor[a], sum = density[a] + p->kernel_scale;
+    for (int32_t a = from; a < to; a++) {
+        two sum = sums[a].kernel_squares + (two){p->kernel_scale, 0}, gradient = sums[a].gradient;
         for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
-            int32_t b = pair[k];
-            double x = slope[k] * ex[k], y = slope[k] * ey[k], s = x * x + y * y;
-            sum += kernel[k];
-            sx += x;
-            sy += y;
-            squares += s;
-            density[b] += kernel[k];
-            gx[b] -= x;
-            gy[b] -= y;
-            factor[b] += s;
+            density_sums *other = &sums[pair[k]];
+            two g = slope[k] * (two){ex[k], ey[k]}, squares = g * g;
+            two both = {kernel[k], squares[0] + squares[1]};
+            sum += both;
+            gradient += g;
+            other->kernel_squares += both;
+            other->gradient -= g;
         }
         for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) { /* a wall does not give way */
-            sum += kernel[k];
-            sx += slope[k] * ex[k];
-            sy += slope[k] * ey[k];
+            sum += (two){kernel[k], 0};
+            gradient += slope[k] * (two){ex[k], ey[k]};
         }
-        density[a] = mass * sum;
-        factor[a] = mass * mass * (sx * sx + sy * sy + squares + soft);
+        two squares = gradient * gradient;
+        density[a] = mass * sum[0];
+        factor[a] = mass * mass * (squares[0] + squares[1] + sum[1] + soft);
+    }
+}
+
+void ll_particle_sum_density(ll_particles *p, bool moved)
+{
+    density_sums *sums = (density_sums *)(void *)ll_particle_values(p, LL_PARTICLE_RATE);
+    memset(sums, 0, (size_t)p->fluid * sizeof *sums);
+    for (int32_t from = 0; from < p->fluid; from += LL_PARTICLE_BLOCK) {
+        int32_t to = ll_particle_block_end(p, from);
+        if (moved)
+            ll_particle_geometry(p, from, to);
+        add_densities(p, sums, from, to);
     }
 }
 
@@ -198,19 +211,21 @@ void ll_particle_push(ll_particles *p, const double *stiff)
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY),
            mass = p->mass;
-    clear(p, LL_PARTICLE_AX);
-    clear(p, LL_PARTICLE_AY);
+    two *push = (two *)(void *)ll_particle_values(p, LL_PARTICLE_GX);
+    memset(push, 0, (size_t)ll_particle_total(p) * sizeof *push);
     for (int32_t a = 0; a < p->fluid; a++) {
-        double sx = 0, sy = 0, ka = stiff[a];
+        two sum = {0, 0};
+        double ka = stiff[a];
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
-            double f = mass * (ka + stiff[b]) * slope[k], fx = f * ex[k], fy = f * ey[k];
-            sx += fx;
-            sy += fy;
-            ax[b] += fx;
-            ay[b] += fy;
+            two f = mass * (ka + stiff[b]) * slope[k] * (two){ex[k], ey[k]};
+            sum += f;
+            push[b] += f;
         }
-        ax[a] -= sx;
-        ay[a] -= sy;
+        push[a] -= sum;
+    }
+    for (int32_t a = 0; a < ll_particle_total(p); a++) {
+        ax[a] = push[a][0];
+        ay[a] = push[a][1];
     }
 }

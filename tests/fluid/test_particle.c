@@ -1,7 +1,7 @@
 /* Particles against measurements, closed forms and themselves. */
 #include "fluid/harness.h"
 
-#include "fluid/particle.h"
+#include "fluid/particle_internal.h"
 #include "support/allocations.h"
 
 typedef struct lab {
@@ -407,6 +407,36 @@ static void hashes_are_the_same_everywhere(void **state)
         }
 }
 
+/* Whatever the CPU has, and whether a tank is periodic or not. */
+static void geometry_is_the_same_by_every_instruction_set(void **state)
+{
+    (void)state;
+#if defined(__x86_64__)
+    if (!__builtin_cpu_supports("avx2"))
+        skip();
+#endif
+    static const char *const scenes[] = {"raft", "poiseuille"};
+    for (int i = 0; i < 2; i++) {
+        lab l = lab_of(scenes[i], LL_PARTICLE_PBF, 16);
+        lab_open(&l);
+        lab_run(&l, 0.3);
+        const int64_t at[] = {l.fluid->at_ex, l.fluid->at_ey, l.fluid->at_slope, l.fluid->at_kernel};
+        size_t bytes = (size_t)l.fluid->pairs * sizeof(double);
+        char *base = malloc(4 * bytes), *block = (char *)l.fluid;
+        assert_true(l.fluid->pairs > 1000 && base != NULL);
+        ll_particle_geometry_base(l.fluid, 0, l.fluid->fluid);
+        for (int k = 0; k < 4; k++) {
+            memcpy(base + k * bytes, block + at[k], bytes);
+            memset(block + at[k], 0, bytes);
+        }
+        ll_particle_geometry_avx2(l.fluid, 0, l.fluid->fluid);
+        for (int k = 0; k < 4; k++)
+            assert_memory_equal(base + k * bytes, block + at[k], bytes);
+        free(base);
+        lab_close(&l);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -426,6 +456,7 @@ int main(void)
         cmocka_unit_test(methods_can_be_changed_while_it_runs),
         cmocka_unit_test(tables_agree),
         cmocka_unit_test(hashes_are_the_same_everywhere),
+        cmocka_unit_test(geometry_is_the_same_by_every_instruction_set),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
