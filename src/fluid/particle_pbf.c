@@ -90,14 +90,24 @@ static void smooth(ll_particles *p, double dt)
         }
 }
 
+/* What so few passes let through a wall is put back to it; velocity, which is what a particle moved, follows.
+ */
+static double keep(double at, double size, int low, int high)
+{
+    return low && at < 0 ? 0 : high && at > size ? size : at;
+}
+
 static void finish(ll_particles *p, double dt)
 {
-    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *x0 = ll_particle_values(p, LL_PARTICLE_X0), *y0 = ll_particle_values(p, LL_PARTICLE_Y0);
     double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
+    const ll_particle_setup *s = &p->setup;
     for (int32_t a = 0; a < p->fluid; a++) {
+        x[a] = keep(x[a], s->width, s->walls & LL_WALL_LEFT, s->walls & LL_WALL_RIGHT);
+        y[a] = keep(y[a], s->height, s->walls & LL_WALL_BOTTOM, s->walls & LL_WALL_TOP);
         u[a] = (x[a] - x0[a]) / dt;
         v[a] = (y[a] - y0[a]) / dt;
     }
