@@ -61,6 +61,24 @@ export const paramsOf = (page) => page.evaluate(() => globalThis.laglab().params
 /** @param {import('playwright-core').Page} page */
 export const sessionOf = (page) => page.evaluate(() => globalThis.laglab().session);
 
+/** @param {import('playwright-core').Page} page */
+export const tickOf = async (page) => (await frameOf(page)).tick;
+/** @param {import('playwright-core').Page} page @param {string | RegExp} name */
+export const button = (page, name) => page.getByRole('button', { name, exact: true });
+
+/** @param {import('playwright-core').Page} page */
+export async function pause(page) {
+  await button(page, 'Pause').click();
+  await button(page, 'Play').waitFor();
+}
+
+/** Moves the scrub slider as a drag does. @param {import('playwright-core').Page} page @param {number} time s */
+export const scrub = (page, time) => page.locator('#scrub').evaluate((/** @type {any} */ element, to) => {
+  element.value = to;
+  element.dispatchEvent(new Event('input', { bubbles: true }));
+  element.dispatchEvent(new Event('change', { bubbles: true }));
+}, String(time));
+
 /** Polls until `test` gives a true value, and gives it. @template T @param {() => Promise<T>} test @param {string} what @param {number} [ms] */
 export async function until(test, what, ms = 5000) {
   const end = Date.now() + ms;

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, beforeEach, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { api, control, frameOf, launch, paramsOf, pictures, sessionOf, until, visit } from './lib.mjs';
+import { api, button, control, frameOf, launch, paramsOf, pause, pictures, scrub, sessionOf, tickOf, until, visit } from './lib.mjs';
 
 /** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
 /** @type {import('playwright-core').Browser} */ let browser;
@@ -19,21 +19,7 @@ afterEach(async () => {
   assert.deepEqual(complaints, []);
 });
 
-const button = (page, name) => page.getByRole('button', { name, exact: true });
-const tickOf = async (page) => (await frameOf(page)).tick;
 const stateOf = async (page) => (await api(daemon.url, `sessions/${(await sessionOf(page)).id}/state`)).body;
-
-async function pause(page) {
-  await button(page, 'Pause').click();
-  await page.getByRole('button', { name: 'Play', exact: true }).waitFor();
-}
-
-/** Moves the scrub slider as a drag does. */
-const scrub = (page, time) => page.locator('#scrub').evaluate((/** @type {any} */ element, to) => {
-  element.value = to;
-  element.dispatchEvent(new Event('input', { bubbles: true }));
-  element.dispatchEvent(new Event('change', { bubbles: true }));
-}, String(time));
 
 test('pause stands still, play goes on', async () => {
   const { page } = view;

@@ -1,0 +1,140 @@
+// What every lab without players owes: time that can be stopped, stepped and sought, a copy, two pages on one session, a phone that is turned, a reload.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { api, button, frameOf, launch, paramsOf, pause, scrub, sessionOf, shown, tickOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  [daemon, browser] = await Promise.all([startDaemon(), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+/** Each with a picture, and a setting that can be changed while it runs. */
+const LABS = [
+  { name: 'Step', scenario: 'motion/orbit', canvas: 'motion', path: 'methods.0.method', value: 'explicit_euler' },
+  { name: 'Collide', scenario: 'rigid/column', canvas: 'world0', path: 'solver.method', value: 'avbd' },
+  { name: 'Fluid', scenario: 'fluid/pool', canvas: 'fluid', path: 'solver.method', value: 'dfsph' },
+];
+const valueOf = (params, path) => path.split('.').reduce((at, part) => at[part], params);
+const open = async (lab, wish = {}, hash = '') => {
+  const visited = await visit(browser, `${daemon.url}${hash || `?scenario=${lab.scenario}&set=duration_s:120`}`, wish);
+  await visited.page.waitForSelector(`#${lab.canvas}`);
+  return visited;
+};
+const stateOf = async (page) => (await api(daemon.url, `sessions/${(await sessionOf(page)).id}/state`)).body;
+const at = (page, tick) => until(async () => (await tickOf(page)) === tick, `tick ${tick}`);
+const past = (page, tick) => page.waitForFunction((t) => globalThis.laglab().frame?.tick > t, tick);
+
+/** What a canvas shows, by its text of pixels. */
+const drawn = (page, id) => page.locator(`#${id}`).evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
+
+for (const lab of LABS) {
+  test(`${lab.name}: pause stands still, a step is one tick, a place that is sought is the same again, a reload finds all of it`, async () => {
+    const { page, complaints, close } = await open(lab);
+    await past(page, 30);
+    await pause(page);
+    await page.waitForTimeout(150);
+    const start = await stateOf(page), picture = await drawn(page, lab.canvas);
+    await page.waitForTimeout(300);
+    assert.equal(await tickOf(page), start.tick);
+    assert.equal(await drawn(page, lab.canvas), picture, 'a pause stands still');
+    await button(page, 'One tick forward').click();
+    await at(page, start.tick + 1);
+    assert.notEqual((await stateOf(page)).hash, start.hash);
+    await button(page, 'One tick back').click();
+    await at(page, start.tick);
+    assert.equal((await stateOf(page)).hash, start.hash);
+    const { time } = await frameOf(page);
+    await scrub(page, time / 2);
+    await until(async () => { const tick = await tickOf(page); return tick > 0 && tick < start.tick; }, 'an earlier place');
+    assert.match(await page.locator('#chip').innerText(), /Paused at/);
+    assert.match(await page.locator('#clock').innerText(), new RegExp(`^${(await frameOf(page)).time.toFixed(2)} s`));
+    assert.notEqual(await drawn(page, lab.canvas), picture);
+    await scrub(page, time);
+    await at(page, start.tick);
+    assert.equal((await stateOf(page)).hash, start.hash);
+    const { id } = await sessionOf(page);
+    await page.locator(`[data-path="${lab.path}"]`).selectOption(lab.value);
+    await until(async () => valueOf(await paramsOf(page), lab.path) === lab.value, 'changed');
+    await page.getByRole('combobox', { name: 'Speed' }).selectOption('0.5');
+    await until(async () => (await frameOf(page)).speed === 0.5, 'slower');
+    const { tick } = await stateOf(page);
+    await page.reload();
+    await shown(page);
+    await page.waitForSelector(`#${lab.canvas}`);
+    assert.deepEqual(await sessionOf(page), { id, owner: true });
+    assert.equal(await tickOf(page), tick);
+    assert.equal((await frameOf(page)).speed, 0.5);
+    assert.equal(valueOf(await paramsOf(page), lab.path), lab.value);
+    assert.equal(await page.locator(`[data-path="${lab.path}"]`).inputValue(), lab.value);
+    await button(page, 'Play').click();
+    await past(page, tick + 5);
+    assert.deepEqual(complaints, []);
+    await close();
+  });
+
+  test(`${lab.name}: two pages show one session, and the one that only reads takes a copy of its own`, async () => {
+    const owner = await open(lab), { id } = await sessionOf(owner.page);
+    const reader = await open(lab, {}, `#s=${id}`), { page } = reader;
+    assert.deepEqual(await sessionOf(page), { id, owner: false });
+    assert.ok(await page.locator(`[data-path="${lab.path}"]`).isDisabled());
+    await past(page, 20);
+    await pause(owner.page);
+    const { tick, hash } = await stateOf(owner.page);
+    await at(page, tick);
+    assert.match(await page.locator('#chip').innerText(), /Paused/);
+    await owner.page.locator(`[data-path="${lab.path}"]`).selectOption(lab.value);
+    await until(async () => (await page.locator(`[data-path="${lab.path}"]`).inputValue()) === lab.value, 'the reader follows a setting');
+    await button(owner.page, 'One tick back').click();
+    await at(page, tick - 1);
+    await button(owner.page, 'One tick forward').click();
+    await at(page, tick);
+    await button(page, 'Make my copy').click();
+    await until(async () => { const now = await sessionOf(page); return now?.owner && now.id !== id && (await frameOf(page)) !== null; }, 'a copy');
+    await at(page, tick);
+    assert.equal((await stateOf(page)).hash, (await stateOf(owner.page)).hash);
+    assert.match(hash, /^[0-9a-f]{16}$/);
+    await button(page, 'Play').click();
+    await past(page, tick + 5);
+    assert.equal(await tickOf(owner.page), tick, 'the first one still waits');
+    assert.deepEqual([...owner.complaints, ...reader.complaints], []);
+    await reader.close();
+    await owner.close();
+  });
+
+  test(`${lab.name}: a phone that is turned shows the whole picture, playing and paused`, async () => {
+    const { page, complaints, close } = await open(lab, { width: 390, height: 844, hasTouch: true, isMobile: true, deviceScaleFactor: 2 });
+    const fits = async (what) => {
+      await until(() => page.locator(`#${lab.canvas}`).evaluate((c) => {
+        const canvas = /** @type {HTMLCanvasElement} */ (c), box = canvas.getBoundingClientRect();
+        return Math.abs(canvas.width - 2 * box.width) <= 2 && Math.abs(canvas.height - 2 * box.height) <= 2;
+      }), `${what}: as many pixels as its box has`);
+      const [box, wide] = await Promise.all([page.locator(`#${lab.canvas}`).boundingBox(), page.evaluate(() => document.documentElement.scrollWidth - innerWidth)]);
+      const { width, height } = /** @type {{width: number, height: number}} */ (page.viewportSize());
+      assert.ok(box && box.width > 0.45 * width && box.height > 120 && box.height < height, `${what}: ${JSON.stringify(box)}`);
+      assert.ok(wide <= 0, `${what}: ${wide} px too wide`);
+      const colours = await page.locator(`#${lab.canvas}`).evaluate((c) => {
+        const { width: w, height: h } = /** @type {HTMLCanvasElement} */ (c), copy = new OffscreenCanvas(w, h).getContext('2d'); /* the page's own stays as it is */
+        copy.drawImage(/** @type {HTMLCanvasElement} */ (c), 0, 0);
+        return new Set(new Uint32Array(copy.getImageData(0, 0, w, h).data.buffer)).size;
+      });
+      assert.ok(colours > 3, `${what}: ${colours} colours`);
+      const bar = await page.locator('.bar').boundingBox();
+      assert.ok(bar && bar.y + bar.height <= height + 1, `${what}: the time bar at ${JSON.stringify(bar)}`);
+    };
+    await fits('upright');
+    await page.setViewportSize({ width: 844, height: 390 });
+    await fits('lying');
+    await page.locator('#play').click();
+    await button(page, 'Play').waitFor();
+    await page.setViewportSize({ width: 390, height: 844 });
+    await fits('upright and paused');
+    assert.deepEqual(complaints, []);
+    await close();
+  });
+}
