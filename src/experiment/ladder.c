@@ -28,7 +28,7 @@ const ll_ladder ll_ladders[] = {
      "params.size", "10,20,40", "pressure_error_rms", "visits"},
     {"fluid/hydrostatic", "duration_s=5,params.size=20", "solver.method", "pbf,dfsph", "solver.iterations",
      "1,2,4,8,16,32,64,128", "pressure_error_rms", "visits"},
-    {"rigid/column", "duration_s=3,worlds=1,params.offset=0", "solver.method", "soft_step,tgs_sticky,xpbd",
+    {"rigid/column", "duration_s=3,beside=[],params.offset=0", "solver.method", "soft_step,tgs_sticky,xpbd",
      "solver.substeps", "1,2,4,8,16,32", "sag_m", "passes_per_s"},
     {0},
 };

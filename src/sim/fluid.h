@@ -6,9 +6,8 @@
 #pragma once
 
 #include "fluid/fluid.h"
+#include "sim/beside.h"
 #include "sim/sim.h"
-
-#define LL_FLUIDS_MAX 3 /* side by side */
 
 /* One fluid: all but what every scenario has. */
 typedef struct ll_fluid_setup {
@@ -25,7 +24,7 @@ typedef struct ll_fluid_config {
     ll_scenario_head head;
     ll_fluid_setup setup;
     int32_t beside_count, reserved;
-    ll_fluid_setup beside[LL_FLUIDS_MAX - 1];
+    ll_fluid_setup beside[LL_SIDE_BY_SIDE_MAX - 1];
 } ll_fluid_config;
 
 extern const ll_param_table ll_fluid_scenario_table;
@@ -62,6 +61,15 @@ static inline ll_fluid_sim *ll_fluid_sim_next(const ll_fluid_sim *s)
 {
     return s->setup.following > 0 ? (ll_fluid_sim *)((char *)(uintptr_t)s + ((s->size + 63) & ~INT64_C(63)))
                                   : NULL;
+}
+
+/* The fluid at a place among those side by side. */
+static inline const ll_fluid_sim *ll_fluid_sim_at(const void *block, int place)
+{
+    const ll_fluid_sim *s = block;
+    for (int i = 0; i < place; i++)
+        s = ll_fluid_sim_next(s);
+    return s;
 }
 
 /* Fluid `i` of a scenario, as its part of the block has it. */

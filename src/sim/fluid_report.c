@@ -11,8 +11,9 @@ static cJSON *number_json(double value)
     return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
 }
 
-static cJSON *numbers_of(const ll_fluid_sim *s)
+static cJSON *numbers_of(const void *block, int place)
 {
+    const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
     const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
     cJSON *o = cJSON_CreateObject();
@@ -28,19 +29,14 @@ static cJSON *numbers_of(const ll_fluid_sim *s)
     return o;
 }
 
-/* What `tell` says of the first fluid, and in the list `beside` of those behind it. */
-static cJSON *of_all(const ll_fluid_sim *first, cJSON *(*tell)(const ll_fluid_sim *s))
+static int count_of(const ll_fluid_sim *first)
 {
-    cJSON *o = tell(first);
-    cJSON *beside = first->setup.following > 0 ? cJSON_AddArrayToObject(o, "beside") : NULL;
-    for (const ll_fluid_sim *s = ll_fluid_sim_next(first); s != NULL; s = ll_fluid_sim_next(s))
-        cJSON_AddItemToArray(beside, tell(s));
-    return o;
+    return 1 + first->setup.following;
 }
 
 cJSON *ll_fluid_sim_state(const void *block)
 {
-    return of_all(block, numbers_of);
+    return ll_beside_told(block, count_of(block), numbers_of);
 }
 
 /* ---- metrics ---- */
@@ -65,16 +61,16 @@ static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
     }
 }
 
-static cJSON *metrics_of(const ll_fluid_sim *s)
+static cJSON *metrics_of(const void *block, int place)
 {
-    cJSON *metrics = numbers_of(s);
-    add_profiles(metrics, s);
+    cJSON *metrics = numbers_of(block, place);
+    add_profiles(metrics, ll_fluid_sim_at(block, place));
     return metrics;
 }
 
 cJSON *ll_fluid_sim_metrics(const void *block)
 {
-    return of_all(block, metrics_of);
+    return ll_beside_told(block, count_of(block), metrics_of);
 }
 
 void ll_fluid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
@@ -140,8 +136,9 @@ static void add_view(cJSON *fluid, const ll_fluid_sim *s)
         cJSON_AddItemToArray(array, number_json(view[i]));
 }
 
-static cJSON *layout_of(const ll_fluid_sim *s)
+static cJSON *layout_of(const void *block, int place)
 {
+    const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
     const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
     cJSON *fluid = cJSON_CreateObject();
     cJSON_AddStringToObject(fluid, "scene", scene->name);
@@ -161,7 +158,7 @@ cJSON *ll_fluid_sim_layout(const void *config)
     cJSON *layout = cJSON_CreateObject();
     ll_fluid_sim *s = started(config);
     if (s)
-        cJSON_AddItemToObject(layout, "fluid", of_all(s, layout_of));
+        cJSON_AddItemToObject(layout, "fluid", ll_beside_told(s, count_of(s), layout_of));
     free(s);
     return layout;
 }
@@ -182,14 +179,11 @@ int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capaci
 {
     ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
     ll_fluid_sim *first = started(config);
-    int n = 0, place = -1; /* in `beside` */
+    int n = 0, place = 0;
     for (const ll_fluid_sim *s = first; s != NULL; s = ll_fluid_sim_next(s), place++) {
         int count = traced(s, all);
         for (int i = 0; i < count && n < capacity; i++, n++)
-            if (place < 0)
-                snprintf(names[n], 48, "%s", all[i].name);
-            else
-                snprintf(names[n], 48, "beside%d_%s", place, all[i].name);
+            ll_beside_column(names[n], place, all[i].name);
     }
     free(first);
     return n;

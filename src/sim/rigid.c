@@ -21,7 +21,7 @@ static int64_t lay_out(ll_rigid_sim *s, const ll_rigid_config *c)
     int64_t end = aligned(sizeof(ll_rigid_sim));
     at->reference = end;
     end += aligned((int64_t)limits.bodies * (int64_t)sizeof(ll_body_reference));
-    for (int i = 0; i < c->setup.worlds; i++) {
+    for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         at->world[i] = end;
         end += aligned((int64_t)ll_rigid_size(&limits));
     }
@@ -126,7 +126,8 @@ static ll_status init(void *block, const void *config)
     s->setup = c->setup;
     s->size = lay_out(s, c);
     ll_status status = ll_ok();
-    for (int i = 0; i < s->setup.worlds; i++) /* all of the same bodies: what is wrong is wrong in all */
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup);
+         i++) /* all of the same bodies: what is wrong is wrong in all */
         status = start_world(s, c, i);
     s->references = ll_rigid_body_end(ll_rigid_sim_world(s, 0));
     const ll_scene *scene = ll_rigid_sim_scene(&s->setup);
@@ -134,7 +135,7 @@ static ll_status init(void *block, const void *config)
     ll_rigid_refer(ll_rigid_sim_world(s, 0), scene != NULL ? ll_scene_fall(scene, &args) : 0,
                    ll_rigid_sim_references(s), (int32_t)s->references);
     look(ll_rigid_sim_world(s, 0), s->view);
-    for (int i = 0; i < s->setup.worlds; i++)
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++)
         ll_rigid_sim_measure_start(s, i);
     return status;
 }
@@ -274,10 +275,10 @@ static ll_status step_metered(ll_rigid_sim *s, int i, ll_meter *meter)
     return status;
 }
 
-/* The first world stops its session; the one beside it only itself. */
+/* The first world stops its session; one beside it only itself. */
 static ll_status step_all(ll_rigid_sim *s, ll_meter *meter)
 {
-    for (int i = 0; i < s->setup.worlds; i++) {
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         if (s->record[i].diverged_at >= 0) {
             if (i == 0)
                 return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
@@ -313,7 +314,7 @@ static void change(void *block, const void *config, ll_time now)
     ll_rigid_sim *s = block;
     (void)now;
     s->setup = ((const ll_rigid_config *)config)->setup;
-    for (int i = 0; i < s->setup.worlds; i++) {
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         ll_rigid *w = ll_rigid_sim_world(s, i);
         ll_rigid_params params = ll_rigid_sim_params(&s->setup, i);
         ll_rigid_set_params(w, &params); /* there is room for everything */
@@ -326,8 +327,8 @@ static uint64_t hash(const void *block)
 {
     const ll_rigid_sim *s = block;
     uint64_t h = ll_hash_u64((uint64_t)s->now, (uint64_t)s->held);
-    h = ll_hash(h, s->record, sizeof s->record);
-    for (int i = 0; i < s->setup.worlds; i++)
+    h = ll_hash(h, s->record, (size_t)ll_rigid_sim_worlds(&s->setup) * sizeof s->record[0]);
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++)
         h = ll_hash_u64(h, ll_rigid_hash(ll_rigid_sim_world(s, i)));
     return h;
 }

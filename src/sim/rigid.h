@@ -1,13 +1,13 @@
 /* Simulations of kind `rigid`: a world of rigid bodies, from a list or from a scene of the rigid room.
  *
- * A tick is a step. With `worlds` 2 the same bodies are there a second time and stepped as `beside` says, so
- * that two solvers go side by side from the same start; what a person drags is dragged in both. */
+ * A tick is a step. For each element of `beside` the same bodies are there once more and stepped as it says,
+ * so that solvers go side by side from the same start; what a person drags is dragged in all. */
 #pragma once
 
 #include "rigid/scene.h"
+#include "sim/beside.h"
 #include "sim/sim.h"
 
-#define LL_RIGID_WORLDS_MAX 2
 #define LL_RIGID_BODIES_MAX 4096 /* of a list; scenes have more */
 #define LL_RIGID_JOINTS_MAX 4096
 #define LL_RIGID_POINTS_MAX 16
@@ -46,18 +46,24 @@ typedef struct ll_rigid_joint {
     double length, lower, upper, hertz, damping, motor_speed, max_force, max_torque;
 } ll_rigid_joint;
 
-/* All but the lists. */
+/* A world beside the first. */
+typedef struct ll_rigid_beside {
+    ll_rigid_params solver; /* gravity is the first's */
+} ll_rigid_beside;
+
+/* All but the lists of bodies and joints. */
 typedef struct ll_rigid_setup {
     double hz;
     double gravity[2];
     double beyond_x;
-    ll_rigid_params solver, beside; /* gravity is above */
-    ll_scene_args params;           /* of the scene */
-    int64_t worlds;
+    ll_rigid_params solver; /* gravity is above */
+    ll_rigid_beside beside[LL_SIDE_BY_SIDE_MAX - 1];
+    ll_scene_args params; /* of the scene */
+    int32_t beside_count;
     int32_t scene; /* index into ll_scene_names; 0: the list of bodies */
     int32_t broad; /* ll_broad_kind */
     bool compare_volumes;
-    uint8_t pad[7];
+    uint8_t pad[3];
 } ll_rigid_setup;
 
 typedef struct ll_rigid_config {
@@ -105,8 +111,8 @@ typedef struct ll_rigid_sim {
     int64_t held, pressed; /* whether a person holds the button; since when a body has been looked for */
     int64_t references;    /* in `reference` */
     int64_t reference;     /* ll_body_reference */
-    int64_t world[LL_RIGID_WORLDS_MAX];
-    ll_rigid_record record[LL_RIGID_WORLDS_MAX];
+    int64_t world[LL_SIDE_BY_SIDE_MAX];
+    ll_rigid_record record[LL_SIDE_BY_SIDE_MAX];
 } ll_rigid_sim;
 
 #pragma GCC diagnostic pop
@@ -121,13 +127,19 @@ static inline ll_body_reference *ll_rigid_sim_references(const ll_rigid_sim *s)
     return (ll_body_reference *)((char *)(uintptr_t)s + s->reference);
 }
 
+/* How many go side by side. */
+static inline int ll_rigid_sim_worlds(const ll_rigid_setup *setup)
+{
+    return 1 + setup->beside_count;
+}
+
 /* NULL with a list of bodies. */
 static inline const ll_scene *ll_rigid_sim_scene(const ll_rigid_setup *setup)
 {
     return setup->scene > 0 ? ll_scenes[setup->scene - 1] : NULL;
 }
 
-_Static_assert(LL_RIGID_WORLDS_MAX *LL_RIGID_PARTS <= LL_METER_PARTS, "a meter has room for all worlds");
+_Static_assert(LL_SIDE_BY_SIDE_MAX *LL_RIGID_PARTS <= LL_METER_PARTS, "a meter has room for all worlds");
 
 /* ---- rigid_config.c ---- */
 

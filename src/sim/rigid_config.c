@@ -124,7 +124,24 @@ static void scene_chosen(void *object, int choice)
     setup->gravity[0] = p.gravity_x;
     setup->gravity[1] = p.gravity_y;
     p.gravity_x = p.gravity_y = 0;
-    setup->solver = setup->beside = p;
+    setup->solver = p;
+}
+
+static const ll_param beside_rows[] = {
+    ROW(ll_rigid_beside, solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
+        .help = "How it is stepped."),
+};
+
+static const ll_param_table beside_table = {
+    .name = "rigid_beside",
+    .help = "The same bodies once more beside the first; what is not given is as there.",
+    .rows = beside_rows,
+    .count = sizeof beside_rows / sizeof beside_rows[0],
+    .size = sizeof(ll_rigid_beside)};
+
+static void as_the_first(const void *object, void *element)
+{
+    ((ll_rigid_beside *)element)->solver = ((const ll_rigid_config *)object)->setup.solver;
 }
 
 #define SETUP(field, ...)                                                                                    \
@@ -140,14 +157,14 @@ static const ll_param rows[] = {
           .help = "What varies in the scene."),
     SETUP(hz, .type = LL_PARAM_REAL, .min = 1, .max = 1000, .standard = 60, .unit = "Hz",
           .help = "Steps per second."),
-    SETUP(worlds, .type = LL_PARAM_INT, .min = 1, .max = LL_RIGID_WORLDS_MAX, .standard = 1,
-          .help = "2: the same bodies a second time, stepped as `beside` says."),
     SETUP(gravity, .type = LL_PARAM_VECTOR, .min = -1000, .max = 1000, .vector = {0, -10}, .unit = "m/s^2",
           .live = true, .help = "To the right and upwards."),
     SETUP(solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
           .help = "How the world is stepped."),
-    SETUP(beside, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
-          .help = "How the second world is stepped."),
+    SETUP(beside, .type = LL_PARAM_ARRAY, .max = LL_SIDE_BY_SIDE_MAX - 1, .child = &beside_table,
+          .count_offset = offsetof(ll_rigid_config, setup.beside_count), .live = true, .begin = as_the_first,
+          .help =
+              "The same bodies side by side from the same start; each says how it differs from the first."),
     SETUP(broad, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .standard = LL_BROAD_GRID, .live = true,
           .help = "Which boxes overlap is found by all against all, sweep and prune, a grid or a tree; the "
                   "pairs are the same."),
@@ -169,7 +186,7 @@ static const ll_param rows[] = {
 
 ll_rigid_params ll_rigid_sim_params(const ll_rigid_setup *setup, int world)
 {
-    ll_rigid_params p = world == 0 ? setup->solver : setup->beside;
+    ll_rigid_params p = world == 0 ? setup->solver : setup->beside[world - 1].solver;
     p.gravity_x = setup->gravity[0];
     p.gravity_y = setup->gravity[1];
     return p;
@@ -251,7 +268,7 @@ static ll_status check_size(const ll_rigid_config *c)
 {
     ll_rigid_limits limits = ll_rigid_sim_limits(c);
     ll_status status = ll_rigid_check(&limits);
-    size_t size = ll_failed(&status) ? 0 : (size_t)c->setup.worlds * ll_rigid_size(&limits);
+    size_t size = ll_failed(&status) ? 0 : (size_t)ll_rigid_sim_worlds(&c->setup) * ll_rigid_size(&limits);
     if (ll_failed(&status))
         return ll_field_error(LL_BAD_INPUT, "params.size", "params.size %lld is too large for %s: %s",
                               (long long)c->setup.params.size, ll_scene_names[c->setup.scene], status.text);

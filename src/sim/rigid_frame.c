@@ -77,8 +77,8 @@ _Static_assert(sizeof(world_record) == 152 && sizeof(geometry_record) == 120 && 
 /* A frame in the making. */
 typedef struct picture {
     const ll_rigid_sim *sim;
-    world_record worlds[LL_RIGID_WORLDS_MAX];
-    volume_record volumes[LL_RIGID_WORLDS_MAX * LL_VOLUMES];
+    world_record worlds[LL_SIDE_BY_SIDE_MAX];
+    volume_record volumes[LL_SIDE_BY_SIDE_MAX * LL_VOLUMES];
     geometry_record *geometries;
     shape_record *shapes;
     contact_record *contacts;
@@ -238,7 +238,7 @@ static world_record world_of(const ll_rigid_sim *s, int i)
     ll_rigid_stats t = ll_rigid_get_stats(ll_rigid_sim_world(s, i));
     return (world_record){.world = (uint8_t)i,
                           .status = r->diverged_at >= 0,
-                          .solver = (uint8_t)(i == 0 ? s->setup.solver.solver : s->setup.beside.solver),
+                          .solver = (uint8_t)ll_rigid_sim_params(&s->setup, i).solver,
                           .dragging = r->mouse.index != 0,
                           .bodies = (uint32_t)t.bodies,
                           .awake = (uint32_t)t.awake,
@@ -318,7 +318,7 @@ static bool take(picture *p, const ll_rigid_sim *s)
 {
     size_t shapes = 1, contacts = 1, joints = 1, bodies = 1, table = 16;
     *p = (picture){.sim = s};
-    for (int i = 0; i < s->setup.worlds; i++) {
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         const ll_rigid *w = ll_rigid_sim_world(s, i);
         shapes += (size_t)ll_rigid_shape_end(w);
         contacts += (size_t)ll_rigid_contact_end(w);
@@ -341,7 +341,7 @@ static bool take(picture *p, const ll_rigid_sim *s)
         discard(p);
         return false;
     }
-    for (int i = 0; i < s->setup.worlds; i++)
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++)
         add_world(p, i);
     return true;
 }
@@ -357,7 +357,7 @@ void ll_rigid_sim_sections(const void *block,
     picture p;
     if (!take(&p, s))
         return;
-    int worlds = (int)s->setup.worlds;
+    int worlds = ll_rigid_sim_worlds(&s->setup);
     section(context, SECTION_WORLDS, worlds, p.worlds, (size_t)worlds * sizeof *p.worlds);
     section(context, SECTION_GEOMETRIES, p.geometry_count, p.geometries,
             (size_t)p.geometry_count * sizeof *p.geometries);
@@ -531,7 +531,7 @@ void ll_rigid_sim_sections_json(const void *block, cJSON *frame)
     picture p;
     if (!take(&p, block))
         return;
-    RECORDS("worlds", world_fields, p.worlds, (int)p.sim->setup.worlds);
+    RECORDS("worlds", world_fields, p.worlds, ll_rigid_sim_worlds(&p.sim->setup));
     RECORDS("geometries", geometry_fields, p.geometries, p.geometry_count);
     RECORDS("shapes", shape_fields, p.shapes, p.shape_count);
     RECORDS("contacts", contact_fields, p.contacts, p.contact_count);

@@ -54,14 +54,21 @@ static void bodies(cJSON *object, const ll_rigid_sim *s, int i)
     }
 }
 
+static int count_of(const ll_rigid_sim *s)
+{
+    return ll_rigid_sim_worlds(&s->setup);
+}
+
+static cJSON *state_of(const void *block, int i)
+{
+    cJSON *o = cJSON_CreateObject();
+    bodies(o, block, i);
+    return o;
+}
+
 cJSON *ll_rigid_sim_state(const void *block)
 {
-    const ll_rigid_sim *s = block;
-    cJSON *state = cJSON_CreateObject();
-    bodies(state, s, 0);
-    if (s->setup.worlds > 1)
-        bodies(cJSON_AddObjectToObject(state, "beside"), s, 1);
-    return state;
+    return ll_beside_told(block, count_of(block), state_of);
 }
 
 /* ---- metrics ---- */
@@ -159,30 +166,28 @@ static void volumes(cJSON *o, const ll_rigid_sim *s, int i)
     }
 }
 
-static void world_metrics(cJSON *o, const ll_rigid_sim *s, int i)
+static cJSON *metrics_of(const void *block, int i)
 {
+    const ll_rigid_sim *s = block;
     const ll_rigid_record *r = &s->record[i];
-    const ll_rigid_params *p = i == 0 ? &s->setup.solver : &s->setup.beside;
-    cJSON_AddStringToObject(o, "method", ll_rigid_solver_names[p->solver]);
+    ll_rigid_params p = ll_rigid_sim_params(&s->setup, i);
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "scene", ll_scene_names[s->setup.scene]);
+    cJSON_AddStringToObject(o, "method", ll_rigid_solver_names[p.solver]);
     cJSON_AddStringToObject(o, "status", r->diverged_at >= 0 ? "diverged" : "ok");
     if (r->diverged_at >= 0)
         cJSON_AddStringToObject(o, "reason", r->reason);
     measured(o, s, i);
-    number(o, "passes_per_s", s->setup.hz * ll_rigid_passes(p));
+    number(o, "passes_per_s", s->setup.hz * ll_rigid_passes(&p));
     counted(o, ll_rigid_sim_world(s, i));
     volumes(o, s, i);
     bodies(o, s, i);
+    return o;
 }
 
 cJSON *ll_rigid_sim_metrics(const void *block)
 {
-    const ll_rigid_sim *s = block;
-    cJSON *metrics = cJSON_CreateObject();
-    cJSON_AddStringToObject(metrics, "scene", ll_scene_names[s->setup.scene]);
-    world_metrics(metrics, s, 0);
-    if (s->setup.worlds > 1)
-        world_metrics(cJSON_AddObjectToObject(metrics, "beside"), s, 1);
-    return metrics;
+    return ll_beside_told(block, count_of(block), metrics_of);
 }
 
 /* ---- cost ---- */
@@ -193,7 +198,7 @@ void ll_rigid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
 {
     const ll_rigid_config *c = config;
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
-    for (int i = 0; i < c->setup.worlds; i++) {
+    for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         cJSON *part = cJSON_CreateObject();
         for (int k = 0; k < LL_RIGID_PARTS; k++)
             number(cJSON_AddObjectToObject(part, k < LL_PHASES ? ll_rigid_phase_names[k] : "all"),
@@ -227,8 +232,10 @@ void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_n
     if (s == NULL)
         return;
     ll_status status = ll_sim_rigid.init(s, config);
-    for (int i = 0; i < s->setup.worlds && !ll_failed(&status); i++) {
-        cJSON *o = i == 0 ? metrics : cJSON_GetObjectItemCaseSensitive(metrics, "beside");
+    for (int i = 0; i < count_of(s) && !ll_failed(&status); i++) {
+        cJSON *o = metrics;
+        if (i > 0)
+            o = cJSON_GetArrayItem(cJSON_GetObjectItemCaseSensitive(metrics, "beside"), i - 1);
         if (s->setup.compare_volumes)
             time_volumes(ll_rigid_sim_world(s, i), o, now_ns);
     }
@@ -257,7 +264,7 @@ cJSON *ll_rigid_sim_layout(const void *config)
     cJSON_AddStringToObject(rigid, "scene", ll_scene_names[setup->scene]);
     cJSON_AddStringToObject(rigid, "title", scene != NULL ? scene->title : "");
     cJSON_AddStringToObject(rigid, "help", scene != NULL ? scene->help : "");
-    cJSON_AddNumberToObject(rigid, "worlds", (double)setup->worlds);
+    cJSON_AddNumberToObject(rigid, "worlds", ll_rigid_sim_worlds(setup));
     cJSON_AddNumberToObject(rigid, "hz", setup->hz);
     add_view(rigid, config);
     cJSON *solvers = cJSON_AddArrayToObject(rigid, "solvers");
@@ -283,15 +290,17 @@ int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capaci
 {
     const ll_rigid_config *c = config;
     int n = 0, bodies_told = c->setup.scene > 0 || c->body_count > TRACED ? TRACED : c->body_count;
-    if (capacity < c->setup.worlds * (SUMMARY + bodies_told * OF_A_BODY))
+    if (capacity < ll_rigid_sim_worlds(&c->setup) * (SUMMARY + bodies_told * OF_A_BODY))
         return 0;
-    for (int i = 0; i < c->setup.worlds; i++) {
-        const char *prefix = i == 0 ? "" : "beside_";
+    for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         for (int k = 0; k < SUMMARY; k++)
-            snprintf(names[n++], 48, "%s%s", prefix, summary_names[k]);
+            ll_beside_column(names[n++], i, summary_names[k]);
         for (int b = 0; b < bodies_told; b++)
-            for (int k = 0; k < OF_A_BODY; k++)
-                snprintf(names[n++], 48, "%s%d_%s", prefix, b, body_names[k]);
+            for (int k = 0; k < OF_A_BODY; k++) {
+                char name[32];
+                snprintf(name, sizeof name, "%d_%s", b, body_names[k]);
+                ll_beside_column(names[n++], i, name);
+            }
     }
     return n;
 }
@@ -313,9 +322,9 @@ int ll_rigid_sim_trace_row(const void *block, double *values, int capacity)
 {
     const ll_rigid_sim *s = block;
     int n = 0, bodies_told = s->setup.scene > 0 || s->references > TRACED ? TRACED : (int)s->references;
-    if (capacity < s->setup.worlds * (SUMMARY + bodies_told * OF_A_BODY))
+    if (capacity < count_of(s) * (SUMMARY + bodies_told * OF_A_BODY))
         return 0;
-    for (int i = 0; i < s->setup.worlds; i++) {
+    for (int i = 0; i < count_of(s); i++) {
         const ll_rigid *w = ll_rigid_sim_world(s, i);
         const ll_rigid_metrics *m = &s->record[i].now;
         const double all[SUMMARY] = {m->kinetic_energy,

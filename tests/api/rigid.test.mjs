@@ -104,7 +104,7 @@ test('bullets: none passes a swept wall, and as many as theory says an unswept o
   const { metrics } = run('rigid/bullets');
   assert.equal(metrics.passed, 0);
   const share = 1 - (0.05 + 0.1) / (100 / 60), error = Math.sqrt((share * (1 - share)) / 200);
-  near(metrics.beside.passed / 200, share, 3 * error, 'share that passed');
+  near(metrics.beside[0].passed / 200, share, 3 * error, 'share that passed');
   const fast = run('rigid/bullets_500').metrics;
   assert.equal(fast.passed, 0);
 });
@@ -112,13 +112,13 @@ test('bullets: none passes a swept wall, and as many as theory says an unswept o
 test('beginner\'s impulses bring the stack down, the standard solver does not', () => {
   const { metrics } = run('rigid/collapsing_stack');
   assert.ok(metrics.tilt_worst_rad > 1 && metrics.energy_added_j > 1, JSON.stringify(metrics.tilt_worst_rad));
-  assert.ok(metrics.beside.tilt_rad < 0.001 && metrics.beside.sag_m < 0.01 && metrics.beside.energy_added_j < 0.01);
+  assert.ok(metrics.beside[0].tilt_rad < 0.001 && metrics.beside[0].sag_m < 0.01 && metrics.beside[0].energy_added_j < 0.01);
 });
 
 test('a trace has a column for each quantity, a row for each tick', () => {
   run('rigid/ball_chain', '--duration', '0.5', '--trace', 'trace.csv');
   const [head, ...rows] = readFileSync(path.join(folder, 'trace.csv'), 'utf8').trim().split('\r\n').map((line) => line.split(','));
-  for (const name of ['kinetic_j', 'sag_m', '0_x_m', 'beside_joint_error', 'beside_7_angle_rad']) assert.ok(head.includes(name), name);
+  for (const name of ['kinetic_j', 'sag_m', '0_x_m', 'beside0_joint_error', 'beside0_7_angle_rad']) assert.ok(head.includes(name), name);
   assert.equal(rows.length, 31);
   for (const row of rows) assert.equal(row.length, head.length);
 });
@@ -149,6 +149,9 @@ test('bad input is a sentence with field, range and value, on the command line a
     [rigid([{ mass: 1 }]), 'bodies.0.mass', 'unknown'],
     [rigid(Array.from({ length: 4097 }, () => ({}))), 'bodies', 'at most 4096 elements; got 4097'],
     [rigid([{}], { solver: { method: 'perfect' } }), 'solver.method', 'soft_step'],
+    [rigid([{}], { beside: { method: 'pgs' } }), 'beside', 'an array'],
+    [rigid([{}], { beside: [{ solver: { method: 'perfect' } }] }), 'beside.0.solver.method', 'soft_step'],
+    [rigid([{}], { beside: [{}, {}, {}] }), 'beside', 'at most 2 elements; got 3'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 100000 } }, 'params.size', '1048576'],
     [{ kind: 'rigid', scene: 'pyramid', params: { size: 1000 } }, 'params.size', 'MB'],
     [{ kind: 'rigid', scene: 'confined', params: { size: 1 } }, 'params of confined: position.x', 'must be finite'], /* which only building it tells */
@@ -183,7 +186,10 @@ test('every choice of a step changes while it runs, and what lays out memory doe
   const { metrics } = (await c.get(`/api/v1/sessions/${session.id}/metrics`)).json;
   assert.equal(metrics.method, 'avbd');
   assert.ok(metrics.volumes.aabb.tests > 0 && metrics.recycled === 0 && metrics.passed > 0);
-  for (const fixed of [{ worlds: 2 }, { scene: 'column' }, { params: { size: 3 } }, { hz: 30 }]) assert.equal((await c.patch(session, fixed)).status, 409, JSON.stringify(fixed));
+  for (const fixed of [{ scene: 'column' }, { params: { size: 3 } }, { hz: 30 }]) assert.equal((await c.patch(session, fixed)).status, 409, JSON.stringify(fixed));
+  const more = await c.patch(session, { beside: [{}] });
+  assert.equal(more.status, 400);
+  assert.match(more.text, /beside has 0 elements/);
 });
 
 test('a body is dragged by inputs of the owner, and the log has them', async () => {

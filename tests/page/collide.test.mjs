@@ -79,20 +79,39 @@ test('every overlay draws something', async () => {
   await close();
 });
 
-test('two solvers go side by side from the same start', async () => {
+test('solvers go side by side from the same start', async () => {
   const { page, complaints, close } = await open('?scenario=rigid/pyramid');
-  await page.waitForSelector('#two');
-  await page.locator('#two').click();
+  await page.locator('#count').selectOption({ label: 'two solvers' });
   await page.waitForSelector('#world1');
-  await page.locator('[data-path="beside.method"]').selectOption('impulse');
-  await page.waitForFunction(() => globalThis.laglab().params.beside.method === 'impulse');
+  await page.locator('[data-path="beside.0.solver.method"]').selectOption('impulse');
+  await page.waitForFunction(() => globalThis.laglab().params.beside[0].solver.method === 'impulse');
   await page.locator('#restart, .restart').first().click();
   const { shapes } = await until(async () => { const s = await sceneOf(page); return s.worlds.length === 2 && s; }, 'two worlds');
   assert.equal(shapes.filter((s) => s.world === 0).length, shapes.filter((s) => s.world === 1).length);
   await page.waitForFunction(() => document.querySelector('[data-rigid="1/tilt"]')?.textContent !== document.querySelector('[data-rigid="0/tilt"]')?.textContent);
   assert.ok(!(await page.locator('#world0').getAttribute('aria-label'))?.includes('impulse'));
   assert.match((await page.locator('#world1').getAttribute('aria-label')) ?? '', /impulse/);
+  await page.locator('#count').selectOption({ label: 'three solvers' });
+  await page.waitForSelector('#world2');
+  assert.equal((await paramsOf(page)).beside[0].solver.method, 'impulse', 'it keeps its solver');
+  assert.equal((await paramsOf(page)).beside[1].solver.method, 'soft_step', 'and the next begins as the first');
+  await page.locator('[data-path="beside.1.solver.substeps"]').fill('4');
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(() => /substeps 4/.test(document.getElementById('world2')?.getAttribute('aria-label') ?? ''));
   assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a scenario of two worlds can be seen with one', async () => {
+  const { page, close } = await open('?scenario=rigid/column');
+  await page.waitForSelector('#world1');
+  await page.locator('#count').selectOption({ label: 'one solver' });
+  await page.waitForFunction(() => globalThis.laglab().params?.beside?.length === 0 && !document.getElementById('world1'));
+  await page.locator('details summary', { hasText: 'Scene made anew' }).click();
+  await page.locator('[data-scene="size"]').fill('5');
+  await page.keyboard.press('Tab');
+  await page.waitForFunction(() => globalThis.laglab().params?.params?.size === 5);
+  assert.equal((await paramsOf(page)).beside.length, 0, 'and stays so');
   await close();
 });
 

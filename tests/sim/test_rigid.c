@@ -216,16 +216,19 @@ static void a_bullet_does_not_pass_another_body(void **state)
     }
 }
 
-/* ---- two worlds ---- */
+/* ---- worlds side by side ---- */
 
-static void two_worlds_with_the_same_solver_stay_the_same(void **state)
+static void worlds_with_the_same_solver_stay_the_same(void **state)
 {
     (void)state;
     ll_session *s =
-        session_of("{\"kind\":\"rigid\",\"scene\":\"rugged_wall\",\"worlds\":2,\"duration_s\":3}");
+        session_of("{\"kind\":\"rigid\",\"scene\":\"rugged_wall\",\"duration_s\":3,"
+                   "\"beside\":[{},{\"solver\":{\"method\":\"xpbd\"}}],\"solver\":{\"substeps\":8}}");
     run_to(s, 180);
-    near(metric(s, "energy_j"), metric(s, "beside.energy_j"), 0);
-    patch(s, "{\"beside.method\":\"pgs\"}");
+    near(metric(s, "energy_j"), metric(s, "beside.0.energy_j"), 0); /* with the first's substeps */
+    assert_true(metric(s, "energy_j") != metric(s, "beside.1.energy_j"));
+    near(metric(s, "beside.1.passes_per_s"), 60 * 8, 0);
+    patch(s, "{\"beside.0.solver.method\":\"pgs\"}");
     patch(s, "{\"gravity\":[1,-10]}"); /* which wakes all */
     run_to(s, 170);
     run_to(s, 180);
@@ -252,7 +255,7 @@ static void view_of(const ll_rigid_config *config, double view[4])
 }
 
 #define BOX_ON_GROUND                                                                                        \
-    "{\"kind\":\"rigid\",\"duration_s\":10,\"worlds\":2,\"beside\":{\"method\":\"avbd\"},\"bodies\":["       \
+    "{\"kind\":\"rigid\",\"duration_s\":10,\"beside\":[{\"solver\":{\"method\":\"avbd\"}}],\"bodies\":["     \
     "{\"type\":\"static\",\"size\":[20,1],\"position\":[0,-0.5]},{\"position\":[0,0.5]}]}"
 
 static void box_view(double view[4])
@@ -281,7 +284,7 @@ static void a_dragged_body_comes_to_the_pointer_in_both_worlds(void **state)
     double hang = 10 / (31.41592653589793 * 31.41592653589793); /* by a spring of 5 Hz */
     near(metric(s, "bodies.1.position.0"), 1, 2e-4);
     near(metric(s, "bodies.1.position.1"), 2 - hang, 2e-4);
-    near(metric(s, "beside.bodies.1.position.1"), 2 - hang, 2e-4);
+    near(metric(s, "beside.0.bodies.1.position.1"), 2 - hang, 2e-4);
     ok(ll_session_input(s, 0, 0, &leave));
     run_to(s, 400);
     near(metric(s, "bodies.1.position.1"), 0.5, 0.01);
@@ -383,6 +386,9 @@ static void refused(const char *body, const char *field, const char *word)
 static void bad_input_is_refused_with_field_range_and_value(void **state)
 {
     (void)state;
+    refused("\"beside\":{\"method\":\"avbd\"}", "beside", "an array");
+    refused("\"beside\":[{},{},{}]", "beside", "at most 2 elements; got 3");
+    refused("\"beside\":[{\"method\":\"avbd\"}]", "beside.0.method", "solver");
     refused("\"bodies\":[{\"density\":0}]", "bodies.0.density", "between 1e-06 and 1000000000 kg/m^2; got 0");
     refused("\"bodies\":[{\"density\":-1}]", "bodies.0.density", "got -1");
     refused("\"bodies\":[{\"density\":1e999}]", "bodies.0.density", "between");
@@ -435,7 +441,7 @@ int main(void)
         cmocka_unit_test(broad_phase_and_simd_change_nothing_else_does),
         cmocka_unit_test(what_is_no_setting_cannot_change),
         cmocka_unit_test(a_bullet_does_not_pass_another_body),
-        cmocka_unit_test(two_worlds_with_the_same_solver_stay_the_same),
+        cmocka_unit_test(worlds_with_the_same_solver_stay_the_same),
         cmocka_unit_test(a_dragged_body_comes_to_the_pointer_in_both_worlds),
         cmocka_unit_test(an_input_for_nobody_is_refused),
         cmocka_unit_test(a_copy_of_the_block_goes_on_as_the_block),

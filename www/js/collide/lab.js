@@ -1,10 +1,9 @@
-// The collide lab: rigid bodies, what the phases of a step make of them, and two solvers side by side from the same start.
+// The collide lab: rigid bodies, what the phases of a step make of them, and solvers side by side from the same start.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect, signal } from '../../vendor/signals-core.js';
 import { control } from '../controls.js';
-import { link } from '../early.js';
 import { fixed, signed } from '../format.js';
-import { again, choose } from '../lab.js';
+import { choose } from '../lab.js';
 import { touch } from '../loop.js';
 import { change } from '../params.js';
 import { mark } from '../panels.js';
@@ -13,6 +12,7 @@ import { drawPlot } from '../step/plot.js';
 import { layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/beside.js';
 import { cameras, forget, key, move, pointer, press, release } from '../workbench/hand.js';
 import { costs, forget as forgetMeasured, measure } from '../workbench/measure.js';
 import { VOLUMES, sceneOf } from './decode.js';
@@ -36,16 +36,16 @@ const overlaid = signal(0);
 const rigid = () => layout.value?.rigid ?? null;
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
 const worlds = () => Array.from({ length: rigid()?.worlds ?? 0 }, (_, i) => i);
-const pathOf = (/** @type {number} */ world) => (world === 0 ? 'solver' : 'beside');
 /** @param {number} world */
-const methodOf = (world) => String(params.value?.[pathOf(world)]?.method ?? '');
+const solverOf = (world) => paramsOf(world).solver ?? {};
+/** @param {number} world */
+const methodOf = (world) => String(solverOf(world).method ?? '');
 
-/** Tells two worlds apart: where the solver is the same, by what else differs. @param {number} world */
+/** Tells worlds apart: where the solver is the same, by what else differs. @param {number} world */
 function nameOf(world) {
-  const one = params.value?.[pathOf(world)] ?? {}, other = params.value?.[pathOf(1 - world)] ?? {};
-  const method = words(methodOf(world));
-  if (worlds().length < 2 || one.method !== other.method) return method;
-  const differ = Object.keys(one).filter((name) => one[name] !== other[name]);
+  const one = solverOf(world), method = words(methodOf(world));
+  const alike = worlds().filter((i) => i !== world && methodOf(i) === methodOf(world)).map(solverOf);
+  const differ = Object.keys(one).filter((name) => alike.some((other) => one[name] !== other[name]));
   return [method, ...differ.slice(0, 2).map((name) => `${words(name)} ${one[name] === true ? 'on' : one[name] === false ? 'off' : words(String(one[name]))}`)].join(', ');
 }
 
@@ -59,10 +59,10 @@ const PASSES = /** @type {{[name: string]: string[]}} */ ({
 
 /** @param {number} world @returns {Template} */
 function solverPanel(world) {
-  const at = pathOf(world), own = PASSES[methodOf(world)] ?? [];
+  const at = `${pathOf(world)}solver`, own = PASSES[methodOf(world)] ?? [];
   const label = (/** @type {string} */ name) => ({ label: words(name).replace(/^./, (c) => c.toUpperCase()) });
   return html`<fieldset class="panel method" data-player=${world} ?disabled=${locked.value !== ''} title=${locked.value || nothing}>
-    <legend class="unseen">${world === 0 ? 'Solver' : 'Solver beside'}</legend>
+    <legend class="unseen">${worlds().length > 1 ? `Solver ${world + 1}` : 'Solver'}</legend>
     <div class="head"><h2>${mark(world)} ${nameOf(world)}</h2></div>
     ${control(`${at}.method`, { label: 'Solver' })}
     ${own.map((name) => control(`${at}.${name}`, label(name)))}
@@ -75,10 +75,10 @@ function solverPanel(world) {
   </fieldset>`;
 }
 
-/** A session of its own: what lays out memory does not change while it runs. @param {{[path: string]: import('../link.js').Value}} set */
-function renew(set) {
-  link.set = { ...link.set, ...set };
-  again();
+/** @param {{[path: string]: import('../link.js').Value}} set @param {number} [count] of worlds */
+function renew(set, count = worlds().length) {
+  const list = Array.from({ length: count - 1 }, (_, i) => ({ solver: difference(i + 1 < worlds().length ? solverOf(i + 1) : solverOf(0), solverOf(0)) }));
+  renewBeside(set, list);
 }
 
 const GRAVITIES = [[0, -10, 'as on earth'], [0, -1.6, 'as on the moon'], [0, -22, '2.2 times'], [0, 0, 'none'], [10, 0, 'to the right']];
@@ -109,11 +109,10 @@ function sceneParameter(name) {
 /** @returns {Template} */
 function scenePanel() {
   const rows = scenarios.value.filter((row) => row.kind === 'rigid');
-  const two = (rigid()?.worlds ?? 1) === 2;
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
     <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
-    <label class="toggle"><input type="checkbox" id="two" .checked=${two} @change=${() => renew({ worlds: two ? 1 : 2 })}><span>Two solvers side by side</span></label>
+    ${countChoice(worlds().length, 'solver', (wanted) => renew({}, wanted))}
     ${gravity()}
     ${control('broad', { label: 'Broad phase' })}
     ${control('compare_volumes', { label: 'Count false hits' })}

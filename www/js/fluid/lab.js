@@ -2,9 +2,8 @@
 import { html, nothing } from '../../vendor/lit-html.js';
 import { effect, signal } from '../../vendor/signals-core.js';
 import { control } from '../controls.js';
-import { link } from '../early.js';
 import { fixed, short } from '../format.js';
-import { again, choose } from '../lab.js';
+import { choose } from '../lab.js';
 import { touch } from '../loop.js';
 import { mark } from '../panels.js';
 import { change } from '../params.js';
@@ -13,6 +12,7 @@ import { drawPlot } from '../step/plot.js';
 import { layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
+import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/beside.js';
 import { cameras, forget as forgetHand, handIn, key, move, pointer, press, release } from '../workbench/hand.js';
 import { costs, forget as forgetMeasured, measure, profiles } from '../workbench/measure.js';
 import { fluidsOf } from './decode.js';
@@ -48,10 +48,6 @@ const plotted = signal(['', '']);
 const fluid = () => layout.value?.fluid ?? null;
 /** The fluids side by side. @returns {FluidLayout[]} */
 const fluids = () => (fluid() ? [/** @type {FluidLayout} */ (fluid()), ...(fluid()?.beside ?? [])] : []);
-/** What stands before a parameter of fluid `i`. @param {number} i */
-const pathOf = (i) => (i === 0 ? '' : `beside.${i - 1}.`);
-/** @param {number} i */
-const paramsOf = (i) => (i === 0 ? params.value : params.value?.beside?.[i - 1]) ?? {};
 const idOf = (/** @type {number} */ i) => (i === 0 ? 'fluid' : `fluid${i}`);
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
 /** @param {FluidLayout | undefined} of */
@@ -71,20 +67,6 @@ function relief(i) {
   return drawing.value.relief ?? (field !== undefined && isSurface(field));
 }
 
-/** The values of `one` that are other than in `other`. @param {any} one @param {any} other @returns {any} */
-function difference(one, other) {
-  /** @type {{[name: string]: any}} */
-  const left = {};
-  for (const [name, value] of Object.entries(one)) {
-    if (typeof value !== 'object') {
-      if (value !== other?.[name]) left[name] = value;
-    } else if (Object.keys(difference(value, other?.[name])).length > 0) {
-      left[name] = difference(value, other?.[name]);
-    }
-  }
-  return left;
-}
-
 /** Of a fluid beside the first: what makes it another. @param {any} one @param {any} first */
 const besides = (one, first) => (one.scene === first.scene ? difference(one, first) : { scene: one.scene, params: one.params, solver: one.solver });
 
@@ -100,14 +82,11 @@ function nameOf(i) {
   return solver.method || parts.length === 0 ? [words(first), ...parts].join(', ') : parts.join(', ');
 }
 
-/** A session of its own: what lays out memory does not change while it runs. @param {{[path: string]: Value}} set of the first fluid @param {any[]} list of
- * those beside it, as they shall be */
+/** @param {{[path: string]: Value}} set of the first fluid @param {any[]} list of those beside it, as they shall be */
 function renew(set, list) {
   const first = structuredClone({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
   for (const [path, value] of Object.entries(set)) if (path.startsWith('params.')) first.params[path.slice(7)] = value;
-  const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('beside'));
-  link.set = { ...Object.fromEntries(kept), ...set, ...(list.length > 0 ? { beside: list.map((one) => besides(one, first)) } : {}) };
-  again();
+  renewBeside(set, list.map((one) => besides(one, first)));
 }
 
 /** The fluids beside the first as they are. @returns {any[]} */
@@ -139,21 +118,18 @@ function sceneParameter(i, name) {
     }}><span class="unit">${row.unit}</span></label>`;
 }
 
-const COUNTS = ['one fluid', 'two fluids', 'three fluids'];
-
 /** @returns {Template} */
 function scenePanel() {
   const rows = scenarios.value.filter((row) => row.kind === 'fluid'), count = fluids().length;
-  const set = (/** @type {Event} */ event) => {
-    const list = beside(), wanted = Number(/** @type {HTMLSelectElement} */ (event.target).value);
-    while (list.length < wanted) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
-    renew({}, list.slice(0, wanted));
+  const set = (/** @type {number} */ wanted) => {
+    const list = beside();
+    while (list.length < wanted - 1) list.push({ scene: params.value.scene, params: params.value.params, solver: params.value.solver });
+    renew({}, list.slice(0, wanted - 1));
   };
   return html`<fieldset class="panel server" ?disabled=${locked.value !== ''}><legend class="unseen">Scene</legend>
     <label class="field choice"><span>Scene</span><select id="scene" @change=${(/** @type {Event} */ event) => choose(/** @type {HTMLSelectElement} */ (event.target).value)}>
       ${rows.map((row) => html`<option value=${row.id} .selected=${row.title === params.value?.title}>${row.title}</option>`)}</select></label>
-    <label class="field choice"><span>Side by side</span><select id="count" @change=${set}>${COUNTS.map((text, i) => html`<option value=${i}
-      .selected=${i === count - 1}>${text}</option>`)}</select></label>
+    ${countChoice(count, 'fluid', set)}
     ${shownFields().length > 0 ? html`<div class="toggles">${toggle('cells', 'Sharp cells', drawing.value.cells)}${toggle('relief', 'Relief', relief(0))}</div>` : nothing}
   </fieldset>`;
 }

@@ -1,0 +1,44 @@
+// Simulations side by side from the same start: how many there are, and what makes each another than the first.
+import { html } from '../../vendor/lit-html.js';
+import { link } from '../early.js';
+import { again } from '../lab.js';
+import { params } from '../state.js';
+
+/** @typedef {import('../link.js').Value} Value */
+
+/** What stands before a parameter of the one at place `i`. @param {number} i */
+export const pathOf = (i) => (i === 0 ? '' : `beside.${i - 1}.`);
+/** @param {number} i @returns {any} */
+export const paramsOf = (i) => (i === 0 ? params.value : params.value?.beside?.[i - 1]) ?? {};
+
+/** The values of `one` that are other than in `other`. @param {any} one @param {any} other @returns {any} */
+export function difference(one, other) {
+  /** @type {{[name: string]: any}} */
+  const left = {};
+  for (const [name, value] of Object.entries(one)) {
+    if (typeof value !== 'object') {
+      if (value !== other?.[name]) left[name] = value;
+    } else if (Object.keys(difference(value, other?.[name])).length > 0) {
+      left[name] = difference(value, other?.[name]);
+    }
+  }
+  return left;
+}
+
+/** A session of its own: what lays out memory does not change while it runs. @param {{[path: string]: Value}} set of the first
+ * @param {any[]} list of those beside it: how each differs */
+export function renew(set, list) {
+  const kept = Object.entries(link.set).filter(([path]) => !path.startsWith('beside'));
+  const told = list.length > 0 || 'beside' in link.set || (params.value?.beside ?? []).length > 0; /* also that there is none any more */
+  link.set = { ...Object.fromEntries(kept), ...set, ...(told ? { beside: /** @type {any} */ (list) } : {}) };
+  again();
+}
+
+const COUNTS = ['one', 'two', 'three'];
+
+/** @param {number} count now @param {string} what `fluid` @param {(wanted: number) => void} set @returns {import('lit-html').TemplateResult} */
+export function countChoice(count, what, set) {
+  return html`<label class="field choice"><span>Side by side</span><select id="count"
+    @change=${(/** @type {Event} */ event) => set(Number(/** @type {HTMLSelectElement} */ (event.target).value))}>${COUNTS.map((text, i) => html`<option
+      value=${i + 1} .selected=${i + 1 === count}>${text} ${what}${i > 0 ? 's' : ''}</option>`)}</select></label>`;
+}
