@@ -124,6 +124,11 @@ typedef struct ll_drive {
     int32_t pad;
 } ll_drive;
 
+/* What makes two bodies hang together: a contact that touches, or a joint. */
+typedef struct ll_link {
+    int32_t number, body[2];
+} ll_link;
+
 /* solve_joints.c; a hinge's limits and motor are apart from it, since few hinges have them. */
 typedef struct ll_hinge ll_hinge;
 typedef struct ll_turning ll_turning;
@@ -135,7 +140,7 @@ typedef struct ll_rigid_layout { /* offsets from the block's beginning */
         joint;
     size_t awake, awake_contact;
     size_t state_end;
-    size_t drive, pair, order, scratch, hinge, turning, solver;
+    size_t drive, pair, order, scratch, group, hinge, turning, link, solver;
     size_t end;
 } ll_rigid_layout;
 
@@ -145,6 +150,7 @@ struct ll_rigid {
     ll_rigid_layout at;
     ll_rigid_stats stats;
     double dt;
+    uint64_t colours; /* of the contacts of the last step */
     int32_t free_body, free_shape, free_hull, free_contact, free_joint;
     int32_t body_end, shape_end, hull_end, contact_end, joint_end;
     int32_t bodies, contacts, joints;
@@ -152,7 +158,7 @@ struct ll_rigid {
     int32_t table_mask;
     int32_t bouncing; /* contacts with restitution */
     int32_t bullets;  /* bodies */
-    int32_t pad[13];
+    int32_t pad[11];
 };
 
 #define LL_ARRAY(type, name)                                                                                 \
@@ -181,6 +187,7 @@ LL_ARRAY(int32_t, scratch)
 LL_ARRAY(ll_hinge, hinge)
 LL_ARRAY(ll_turning, turning)
 LL_ARRAY(ll_proxy_pair, pair)
+LL_ARRAY(ll_link, link)
 #undef LL_ARRAY
 
 /* What two bodies have moved since a contact's manifold was made. */
@@ -212,6 +219,11 @@ static inline void ll_prefetch_contact(const ll_contact *c)
 static inline void *ll_broad_state(const ll_rigid *w)
 {
     return (char *)(uintptr_t)w + w->at.broad;
+}
+
+static inline void *ll_group_memory(const ll_rigid *w)
+{
+    return (char *)(uintptr_t)w + w->at.group;
 }
 
 static inline void *ll_solver_memory(const ll_rigid *w)
@@ -249,6 +261,18 @@ void ll_wake(ll_rigid *w, int32_t body); /* and all that sleep with it */
 void ll_put_in_awake_list(ll_rigid *w, int32_t body);
 void ll_take_from_awake_list(ll_rigid *w, int32_t body);
 void ll_put_to_sleep(ll_rigid *w); /* islands that have rested long enough */
+
+bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* one of its bodies is, at least */
+
+/* Those of which one body is awake at least; their count. */
+int32_t ll_touching_links(const ll_rigid *w, ll_link *out);
+int32_t ll_joint_links(const ll_rigid *w, ll_link *out);
+
+/* Union-find: a root has minus the size of its island for a parent; what is LL_APART joins nothing. */
+#define LL_ALONE (-1)
+#define LL_APART INT32_MIN
+void ll_join(int32_t *parent, const ll_link *links, int32_t count);
+int32_t ll_root_of(int32_t *parent, int32_t body);
 
 /* ---- continuous.c ---- */
 

@@ -1,6 +1,8 @@
 /* Sleep: bodies that touch each other fall asleep together, and wake together. */
 #include "rigid/internal.h"
 
+#include <string.h>
+
 #include "rigid/joint.h"
 
 void ll_put_in_awake_list(ll_rigid *w, int32_t body)
@@ -36,43 +38,64 @@ void ll_wake(ll_rigid *w, int32_t body)
     } while (i != body);
 }
 
-/* ---- union-find over the awake bodies ---- */
+/* ---- what hangs together ---- */
 
-static int32_t root_of(int32_t *parent, int32_t i)
+int32_t ll_touching_links(const ll_rigid *w, ll_link *out)
 {
-    while (parent[i] != i) {
-        parent[i] = parent[parent[i]];
-        i = parent[i];
-    }
-    return i;
-}
-
-static void join(int32_t *parent, int32_t a, int32_t b)
-{
-    a = root_of(parent, a);
-    b = root_of(parent, b);
-    if (a < b)
-        parent[b] = a;
-    else
-        parent[a] = b;
-}
-
-static bool dynamic_and_awake(const ll_rigid *w, int32_t body)
-{
-    return ll_bodys(w)[body].type == LL_BODY_DYNAMIC && ll_bodys(w)[body].awake != LL_NONE;
-}
-
-static void join_touching(ll_rigid *w, int32_t *parent)
-{
+    int32_t count = 0;
     for (int32_t i = 0; i < w->awake_contacts; i++) {
-        const ll_contact *c = &ll_contacts(w)[ll_awake_contacts(w)[i]];
-        if (c->count > 0 && dynamic_and_awake(w, c->body[0]) && dynamic_and_awake(w, c->body[1]))
-            join(parent, c->body[0], c->body[1]);
+        int32_t number = ll_awake_contacts(w)[i];
+        const ll_contact *c = &ll_contacts(w)[number];
+        if (i + 16 < w->awake_contacts)
+            __builtin_prefetch(&ll_contacts(w)[ll_awake_contacts(w)[i + 16]]);
+        if (c->count > 0)
+            out[count++] = (ll_link){number, {c->body[0], c->body[1]}};
     }
+    return count;
+}
+
+bool ll_joint_awake(const ll_rigid *w, int32_t joint)
+{
+    const int32_t *body = ll_joints(w)[joint].body;
+    return body[0] != LL_NONE &&
+           (ll_bodys(w)[body[0]].awake != LL_NONE || ll_bodys(w)[body[1]].awake != LL_NONE);
+}
+
+int32_t ll_joint_links(const ll_rigid *w, ll_link *out)
+{
+    int32_t count = 0;
     for (int32_t i = 0; i < w->joint_end; i++) {
         const ll_joint *j = &ll_joints(w)[i];
-        if (j->body[0] != LL_NONE && dynamic_and_awake(w, j->body[0]) && dynamic_and_awake(w, j->body[1]))
-            join(parent, j->body[0], j->body[1]);
+        if (ll_joint_awake(w, i))
+            out[count++] = (ll_link){i, {j->body[0], j->body[1]}};
+    }
+    return count;
+}
+
+int32_t ll_root_of(int32_t *parent, int32_t body)
+{
+    while (parent[body] >= 0) {
+        int32_t above = parent[body];
+        if (parent[above] >= 0)
+            parent[body] = parent[above];
+        body = above;
+    }
+    return body;
+}
+
+void ll_join(int32_t *parent, const ll_link *links, int32_t count)
+{
+    for (int32_t i = 0; i < count; i++) {
+        int32_t a = links[i].body[0], b = links[i].body[1];
+        if (parent[a] == LL_APART || parent[b] == LL_APART)
+            continue;
+        a = ll_root_of(parent, a);
+        b = ll_root_of(parent, b);
+        if (a == b)
+            continue;
+        int32_t root = a < b ? a : b;
+        parent[root] = parent[a] + parent[b];
+        parent[a + b - root] = root;
     }
 }
 
@@ -104,6 +127,18 @@ static void lay_down(ll_rigid *w, int32_t body)
     }
 }
 
+/* A kinematic body is an island by itself. */
+static void join_dynamic(ll_rigid *w, int32_t *parent)
+{
+    for (int32_t i = 0; i < w->body_end; i++)
+        parent[i] = LL_APART;
+    for (int32_t i = 0; i < w->awake; i++)
+        if (ll_bodys(w)[ll_awakes(w)[i]].type == LL_BODY_DYNAMIC)
+            parent[ll_awakes(w)[i]] = LL_ALONE;
+    ll_join(parent, ll_links(w), ll_touching_links(w, ll_links(w)));
+    ll_join(parent, ll_links(w), ll_joint_links(w, ll_links(w)));
+}
+
 /* Looked at every eighth step: an island may lie awake for a moment longer, and a moving scene pays little.
  */
 void ll_put_to_sleep(ll_rigid *w)
@@ -119,18 +154,16 @@ void ll_put_to_sleep(ll_rigid *w)
     int32_t *parent = ll_scratchs(w), *wakeful = parent + w->limits.bodies,
             *list = wakeful + w->limits.bodies;
     int32_t count = w->awake;
-    for (int32_t i = 0; i < count; i++) {
-        list[i] = ll_awakes(w)[i];
-        parent[list[i]] = list[i];
+    memcpy(list, ll_awakes(w), (size_t)count * sizeof *list);
+    join_dynamic(w, parent);
+    for (int32_t i = 0; i < count; i++)
         wakeful[list[i]] = 0;
-    }
-    join_touching(w, parent);
     for (int32_t i = 0; i < count; i++)
         if (ll_bodys(w)[list[i]].sleep_time < LL_SLEEP_TIME)
-            wakeful[root_of(parent, list[i])] = 1;
+            wakeful[ll_root_of(parent, list[i])] = 1;
     w->stats.islands = 0;
     for (int32_t i = 0; i < count; i++) {
-        int32_t root = root_of(parent, list[i]);
+        int32_t root = ll_root_of(parent, list[i]);
         w->stats.islands += root == list[i];
         if (wakeful[root])
             continue;

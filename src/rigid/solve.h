@@ -28,17 +28,43 @@ typedef struct ll_softness {
 
 ll_softness ll_soft(double hertz, double damping, double h);
 
+/* ---- groups: parts of the awake world that do not act on each other within a step ---- */
+
+typedef struct ll_list {
+    const int32_t *at; /* numbers */
+    int32_t count, pad;
+} ll_list;
+
+typedef struct ll_group {
+    ll_list bodies, contacts, joints; /* contacts: some may not touch */
+} ll_group;
+
+typedef struct ll_groups { /* in the memory of `group` until the step's end */
+    int32_t *parent, *of;  /* of each body; `of`: its group */
+    int32_t *bodies, *contacts, *joints;
+    int32_t *body_end, *contact_end, *joint_end; /* of each group, in the three above */
+    int32_t count, pad;
+} ll_groups;
+
+size_t ll_groups_size(const ll_rigid_limits *limits); /* bytes */
+ll_group ll_whole(const ll_rigid *w);                 /* all that is awake */
+
+/* Whole islands, as many to a group as fit the cache. In a group all keep the order that they have in the
+ * whole, so that solving one group after the other gives the same bits as solving the whole. */
+ll_groups ll_group_islands(ll_rigid *w);
+ll_group ll_group_at(const ll_rigid *w, const ll_groups *groups, int32_t i);
+
 /* ---- bodies ---- */
 
-void ll_prepare_drives(ll_rigid *w, double h); /* `drive` of the awake bodies, for substeps of h */
-void ll_integrate_velocities(ll_rigid *w, double h);
-void ll_integrate_positions(ll_rigid *w, double h);
+void ll_prepare_drives(ll_rigid *w, ll_list bodies, double h); /* their `drive`, for substeps of h */
+void ll_integrate_velocities(ll_rigid *w, ll_list bodies, double h);
+void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h);
 
 /* ---- contacts, one after the other ---- */
 
-/* The awake contacts that touch, sorted by colour into `order`; colour c is from start[c] to start[c + 1].
- * Returns their count. */
-int32_t ll_order_contacts(ll_rigid *w, int32_t start[LL_COLOUR_SLOTS + 1]);
+/* Those that touch, sorted by colour into `order`; colour c is from start[c] to start[c + 1]. Returns their
+ * count, and adds to the step's statistics. */
+int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1]);
 
 typedef struct ll_line { /* a point of a contact; normal and arms lean with their bodies */
     ll_vec2 ra, rb;      /* anchors from the centres of mass, at the beginning of the step */
@@ -90,14 +116,14 @@ static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const 
 
 /* ---- joints, one after the other ---- */
 
-typedef struct ll_joint_set { /* of the awake joints, in this step */
+typedef struct ll_joint_set { /* of a group's joints, in this step */
     ll_hinge *hinges;
     ll_turning *turnings; /* of those with limits or a motor */
     int32_t *others;      /* numbers */
     int32_t hinge_count, turning_count, other_count, pad;
 } ll_joint_set;
 
-ll_joint_set ll_prepare_joints(ll_rigid *w); /* uses `scratch` until the step's end */
+ll_joint_set ll_prepare_joints(ll_rigid *w, ll_list joints); /* uses `scratch` until they are stored */
 void ll_store_joints(ll_rigid *w, const ll_joint_set *set);
 void ll_warm_start_joints(ll_rigid *w, const ll_joint_set *set);
 /* One pass over the rows of all joints. With `bias` errors of position are corrected too. */

@@ -83,7 +83,7 @@ static void begin_touches(ll_rigid *w, memory *m)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
     bool warm = w->params.warm_start;
-    m->count = ll_order_contacts(w, start);
+    m->count = ll_order_contacts(w, ll_whole(w).contacts, start);
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];
@@ -140,7 +140,7 @@ static void begin_joints(ll_rigid *w, memory *m)
 static void begin_bodies(ll_rigid *w, memory *m)
 {
     double h = m->h;
-    ll_prepare_drives(w, h);
+    ll_prepare_drives(w, ll_whole(w).bodies, h);
     for (int32_t i = 0; i < w->awake; i++) {
         int32_t k = ll_awakes(w)[i];
         ll_motion *motion = &ll_motions(w)[k];

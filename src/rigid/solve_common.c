@@ -30,11 +30,11 @@ ll_softness ll_soft(double hertz, double damping, double h)
 
 /* ---- bodies ---- */
 
-void ll_prepare_drives(ll_rigid *w, double h)
+void ll_prepare_drives(ll_rigid *w, ll_list bodies, double h)
 {
     ll_vec2 gravity = {w->params.gravity_x, w->params.gravity_y};
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
         const ll_body *b = &ll_bodys(w)[k];
         ll_drive *d = &ll_drives(w)[k];
         *d = (ll_drive){.keep = 1, .keep_spin = 1};
@@ -47,10 +47,10 @@ void ll_prepare_drives(ll_rigid *w, double h)
     }
 }
 
-void ll_integrate_velocities(ll_rigid *w, double h)
+void ll_integrate_velocities(ll_rigid *w, ll_list bodies, double h)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
         const ll_drive *d = &ll_drives(w)[k];
         ll_motion *m = &ll_motions(w)[k];
         m->v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
@@ -58,10 +58,10 @@ void ll_integrate_velocities(ll_rigid *w, double h)
     }
 }
 
-void ll_integrate_positions(ll_rigid *w, double h)
+void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
-        ll_motion *m = &ll_motions(w)[ll_awakes(w)[i]];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        ll_motion *m = &ll_motions(w)[bodies.at[i]];
         double turn = h * m->w;
         m->d = ll_madd(m->d, h, m->v);
         m->q = ll_rot_mul(m->q, ll_rot_small(turn));
@@ -85,35 +85,34 @@ double ll_angle_now(const ll_rigid *w, const ll_joint *j)
 
 /* ---- contacts ---- */
 
-int32_t ll_order_contacts(ll_rigid *w, int32_t start[LL_COLOUR_SLOTS + 1])
+int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1])
 {
-    const ll_contact *contacts = ll_contacts(w);
-    const int32_t *awake = ll_awake_contacts(w);
-    int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
-    for (int32_t i = 0; i < w->awake_contacts; i++) {
-        const ll_contact *c = &contacts[awake[i]];
+    const ll_contact *all = ll_contacts(w);
+    int32_t count[LL_COLOUR_SLOTS] = {0};
+    for (int32_t i = 0; i < contacts.count; i++) {
+        const ll_contact *c = &all[contacts.at[i]];
+        if (i + 8 < contacts.count)
+            ll_prefetch_contact(&all[contacts.at[i + 8]]);
+        w->stats.points += c->count;
         if (c->colour != LL_NONE)
             count[c->colour]++;
     }
-    int32_t total = 0, colours = 0;
+    int32_t total = 0;
     for (int c = 0; c < LL_COLOUR_SLOTS; c++) {
         start[c] = total;
         total += count[c];
-        colours += c < LL_COLOURS && count[c] > 0;
+        if (c < LL_COLOURS && count[c] > 0)
+            w->colours |= UINT64_C(1) << c;
         count[c] = start[c];
     }
     start[LL_COLOUR_SLOTS] = total;
-    for (int32_t i = 0; i < w->awake_contacts; i++) {
-        const ll_contact *c = &contacts[awake[i]];
-        if (c->colour == LL_NONE)
-            continue;
-        points += c->count;
-        ll_orders(w)[count[c->colour]++] = awake[i];
+    for (int32_t i = 0; i < contacts.count; i++) {
+        const ll_contact *c = &all[contacts.at[i]];
+        if (c->colour != LL_NONE)
+            ll_orders(w)[count[c->colour]++] = contacts.at[i];
     }
-    w->stats.touching = total;
-    w->stats.points = points;
-    w->stats.colours = colours;
-    w->stats.overflow = total - start[LL_COLOURS];
+    w->stats.touching += total;
+    w->stats.overflow += total - start[LL_COLOURS];
     return total;
 }
 
@@ -147,7 +146,7 @@ static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, cons
 ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_touch_rows rows = {ll_solver_memory(w), ll_order_contacts(w, start)};
+    ll_touch_rows rows = {ll_solver_memory(w), ll_order_contacts(w, ll_whole(w).contacts, start)};
     for (int32_t i = 0; i < rows.count; i++) {
         ll_touch_row *r = &rows.at[i];
         const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];

@@ -33,16 +33,17 @@ static void push_out(ll_rigid *w, const ll_touch_row *r)
 
 static void solve(ll_rigid *w)
 {
+    ll_group all = ll_whole(w);
     ll_touch_rows rows = ll_prepare_touch_rows(w);
-    ll_prepare_drives(w, w->dt);
-    ll_integrate_velocities(w, w->dt);
+    ll_prepare_drives(w, all.bodies, w->dt);
+    ll_integrate_velocities(w, all.bodies, w->dt);
     ll_clear_joint_impulses(w);
-    ll_joint_set joints = ll_prepare_joints(w);
+    ll_joint_set joints = ll_prepare_joints(w, all.joints);
     ll_solve_joints(w, &joints, w->dt, (ll_softness){w->params.baumgarte / w->dt, 1, 0}, true);
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             hit(w, &rows.at[i], &rows.at[i].at[k]);
-    ll_integrate_positions(w, w->dt);
+    ll_integrate_positions(w, all.bodies, w->dt);
     for (int32_t i = 0; i < rows.count; i++)
         push_out(w, &rows.at[i]);
     ll_store_touch_rows(w, rows);

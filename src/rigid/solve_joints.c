@@ -19,12 +19,6 @@ static pair pair_of(ll_rigid *w, const ll_joint *j)
                   b->inv_inertia};
 }
 
-static bool joint_awake(const ll_rigid *w, const ll_joint *j)
-{
-    return j->body[0] != LL_NONE &&
-           (ll_bodys(w)[j->body[0]].awake != LL_NONE || ll_bodys(w)[j->body[1]].awake != LL_NONE);
-}
-
 static void push_row(const pair *p, const ll_row *row, double impulse)
 {
     p->a->v = ll_madd(p->a->v, -p->ma * impulse, row->n);
@@ -116,21 +110,19 @@ static ll_hinge hinge_of(const ll_rigid *w, int32_t joint)
                       .impulse = {j->impulse[0], j->impulse[1]}};
 }
 
-ll_joint_set ll_prepare_joints(ll_rigid *w)
+ll_joint_set ll_prepare_joints(ll_rigid *w, ll_list joints)
 {
     ll_joint_set set = {.hinges = ll_hinges(w), .turnings = ll_turnings(w), .others = ll_scratchs(w)};
-    if (!w->params.warm_start)
-        ll_clear_joint_impulses(w);
-    for (int32_t i = 0; i < w->joint_end; i++) {
-        const ll_joint *j = &ll_joints(w)[i];
-        if (!joint_awake(w, j))
-            continue;
+    for (int32_t i = 0; i < joints.count; i++) {
+        ll_joint *j = &ll_joints(w)[joints.at[i]];
+        if (!w->params.warm_start)
+            memset(j->impulse, 0, sizeof j->impulse);
         bool friction = j->def.type == LL_JOINT_FRICTION;
         if (j->def.type != LL_JOINT_REVOLUTE && !friction) {
-            set.others[set.other_count++] = i;
+            set.others[set.other_count++] = joints.at[i];
             continue;
         }
-        set.hinges[set.hinge_count] = hinge_of(w, i);
+        set.hinges[set.hinge_count] = hinge_of(w, joints.at[i]);
         if (j->def.limited || j->def.motored || friction) {
             set.hinges[set.hinge_count].turning = set.turning_count;
             set.turnings[set.turning_count++] = turning_of(w, j);

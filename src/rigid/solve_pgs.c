@@ -44,11 +44,12 @@ static void pass(ll_rigid *w, ll_touch_rows rows, double baumgarte)
 
 ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
 {
+    ll_group all = ll_whole(w);
     ll_touch_rows rows = ll_prepare_touch_rows(w);
     ll_softness stiff = {w->params.baumgarte / w->dt, 1, 0};
-    ll_prepare_drives(w, w->dt);
-    ll_integrate_velocities(w, w->dt);
-    ll_joint_set joints = ll_prepare_joints(w);
+    ll_prepare_drives(w, all.bodies, w->dt);
+    ll_integrate_velocities(w, all.bodies, w->dt);
+    ll_joint_set joints = ll_prepare_joints(w, all.joints);
     ll_warm_start_joints(w, &joints);
     ll_warm_start_touch(w, rows);
     for (int64_t i = 0; i < w->params.iterations; i++) {
@@ -63,7 +64,7 @@ ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
 static void solve(ll_rigid *w)
 {
     ll_touch_rows rows = ll_pgs_velocities(w, w->params.baumgarte);
-    ll_integrate_positions(w, w->dt);
+    ll_integrate_positions(w, ll_whole(w).bodies, w->dt);
     ll_store_touch_rows(w, rows);
 }
 

@@ -31,7 +31,7 @@ static void correct(ll_rigid *w, const ll_touch_row *r, const ll_line *line)
 static void solve(ll_rigid *w)
 {
     ll_touch_rows rows = ll_pgs_velocities(w, 0);
-    ll_integrate_positions(w, w->dt);
+    ll_integrate_positions(w, ll_whole(w).bodies, w->dt);
     for (int64_t n = 0; n < w->params.position_iterations; n++)
         for (int32_t i = 0; i < rows.count; i++)
             for (int k = 0; k < rows.at[i].count; k++)

@@ -5,7 +5,9 @@
  * Passes over contacts with n substeps: 1 warm start + 2 n; friction in every second. Without joints the
  * later substeps need no warm start: the Jacobian is constant in a step, so what the contacts hold a body
  * with is how its velocity differs from that after gravity, and is put on it when velocities are integrated.
- */
+ *
+ * What the passes go over stays in the cache: all substeps of one group of islands are made before the next
+ * group is prepared, in the same memory. */
 #include "rigid/soft.h"
 
 #include <string.h>
@@ -106,10 +108,10 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
         fill_point(w, c, lane, k, &from->at[k], &since);
 }
 
-static batches prepare(ll_rigid *w)
+static batches prepare(ll_rigid *w, ll_list contacts)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_order_contacts(w, start);
+    ll_order_contacts(w, contacts, start);
     batches all = {.all = ll_solver_memory(w)};
     /* What stands on the ground is solved last. */
     static const int32_t first[2] = {LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_STATIC};
@@ -209,10 +211,10 @@ static void bounce_all(ll_rigid *w, const batches *all)
 /* ---- substeps ---- */
 
 /* After gravity: what the contacts held the body with in the substep before. */
-static void integrate_velocities(ll_rigid *w, double h, bool held)
+static void integrate_velocities(ll_rigid *w, ll_list bodies, double h, bool held)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
         ll_drive *d = &ll_drives(w)[k];
         ll_motion *m = &ll_motions(w)[k];
         ll_vec2 v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
@@ -224,10 +226,10 @@ static void integrate_velocities(ll_rigid *w, double h, bool held)
     }
 }
 
-static void note_held(ll_rigid *w)
+static void note_held(ll_rigid *w, ll_list bodies)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
         ll_drive *d = &ll_drives(w)[k];
         d->held = ll_sub(ll_motions(w)[k].v, d->held);
         d->held_spin = ll_motions(w)[k].w - d->held_spin;
@@ -245,8 +247,8 @@ static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_
     }
 }
 
-static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all, const ll_joint_set *set,
-                    double h, bool first)
+static void substep(ll_rigid *w, const ll_soft_loops *loops, ll_list bodies, const batches *all,
+                    const ll_joint_set *set, double h, bool first)
 {
     const ll_rigid_params *p = &w->params;
     double hertz = ll_min(p->contact_hertz, 0.125 / h);
@@ -255,7 +257,7 @@ static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all,
     const ll_soft_pass push[2] = {{ll_soft(hertz, p->contact_damping, h), 1 / h, p->push_speed},
                                   {ll_soft(2 * hertz, p->contact_damping, h), 1 / h, p->push_speed}};
     const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->push_speed};
-    integrate_velocities(w, h, !first && !joints);
+    integrate_velocities(w, bodies, h, !first && !joints);
     if (joints)
         ll_warm_start_joints(w, set);
     if (first || joints)
@@ -265,29 +267,38 @@ static void substep(ll_rigid *w, const ll_soft_loops *loops, const batches *all,
     if (joints)
         ll_solve_joints(w, set, h, stiff, true);
     pass_all(w, all, loops->solve, ll_soft_scalar.solve, push);
-    ll_integrate_positions(w, h);
+    ll_integrate_positions(w, bodies, h);
     if (joints)
         ll_solve_joints(w, set, h, stiff, false);
     pass_all(w, all, loops->relax, ll_soft_scalar.relax, (ll_soft_pass[2]){rest, rest});
     if (!joints)
-        note_held(w);
+        note_held(w, bodies);
 }
 
-static void solve(ll_rigid *w)
+static void solve_group(ll_rigid *w, const ll_soft_loops *loops, const ll_group *group)
 {
     double h = w->dt / (double)w->params.substeps;
-    const ll_soft_loops *loops = loops_of(w);
-    batches all = prepare(w);
-    ll_prepare_drives(w, h);
+    batches all = prepare(w, group->contacts);
+    ll_prepare_drives(w, group->bodies, h);
     if (w->bouncing > 0)
         note_approach(w, &all);
-    ll_joint_set set = ll_prepare_joints(w);
+    ll_joint_set set = ll_prepare_joints(w, group->joints);
     for (int64_t i = 0; i < w->params.substeps; i++)
-        substep(w, loops, &all, &set, h, i == 0);
+        substep(w, loops, group->bodies, &all, &set, h, i == 0);
     if (w->bouncing > 0)
         bounce_all(w, &all);
     store(w, &all);
     ll_store_joints(w, &set);
+}
+
+static void solve(ll_rigid *w)
+{
+    const ll_soft_loops *loops = loops_of(w);
+    ll_groups groups = ll_group_islands(w);
+    for (int32_t i = 0; i < groups.count; i++) {
+        ll_group group = ll_group_at(w, &groups, i);
+        solve_group(w, loops, &group);
+    }
 }
 
 const ll_solver ll_solver_soft_step = {

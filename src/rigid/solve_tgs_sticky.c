@@ -71,18 +71,19 @@ static void solve(ll_rigid *w)
 {
     double h = w->dt / (double)w->params.substeps, rate = 1 / h;
     ll_softness stiff = ll_soft(ll_min(w->params.joint_hertz, 0.25 * rate), w->params.joint_damping, h);
+    ll_group all = ll_whole(w);
     ll_touch_rows rows = ll_prepare_touch_rows(w);
-    ll_prepare_drives(w, h);
-    ll_joint_set joints = ll_prepare_joints(w);
+    ll_prepare_drives(w, all.bodies, h);
+    ll_joint_set joints = ll_prepare_joints(w, all.joints);
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             rows.at[i].at[k].normal_impulse = rows.at[i].at[k].tangent_impulse = 0;
     for (int64_t i = 0; i < w->params.substeps; i++) {
-        ll_integrate_velocities(w, h);
+        ll_integrate_velocities(w, all.bodies, h);
         ll_warm_start_joints(w, &joints);
         ll_solve_joints(w, &joints, h, stiff, true);
         pass(w, rows, rate, true);
-        ll_integrate_positions(w, h);
+        ll_integrate_positions(w, all.bodies, h);
     }
     for (int64_t i = 0; i < (w->params.substeps + 1) / 2; i++) {
         ll_solve_joints(w, &joints, h, stiff, false);

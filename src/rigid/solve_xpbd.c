@@ -110,10 +110,10 @@ static void solve_joint(ll_rigid *w, ll_joint *j, double h)
     }
 }
 
-static void velocities_from_positions(ll_rigid *w, double h)
+static void velocities_from_positions(ll_rigid *w, ll_list bodies, double h)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
         ll_motion *m = &ll_motions(w)[k];
         if (ll_bodys(w)[k].inv_mass == 0)
             continue;
@@ -122,33 +122,34 @@ static void velocities_from_positions(ll_rigid *w, double h)
     }
 }
 
-static void substep(ll_rigid *w, ll_touch_rows rows, double h)
+static void substep(ll_rigid *w, ll_list bodies, ll_touch_rows rows, double h)
 {
-    for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
         const ll_motion *m = &ll_motions(w)[k];
         pasts(w)[k] = (past){.d = m->d, .turn = m->turn, .q = m->q};
     }
-    ll_integrate_velocities(w, h);
-    ll_integrate_positions(w, h);
+    ll_integrate_velocities(w, bodies, h);
+    ll_integrate_positions(w, bodies, h);
     for (int32_t i = 0; i < w->joint_end; i++)
         if (ll_joints(w)[i].body[0] != LL_NONE)
             solve_joint(w, &ll_joints(w)[i], h);
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             solve_line(w, &rows.at[i], &rows.at[i].at[k], h);
-    velocities_from_positions(w, h);
+    velocities_from_positions(w, bodies, h);
 }
 
 static void solve(ll_rigid *w)
 {
     double h = w->dt / (double)w->params.substeps;
+    ll_list bodies = ll_whole(w).bodies;
     ll_touch_rows rows = ll_prepare_touch_rows(w);
     for (int32_t i = 0; i < w->body_end; i++) /* also of what does not move */
         pasts(w)[i] = (past){.q = {1, 0}};
-    ll_prepare_drives(w, h);
+    ll_prepare_drives(w, bodies, h);
     for (int64_t i = 0; i < w->params.substeps; i++)
-        substep(w, rows, h);
+        substep(w, bodies, rows, h);
     ll_apply_restitution(w, rows);
     ll_store_touch_rows(w, rows);
 }

@@ -87,11 +87,13 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.order = place(&end, contacts, sizeof(int32_t));
     size_t most = contacts > 3 * bodies ? contacts : 3 * bodies;
     at.scratch = place(&end, most > (size_t)l->joints ? most : (size_t)l->joints, sizeof(int32_t));
+    at.group = place(&end, ll_groups_size(l), 1);
     at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
     at.turning = place(&end, (size_t)l->joints, ll_turning_size());
-    /* Pairs are used up before the solver begins. */
+    /* Pairs are used up before the solver begins, and links before it prepares its contacts. */
     size_t pairs = (contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
-    at.pair = at.solver = place(&end, solver > pairs ? solver : pairs, 1);
+    size_t links = (contacts + (size_t)l->joints) * sizeof(ll_link), shared = solver > pairs ? solver : pairs;
+    at.pair = at.link = at.solver = place(&end, shared > links ? shared : links, 1);
     at.end = end;
     return at;
 }
@@ -246,6 +248,8 @@ ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
     ended(probe, LL_PHASE_BROAD);
     ll_update_contacts(w);
     ended(probe, LL_PHASE_NARROW);
+    w->stats.touching = w->stats.points = w->stats.overflow = 0;
+    w->colours = 0;
     ll_solvers[w->params.solver]->solve(w);
     ended(probe, LL_PHASE_SOLVE);
     ll_stop_at_first_touch(w);
@@ -281,6 +285,7 @@ ll_rigid_stats ll_rigid_get_stats(const ll_rigid *w)
     s.awake = w->awake;
     s.joints = w->joints;
     s.pairs = w->contacts;
+    s.colours = __builtin_popcountll(w->colours);
     return s;
 }
 
