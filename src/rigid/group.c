@@ -6,8 +6,9 @@
 #include <string.h>
 
 /* A heap in the plane has up to three contacts a body; with contacts and constraints `enough_bodies` of it
- * take about half of a second-level cache of 1 MiB. A smaller world gains less by groups than they cost. */
-enum { enough_bodies = 400, least_world = 2000 };
+ * take about half of a second-level cache of 1 MiB. A smaller world gains less by groups than they cost, and
+ * so does one of which most is one island: that is solved whole, and looked at again after some steps. */
+enum { enough_bodies = 400, least_world = 2000, whole_steps = 16 };
 
 static size_t most_groups(const ll_rigid_limits *l)
 {
@@ -65,25 +66,32 @@ static void begin_each(int32_t *at, int32_t groups)
     }
 }
 
-/* Islands in the order in which the awake list meets them. */
-static void group_bodies(const ll_rigid *w, ll_groups *g)
+/* Islands in the order in which the awake list meets them. Returns the size of the largest. */
+static int32_t group_islands(const ll_rigid *w, ll_groups *g)
 {
     const int32_t *awake = ll_awakes(w);
-    int32_t filled = enough_bodies;
+    int32_t filled = enough_bodies, largest = 0;
     g->count = 0;
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t root = ll_root_of(g->parent, awake[i]);
+        int32_t root = ll_root_of(g->parent, awake[i]), size = -g->parent[root];
         if (g->of[root] == LL_NONE) {
             if (filled >= enough_bodies) {
                 g->body_end[g->count++] = 0;
                 filled = 0;
             }
             g->of[root] = g->count - 1;
-            filled -= g->parent[root];
+            filled += size;
+            largest = size > largest ? size : largest;
         }
         g->of[awake[i]] = g->of[root];
         g->body_end[g->of[root]]++;
     }
+    return largest;
+}
+
+static void place_bodies(const ll_rigid *w, const ll_groups *g)
+{
+    const int32_t *awake = ll_awakes(w);
     begin_each(g->body_end, g->count);
     for (int32_t i = 0; i < w->awake; i++)
         g->bodies[g->body_end[g->of[awake[i]]]++] = awake[i];
@@ -106,10 +114,9 @@ static void place_links(const ll_groups *g, const ll_link *links, int32_t count,
 
 ll_groups ll_group_islands(ll_rigid *w)
 {
-    ll_groups g = memory_of(w);
-    g.count = 1;
-    if (w->awake < least_world)
-        return g;
+    ll_groups g = memory_of(w), whole = {.count = 1};
+    if (w->awake < least_world || w->stats.step < w->whole_until)
+        return whole;
     for (int32_t i = 0; i < w->body_end; i++)
         g.parent[i] = LL_APART;
     for (int32_t i = 0; i < w->awake; i++) {
@@ -119,9 +126,11 @@ ll_groups ll_group_islands(ll_rigid *w)
     ll_link *links = ll_links(w);
     int32_t touching = ll_touching_links(w, links), joints = ll_joint_links(w, links + touching);
     ll_join(g.parent, links, touching + joints);
-    group_bodies(w, &g);
-    if (g.count == 1)
-        return g;
+    if (2 * group_islands(w, &g) > w->awake) {
+        w->whole_until = w->stats.step + whole_steps;
+        return whole;
+    }
+    place_bodies(w, &g);
     place_links(&g, links, touching, g.contact_end, g.contacts);
     place_links(&g, links + touching, joints, g.joint_end, g.joints);
     return g;

@@ -150,7 +150,8 @@ struct ll_rigid {
     ll_rigid_layout at;
     ll_rigid_stats stats;
     double dt;
-    uint64_t colours; /* of the contacts of the last step */
+    uint64_t colours;    /* of the contacts of the last step */
+    int64_t whole_until; /* step; before it islands are not grouped */
     int32_t free_body, free_shape, free_hull, free_contact, free_joint;
     int32_t body_end, shape_end, hull_end, contact_end, joint_end;
     int32_t bodies, contacts, joints;
@@ -158,7 +159,7 @@ struct ll_rigid {
     int32_t table_mask;
     int32_t bouncing; /* contacts with restitution */
     int32_t bullets;  /* bodies */
-    int32_t pad[11];
+    int32_t pad[9];
 };
 
 #define LL_ARRAY(type, name)                                                                                 \
