@@ -161,7 +161,7 @@ static const char *const body_columns[] = {"x_m", "z_m", "y_m", "pitch_rad", "ro
 
 static const ll_fluid_layer layers[] = {
     {.name = "height",
-     .help = "Height of the water in m, seen from above: x to the right, z upwards.",
+     .help = "Height of the water, seen from above with x to the right and z upwards: m.",
      .shape = LL_FLUID_FIELD,
      .columns = height_columns},
     {.name = "body",

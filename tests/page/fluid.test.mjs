@@ -144,7 +144,7 @@ test('the colour maps are even: no step is larger than another by a third', asyn
     }
     return ratios;
   });
-  assert.equal(worst.length, 4);
+  assert.equal(worst.length, 6);
   assert.ok(worst.every((ratio) => ratio < 1.33), worst.join());
   await close();
 });

@@ -1,7 +1,8 @@
 // Colour maps that are even to the eye: paths through OKLab (Ottosson 2020), cut into 255 steps of one length.
 
 /** @typedef {number[]} Colour  three numbers: lightness, a, b of OKLab */
-/** @typedef {{even: Uint32Array, signed: Uint32Array}} Maps  255 colours each, as an ImageData has them; signed: the middle is nothing */
+/** @typedef {{even: Uint32Array, signed: Uint32Array, water: Uint32Array}} Maps  255 colours each, as an ImageData has them; signed: the middle
+ *   is nothing; water: from troughs to crests, of little contrast, since a relief adds light and shade */
 
 const STEPS = 255;
 
@@ -60,6 +61,8 @@ function packed(path) {
   });
 }
 
+const WATER = [[0.36, 0.08, 258], [0.52, 0.1, 240], [0.7, 0.09, 215], [0.9, 0.045, 195]];
+
 /** Nothing looks like the paper; most stands out. */
 const STOPS = {
   light: {
@@ -81,7 +84,7 @@ export function mapsOf(dark) {
   if (known) return known;
   const stops = dark ? STOPS.dark : STOPS.light;
   const less = even(stops.less, (STEPS + 1) / 2), more = even(stops.more, (STEPS + 1) / 2);
-  const maps = { even: packed(even(stops.even, STEPS)), signed: packed([...less.reverse(), ...more.slice(1)]) };
+  const maps = { even: packed(even(stops.even, STEPS)), signed: packed([...less.reverse(), ...more.slice(1)]), water: packed(even(WATER, STEPS)) };
   made.set(dark, maps);
   return maps;
 }

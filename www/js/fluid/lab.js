@@ -56,6 +56,11 @@ const fieldsOf = (of) => of?.layers.filter((layer) => layer.shape === 'field') ?
 const unitOf = (layer) => /(?:^|: )((?:m|s|1|kg|N|J|Pa|rad)[\w/^²³*.]*?)\.?$/.exec(layer.help)?.[1] ?? '';
 /** @param {Layer} layer */
 const isSurface = (layer) => /surface|height/.test(layer.name);
+/** Whether the colours are heights of water. @param {import('./decode.js').Fluid} now @param {number} i */
+const isWater = (now, i) => {
+  const layer = now.field && fluids()[i]?.layers[now.field.layer];
+  return layer !== null && layer !== undefined && isSurface(layer);
+};
 /** The field that frames carry. @param {number} i @returns {Layer | undefined} */
 function shownField(i) {
   const fields = fieldsOf(fluids()[i]);
@@ -222,7 +227,7 @@ function numbers() {
 function plottedName(i) {
   const all = names(), chosen = plotted.value[i] ?? '';
   if (all.includes(chosen)) return chosen;
-  return all[pick(all, i === 0 ? [/error/, /energy/] : [/^divergence/, /density.*max/, /mass_change/, /mass/])] ?? '';
+  return all[pick(all, i === 0 ? [/error/, /energy/, /water_at/] : [/^divergence/, /density.*max/, /mass_change/, /mass/])] ?? '';
 }
 
 /** @param {number} i @returns {Template} */
@@ -375,8 +380,8 @@ function drawOne(frame, now, i, colours) {
     return { of: list, columns: layer?.columns ?? [], line: layer !== undefined && isSurface(layer) };
   });
   onto(idOf(i), (surface) => {
-    cameras.set(i, drawPicture(surface, colours, { view: of.view, field: now.field, points, ...coloured(now, i, frame.seq), cells: drawing.value.cells,
-      relief: relief(i), hand: handIn(i), note: now.state.status === 1 ? 'It diverged and was stopped' : '' }));
+    cameras.set(i, drawPicture(surface, colours, { view: of.view, field: now.field, points, ...coloured(now, i, frame.seq), water: isWater(now, i),
+      cells: drawing.value.cells, relief: relief(i), hand: handIn(i), note: now.state.status === 1 ? 'It diverged and was stopped' : '' }));
   });
 }
 

@@ -1,6 +1,7 @@
 // Draws a fluid: its field as an image of cells, its points, and what the colours stand for.
 import { drawText } from '../views/marks.js';
 import { css, isDark, mapsOf } from './colours.js';
+import { drawRelief } from './relief.js';
 
 /** @typedef {import('../theme.js').Palette} Palette */
 /** @typedef {import('./decode.js').Field} Field */
@@ -8,8 +9,8 @@ import { css, isDark, mapsOf } from './colours.js';
 /** @typedef {import('./scale.js').Scale} Scale */
 /** From px to m: x = left + px / scale, y = top - py / scale. @typedef {{left: number, top: number, scale: number}} Camera */
 /** @typedef {{view: number[], field: Field | null, points: {of: Points, columns: string[], line: boolean}[], scale: Scale | null, word: string,
- *   cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
- *   word: what the colours stand for; note: what must be said over the picture */
+ *   water: boolean, cells: boolean, relief: boolean, hand: {x: number, y: number, held: boolean} | null, note: string}} Shown
+ *   word: what the colours stand for; water: they are heights of it; note: what must be said over the picture */
 
 /** One for each size: fluids side by side may have several. @type {Map<string, {cells: HTMLCanvasElement, pen: CanvasRenderingContext2D, image: ImageData}>} */
 const sheets = new Map();
@@ -36,27 +37,25 @@ function lookUp(field, [low = 0, high = 1], map, none) {
   return table;
 }
 
-/** As lit from the upper left. @param {Field} field @param {Uint8ClampedArray} data @param {number} strength per step of a byte */
-function shade(field, data, strength) {
-  const { width, height, bytes } = field;
-  for (let j = 1; j < height - 1; j++) {
-    for (let i = 1; i < width - 1; i++) {
-      const k = j * width + i;
-      const slope = (bytes[k + 1] ?? 0) - (bytes[k - 1] ?? 0) - (bytes[k + width] ?? 0) + (bytes[k - width] ?? 0);
-      const light = Math.max(0.45, Math.min(1.5, 1 + strength * slope)), at = 4 * ((height - 1 - j) * width + i);
-      for (let c = 0; c < 3; c++) data[at + c] = (data[at + c] ?? 0) * light;
-    }
-  }
-}
-
-/** @param {Field} field @param {Uint32Array} table @param {boolean} relief @returns {HTMLCanvasElement} */
-function paint(field, table, relief) {
+/** @param {Field} field @param {Uint32Array} table @returns {HTMLCanvasElement} */
+function paint(field, table) {
   const { width, height, bytes } = field, { cells, pen, image } = sheetOf(width, height);
   const out = new Uint32Array(image.data.buffer);
   for (let j = 0, k = 0; j < height; j++) { /* rows of an image go down */
     for (let at = (height - 1 - j) * width, end = at + width; at < end; at++) out[at] = table[bytes[k++] ?? 255] ?? 0;
   }
-  if (relief) shade(field, image.data, 0.02 * Math.max(1, width / 64));
+  pen.putImageData(image, 0, 0);
+  return cells;
+}
+
+const RELIEF_PX = 256; /* of a relief's longer side, at most: the screen's own smoothing does the rest */
+
+/** @param {Field} field @param {number[]} range @param {Uint32Array} map @param {number} none @param {boolean} sharp one pixel for a cell
+ * @returns {HTMLCanvasElement} */
+function paintRelief(field, range, map, none, sharp) {
+  const factor = sharp ? 1 : Math.max(1, Math.floor(RELIEF_PX / Math.max(field.width, field.height)));
+  const { cells, pen, image } = sheetOf(field.width * factor, field.height * factor);
+  drawRelief(field, range, map, none, factor, new Uint32Array(image.data.buffer));
   pen.putImageData(image, 0, 0);
   return cells;
 }
@@ -109,6 +108,21 @@ function boxes(on, at, { of, columns }, colours) {
     on.fillRect(-w / 2, -h / 2, w, h);
     on.strokeRect(-w / 2, -h / 2, w, h);
     on.restore();
+  }
+}
+
+/** What floats, seen from above. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list @param {Palette} colours */
+function fromAbove(on, at, { of, columns }, colours) {
+  const x = columns.indexOf('x_m'), z = columns.indexOf('z_m');
+  on.fillStyle = colours.buffer;
+  on.strokeStyle = colours.onFill;
+  on.lineWidth = colours.line;
+  on.setLineDash([]);
+  for (let i = 0, k = 0; i < of.count; i++, k += of.columns) {
+    on.beginPath();
+    on.arc(((of.values[k + x] ?? 0) - at.left) * at.scale, (at.top - (of.values[k + z] ?? 0)) * at.scale, colours.marker / 3, 0, 2 * Math.PI);
+    on.fill();
+    on.stroke();
   }
 }
 
@@ -170,9 +184,10 @@ export function drawPicture(surface, colours, of) {
   const w = scale * (x1 - x0), h = scale * (y1 - y0), left = (width - w) / 2, top = (height - foot - h) / 2;
   /** @type {Camera} */
   const at = { left: x0 - left / scale, top: y1 + top / scale, scale };
-  const maps = mapsOf(isDark(colours.paper)), map = of.scale?.signed ? maps.signed : maps.even;
+  const maps = mapsOf(isDark(colours.paper)), map = of.water ? maps.water : of.scale?.signed ? maps.signed : maps.even;
   if (of.field && of.scale) {
-    const cells = paint(of.field, lookUp(of.field, of.scale.range(), map, grey(colours.edge)), of.relief);
+    const range = of.scale.range(), none = grey(colours.edge);
+    const cells = of.relief ? paintRelief(of.field, range, map, none, of.cells) : paint(of.field, lookUp(of.field, range, map, none));
     on.imageSmoothingEnabled = !of.cells;
     on.imageSmoothingQuality = 'high';
     on.drawImage(cells, left, top, w, h);
@@ -187,6 +202,7 @@ export function drawPicture(surface, colours, of) {
   on.clip();
   for (const list of of.points) {
     if (list.columns.includes('width_m')) boxes(on, at, list, colours);
+    else if (list.columns.includes('z_m')) fromAbove(on, at, list, colours);
     else if (list.line) line(on, at, list, colours);
     else discs(on, at, list, of.field ? maps.even : map, of.scale?.range() ?? [0, 1], w * h);
   }
