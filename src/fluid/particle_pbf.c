@@ -79,15 +79,19 @@ static void smooth(ll_particles *p, double dt)
                  *v = ll_particle_values(p, LL_PARTICLE_V);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     double share = p->params.smoothing * p->setup.spacing * p->setup.spacing / dt;
-    for (int32_t a = 0; a < p->fluid; a++)
+    for (int32_t a = 0; a < p->fluid; a++) {
+        double sx = ax[a], sy = ay[a], ua = u[a], va = v[a];
         for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
             int32_t b = pair[k];
-            double du = share * kernel[k] * (u[a] - u[b]), dv = share * kernel[k] * (v[a] - v[b]);
-            ax[a] -= du;
-            ay[a] -= dv;
+            double du = share * kernel[k] * (ua - u[b]), dv = share * kernel[k] * (va - v[b]);
+            sx -= du;
+            sy -= dv;
             ax[b] += du;
             ay[b] += dv;
         }
+        ax[a] = sx;
+        ay[a] = sy;
+    }
 }
 
 /* What so few passes let through a wall is put back to it; velocity, which is what a particle moved, follows.

@@ -69,10 +69,10 @@ void ll_particle_add_viscosity(ll_particles *p)
     if (q->no_slip)
         mirror_velocity(p, mu, mv);
     for (int32_t a = 0; a < p->fluid; a++) {
-        double sx = 0, sy = 0, fx, fy;
+        double sx = 0, sy = 0, ua = u[a], va = v[a], fx, fy;
         for (int32_t k = row[2 * a]; k < row[2 * a + 1]; k++) {
             int32_t b = pair[k];
-            drag(p, &c, k, u[a] - u[b], v[a] - v[b], &fx, &fy);
+            drag(p, &c, k, ua - u[b], va - v[b], &fx, &fy);
             sx += fx;
             sy += fy;
             ax[b] -= fx;
@@ -80,7 +80,7 @@ void ll_particle_add_viscosity(ll_particles *p)
         }
         for (int32_t k = row[2 * a + 1]; q->no_slip && k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
-            drag(p, &c, k, u[a] - mu[b], v[a] - mv[b], &fx, &fy);
+            drag(p, &c, k, ua - mu[b], va - mv[b], &fx, &fy);
             sx += fx;
             sy += fy;
             ax[b] -= fx;
