@@ -46,13 +46,12 @@ static ll_groups memory_of(const ll_rigid *w)
 
 ll_group ll_whole(const ll_rigid *w)
 {
-    int32_t *joints = memory_of(w).joints, count = 0;
+    int32_t *joints = memory_of(w).joints;
     for (int32_t i = 0; i < w->joint_end; i++)
-        if (ll_joint_awake(w, i))
-            joints[count++] = i;
+        joints[i] = i;
     return (ll_group){.bodies = {.at = ll_awakes(w), .count = w->awake},
                       .contacts = {.at = ll_awake_contacts(w), .count = w->awake_contacts},
-                      .joints = {.at = joints, .count = count}};
+                      .joints = {.at = joints, .count = w->joint_end}};
 }
 
 /* Counts become where each group begins; placing moves that on to where it ends. */

@@ -36,7 +36,7 @@ typedef struct ll_list {
 } ll_list;
 
 typedef struct ll_group {
-    ll_list bodies, contacts, joints; /* contacts: some may not touch */
+    ll_list bodies, contacts, joints; /* some contacts may not touch, and some joints be asleep */
 } ll_group;
 
 typedef struct ll_groups { /* in the memory of `group` until the step's end */
@@ -47,7 +47,7 @@ typedef struct ll_groups { /* in the memory of `group` until the step's end */
 } ll_groups;
 
 size_t ll_groups_size(const ll_rigid_limits *limits); /* bytes */
-ll_group ll_whole(const ll_rigid *w);                 /* all that is awake */
+ll_group ll_whole(const ll_rigid *w);                 /* the awake world */
 
 /* Whole islands, as many to a group as fit the cache. In a group all keep the order that they have in the
  * whole, so that solving one group after the other gives the same bits as solving the whole. */

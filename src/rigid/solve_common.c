@@ -88,12 +88,12 @@ double ll_angle_now(const ll_rigid *w, const ll_joint *j)
 int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1])
 {
     const ll_contact *all = ll_contacts(w);
-    int32_t count[LL_COLOUR_SLOTS] = {0};
+    int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
     for (int32_t i = 0; i < contacts.count; i++) {
         const ll_contact *c = &all[contacts.at[i]];
         if (i + 8 < contacts.count)
-            ll_prefetch_contact(&all[contacts.at[i + 8]]);
-        w->stats.points += c->count;
+            __builtin_prefetch(&all[contacts.at[i + 8]]);
+        points += c->count;
         if (c->colour != LL_NONE)
             count[c->colour]++;
     }
@@ -111,6 +111,7 @@ int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR
         if (c->colour != LL_NONE)
             ll_orders(w)[count[c->colour]++] = contacts.at[i];
     }
+    w->stats.points += points;
     w->stats.touching += total;
     w->stats.overflow += total - start[LL_COLOURS];
     return total;

@@ -115,6 +115,8 @@ ll_joint_set ll_prepare_joints(ll_rigid *w, ll_list joints)
     ll_joint_set set = {.hinges = ll_hinges(w), .turnings = ll_turnings(w), .others = ll_scratchs(w)};
     for (int32_t i = 0; i < joints.count; i++) {
         ll_joint *j = &ll_joints(w)[joints.at[i]];
+        if (!ll_joint_awake(w, joints.at[i]))
+            continue;
         if (!w->params.warm_start)
             memset(j->impulse, 0, sizeof j->impulse);
         bool friction = j->def.type == LL_JOINT_FRICTION;
