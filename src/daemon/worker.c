@@ -12,8 +12,9 @@
 enum { FRAME_HZ = 60, SLOT_HZ = FRAME_HZ * LL_SLOTS };
 
 static const double chunk_ms = 1.0; /* of one session at a time */
-static const ll_time behind_frame_ns =
-    100 * LL_MS; /* a session that catches up shows where it is this often */
+/* A session that catches up shows where it is this often; one whose ticks fill a chunk shows each: a frame
+ * costs little beside them. */
+static const ll_time behind_frame_ns = 100 * LL_MS;
 
 static ll_time slot_time(int64_t n)
 {
@@ -58,7 +59,8 @@ static bool publish(ll_worker *worker, ll_hosted *hosted, bool asked)
     bool news = info.status == LL_SESSION_PLAYING || info.tick != hosted->published_tick ||
                 info.status != hosted->published_status || info.params_version != hosted->published_params ||
                 info.generation != hosted->published_generation || viewers != hosted->published_viewers;
-    bool wait = hosted->behind && hosted->wall - hosted->published_wall < behind_frame_ns;
+    bool wait = hosted->behind && hosted->tick_ns < chunk_ms * 1e6 &&
+                hosted->wall - hosted->published_wall < behind_frame_ns;
     if (!(asked || news) || wait || !encode(worker, hosted, wants, info.generation))
         return false;
     hosted->published_tick = info.tick;
@@ -252,8 +254,9 @@ static void *work(void *argument)
     int64_t n = slot_at(ll_host_now());
     for (;;) {
         bool idle;
-        int64_t present = slot_at(ll_host_now());
-        n = n + 1 > present - LL_SLOTS ? n + 1 : present; /* too late for a whole frame: leave it out */
+        int64_t late = slot_at(ll_host_now()) - ++n;
+        n += late >= LL_SLOTS ? late / LL_SLOTS * LL_SLOTS
+                              : 0; /* whole frames are left out, so that each slot has its turn */
         if (!sleep_until(worker, slot_time(n), &idle))
             break;
         if (idle)

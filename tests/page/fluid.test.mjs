@@ -344,6 +344,13 @@ test('10,000 particles are drawn as they come, within a display refresh', async 
   const { page, close } = await open('?scenario=fluid/pool&set=params.size:400');
   await page.waitForFunction(() => globalThis.laglab().counts.drawn > 8, null, { timeout: 20000 }); /* few on a busy machine */
   assert.equal((await fluidOf(page)).points[0]?.count, 10000);
+  const colours = await page.locator('#fluid').evaluate((c) => {
+    const { width, height } = /** @type {HTMLCanvasElement} */ (c), copy = new OffscreenCanvas(width, height).getContext('2d');
+    copy.drawImage(/** @type {HTMLCanvasElement} */ (c), 0, 0, width, height);
+    const { data } = copy.getImageData(0, Math.round(0.1 * height), width, Math.round(0.7 * height)), blue = (/** @type {number} */ k) => data[k + 2] - data[k] > 60;
+    return Array.from({ length: data.length / 4 }, (_, k) => 4 * k).filter(blue).length / (data.length / 4);
+  });
+  assert.ok(colours > 0.05, `water covers ${colours} of the picture`);
   const { drawn: count, received } = await page.evaluate(() => globalThis.laglab().counts);
   assert.ok(count > 0.5 * received, `${count} of ${received} frames`);
   const costs = await page.evaluate(() => [...globalThis.laglab.costs].sort((a, b) => a - b));

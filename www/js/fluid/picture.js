@@ -62,21 +62,54 @@ function paintRelief(field, range, map, none, sharp) {
 
 const HUES = 32;
 
-/** Discs, by colour: as many strokes as colours. @param {CanvasRenderingContext2D} on @param {Camera} at
- * @param {Shown['points'][0]} list @param {Uint32Array} map @param {number[]} range @param {number} area of the picture, px² */
-function discs(on, at, { of, columns }, map, [low = 0, high = 1], area) {
-  const x = columns.indexOf('x_m'), y = columns.indexOf('y_m'), hue = columns.findIndex((name) => /speed|mps$/.test(name));
-  const size = Math.max(1.5, Math.min(9, 0.7 * Math.sqrt(area / 2 / Math.max(1, of.count))));
-  const bins = Array.from({ length: HUES }, () => new Path2D());
-  for (let i = 0, k = 0; i < of.count; i++, k += of.columns) {
-    const share = hue < 0 ? 1 : ((of.values[k + hue] ?? 0) - low) / (high - low);
-    const px = ((of.values[k + x] ?? 0) - at.left) * at.scale, py = (at.top - (of.values[k + y] ?? 0)) * at.scale;
-    bins[Math.max(0, Math.min(HUES - 1, Math.floor(share * HUES)))]?.rect(px - size / 2, py - size / 2, size, size);
+const CROWD = 3000; /* particles: more are written as pixels, which costs a third of filling paths */
+
+/** The colours of particles from slow to fast: the least must be seen on paper. @param {Uint32Array} map */
+const huesOf = (map) => Array.from({ length: HUES }, (_, i) => map[Math.round((map.length - 1) * (0.15 + (0.85 * i) / (HUES - 1)))] ?? 0);
+
+/** Squares that look like discs, each in the colour of its speed. @param {CanvasRenderingContext2D} on @param {Camera} at
+ * @param {Shown['points'][0]} list @param {Uint32Array} map @param {number[]} range @param {{left: number, top: number, w: number, h: number}} box */
+function discs(on, at, { of, columns }, map, [low = 0, high = 1], box) {
+  const x = columns.indexOf('x_m'), y = columns.indexOf('y_m'), hue = columns.findIndex((name) => /speed|mps$/.test(name)), { values, count } = of;
+  const size = Math.max(1.5, Math.min(9, 0.7 * Math.sqrt((box.w * box.h) / 2 / Math.max(1, count)))), hues = huesOf(map);
+  const put = count > CROWD ? pixels(on, box, size, hues) : paths(on, size, hues);
+  for (let i = 0, k = 0; i < count; i++, k += of.columns) {
+    const share = hue < 0 ? 1 : ((values[k + hue] ?? 0) - low) / (high - low);
+    put.one(((values[k + x] ?? 0) - at.left) * at.scale, (at.top - (values[k + y] ?? 0)) * at.scale, Math.max(0, Math.min(HUES - 1, Math.floor(share * HUES))));
   }
-  bins.forEach((path, i) => {
-    on.fillStyle = css(map[Math.round((map.length - 1) * (0.15 + (0.85 * i) / (HUES - 1)))] ?? 0); /* the least must be seen on paper */
-    on.fill(path);
-  });
+  put.all();
+}
+
+/** As many strokes as colours. @param {CanvasRenderingContext2D} on @param {number} size @param {number[]} hues */
+function paths(on, size, hues) {
+  const bins = hues.map(() => new Path2D());
+  return {
+    one: (/** @type {number} */ px, /** @type {number} */ py, /** @type {number} */ hue) => bins[hue]?.rect(px - size / 2, py - size / 2, size, size),
+    all: () => bins.forEach((path, i) => {
+      on.fillStyle = css(hues[i] ?? 0);
+      on.fill(path);
+    }),
+  };
+}
+
+/** Every pixel of the screen that a square touches: rounded to the nearest, gaps would run through the crowd. @param {CanvasRenderingContext2D} on @param {{left: number, top: number, w: number, h: number}} box
+ * @param {number} size @param {number[]} hues */
+function pixels(on, { left, top, w, h }, size, hues) {
+  const ratio = on.getTransform().a, { cells, pen, image } = sheetOf(Math.max(1, Math.round(w * ratio)), Math.max(1, Math.round(h * ratio)));
+  const out = new Uint32Array(image.data.buffer), { width, height } = image;
+  out.fill(0);
+  return {
+    one: (/** @type {number} */ px, /** @type {number} */ py, /** @type {number} */ hue) => {
+      const x0 = Math.max(0, Math.floor((px - left - size / 2) * ratio)), x1 = Math.min(width, Math.ceil((px - left + size / 2) * ratio));
+      const y0 = Math.max(0, Math.floor((py - top - size / 2) * ratio)), y1 = Math.min(height, Math.ceil((py - top + size / 2) * ratio));
+      for (let j = y0; j < y1; j++) for (let i = x0; i < x1; i++) out[j * width + i] = hues[hue] ?? 0;
+    },
+    all: () => {
+      pen.putImageData(image, 0, 0);
+      on.imageSmoothingEnabled = false;
+      on.drawImage(cells, left, top, w, h);
+    },
+  };
 }
 
 /** A surface seen from the side. @param {CanvasRenderingContext2D} on @param {Camera} at @param {Shown['points'][0]} list @param {Palette} colours */
@@ -204,7 +237,7 @@ export function drawPicture(surface, colours, of) {
     if (list.columns.includes('width_m')) boxes(on, at, list, colours);
     else if (list.columns.includes('z_m')) fromAbove(on, at, list, colours);
     else if (list.line) line(on, at, list, colours);
-    else discs(on, at, list, of.field ? maps.even : map, of.scale?.range() ?? [0, 1], w * h);
+    else discs(on, at, list, of.field ? maps.even : map, of.scale?.range() ?? [0, 1], { left, top, w, h });
   }
   on.restore();
   const spare = Math.max(0, (width - Math.max(w, 40 * colours.text)) / 2);
