@@ -103,12 +103,14 @@ static void must(ll_status status)
     LL_ASSERT(!ll_failed(&status));
 }
 
+/* Small, since it is cleared for each step: of few bodies there cannot be more contacts than pairs. */
 static ll_rigid_limits limits_of(int bodies)
 {
+    int pairs = bodies * (bodies - 1) / 2 + 4 * bodies, enough = 6 * bodies + 32;
     return (ll_rigid_limits){.bodies = 2 * bodies + 1,
                              .shapes = bodies + 4,
                              .hulls = bodies + 4,
-                             .contacts = 6 * bodies + 32,
+                             .contacts = pairs < enough ? pairs : enough,
                              .joints = bodies,
                              .broad = bodies < ALL_PAIRS ? LL_BROAD_BRUTE : LL_BROAD_SAP};
 }

@@ -126,8 +126,9 @@ typedef struct ll_joint_set { /* of a group's joints, in this step */
 ll_joint_set ll_prepare_joints(ll_rigid *w, ll_list joints); /* uses `scratch` until they are stored */
 void ll_store_joints(ll_rigid *w, const ll_joint_set *set);
 void ll_warm_start_joints(ll_rigid *w, const ll_joint_set *set);
-/* One pass over the rows of all joints. With `bias` errors of position are corrected too. */
-void ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias);
+/* One pass over the rows of all joints. With `bias` errors of position are corrected too. Whether an impulse
+ * has changed. */
+bool ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias);
 void ll_clear_joint_impulses(ll_rigid *w);
 
 ll_pose ll_pose_now(const ll_rigid *w, int32_t body);          /* with what the step has moved so far */

@@ -170,24 +170,29 @@ static double limit_impulse(double room, double speed, double mass, double h, ll
     return ll_max(old - s.mass_scale * mass * (speed + s.bias_rate * room) - s.impulse_scale * old, 0);
 }
 
-static void solve_turning(ll_motion *motions, const ll_hinge *hinge, ll_turning *t, double h,
+/* This and the next: whether an impulse has changed. */
+static bool solve_turning(ll_motion *motions, const ll_hinge *hinge, ll_turning *t, double h,
                           ll_softness soft)
 {
     ll_motion *a = &motions[hinge->a], *b = &motions[hinge->b];
     double k = hinge->ia + hinge->ib, mass = k > 0 ? 1 / k : 0;
+    bool changed = false;
     if (t->motored) {
         double old = t->motor_impulse, most = t->torque * h;
         t->motor_impulse = ll_max(ll_min(old - mass * (b->w - a->w - t->speed), most), -most);
         turn(hinge, a, b, t->motor_impulse - old);
+        changed = t->motor_impulse != old;
     }
     if (!t->limited)
-        return;
+        return changed;
     double angle = t->angle + (b->turn - a->turn), old = t->upper_impulse;
     t->upper_impulse = limit_impulse(t->upper - angle, a->w - b->w, mass, h, soft, old);
     turn(hinge, a, b, old - t->upper_impulse);
+    changed |= t->upper_impulse != old;
     old = t->lower_impulse;
     t->lower_impulse = limit_impulse(angle - t->lower, b->w - a->w, mass, h, soft, old);
     turn(hinge, a, b, t->lower_impulse - old);
+    return changed | (t->lower_impulse != old);
 }
 
 /* The part of `impulse` that keeps the sum within friction's largest. */
@@ -198,7 +203,7 @@ static ll_vec2 held(const ll_hinge *hinge, ll_vec2 impulse, double most)
     return size > most ? ll_sub(ll_scale(most / size, sum), hinge->impulse) : impulse;
 }
 
-static void solve_hinge(ll_motion *motions, ll_hinge *h, double dt, ll_softness soft)
+static bool solve_hinge(ll_motion *motions, ll_hinge *h, double dt, ll_softness soft)
 {
     ll_motion *a = &motions[h->a], *b = &motions[h->b];
     ll_vec2 ra = ll_rotate(a->q, h->ra), rb = ll_rotate(b->q, h->rb);
@@ -210,7 +215,7 @@ static void solve_hinge(ll_motion *motions, ll_hinge *h, double dt, ll_softness 
     double k22 = mass + h->ia * ra.x * ra.x + h->ib * rb.x * rb.x;
     double k12 = -h->ia * ra.x * ra.y - h->ib * rb.x * rb.y, det = k11 * k22 - k12 * k12;
     if (det <= 0)
-        return;
+        return false;
     ll_vec2 gap = ll_add(ll_add(h->gap, ll_sub(b->d, a->d)), ll_sub(rb, ra));
     ll_vec2 e = ll_sub(ll_add(b->v, ll_cross_sv(b->w, rb)), ll_add(a->v, ll_cross_sv(a->w, ra)));
     e = ll_madd(e, soft.bias_rate, gap);
@@ -221,6 +226,7 @@ static void solve_hinge(ll_motion *motions, ll_hinge *h, double dt, ll_softness 
         impulse = held(h, impulse, h->most * dt);
     h->impulse = ll_add(h->impulse, impulse);
     push_hinge(h, a, b, ra, rb, impulse);
+    return impulse.x != 0 || impulse.y != 0;
 }
 
 /* ---- passes ---- */
@@ -266,28 +272,30 @@ static ll_softness row_softness(const ll_row *row, double h, ll_softness stiff, 
     return bias ? stiff : (ll_softness){0, 1, 0};
 }
 
-static void solve_row(const pair *p, const ll_row *row, double h, ll_softness soft, double *total)
+static bool solve_row(const pair *p, const ll_row *row, double h, ll_softness soft, double *total)
 {
     double k = row_cross(p, row, row);
     if (k <= 0)
-        return;
+        return false;
     double speed = row_speed(p, row) - (row->kind == LL_ROW_MOTOR ? row->speed : 0);
     double sum =
         *total - soft.mass_scale / k * (speed + soft.bias_rate * row->c) - soft.impulse_scale * *total;
     double most = row->most * h;
     sum = ll_min(sum, most);
     sum = ll_max(sum, row->kind == LL_ROW_LIMIT ? 0 : -most);
-    push_row(p, row, sum - *total);
+    double impulse = sum - *total;
+    push_row(p, row, impulse);
     *total = sum;
+    return impulse != 0;
 }
 
 /* Two rows at once: a hinge under load does not give way in one direction while the other is solved. */
-static void solve_block(const pair *p, const ll_row *rows, ll_softness soft, double total[2])
+static bool solve_block(const pair *p, const ll_row *rows, ll_softness soft, double total[2])
 {
     double k11 = row_cross(p, &rows[0], &rows[0]), k12 = row_cross(p, &rows[0], &rows[1]);
     double k22 = row_cross(p, &rows[1], &rows[1]), det = k11 * k22 - k12 * k12;
     if (det <= 0)
-        return;
+        return false;
     double e0 = row_speed(p, &rows[0]) + soft.bias_rate * rows[0].c;
     double e1 = row_speed(p, &rows[1]) + soft.bias_rate * rows[1].c;
     double impulse[2] = {-soft.mass_scale * (k22 * e0 - k12 * e1) / det - soft.impulse_scale * total[0],
@@ -296,16 +304,18 @@ static void solve_block(const pair *p, const ll_row *rows, ll_softness soft, dou
         total[i] += impulse[i];
         push_row(p, &rows[i], impulse[i]);
     }
+    return impulse[0] != 0 || impulse[1] != 0;
 }
 
-void ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias)
+bool ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias)
 {
     ll_softness soft = bias ? stiff : (ll_softness){0, 1, 0};
+    bool changed = false;
     for (int32_t i = 0; i < set->hinge_count; i++) {
         ll_hinge *hinge = &set->hinges[i];
         if (hinge->turning != LL_NONE)
-            solve_turning(ll_motions(w), hinge, &set->turnings[hinge->turning], h, soft);
-        solve_hinge(ll_motions(w), hinge, h, soft);
+            changed |= solve_turning(ll_motions(w), hinge, &set->turnings[hinge->turning], h, soft);
+        changed |= solve_hinge(ll_motions(w), hinge, h, soft);
     }
     for (int32_t i = 0; i < set->other_count; i++) {
         ll_joint *j = &ll_joints(w)[set->others[i]];
@@ -315,8 +325,9 @@ void ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness
         bool block = ll_joint_row_types[j->def.type]->block;
         for (int k = LL_ROWS; k-- > (block ? 2 : 0);)
             if (rows[k].kind != LL_ROW_NONE)
-                solve_row(&p, &rows[k], h, row_softness(&rows[k], h, stiff, bias), &j->impulse[k]);
+                changed |= solve_row(&p, &rows[k], h, row_softness(&rows[k], h, stiff, bias), &j->impulse[k]);
         if (block)
-            solve_block(&p, rows, row_softness(&rows[0], h, stiff, bias), j->impulse);
+            changed |= solve_block(&p, rows, row_softness(&rows[0], h, stiff, bias), j->impulse);
     }
+    return changed;
 }

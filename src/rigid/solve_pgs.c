@@ -3,7 +3,7 @@
  * that speed in the bodies. Passes over contacts: 1 + iterations. */
 #include "rigid/solve.h"
 
-static void solve_friction(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line)
+static bool solve_friction(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line)
 {
     ll_vec2 t = ll_right(r->n);
     double most = r->friction * line->normal_impulse;
@@ -12,9 +12,10 @@ static void solve_friction(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll
     double impulse = sum - line->tangent_impulse;
     line->tangent_impulse = sum;
     ll_push(a, b, r, line, ll_scale(impulse, t));
+    return impulse != 0;
 }
 
-static void solve_normal(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line, double bias)
+static bool solve_normal(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line, double bias)
 {
     double vn = ll_dot(ll_relative(a, b, line), r->n);
     double sum = ll_max(line->normal_impulse - line->normal_mass * (vn + bias), 0),
@@ -22,24 +23,28 @@ static void solve_normal(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_l
     line->normal_impulse = sum;
     line->most = ll_max(line->most, sum);
     ll_push(a, b, r, line, ll_scale(impulse, r->n));
+    return impulse != 0;
 }
 
-static void pass(ll_rigid *w, ll_touch_rows rows, double baumgarte)
+/* Whether an impulse has changed. */
+static bool pass(ll_rigid *w, ll_touch_rows rows, double baumgarte)
 {
     double rate = 1 / w->dt;
+    bool changed = false;
     for (int32_t i = 0; i < rows.count; i++) {
         ll_touch_row *r = &rows.at[i];
         ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
         for (int k = 0; k < r->count; k++)
-            solve_friction(a, b, r, &r->at[k]);
+            changed |= solve_friction(a, b, r, &r->at[k]);
         for (int k = 0; k < r->count; k++) {
             double s = ll_line_separation(w, r, &r->at[k]);
             double bias =
                 s > 0 ? s * rate
                       : ll_max(baumgarte * rate * ll_min(0, s + LL_LINEAR_SLOP), -w->params.push_speed);
-            solve_normal(a, b, r, &r->at[k], bias);
+            changed |= solve_normal(a, b, r, &r->at[k], bias);
         }
     }
+    return changed;
 }
 
 ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
@@ -52,9 +57,11 @@ ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
     ll_joint_set joints = ll_prepare_joints(w, all.joints);
     ll_warm_start_joints(w, &joints);
     ll_warm_start_touch(w, rows);
-    for (int64_t i = 0; i < w->params.iterations; i++) {
-        ll_solve_joints(w, &joints, w->dt, stiff, true);
-        pass(w, rows, baumgarte);
+    /* A pass that changes nothing is followed by none that does. */
+    bool changed = true;
+    for (int64_t i = 0; i < w->params.iterations && changed; i++) {
+        changed = ll_solve_joints(w, &joints, w->dt, stiff, true);
+        changed |= pass(w, rows, baumgarte);
     }
     ll_apply_restitution(w, rows);
     ll_store_joints(w, &joints);

@@ -11,13 +11,13 @@ static void turn(ll_motion *m, double angle)
     m->turn += angle;
 }
 
-static void correct(ll_rigid *w, const ll_touch_row *r, const ll_line *line)
+static bool correct(ll_rigid *w, const ll_touch_row *r, const ll_line *line)
 {
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     double c = w->params.baumgarte * (ll_line_separation(w, r, line) + LL_LINEAR_SLOP);
     c = ll_max(ll_min(c, 0), -longest_push);
     if (c == 0)
-        return;
+        return false;
     ll_vec2 ra = ll_rotate(a->q, line->ra), rb = ll_rotate(b->q, line->rb);
     double na = ll_cross(ra, r->n), nb = ll_cross(rb, r->n),
            k = r->ma + r->mb + r->ia * na * na + r->ib * nb * nb;
@@ -26,16 +26,25 @@ static void correct(ll_rigid *w, const ll_touch_row *r, const ll_line *line)
     turn(a, -r->ia * na * impulse);
     b->d = ll_madd(b->d, r->mb * impulse, r->n);
     turn(b, r->ib * nb * impulse);
+    return true;
+}
+
+/* Whether anything had to be corrected. */
+static bool correct_all(ll_rigid *w, ll_touch_rows rows)
+{
+    bool corrected = false;
+    for (int32_t i = 0; i < rows.count; i++)
+        for (int k = 0; k < rows.at[i].count; k++)
+            corrected |= correct(w, &rows.at[i], &rows.at[i].at[k]);
+    return corrected;
 }
 
 static void solve(ll_rigid *w)
 {
     ll_touch_rows rows = ll_pgs_velocities(w, 0);
     ll_integrate_positions(w, ll_whole(w).bodies, w->dt);
-    for (int64_t n = 0; n < w->params.position_iterations; n++)
-        for (int32_t i = 0; i < rows.count; i++)
-            for (int k = 0; k < rows.at[i].count; k++)
-                correct(w, &rows.at[i], &rows.at[i].at[k]);
+    for (int64_t n = 0; n < w->params.position_iterations && correct_all(w, rows); n++)
+        ;
     ll_store_touch_rows(w, rows);
 }
 

@@ -109,17 +109,41 @@ static ll_pose pose(const ll_entity *e)
     return (ll_pose){{e->x, e->y}, {cos(e->angle), sin(e->angle)}};
 }
 
+static double overlap(const yard *y, int i, int j)
+{
+    ll_geometry a = outline(y, i), b = outline(y, j);
+    ll_manifold m =
+        ll_collide(&a, &b, ll_pose_between(pose(&y->world->entity[i]), pose(&y->world->entity[j])), 0);
+    double most = 0;
+    for (int n = m.count; n-- > 0;)
+        most = fmax(most, -m.at[n].separation);
+    return most;
+}
+
 static double deepest(const yard *y)
 {
     double most = 0;
     for (int i = 0; i < y->world->entities; i++)
+        for (int j = i + 1; j < y->world->entities; j++)
+            most = fmax(most, overlap(y, i, j));
+    return most;
+}
+
+/* How many hang together by touching, at most. */
+static int largest_heap(const yard *y)
+{
+    int heap[LL_ENTITIES_MAX], size[LL_ENTITIES_MAX] = {0}, most = 0;
+    for (int i = 0; i < y->world->entities; i++)
+        heap[i] = i;
+    for (int i = 0; i < y->world->entities; i++)
         for (int j = i + 1; j < y->world->entities; j++) {
-            ll_geometry a = outline(y, i), b = outline(y, j);
-            ll_manifold m = ll_collide(
-                &a, &b, ll_pose_between(pose(&y->world->entity[i]), pose(&y->world->entity[j])), 0);
-            for (int n = m.count; n-- > 0;)
-                most = fmax(most, -m.at[n].separation);
+            int from = heap[i], to = heap[j];
+            bool touch = overlap(y, i, j) > 0;
+            for (int k = 0; k < y->world->entities && touch; k++)
+                heap[k] = heap[k] == from ? to : heap[k];
         }
+    for (int i = 0; i < y->world->entities; i++)
+        most = ++size[heap[i]] > most ? size[heap[i]] : most;
     return most;
 }
 
@@ -222,7 +246,12 @@ static void two_hundred_crates_are_pushed_about(void **state)
     for (int k = 0; k < 300; k++)
         step(&y, nothing);
     assert_true(value(&y, 0, MOVING) == 0);
-    assert_true(deepest(&y) < LL_LINEAR_SLOP + 1e-5);
+    /* A body stays when a step moves it by less than 1e-6 m in x and in y. The four passes of a step take 1 -
+     * 0.8^4 of what an overlap is beyond the slop, and a player beside a crate, four times as heavy, does a
+     * fifth of that. By so much may what presses on its two sides differ; from the edge of a heap it adds up.
+     */
+    double step_over = sqrt(2) * 1e-6 / (0.2 * (1 - 0.8 * 0.8 * 0.8 * 0.8));
+    assert_true(deepest(&y) < LL_LINEAR_SLOP + largest_heap(&y) * step_over);
     for (int i = 0; i < y.world->entities; i++) {
         const ll_entity *e = &y.world->entity[i];
         assert_true(at_rest(e) && e->flags == 0);
