@@ -349,8 +349,9 @@ static meeting next_meeting(ll_rigid *w, int32_t bullet)
 /* Around all places that it may take from one time to its end. */
 static ll_aabb way_box(const ll_rigid *w, int32_t body, double from)
 {
-    ll_sweep way = leg(w, body, from, 1);
-    ll_vec2 p = way.start.p, end = ll_add(p, way.shift);
+    ll_vec2 start = ll_poses(w)[body].p, shift = ll_motions(w)[body].d;
+    double until = end_time(w, body);
+    ll_vec2 p = ll_madd(start, ll_min(from, until), shift), end = ll_madd(start, until, shift);
     ll_aabb box = ll_aabb_union((ll_aabb){p, p}, (ll_aabb){end, end});
     return ll_aabb_grown(box, ll_bodys(w)[body].extent + LL_LINEAR_SLOP);
 }
