@@ -7,6 +7,12 @@
 #define LIST_SHOWN 130 /* bytes of a list of names */
 #define VALUE_SHOWN 40
 
+static bool is_pair(const cJSON *json)
+{
+    return cJSON_IsArray(json) && cJSON_GetArraySize(json) == 2 && cJSON_IsNumber(json->child) &&
+           cJSON_IsNumber(json->child->next);
+}
+
 static void append_value(ll_writer *writer, const cJSON *json)
 {
     if (cJSON_IsString(json)) {
@@ -17,6 +23,11 @@ static void append_value(ll_writer *writer, const cJSON *json)
         char number[32];
         ll_number_text(json->valuedouble, number);
         ll_append(writer, "%s", number);
+    } else if (is_pair(json)) {
+        char x[32], y[32];
+        ll_number_text(json->child->valuedouble, x);
+        ll_number_text(json->child->next->valuedouble, y);
+        ll_append(writer, "[%s, %s]", x, y);
     } else if (cJSON_IsObject(json) || cJSON_IsArray(json)) {
         ll_append(writer, "an %s", cJSON_IsObject(json) ? "object" : "array");
     } else if (cJSON_IsRaw(json)) {

@@ -72,6 +72,8 @@ static void what_does_not_fit_is_refused(void **state)
     (void)state;
     static const char *const wrong[][2] = {
         {"{\"place\":[1]}", "place must be a pair [x, y] of numbers between -5 and 5 m; got an array"},
+        {"{\"place\":[6, 1e30]}",
+         "place must be a pair [x, y] of numbers between -5 and 5 m; got [6, 1e+30]"},
         {"{\"place\":[1,2,3]}", "place must be a pair"},
         {"{\"place\":[1,6]}", "place must be a pair"},
         {"{\"place\":[1,1e999]}", "place must be a pair"},
