@@ -5,7 +5,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { startDaemon } from '../lib/daemon.mjs';
-import { control, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+import { control, frameOf, launch, paramsOf, sessionOf, shown, until, visit } from './lib.mjs';
 
 /** @type {import('playwright-core').Browser} */ let browser;
 /** @type {string} */ let data;
@@ -25,6 +25,7 @@ const own = (complaints) => complaints.filter((text) => !/ERR_CONNECTION_REFUSED
 test('the daemon dies and comes back with its data: the same session goes on', async () => {
   let daemon = await startDaemon({ data });
   const { page, complaints, close } = await visit(browser, daemon.url);
+  await whole(page);
   await control(page, 'players.0.lag_ms', 'number').fill('234');
   await control(page, 'players.0.lag_ms', 'number').press('Enter');
   await until(async () => (await paramsOf(page)).players[0].lag_ms === 234, 'changed');
@@ -58,6 +59,7 @@ test('the daemon dies and comes back with its data: the same session goes on', a
 test('the daemon comes back without its data: the session is made again from the address, and that is said', async () => {
   let daemon = await startDaemon();
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.1.lag_ms:123`);
+  await whole(page);
   const { id } = await sessionOf(page);
   const listen = `127.0.0.1:${daemon.port}`;
   await daemon.stop();
@@ -70,6 +72,23 @@ test('the daemon comes back without its data: the session is made again from the
   await close();
   await daemon.stop();
 });
+
+/** What is read after the first frame is there. */
+const whole = (page) => page.waitForFunction(() => document.querySelector('link[href$="uplot.css"]') !== null, null, { timeout: 8000 });
+
+for (const [what, pattern, query] of [['what follows the first frame', '**/js/later.js', ''], ['a lab', '**/js/collide/lab.js', '?scenario=rigid/column']]) {
+  test(`${what} that could not be read is read again`, async (t) => {
+    const daemon = await startDaemon();
+    const { page, close } = await visit(browser, 'about:blank', { wait: false });
+    t.after(async () => { await close(); await daemon.stop(); });
+    let asked = 0;
+    await page.route(pattern, (route) => (asked++ === 0 ? route.abort() : route.continue()));
+    await page.goto(daemon.url + query);
+    await until(async () => asked >= 2, 'it is asked for again', 8000);
+    await shown(page);
+    await whole(page);
+  });
+}
 
 test('a page that is loaded again shows the session it had', async () => {
   const daemon = await startDaemon();

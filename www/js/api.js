@@ -48,3 +48,34 @@ export async function call(method, path, more = {}) {
   if (!answer.ok) throw new Problem(answer.status, body);
   return body;
 }
+
+/** Asks until it is answered: a page without its controls would be of no use.
+ * @template T @param {() => Promise<T>} ask @returns {Promise<T>} */
+export async function insist(ask) {
+  for (let wait = 500; ; wait = Math.min(4000, 2 * wait)) {
+    try {
+      return await ask();
+    } catch {
+      await new Promise((done) => setTimeout(done, wait));
+    }
+  }
+}
+
+/** A module that is read when it is wanted. When the daemon was away it is read once the daemon answers; browsers that
+ * remember the failure (HTML had it so until 2026) load the page again, once.
+ * @template T @param {() => Promise<T>} read @returns {Promise<T>} */
+export async function part(read) {
+  try {
+    return await read();
+  } catch {
+    await insist(() => call('GET', 'scenarios?brief=true'));
+    try {
+      return await read();
+    } catch (error) {
+      const [opened] = performance.getEntriesByType('navigation');
+      if (/** @type {PerformanceNavigationTiming} */ (opened).type === 'reload') throw error;
+      location.reload();
+      return new Promise(() => {});
+    }
+  }
+}

@@ -1,7 +1,7 @@
 // Wires the page together.
 import { effect } from '../vendor/signals-core.js';
 import * as announce from './announce.js';
-import { call } from './api.js';
+import { call, insist, part } from './api.js';
 import * as controls from './controls.js';
 import { line, link, opened } from './early.js';
 import * as keys from './keys.js';
@@ -39,22 +39,17 @@ keys.listen();
 announce.listen();
 loop.listen();
 
-/** Reads something until it is there: a page without its controls would be of no use.
- * @param {string} path @param {(answer: any) => void} take @param {number} [attempt] */
-function fetchFor(path, take, attempt = 1) {
-  call('GET', path).then(take, () => setTimeout(() => fetchFor(path, take, attempt + 1), Math.min(4000, 250 * 2 ** attempt)));
-}
 /** @type {Set<string>} */
 const asked = new Set();
 function readMore() {
-  import('./later.js');
+  part(() => import('./later.js'));
   effect(() => {
     const kind = params.value?.kind;
     if (!kind || asked.has(kind)) return;
     asked.add(kind);
-    fetchFor(`schema?kind=${kind}`, (answer) => { schemas.value = new Map(schemas.value).set(kind, answer); });
+    insist(() => call('GET', `schema?kind=${kind}`)).then((answer) => { schemas.value = new Map(schemas.value).set(kind, answer); });
   });
-  fetchFor('scenarios?brief=true', (answer) => { scenarios.value = answer.scenarios ?? []; });
+  insist(() => call('GET', 'scenarios?brief=true')).then((answer) => { scenarios.value = answer.scenarios ?? []; });
 }
 const waiting = effect(() => { /* what is asked for before the first picture makes it later */
   if (frame.value === null && experiment.value === null) return;

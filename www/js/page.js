@@ -1,6 +1,7 @@
 // The page as a template: everything that changes seldom. What changes per frame is drawn by loop.js.
 import { html, nothing, render } from '../vendor/lit-html.js';
 import { effect, signal } from '../vendor/signals-core.js';
+import { part } from './api.js';
 import { timeBar } from './bar.js';
 import { sync } from './controls.js';
 import { fixed, letter } from './format.js';
@@ -99,7 +100,7 @@ export const ownLab = () => read.value.get(ownKind() ?? '');
 function own(kind) {
   if (!asked.has(kind)) {
     asked.add(kind);
-    OWN[kind]?.().then((module) => { read.value = new Map(read.value).set(kind, module); });
+    part(/** @type {() => Promise<OwnLab>} */ (OWN[kind])).then((module) => { read.value = new Map(read.value).set(kind, module); });
   }
   return read.value.get(kind)?.lab() ?? html`<main id="views" tabindex="-1"></main>`;
 }
@@ -111,7 +112,7 @@ const sweeps = signal(null);
 function experiments() {
   if (!asked.has('experiments')) {
     asked.add('experiments');
-    import('./experiments/view.js').then(async (module) => {
+    part(() => import('./experiments/view.js')).then(async (module) => {
       await module.ready;
       module.begin();
       sweeps.value = module;
