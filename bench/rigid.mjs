@@ -80,7 +80,7 @@ async function measure(who, what, seconds, settings = who.settings) {
     const text = await run(command, [...first, file(what), String(what.steps), String(seconds), ...settings]);
     return JSON.parse(text.trim().split("\n").at(-1));
   } catch (error) {
-    say(`${who.name}, ${what.name}: ${String(error).slice(0, 200)}`);
+    say(`${who.name}, ${what.name}: ${String(error).replaceAll(`${root}/`, "").slice(0, 200)}`);
     return nothing;
   }
 }

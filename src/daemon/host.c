@@ -121,8 +121,10 @@ ll_status ll_hosted_fits(ll_hosted *hosted)
     ll_host *host = hosted->host;
     int64_t others = atomic_load(&host->memory) - hosted->memory;
     int64_t wanted = (int64_t)ll_session_get_info(hosted->session).awake_bytes;
-    if (others + wanted <= host->memory_max)
+    if (others + wanted <= host->memory_max) {
+        count_memory(hosted, wanted); /* before it catches up, which may take long */
         return ll_ok();
+    }
     atomic_fetch_add(&host->refused_memory, 1);
     return ll_error(
         LL_NO_MEMORY,

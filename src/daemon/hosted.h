@@ -143,7 +143,7 @@ void ll_hosted_save(ll_hosted *hosted);                                 /* queue
 ll_status ll_host_storable(ll_host *host);                              /* LL_IO while the store fails */
 ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */
 void ll_hosted_note(ll_hosted *hosted); /* status and memory for the statistics; locked */
-/* LL_NO_MEMORY when the other sessions leave too little for this one awake. Locked. */
+/* LL_NO_MEMORY when the other sessions leave too little for this one awake; else it is counted. Locked. */
 ll_status ll_hosted_fits(ll_hosted *hosted);
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
