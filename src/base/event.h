@@ -30,6 +30,10 @@ typedef enum ll_event_type {
     LL_EVENT_STATE = 2,    /* a state packet was sent to `player` */
     LL_EVENT_REFUSAL = 3,  /* a refusal was sent to `player` */
     LL_EVENT_RELAY = 4,    /* the others' inputs were sent to `player` */
+    LL_EVENT_CONNECT = 5,  /* `player`, who is not connected, asked the server to be let in */
+    LL_EVENT_ACCEPT = 6,   /* and the server's answer */
+    LL_EVENT_PING = 7,     /* `player` asked for the server's time */
+    LL_EVENT_PONG = 8,     /* and the server's answer, or a keep-alive */
     LL_EVENT_VERDICT = 16, /* the server took or refused input `number` of `player` */
     LL_EVENT_APPLIED = 17, /* `player` applied state `number` */
     LL_EVENT_CORRECTION =
@@ -38,6 +42,9 @@ typedef enum ll_event_type {
     LL_EVENT_STALL = 20, /* `player` had waited `value` ms for the players of the bits of `number` */
     LL_EVENT_ROLLBACK = 21, /* `player` made tick `number` and those after it again, `value` in all */
     LL_EVENT_DESYNC = 22,   /* `player` left the server's world at tick `number`, by `value` ulps */
+    LL_EVENT_CONNECTION =
+        23, /* `player`'s connection is in the state `outcome`, for the `number`-th time joined */
+    LL_EVENT_DROPPED = 24, /* the server goes on without `player`, for the `number`-th time */
 } ll_event_type;
 
 /* `record` is called in the order of virtual time. A NULL recorder writes nothing: a batch run pays for

@@ -11,6 +11,7 @@ typedef int64_t ll_time; /* ns */
 #define LL_MS ((ll_time)1000000)
 #define LL_SECOND ((ll_time)1000000000)
 #define LL_NEVER INT64_MAX
+#define LL_LONG_AGO (-3600 * LL_SECOND) /* before anything that happens */
 
 typedef int64_t ll_freq; /* mHz, 1 to 1,000,000,000 */
 

@@ -33,6 +33,7 @@ struct ll_weapons;
 typedef enum ll_entity_flag {
     LL_ENTITY_FINISHED = 1,
     LL_ENTITY_ACTIVE = 16,    /* a projectile in flight */
+    LL_ENTITY_AWAY = 128,     /* its player is not connected */
     LL_ENTITY_UNSETTLED = 64, /* without speed and not at rest: it overlaps something */
 } ll_entity_flag;
 

@@ -133,6 +133,7 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
                             .corrupted = LL_NO_NUMBER,
                             .deviate_number = LL_NO_NUMBER};
     l->stats.delay_min_ms = 1e9;
+    l->latest = l->memory.free = LL_LONG_AGO;
 }
 
 /* ---- queue ---- */
@@ -409,8 +410,7 @@ int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
 void ll_link_clear(ll_link *l)
 {
     drop_all(l);
-    l->latest = 0;
-    l->memory.free = 0;
+    l->latest = l->memory.free = LL_LONG_AGO;
     l->memory.queue_count = 0;
 }
 

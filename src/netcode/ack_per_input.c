@@ -1,18 +1,19 @@
-/* Per input: a bit for each of the last 64 inputs, set when it was really applied.
+/* Per input: a bit for each input since the newest state that the server knows the client to have, set when
+ * it was really applied.
  *
  * Where an input belongs to a step, a bit that is not set is final: the step is over, the input is skipped.
  * Where the server applies inputs as they come, it may still come, so the client goes on applying it until it
- * is older than the 64; and a state that is older than the last tells exactly what it includes, so that it
- * does no harm. */
+ * is older than what the state tells of; and a state that is older than the last tells exactly what it
+ * includes, so that it does no harm. */
+#include <string.h>
+
 #include "netcode/ack.h"
 #include "netcode/client.h"
 
-#define WINDOW 64
-
-static bool applied(const ll_applied *a, uint32_t seq)
+static bool applied(const ll_client *c, uint32_t seq)
 {
-    uint64_t bits = (uint64_t)a->high << 32 | a->low;
-    return seq <= a->newest && a->newest - seq < WINDOW && bits >> (a->newest - seq) & 1;
+    uint32_t i = c->verdict.newest - seq;
+    return seq <= c->verdict.newest && i / 32 < c->verdict.words && c->verdicts[i / 32] >> (i & 31) & 1;
 }
 
 /* By step: up to the acknowledged all is decided. */
@@ -20,8 +21,7 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_receiv
 {
     uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
     for (uint32_t seq = c->acked + 1; seq <= upto; seq++)
-        ll_client_close(c, s, seq, applied(&c->applied, seq) ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state,
-                        now);
+        ll_client_close(c, s, seq, applied(c, seq) ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state, now);
     if (upto > c->acked)
         c->acked = upto;
 }
@@ -29,8 +29,8 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_receiv
 /* As they come: what the state does not include is open, unless it is too old to be waited for. */
 static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
 {
-    uint32_t newest = c->applied.newest < c->seq ? c->applied.newest : c->seq;
-    uint32_t first = newest >= WINDOW ? newest - WINDOW + 1 : 1;
+    uint32_t newest = c->verdict.newest < c->seq ? c->verdict.newest : c->seq, window = 32 * c->verdict.words;
+    uint32_t first = newest >= window ? newest - window + 1 : 1;
     for (uint32_t seq = c->acked + 1; seq < first; seq++)
         if (ll_client_is_open(c, seq))
             ll_client_close(c, s, seq, LL_INPUT_SKIPPED, state, now);
@@ -39,7 +39,7 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_r
         ll_pending *p = ll_client_pending(c, seq);
         if (p->seq != seq)
             continue; /* too old for the ring */
-        if (applied(&c->applied, seq))
+        if (applied(c, seq))
             ll_client_close(c, s, seq, LL_INPUT_APPLIED, state, now);
         else if (p->state == LL_INPUT_APPLIED)
             p->state = LL_INPUT_OPEN; /* this state is older than the one that had it */
@@ -50,8 +50,10 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_r
 
 static void take(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
 {
-    if (!(c->parts & LL_PART_APPLIED)) /* the server has not heard yet that more than a number is wanted */
-        c->applied = (ll_applied){state->acked, UINT32_MAX, UINT32_MAX};
+    if (!(c->parts & LL_PART_APPLIED)) { /* the server has not heard yet that more than a number is wanted */
+        c->verdict = (ll_verdict_part){state->applied, LL_VERDICT_WORDS_MAX};
+        memset(c->verdicts, 0xff, sizeof c->verdicts);
+    }
     if (s->sync->drains)
         take_as_they_came(c, s, state, now);
     else
@@ -60,7 +62,7 @@ static void take(ll_client *c, const ll_client_setup *s, const ll_received *stat
 
 const ll_ack ll_ack_per_input = {
     .name = "per_input",
-    .help = "A bit for each of the last 64 inputs: only what was really applied is taken as applied.",
+    .help = "A bit for each input since the last state: only what was really applied is taken as applied.",
     .wants = LL_PART_APPLIED,
     .take = take,
 };

@@ -37,34 +37,53 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->marks_offset = c->shown_offset + c->world_size;
     c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
     c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
+    ll_connection_init(&c->connection, -LL_LOBBY);
+    c->tick_due = c->display_due = LL_NEVER;
+    c->due = -LL_LOBBY;
     memcpy(ll_client_latest(c), start, (size_t)c->world_size);
     memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
     memcpy(ll_client_shown(c), start, (size_t)c->world_size);
 }
 
-/* How many steps the client runs ahead of the server: what its packets need, as measured by the handshake. */
-static int64_t lead(const ll_client_setup *s, ll_freq freq)
+#define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
+
+/* When the machine's ticks come, behind those of a clock that starts now. */
+static ll_time phase_of(const ll_client *c, const ll_client_setup *s)
 {
-    const ll_link_params *up = &s->config->link.up;
-    ll_time way = ll_ms(s->config->lag_ms + up->delay_ms + up->jitter_ms);
-    int64_t ticks = ll_tick_at(way, freq);
-    if (ll_tick_time(ticks, freq) < way)
-        ticks++;
-    return (ticks < 1 ? 1 : ticks) + s->config->slack_ticks;
+    double phase = s->config->clock_phase;
+    if (phase < 0)
+        phase = ll_rng_unit(s->seed, PHASE_STREAM + (uint64_t)c->self, 0);
+    return (ll_time)(phase * (double)c->period);
 }
 
-void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_freq freq, int64_t step,
-                     const ll_world *world, ll_time now)
+/* When tick `k` of a clock is on a machine that drifts. */
+static ll_time machine_time(const ll_client_setup *s, const ll_clock *clock, int64_t k)
+{
+    ll_time since = ll_tick_time(k - clock->k0, clock->freq);
+    return clock->epoch + since - (ll_time)((double)since * (s->config->drift_ppm * 1e-6));
+}
+
+static void start_clocks(ll_client *c, const ll_client_setup *s, ll_freq freq, ll_time now)
+{
+    c->period = ll_tick_time(1, freq);
+    c->clock = (ll_clock){now + phase_of(c, s), 0, freq};
+    c->frame = c->displays = 0;
+    c->framed = c->clock.epoch - c->period;
+    c->tick_due = c->clock.epoch;
+    c->skipped = 0;
+    c->display = (ll_clock){c->clock.epoch, 0, s->display_freq};
+    c->displayed = s->display_freq > 0 ? c->clock.epoch - ll_tick_time(1, s->display_freq) : c->framed;
+    c->display_due = s->display_freq > 0 ? c->clock.epoch : LL_NEVER;
+}
+
+/* What is known of inputs and of the server's answers to them is of another epoch. */
+static void forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_time now)
 {
     c->epoch = epoch;
-    c->clock = (ll_clock){now, 0, freq};
-    c->frame = 0;
-    c->period = ll_tick_time(1, freq);
-    c->framed = now - c->period;
-    c->due = now;
-    c->skipped = 0;
-    c->seq = c->acked = 0;
-    c->tick = s->sync->drains ? 0 : s->sync->leads ? step + lead(s, freq) - 1 : step;
+    c->seq = c->acked = c->composed = 0;
+    c->run = 1;
+    for (int i = 0; i < LL_PENDING_RING; i++)
+        c->pending[i].seq = 0;
     c->debt = 0;
     c->settle = 0;
     c->spare = LL_SLACK_UNKNOWN;
@@ -72,32 +91,108 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     c->spare_ns = LL_NEVER;
     c->shift = 0;
     c->unsent = 0;
+    c->played = 0;
+    c->parts = 0;
+    c->gap = -1;
+    c->gap_deviation = c->late = 0;
+    c->offset_quarter = c->heard = -1;
+    if (s->sync->drains)
+        c->tick = 0;
+}
+
+void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_freq freq, int64_t step,
+                     const ll_world *world, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    bool in = n->state != LL_CONNECTION_CONNECTING && n->state != LL_CONNECTION_DISCONNECTED;
+    start_clocks(c, s, freq, now);
+    c->tick = step;
+    n->epoch = in ? epoch : n->epoch;
+    forget_inputs(c, s, n->epoch, now);
     c->scale = 1;
     c->newest = c->fresh = 0;
     c->newest_tick = -1;
     c->grid_tick = LL_NEVER;
     c->confirmed = c->met = step;
+    c->met_at = now;
     c->latest_time = c->view_time = c->render = now;
     c->latest_tick = step;
     c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
     c->view_state = LL_VIEW_NEWEST;
     c->drawn_newest = c->depth = 0;
-    c->offset_quarter = c->heard = -1;
-    c->gap = -1;
-    c->gap_deviation = c->late = 0;
     c->predicting = 0;
-    c->played = 0;
     memset(c->told, 0, sizeof c->told);
     c->view_step = -1;
-    c->parts = 0;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
     memcpy(ll_client_shown(c), world, (size_t)c->world_size);
     for (int i = 0; i < world->entities; i++) {
         ll_client_marks(c)[i] = (ll_mark){.time = now};
         ll_client_errors(c)[i] = (ll_view_error){0};
     }
+    ll_client_align(c, s, true, now);
+    ll_client_set_due(c, s);
     if (s->sync->start)
-        s->sync->start(c, s, step, world, now);
+        s->sync->start(c, s, step, step, world);
+}
+
+void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int64_t step, int64_t first,
+                    const void *world, ll_time now)
+{
+    forget_inputs(c, s, epoch, now);
+    if (s->sync->waits) /* its inputs go on where the server is */
+        c->tick = c->confirmed = step;
+    if (s->sync->start && world)
+        s->sync->start(c, s, step, first, world);
+}
+
+void ll_client_leave(ll_client *c, const ll_client_setup *s)
+{
+    (void)s;
+    c->acked = c->seq;
+    for (int i = 0; i < LL_PENDING_RING; i++)
+        c->pending[i].seq = 0;
+}
+
+/* The step that the next input is for becomes that behind `tick`; those in between get none. */
+static void snap(ll_client *c, int64_t tick)
+{
+    if (c->seq > 0) {
+        c->seq += (uint32_t)(tick - c->tick);
+        c->run = c->seq + 1;
+        c->composed = c->seq;
+        c->connection.clock.snaps++;
+    }
+    c->tick = tick;
+    c->debt = 0;
+    c->settle = c->seq + 1;
+}
+
+/* The first step that an input can be in time for that leaves at `at`. */
+static int64_t step_reached(const ll_client *c, const ll_client_setup *s, ll_time at)
+{
+    const ll_clock_sync *clock = &c->connection.clock;
+    ll_time way = (ll_clock_sync_round_trip(clock) + 1) / 2;
+    ll_time comes = ll_client_local(s, at) + clock->offset + way, since = comes - c->latest_time;
+    int64_t step = c->latest_tick + (since > 0 ? ll_tick_at(since, c->clock.freq) : 0);
+    if (step <= c->latest_tick)
+        step = c->latest_tick + 1;
+    while (ll_client_step_time(c, step) < comes)
+        step++;
+    return step;
+}
+
+void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_time now)
+{
+    if (!s->sync->leads || c->tick_due == LL_NEVER)
+        return; /* or the game has not begun */
+    ll_time at = c->tick_due != LL_NEVER && c->tick_due > now ? c->tick_due : now;
+    int64_t tick = step_reached(c, s, at) + s->config->slack_ticks - 1, error = tick - c->tick;
+    if (!always && error * c->period < LL_CLOCK_SNAP && -error * c->period < LL_CLOCK_SNAP)
+        return;
+    if (error > 0 || c->seq == 0)
+        snap(c, tick);
+    else
+        c->debt = (int32_t)error; /* what was sent for those steps stands */
 }
 
 #define SPARE_WINDOW (2 * LL_SECOND)
@@ -123,16 +218,28 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
     c->spare = LL_SLACK_UNKNOWN;
     if (change == 0)
         return;
+    if (change * c->period >= LL_CLOCK_SNAP) {
+        snap(c, c->tick + change);
+        return;
+    }
     c->debt += change;
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
 }
 
-/* Bytes between the message of a state and its world. */
-static int parts_size(const ll_client *c, const ll_state_message *m)
+/* Bytes between the message of a state and its world; more than `size` when they are not there. */
+static int parts_size(const ll_client *c, const ll_state_message *m, const char *packet, int size)
 {
     int others = ll_client_shown_const(c)->players - 1;
-    return (m->head.count & LL_PART_AXES ? others * (int)sizeof(ll_axes) : 0) +
-           (m->head.count & LL_PART_APPLIED ? (int)sizeof(ll_applied) : 0);
+    int bytes = m->head.count & LL_PART_AXES ? others * (int)sizeof(ll_axes) : 0;
+    ll_verdict_part part;
+    if (!(m->head.count & LL_PART_APPLIED))
+        return bytes;
+    if ((int)sizeof *m + bytes + (int)sizeof part > size)
+        return size;
+    memcpy(&part, packet + sizeof *m + bytes, sizeof part);
+    if (part.words > LL_VERDICT_WORDS_MAX)
+        return size;
+    return bytes + (int)sizeof part + (int)(part.words * sizeof(uint32_t));
 }
 
 /* What stands there. */
@@ -148,8 +255,10 @@ static void take_parts(ll_client *c, const ll_state_message *m, const char *at)
         at += sizeof told;
         c->told[i] = (ll_action){.axis = {told.axis[0], told.axis[1]}};
     }
-    if (c->parts & LL_PART_APPLIED)
-        memcpy(&c->applied, at, sizeof c->applied);
+    if (!(c->parts & LL_PART_APPLIED))
+        return;
+    memcpy(&c->verdict, at, sizeof c->verdict);
+    memcpy(c->verdicts, at + sizeof c->verdict, c->verdict.words * sizeof(uint32_t));
 }
 
 static int unreadable(ll_client *c)
@@ -165,7 +274,7 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     if (size < (int)sizeof m)
         return unreadable(c);
     memcpy(&m, packet, sizeof m);
-    int start = (int)sizeof m + parts_size(c, &m);
+    int start = (int)sizeof m + parts_size(c, &m, packet, size);
     if (size < start)
         return unreadable(c);
     if (s->sync->drops_stale && m.tick <= c->newest_tick) {
@@ -176,13 +285,15 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     if (ll_failed(&status))
         return unreadable(c);
     ll_received *r = ll_client_state(c, c->newest++);
-    *r = (ll_received){m.tick, m.time, now, m.head.seq, 0};
+    *r = (ll_received){m.tick, m.time, now, m.head.seq, m.applied};
     take_parts(c, &m, packet + sizeof m);
     memcpy(ll_received_world(r), bytes, (size_t)c->world_size);
     c->newest_tick = m.tick;
     c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
     ll_interpolate_heard(c, r);
+    if (s->sync->answers)
+        c->tick_due = now;
     if (!s->sync->leads || !ll_cheat_minds(s))
         return LL_OUTCOME_APPLIED;
     if (s->config->time_dilation)
@@ -210,6 +321,8 @@ void ll_client_close(ll_client *c, const ll_client_setup *s, uint32_t seq, ll_in
                      const ll_received *state, ll_time now)
 {
     ll_pending *p = ll_client_pending(c, seq);
+    if (p->seq != seq)
+        return; /* none was made, the clock having snapped, or it gave way to a newer one */
     p->state = (uint8_t)how;
     if (p->told)
         return;
@@ -230,6 +343,8 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
     uint32_t acked = c->acked;
     int64_t tick = c->latest_tick;
     c->fresh = c->newest;
+    if (s->sync->answers && ll_client_is_open(c, state->acked))
+        c->answered = now - ll_client_pending(c, state->acked)->made;
     ll_acks[s->config->ack]->take(c, s, state, now);
     bool foretold = s->config->prediction && ll_foretold(c, s, state, acked);
     c->latest_time = state->time;
@@ -265,11 +380,25 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
         a = s->game->drive(seen, s->env, c->self, (ll_script)config->script, t);
     ll_cheat_action(c, s, &a);
     if (s->sync->press_s > 0 && config->timer_jitter_ms > 0) { /* what counts is how long a key was down */
-        double ticks = (double)c->elapsed / (double)c->period;
+        double ticks = (double)c->tick_elapsed / (double)c->period;
         a.axis[0] = (float)(a.axis[0] * ticks);
         a.axis[1] = (float)(a.axis[1] * ticks);
     }
     return a;
+}
+
+#define QUIET 4 /* intervals without a step: then nobody plays on */
+
+/* How many inputs a client may make that the server waits for. What it would refuse as too far ahead is not
+ * sent, and while nothing is stepped, for want of somebody's, none are made: they would be late for good. */
+static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    int64_t ahead = c->tick - c->confirmed;
+    if (s->sync->answers)
+        return ahead == 0;
+    if (c->newest > 0 && now - c->heard > QUIET * c->period)
+        return 0;
+    return LL_BUDGET_TICKS - 1 - ahead;
 }
 
 static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
@@ -292,11 +421,7 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
     }
     if (counts)
         ll_gauge_add(&ledger->scale, c->scale);
-    int64_t room = LL_PENDING_MAX - (int64_t)(c->seq - c->acked);
-    if (s->sync->waits) { /* what the server would refuse as too far ahead is not sent */
-        int64_t ahead = LL_BUDGET_TICKS - 1 - (c->tick - c->confirmed);
-        room = ahead < room ? ahead : room;
-    }
+    int64_t room = s->sync->waits ? room_of(c, s, now) : n;
     return (int)(n < room ? n : room);
 }
 
@@ -310,6 +435,8 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
 {
     ll_pending *p = ll_client_pending(c, ++c->seq);
     c->tick++;
+    if (c->seq - c->acked > LL_PENDING_RING)
+        c->acked = c->seq - LL_PENDING_RING; /* the oldest gives way */
     *ll_ledger_fate(&s->instruments->ledger, c->seq) = 0;
     *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
     p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - seen);
@@ -344,18 +471,33 @@ int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     return put_inputs(c, s, first, count, packet);
 }
 
+/* Whether a packet is to leave with this tick. */
+static bool sends_now(const ll_client *c, const ll_client_setup *s)
+{
+    ll_freq freq = ll_freq_from_hz(s->config->send_hz);
+    if (s->config->send_hz == 0 || s->sync->waits || freq >= c->clock.freq)
+        return true;
+    return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
+}
+
 /* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other
  * packet starts with the oldest that is open instead, if they are too many for one. */
-static int compose(ll_client *c, const ll_client_setup *s, int made, ll_time now, ll_input_message *m)
+static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
 {
-    uint32_t open = c->seq - c->acked;
-    if (ll_cheat_holds(s, now) && c->unsent == 0 && made > 0)
-        c->unsent = c->seq - (uint32_t)made + 1;
+    uint32_t open = c->seq - c->acked, fresh = c->seq - c->composed;
+    if (ll_cheat_holds(s, now) && c->unsent == 0 && fresh > 0)
+        c->unsent = c->composed + 1;
+    if (fresh > 0 && sends_now(c, s))
+        c->composed = c->seq;
+    else if (!s->sync->waits)
+        return 0;
     if (c->unsent != 0)
         return ll_client_held(c, s, now, m);
-    if (open == 0 || (made == 0 && !s->sync->waits))
+    if (open > c->seq + 1 - c->run)
+        open = c->seq + 1 - c->run;
+    if (open == 0)
         return 0;
-    uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : (uint32_t)made + (uint32_t)s->config->redundancy;
+    uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : fresh + (uint32_t)s->config->redundancy;
     uint32_t count = wanted < open ? wanted : open;
     if (count > LL_INPUTS_MAX)
         count = LL_INPUTS_MAX;
@@ -402,16 +544,25 @@ static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
     c->view_time = other < shown->entities ? marks[other].time : now;
 }
 
-int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+/* The newest state that has come counts from now on, in the prediction too. */
+static void take(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_client_begin_frame(c, now);
     if (c->newest > c->fresh)
         take_newest_state(c, s, now);
     uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
     if (predicting != 0 && predicting != c->predicting)
         ll_predict_again(c, s);
     c->predicting = predicting;
+}
 
+int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    ll_client_begin_tick(c, now);
+    take(c, s, now);
+    if (!ll_connection_plays(&c->connection)) {
+        c->tick += s->sync->leads; /* the clock goes on */
+        return 0;
+    }
     _Alignas(8) char old[LL_GAME_WORLD_MAX];
     ll_time seen;
     const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
@@ -420,26 +571,48 @@ int ll_client_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *p
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
     ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    return compose(c, s, now, packet);
+}
 
+void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_begin_display(c, now);
+    take(c, s, now);
     draw(c, s, now);
     if (s->gunner)
         ll_gunner_frame(c, s);
-    return compose(c, s, made, now, packet);
+}
+
+void ll_client_set_due(ll_client *c, const ll_client_setup *s)
+{
+    c->due = ll_connection_due(c, s);
+    c->due = c->tick_due < c->due ? c->tick_due : c->due;
+    c->due = c->display_due < c->due ? c->display_due : c->due;
 }
 
 #define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */
+
+#define REPEAT_MS 200 /* and twice the time that the last answer took: then an input is sent again */
 
 /* A timer that fires late sets the next one from there, as a browser's does. */
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, uint64_t seed, ll_time now)
 {
     double late_ms = s->config->timer_jitter_ms;
     ll_dilate(c);
-    c->due = ll_clock_time(&c->clock, c->frame);
+    c->tick_due = machine_time(s, &c->clock, c->frame);
     c->skipped = 0;
-    if (late_ms == 0)
+    if (s->sync->answers)
+        c->tick_due = now + ll_ms(REPEAT_MS) + 2 * c->answered;
+    if (late_ms == 0 || s->sync->answers)
         return;
     uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->frame;
-    c->due = now + c->period + ll_ms(late_ms * ll_rng_unit(seed, TIMER_STREAM + (uint64_t)c->self, draw));
-    for (; ll_clock_time(&c->clock, c->frame + 1) <= c->due; c->frame++)
+    c->tick_due =
+        now + c->period + ll_ms(late_ms * ll_rng_unit(seed, TIMER_STREAM + (uint64_t)c->self, draw));
+    for (; machine_time(s, &c->clock, c->frame + 1) <= c->tick_due; c->frame++)
         c->skipped++;
+}
+
+void ll_client_set_display(ll_client *c, const ll_client_setup *s)
+{
+    c->display_due = c->display.freq > 0 ? machine_time(s, &c->display, c->displays) : LL_NEVER;
 }

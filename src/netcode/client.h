@@ -7,6 +7,7 @@
 #include "base/event.h"
 #include "base/status.h"
 #include "netcode/config.h"
+#include "netcode/connection.h"
 #include "netcode/grid.h"
 #include "netcode/gunner.h"
 #include "netcode/instruments.h"
@@ -14,9 +15,8 @@
 #include "netcode/view.h"
 #include "netcode/wire.h"
 
-#define LL_PENDING_RING 256 /* inputs that are not acknowledged: at most LL_PENDING_MAX of them */
-#define LL_PENDING_MAX 240
-#define LL_STATE_RING 64 /* states kept for interpolation: 2 s at 30 updates a second */
+#define LL_PENDING_RING 512 /* inputs that are not acknowledged: the oldest gives way to a newer one */
+#define LL_STATE_RING 64    /* states kept for interpolation: 2 s at 30 updates a second */
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
@@ -45,10 +45,10 @@ typedef struct ll_pending {
 /* A state as received; its world follows in the ring. */
 typedef struct ll_received {
     int64_t tick;
-    ll_time time;    /* server's clock */
-    ll_time arrived; /* client's clock */
-    uint32_t acked;
-    uint32_t reserved;
+    ll_time time;     /* server's clock */
+    ll_time arrived;  /* client's clock */
+    uint32_t acked;   /* the last input whose step is over */
+    uint32_t applied; /* the newest that was really applied */
 } ll_received;
 
 typedef enum ll_shown_flag {
@@ -85,20 +85,30 @@ typedef struct ll_client {
     uint16_t epoch;
     uint8_t predicting; /* 0, or 1 + the scope that the predicted world was made with */
     uint8_t reserved;
-    ll_clock clock;          /* of frames; a frame is a tick of the client */
-    int64_t frame;           /* number of the next frame */
-    ll_time period;          /* of a frame */
-    ll_time framed, elapsed; /* when the last frame was, and how long after the one before it */
-    ll_time due;             /* the next frame */
-    int64_t skipped;         /* ticks that passed without a frame, the timer being late */
+    ll_clock clock;               /* of ticks, by a machine without drift */
+    int64_t frame;                /* number of the next tick */
+    ll_time period;               /* of a tick */
+    ll_time framed, tick_elapsed; /* when the last tick was, and how long after the one before it */
+    ll_time tick_due;             /* the next tick */
+    int64_t skipped;              /* ticks that passed without one, the timer being late */
+    ll_time answered;           /* how long the last input was without an answer, where clients wait for it */
+    ll_clock display;           /* of displays; freq 0: one with each tick */
+    int64_t displays;           /* number of the next display */
+    ll_time display_due;        /* LL_NEVER: with the next tick */
+    ll_time displayed, elapsed; /* when the last display was, and how long after the one before it */
+    ll_time due;                /* when it acts next, or before: a tick, a display, its connection */
+    ll_connection connection;
 
     /* inputs */
     int64_t tick;        /* the server's step that the newest input is meant for */
-    uint32_t seq, acked; /* newest made, newest acknowledged */
-    int32_t debt;        /* inputs to make beyond one a frame, or (negative) to leave out */
-    uint32_t settle;     /* slack is read again from this input on */
-    int32_t spare;       /* least slack since `spare_since` */
-    uint32_t unsent;     /* the first input that a lag switch holds back; 0: none */
+    uint32_t seq, acked; /* newest made; all up to there are closed */
+    uint32_t
+        run; /* inputs from this one on have a number for every step: a snap of the clock leaves out some */
+    uint32_t composed; /* the newest that was sent */
+    int32_t debt;      /* inputs to make beyond one a frame, or (negative) to leave out */
+    uint32_t settle;   /* slack is read again from this input on */
+    int32_t spare;     /* least slack since `spare_since` */
+    uint32_t unsent;   /* the first input that a lag switch holds back; 0: none */
     ll_time spare_since;
     ll_time spare_ns; /* the same where time is dilated; LL_NEVER: none */
     ll_time shift;    /* by so much the frames are to come earlier than they would, a little each */
@@ -111,17 +121,19 @@ typedef struct ll_client {
     int64_t fresh;       /* of these, how many a frame has taken */
     int64_t newest_tick; /* -1: none in this epoch */
     int64_t confirmed;   /* the server's last step that is known of */
-    int64_t met;         /* the server's step at the meeting */
+    int64_t met;         /* the server's step when the game began, or began anew */
+    ll_time met_at;      /* and when that was */
     int64_t stale, unreadable;
     ll_grid grid;        /* of the states from `grid_tick` on */
     int64_t grid_tick;   /* LL_NEVER: none yet */
     ll_time latest_time; /* server's clock, of the state that was taken last */
     int64_t latest_tick;
     double update_hz;
-    ll_action told[LL_PLAYERS_MAX]; /* others' controls at the newest state; zeroes until it tells */
-    int64_t view_step;              /* the step whose world is drawn; -1: the marks tell the times */
-    ll_applied applied;             /* of the newest state, where it tells */
-    uint32_t parts;                 /* ll_part of the newest state */
+    ll_action told[LL_PLAYERS_MAX];          /* others' controls at the newest state; zeroes until it tells */
+    int64_t view_step;                       /* the step whose world is drawn; -1: the marks tell the times */
+    uint32_t verdicts[LL_VERDICT_WORDS_MAX]; /* of the newest state, where it tells */
+    ll_verdict_part verdict;
+    uint32_t parts, reserved4; /* ll_part of the newest state */
     int64_t world_size;
     /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
      * shown */
@@ -174,26 +186,53 @@ typedef struct ll_client_setup {
     const ll_server_config *rules; /* what everybody has agreed on */
     ll_gunner *gunner;             /* NULL in a game without weapons */
     struct ll_shots *shots;
+    uint64_t seed;
+    ll_freq display_freq; /* of displays where they are not with the ticks */
 } ll_client_setup;
 
 size_t ll_client_size(ll_extent extent); /* a multiple of 8 */
 void ll_client_init(ll_client *client, int self, const ll_world *start);
 
-/* Starts, or starts again at `now` in a new epoch. `step` is the server's step now and `world` its state (the
- * handshake). */
+/* The client's clock at `now`. It differs from the server's by the machine's drift. */
+static inline ll_time ll_client_local(const ll_client_setup *s, ll_time now)
+{
+    return now + (ll_time)((double)now * (s->config->drift_ppm * 1e-6));
+}
+
+/* Starts, or starts again at `now` in a new epoch with everybody else. `step` is the server's step now and
+ * `world` its state. */
 void ll_client_start(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_freq freq,
                      int64_t step, const ll_world *world, ll_time now);
+
+/* Comes to a game that is under way: its inputs count for the steps behind `first`. `world` is that after
+ * `step`; NULL: the states that follow tell it. */
+void ll_client_join(ll_client *client, const ll_client_setup *setup, uint16_t epoch, int64_t step,
+                    int64_t first, const void *world, ll_time now);
+
+/* The connection is over: what is open will never be applied. */
+void ll_client_leave(ll_client *client, const ll_client_setup *setup);
+
+/* Makes the next input for the step that it can be in time for, by the measured clock: where the difference
+ * is LL_CLOCK_SNAP or more, or `always`. Steps in between get no input. */
+void ll_client_align(ll_client *client, const ll_client_setup *setup, bool always, ll_time now);
 
 /* A packet of the server has come. Returns its ll_outcome. */
 int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
                       ll_time now);
 
-/* One frame: takes what has come, makes inputs, decides what to draw. Writes an ll_input_message and returns
- * its size, 0 when there is nothing to send. */
-int ll_client_frame(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+/* One tick: takes what has come and makes inputs. Writes an ll_input_message and returns its size, 0 when
+ * there is nothing to send. */
+int ll_client_tick(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
-/* Sets the timer of the next frame, `client->due`: at its tick, or late as `timer_jitter_ms` has it. */
+/* One display: takes what has come and draws. */
+void ll_client_display(ll_client *client, const ll_client_setup *setup, ll_time now);
+
+/* Sets client->due anew, after it acted or something has come. */
+void ll_client_set_due(ll_client *client, const ll_client_setup *setup);
+
+/* After a tick: sets `client->tick_due`, late as `timer_jitter_ms` has it. After a display: the next one. */
 void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, uint64_t seed, ll_time now);
+void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
 
 /* What a lag switch has held back and lets go at `now`: packets to be sent behind that of the frame. Returns
  * the size of the next, 0 when there is none. */
@@ -248,12 +287,20 @@ static inline const ll_mark *ll_client_marks_const(const ll_client *c)
     return (const ll_mark *)((const char *)c + c->marks_offset);
 }
 
-/* First of a frame, of every sync's. */
-static inline void ll_client_begin_frame(ll_client *c, ll_time now)
+/* First of a tick, of every sync's. */
+static inline void ll_client_begin_tick(ll_client *c, ll_time now)
 {
     c->frame++;
-    c->elapsed = now - c->framed;
+    c->tick_elapsed = now - c->framed;
     c->framed = now;
+}
+
+/* First of a display, of every sync's. */
+static inline void ll_client_begin_display(ll_client *c, ll_time now)
+{
+    c->displays++;
+    c->elapsed = now - c->displayed;
+    c->displayed = now;
 }
 
 static inline ll_view_error *ll_client_errors(ll_client *c)
@@ -277,6 +324,15 @@ static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
 static inline bool ll_client_is_open(ll_client *c, uint32_t seq)
 {
     return ll_client_pending(c, seq)->seq == seq && ll_client_pending(c, seq)->state == LL_INPUT_OPEN;
+}
+
+/* The input for the server's step `tick`, where inputs belong to steps; NULL: none was made, or it is no
+ * longer kept. */
+static inline ll_pending *ll_client_input_at(ll_client *c, int64_t tick)
+{
+    int64_t seq = tick - (c->tick - (int64_t)c->seq);
+    bool kept = seq >= 1 && seq <= (int64_t)c->seq && ll_client_pending(c, (uint32_t)seq)->seq == seq;
+    return kept ? ll_client_pending(c, (uint32_t)seq) : NULL;
 }
 
 /* `state` tells that input `seq` was applied or never will be. */

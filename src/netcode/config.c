@@ -5,6 +5,7 @@
 #include "game/game.h"
 #include "link/presets.h"
 #include "netcode/ack.h"
+#include "netcode/clock_sync.h"
 #include "netcode/hardware.h"
 #include "netcode/scope.h"
 #include "netcode/snapshot.h"
@@ -13,6 +14,7 @@
 
 static const char *const controls[] = {"script", "person", NULL};
 static const char *const corrections[] = {"snap", "smooth", NULL};
+static const char *const extrapolation_clocks[] = {"measured", "arrival", NULL};
 static const char *const cheats[] = {"none",      "magnitude", "rate",     "budget",     "view_time",
                                      "fire_rate", "claim",     "teleport", "lag_switch", NULL};
 
@@ -21,7 +23,7 @@ static const ll_param server_rows[] = {
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_server_config, update_hz),
      .min = 1,
-     .max = 120,
+     .max = 128,
      .standard = 30,
      .unit = "Hz",
      .live = true,
@@ -32,11 +34,22 @@ static const ll_param server_rows[] = {
      .offset = offsetof(ll_server_config, sync),
      .choices = ll_sync_names,
      .live = true,
-     .help = "How server and clients keep in step: free runs on its own clock, lockstep waits for every "
-             "player's input, "
-             "gambetta drains its queue as the live demo does; with deterministic and rollback only inputs "
-             "travel "
-             "and every client steps its own world."},
+     .help =
+         "How server and clients keep in step: free runs on its own clock; in lockstep every client sends an "
+         "input and waits for the state, in lockstep_pipelined it does not wait but the server does; "
+         "gambetta drains its queue as the live demo does; with deterministic and rollback only inputs "
+         "travel "
+         "and every client steps its own world."},
+    {.name = "timeout_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, timeout_s),
+     .max = 600,
+     .standard = 5,
+     .unit = "s",
+     .live = true,
+     .help =
+         "Who was not heard for so long is disconnected, on both sides, and joins again when it can; 0 waits "
+         "for ever."},
     {.name = "validation",
      .type = LL_PARAM_BOOL,
      .offset = offsetof(ll_server_config, validation),
@@ -319,6 +332,14 @@ static const ll_param player_rows[] = {
      .live = true,
      .help = "How long the others go on by their velocity when no newer state has come; then they are held. "
              "Without interpolation they are drawn so at the server's present time."},
+    {.name = "extrapolation_clock",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, extrapolation_clock),
+     .choices = extrapolation_clocks,
+     .live = true,
+     .help = "Without interpolation: measured draws the others at the server's present by the clock that the "
+             "pings "
+             "measured, arrival at the time of the state that came fastest."},
     {.name = "correction",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, correction),
@@ -345,6 +366,63 @@ static const ll_param player_rows[] = {
      .help =
          "The client's timer fires late by up to so much, uniformly, and sets the next from there, as a busy "
          "browser does."},
+    {.name = "clock_phase",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, clock_phase),
+     .min = -1,
+     .max = 1,
+     .standard = -1,
+     .help =
+         "How long after the server's clock this machine's ticks and displays come, in ticks; below 0 it is "
+         "drawn by the seed, from 0 to 1."},
+    {.name = "drift_ppm",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, drift_ppm),
+     .min = -500,
+     .max = 500,
+     .unit = "ppm",
+     .help = "By how many millionths this machine's clock is faster than the server's."},
+    {.name = "clock_filter",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_player_config, clock_filter),
+     .choices = ll_clock_filter_names,
+     .live = true,
+     .help = "How the client takes the server's clock from its last eight pings: the median, the ping of the "
+             "shortest round trip, or the mean."},
+    {.name = "send_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, send_hz),
+     .max = 128,
+     .unit = "Hz",
+     .live = true,
+     .help = "How often the client sends what inputs it has made; 0, and in lockstep: with every tick."},
+    {.name = "display_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, display_hz),
+     .max = 240,
+     .unit = "Hz",
+     .help = "How often the client draws; 0: tick_hz, and with its ticks where those come as often."},
+    {.name = "input_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, input_hz),
+     .max = 8000,
+     .unit = "Hz",
+     .live = true,
+     .help = "How often the input device is read; a change waits for the next time. 0: at once."},
+    {.name = "input_device_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, input_device_ms),
+     .max = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "From the hand to the game, beside the wait for input_hz."},
+    {.name = "display_device_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, display_device_ms),
+     .max = 200,
+     .unit = "ms",
+     .live = true,
+     .help = "From the drawn picture to the light on the screen."},
     {.name = "slack_ticks",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_player_config, slack_ticks),

@@ -17,7 +17,7 @@
 #define LL_ONE_WAY_MAX_MS 1250
 
 typedef struct ll_server_config {
-    double update_hz;
+    double update_hz, timeout_s;
     int64_t max_rollback_ticks, sync_test_ticks;
     int32_t sync;     /* index into ll_syncs */
     int32_t snapshot; /* index into ll_codecs */
@@ -46,6 +46,9 @@ typedef enum ll_cheat {
 /* What becomes of the error when what is drawn was wrong. */
 typedef enum ll_correction { LL_CORRECTION_SNAP, LL_CORRECTION_SMOOTH } ll_correction;
 
+/* By what clock a client knows the server's present when it extrapolates. */
+typedef enum ll_extrapolation_clock { LL_CLOCK_MEASURED, LL_CLOCK_ARRIVAL } ll_extrapolation_clock;
+
 typedef struct ll_link_pair {
     int32_t preset; /* index into ll_link_presets; what was set of up and down since counts */
     int32_t reserved;
@@ -58,6 +61,9 @@ typedef struct ll_player_config {
     ll_link_pair link;
     double interpolation_ratio, jitter_margin_ms, extrapolation_ms, correction_half_life_ms;
     double timer_jitter_ms, dejitter_ms;
+    double clock_phase, drift_ppm;                       /* -1: the phase is drawn */
+    double send_hz, display_hz;                          /* 0: with every tick; as the scenario's tick_hz */
+    double input_hz, input_device_ms, display_device_ms; /* 0 Hz: the device is read at once */
     int64_t slack_ticks, input_delay_ticks;
     int64_t redundancy;
     int64_t lane;                                                  /* -1: the player's own */
@@ -65,8 +71,10 @@ typedef struct ll_player_config {
     int32_t correction;                                            /* ll_correction */
     int32_t dejitter;                                              /* ll_dejitter_choice */
     int32_t control, script, cheat, hardware;
-    int32_t prediction_scope; /* index into ll_scopes */
-    int32_t ack;              /* index into ll_acks */
+    int32_t prediction_scope;    /* index into ll_scopes */
+    int32_t ack;                 /* index into ll_acks */
+    int32_t clock_filter;        /* index into ll_clock_filters */
+    int32_t extrapolation_clock; /* ll_extrapolation_clock */
     bool prediction, reconciliation, interpolation, time_dilation;
 } ll_player_config;
 

@@ -189,6 +189,15 @@ static void draw_others(ll_client *c, const ll_client_setup *s)
     c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->time - mark.time);
 }
 
+/* The newest server time that could be known: with interpolation, that of a state that came as fast as the
+ * fastest; without, the server's present by the client's measure of its clock. */
+static ll_time reference(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    if (s->config->interpolation || s->config->extrapolation_clock == LL_CLOCK_ARRIVAL)
+        return now + c->offset;
+    return ll_client_local(s, now) + c->connection.clock.offset;
+}
+
 void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_player_config *config = s->config;
@@ -196,7 +205,7 @@ void ll_interpolate_server_time(ll_client *c, const ll_client_setup *s, ll_time 
     correct_extrapolation(c, s);
     c->delay =
         config->interpolation ? ll_interpolation_delays[config->interpolation_delay]->delay(c, config) : 0;
-    ll_view_state moved = move(c, s, now + c->offset - c->delay, &jumped);
+    ll_view_state moved = move(c, s, reference(c, s, now) - c->delay, &jumped);
     take_stock(c, s, moved, jumped, now);
     draw_others(c, s);
 }

@@ -9,7 +9,7 @@
 
 #include "netcode/gauge.h"
 
-#define LL_LEDGER_RING 256 /* inputs, by sequence number; more than a client keeps open */
+#define LL_LEDGER_RING 512 /* inputs, by sequence number; more than a client keeps open */
 
 /* What is known of one input. */
 typedef enum ll_ledger_mark {

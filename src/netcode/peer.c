@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "base/assert.h"
+
 #include "netcode/gunner.h"
 
 /* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
@@ -17,27 +19,30 @@ size_t ll_peer_size(int players, size_t world_size)
     return sizeof(ll_peer) + (size_t)players * sizeof(ll_peer_player) + LL_PEER_RING * world_size;
 }
 
-void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, const ll_world *world, ll_time now)
+void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
 {
     ll_peer *peer = ll_client_peer(c);
     (void)s;
+    LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
     memset(peer, 0, ll_peer_size(world->players, 0));
-    peer->ticks = (ll_clock){now, step, c->clock.freq};
+    peer->ticks = (ll_clock){c->met_at, c->met, c->clock.freq}; /* everybody's, whenever one has come */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
+    peer->first = first;
     peer->wrong = LL_NEVER;
     for (int p = 0; p < world->players; p++) {
-        peer->player[p].known = step;
+        peer->player[p].known = p == c->self ? first : step;
         peer->player[p].at = -1;
     }
     memcpy(ll_peer_world(c, step), world, (size_t)c->world_size);
-    c->tick = c->view_step = step;
+    c->tick = first;
+    c->view_step = step;
 }
 
 /* ---- what comes ---- */
 
 static void acknowledge(ll_client *c, const ll_client_setup *s, uint32_t acked, ll_time now)
 {
-    for (; c->acked < acked; c->acked++)
+    for (; c->acked < acked && c->acked < c->seq; c->acked++)
         ll_measure(s->instruments, LL_METRIC_ACK_RTT, now,
                    ll_to_ms(now - ll_client_pending(c, c->acked + 1)->made));
 }
@@ -203,7 +208,9 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
 static void note_shown(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
-    ll_pending *p = ll_client_pending(c, (uint32_t)(peer->tick - peer->start));
+    ll_pending *p = ll_client_input_at(c, peer->tick);
+    if (!p)
+        return; /* nobody's, before the player came */
     if (!p->shown)
         ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
     p->shown = 1;
@@ -229,7 +236,7 @@ static int compose(const ll_client *c, void *packet)
 {
     const ll_peer *peer = ll_client_peer(c);
     int players = ll_client_shown_const(c)->players, runs = 0;
-    int64_t first = peer->start + c->acked + 1, tick = first;
+    int64_t first = peer->first + c->acked + 1, tick = first;
     ll_peer_message *m = packet;
     ll_heard *heard = (ll_heard *)(m + 1);
     ll_input_run *run = (ll_input_run *)(heard + players);
@@ -238,7 +245,7 @@ static int compose(const ll_client *c, void *packet)
         heard[p] = (ll_heard){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
     }
     for (; tick <= c->tick; tick++) { /* the pending inputs reach further back than the ring */
-        const ll_action *a = &c->pending[(tick - peer->start) & (LL_PENDING_RING - 1)].action;
+        const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
         if (!ll_run_add(run, &runs, &(ll_controls){{a->axis[0], a->axis[1]}, a->buttons}))
             break;
     }
@@ -256,11 +263,13 @@ static int compose(const ll_client *c, void *packet)
     return (int)((char *)(hash + hashes) - (char *)packet);
 }
 
-int ll_peer_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
 {
     const ll_peer *peer = ll_client_peer(c);
     int64_t delay = s->config->input_delay_ticks;
-    ll_client_begin_frame(c, now);
+    ll_client_begin_tick(c, now);
+    if (!ll_connection_plays(&c->connection))
+        return 0;
     ll_peer_roll_back(c, s, now);
     make_inputs(c, s, peer->tick + 1 + delay, now);
     if (may_step(c, s, now)) {
@@ -272,9 +281,14 @@ int ll_peer_frame(ll_client *c, const ll_client_setup *s, ll_time now, void *pac
     ll_peer_confirm(c);
     ll_peer_sync_test(c, s, now);
     ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    return compose(c, packet);
+}
+
+void ll_peer_display(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_begin_display(c, now);
     draw(c, now);
     ll_smooth_draw(c, s, now);
     if (s->gunner)
         ll_gunner_frame(c, s);
-    return compose(c, packet);
 }

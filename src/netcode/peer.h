@@ -33,7 +33,8 @@ typedef struct ll_peer_player {
 
 typedef struct ll_peer {
     ll_clock ticks; /* when a tick would be if nobody ever waited: the time that steps and scripts are told */
-    int64_t start;  /* tick of the meeting */
+    int64_t start;  /* tick of the world that it began with */
+    int64_t first;  /* its own inputs are for the ticks behind this one; those before are neutral */
     int64_t tick;   /* that the newest world is of */
     int64_t confirmed; /* up to here everybody's inputs are known */
     int64_t wrong;     /* the first tick that a wrong guess went into; LL_NEVER: none */
@@ -49,11 +50,12 @@ typedef struct ll_peer {
 
 size_t ll_peer_size(int players, size_t world_size);
 
-void ll_peer_start(ll_client *client, const ll_client_setup *setup, int64_t step, const ll_world *world,
-                   ll_time now);
+void ll_peer_start(ll_client *client, const ll_client_setup *setup, int64_t step, int64_t first,
+                   const ll_world *world);
 int ll_peer_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int bytes,
                     ll_time now);
-int ll_peer_frame(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+int ll_peer_tick(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+void ll_peer_display(ll_client *client, const ll_client_setup *setup, ll_time now);
 
 /* The peer lies where an authoritative client keeps its states. */
 static inline ll_peer *ll_client_peer(const ll_client *c)

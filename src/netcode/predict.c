@@ -28,11 +28,16 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const 
                       &c->predicted);
 }
 
-static void predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
+/* The next step, by input `seq`; by none where the clock has snapped beyond it. */
+static ll_pending *predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
 {
+    const ll_action none = {0};
     ll_pending *input = ll_client_pending(c, seq);
-    step(c, s, ll_client_predicted(c), &input->action, ++c->predicted_tick);
-    input->x = ll_client_predicted(c)->entity[c->self].x;
+    bool made = input->seq == seq;
+    step(c, s, ll_client_predicted(c), made ? &input->action : &none, ++c->predicted_tick);
+    if (made)
+        input->x = ll_client_predicted(c)->entity[c->self].x;
+    return made ? input : NULL;
 }
 
 /* What is in scope from a state at `tick` to the client's newest input, and on until the next state. */
@@ -55,14 +60,6 @@ static void begin(ll_client *c, const ll_client_setup *s)
     c->predicted_tick = c->latest_tick;
 }
 
-/* The steps between a state and the one that a player's first input is for: the server makes them with no
- * input. */
-static int64_t steps_before(const ll_client *c, const ll_client_setup *s)
-{
-    int64_t first = c->tick - (int64_t)c->seq + 1, steps = first - 1 - c->latest_tick;
-    return c->acked > 0 || s->sync->drains || steps > LL_PENDING_RING ? 0 : steps;
-}
-
 /* The newest input whose time has come: the client's present lies `input_delay_ticks` before the tick of its
  * newest, but not before the latest state. */
 static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
@@ -75,21 +72,34 @@ static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
 void ll_predict_due(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     for (uint32_t due = newest_due(c, s); c->played < due;) {
-        ll_pending *p = ll_client_pending(c, ++c->played);
-        predict_input(c, s, c->played);
+        ll_pending *p = predict_input(c, s, ++c->played);
+        if (!p)
+            continue;
         p->shown = 1;
         ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
     }
 }
 
-void ll_predict_again(ll_client *c, const ll_client_setup *s)
+/* Inputs that belong to steps: one for each step behind the state, none where none was made. */
+static void apply_by_step(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
+    int64_t newest = c->tick - (int64_t)(c->seq - c->played);
+    while (c->predicted_tick < newest) {
+        ll_pending *input = ll_client_input_at(c, c->predicted_tick + 1);
+        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
+        if (input)
+            input->x = ll_client_predicted(c)->entity[c->self].x;
+    }
+}
+
+void ll_predict_again(ll_client *c, const ll_client_setup *s)
+{
     begin(c, s);
-    for (int64_t k = steps_before(c, s); k > 0; k--)
-        step(c, s, ll_client_predicted(c), &none, ++c->predicted_tick);
     c->played = newest_due(c, s);
-    for (uint32_t seq = c->acked + 1; seq <= c->played; seq++)
+    if (!s->sync->drains)
+        apply_by_step(c, s);
+    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
         if (ll_client_is_open(c, seq))
             predict_input(c, s, seq);
 }
@@ -134,17 +144,14 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     const ll_action none = {0};
     const ll_world *truth = (const ll_world *)(state + 1);
     ll_world *world = ll_client_latest(c);
-    int64_t inputs = (int64_t)c->acked - acked;
-    int64_t steps = s->sync->drains ? inputs : state->tick - c->latest_tick;
+    int64_t steps = s->sync->drains ? (int64_t)c->acked - acked : state->tick - c->latest_tick;
     if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_world ||
-        !guessed_right(c, s, world->players))
+        !guessed_right(c, s, world->players) || steps < 0 || steps > LL_PENDING_RING)
         return false;
-    if (inputs < 0 || steps < inputs || steps > LL_PENDING_RING || (steps > inputs && acked > 0))
-        return false; /* not one input a step: others were applied than the client's */
     for (int64_t k = 1; k <= steps; k++) {
-        bool before = k <= steps - inputs;
-        uint32_t seq = acked + (uint32_t)(k - (steps - inputs));
-        step(c, s, world, before ? &none : &ll_client_pending(c, seq)->action, c->latest_tick + k);
+        const ll_pending *input = s->sync->drains ? ll_client_pending(c, acked + (uint32_t)k)
+                                                  : ll_client_input_at(c, c->latest_tick + k);
+        step(c, s, world, input ? &input->action : &none, c->latest_tick + k);
     }
     ll_entity_set set = choose(c, s, truth, state->tick);
     return memcmp(&set, &c->predicted, sizeof set) == 0 && same_in_scope(c, world, truth);

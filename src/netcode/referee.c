@@ -48,7 +48,10 @@ void ll_referee_step(ll_server *server, const ll_game *game, const ll_game_env *
     for (int i = 0; i < server->players; i++) {
         ll_seat *seat = &server->seats[i];
         actions[i] = seat->held = slot_of(seat, k)->action;
-        seat->acked = (uint32_t)(k - server->clock.k0);
+        if (k <= seat->first)
+            continue; /* not the player's own */
+        seat->acked = (uint32_t)(k - seat->first);
+        ll_seat_done(seat, seat->acked, !ll_seat_replaced(seat, k));
     }
     if (past)
         past->rules = &no_compensation;
@@ -97,8 +100,8 @@ static void unpack(ll_server *server, ll_seat *seat, const ll_peer_message *m, c
             else if (tick == next + count && count < LL_INPUTS_MAX)
                 inputs->inputs[count++] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
         }
-    inputs->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch,
-                                     (uint32_t)(next - server->clock.k0)};
+    inputs->head =
+        (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch, (uint32_t)(next - seat->first)};
     inputs->tick = (int32_t)next;
 }
 
@@ -106,7 +109,7 @@ int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const vo
                     ll_verdict verdicts[LL_INPUTS_MAX])
 {
     const ll_peer_message *m = packet;
-    if (m->head.epoch != server->epoch)
+    if (m->head.epoch != server->seats[player].epoch)
         return 0;
     const ll_heard *heard = (const ll_heard *)(m + 1);
     const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
@@ -115,7 +118,23 @@ int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const vo
     hear(&seat->peer, m, heard, server->players);
     compare(server, &seat->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     unpack(server, seat, m, runs, &inputs);
-    return ll_server_receive(server, sync, player, &inputs, now, verdicts);
+    int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
+    ll_referee_fill(server, now);
+    return judged;
+}
+
+void ll_referee_fill(ll_server *server, ll_time now)
+{
+    int64_t upto = server->step;
+    for (int i = 0; i < server->players; i++)
+        if (server->seats[i].connected && server->seats[i].newest > upto)
+            upto = server->seats[i].newest;
+    for (int i = 0; i < server->players; i++) {
+        ll_seat *seat = &server->seats[i];
+        int64_t tick = known(server, seat);
+        for (; !seat->connected && tick < upto; seat->newest = ++tick)
+            seat->slots[(tick + 1) & (LL_INPUT_RING - 1)] = (ll_input_slot){.tick = tick + 1, .came = now};
+    }
 }
 
 /* What `player` has not acknowledged of the inputs of `other`. */
@@ -139,14 +158,15 @@ static char *write_part(const ll_server *server, int player, int other, char *at
     return (char *)(runs + count);
 }
 
-int ll_referee_compose(ll_server *server, int player, void *packet)
+int ll_referee_compose(ll_server *server, const ll_sync *sync, int player, void *packet)
 {
+    (void)sync;
     const ll_seat *seat = &server->seats[player];
     ll_relay_message *m = packet;
     *m = (ll_relay_message){.head = {.type = LL_MESSAGE_RELAY,
                                      .count = (uint8_t)(server->players - 1),
-                                     .epoch = server->epoch,
-                                     .seq = (uint32_t)(known(server, seat) - server->clock.k0)},
+                                     .epoch = seat->epoch,
+                                     .seq = (uint32_t)(known(server, seat) - seat->first)},
                             .tick = server->step,
                             .time = server->stepped,
                             .hashed = seat->peer.hashed};

@@ -30,36 +30,45 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
                              (float)config->quantum_radps};
 }
 
-static void empty_seat(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
+void ll_seat_clear(ll_seat *seat)
 {
     for (int i = 0; i < LL_INPUT_RING; i++)
         seat->slots[i].tick = -1;
-    seat->held = (ll_action){0};
-    seat->acked = 0;
-    seat->wants = seat->applied_newest = 0;
-    seat->applied = 0;
     seat->newest = -1;
+}
+
+void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
+{
+    seat->held = (ll_action){0};
+    seat->acked = seat->processed = seat->decided = 0;
+    seat->wants = 0;
+    memset(seat->verdicts, 0, sizeof seat->verdicts);
     seat->received = seat->full = 0;
     seat->slack = seat->last_slack = LL_SLACK_UNKNOWN;
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
     seat->account = (ll_time_account){0, now};
+    seat->first = step;
     seat->peer = (ll_refereed){.at = -1, .hashed = step, .desync = -1};
     for (int i = 0; i < LL_PLAYERS_MAX; i++)
         seat->peer.heard[i].known = (int32_t)step;
 }
 
-void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq,
-                     ll_freq client_freq, ll_time now)
+void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
+                     ll_time now)
 {
-    server->epoch = epoch;
+    server->epoch++;
     server->clock = (ll_clock){now, server->step, step_freq};
     server->updates = (ll_clock){now, 0, update_freq};
     server->update = 1;
     server->stepped = now;
+    server->tend = now + LL_TEND_EVERY;
     server->client_freq = client_freq;
     ll_baselines_clear(ll_server_baselines(server));
-    for (int i = 0; i < server->players; i++)
-        empty_seat(&server->seats[i], client_freq, server->step, now);
+    for (int i = 0; i < server->players; i++) {
+        ll_seat_clear(&server->seats[i]);
+        ll_seat_open(&server->seats[i], client_freq, server->step, now);
+        server->seats[i].epoch = server->epoch;
+    }
 }
 
 /* Where an input belongs: `false` when it has been seen before. */
@@ -119,9 +128,9 @@ static ll_action judged(const ll_server *server, const ll_sync *sync, const ll_a
 static double budget_use(const ll_server *server, const ll_sync *sync, const ll_seat *seat,
                          const ll_action *input, int64_t ahead, ll_time now)
 {
-    double by_step = ((double)ahead + 1) / LL_BUDGET_TICKS;
-    double by_time = sync->drains ? ll_time_use(&seat->account, input, server->client_freq, now) : 0;
-    return by_time > by_step ? by_time : by_step;
+    if (sync->drains)
+        return ll_time_use(&seat->account, input, server->client_freq, now);
+    return ((double)ahead + 1) / LL_BUDGET_TICKS;
 }
 
 static ll_rule judge(const ll_server *server, const ll_sync *sync, ll_seat *seat, const ll_action *input,
@@ -129,7 +138,7 @@ static ll_rule judge(const ll_server *server, const ll_sync *sync, ll_seat *seat
 {
     ll_action relative = judged(server, sync, input);
     if (!server->validates) /* there is no slot further ahead */
-        return ahead >= LL_INPUT_RING ? LL_RULE_BUDGET : LL_RULE_NONE;
+        return ahead >= LL_INPUT_RING && !sync->drains ? LL_RULE_BUDGET : LL_RULE_NONE;
     return ll_validate(&relative, use, &seat->allowance, server->client_freq, now);
 }
 
@@ -147,7 +156,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
     const ll_input_message *message = packet;
     ll_seat *seat = &server->seats[player];
     int count = 0;
-    if (message->head.epoch != server->epoch)
+    if (message->head.epoch != seat->epoch)
         return 0;
     seat->wants = message->wants;
     take_received(seat, message);
@@ -197,21 +206,25 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
         past->measured[player] = now - ll_history_time(past->history, slot->seen);
 }
 
+static void set_verdict(ll_seat *seat, uint32_t seq, bool applied)
+{
+    uint32_t *word = &seat->verdicts[seq / 32 % LL_VERDICT_WORDS], bit = UINT32_C(1) << (seq & 31);
+    *word = applied ? *word | bit : *word & ~bit;
+}
+
 void ll_seat_done(ll_seat *seat, uint32_t seq, bool applied)
 {
-    if (seq > seat->applied_newest) {
-        uint32_t by = seq - seat->applied_newest;
-        seat->applied = by < 64 ? seat->applied << by : 0;
-        seat->applied_newest = seq;
-    }
-    if (applied && seat->applied_newest - seq < 64)
-        seat->applied |= UINT64_C(1) << (seat->applied_newest - seq);
+    for (; seat->decided < seq; seat->decided++) /* what was overtaken, or never came, is not applied yet */
+        set_verdict(seat, seat->decided + 1, false);
+    set_verdict(seat, seq, applied);
+    if (applied && seq > seat->processed)
+        seat->processed = seq;
 }
 
 int ll_server_message_max(ll_extent extent, int players)
 {
-    return (int)(sizeof(ll_state_message) + (size_t)(players - 1) * sizeof(ll_axes) + sizeof(ll_applied) +
-                 ll_extent_size(extent));
+    return (int)(sizeof(ll_state_message) + (size_t)(players - 1) * sizeof(ll_axes) +
+                 sizeof(ll_verdict_part) + LL_VERDICT_WORDS_MAX * sizeof(uint32_t) + ll_extent_size(extent));
 }
 
 /* Appends everybody's axes but those of `player`; returns the end. */
@@ -224,6 +237,37 @@ static char *put_axes(const ll_server *server, int player, char *at)
             continue;
         memcpy(at, &axes, sizeof axes);
         at += sizeof axes;
+    }
+    return at;
+}
+
+static bool was_applied(const ll_seat *seat, uint32_t seq)
+{
+    return seat->verdicts[seq / 32 % LL_VERDICT_WORDS] >> (seq & 31) & 1;
+}
+
+/* Inputs that the server is done with since the state that the client is known to have; where inputs belong
+ * to no step, all that are kept. */
+static uint32_t verdict_words(const ll_server *server, const ll_seat *seat, const ll_sync *sync)
+{
+    int64_t since =
+        sync->drains || seat->received == 0 ? LL_VERDICT_WORDS_MAX * 32 : server->step - seat->received;
+    int64_t most = seat->decided < since ? seat->decided : since;
+    int64_t words = (most + 31) / 32;
+    return (uint32_t)(words < LL_VERDICT_WORDS_MAX ? words : LL_VERDICT_WORDS_MAX);
+}
+
+/* Appends the verdicts; returns the end. */
+static char *put_verdicts(const ll_server *server, const ll_seat *seat, const ll_sync *sync, char *at)
+{
+    ll_verdict_part part = {seat->decided, verdict_words(server, seat, sync)};
+    memcpy(at, &part, sizeof part);
+    at += sizeof part;
+    for (uint32_t w = 0; w < part.words; w++, at += sizeof(uint32_t)) {
+        uint32_t word = 0;
+        for (uint32_t i = 0; i < 32 && 32 * w + i < part.newest; i++)
+            word |= (uint32_t)was_applied(seat, part.newest - 32 * w - i) << i;
+        memcpy(at, &word, sizeof word);
     }
     return at;
 }
@@ -280,25 +324,23 @@ static int put_world(ll_server *server, int player, uint8_t *bytes, ll_state_mes
     return (int)((bits + 7) / 8);
 }
 
-int ll_server_compose(ll_server *server, int player, void *packet)
+int ll_server_compose(ll_server *server, const ll_sync *sync, int player, void *packet)
 {
     ll_seat *seat = &server->seats[player];
     uint8_t parts = seat->wants & (LL_PART_AXES | LL_PART_APPLIED);
-    ll_state_message m = {.head = {LL_MESSAGE_STATE, parts, server->epoch, seat->acked},
+    ll_state_message m = {.head = {LL_MESSAGE_STATE, parts, seat->epoch, seat->acked},
                           .tick = server->step,
                           .time = server->stepped,
                           .update_hz = (float)server->updates.freq / 1000.0f,
+                          .applied = seat->processed,
                           .slack = seat->slack,
                           .slack_seq = seat->slack_seq};
     seat->slack = LL_SLACK_UNKNOWN;
     char *at = (char *)packet + sizeof m;
     if (parts & LL_PART_AXES)
         at = put_axes(server, player, at);
-    if (parts & LL_PART_APPLIED) {
-        ll_applied applied = {seat->applied_newest, (uint32_t)seat->applied, (uint32_t)(seat->applied >> 32)};
-        memcpy(at, &applied, sizeof applied);
-        at += sizeof applied;
-    }
+    if (parts & LL_PART_APPLIED)
+        at = put_verdicts(server, seat, sync, at);
     int world = put_world(server, player, (uint8_t *)at, &m);
     memcpy(packet, &m, sizeof m);
     return (int)(at - (char *)packet) + world;

@@ -12,7 +12,11 @@
 #include "netcode/validate.h"
 #include "netcode/wire.h"
 
-#define LL_INPUT_RING 256 /* inputs kept per player, by step; more than LL_BUDGET_TICKS on either side */
+#define LL_INPUT_RING 512 /* inputs kept per player, by step; more than LL_BUDGET_TICKS on either side */
+
+#define LL_TEND_EVERY (LL_SECOND / 10) /* connections are looked after so often */
+
+#define LL_VERDICT_WORDS (LL_INPUT_RING / 32)
 
 #define LL_HASH_RING 64 /* hashes of the server's world kept, by step */
 
@@ -40,11 +44,13 @@ typedef struct ll_refereed {
 typedef struct ll_seat {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
     ll_action held;                     /* the last applied: repeated for a step whose input is missing */
-    uint32_t acked; /* the last input that the state includes, or that came too late to be */
+    uint32_t acked;                     /* the last input whose step is over, whatever became of it */
+    uint32_t processed;                 /* the newest that was really applied; 0: none */
+    uint32_t decided;                   /* the newest of which there is a verdict */
     uint32_t slack_seq;
     uint32_t wants; /* ll_part */
-    uint32_t applied_newest;
-    uint64_t applied; /* bit i: input applied_newest - i was applied as it came */
+    uint32_t reserved2;
+    uint32_t verdicts[LL_VERDICT_WORDS]; /* a bit for each input, by number: it was applied as it came */
     uint64_t
         replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds what stands in for a refused input */
     int64_t seq_minus_tick;
@@ -56,7 +62,14 @@ typedef struct ll_seat {
     ll_allowance allowance;
     ll_time_account account;
     double
-        budget_used; /* the most of the time budget that was in use, as a share: above 1 it was overdrawn */
+        budget_used;  /* the most of the time budget that was in use, as a share: above 1 it was overdrawn */
+    ll_time heard;    /* the newest of the server's answers that the player is known to have */
+    ll_time told;     /* when anything was sent to the player last */
+    int64_t first;    /* its inputs count for the steps behind this one */
+    uint32_t attempt; /* of the client's, by which it was let in */
+    uint16_t epoch;
+    uint8_t connected, reserved;
+    int64_t joins, drops;
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;
@@ -70,9 +83,10 @@ typedef struct ll_server {
     int64_t update;  /* number of the next update */
     ll_time stepped; /* when the last step was made */
     ll_time stalled; /* lockstep: time spent waiting for inputs */
+    ll_time tend;    /* when the connections are looked after next */
     ll_freq client_freq;
     int32_t players;
-    uint16_t epoch;
+    uint16_t epoch; /* the last that was given out */
     uint16_t codec; /* index into ll_codecs */
     uint32_t validates, reserved;
     ll_grid grid;                  /* that the codec rounds to */
@@ -105,9 +119,15 @@ static inline ll_baselines *ll_server_baselines(const ll_server *server)
     return (ll_baselines *)((char *)world + ll_world_size(world));
 }
 
-/* Starts, or starts again at `now` with clocks of these rates; the world stays as it is. */
-void ll_server_start(ll_server *server, uint16_t epoch, ll_freq step_freq, ll_freq update_freq,
-                     ll_freq client_freq, ll_time now);
+/* Starts, or starts again in a new epoch at `now` with clocks of these rates; the world stays as it is. */
+void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
+                     ll_time now);
+
+/* Forgets all inputs that have come. */
+void ll_seat_clear(ll_seat *seat);
+
+/* For a player who begins anew behind `step`; inputs that have come, counters and the connection stay. */
+void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now);
 
 /* Notes that the server is done with an input, and whether it was applied as it came. */
 void ll_seat_done(ll_seat *seat, uint32_t seq, bool applied);
@@ -135,5 +155,5 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. Where the
  * client has no baseline, delta becomes quantised; what would be longer than full is full. */
-int ll_server_compose(ll_server *server, int player, void *packet);
+int ll_server_compose(ll_server *server, const ll_sync *sync, int player, void *packet);
 int ll_server_message_max(ll_extent extent, int players);

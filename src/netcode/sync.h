@@ -22,6 +22,7 @@ typedef struct ll_sync {
     bool drains;     /* the server applies inputs as they have come, not by their step */
     double press_s;  /* an input counts for the time that a key was down, at most so long; 0: for a tick */
     bool waits;      /* the server does not go on without an input: clients repeat all that is open */
+    bool answers;    /* a client makes its next input when a state has come, and not before */
     bool sends_idle; /* an input for every tick, also when no control is touched */
     bool tells_refusals; /* a refused input is answered */
     bool drops_stale;    /* a client ignores a state that is older than the one it has */
@@ -41,26 +42,33 @@ typedef struct ll_sync {
     int (*take)(struct ll_server *server, const struct ll_sync *sync, int player, const void *packet,
                 ll_time now, struct ll_verdict *verdicts);
 
-    /* Writes the server's message of an update to `player` and returns its size. */
-    int (*compose)(struct ll_server *server, int player, void *packet);
+    /* Stands in for players who are not connected; called when one is dropped. NULL: steps see to it. */
+    void (*stand_in)(struct ll_server *server, ll_time now);
 
-    /* What a client sets up beside the common, at step `step` of `world`; NULL: nothing. */
-    void (*start)(struct ll_client *client, const struct ll_client_setup *setup, int64_t step,
-                  const ll_world *world, ll_time now);
+    /* Writes the server's message of an update to `player` and returns its size. */
+    int (*compose)(struct ll_server *server, const struct ll_sync *sync, int player, void *packet);
+
+    /* What a client sets up beside the common, at step `step` of `world`; its inputs begin behind step
+     * `first`. NULL: nothing. */
+    void (*start)(struct ll_client *client, const struct ll_client_setup *setup, int64_t step, int64_t first,
+                  const ll_world *world);
 
     /* A packet of the server has come to a client. Returns its ll_outcome. */
     int (*receive)(struct ll_client *client, const struct ll_client_setup *setup, const void *packet,
                    int size, ll_time now);
 
-    /* One frame of a client: takes what has come, makes inputs, decides what to draw. Writes the client's
-     * message and returns its size, 0 when there is nothing to send. */
-    int (*frame)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now, void *packet);
+    /* One tick of a client: takes what has come, makes inputs. Writes the client's message and returns its
+     * size, 0 when there is nothing to send. */
+    int (*tick)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now, void *packet);
+
+    /* One display of a client: takes what has come and decides what to draw. */
+    void (*display)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now);
 
     /* Puts the entities of others where the client draws them at `now` with interpolation on; NULL where
-     * `frame` does not interpolate. */
+     * `display` does not interpolate. */
     void (*interpolate)(struct ll_client *client, const struct ll_client_setup *setup, ll_time now);
 
-    /* After a frame: one who sees both sides compares the client's world with the server's; NULL where
+    /* After a tick: one who sees both sides compares the client's world with the server's; NULL where
      * clients have no world of their own. */
     void (*observe)(struct ll_desync *desync, const struct ll_client *client,
                     const struct ll_client_setup *setup, const struct ll_server *server);
@@ -68,6 +76,7 @@ typedef struct ll_sync {
 
 extern const ll_sync ll_sync_free;
 extern const ll_sync ll_sync_lockstep;
+extern const ll_sync ll_sync_lockstep_pipelined;
 extern const ll_sync ll_sync_gambetta;
 extern const ll_sync ll_sync_deterministic;
 extern const ll_sync ll_sync_rollback;

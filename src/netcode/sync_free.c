@@ -16,7 +16,7 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
     for (int i = 0; i < server->players; i++) {
         ll_seat *seat = &server->seats[i];
         const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
-        bool begun = seat->newest >= 0 && k + seat->seq_minus_tick > 0;
+        bool begun = seat->connected && seat->newest >= 0 && k + seat->seq_minus_tick > 0;
         if (slot->tick == k)
             actions[i] = seat->held = slot->action;
         else
@@ -46,6 +46,7 @@ const ll_sync ll_sync_free = {
     .take = ll_server_receive,
     .compose = ll_server_compose,
     .receive = ll_client_receive,
-    .frame = ll_client_frame,
+    .tick = ll_client_tick,
+    .display = ll_client_display,
     .interpolate = ll_interpolate_server_time,
 };

@@ -87,6 +87,7 @@ const ll_sync ll_sync_gambetta = {
     .take = ll_server_receive,
     .compose = ll_server_compose,
     .receive = ll_client_receive,
-    .frame = ll_client_frame,
+    .tick = ll_client_tick,
+    .display = ll_client_display,
     .interpolate = interpolate,
 };

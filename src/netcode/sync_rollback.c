@@ -14,9 +14,11 @@ const ll_sync ll_sync_rollback = {
     .due = ll_referee_due,
     .step = ll_referee_step,
     .take = ll_referee_take,
+    .stand_in = ll_referee_fill,
     .compose = ll_referee_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,
-    .frame = ll_peer_frame,
+    .tick = ll_peer_tick,
+    .display = ll_peer_display,
     .observe = ll_desync_observe,
 };

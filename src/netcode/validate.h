@@ -8,7 +8,7 @@
 #include "base/vtime.h"
 #include "game/game.h"
 
-#define LL_BUDGET_TICKS 128 /* an input must be for a step less than so many ahead of the server's */
+#define LL_BUDGET_TICKS 256 /* an input must be for a step less than so many ahead of the server's */
 /* where inputs count as they come, of no more time than has passed, and a burst */
 #define LL_RATE_BURST 80.0        /* inputs that may come at once, at least; */
 #define LL_RATE_BURST_S (4.0 / 3) /* and those of so many seconds: a link may stall for one */

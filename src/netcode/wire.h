@@ -14,23 +14,50 @@ typedef enum ll_message {
     LL_MESSAGE_INPUT = 1,
     LL_MESSAGE_STATE = 2,
     LL_MESSAGE_REFUSAL = 3,
-    LL_MESSAGE_RELAY = 4, /* the inputs of others */
+    LL_MESSAGE_RELAY = 4,   /* the inputs of others */
+    LL_MESSAGE_CONNECT = 5, /* from a client that is not connected */
+    LL_MESSAGE_ACCEPT = 6,  /* and the server's answer */
+    LL_MESSAGE_PING = 7,    /* from a client that is: asks for the server's time */
+    LL_MESSAGE_PONG = 8,    /* and the answer, or a keep-alive that nobody asked for */
     LL_MESSAGES,
 } ll_message;
 
-/* Every message starts with these; a change of `sync` starts a new epoch, and what was sent in an older one
- * is void. */
+/* Every message starts with these. A change of `sync`, and a player who joins again, start a new epoch: what
+ * was sent in an older one is void. */
 typedef struct ll_message_head {
     uint8_t type;
-    uint8_t count; /* inputs; of a state: its ll_part; of a refusal: the rule */
+    uint8_t
+        count; /* inputs; of a state: its ll_part; of a refusal: the rule; of an answer: its ll_answer_part */
     uint16_t epoch;
-    uint32_t seq; /* input: sequence number of the first; state, relay: acknowledged; refusal: the refused */
+    uint32_t seq; /* input: sequence number of the first; state: of the last whose step is over; relay: last
+                     known; refusal: the refused; connect, accept: the attempt; ping, pong: its number */
 } ll_message_head;
+
+/* From a client: connect and ping. */
+typedef struct ll_request_message {
+    ll_message_head head;
+    ll_time sent; /* by the client's clock */
+    ll_time seen; /* the server's time of the newest answer that the client has; LL_NEVER: none */
+} ll_request_message;
+
+typedef enum ll_answer_part {
+    LL_ANSWER_ECHO = 1,  /* `sent` is that of a request, so that the client can measure its clock */
+    LL_ANSWER_WORLD = 2, /* the world after step `tick` follows, as it lies in memory */
+} ll_answer_part;
+
+/* From the server: accept and pong. A pong of epoch 0 says that the player is not connected. */
+typedef struct ll_answer_message {
+    ll_message_head head;
+    ll_time sent;     /* of the request */
+    ll_time received; /* and answered at once, by the server's clock */
+    int64_t tick;     /* the server's step */
+    int64_t first;    /* accept: the player's first input is for the step after this one */
+} ll_answer_message;
 
 /* What a state may hold between its message and the world, in this order. */
 typedef enum ll_part {
     LL_PART_AXES = 1,    /* an ll_axes for each player but the receiver */
-    LL_PART_APPLIED = 2, /* an ll_applied */
+    LL_PART_APPLIED = 2, /* an ll_verdict_part and its words */
 } ll_part;
 
 /* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`. */
@@ -53,10 +80,13 @@ typedef struct ll_axes {
     float axis[2];
 } ll_axes;
 
-/* Which of the receiver's last 64 inputs the state includes: bit i stands for input newest - i. */
-typedef struct ll_applied {
-    uint32_t newest, low, high;
-} ll_applied;
+/* Which of the receiver's last inputs were really applied: bit i of the words that follow stands for input
+ * newest - i. As many words as it takes back to the newest state that the client is known to have. */
+typedef struct ll_verdict_part {
+    uint32_t newest, words;
+} ll_verdict_part;
+
+#define LL_VERDICT_WORDS_MAX 16
 
 /* Its parts follow, and then the world, encoded. */
 typedef struct ll_state_message {
@@ -64,10 +94,12 @@ typedef struct ll_state_message {
     int64_t tick; /* the server's step that this is the state after */
     ll_time time; /* when, by the server's clock */
     float update_hz;
+    uint32_t applied;   /* the newest input that was really applied; 0: none */
     int32_t slack;      /* how many steps early the player's inputs came, the least since the last update */
     uint32_t slack_seq; /* of the input that came so */
     uint16_t codec;     /* index into ll_codecs */
     uint16_t baseline;  /* how many ticks before `tick` the state was that this is told against; 0: none */
+    uint32_t reserved;
 } ll_state_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX

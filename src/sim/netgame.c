@@ -9,7 +9,7 @@
 
 #define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
 #define DEJITTER_PACKETS 64 /* half a second at the highest rate */
-#define PACKET_MAX (LL_GAME_WORLD_MAX + (int)sizeof(ll_state_message))
+#define PACKET_MAX (LL_GAME_WORLD_MAX + 512)
 
 /* ---- layout ---- */
 
@@ -21,7 +21,7 @@ static int up_slots(const ll_netgame_config *c)
 static int down_slots(const ll_netgame_config *c)
 {
     (void)c;
-    return (int)(120 * LINK_SECONDS);
+    return (int)((128 + 32) * LINK_SECONDS); /* updates, and answers to pings */
 }
 
 /* Lockstep sends the most in one packet. */
@@ -106,10 +106,18 @@ static ll_freq rate(const ll_netgame *g, bool at_update_hz)
 
 static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
 {
+    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_player_config *player = &g->config.players[i];
+    ll_freq ticks = rate(g, sync->client_steps_at_update_hz), displays = rate(g, false);
+    if (player->display_hz > 0)
+        displays = ll_freq_from_hz(player->display_hz);
+    bool together = player->display_hz == 0 && ticks == displays && !sync->answers;
     return (ll_client_setup){.game = ll_netgame_game(g),
                              .env = &g->env,
-                             .sync = ll_netgame_sync(g),
-                             .config = &g->config.players[i],
+                             .sync = sync,
+                             .config = player,
+                             .seed = (uint64_t)g->config.head.seed,
+                             .display_freq = together ? 0 : displays,
                              .instruments = ll_netgame_instruments(g, i),
                              .recorder = recorder,
                              .rules = &g->config.server,
@@ -117,21 +125,26 @@ static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *reco
                              .shots = ll_netgame_shots(g)};
 }
 
-/* Everybody meets: clocks start anew, and what is in flight is void. */
-static void meet(ll_netgame *g, ll_time now)
+static void start_server(ll_netgame *g, ll_time now)
 {
     const ll_sync *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
     ll_freq client_freq = rate(g, sync->client_steps_at_update_hz);
-    g->epoch++;
     g->env.dt = 1000.0 / (double)client_freq;
     g->env.dt_ns = ll_tick_time(1, client_freq);
     ll_netgame_game(g)->prepare(&g->env, g->config.params);
-    ll_server_start(server, (uint16_t)g->epoch, rate(g, sync->server_steps_at_update_hz), rate(g, true),
+    ll_server_start(ll_netgame_server(g), rate(g, sync->server_steps_at_update_hz), rate(g, true),
                     client_freq, now);
+}
+
+/* The game begins, or begins anew in another way, for everybody: its clocks start, and what is in flight is
+ * void. Who is not connected comes later. */
+static void begin(ll_netgame *g, ll_time now)
+{
+    ll_server *server = ll_netgame_server(g);
+    start_server(g, now);
     for (int i = 0; i < server->players; i++) {
         ll_client_setup s = setup(g, i, NULL);
-        ll_client_start(ll_netgame_client(g, i), &s, (uint16_t)g->epoch, client_freq, server->step,
+        ll_client_start(ll_netgame_client(g, i), &s, server->epoch, server->client_freq, server->step,
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_instruments_meet(ll_netgame_instruments(g, i));
@@ -139,6 +152,8 @@ static void meet(ll_netgame *g, ll_time now)
             ll_gunner_start(ll_netgame_client(g, i), &s);
     }
 }
+
+static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r);
 
 static ll_status init(void *block, const void *config)
 {
@@ -177,8 +192,11 @@ static ll_status init(void *block, const void *config)
     ll_arena arena;
     if (arena_of(c, &arena))
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
-    meet(g, 0);
-    return ll_ok();
+    start_server(g, 0);
+    server->tend = g->now = -LL_LOBBY;
+    ll_status status = run_until(g, -1, NULL);
+    begin(g, 0);
+    return status;
 }
 
 static ll_freq tick_freq(const void *config)
@@ -214,12 +232,17 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
     ll_sending s =
         ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);
 
+    if (up)
+        ll_netgame_client(g, player)->connection.sent = g->now;
+    else
+        ll_netgame_server(g)->seats[player].told = g->now;
     ll_instruments *in = ll_netgame_instruments(g, player);
     if (g->now >= in->from) {
         in->bytes[head.type] += bytes;
         in->packets[head.type]++;
     }
-    for (uint32_t i = 0; up && s.fate == LL_FATE_DELIVERED && i < head.count; i++)
+    bool inputs = head.type == LL_MESSAGE_INPUT;
+    for (uint32_t i = 0; inputs && s.fate == LL_FATE_DELIVERED && i < head.count; i++)
         *ll_ledger_fate(&in->ledger, head.seq + i) |= LL_LEDGER_WENT;
     if (!r)
         return;
@@ -228,7 +251,7 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
     e.number = head.seq;
     if (head.type == LL_MESSAGE_STATE || head.type == LL_MESSAGE_RELAY)
         e.number = (uint32_t)ll_netgame_server(g)->step;
-    else if (head.type == LL_MESSAGE_INPUT)
+    else if (inputs)
         e.number += head.count - 1u; /* its newest */
     record(r, e);
     if (s.duplicated) {
@@ -238,15 +261,20 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
     }
 }
 
-static void update(ll_netgame *g, const ll_recorder *r)
+/* The server's message of an update to a player who is connected. */
+static void update_player(ll_netgame *g, int player, const ll_recorder *r)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[PACKET_MAX];
-    for (int i = 0; i < server->players; i++) {
-        int bytes = sync->compose(server, i, packet);
-        send(g, i, false, packet, bytes, r);
-    }
+    if (server->seats[player].connected)
+        send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
+}
+
+static void update(ll_netgame *g, const ll_recorder *r)
+{
+    for (int i = 0; i < g->config.player_count; i++)
+        update_player(g, i, r);
 }
 
 static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netgame *g)
@@ -265,11 +293,12 @@ static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netga
         ll_gauge_add(&ledger->slack, verdict->slack);
 }
 
-static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
     ll_verdict verdicts[LL_INPUTS_MAX];
     const ll_sync *sync = ll_netgame_sync(g);
-    int n = sync->take(ll_netgame_server(g), sync, player, packet, g->now, verdicts);
+    ll_server *server = ll_netgame_server(g);
+    int n = sync->take(server, sync, player, packet, g->now, verdicts);
     for (int i = 0; i < n; i++) {
         judged(ll_netgame_instruments(g, player), &verdicts[i], g);
         record(r, (ll_event){.type = LL_EVENT_VERDICT,
@@ -281,10 +310,54 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
         if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
             ll_netgame_instruments(g, player)->false_refusals++;
         if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
-            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, (uint16_t)g->epoch,
+            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, server->seats[player].epoch,
                                        verdicts[i].seq};
             send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
+    }
+    if (sync->answers && n == 0) /* the client has not got the state: it asks again */
+        update_player(g, player, r);
+}
+
+static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    _Alignas(8) char reply[PACKET_MAX];
+    bool with_world = sync->start != NULL && g->now >= 0; /* before, everybody has the world */
+    ll_admitted done = ll_admission_receive(server, with_world, player, packet, g->now, reply);
+    if (done.joined)
+        ll_server_world(server)->entity[player].flags &= ~(uint64_t)LL_ENTITY_AWAY;
+    if (done.reply > 0)
+        send(g, player, false, reply, done.reply, r);
+    if (done.game)
+        server_takes(g, player, packet, r);
+}
+
+/* Looks after the connections: who is silent for too long is dropped, and others see it leave. */
+static void tend_server(ll_netgame *g, const ll_recorder *r)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    double timeout_s = g->config.server.timeout_s;
+    ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
+    _Alignas(8) char packet[PACKET_MAX];
+    server->tend += LL_TEND_EVERY;
+    for (int i = 0; i < server->players; i++) {
+        int bytes = ll_admission_keep_alive(server, i, g->now, packet);
+        if (bytes > 0)
+            send(g, i, false, packet, bytes, r);
+        if (!ll_admission_tend(server, i, timeout, g->now))
+            continue;
+        record(r, (ll_event){.type = LL_EVENT_DROPPED,
+                             .player = (uint8_t)i,
+                             .begin = g->now,
+                             .end = g->now,
+                             .number = (uint32_t)server->seats[i].drops});
+        if (sync->stand_in)
+            sync->stand_in(server, g->now);
+        else /* a client's own world has no such flag */
+            ll_server_world(server)->entity[i].flags |= LL_ENTITY_AWAY;
     }
 }
 
@@ -293,6 +366,7 @@ static void client_receives(ll_netgame *g, int player, const void *packet, int b
     ll_client *client = ll_netgame_client(g, player);
     ll_client_setup s = setup(g, player, r);
     int outcome = s.sync->receive(client, &s, packet, bytes, g->now);
+    ll_client_set_due(client, &s);
     if (!r)
         return;
     const ll_state_message *m = packet;
@@ -308,6 +382,19 @@ static void client_receives(ll_netgame *g, int player, const void *packet, int b
                          .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
 }
 
+/* False: the packet is of the game. */
+static bool client_connects(ll_netgame *g, int player, const void *packet, int bytes, const ll_recorder *r)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    ll_client_setup s = setup(g, player, r);
+    int64_t joins = client->connection.joins;
+    bool taken = ll_connection_receive(client, &s, packet, bytes, g->now);
+    if (client->connection.joins != joins && s.sync->observe && g->now >= 0)
+        ll_desync_start(ll_netgame_desync(g, player), ll_client_peer(client)->start);
+    ll_client_set_due(client, &s);
+    return taken;
+}
+
 static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
 {
     _Alignas(8) char packet[PACKET_MAX];
@@ -317,7 +404,7 @@ static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
     LL_ASSERT(bytes >= (int)sizeof(ll_message_head));
     if (up)
         server_receives(g, player, packet, r);
-    else if (!ll_netgame_hold(g, player, packet, bytes))
+    else if (!client_connects(g, player, packet, bytes, r) && !ll_netgame_hold(g, player, packet, bytes))
         client_receives(g, player, packet, bytes, r);
 }
 
@@ -425,28 +512,59 @@ static void compare_pictures(ll_netgame *g, ll_time elapsed)
     ll_instruments_between(instruments, clients, n, g->now, elapsed);
 }
 
-static void client_frames(ll_netgame *g, int player, const ll_recorder *r)
+static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_client *client = ll_netgame_client(g, player);
-    ll_client_setup s = setup(g, player, r);
     _Alignas(8) char packet[PACKET_MAX];
-    int bytes = s.sync->frame(client, &s, g->now, packet);
-    ll_client_set_timer(client, &s, (uint64_t)g->config.head.seed, g->now);
-    for (; bytes > 0; bytes = ll_client_held(client, &s, g->now, packet))
-        send(g, player, true, packet, bytes, r);
-    if (s.sync->observe)
-        s.sync->observe(ll_netgame_desync(g, player), client, &s, ll_netgame_server(g));
-    ll_instruments_frame(s.instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
+    int bytes = s->sync->tick(client, s, g->now, packet);
+    ll_client_set_timer(client, s, s->seed, g->now);
+    for (; bytes > 0; bytes = ll_client_held(client, s, g->now, packet))
+        send(g, player, true, packet, bytes, s->recorder);
+    if (s->sync->observe)
+        s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
+}
+
+static void client_displays(ll_netgame *g, int player, const ll_client_setup *s)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    s->sync->display(client, s, g->now);
+    ll_client_set_display(client, s);
+    ll_instruments_frame(s->instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
                          g->now);
-    if (s.shots)
-        ll_shots_frame(s.shots, client, g->now);
+    if (s->shots)
+        ll_shots_frame(s->shots, client, g->now);
     if (player == g->config.player_count - 1)
         compare_pictures(g, client->elapsed);
 }
 
+static void client_acts(ll_netgame *g, int player, const ll_recorder *r)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    ll_client_setup s = setup(g, player, r);
+    bool ticks = client->tick_due <= g->now,
+         displays = s.display_freq == 0 ? ticks : client->display_due <= g->now;
+    ll_request_message request;
+    if (ticks)
+        client_ticks(g, player, &s);
+    if (displays)
+        client_displays(g, player, &s);
+    int bytes = ll_connection_tend(client, &s, g->now, &request);
+    if (bytes > 0)
+        send(g, player, true, &request, bytes, r);
+    ll_client_set_due(client, &s);
+}
+
 /* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and
  * the clients: so a packet that arrives at a tick counts for it. */
-typedef enum actor { ACTOR_UP, ACTOR_DOWN, ACTOR_PLAYOUT, ACTOR_STEP, ACTOR_UPDATE, ACTOR_CLIENT } actor;
+typedef enum actor {
+    ACTOR_UP,
+    ACTOR_DOWN,
+    ACTOR_PLAYOUT,
+    ACTOR_STEP,
+    ACTOR_UPDATE,
+    ACTOR_TEND,
+    ACTOR_CLIENT
+} actor;
 
 typedef struct turn {
     ll_time time;
@@ -467,6 +585,7 @@ static turn next_turn(const ll_netgame *g, const ll_sync *sync)
     consider(&next, sync->due(server), ACTOR_STEP, 0);
     if (!sync->server_steps_at_update_hz)
         consider(&next, ll_clock_time(&server->updates, server->update), ACTOR_UPDATE, 0);
+    consider(&next, server->tend, ACTOR_TEND, 0);
     for (int i = 0; i < server->players; i++) {
         const ll_client *client = ll_netgame_client(g, i);
         consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
@@ -474,13 +593,13 @@ static turn next_turn(const ll_netgame *g, const ll_sync *sync)
         consider(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT, i);
         consider(&next, client->due, ACTOR_CLIENT, i);
     }
+    if (next.time < g->now)
+        next.time = g->now; /* a live change has brought it forward */
     return next;
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter)
+static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r)
 {
-    (void)meter;
-    ll_netgame *g = block;
     const ll_sync *sync = ll_netgame_sync(g);
     ll_status status = ll_ok();
     while (!ll_failed(&status)) {
@@ -505,14 +624,23 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_me
             update(g, r);
             ll_netgame_server(g)->update++;
             break;
+        case ACTOR_TEND:
+            tend_server(g, r);
+            break;
         case ACTOR_CLIENT:
-            client_frames(g, next.player, r);
+            client_acts(g, next.player, r);
             break;
         }
     }
     if (!ll_failed(&status))
         g->now = until;
     return status;
+}
+
+static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter)
+{
+    (void)meter;
+    return run_until(block, until, r);
 }
 
 /* ---- commands ---- */
@@ -526,7 +654,7 @@ static void change(void *block, const void *config, ll_time now)
     const ll_sync *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {
-        meet(g, now);
+        begin(g, now);
     } else if (other_rate) {
         ll_server *server = ll_netgame_server(g);
         server->updates = (ll_clock){now, 0, rate(g, true)};

@@ -4,6 +4,7 @@
  * and, since it holds everybody, measures every view against the truth. */
 #pragma once
 
+#include "netcode/admission.h"
 #include "netcode/client.h"
 #include "netcode/config.h"
 #include "netcode/desync.h"
@@ -29,8 +30,6 @@ typedef struct ll_netgame {
     int64_t size;
     ll_game_env env;
     ll_time now;
-    uint32_t epoch;
-    uint32_t reserved;
     int64_t server, history;
     int64_t shots; /* 0 in a game without weapons */
     struct {

@@ -77,7 +77,10 @@ static double ratio(double a, double b)
 
 static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 {
-    static const char *const names[LL_MESSAGES] = {NULL, "input", "state", "refusal", "relay"};
+    static const char *const names[LL_MESSAGES] = {NULL,      "input",  "state", "refusal", "relay",
+                                                   "connect", "accept", "ping",  "pong"};
+    static const bool ups[LL_MESSAGES] = {
+        [LL_MESSAGE_INPUT] = true, [LL_MESSAGE_CONNECT] = true, [LL_MESSAGE_PING] = true};
     const ll_instruments *in = ll_netgame_instruments(g, self);
     double seconds = ll_to_s(g->now - in->from), up = 0, down = 0;
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
@@ -87,7 +90,7 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
         number(m, "packets_per_s", seconds > 0 ? (double)in->packets[type] / seconds : 0);
         number(m, "payload_bytes_per_s", seconds > 0 ? (double)in->bytes[type] / seconds : 0);
         number(m, "wire_bytes_per_s", seconds > 0 ? wire / seconds : 0);
-        *(type == LL_MESSAGE_INPUT ? &up : &down) += wire;
+        *(ups[type] ? &up : &down) += wire;
     }
     number(o, "up_bytes_per_s", seconds > 0 ? up / seconds : 0);
     number(o, "down_bytes_per_s", seconds > 0 ? down / seconds : 0);

@@ -65,7 +65,9 @@ static inline ll_server *new_server(int players, const ll_sync *sync, double ste
     (void)sync;
     ll_server_init(server, players, extent);
     memcpy(ll_server_world(server), world, size);
-    ll_server_start(server, 1, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
+    ll_server_start(server, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
+    for (int i = 0; i < players; i++)
+        server->seats[i].connected = 1;
     free(world);
     return server;
 }
@@ -104,6 +106,7 @@ static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sy
     ll_param_defaults(&ll_player_table, &l->config);
     ll_param_defaults(&ll_server_table, &l->rules);
     l->config.control = LL_CONTROL_PERSON;
+    l->config.clock_phase = 0;
     ll_instruments_init(l->instruments, players, 0);
     l->setup = (ll_client_setup){.game = game,
                                  .env = &l->env,
@@ -116,9 +119,22 @@ static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sy
     return l;
 }
 
+/* What the handshake would have measured over the configured link. */
+static inline void measure_clock(lone *l, ll_time now)
+{
+    ll_connection *n = &l->client->connection;
+    const ll_link_params *up = &l->config.link.up;
+    ll_time way = ll_ms(l->config.lag_ms + up->delay_ms + up->jitter_ms);
+    n->state = LL_CONNECTION_PLAYING;
+    ll_clock_sync_restart(&n->clock);
+    ll_clock_sync_add(&n->clock, ll_clock_filters[0], now - 2 * way, now - way, now, true);
+}
+
 static inline void start_lone(lone *l, double hz, int64_t step, ll_time now)
 {
     ll_world *world = new_world(l->players);
+    if (!ll_connection_plays(&l->client->connection))
+        measure_clock(l, now);
     ll_client_start(l->client, &l->setup, 1, ll_freq_from_hz(hz), step, world, now);
     free(world);
 }
@@ -143,6 +159,7 @@ static inline packet state_of(int64_t tick, ll_time time, uint32_t acked, int pl
     packet p = {.head = {.head = {.type = LL_MESSAGE_STATE, .epoch = 1, .seq = acked},
                          .tick = tick,
                          .time = time,
+                         .applied = acked,
                          .update_hz = 30,
                          .slack = LL_SLACK_UNKNOWN},
                 .world_players = players,
@@ -166,5 +183,7 @@ static inline int give(lone *l, const packet *p, ll_time now)
 static inline int frame(lone *l, ll_time now, ll_input_message *m)
 {
     ll_input_message unused;
-    return ll_client_frame(l->client, &l->setup, now, m != NULL ? m : &unused);
+    int size = l->setup.sync->tick(l->client, &l->setup, now, m != NULL ? m : &unused);
+    l->setup.sync->display(l->client, &l->setup, now);
+    return size;
 }
