@@ -1,6 +1,6 @@
-/* A link is four things in a row: this struct, the queue, the ring of the rate's stage and the store.
+/* A link is four things in a row: the struct, the queue, the ring of the rate's stage and the store.
  *
- * The queue holds the packets in flight, sorted by due time. Most packets are due after all others, so a
+ * The queue holds the messages in flight, sorted by due time. Most are due after all others, so a
  * sorted array is as good as appending and costs less than a heap: with 20 ms of jitter at 60 Hz one in eight
  * packets moves another by one place. It slides to the front of its array when it reaches the end.
  *
@@ -11,12 +11,11 @@
  * What is held for a receiver stands at the end of the queue, due never, its id in the place of `took`.
  *
  * Heads are short because a session keeps several copies of every link. */
-#include "link/link.h"
+#include "link/core.h"
 
 #include <string.h>
 
 #include "base/assert.h"
-#include "link/stage.h"
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
@@ -30,27 +29,9 @@ typedef struct entry {
 /* The head of a packet's bytes in the store, which follow rounded up to 4. */
 typedef struct parcel {
     int32_t size;    /* of the packet; ~size when it is delivered */
-    uint32_t number; /* of the sending, modulo 2^32: a copy has that of its original. While packing, the index
+    uint32_t number; /* of the message, modulo 2^32: a copy has that of its original. While packing, the index
                         of its entry */
 } parcel;
-
-struct ll_link {
-    uint64_t seed, stream;
-    int64_t number;     /* of the next sending: the counter of all draws */
-    int64_t delivered;  /* the highest number delivered so far */
-    ll_time latest;     /* due time of the packet due last so far: for fifo */
-    int32_t slots;      /* limit of packets in flight */
-    int32_t arena;      /* limit of their bytes */
-    int32_t first, end; /* of the queue */
-    int32_t bytes;      /* in flight or held */
-    int32_t top;        /* the store is in use up to here */
-    int32_t held;       /* packets at the queue's end that are */
-    int32_t reserved;
-    ll_memory memory;
-    int64_t delay_number; /* of the last packet that was put on its way by a link with impairments */
-    double delay_ms;      /* and its delay: for the statistics */
-    ll_link_stats stats;
-};
 
 #pragma GCC diagnostic pop
 
@@ -64,9 +45,17 @@ static int32_t queue_capacity(int32_t slots)
     return slots + slots / 8 + 1; /* so that a full one slides once in slots / 8 sendings */
 }
 
-static int32_t ring_capacity(int32_t slots)
+/* A message has a packet and, at an mtu_bytes of 1200 or more, at most one more for each 1200 of its bytes.
+ */
+int32_t ll_link_ring_places(int32_t slots, int32_t arena)
 {
-    return round_up(slots, 2); /* what follows begins at a multiple of 8 */
+    int32_t places = slots + arena / 1200;
+    return places < LL_QUEUE_MAX ? places : LL_QUEUE_MAX;
+}
+
+static int32_t ring_capacity(int32_t slots, int32_t arena)
+{
+    return round_up(ll_link_ring_places(slots, arena), 2); /* what follows begins at a multiple of 8 */
 }
 
 /* Fits `slots` packets of `arena` bytes together, whatever their rounding. */
@@ -80,14 +69,14 @@ static entry *queue_of(const ll_link *l)
     return (entry *)(l + 1);
 }
 
-static uint32_t *ring_of(const ll_link *l)
+uint32_t *ll_link_ring(const ll_link *l)
 {
     return (uint32_t *)(queue_of(l) + queue_capacity(l->slots));
 }
 
 static char *store_of(const ll_link *l)
 {
-    return (char *)(ring_of(l) + ring_capacity(l->slots));
+    return (char *)(ll_link_ring(l) + ring_capacity(l->slots, l->arena));
 }
 
 static parcel *parcel_at(const ll_link *l, int32_t at)
@@ -113,7 +102,8 @@ static int32_t stride_of(int32_t size)
 size_t ll_link_size(int slots, int arena_bytes)
 {
     return sizeof(ll_link) + (size_t)queue_capacity(slots) * sizeof(entry) +
-           (size_t)ring_capacity(slots) * sizeof(uint32_t) + (size_t)store_capacity(slots, arena_bytes);
+           (size_t)ring_capacity(slots, arena_bytes) * sizeof(uint32_t) +
+           (size_t)store_capacity(slots, arena_bytes);
 }
 
 void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_t stream)
@@ -133,7 +123,7 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
                             .corrupted = LL_NO_NUMBER,
                             .deviate_number = LL_NO_NUMBER};
     l->stats.delay_min_ms = 1e9;
-    l->latest = l->memory.free = LL_LONG_AGO;
+    l->latest = l->memory.entrance = l->memory.exit = LL_LONG_AGO;
 }
 
 /* ---- queue ---- */
@@ -215,127 +205,10 @@ static int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size
     return at;
 }
 
-/* ---- sending ---- */
-
-static bool has_room(const ll_link *l, int32_t size)
+void ll_link_put(ll_link *l, ll_time now, ll_time due, const void *bytes, int32_t size)
 {
-    return l->end - l->first < l->slots && l->bytes + size <= l->arena;
-}
-
-static void count_delay(ll_link *l, double delay_ms)
-{
-    ll_link_stats *s = &l->stats;
-    s->delay_min_ms = delay_ms < s->delay_min_ms ? delay_ms : s->delay_min_ms;
-    s->delay_max_ms = delay_ms > s->delay_max_ms ? delay_ms : s->delay_max_ms;
-    s->delay_sum_ms += delay_ms;
-    s->delay_sum_squares += delay_ms * delay_ms;
-}
-
-/* There is room. Returns when the packet is due. */
-static ll_time put_on_way(ll_link *l, ll_order order, ll_time now, double delay_ms, ll_time queued,
-                          const void *bytes, int32_t size)
-{
-    ll_time due = now + ll_ms(delay_ms) + queued;
-    if (queued > 0)
-        delay_ms += ll_to_ms(queued);
-    if (order == LL_ORDER_FIFO && due < l->latest) {
-        due = l->latest;
-        delay_ms = ll_to_ms(due - now);
-    }
-    l->latest = due > l->latest ? due : l->latest;
-    count_delay(l, delay_ms);
     LL_ASSERT(due - now <= UINT32_MAX);
     enqueue(l, (entry){.due = due, .at = store(l, l->number, bytes, size), .took = (uint32_t)(due - now)});
-    return due;
-}
-
-/* Of two packets sent one after the other. */
-static void count_pair(ll_link *l, double delay_ms)
-{
-    bool follows = l->delay_number == l->number - 1;
-    double step = delay_ms - l->delay_ms;
-    l->stats.delay_step_squares += follows ? step * step : 0;
-    l->stats.delay_pairs += follows;
-    l->delay_number = l->number;
-    l->delay_ms = delay_ms;
-}
-
-#define ENTRY (1U << LL_STAGE_LOSS | 1U << LL_STAGE_DUPLICATE) /* the others are the way */
-
-/* Takes a packet or its copy through the stages of the way; returns when it is due. */
-static ll_time travel(ll_link *l, uint32_t stages, ll_passage *p, const void *bytes)
-{
-    if (p->fate == LL_FATE_DELIVERED && !has_room(l, p->size)) {
-        p->fate = LL_FATE_OVERFLOW;
-        l->stats.overflowed++;
-    }
-    ll_stages_pass(stages & ~ENTRY, p, &l->memory, &l->stats);
-    if (p->fate == LL_FATE_CORRUPTED)
-        return p->now + ll_ms(p->delay_ms) + p->queued;
-    if (p->fate != LL_FATE_DELIVERED)
-        return p->now;
-    ll_time due = put_on_way(l, (ll_order)p->params->order, p->now, p->delay_ms, p->queued, bytes, p->size);
-    if (!p->is_copy)
-        count_pair(l, ll_to_ms(due - p->now));
-    return due;
-}
-
-static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                                const void *bytes, int32_t size)
-{
-    uint32_t stages = ll_stages_used(params);
-    ll_passage packet = {.params = params,
-                         .seed = l->seed,
-                         .stream = l->stream,
-                         .number = l->number,
-                         .now = now,
-                         .lag_ms = lag_ms,
-                         .delay_ms = lag_ms + params->delay_ms,
-                         .departures = ring_of(l),
-                         .slots = l->slots,
-                         .size = size};
-    ll_stages_pass(stages & ENTRY, &packet, &l->memory, &l->stats);
-    ll_time due = travel(l, stages, &packet, bytes);
-    ll_sending sending = {.fate = packet.fate,
-                          .due = due,
-                          .queued = packet.queued,
-                          .reordered = packet.reordered,
-                          .duplicated = packet.duplicated};
-    if (packet.duplicated) {
-        packet.is_copy = true;
-        packet.fate = LL_FATE_DELIVERED;
-        packet.delay_ms = lag_ms + params->delay_ms;
-        sending.copy_due = travel(l, stages, &packet, bytes);
-        sending.copy_fate = packet.fate;
-    }
-    return sending;
-}
-
-/* Nothing is drawn. */
-static ll_sending send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                             const void *bytes, int32_t size)
-{
-    ll_sending sending = {.fate = LL_FATE_OVERFLOW, .due = now};
-    if (!has_room(l, size)) {
-        l->stats.overflowed++;
-        return sending;
-    }
-    sending.fate = LL_FATE_DELIVERED;
-    sending.due = put_on_way(l, (ll_order)params->order, now, lag_ms + params->delay_ms, 0, bytes, size);
-    return sending;
-}
-
-ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                        const void *bytes, int size)
-{
-    LL_ASSERT(size >= 0 && size <= l->arena);
-    l->stats.sent++;
-    l->stats.bytes += size;
-    ll_sending sending = ll_stages_any(params) ? send_impaired(l, params, lag_ms, now, bytes, size)
-                                               : send_plain(l, params, lag_ms, now, bytes, size);
-    l->number++;
-    LL_VALIDATE(ll_link_valid(l));
-    return sending;
 }
 
 /* ---- receiving ---- */
@@ -387,7 +260,7 @@ int ll_link_receive(ll_link *l, ll_time now, void *bytes, int capacity, ll_time 
 
 void ll_link_hold(ll_link *l, uint32_t id, const void *bytes, int size)
 {
-    LL_ASSERT(l->number > 0 && has_room(l, size));
+    LL_ASSERT(l->number > 0 && ll_link_has_room(l, size));
     enqueue(l, (entry){.due = LL_NEVER, .at = store(l, l->number - 1, bytes, size), .took = id});
     l->held++;
     LL_VALIDATE(ll_link_valid(l));
@@ -410,7 +283,7 @@ int ll_link_take_held(ll_link *l, uint32_t id, void *bytes, int capacity)
 void ll_link_clear(ll_link *l)
 {
     drop_all(l);
-    l->latest = l->memory.free = LL_LONG_AGO;
+    l->latest = l->memory.entrance = l->memory.exit = LL_LONG_AGO;
     l->memory.queue_count = 0;
 }
 
@@ -427,6 +300,17 @@ const ll_link_stats *ll_link_get_stats(const ll_link *l)
 int64_t ll_link_put_on_way(const ll_link_stats *s)
 {
     return s->sent - s->lost - s->overflowed - s->queue_drops - s->corrupted + s->duplicated;
+}
+
+int64_t ll_link_messages(const ll_link_stats *s)
+{
+    return s->sent - s->fragments + s->split;
+}
+
+double ll_link_loss_pct(const ll_link_stats *s)
+{
+    int64_t draws = s->sent + s->duplicated - s->rescued;
+    return draws > 0 ? 100 * (double)s->lost / (double)draws : 0;
 }
 
 /* By the differences, which need no mean: that of all packets is not quite that of the pairs. */
@@ -483,8 +367,8 @@ static bool store_valid(const ll_link *l)
 static bool ring_valid(const ll_link *l)
 {
     const ll_memory *m = &l->memory;
-    return m->queue_first >= 0 && m->queue_first < l->slots && m->queue_count >= 0 &&
-           m->queue_count <= l->slots;
+    int32_t places = ll_link_ring_places(l->slots, l->arena);
+    return m->queue_first >= 0 && m->queue_first < places && m->queue_count >= 0 && m->queue_count <= places;
 }
 
 bool ll_link_valid(const ll_link *l)

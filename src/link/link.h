@@ -1,13 +1,18 @@
-/* One direction of an impaired network path, in netem's terms.
+/* One direction of an impaired network path, in netem's terms. docs/links.md has every rule in full.
  *
- * Packets go in at a virtual time and come out at their due time, in an order fixed by (due time, order of
- * sending). Their fate is drawn when they are sent, in stages: loss, duplicate, delay + jitter, rate,
- * reorder, corrupt. Each stage draws once per packet, also for packets that an earlier stage took, from a
- * stream of its own that the packet's number steps through: switching one impairment on leaves the draws of
- * all others. A copy has draws of its own from the delay on.
+ * Messages go in at a virtual time and come out at their due time, in an order fixed by (due time, order of
+ * sending). One that is longer than mtu_bytes travels as several packets (fragments), others as one.
+ *
+ * The fate of packets is drawn when they are sent, in stages: duplicate, loss, corrupt, limit of the queue,
+ * delay + jitter or reorder, rate. Each stage draws once per packet, also for packets that an earlier stage
+ * took, from a stream of its own by the number of the message and of the fragment: switching one impairment
+ * on leaves the draws of all others. A copy has draws of its own from the loss on.
+ *
+ * So all is known of a message when it is sent. It is put on its way once, due when the last of its fragments
+ * comes, or not at all; a message of one packet comes twice when it is duplicated.
  *
  * A link is a relocatable part of a simulation's block: offsets, no pointers. It holds at most `slots`
- * packets and `arena` bytes in flight; a packet beyond is dropped and counted. No allocation. */
+ * messages and `arena` bytes in flight; a message beyond is dropped and counted. No allocation. */
 #pragma once
 
 #include <stdbool.h>
@@ -60,6 +65,7 @@ typedef struct ll_link_params {
     double spike_at_ms, spike_every_ms, spike_length_ms, spike_add_ms; /* windows with more delay */
     double rate_kbps, limit_ms;                                        /* rate 0: no queue */
     int64_t limit_packets, packet_overhead_bytes;
+    int64_t mtu_bytes; /* of a message in one packet; 0: never split */
     double reorder_pct, reorder_corr_pct;
     int64_t reorder_gap;
     double corrupt_pct, corrupt_corr_pct;
@@ -75,35 +81,49 @@ extern const ll_param_table ll_link_table;
  * order may wait for a packet that was sent with others.) */
 double ll_link_delay_max_ms(const ll_link_params *params, double lag_ms);
 
+#define LL_MTU_MIN 64        /* of mtu_bytes, where it is not 0 */
+#define LL_FRAGMENT_HEADER 4 /* bytes in front of a fragment: which of how many, of which message */
+
 /* lost: by the loss model or in a blackout. overflow: beyond the limits of the queue or of the link.
  * corrupted: it arrives when due, but the receiver's checksum drops it. */
 typedef enum ll_fate { LL_FATE_DELIVERED, LL_FATE_LOST, LL_FATE_OVERFLOW, LL_FATE_CORRUPTED } ll_fate;
 
-/* What became of one sending: known at once, since the link draws it at once. */
+/* What became of one message: known at once, since the link draws it at once. Of one that was split: the fate
+ * of its first fragment that did not arrive, `due` when the last one comes, and no copy, queue or reordering.
+ */
 typedef struct ll_sending {
     ll_fate fate;
-    ll_time due;    /* when delivered or corrupted; otherwise when sent */
-    ll_time queued; /* of that: wait and transmission in the rate's queue */
-    bool reordered; /* sent ahead, without its delay */
+    ll_time due;       /* when delivered or corrupted; otherwise when sent */
+    ll_time queued;    /* of that: wait and transmission in the rate's queue */
+    int32_t fragments; /* packets; 1 when it was not split */
+    bool reordered;    /* sent ahead, without its delay */
     bool duplicated;
-    ll_fate copy_fate; /* when duplicated */
+    bool rescued;      /* a loss took one of the two: the other went on, and the second is lost */
+    ll_fate copy_fate; /* of the second */
     ll_time copy_due;  /* as `due` */
 } ll_sending;
 
-/* Realised statistics, to stand next to the configured ones. The delays are those of what was put on its way,
- * copies too: as drawn or, in fifo order, as they became. */
+/* Realised statistics, to stand next to the configured ones; of packets where they do not say messages. The
+ * delays are those of what was put on its way, copies too: as drawn or, in fifo order, as they became. */
 typedef struct ll_link_stats {
-    int64_t sent, lost;
-    int64_t lost_in_blackouts;
-    int64_t loss_bursts; /* runs of lost packets: their mean length is lost / loss_bursts */
-    int64_t duplicated;  /* copies drawn */
-    int64_t overflowed;  /* packets and copies beyond the link's slots and arena */
-    int64_t queue_drops; /* packets and copies beyond limit_packets or limit_ms */
-    int64_t corrupted;   /* copies too */
-    int64_t delivered;   /* copies too */
-    int64_t reordered;   /* deliveries after that of a packet sent later */
-    int64_t sent_ahead;  /* by the stage `reorder`; copies too */
-    int64_t bytes;       /* of all sendings, without copies */
+    int64_t sent, lost; /* lost: copies too */
+    int64_t lost_copies;
+    int64_t lost_in_blackouts; /* copies too */
+    int64_t loss_bursts;   /* runs of lost packets: their mean length is (lost - lost_copies) / loss_bursts */
+    int64_t duplicated;    /* copies drawn */
+    int64_t rescued;       /* losses that took one of two; then the other had no draw */
+    int64_t overflowed;    /* packets and copies beyond the link's slots and arena */
+    int64_t queue_drops;   /* packets and copies beyond limit_packets or limit_ms */
+    int64_t corrupted;     /* copies too */
+    int64_t delivered;     /* messages, copies too */
+    int64_t reordered;     /* deliveries after that of a message sent later */
+    int64_t sent_ahead;    /* by the stage `reorder`; copies too */
+    int64_t bytes;         /* of all messages, without copies and headers */
+    int64_t messages_lost; /* of which, whatever the cause, nothing arrives, or not all */
+    int64_t split;         /* messages of more than one packet */
+    int64_t split_lost;    /* of them */
+    int64_t fragments;     /* so many packets had they */
+    int64_t fragments_lost; /* which did not arrive, nor a copy of them */
     double delay_sum_ms, delay_sum_squares;
     double delay_min_ms, delay_max_ms; /* the least is 1e9 before the first */
     double delay_step_squares; /* of the differences of the delays of two packets sent one after the other */
@@ -117,17 +137,17 @@ typedef struct ll_link ll_link; /* lives in a block; size from ll_link_size */
 size_t ll_link_size(int slots, int arena_bytes); /* a multiple of 8 */
 void ll_link_init(ll_link *link, int slots, int arena_bytes, uint64_t seed, uint64_t stream);
 
-/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. No packet may take 2^32 ns or
+/* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. No message may take 2^32 ns or
  * more: ll_link_delay_max_ms tells. */
 ll_sending ll_link_send(ll_link *link, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size);
 
 ll_time ll_link_next_due(const ll_link *link); /* LL_NEVER when empty */
 
-/* Takes the next packet due at or before `now`; copies it out. Returns its size, or -1 when none is due. */
+/* Takes the next message due at or before `now`; copies it out. Returns its size, or -1 when none is due. */
 int ll_link_receive(ll_link *link, ll_time now, void *bytes, int capacity, ll_time *sent, ll_time *due);
 
-/* Keeps a packet that has just been received for its receiver's de-jitter buffer, which holds times alone:
+/* Keeps a message that has just been received for its receiver's de-jitter buffer, which holds times alone:
  * its place in the link is still free. It is no longer in flight. */
 void ll_link_hold(ll_link *link, uint32_t id, const void *bytes, int size);
 
@@ -139,6 +159,10 @@ void ll_link_clear(ll_link *link); /* drops what is in flight or held; fifo orde
 int ll_link_in_flight(const ll_link *link);
 const ll_link_stats *ll_link_get_stats(const ll_link *link);
 int64_t ll_link_put_on_way(const ll_link_stats *stats); /* packets and copies */
+int64_t ll_link_messages(const ll_link_stats *stats);   /* sent */
+/* Share of the draws of the loss that took something, to stand next to loss_pct: packets have one each, and
+ * copies, unless they were lost with it. */
+double ll_link_loss_pct(const ll_link_stats *stats);
 /* Correlation of the delays of successive packets so far; 0 when they do not vary. */
 double ll_link_delay_correlation(const ll_link_stats *stats);
 bool ll_link_valid(const ll_link *link); /* whole-structure check for LL_VALIDATE */

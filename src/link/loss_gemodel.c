@@ -11,7 +11,7 @@ static bool lost(const ll_passage *p, int32_t *state)
     double leave = bad ? params->ge_r_pct : params->ge_p_pct;
     if (100 * ll_draw(p, LL_STREAM_TRANSITION) < leave)
         *state = !bad;
-    return 100 * ll_draw(p, LL_STAGE_LOSS) < (bad ? params->ge_1h_pct : params->ge_1k_pct);
+    return 100 * ll_draw(p, LL_STREAM_LOSS) < (bad ? params->ge_1h_pct : params->ge_1k_pct);
 }
 
 const ll_loss_model ll_loss_gemodel = {.name = "gemodel", .lost = lost};

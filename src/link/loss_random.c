@@ -7,7 +7,7 @@ static bool lost(const ll_passage *p, int32_t *state)
 {
     const ll_link_params *params = p->params;
     *state =
-        100 * ll_draw(p, LL_STAGE_LOSS) < ll_chain_percent(params->loss_pct, params->loss_corr_pct, *state);
+        100 * ll_draw(p, LL_STREAM_LOSS) < ll_chain_percent(params->loss_pct, params->loss_corr_pct, *state);
     return *state;
 }
 

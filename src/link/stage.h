@@ -6,34 +6,52 @@
 #include "base/rng.h"
 #include "link/link.h"
 
-/* In the order of the way; also the streams of random numbers. */
+/* In the order of the way, which is netem's. */
 typedef enum ll_stage {
-    LL_STAGE_LOSS,
     LL_STAGE_DUPLICATE,
-    LL_STAGE_DELAY,
-    LL_STAGE_RATE,
-    LL_STAGE_REORDER,
+    LL_STAGE_LOSS,
     LL_STAGE_CORRUPT,
+    LL_STAGE_LIMIT, /* of the rate's queue */
+    LL_STAGE_DELAY,
+    LL_STAGE_REORDER,
+    LL_STAGE_RATE,
     LL_STAGES
 } ll_stage;
 
-#define LL_STREAM_TRANSITION 6 /* of a loss model's state */
-#define LL_STREAMS 8           /* of a link */
+/* Of random numbers, within a link's; docs/links.md names them, so they stay as they are. */
+typedef enum ll_stream {
+    LL_STREAM_LOSS = 0,
+    LL_STREAM_DUPLICATE = 1,
+    LL_STREAM_DELAY = 2,
+    LL_STREAM_REORDER = 4,
+    LL_STREAM_CORRUPT = 5,
+    LL_STREAM_TRANSITION = 6, /* of a loss model's state */
+    LL_STREAMS = 8
+} ll_stream;
+
+#define LL_FRAGMENT_SHIFT 40 /* a fragment's draws: message + (fragment << 40) */
+#define LL_QUEUE_MAX 1000    /* packets in a rate's queue; the most that limit_packets can be */
 
 /* One packet, or its copy, on its way. */
 typedef struct ll_passage {
     const ll_link_params *params;
     uint64_t seed, stream; /* of the link's draws */
-    int64_t number;        /* of the sending: the counter of all draws */
+    uint64_t counter;      /* of all draws */
+    int64_t number;        /* of the packet, in the order of sending: what comes before what in a chain */
     ll_time now;
     double lag_ms;
     double delay_ms;      /* so far, with the lag, without the queue */
-    ll_time queued;       /* in the rate's queue */
-    uint32_t *departures; /* of that queue: a ring of `slots`, whole ns modulo 2^32 */
-    int32_t slots;
-    int32_t size;
+    ll_time transmission; /* by the rate */
+    ll_time queued;       /* in the rate's queue: wait and transmission */
+    ll_time due;
+    uint32_t *departures; /* of that queue, as its limits see it: a ring of `places`, ns modulo 2^32 */
+    int32_t places;
+    int32_t size; /* of its bytes, with a fragment's header */
     ll_fate fate;
-    bool is_copy, duplicated, reordered;
+    bool is_copy;
+    bool duplicated; /* there are two of it */
+    bool rescued;    /* of which the loss took the other */
+    bool damaged, reordered;
 } ll_passage;
 
 #pragma GCC diagnostic push
@@ -41,7 +59,7 @@ typedef struct ll_passage {
 
 #define LL_NO_NUMBER (-2) /* of no packet, and not before the first either */
 
-/* What the stages remember from packet to packet. Numbers are those of sendings. */
+/* What the stages remember from packet to packet. Numbers are those of packets. */
 typedef struct ll_memory {
     int64_t loss_number; /* `loss_state` is that after this packet */
     int32_t loss_model, loss_state;
@@ -49,17 +67,18 @@ typedef struct ll_memory {
     int64_t duplicated, reordered, corrupted; /* the last to which it happened */
     int64_t since_reorder;                    /* packets since the last one that was sent ahead */
     int64_t deviate_number;
-    double deviate;                   /* normal, of the delay of that packet */
-    ll_time free;                     /* when the queue has sent all that it holds */
-    int32_t queue_first, queue_count; /* of its ring */
+    double deviate;   /* normal, of the delay of that packet */
+    ll_time entrance; /* when the rate would have sent all that was let in, had it come without delay */
+    ll_time exit;     /* when the rate has sent the last */
+    int32_t queue_first, queue_count; /* of the ring of departures */
 } ll_memory;
 
 #pragma GCC diagnostic pop
 
 /* Decides about one packet, which may have been lost before: then only the memory counts. */
 typedef void ll_stage_pass(ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
-ll_stage_pass ll_stage_loss, ll_stage_duplicate, ll_stage_delay, ll_stage_rate, ll_stage_reorder,
-    ll_stage_corrupt;
+ll_stage_pass ll_stage_duplicate, ll_stage_loss, ll_stage_corrupt, ll_stage_limit, ll_stage_delay,
+    ll_stage_reorder, ll_stage_rate;
 
 /* Whether any stage is on: most links are plain, and this is all that stages cost them. */
 static inline bool ll_stages_any(const ll_link_params *p)
@@ -74,15 +93,10 @@ static inline bool ll_stages_any(const ll_link_params *p)
 uint32_t ll_stages_used(const ll_link_params *params);
 void ll_stages_pass(uint32_t stages, ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
 
-static inline uint64_t ll_draw_counter(const ll_passage *p)
-{
-    return p->is_copy ? ~(uint64_t)p->number : (uint64_t)p->number;
-}
-
 /* Uniform in [0, 1). */
-static inline double ll_draw(const ll_passage *p, int stream)
+static inline double ll_draw(const ll_passage *p, ll_stream stream)
 {
-    return ll_rng_unit(p->seed, p->stream + (uint64_t)stream, ll_draw_counter(p));
+    return ll_rng_unit(p->seed, p->stream + (uint64_t)stream, p->counter);
 }
 
 /* The number before this packet's in a chain: a copy follows its original, and nothing follows a copy. */
@@ -101,7 +115,7 @@ static inline double ll_chain_percent(double percent, double corr_pct, bool befo
 
 /* Whether something that happens to `percent` of all packets happens to this one, by such a chain; `last` is
  * the last packet to which it happened. */
-bool ll_chance(const ll_passage *passage, ll_stage stage, double percent, double corr_pct, int64_t *last);
+bool ll_chance(const ll_passage *passage, ll_stream stream, double percent, double corr_pct, int64_t *last);
 
 /* Whether `now` is within a window of `length_ms`, the first at `at_ms`, then one every `every_ms` (0: none).
  */

@@ -9,7 +9,7 @@ const ll_delay_model *const ll_delay_models[] = {&ll_delay_uniform, &ll_delay_no
 static double correlated_unit(const ll_passage *p, const ll_delay_model *model, ll_memory *m)
 {
     double corr = model->deviate_corr(p->params->delay_corr_pct / 100);
-    double deviate = ll_rng_normal(p->seed, p->stream + LL_STAGE_DELAY, ll_draw_counter(p));
+    double deviate = ll_rng_normal(p->seed, p->stream + LL_STREAM_DELAY, p->counter);
     if (m->deviate_number == ll_draw_before(p))
         deviate = corr * m->deviate + ll_sqrt(1 - corr * corr) * deviate;
     if (!p->is_copy) {
@@ -22,7 +22,7 @@ static double correlated_unit(const ll_passage *p, const ll_delay_model *model, 
 static double jitter_ms(const ll_passage *p, ll_memory *m)
 {
     const ll_delay_model *model = ll_delay_models[p->params->distribution];
-    double u = p->params->delay_corr_pct > 0 ? correlated_unit(p, model, m) : ll_draw(p, LL_STAGE_DELAY);
+    double u = p->params->delay_corr_pct > 0 ? correlated_unit(p, model, m) : ll_draw(p, LL_STREAM_DELAY);
     return p->params->jitter_ms * model->variate(u);
 }
 

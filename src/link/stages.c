@@ -1,7 +1,8 @@
 #include "link/stage.h"
 
-static ll_stage_pass *const passes[LL_STAGES] = {ll_stage_loss, ll_stage_duplicate, ll_stage_delay,
-                                                 ll_stage_rate, ll_stage_reorder,   ll_stage_corrupt};
+static ll_stage_pass *const passes[LL_STAGES] = {ll_stage_duplicate, ll_stage_loss,  ll_stage_corrupt,
+                                                 ll_stage_limit,     ll_stage_delay, ll_stage_reorder,
+                                                 ll_stage_rate};
 
 uint32_t ll_stages_used(const ll_link_params *p)
 {
@@ -12,7 +13,8 @@ uint32_t ll_stages_used(const ll_link_params *p)
     uint32_t reorder = p->reorder_pct > 0;
     uint32_t corrupt = p->corrupt_pct > 0;
     return loss << LL_STAGE_LOSS | duplicate << LL_STAGE_DUPLICATE | delay << LL_STAGE_DELAY |
-           rate << LL_STAGE_RATE | reorder << LL_STAGE_REORDER | corrupt << LL_STAGE_CORRUPT;
+           rate << LL_STAGE_LIMIT | rate << LL_STAGE_RATE | reorder << LL_STAGE_REORDER |
+           corrupt << LL_STAGE_CORRUPT;
 }
 
 void ll_stages_pass(uint32_t stages, ll_passage *passage, ll_memory *memory, ll_link_stats *stats)
@@ -21,10 +23,9 @@ void ll_stages_pass(uint32_t stages, ll_passage *passage, ll_memory *memory, ll_
         passes[__builtin_ctz(stages)](passage, memory, stats);
 }
 
-bool ll_chance(const ll_passage *p, ll_stage stage, double percent, double corr_pct, int64_t *last)
+bool ll_chance(const ll_passage *p, ll_stream stream, double percent, double corr_pct, int64_t *last)
 {
-    bool happens =
-        100 * ll_draw(p, (int)stage) < ll_chain_percent(percent, corr_pct, *last == ll_draw_before(p));
+    bool happens = 100 * ll_draw(p, stream) < ll_chain_percent(percent, corr_pct, *last == ll_draw_before(p));
     if (happens && !p->is_copy)
         *last = p->number;
     return happens;

@@ -51,7 +51,8 @@ static const ll_param rows[] = {
      .help = "From the beginning of one blackout to that of the next; 0: only one."},
     {REAL(blackout_length_ms), HOUR,
      .help = "How long a blackout lasts, in which every packet is lost; 0: none."},
-    {REAL(duplicate_pct), PERCENT, .help = "Packets that arrive twice; the copy has a delay of its own."},
+    {REAL(duplicate_pct), PERCENT,
+     .help = "Packets of which there are two from the start on; each is lost or delayed by itself."},
     {REAL(duplicate_corr_pct), CORRELATION, .help = "Correlation of duplication of successive packets."},
     {REAL(spike_at_ms), HOUR, .help = "When the first delay spike begins, in simulated time."},
     {REAL(spike_every_ms), HOUR, .help = "From the beginning of one spike to that of the next; 0: only one."},
@@ -59,15 +60,21 @@ static const ll_param rows[] = {
     {REAL(spike_add_ms), .max = 1000, .unit = "ms",
      .help = "Added to the delay of packets sent within a spike."},
     {REAL(rate_kbps), .max = 1000000, .unit = "kbit/s",
-     .help = "Rate of the link: packets queue at its entrance; 0: no limit and no queue."},
+     .help = "Rate of the link: behind the delay packets leave one after the other, in the order of sending; "
+             "0: no limit and no queue."},
     {REAL(limit_ms), .min = 1, .max = 1250, .standard = 500, .unit = "ms",
-     .help = "Length of that queue: a packet that would be through later is dropped."},
+     .help = "Length of that queue: a packet that the rate would have sent later than so long after its "
+             "sending, had all come without delay, is dropped."},
     {INT(limit_packets), .min = 1, .max = 1000, .standard = 1000,
      .help = "Length of that queue in packets: one that finds it full is dropped."},
     {INT(packet_overhead_bytes), .max = 1000, .standard = 28, .unit = "B",
      .help = "Added to a packet's size on its way through the queue: 28 are the headers of IPv4 and UDP."},
+    {INT(mtu_bytes), .max = 65507, .standard = 1200, .unit = "B",
+     .help = "Longest message that travels as one packet: a longer one is split into fragments, and is lost "
+             "with any of them; 0: none is split, otherwise at least 64."},
     {REAL(reorder_pct), PERCENT,
-     .help = "Packets that are sent ahead, without the link's delay but for lag_ms."},
+     .help =
+         "Packets that are sent ahead, past the rate's queue and without the link's delay but for lag_ms."},
     {REAL(reorder_corr_pct), CORRELATION, .help = "Correlation of reordering of successive packets."},
     {INT(reorder_gap), .min = 1, .max = 1000, .standard = 1,
      .help = "At most one packet in so many is sent ahead: with reorder_pct 100, every such packet."},
@@ -124,6 +131,15 @@ static ll_status check_states(const ll_link_params *p, const char *path)
     return ll_failed(&status) ? status : check_sum(path, "p31_pct", p->p31_pct, "p32_pct", p->p32_pct);
 }
 
+static ll_status check_mtu(const ll_link_params *p, const char *path)
+{
+    field f = field_of(path, "mtu_bytes");
+    if (p->mtu_bytes == 0 || p->mtu_bytes >= LL_MTU_MIN)
+        return ll_ok();
+    return ll_field_error(LL_BAD_INPUT, f.name, "%s must be 0 or between %d and 65507 B; got %lld", f.name,
+                          LL_MTU_MIN, (long long)p->mtu_bytes);
+}
+
 static ll_status check_window(const char *path, const char *kind, double every_ms, double length_ms)
 {
     char name[32];
@@ -141,6 +157,8 @@ static ll_status check(const void *object, const char *path)
     ll_status status = check_reorder(p, path);
     if (!ll_failed(&status))
         status = check_states(p, path);
+    if (!ll_failed(&status))
+        status = check_mtu(p, path);
     if (!ll_failed(&status))
         status = check_window(path, "spike", p->spike_every_ms, p->spike_length_ms);
     if (!ll_failed(&status))

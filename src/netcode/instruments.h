@@ -79,7 +79,8 @@ typedef struct ll_instruments {
     ll_gauge delay_ms;                /* M9: drawn time behind the newest that could be known */
     ll_gauge time_scale;              /* M9: drawn time per time */
     ll_inconsistency server, clients; /* M7, over all entities */
-    int64_t bytes[LL_MESSAGES], packets[LL_MESSAGES]; /* M13: by ll_message, payload */
+    /* M13, by ll_message: payload; how many; in so many packets; with all headers */
+    int64_t bytes[LL_MESSAGES], messages[LL_MESSAGES], packets[LL_MESSAGES], wire_bytes[LL_MESSAGES];
     ll_stepping stepping;
     double own_error, remote_error, view_age; /* the last, signed, for views */
     double last_correction;

@@ -8,7 +8,7 @@
 #include "game/game.h"
 
 #define LL_INPUTS_MAX 16   /* inputs in a packet: the newest and repeated ones */
-#define LL_UDP_OVERHEAD 28 /* bytes of IPv4 and UDP headers, for bandwidth */
+#define LL_UDP_OVERHEAD 28 /* bytes of IPv4 and UDP headers of a packet, for bandwidth */
 
 typedef enum ll_message {
     LL_MESSAGE_INPUT = 1,

@@ -238,11 +238,15 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
         ll_netgame_server(g)->seats[player].told = g->now;
     ll_instruments *in = ll_netgame_instruments(g, player);
     if (g->now >= in->from) {
+        int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
         in->bytes[head.type] += bytes;
-        in->packets[head.type]++;
+        in->messages[head.type]++;
+        in->packets[head.type] += s.fragments;
+        in->wire_bytes[head.type] += bytes + s.fragments * headers;
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
-    for (uint32_t i = 0; inputs && s.fate == LL_FATE_DELIVERED && i < head.count; i++)
+    bool went = s.fate == LL_FATE_DELIVERED || (s.duplicated && s.copy_fate == LL_FATE_DELIVERED);
+    for (uint32_t i = 0; inputs && went && i < head.count; i++)
         *ll_ledger_fate(&in->ledger, head.seq + i) |= LL_LEDGER_WENT;
     if (!r)
         return;

@@ -85,8 +85,9 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
     double seconds = ll_to_s(g->now - in->from), up = 0, down = 0;
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
     for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
-        double wire = (double)in->bytes[type] + LL_UDP_OVERHEAD * (double)in->packets[type];
+        double wire = (double)in->wire_bytes[type];
         cJSON *m = cJSON_AddObjectToObject(o, names[type]);
+        number(m, "messages_per_s", seconds > 0 ? (double)in->messages[type] / seconds : 0);
         number(m, "packets_per_s", seconds > 0 ? (double)in->packets[type] / seconds : 0);
         number(m, "payload_bytes_per_s", seconds > 0 ? (double)in->bytes[type] / seconds : 0);
         number(m, "wire_bytes_per_s", seconds > 0 ? wire / seconds : 0);
@@ -100,25 +101,38 @@ static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
     const ll_instruments *in = ll_netgame_instruments(g, self);
     const ll_snapshot_cost *sent = &ll_netgame_server(g)->seats[self].sent;
-    double packets = (double)in->packets[LL_MESSAGE_STATE], entities = (double)sent->entities;
+    double states = (double)in->messages[LL_MESSAGE_STATE], entities = (double)sent->entities;
     size_t full = sizeof(ll_state_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     cJSON *o = cJSON_AddObjectToObject(player, "snapshot");
     number(o, "bits_per_entity", ratio((double)sent->entity_bits, entities));
-    number(o, "tail_bits", ratio((double)sent->tail_bits, packets));
+    number(o, "tail_bits", ratio((double)sent->tail_bits, states));
     number(o, "unchanged_ratio", ratio((double)sent->unchanged, entities));
     number(o, "at_rest_ratio", ratio((double)sent->resting, entities));
-    number(o, "whole_ratio", ratio((double)sent->whole, packets));
-    number(o, "bytes_over_full", ratio((double)in->bytes[LL_MESSAGE_STATE], packets * (double)full));
+    number(o, "whole_ratio", ratio((double)sent->whole, states));
+    number(o, "bytes_over_full", ratio((double)in->bytes[LL_MESSAGE_STATE], states * (double)full));
     number(o, "unreadable", (double)ll_netgame_client(g, self)->unreadable);
 }
 
 static void loss_report(cJSON *o, const ll_link_stats *s)
 {
     number(o, "lost", (double)s->lost);
-    number(o, "loss_pct", 100 * ratio((double)s->lost, (double)s->sent));
+    number(o, "loss_pct", ll_link_loss_pct(s));
     number(o, "loss_bursts", (double)s->loss_bursts);
-    number(o, "loss_burst_mean_packets", ratio((double)s->lost, (double)s->loss_bursts));
+    number(o, "loss_burst_mean_packets", ratio((double)(s->lost - s->lost_copies), (double)s->loss_bursts));
     number(o, "lost_in_blackouts", (double)s->lost_in_blackouts);
+    number(o, "rescued", (double)s->rescued);
+}
+
+static void message_report(cJSON *o, const ll_link_stats *s)
+{
+    double messages = (double)ll_link_messages(s);
+    number(o, "messages", messages);
+    number(o, "messages_lost", (double)s->messages_lost);
+    number(o, "message_loss_pct", 100 * ratio((double)s->messages_lost, messages));
+    number(o, "split", (double)s->split);
+    number(o, "split_lost", (double)s->split_lost);
+    number(o, "fragments", (double)s->fragments);
+    number(o, "fragments_lost", (double)s->fragments_lost);
 }
 
 static void delay_report(cJSON *o, const ll_link_stats *s)
@@ -139,6 +153,7 @@ static void link_report(cJSON *player, const char *name, const ll_link *link)
     number(o, "sent", (double)s->sent);
     number(o, "delivered", (double)s->delivered);
     loss_report(o, s);
+    message_report(o, s);
     number(o, "duplicated", (double)s->duplicated);
     number(o, "corrupted", (double)s->corrupted);
     number(o, "overflowed", (double)s->overflowed);

@@ -11,7 +11,9 @@
 #define COUNT 100000
 
 typedef struct tally {
-    int64_t lost, duplicated;
+    int64_t lost,
+        duplicated;     /* by their draws: copies have one of their own unless the loss took one of two */
+    int64_t arrived[3]; /* packets of which so many arrived */
     double n, mean, variance, copy_mean, least, most;
     double original_mean; /* of those that were duplicated */
 } tally;
@@ -26,8 +28,10 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
     for (int64_t i = 0; i < COUNT; i++) {
         ll_time now = i * STEP;
         ll_sending s = packet_send(link, params, lag_ms, now, i);
-        t.lost += s.fate == LL_FATE_LOST;
+        bool first = s.fate == LL_FATE_DELIVERED, second = s.duplicated && s.copy_fate == LL_FATE_DELIVERED;
+        t.lost += !first + (s.duplicated && !second);
         t.duplicated += s.duplicated;
+        t.arrived[first + second]++;
         if (s.fate == LL_FATE_DELIVERED) {
             double delay = ll_to_ms(s.due - now);
             sum += delay;
@@ -35,7 +39,7 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
             t.n++;
             t.least = delay < t.least ? delay : t.least;
             t.most = delay > t.most ? delay : t.most;
-            if (s.duplicated) {
+            if (second) {
                 originals += delay;
                 copies += ll_to_ms(s.copy_due - now);
             }
@@ -56,8 +60,8 @@ static tally run(const ll_link_params *params, double lag_ms, uint64_t seed)
     }
     t.mean = sum / t.n;
     t.variance = squares / t.n - t.mean * t.mean;
-    t.copy_mean = t.duplicated > 0 ? copies / (double)t.duplicated : 0;
-    t.original_mean = t.duplicated > 0 ? originals / (double)t.duplicated : 0;
+    t.copy_mean = t.arrived[2] > 0 ? copies / (double)t.arrived[2] : 0;
+    t.original_mean = t.arrived[2] > 0 ? originals / (double)t.arrived[2] : 0;
     free(link);
     return t;
 }
@@ -123,16 +127,69 @@ static void loss_and_duplicates_have_their_rates(void **state)
         params = (ll_link_params){.duplicate_pct = percents[i]};
         assert_rate(run(&params, 100, 6).duplicated, COUNT, rate);
     }
-    /* the copies are of what was not lost, and are delayed by draws of their own */
+    /* copies are delayed by draws of their own */
     ll_link_params params = {.jitter_ms = 40, .loss_pct = 30, .duplicate_pct = 20};
     tally t = run(&params, 100, 7);
-    assert_rate(t.lost, COUNT, 0.3);
-    assert_rate(t.duplicated, t.n, 0.2);
+    assert_rate(t.duplicated, COUNT, 0.2);
     double variance = 1600.0 / 3;
-    assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(variance / (double)t.duplicated));
+    assert_true(fabs(t.copy_mean - 100) < 4 * sqrt(variance / (double)t.arrived[2]));
     /* fate and delay have nothing to do with each other */
     assert_true(fabs(t.mean - 100) < 4 * sqrt(variance / t.n));
-    assert_true(fabs(t.original_mean - 100) < 4 * sqrt(variance / (double)t.duplicated));
+    assert_true(fabs(t.original_mean - 100) < 4 * sqrt(variance / (double)t.arrived[2]));
+}
+
+/* netem duplicates first, and one loss takes one of two: nothing arrives by p (1 - q), both by q (1 - p)^2.
+ * So a duplicate rescues what the loss would have taken. */
+static void a_loss_takes_one_of_two(void **state)
+{
+    (void)state;
+    static const double cases[][2] = {{30, 50}, {20, 40}, {5, 90}, {65, 15}, {100, 35}, {40, 100}};
+    for (int i = 0; i < 6; i++) {
+        double p = cases[i][0] / 100, q = cases[i][1] / 100;
+        ll_link_params params = {.loss_pct = cases[i][0], .duplicate_pct = cases[i][1]};
+        tally t = run(&params, 100, 11);
+        assert_rate(t.arrived[0], COUNT, p * (1 - q));
+        assert_rate(t.arrived[2], COUNT, q * (1 - p) * (1 - p));
+    }
+}
+
+/* What is told of losses stands next to what was asked for: of all draws the share that took something. */
+static void the_share_of_losses_is_that_of_their_draws(void **state)
+{
+    (void)state;
+    ll_link_params params = {.loss_pct = 25, .duplicate_pct = 60};
+    ll_link *link = link_open(60, 4000, 3, 3);
+    free(link_send_many(link, &params, 100, COUNT));
+    const ll_link_stats *s = ll_link_get_stats(link);
+    double draws = COUNT * (1 + 0.6 * 0.75); /* a copy has one where its original was not lost */
+    assert_within(ll_link_loss_pct(s), 25, 400 * sqrt(0.25 * 0.75 / draws));
+    assert_rate(s->rescued, COUNT, 0.25 * 0.6);
+    assert_rate(s->lost_copies, COUNT * 0.6, 0.75 * 0.25);
+    assert_rate(s->messages_lost, COUNT, 0.25 * 0.4);
+    assert_int_equal(ll_link_messages(s), COUNT);
+    assert_within((double)(s->lost - s->lost_copies) / (double)s->loss_bursts, 1 / 0.75, 0.01);
+    assert_int_equal(s->delivered, ll_link_put_on_way(s));
+    free(link);
+}
+
+/* In a blackout both are gone. */
+static void a_blackout_takes_both(void **state)
+{
+    (void)state;
+    ll_link_params params = {.loss_pct = 30, .duplicate_pct = 70, .blackout_length_ms = 1e7};
+    ll_link *link = link_open(60, 4000, 3, 3);
+    ll_sending *s = link_send_many(link, &params, 100, 1000);
+    for (int i = 0; i < 1000; i++)
+        assert_true(s[i].fate == LL_FATE_LOST && !s[i].rescued &&
+                    (!s[i].duplicated || s[i].copy_fate == LL_FATE_LOST));
+    const ll_link_stats *stats = ll_link_get_stats(link);
+    assert_true(stats->duplicated > 600 && stats->lost == 1000 + stats->duplicated);
+    assert_int_equal(stats->lost_in_blackouts, stats->lost);
+    assert_int_equal(stats->loss_bursts, 1);
+    assert_int_equal(ll_link_put_on_way(stats), 0);
+    assert_true(ll_link_loss_pct(stats) == 100);
+    free(s);
+    free(link);
 }
 
 /* Lag one of the fates: what happens to a packet says nothing about the next. */
@@ -163,6 +220,9 @@ int main(void)
         cmocka_unit_test(normal_jitter_has_its_moments),
         cmocka_unit_test(delays_are_not_negative),
         cmocka_unit_test(loss_and_duplicates_have_their_rates),
+        cmocka_unit_test(a_loss_takes_one_of_two),
+        cmocka_unit_test(the_share_of_losses_is_that_of_their_draws),
+        cmocka_unit_test(a_blackout_takes_both),
         cmocka_unit_test(losses_do_not_come_in_bursts),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -76,7 +76,7 @@ static void deliveries_agree_with_a_model(void **state)
         ll_sending s = packet_send(link, &params, 150, now, i);
         if (s.fate == LL_FATE_DELIVERED)
             model[in_model].due = s.due, model[in_model++].number = i;
-        if (s.duplicated)
+        if (s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
             model[in_model].due = s.copy_due, model[in_model++].number = i;
         for (;;) {
             int best = -1;
@@ -127,7 +127,7 @@ static void fifo_never_reorders(void **state)
             held += s.due > drawn.due;
             latest = s.due;
         }
-        if (s.duplicated)
+        if (s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
             latest = s.copy_due;
         int64_t number;
         while ((number = packet_receive(link, now, &sent, &due)) >= 0) {

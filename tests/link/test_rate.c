@@ -120,19 +120,18 @@ static void the_limit_of_packets_counts_the_one_in_transmission(void **state)
     free(link);
 }
 
-/* The ring of departures has as many places as the link has slots: no more than those are ever in the queue.
- * Packets that are sent ahead leave the link before they leave the queue. */
+/* The queue has a place for each slot of the link and one for each 1200 bytes of its store. Corrupted packets
+ * take no slot, but their time in the queue. */
 static void the_slots_bound_the_queue(void **state)
 {
     (void)state;
     ll_link_params params = rated(80);
-    params.delay_ms = 1;
-    params.reorder_pct = 100;
-    ll_link *link = link_open(7, 40000, 1, 1);
-    for (int i = 0; i < 10; i++) {
+    params.corrupt_pct = 100;
+    ll_link *link = link_open(7, 2500, 1, 1);
+    for (int i = 0; i < 12; i++) {
         char bytes[SIZE] = {0};
         ll_sending s = ll_link_send(link, &params, 0, i, bytes, SIZE);
-        assert_int_equal(s.fate, i < 7 ? LL_FATE_DELIVERED : LL_FATE_OVERFLOW);
+        assert_int_equal(s.fate, i < 9 ? LL_FATE_CORRUPTED : LL_FATE_OVERFLOW);
         link_drain(link, i);
         assert_int_equal(ll_link_in_flight(link), 0);
         assert_true(ll_link_valid(link));
@@ -155,8 +154,8 @@ static void sizes_and_overhead_count(void **state)
     free(link);
 }
 
-/* Lost packets never come to the queue; copies, and what is corrupted or sent ahead, take their time in it.
- */
+/* Lost packets never come to the queue, and what is sent ahead goes past it; copies, and what is corrupted,
+ * take their time in it. */
 static void who_takes_time_in_the_queue(void **state)
 {
     (void)state;
@@ -166,7 +165,7 @@ static void who_takes_time_in_the_queue(void **state)
         double loss, duplicate, reorder, corrupt;
         int64_t second; /* ms of queue that the packet after it sees */
     } cases[] = {
-        {0, 0, 0, 0, 20}, {100, 0, 0, 0, 10}, {0, 100, 0, 0, 30}, {0, 0, 100, 0, 20}, {0, 0, 0, 100, 20}};
+        {0, 0, 0, 0, 20}, {100, 0, 0, 0, 10}, {0, 100, 0, 0, 30}, {0, 0, 100, 0, 10}, {0, 0, 0, 100, 20}};
     for (int i = 0; i < 5; i++) {
         ll_link *link = link_open(200, 40000, 1, 1);
         ll_link_params first = params;
@@ -178,6 +177,73 @@ static void who_takes_time_in_the_queue(void **state)
         assert_int_equal(send(link, &params, 0).queued, cases[i].second * LL_MS);
         free(link);
     }
+}
+
+/* Packets are sent by the rate in the order of sending, whatever the delay was: the departures are those of a
+ * queue whose arrivals are the delays' of the same draws without a rate. */
+static void under_a_rate_jitter_never_reorders(void **state)
+{
+    (void)state;
+    static const double rates[] = {90, 130, 2000, 1e6};
+    for (int k = 0; k < 4; k++) {
+        ll_link_params params = rated(rates[k]), without = link_params();
+        params.jitter_ms = without.jitter_ms = 70;
+        ll_link *link = link_open(200, 40000, 4, 1), *twin = link_open(200, 40000, 4, 1);
+        ll_time exit = 0, transmission = ll_ms(800 / rates[k]), now = 0;
+        int64_t waited = 0;
+        for (int64_t i = 0; i < 20000; i++) {
+            now += i % 3 * STEP;
+            ll_sending s = send(link, &params, now), drawn = send(twin, &without, now);
+            waited += drawn.due < exit;
+            exit = (drawn.due > exit ? drawn.due : exit) + transmission;
+            assert_int_equal(s.fate, LL_FATE_DELIVERED);
+            assert_int_equal(s.due, exit);
+            assert_int_equal(s.queued, exit - drawn.due);
+        }
+        link_drain(link, LL_NEVER - 1);
+        assert_int_equal(ll_link_get_stats(link)->reordered, 0);
+        assert_true(ll_link_get_stats(twin)->reordered > 5000 && waited > 5000);
+        free(link);
+        free(twin);
+    }
+}
+
+/* A wait for what was sent before and is late is no queue: the limits know the rate alone. */
+static void jitter_fills_no_queue(void **state)
+{
+    (void)state;
+    ll_link_params params = rated(10000); /* 0.08 ms a packet */
+    params.jitter_ms = 90;
+    params.limit_ms = 1;
+    params.limit_packets = 1;
+    ll_link *link = link_open(200, 40000, 4, 1);
+    for (int64_t i = 0; i < 10000; i++)
+        assert_int_equal(send(link, &params, i * STEP).fate, LL_FATE_DELIVERED);
+    const ll_link_stats *stats = ll_link_get_stats(link);
+    assert_true(stats->queue_drops == 0 && stats->queue_max_ms > 100 && stats->delay_max_ms < LAG + 90 + 1);
+    free(link);
+}
+
+/* Whatever jitter and load: nobody is longer on the way than the longest delay and the queue's length. */
+static void the_longest_delay_holds(void **state)
+{
+    (void)state;
+    ll_link_params params = rated(100);
+    params.jitter_ms = 60;
+    params.limit_ms = 150;
+    params.duplicate_pct = 30;
+    ll_link *link = link_open(200, 40000, 6, 1);
+    ll_time most = ll_ms(ll_link_delay_max_ms(&params, LAG)), longest = 0, now = 0;
+    for (int64_t i = 0; i < 50000; i++) {
+        now += (ll_time)(ll_rng_unit(1, 1, (uint64_t)i) * 16e6);
+        ll_sending s = send(link, &params, now);
+        if (s.fate == LL_FATE_DELIVERED && s.due - now > longest)
+            longest = s.due - now;
+    }
+    if (longest > most || longest < most - 20 * LL_MS)
+        fail_msg("%lld of %lld", (long long)longest, (long long)most);
+    assert_true(ll_link_get_stats(link)->queue_drops > 1000);
+    free(link);
 }
 
 static void clearing_empties_the_queue(void **state)
@@ -262,6 +328,9 @@ int main(void)
         cmocka_unit_test(the_slots_bound_the_queue),
         cmocka_unit_test(sizes_and_overhead_count),
         cmocka_unit_test(who_takes_time_in_the_queue),
+        cmocka_unit_test(under_a_rate_jitter_never_reorders),
+        cmocka_unit_test(jitter_fills_no_queue),
+        cmocka_unit_test(the_longest_delay_holds),
         cmocka_unit_test(clearing_empties_the_queue),
         cmocka_unit_test(queues_agree_with_a_model),
     };

@@ -62,22 +62,22 @@ static void stages_are_used_by_their_rows(void **state)
     (void)state;
     static const struct {
         const char *text;
-        ll_stage stage;
-    } cases[] = {{"{\"loss_pct\":1}", LL_STAGE_LOSS},
-                 {"{\"loss_model\":\"gemodel\"}", LL_STAGE_LOSS},
-                 {"{\"loss_model\":\"state\"}", LL_STAGE_LOSS},
-                 {"{\"blackout_length_ms\":1}", LL_STAGE_LOSS},
-                 {"{\"duplicate_pct\":1}", LL_STAGE_DUPLICATE},
-                 {"{\"jitter_ms\":1}", LL_STAGE_DELAY},
-                 {"{\"spike_length_ms\":1}", LL_STAGE_DELAY},
-                 {"{\"rate_kbps\":1}", LL_STAGE_RATE},
-                 {"{\"delay_ms\":1,\"reorder_pct\":1}", LL_STAGE_REORDER},
-                 {"{\"corrupt_pct\":1}", LL_STAGE_CORRUPT}};
+        uint32_t stage, more;
+    } cases[] = {{"{\"loss_pct\":1}", 1U << LL_STAGE_LOSS, 0},
+                 {"{\"loss_model\":\"gemodel\"}", 1U << LL_STAGE_LOSS, 0},
+                 {"{\"loss_model\":\"state\"}", 1U << LL_STAGE_LOSS, 0},
+                 {"{\"blackout_length_ms\":1}", 1U << LL_STAGE_LOSS, 0},
+                 {"{\"duplicate_pct\":1}", 1U << LL_STAGE_DUPLICATE, 0},
+                 {"{\"jitter_ms\":1}", 1U << LL_STAGE_DELAY, 0},
+                 {"{\"spike_length_ms\":1}", 1U << LL_STAGE_DELAY, 0},
+                 {"{\"rate_kbps\":1}", 1U << LL_STAGE_RATE, 1U << LL_STAGE_LIMIT},
+                 {"{\"delay_ms\":1,\"reorder_pct\":1}", 1U << LL_STAGE_REORDER, 0},
+                 {"{\"corrupt_pct\":1}", 1U << LL_STAGE_CORRUPT, 0}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ll_link_params params;
         assert_string_equal(parse(cases[i].text, &params).text, "");
         assert_true(ll_stages_any(&params));
-        assert_int_equal(ll_stages_used(&params), 1U << cases[i].stage);
+        assert_int_equal(ll_stages_used(&params), cases[i].stage | cases[i].more);
     }
 }
 
@@ -103,6 +103,9 @@ static void what_makes_no_sense_is_refused(void **state)
         {"{\"blackout_every_ms\":10,\"blackout_length_ms\":20}", "blackout_length_ms",
          "blackout_length_ms must be at most blackout_every_ms, 10 ms; got 20"},
         {"{\"delay_corr_pct\":100}", "delay_corr_pct", "delay_corr_pct must be between 0 and 99 %; got 100"},
+        {"{\"mtu_bytes\":63}", "mtu_bytes", "mtu_bytes must be 0 or between 64 and 65507 B; got 63"},
+        {"{\"mtu_bytes\":65508}", "mtu_bytes",
+         "mtu_bytes must be a whole number between 0 and 65507 B; got 65508"},
         {"{\"reorder_gap\":0}", "reorder_gap",
          "reorder_gap must be a whole number between 1 and 1000; got 0"},
     };
@@ -125,7 +128,10 @@ static void what_is_not_used_may_be_set(void **state)
         "{\"loss_corr_pct\":50,\"duplicate_corr_pct\":50,\"reorder_corr_pct\":50,\"corrupt_corr_pct\":50}",
         "{\"spike_add_ms\":500,\"spike_every_ms\":100,\"limit_ms\":1000,\"limit_packets\":3}",
         "{\"spike_length_ms\":2000,\"blackout_length_ms\":3000}",
-        "{\"rate_kbps\":100,\"reorder_pct\":5}"};
+        "{\"rate_kbps\":100,\"reorder_pct\":5}",
+        "{\"mtu_bytes\":0}",
+        "{\"mtu_bytes\":64}",
+        "{\"mtu_bytes\":65507}"};
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++) {
         ll_link_params params;
         assert_string_equal(parse(texts[i], &params).text, "");

@@ -3,6 +3,7 @@
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,7 +24,7 @@ static const ll_snapshot_cost *cost(const scene *s, int player)
 static double per_state(const scene *s, int player)
 {
     const ll_instruments *in = ll_netgame_instruments(s->game, player);
-    return (double)in->bytes[LL_MESSAGE_STATE] / (double)in->packets[LL_MESSAGE_STATE];
+    return (double)in->bytes[LL_MESSAGE_STATE] / (double)in->messages[LL_MESSAGE_STATE];
 }
 
 static bool same_world(const scene *a, const scene *b)
@@ -122,8 +123,38 @@ static void what_comes_over_a_bad_link_is_read(void **state)
     assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
     assert_true(ll_netgame_client(s.game, 0)->stale > 100);
     assert_true((double)cost(&s, 0)->whole <
-                0.01 * (double)ll_netgame_instruments(s.game, 0)->packets[LL_MESSAGE_STATE]);
+                0.01 * (double)ll_netgame_instruments(s.game, 0)->messages[LL_MESSAGE_STATE]);
     scene_close(&s);
+}
+
+/* A state that is longer than the MTU travels as fragments, each with its headers, and is lost with any of
+ * them: whole states fare worse than differences over the same link. */
+static void long_states_travel_as_fragments(void **state)
+{
+    (void)state;
+    static const int mtus[] = {1200, 500, 0};
+    const double p = 0.04;
+    for (int i = 0; i < 3; i++) {
+        char mtu[64];
+        snprintf(mtu, sizeof mtu, "players.0.link.down.mtu_bytes=%d", mtus[i]);
+        const char *const sets[] = {"server.snapshot=full", "players.0.link.down.rate_kbps=0",
+                                    "players.0.link.down.loss_pct=4", mtu, NULL};
+        scene s = scene_open("crates_200", sets);
+        scene_run(&s, 40, NULL);
+        const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+        const ll_link_stats *link = ll_link_get_stats(ll_netgame_down(s.game, 0));
+        int bytes = (int)per_state(&s, 0), n = mtus[i] ? (bytes + mtus[i] - 1) / mtus[i] : 1;
+        int headers = 28 + (n > 1 ? 4 : 0);
+        assert_true(bytes > 10000);
+        assert_int_equal(in->packets[LL_MESSAGE_STATE], n * in->messages[LL_MESSAGE_STATE]);
+        assert_int_equal(in->wire_bytes[LL_MESSAGE_STATE] - in->bytes[LL_MESSAGE_STATE],
+                         headers * in->packets[LL_MESSAGE_STATE]);
+        double lost = 1 - pow(1 - p, n), messages = (double)ll_link_messages(link);
+        assert_true(fabs((double)link->messages_lost / messages - lost) <
+                    4 * sqrt(lost * (1 - lost) / messages));
+        assert_true(fabs(ll_link_loss_pct(link) / 100 - p) < 4 * sqrt(p * (1 - p) / (double)link->sent));
+        scene_close(&s);
+    }
 }
 
 /* The bytes on the link are those that were encoded: a rate that differences fit is choked by full states. */
@@ -217,6 +248,7 @@ int main(void)
         cmocka_unit_test(delta_shows_what_quantised_shows),
         cmocka_unit_test(rounding_is_uniform),
         cmocka_unit_test(what_comes_over_a_bad_link_is_read),
+        cmocka_unit_test(long_states_travel_as_fragments),
         cmocka_unit_test(the_link_carries_what_was_encoded),
         cmocka_unit_test(a_codec_may_change_while_it_runs),
         cmocka_unit_test(scopes_differ_by_what_is_pushed),
