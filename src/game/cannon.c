@@ -4,8 +4,8 @@
  * LL_BUTTON_FIRE fires. Flight under gravity and linear drag is solved exactly per step. A shot ends at the
  * target or on the ground; then it is the next player's turn. */
 #include "base/detmath.h"
-#include "base/rng.h"
 #include "game/games.h"
+#include "game/script.h"
 
 typedef struct cannon_params {
     double gravity, drag, muzzle_speed, target, target_radius, pause;
@@ -183,7 +183,9 @@ static void coast(const ll_game_env *env, ll_entity *shell, double dt)
         shell->y = shell->vx = shell->vy = 0;
 }
 
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+/* Fires when it is its turn. Varied: angle and speed are drawn for each shot. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     const cannon_tail *tail = ll_world_tail_const(world);
     (void)env;
@@ -193,7 +195,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, int player
         return a;
     a.buttons = LL_BUTTON_FIRE;
     if (script != LL_SCRIPT_STEADY) {
-        uint64_t draw = ll_rng_u64(0x63616e6e, (uint64_t)player, (uint64_t)tail->score[player].shots);
+        uint64_t draw = ll_script_draw(seed, player, LL_SCRIPT_OWN, (int64_t)tail->score[player].shots);
         a.axis[0] = 0.4f + 0.025f * (float)(draw % 9);
         a.axis[1] = 0.75f + 0.02f * (float)(draw / 9 % 8);
     }

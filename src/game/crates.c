@@ -12,6 +12,7 @@
 #include "base/rng.h"
 #include "game/floor.h"
 #include "game/games.h"
+#include "game/script.h"
 
 typedef struct crates_params {
     int64_t count;
@@ -428,18 +429,19 @@ static ll_action towards(const ll_entity *own, double x, double y)
     return far > 0 ? (ll_action){.axis = {(float)(dx / far), (float)(dy / far)}} : (ll_action){0};
 }
 
-/* For some seconds pushes one crate towards one place: goes behind it first. */
-static ll_action push_about(const ll_world *world, const ll_game_env *env, int player, ll_time t)
+enum { OWN_CRATE = LL_SCRIPT_OWN, OWN_GOAL_X, OWN_GOAL_Y };
+
+/* For a slot of 4 +- 2 s pushes one crate towards one place: goes behind it first. */
+static ll_action push_about(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                            ll_time t)
 {
     const crates_params *p = params_of(env);
-    uint64_t turn = (uint64_t)((t + player * 700 * LL_MS) / (4 * LL_SECOND)),
-             who = 0x70757368 + (uint64_t)player;
-    int crates = world->entities - world->players;
-    const ll_entity *own = &world->entity[player],
-                    *crate =
-                        &world->entity[world->players + (int)(ll_rng_u64(who, 0, turn) % (uint64_t)crates)];
-    double goal_x = p->width * (0.2 + 0.6 * ll_rng_unit(who, 1, turn)),
-           goal_y = p->depth * (0.2 + 0.6 * ll_rng_unit(who, 2, turn));
+    int64_t slot = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 4 * LL_SECOND, 2 * LL_SECOND).number;
+    uint64_t crates = (uint64_t)(world->entities - world->players);
+    int chosen = world->players + (int)(ll_script_draw(seed, player, OWN_CRATE, slot) % crates);
+    const ll_entity *own = &world->entity[player], *crate = &world->entity[chosen];
+    double goal_x = p->width * (0.2 + 0.6 * ll_script_unit(seed, player, OWN_GOAL_X, slot)),
+           goal_y = p->depth * (0.2 + 0.6 * ll_script_unit(seed, player, OWN_GOAL_Y, slot));
     double dx = goal_x - crate->x, dy = goal_y - crate->y, far = ll_sqrt(dx * dx + dy * dy) + 1e-9;
     double stand = p->radius + p->size, x = crate->x - dx / far * stand, y = crate->y - dy / far * stand;
     double ox = crate->x - own->x, oy = crate->y - own->y, near = ll_sqrt(ox * ox + oy * oy) + 1e-9;
@@ -448,13 +450,14 @@ static ll_action push_about(const ll_world *world, const ll_game_env *env, int p
 }
 
 /* Steady: round and round through whatever lies there. */
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     const crates_params *p = params_of(env);
     if (script == LL_SCRIPT_IDLE)
         return (ll_action){0};
     if (script != LL_SCRIPT_STEADY)
-        return push_about(world, env, player, t);
+        return push_about(world, env, seed, player, t);
     double angle = 0.4 * ll_to_s(t) + 3.141592653589793 * player;
     return towards(&world->entity[player], p->width * (0.5 - 0.3 * ll_cos(angle)),
                    p->depth * (0.5 + 0.3 * ll_sin(angle)));

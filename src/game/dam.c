@@ -12,9 +12,9 @@
 
 #include "base/assert.h"
 #include "base/detmath.h"
-#include "base/rng.h"
 #include "fluid/particle.h"
 #include "game/games.h"
+#include "game/script.h"
 
 typedef struct dam_params {
     int64_t across, iterations;
@@ -262,18 +262,24 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 /* ---- scripts ---- */
 
-/* To a place in the tank, another every second and a half; steady: to and fro. */
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+enum { OWN_X = LL_SCRIPT_OWN, OWN_Y };
+
+/* To a place in the tank; varied: drawn for slots of 1.5 +- 0.8 s; steady: to and fro, each way for 1.5 s. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     const dam_params *p = params_of(env);
     const ll_entity *own = &world->entity[player];
     if (script == LL_SCRIPT_IDLE)
         return (ll_action){0};
-    uint64_t turn = (uint64_t)((t + player * 400 * LL_MS) / (1500 * LL_MS)),
-             who = 0x64616d + (uint64_t)player;
-    bool steady = script == LL_SCRIPT_STEADY;
-    double x = p->width * (steady ? 0.1 + 0.8 * (double)(turn % 2) : ll_rng_unit(who, 0, turn));
-    double y = p->height * (steady ? 0.15 : 0.4 * ll_rng_unit(who, 1, turn));
+    double x = 0.1 + 0.8 * (double)((t + player * 400 * LL_MS) / (1500 * LL_MS) % 2), y = 0.15;
+    if (script != LL_SCRIPT_STEADY) {
+        ll_slot slot = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 1500 * LL_MS, 800 * LL_MS);
+        x = ll_script_unit(seed, player, OWN_X, slot.number);
+        y = 0.4 * ll_script_unit(seed, player, OWN_Y, slot.number);
+    }
+    x *= p->width;
+    y *= p->height;
     return (ll_action){.axis = {(float)ll_clamp(4 * (x - own->x) / p->speed, -1, 1),
                                 (float)ll_clamp(4 * (y - own->y) / p->speed, -1, 1)}};
 }

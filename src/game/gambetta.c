@@ -2,6 +2,7 @@
  * entity by speed x time, and nothing else does. Axis 0 is the direction. There is no velocity and no
  * contact, so replayed inputs are always right. */
 #include "game/games.h"
+#include "game/script.h"
 
 typedef struct gambetta_params {
     double speed, width;
@@ -78,16 +79,30 @@ static double farthest(const ll_game_env *env, double seconds, bool from_rest)
     return params_of(env)->speed * seconds;
 }
 
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+enum { OWN_SIDE = LL_SCRIPT_OWN, OWN_OUT, OWN_THERE };
+
+/* Steady: to and fro. Varied: out, wait, as long back, wait, as keys are pressed: in slots of 4 +- 0.4 s, to
+ * either side by chance, 1.2 to 1.6 s each way and 0.1 to 0.4 s there. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     ll_action a = {0};
     (void)world;
     (void)env;
-    ll_time phase = (t + player * 700 * LL_MS) % (4 * LL_SECOND);
-    if (script == LL_SCRIPT_STEADY)
-        a.axis[0] = phase < 2 * LL_SECOND ? 1 : -1;
-    else if (script != LL_SCRIPT_IDLE) /* out, wait, back, wait: bursts of inputs, as from keys */
-        a.axis[0] = phase < 1500 * LL_MS ? 1 : phase < 2 * LL_SECOND ? 0 : phase < 3500 * LL_MS ? -1 : 0;
+    if (script == LL_SCRIPT_IDLE)
+        return a;
+    if (script == LL_SCRIPT_STEADY) {
+        a.axis[0] = (t + player * 700 * LL_MS) % (4 * LL_SECOND) < 2 * LL_SECOND ? 1 : -1;
+        return a;
+    }
+    ll_slot slot = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 4 * LL_SECOND, 400 * LL_MS);
+    float side = ll_script_draw(seed, player, OWN_SIDE, slot.number) & 1 ? 1 : -1;
+    ll_time out = 1200 * LL_MS + ll_script_time(seed, player, OWN_OUT, slot.number, 400 * LL_MS);
+    ll_time there = 100 * LL_MS + ll_script_time(seed, player, OWN_THERE, slot.number, 300 * LL_MS);
+    if (slot.since < out)
+        a.axis[0] = side;
+    else if (slot.since >= out + there && slot.since < 2 * out + there)
+        a.axis[0] = -side;
     return a;
 }
 

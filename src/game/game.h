@@ -139,9 +139,10 @@ typedef struct ll_game {
      * however fast it was. NULL: not told. */
     double (*farthest)(const ll_game_env *env, double seconds, bool from_rest);
 
-    /* An autopilot: what `player` does at `t`, having seen `world` as its client draws it. */
-    ll_action (*drive)(const ll_world *world, const ll_game_env *env, int player, ll_script script,
-                       ll_time t);
+    /* An autopilot: what `player` does at t >= 0, having seen `world` as its client draws it. What varies is
+     * drawn from the session's `seed` (game/script.h); nothing is kept from one call to the next. */
+    ll_action (*drive)(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t);
 
     void (*describe)(const ll_world *world, const ll_game_env *env, int player, double *values);
 

@@ -5,8 +5,8 @@
  * exchange momentum. Only the server sees that contact in full, so a client that predicts its own car alone
  * is then corrected. */
 #include "base/detmath.h"
-#include "base/rng.h"
 #include "game/games.h"
+#include "game/script.h"
 
 typedef struct race_params {
     double acceleration, brake, drag, top_speed, lap, laps, car_length, lane_width, restitution;
@@ -277,19 +277,22 @@ static double farthest(const ll_game_env *env, double seconds, bool from_rest)
     return a * ll_drag_over(c, until).g + top * (seconds - until);
 }
 
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+/* Varied: for slots of 750 +- 500 ms one of six positions of the pedal, the first two seconds aside; also
+ * behind the finish. Steady: full throttle to the finish. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     static const float pedal[] = {1, 1, 0.8f, 0.6f, 0.3f, -0.4f};
     ll_action a = {0};
     (void)env;
     if (script == LL_SCRIPT_IDLE)
         return a;
-    if (world->entity[player].flags & LL_ENTITY_FINISHED)
-        a.axis[0] = -1;
-    else if (script == LL_SCRIPT_STEADY || t < 2 * LL_SECOND)
-        a.axis[0] = 1;
-    else
-        a.axis[0] = pedal[ll_rng_u64(0x72616365, (uint64_t)player, (uint64_t)(t / (LL_SECOND * 3 / 4))) % 6];
+    if (script == LL_SCRIPT_STEADY) {
+        a.axis[0] = world->entity[player].flags & LL_ENTITY_FINISHED ? -1 : 1;
+        return a;
+    }
+    ll_slot slot = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 750 * LL_MS, 500 * LL_MS);
+    a.axis[0] = t < 2 * LL_SECOND ? 1 : pedal[ll_script_draw(seed, player, LL_SCRIPT_OWN, slot.number) % 6];
     return a;
 }
 

@@ -9,9 +9,9 @@
 #include <string.h>
 
 #include "base/detmath.h"
-#include "base/rng.h"
 #include "fluid/ocean.h"
 #include "game/games.h"
+#include "game/script.h"
 
 typedef struct sea_params {
     int64_t points, waves, seed;
@@ -233,17 +233,20 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 /* ---- scripts ---- */
 
-/* To and fro about its own place; varied: with pauses. */
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+/* To and fro about its own place, each way for 4 s; varied: to places drawn for slots of 4 +- 2 s. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     const sea_params *p = params_of(env);
     const ll_entity *own = &world->entity[player];
     if (script == LL_SCRIPT_IDLE)
         return (ll_action){0};
     double home = p->length * (player + 1) / (world->players + 1);
-    uint64_t turn = (uint64_t)((t + player * 900 * LL_MS) / (4 * LL_SECOND)),
-             who = 0x736561 + (uint64_t)player;
-    double away = script == LL_SCRIPT_STEADY ? (turn % 2 ? 15 : -15) : 30 * (ll_rng_unit(who, 0, turn) - 0.5);
+    double away = (t + player * 900 * LL_MS) / (4 * LL_SECOND) % 2 ? 15 : -15;
+    if (script != LL_SCRIPT_STEADY) {
+        ll_slot slot = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 4 * LL_SECOND, 2 * LL_SECOND);
+        away = 30 * (ll_script_unit(seed, player, LL_SCRIPT_OWN, slot.number) - 0.5);
+    }
     return (ll_action){.axis = {(float)ll_clamp((home + away - own->x) / p->speed, -1, 1)}};
 }
 

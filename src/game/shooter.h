@@ -35,5 +35,5 @@ static inline double ll_shooter_facing(int player)
 }
 
 void ll_shooter_arena(const ll_game_env *env, int players, ll_arena *arena);
-ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, int player, ll_script script,
-                           ll_time t);
+ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                           ll_script script, ll_time t);

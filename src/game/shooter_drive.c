@@ -1,22 +1,39 @@
 /* Scripts of the shooter: they act on what their client draws, and on nothing else.
  *
- *   varied  strafes by chance, shoots at whatever it sees, off the middle by up to `spread`
+ *   varied  strafes for slots of 0.7 +- 0.4 s, shoots at whatever it sees, off the middle by up to `spread`
  *   steady  rides up and down, shoots at the middle of whatever it sees
- *   peek    comes out of cover every other second, shoots at players, and hides again
+ *   peek    in slots of 2.4 +- 0.8 s comes out of cover for 0.9 to 1.3 s, shoots at players, and hides
+ *           again, at 0.85 to 1 of its lift's speed
  *   hold    stands just above its wall and shoots at players
- *   idle    does nothing */
+ *   idle    does nothing
+ *
+ * Whom it begins to look at is drawn for slots of 0.6 +- 0.4 s, which of two weapons for slots of 0.25 +-
+ * 0.15 s; with these steady draws, too. */
 #include "base/detmath.h"
-#include "base/rng.h"
+#include "game/script.h"
 #include "game/shooter.h"
 
 #define LOOKOUT (LL_SHOOTER_WALL + 1.5) /* m: over the own wall */
 #define HIDEOUT (LL_SHOOTER_WALL - 2.5)
-#define PEEK (24 * LL_SECOND / 10)
-#define PEEK_OUT (LL_SECOND)
 
-static uint64_t draw(int player, int what, ll_time t, ll_time slot)
+enum { OWN_WAY = LL_SCRIPT_OWN, OWN_OUT, OWN_PACE, OWN_BODY, OWN_WEAPON, OWN_SCATTER };
+
+/* Who is asked, and when. */
+typedef struct asked {
+    uint64_t seed;
+    int player;
+    ll_script script;
+    ll_time t;
+} asked;
+
+static ll_slot slot_of(const asked *a, int purpose, int mean_ms, int spread_ms)
 {
-    return ll_rng_u64(0x73686f6f, (uint64_t)(player * 4 + what), (uint64_t)(t / slot));
+    return ll_script_slot(a->seed, a->player, purpose, a->t, mean_ms * LL_MS, spread_ms * LL_MS);
+}
+
+static uint64_t draw(const asked *a, int purpose, int64_t counter)
+{
+    return ll_script_draw(a->seed, a->player, purpose, counter);
 }
 
 /* ---- the lift ---- */
@@ -26,35 +43,46 @@ static float towards(double y, double goal)
     return goal > y + 0.05 ? 1.0f : goal < y - 0.05 ? -1.0f : 0.0f;
 }
 
-static float strafe(const ll_entity *own, int player, ll_script script, ll_time t)
+/* At a drawn share of the lift's speed, so that it does not come into sight at the same fraction of a step
+ * each time. */
+static float peek(const ll_entity *own, const asked *a)
+{
+    ll_slot slot = slot_of(a, LL_SCRIPT_SLOTS, 2400, 800);
+    ll_time out = 900 * LL_MS + ll_script_time(a->seed, a->player, OWN_OUT, slot.number, 400 * LL_MS);
+    double pace = 0.85 + 0.15 * ll_script_unit(a->seed, a->player, OWN_PACE, slot.number);
+    return (float)pace * towards(own->y, slot.since < out ? LOOKOUT : HIDEOUT);
+}
+
+static float strafe(const ll_entity *own, const asked *a)
 {
     static const float ways[] = {1, -1, 1, -1, 0};
-    switch (script) {
+    switch (a->script) {
     case LL_SCRIPT_STEADY:
         if (own->y <= LL_SHOOTER_LIFT_LOW || own->y >= LL_SHOOTER_LIFT_HIGH)
             return own->y <= LL_SHOOTER_LIFT_LOW ? 1 : -1;
         return own->vy < 0 ? -1 : 1;
     case LL_SCRIPT_PEEK:
-        return towards(own->y, (t + player * 700 * LL_MS) % PEEK < PEEK_OUT ? LOOKOUT : HIDEOUT);
+        return peek(own, a);
     case LL_SCRIPT_HOLD:
         return towards(own->y, LOOKOUT);
     default:
-        return ways[draw(player, 0, t, LL_SECOND * 7 / 10) % 5];
+        return ways[draw(a, OWN_WAY, slot_of(a, LL_SCRIPT_SLOTS, 700, 400).number) % 5];
     }
 }
 
 /* ---- the aim ---- */
 
 /* The first body in sight, from one on that changes every now and then. */
-static int choose(const ll_arena *arena, const ll_world *world, int player, bool players_only, ll_time t)
+static int choose(const ll_arena *arena, const ll_world *world, const asked *a)
 {
-    const ll_entity *own = &world->entity[player];
+    const ll_entity *own = &world->entity[a->player];
+    bool players_only = a->script == LL_SCRIPT_PEEK || a->script == LL_SCRIPT_HOLD;
     int bodies = players_only ? arena->players : arena->bodies;
-    int first = (int)(draw(player, 1, t, LL_SECOND * 6 / 10) % (uint64_t)bodies);
+    int first = (int)(draw(a, OWN_BODY, slot_of(a, LL_SCRIPT_AIM_SLOTS, 600, 400).number) % (uint64_t)bodies);
     for (int k = 0; k < bodies; k++) {
         int i = (first + k) % bodies;
         const ll_entity *e = &world->entity[i];
-        if (ll_arena_enemies(arena, player, i) &&
+        if (ll_arena_enemies(arena, a->player, i) &&
             ll_arena_sees(arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}))
             return i;
     }
@@ -91,40 +119,42 @@ static bool lay_cannon(const ll_shooter_params *p, way to, way velocity, double 
 }
 
 /* Off the middle, across the line of fire. */
-static way scatter(way to, double radius, int player, ll_time t)
+static way scatter(way to, double radius, const asked *a)
 {
     double length = ll_sqrt(to.forward * to.forward + to.up * to.up);
-    double off = radius * (2 * ll_rng_unit(0x73707264, (uint64_t)player, (uint64_t)(t / (50 * LL_MS))) - 1);
+    double off = radius * (2 * ll_script_unit(a->seed, a->player, OWN_SCATTER, a->t / (50 * LL_MS)) - 1);
     return (way){to.forward - off * to.up / length, to.up + off * to.forward / length};
 }
 
-static ll_weapon weapon_at(const ll_shooter_params *p, ll_time t)
+static ll_weapon weapon_of(const ll_shooter_params *p, const asked *a)
 {
     if (p->weapons == LL_SHOOTER_BOTH)
-        return t / (LL_SECOND / 4) % 4 == 0 ? LL_CANNON : LL_RIFLE;
+        return draw(a, OWN_WEAPON, slot_of(a, LL_SCRIPT_WEAPON_SLOTS, 250, 150).number) % 4 == 0 ? LL_CANNON
+                                                                                                 : LL_RIFLE;
     return p->weapons == LL_SHOOTER_CANNON ? LL_CANNON : LL_RIFLE;
 }
 
-ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, int player, ll_script script,
-                           ll_time t)
+ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                           ll_script script, ll_time t)
 {
     const ll_shooter_params *p = ll_shooter_params_of(env);
+    const asked who = {seed, player, script, t};
     const ll_entity *own = &world->entity[player];
     ll_action a = {0};
     if (script == LL_SCRIPT_IDLE)
         return a;
-    a.axis[0] = strafe(own, player, script, t);
+    a.axis[0] = strafe(own, &who);
     ll_arena arena;
     ll_shooter_arena(env, world->players, &arena);
-    int body = choose(&arena, world, player, script == LL_SCRIPT_PEEK || script == LL_SCRIPT_HOLD, t);
+    int body = choose(&arena, world, &who);
     if (body == LL_NOBODY)
         return a;
     const ll_entity *e = &world->entity[body];
     double facing = ll_shooter_facing(player), elevation;
     way to = {facing * (e->x - own->x), e->y - own->y};
     if (script != LL_SCRIPT_STEADY)
-        to = scatter(to, p->spread * ll_arena_radius(&arena, body), player, t);
-    ll_weapon weapon = weapon_at(p, t);
+        to = scatter(to, p->spread * ll_arena_radius(&arena, body), &who);
+    ll_weapon weapon = weapon_of(p, &who);
     if (weapon == LL_RIFLE)
         elevation = ll_atan2(to.up, to.forward);
     else if (!lay_cannon(p, to, (way){facing * e->vx, e->vy}, &elevation))

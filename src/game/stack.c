@@ -13,8 +13,8 @@
 
 #include "base/assert.h"
 #include "base/detmath.h"
-#include "base/rng.h"
 #include "game/games.h"
+#include "game/script.h"
 #include "rigid/scene.h"
 
 typedef struct stack_params {
@@ -381,18 +381,23 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 /* ---- scripts ---- */
 
-/* Against the foot of what stands there and back again; varied: at heights of its own. */
-static ll_action drive(const ll_world *world, const ll_game_env *env, int player, ll_script script, ll_time t)
+/* Against the foot of what stands there and back again, each way for 2.5 s; varied: at drawn heights, for
+ * slots of 2.5 +- 1 s. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
 {
     const stack_params *p = params_of(env);
     const ll_game_scene *s = room(env);
     const ll_entity *own = &world->entity[player];
     if (script == LL_SCRIPT_IDLE)
         return (ll_action){0};
-    uint64_t turn = (uint64_t)((t + player * 1300 * LL_MS) / (2500 * LL_MS)),
-             who = 0x737461 + (uint64_t)player;
+    int64_t turn = (t + player * 1300 * LL_MS) / (2500 * LL_MS);
+    double height = 0.2;
+    if (script != LL_SCRIPT_STEADY) {
+        turn = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 2500 * LL_MS, LL_SECOND).number;
+        height = 0.8 * ll_script_unit(seed, player, LL_SCRIPT_OWN, turn);
+    }
     double home = player % 2 == 0 ? s->x_min + 3 * p->radius : s->x_max - 3 * p->radius;
-    double height = script == LL_SCRIPT_STEADY ? 0.2 : 0.8 * ll_rng_unit(who, 0, turn);
     double x = turn % 2 == 0 ? home : (s->x_min + s->x_max) / 2, y = p->radius + height * s->y_max;
     return (ll_action){.axis = {(float)ll_clamp(2 * (x - own->x) / p->speed, -1, 1),
                                 (float)ll_clamp(2 * (y - own->y) / p->speed, -1, 1)}};

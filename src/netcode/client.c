@@ -377,7 +377,7 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     const ll_player_config *config = s->config;
     ll_action a = c->held;
     if (config->control == LL_CONTROL_SCRIPT)
-        a = s->game->drive(seen, s->env, c->self, (ll_script)config->script, t);
+        a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
     ll_cheat_action(c, s, &a);
     if (s->sync->press_s > 0 && config->timer_jitter_ms > 0) { /* what counts is how long a key was down */
         double ticks = (double)c->tick_elapsed / (double)c->period;
@@ -595,7 +595,7 @@ void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 #define REPEAT_MS 200 /* and twice the time that the last answer took: then an input is sent again */
 
 /* A timer that fires late sets the next one from there, as a browser's does. */
-void ll_client_set_timer(ll_client *c, const ll_client_setup *s, uint64_t seed, ll_time now)
+void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double late_ms = s->config->timer_jitter_ms;
     ll_dilate(c);
@@ -607,7 +607,7 @@ void ll_client_set_timer(ll_client *c, const ll_client_setup *s, uint64_t seed, 
         return;
     uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->frame;
     c->tick_due =
-        now + c->period + ll_ms(late_ms * ll_rng_unit(seed, TIMER_STREAM + (uint64_t)c->self, draw));
+        now + c->period + ll_ms(late_ms * ll_rng_unit(s->seed, TIMER_STREAM + (uint64_t)c->self, draw));
     for (; machine_time(s, &c->clock, c->frame + 1) <= c->tick_due; c->frame++)
         c->skipped++;
 }

@@ -186,7 +186,7 @@ typedef struct ll_client_setup {
     const ll_server_config *rules; /* what everybody has agreed on */
     ll_gunner *gunner;             /* NULL in a game without weapons */
     struct ll_shots *shots;
-    uint64_t seed;
+    uint64_t seed;        /* the session's */
     ll_freq display_freq; /* of displays where they are not with the ticks */
 } ll_client_setup;
 
@@ -231,7 +231,7 @@ void ll_client_display(ll_client *client, const ll_client_setup *setup, ll_time 
 void ll_client_set_due(ll_client *client, const ll_client_setup *setup);
 
 /* After a tick: sets `client->tick_due`, late as `timer_jitter_ms` has it. After a display: the next one. */
-void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, uint64_t seed, ll_time now);
+void ll_client_set_timer(ll_client *client, const ll_client_setup *setup, ll_time now);
 void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
 
 /* What a lag switch has held back and lets go at `now`: packets to be sent behind that of the frame. Returns

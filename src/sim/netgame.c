@@ -116,13 +116,13 @@ static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *reco
                              .env = &g->env,
                              .sync = sync,
                              .config = player,
-                             .seed = (uint64_t)g->config.head.seed,
                              .display_freq = together ? 0 : displays,
                              .instruments = ll_netgame_instruments(g, i),
                              .recorder = recorder,
                              .rules = &g->config.server,
                              .gunner = ll_netgame_gunner(g, i),
-                             .shots = ll_netgame_shots(g)};
+                             .shots = ll_netgame_shots(g),
+                             .seed = (uint64_t)g->config.head.seed};
 }
 
 static void start_server(ll_netgame *g, ll_time now)
@@ -521,7 +521,7 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
     ll_client *client = ll_netgame_client(g, player);
     _Alignas(8) char packet[PACKET_MAX];
     int bytes = s->sync->tick(client, s, g->now, packet);
-    ll_client_set_timer(client, s, s->seed, g->now);
+    ll_client_set_timer(client, s, g->now);
     for (; bytes > 0; bytes = ll_client_held(client, s, g->now, packet))
         send(g, player, true, packet, bytes, s->recorder);
     if (s->sync->observe)

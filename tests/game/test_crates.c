@@ -232,8 +232,8 @@ static void two_hundred_crates_are_pushed_about(void **state)
     for (int k = 0; k < 3600; k++) {
         ll_action actions[8];
         for (int i = 0; i < 8; i++)
-            actions[i] = ll_game_crates.drive(y.world, &y.env, i, i % 2 ? LL_SCRIPT_STEADY : LL_SCRIPT_VARIED,
-                                              ll_tick_time(k, 60000));
+            actions[i] = ll_game_crates.drive(
+                y.world, &y.env, 1, i, i % 2 ? LL_SCRIPT_STEADY : LL_SCRIPT_VARIED, ll_tick_time(k, 60000));
         step(&y, actions);
         if (k % 100 == 0)
             assert_true(deepest(&y) < 0.1); /* while pressed; a hand's breadth of 0.8 m */
@@ -342,7 +342,7 @@ static void reach_is_never_too_little(void **state)
         for (int k = 0; k < 200; k++) { /* somewhere in the middle of a game */
             ll_action actions[6];
             for (int i = 0; i < 6; i++)
-                actions[i] = ll_game_crates.drive(whole.world, &whole.env, i, LL_SCRIPT_VARIED,
+                actions[i] = ll_game_crates.drive(whole.world, &whole.env, seed, i, LL_SCRIPT_VARIED,
                                                   (ll_time)seed * LL_SECOND + ll_tick_time(k, 60000));
             step(&whole, actions);
         }

@@ -181,8 +181,8 @@ static void own_step_is_the_server_step(void **state)
     for (int i = 0; i < 3600; i++) {
         ll_action actions[3];
         for (int p = 0; p < 3; p++) {
-            actions[p] =
-                ll_game_race.drive(server->world, &server->env, p, LL_SCRIPT_VARIED, ll_tick_time(i, 60000));
+            actions[p] = ll_game_race.drive(server->world, &server->env, 1, p, LL_SCRIPT_VARIED,
+                                            ll_tick_time(i, 60000));
             ll_game_race.step_own(client->world, &client->env, p, &actions[p]);
         }
         ll_game_race.step(server->world, &server->env, actions, ll_tick_time(i + 1, 60000), NULL);

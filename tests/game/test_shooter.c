@@ -42,7 +42,7 @@ static void play(yard *y, int steps, const ll_script *scripts)
     for (int i = 0; i < steps; i++) {
         ll_action actions[LL_PLAYERS_MAX];
         for (int p = 0; p < y->world->players; p++) {
-            actions[p] = ll_game_shooter.drive(y->world, &y->env, p, scripts[p], ll_tick_time(y->k, HZ));
+            actions[p] = ll_game_shooter.drive(y->world, &y->env, 1, p, scripts[p], ll_tick_time(y->k, HZ));
         }
         step(y, actions);
     }

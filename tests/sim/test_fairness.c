@@ -49,7 +49,7 @@ static void fairness_follows_the_lag(void **state)
 static void fairness_counts_hits(void **state)
 {
     (void)state;
-    static const char *const sets[] = {"players.1.lag_ms=200", NULL};
+    static const char *const sets[] = {"players.0.lag_ms=5", "players.1.lag_ms=400", NULL};
     scene s = scene_open("rifle_no_rewind", sets);
     scene_run(&s, 60, NULL);
     cJSON *m = ll_netgame_metrics(s.game);

@@ -171,16 +171,16 @@ static void a_guess_follows_also_when_nothing_moves(void **state)
 }
 
 /* In scope `contacts` a car far away is drawn as without it, one near is drawn ahead of the server's present.
- */
+ * A waits behind the finish, where B comes along. */
 static void only_who_may_touch_is_predicted(void **state)
 {
     (void)state;
     const char *const sets[] = {"players.0.prediction_scope=contacts", "players.0.script=steady",
-                                "players.1.script=varied", NULL};
+                                "players.1.script=varied", "params.laps=3", NULL};
     scene s = scene_open("contact", sets);
     ll_client *c = ll_netgame_client(s.game, 0);
     int near = 0, far = 0;
-    for (int k = 1; k < 300; k++) {
+    for (int k = 1; k < 500; k++) {
         scene_run(&s, 1 + k * 0.1, NULL);
         const ll_mark *mark = &ll_client_marks_const(c)[1];
         ll_world *world = ll_server_world(ll_netgame_server(s.game));

@@ -119,8 +119,11 @@ static void catching_up_calmly_leaves_something_in_stock(void **state)
 static void smoothing_leaves_the_state_alone(void **state)
 {
     (void)state;
-    const char *const snap[] = {"players.1.correction=snap", NULL};
-    scene a = run_whole("smoothing", NULL), b = run_whole("smoothing", snap);
+    /* a seed by which the cars hit each other hard: a picture that is corrected by little moves more by
+     * itself */
+    const char *const smooth[] = {"seed=2", NULL}, *const snap[] = {"seed=2", "players.1.correction=snap",
+                                                                    NULL};
+    scene a = run_whole("smoothing", smooth), b = run_whole("smoothing", snap);
     ll_world *wa = ll_server_world(ll_netgame_server(a.game)),
              *wb = ll_server_world(ll_netgame_server(b.game));
     assert_memory_equal(wa, wb, ll_world_size(wa));
