@@ -45,9 +45,11 @@ typedef struct ll_shot {
     int16_t claim; /* the body that the client says it hits, or LL_NOBODY */
     uint16_t tag;  /* of a shell */
     ll_point from, direction;
-    ll_time now;  /* of the world that it meets */
-    ll_time seen; /* of the world that the shooter saw, as far as the rules believe it */
-    bool clamped, distrusted;
+    ll_time now;     /* of the world that it meets */
+    ll_time seen;    /* of the world that the shooter saw, as far as the rules believe it */
+    bool looks_back; /* the policy or family makes use of `seen` */
+    bool clamped;    /* max_rewind_ms kept it from looking back as far as the view was old */
+    bool distrusted; /* the stated age of the view was not believed */
 } ll_shot;
 
 /* Where a shot is judged. */
@@ -65,8 +67,9 @@ typedef struct ll_rifle_policy {
 
 typedef struct ll_shell_family {
     const char *name, *help;
-    bool rewinds; /* what is caught up with meets bodies of its own time, otherwise those of the present */
-    bool claims;  /* the client says what its shells hit: the server does not test them */
+    bool looks_back; /* the flight begins when the shooter saw, as far as the rules go, and not now */
+    bool rewinds;    /* what is caught up with meets bodies of its own time, otherwise those of the present */
+    bool claims;     /* the client says what its shells hit: the server does not test them */
     /* Sets when the flight began, at or before shot->now, and tells what it met until then. */
     ll_meeting (*launch)(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start);
 } ll_shell_family;

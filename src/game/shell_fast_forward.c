@@ -15,4 +15,5 @@ static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_fl
 const ll_shell_family ll_shell_fast_forward = {
     .name = "fast_forward",
     .help = "B: forwarded by the age of the shooter's view, among the targets of the present.",
+    .looks_back = true,
     .launch = launch};

@@ -10,5 +10,7 @@ static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_fl
     return ll_shell_fast_forward.launch(field, &near, flight, start);
 }
 
-const ll_shell_family ll_shell_partial = {
-    .name = "partial", .help = "D: forwarded by at most shell_forward_ms.", .launch = launch};
+const ll_shell_family ll_shell_partial = {.name = "partial",
+                                          .help = "D: forwarded by at most shell_forward_ms.",
+                                          .looks_back = true,
+                                          .launch = launch};

@@ -15,4 +15,5 @@ const ll_shell_family ll_shell_rewind = {
     .name = "rewind",
     .help = "C: shell and targets go together from the time that the shooter saw, then on in the present.",
     .rewinds = true,
+    .looks_back = true,
     .launch = launch};

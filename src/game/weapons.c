@@ -9,6 +9,7 @@ static void tell(const ll_field *field, const ll_judgement *judgement)
 }
 
 /* The time that the shooter saw, as far as the rules believe it, for an input of the step that ends at `now`.
+ * An age counts from there; how far back the server looks, from the world that it judges in, a step before.
  */
 static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
 {
@@ -17,10 +18,10 @@ static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, 
     shot->distrusted = age > oldest + tolerance;
     if (shot->distrusted)
         age = oldest;
-    shot->clamped = age > most;
-    if (shot->clamped)
-        age = most;
     ll_time start = ll_history_time(past->history, 0), seen = now - age;
+    shot->clamped = shot->looks_back && seen < shot->now - most;
+    if (seen < shot->now - most)
+        seen = shot->now - most;
     shot->seen = seen < start ? start : seen > shot->now ? shot->now : seen;
 }
 
@@ -32,6 +33,11 @@ static const ll_rifle_policy *policy_of(const ll_field *field)
 static const ll_shell_family *family_of(const ll_field *field)
 {
     return ll_shell_families[field->past ? field->past->rules->shell : 0];
+}
+
+static bool looks_back(const ll_field *field, int weapon)
+{
+    return weapon == LL_RIFLE ? policy_of(field)->rewinds : family_of(field)->looks_back;
 }
 
 static void fire_rifle(ll_arms *arms, const ll_field *field, const ll_shot *shot)
@@ -151,7 +157,8 @@ void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll
                         .from = aim.from,
                         .direction = aim.direction,
                         .now = before,
-                        .seen = before};
+                        .seen = before,
+                        .looks_back = looks_back(field, w)};
         if (field->past)
             look_back(&shot, field->past, action->view_age_ns, now);
         fire[w](arms, field, &shot);

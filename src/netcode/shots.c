@@ -1,9 +1,14 @@
 #include "netcode/shots.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/detmath.h"
 #include "netcode/client.h"
+
+#define PEEK_WINDOW                                                                                          \
+    (3 * LL_SECOND)     /* longer than any way from player to player: what is further apart is no pair */
+#define STOOD LL_SECOND /* who did not move for so long stands */
 
 typedef float seen_body[2];
 
@@ -29,7 +34,9 @@ void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
         ll_histogram_init(&m->rollback, 0.001);
         ll_histogram_init(&m->rewind, 0.1);
         ll_histogram_init(&m->trace_error, 0.0001);
-        ll_histogram_init(&m->peek, 0.1);
+        ll_histogram_init(&m->peek[0], 0.1);
+        ll_histogram_init(&m->peek[1], 0.1);
+        m->moved = -STOOD; /* nobody has moved yet */
     }
 }
 
@@ -56,7 +63,7 @@ static double distance(ll_point a, ll_point b)
 static void count(ll_shot_tally *t, const ll_shots *shots, const ll_shot_record *r)
 {
     int view = r->body[LL_JUDGE_VIEW], server = r->body[LL_JUDGE_SERVER];
-    bool within = !(r->flags & LL_SHOT_CLAMPED);
+    bool within = (r->flags & (LL_SHOT_LOOKED_BACK | LL_SHOT_CLAMPED)) == LL_SHOT_LOOKED_BACK;
     t->shots++;
     for (int j = 0; j < LL_JUDGES; j++)
         t->hits[j] += r->body[j] != LL_NOBODY;
@@ -120,8 +127,9 @@ static void take(ll_marksman *m, ll_shot_record *r, const ll_judgement *j)
     r->judged = j->shot->now;
     r->muzzle = j->shot->from;
     r->number = j->number;
-    r->flags |= (uint8_t)(LL_SHOT_TAKEN | (j->shot->clamped ? LL_SHOT_CLAMPED : 0) |
-                          (j->shot->distrusted ? LL_SHOT_DISTRUSTED : 0));
+    r->flags |=
+        (uint8_t)(LL_SHOT_TAKEN | (j->shot->looks_back ? LL_SHOT_LOOKED_BACK : 0) |
+                  (j->shot->clamped ? LL_SHOT_CLAMPED : 0) | (j->shot->distrusted ? LL_SHOT_DISTRUSTED : 0));
 }
 
 static void measure_rollback(const ll_shots *shots, ll_marksman *m, const ll_shot_record *r, int body,
@@ -285,9 +293,6 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history)
 
 /* ---- sight ---- */
 
-#define PEEK_WINDOW                                                                                          \
-    (3 * LL_SECOND) /* longer than any way from player to player: what is further apart is no pair */
-
 /* The line opened for both: who of them moved saw it first, or had to. */
 static void match(ll_shots *shots, int a, int b)
 {
@@ -299,20 +304,18 @@ static void match(ll_shots *shots, int a, int b)
     m->peeking &= ~(UINT32_C(1) << b);
     n->awaiting &= ~(UINT32_C(1) << a);
     if (n->opened[a] >= shots->from)
-        ll_histogram_add(&m->peek, advantage > 0 ? ll_to_ms(advantage) : 0);
+        ll_histogram_add(&m->peek[advantage < 0], ll_to_ms(advantage < 0 ? -advantage : advantage));
 }
 
 static void notice(ll_shots *shots, const ll_client *c, int other, bool sees, ll_time now)
 {
     ll_marksman *m = &shots->marksman[c->self];
     uint32_t bit = UINT32_C(1) << other;
-    const ll_entity *own = &ll_client_shown_const(c)->entity[c->self];
     if (sees == ((m->sees & bit) != 0))
         return;
-    bool moves = own->vx != 0 || own->vy != 0;
     m->sees ^= bit;
-    m->peeking = (m->peeking & ~bit) | (sees && moves ? bit : 0);
-    m->awaiting = (m->awaiting & ~bit) | (sees && !moves ? bit : 0);
+    m->peeking = (m->peeking & ~bit) | (sees && m->moved == now ? bit : 0);
+    m->awaiting = (m->awaiting & ~bit) | (sees && now - m->moved >= STOOD ? bit : 0);
     m->opened[other] = now;
     match(shots, c->self, other);
     match(shots, other, c->self);
@@ -322,12 +325,41 @@ void ll_shots_frame(ll_shots *shots, const ll_client *c, ll_time now)
 {
     const ll_world *shown = ll_client_shown_const(c);
     const ll_entity *own = &shown->entity[c->self];
+    if (own->vx != 0 || own->vy != 0)
+        shots->marksman[c->self].moved = now;
     for (int i = 0; i < shots->arena.players; i++) {
         const ll_entity *e = &shown->entity[i];
         if (ll_arena_enemies(&shots->arena, c->self, i))
             notice(shots, c, i,
                    ll_arena_sees(&shots->arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}), now);
     }
+}
+
+/* The value of 1-based rank, of magnitudes below zero and values from zero on. */
+static double ranked(const ll_histogram *below, const ll_histogram *from_zero, int64_t rank)
+{
+    if (rank <= below->count)
+        return -ll_histogram_quantile(below, (double)(below->count - rank + 1) / (double)below->count);
+    return ll_histogram_quantile(from_zero, (double)(rank - below->count) / (double)from_zero->count);
+}
+
+ll_summary ll_shots_peeks(const ll_marksman *m)
+{
+    static const double shares[] = {0.5, 0.95, 0.99, 1};
+    const ll_histogram *from_zero = &m->peek[0], *below = &m->peek[1];
+    int64_t count = from_zero->count + below->count;
+    double n = (double)count, at[4];
+    if (count == 0)
+        return (ll_summary){0};
+    for (int i = 0; i < 4; i++)
+        at[i] = ranked(below, from_zero, (int64_t)ceil(shares[i] * n - 1e-9));
+    return (ll_summary){.mean = (from_zero->sum - below->sum) / n,
+                        .rms = ll_sqrt((from_zero->sum_squares + below->sum_squares) / n),
+                        .p50 = at[0],
+                        .p95 = at[1],
+                        .p99 = at[2],
+                        .max = at[3],
+                        .count = count};
 }
 
 const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon weapon,

@@ -24,7 +24,8 @@ typedef enum ll_shot_flag {
     LL_SHOT_CLAMPED = 2,    /* max_rewind_ms did not reach as far as the view */
     LL_SHOT_DISTRUSTED = 4, /* the stated age of the view was not believed */
     LL_SHOT_BEHIND_COVER = 8,
-    LL_SHOT_LOST = 16, /* its input came too late or not at all, or the weapon was not ready */
+    LL_SHOT_LOST = 16,        /* its input came too late or not at all, or the weapon was not ready */
+    LL_SHOT_LOOKED_BACK = 32, /* by its policy or family; of others max_rewind_ms says nothing */
 } ll_shot_flag;
 
 #pragma GCC diagnostic push
@@ -49,7 +50,7 @@ typedef struct ll_shot_tally {
     int64_t lost;
     int64_t hits[LL_JUDGES];
     int64_t agreed;                   /* server with view */
-    int64_t within, within_agreed;    /* of these, the shots that max_rewind_ms reached */
+    int64_t within, within_agreed;    /* of these, the shots looked back for as far as the view was old */
     int64_t false_hits, false_misses; /* of the server against the view */
     int64_t kept;                     /* hits in the view that counted */
     int64_t on_players, behind_cover; /* hits that counted */
@@ -62,13 +63,14 @@ typedef struct ll_marksman {
     int64_t settled;          /* nothing is left to do for those before */
     int64_t last[LL_WEAPONS]; /* index of the newest that the server took; -1 */
     ll_shot_tally tally[LL_WEAPONS];
-    ll_histogram rollback;          /* m: |body now - body where it was judged|, of the body that is hit */
-    ll_histogram rewind;            /* ms: how far back the server looked */
-    ll_histogram trace_error;       /* m: of a shell's traced way against the parabola */
-    ll_histogram peek;              /* ms: peeker's advantage */
+    ll_histogram rollback;    /* m: |body now - body where it was judged|, of the body that is hit */
+    ll_histogram rewind;      /* ms: how far back the server looked */
+    ll_histogram trace_error; /* m: of a shell's traced way against the parabola */
+    ll_histogram peek[2];     /* ms, peeker's advantage: it saw first, or together; the other saw first */
     ll_time opened[LL_PLAYERS_MAX]; /* when the line to each other player opened in the own picture */
+    ll_time moved;                  /* when the own entity was last drawn in motion */
     uint32_t sees, peeking; /* bits: the line is open; it opened by the own motion, and is not matched yet */
-    uint32_t awaiting;      /* bits: it opened while standing, and is not matched yet */
+    uint32_t awaiting;      /* bits: it opened for one that had stood for a second, and is not matched yet */
     uint32_t reserved;
     ll_shot_record records[LL_SHOTS_KEPT];
 } ll_marksman;
@@ -108,9 +110,12 @@ void ll_shots_judge(ll_shots *shots, const ll_judgement *judgement, int64_t tick
 void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history);
 
 /* After a frame of `client`: whom it sees. Peeker's advantage: of two players between whom the line opens
- * while one moves and the other stands, when the standing one's client draws it open less when the moving
- * one's does, or 0. It is the moving one's. */
+ * while one moves and the other has stood for a second, when the standing one's client draws it open less
+ * when the moving one's does. It is the moving one's, and below zero when the other saw first. */
 void ll_shots_frame(ll_shots *shots, const struct ll_client *client, ll_time now);
+
+/* Peeker's advantage of a player, with its sign, ms. */
+ll_summary ll_shots_peeks(const ll_marksman *marksman);
 
 /* The newest shot of `player` that the server took, and the bodies as it saw them; NULL: none. */
 const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon weapon,

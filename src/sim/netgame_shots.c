@@ -10,9 +10,28 @@ static void number(cJSON *object, const char *name, double value)
     cJSON_AddNumberToObject(object, name, value);
 }
 
+/* null where nothing was counted: no share, rather than a bad one */
 static void share(cJSON *object, const char *name, int64_t part, int64_t whole)
 {
-    number(object, name, whole > 0 ? (double)part / (double)whole : 0);
+    if (whole > 0)
+        number(object, name, (double)part / (double)whole);
+    else
+        cJSON_AddNullToObject(object, name);
+}
+
+static void peeks(cJSON *object, const ll_marksman *m)
+{
+    static const char *const names[] = {"mean", "rms", "p50", "p95", "p99", "max"};
+    ll_summary s = ll_shots_peeks(m);
+    const double values[] = {s.mean, s.rms, s.p50, s.p95, s.p99, s.max};
+    cJSON *o = cJSON_AddObjectToObject(object, "peeker_advantage_ms");
+    for (int i = 0; i < 6; i++)
+        if (s.count > 0)
+            number(o, names[i], values[i]);
+        else
+            cJSON_AddNullToObject(o, names[i]);
+    number(o, "count", (double)s.count);
+    number(o, "seen_second", (double)m->peek[1].count);
 }
 
 static void tally(cJSON *parent, const char *name, const ll_shot_tally *t)
@@ -51,12 +70,11 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
         shots += m->tally[w].shots;
         hits += m->tally[w].hits[LL_JUDGE_SERVER];
     }
-    if (shots > 0) /* who never shot has no ratio, rather than a bad one */
-        share(o, "hit_ratio", hits, shots);
+    share(o, "hit_ratio", hits, shots);
     ll_netgame_distribution(o, "rollback_distance_m", ll_histogram_summary(&m->rollback));
     ll_netgame_distribution(o, "rewind_ms", ll_histogram_summary(&m->rewind));
     ll_netgame_distribution(o, "trace_error_m", ll_histogram_summary(&m->trace_error));
-    ll_netgame_distribution(o, "peeker_advantage_ms", ll_histogram_summary(&m->peek));
+    peeks(o, m);
 }
 
 /* ---- section 4: the last shots ---- */

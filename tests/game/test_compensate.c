@@ -183,7 +183,10 @@ static void view_is_clamped_and_cross_checked(void **state)
     } cases[] = {
         {120, 100, 120, false, false},
         {240, 60, 240, false, false},
-        {300, 250, 250, true, false},
+        {300, 250, 250, true, false}, /* the limit counts from the present that is judged in */
+        {260, 250, 260, false, false},
+        {266, 250, 266, false, false}, /* 249.3 ms before it */
+        {267, 250, 250, true, false},
         {240, 10, 240, false, false}, /* 200 more than the oldest of 10 to 40 ms */
         {241, 10, 40, false, true},   /* what was measured counts */
         {20, 400, 20, false, false},
@@ -197,7 +200,8 @@ static void view_is_clamped_and_cross_checked(void **state)
         ll_action a = press(r, LL_RIFLE, 140, now - ll_ms(cases[i].stated_ms));
         r->past.measured[0] = ll_ms(cases[i].measured_ms);
         step_to(r, 140, &a, level());
-        ll_time want = now - ll_ms(cases[i].looked_back_ms), present = ll_tick_time(139, HZ);
+        ll_time present = ll_tick_time(139, HZ);
+        ll_time want = (cases[i].clamped ? present : now) - ll_ms(cases[i].looked_back_ms);
         assert_int_equal(r->shots[0].now, present);
         assert_int_equal(r->shots[0].seen, want < present ? want : present);
         assert_int_equal(r->shots[0].clamped, cases[i].clamped);
