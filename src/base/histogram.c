@@ -1,5 +1,7 @@
 #include "base/histogram.h"
 
+#include <math.h>
+#include <stdbool.h>
 #include <string.h>
 
 #include "base/assert.h"
@@ -51,6 +53,11 @@ void ll_histogram_add(ll_histogram *h, double value)
     h->bucket[bucket_of(value / h->unit + 0.5)]++;
 }
 
+void ll_histogram_add_never(ll_histogram *h)
+{
+    h->never++;
+}
+
 /* 1-based rank of the smallest value that at least the share `q` of all values does not exceed. */
 static int64_t rank_of(double q, int64_t count)
 {
@@ -63,9 +70,11 @@ static int64_t rank_of(double q, int64_t count)
 
 double ll_histogram_quantile(const ll_histogram *h, double q)
 {
-    if (h->count == 0)
-        return 0;
-    int64_t rank = rank_of(q, h->count);
+    if (h->count + h->never == 0)
+        return NAN;
+    int64_t rank = rank_of(q, h->count + h->never);
+    if (rank > h->count)
+        return INFINITY;
     if (rank == 1)
         return h->min;
     if (rank == h->count)
@@ -79,16 +88,16 @@ double ll_histogram_quantile(const ll_histogram *h, double q)
 
 ll_summary ll_histogram_summary(const ll_histogram *h)
 {
-    if (h->count == 0)
-        return (ll_summary){0};
     double n = (double)h->count;
+    bool any = h->count > 0;
     return (ll_summary){
-        .mean = h->sum / n,
-        .rms = ll_sqrt(h->sum_squares / n),
+        .mean = any ? h->sum / n : NAN,
+        .rms = any ? ll_sqrt(h->sum_squares / n) : NAN,
         .p50 = ll_histogram_quantile(h, 0.5),
         .p95 = ll_histogram_quantile(h, 0.95),
         .p99 = ll_histogram_quantile(h, 0.99),
-        .max = h->max,
-        .count = h->count,
+        .max = any ? h->max : NAN,
+        .count = h->count + h->never,
+        .never = h->never,
     };
 }

@@ -137,14 +137,42 @@ static void one_value_is_every_quantile(void **state)
     assert_true(fabs(s.mean - 123.456) < 1e-12 && fabs(s.rms - 123.456) < 1e-12);
 }
 
-static void empty_is_all_zero(void **state)
+static void empty_is_no_number(void **state)
 {
     (void)state;
     ll_histogram h;
     ll_histogram_init(&h, 1);
-    ll_summary s = ll_histogram_summary(&h), zero = {0};
-    assert_memory_equal(&s, &zero, sizeof s);
-    assert_true(ll_histogram_quantile(&h, 0.5) == 0);
+    ll_summary s = ll_histogram_summary(&h);
+    assert_true(isnan(s.mean) && isnan(s.rms) && isnan(s.p50) && isnan(s.p95) && isnan(s.p99) &&
+                isnan(s.max));
+    assert_int_equal(s.count, 0);
+    assert_true(isnan(ll_histogram_quantile(&h, 0.5)));
+}
+
+/* What never comes about is infinite: it moves quantiles, and leaves the mean of the others as it is. */
+static void infinite_values_count_in_quantiles(void **state)
+{
+    (void)state;
+    ll_histogram h;
+    ll_histogram_init(&h, 1);
+    for (int i = 1; i <= 4; i++)
+        ll_histogram_add(&h, i);
+    for (int i = 0; i < 4; i++)
+        ll_histogram_add_never(&h);
+    ll_summary s = ll_histogram_summary(&h);
+    assert_true(s.mean == 2.5 && s.max == 4 && s.rms == sqrt(30 / 4.0));
+    assert_int_equal(s.count, 8);
+    assert_int_equal(s.never, 4);
+    assert_true(s.p50 == 4 && isinf(s.p95) && isinf(s.p99)); /* the fourth of eight, and the last */
+    assert_true(ll_histogram_quantile(&h, 0.25) == 2 && isinf(ll_histogram_quantile(&h, 0.51)));
+    ll_histogram_add_never(&h);
+    assert_true(isinf(ll_histogram_quantile(&h, 0.5))); /* more than half never come */
+
+    ll_histogram_init(&h, 1);
+    ll_histogram_add_never(&h);
+    s = ll_histogram_summary(&h);
+    assert_true(isnan(s.mean) && isnan(s.max) && isinf(s.p50));
+    assert_int_equal(s.count, 1);
 }
 
 /* A value beyond every bucket is counted, and its size is not lost. */
@@ -187,7 +215,8 @@ int main(void)
         cmocka_unit_test(counts_come_out_whole),
         cmocka_unit_test(many_zeros_have_a_median_of_zero),
         cmocka_unit_test(one_value_is_every_quantile),
-        cmocka_unit_test(empty_is_all_zero),
+        cmocka_unit_test(empty_is_no_number),
+        cmocka_unit_test(infinite_values_count_in_quantiles),
         cmocka_unit_test(beyond_the_last_bucket),
         cmocka_unit_test(buckets_ascend_without_gaps),
     };
