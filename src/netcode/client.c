@@ -138,6 +138,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
 void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int64_t step, int64_t first,
                     const void *world, ll_time now)
 {
+    ll_instruments_meet(s->instruments);
     forget_inputs(c, s, epoch, now);
     if (s->sync->waits) /* its inputs go on where the server is */
         c->tick = c->confirmed = step;
@@ -329,12 +330,8 @@ void ll_client_close(ll_client *c, const ll_client_setup *s, uint32_t seq, ll_in
     p->told = 1;
     if (now >= s->instruments->from)
         ll_ledger_closed(&s->instruments->ledger, seq, how == LL_INPUT_APPLIED, state->tick);
-    if (how != LL_INPUT_APPLIED)
-        return;
-    ll_measure(s->instruments, LL_METRIC_ACK_RTT, now, ll_to_ms(state->arrived - p->made));
-    if (!p->shown)
-        ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
-    p->shown = 1;
+    if (how == LL_INPUT_APPLIED)
+        ll_instruments_acknowledged(s->instruments, seq, state->tick, p->made, state->arrived, now);
 }
 
 static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -372,6 +369,13 @@ static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_wor
     return old;
 }
 
+/* So many ticks a key was down, where that is what counts. */
+static double press_ticks(const ll_client *c, const ll_client_setup *s)
+{
+    bool counts = s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
+    return counts ? (double)c->elapsed / (double)c->period : 1;
+}
+
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
@@ -379,11 +383,8 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     if (config->control == LL_CONTROL_SCRIPT)
         a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
     ll_cheat_action(c, s, &a);
-    if (s->sync->press_s > 0 && config->timer_jitter_ms > 0) { /* what counts is how long a key was down */
-        double ticks = (double)c->tick_elapsed / (double)c->period;
-        a.axis[0] = (float)(a.axis[0] * ticks);
-        a.axis[1] = (float)(a.axis[1] * ticks);
-    }
+    a.axis[0] = (float)(a.axis[0] * press_ticks(c, s));
+    a.axis[1] = (float)(a.axis[1] * press_ticks(c, s));
     return a;
 }
 
@@ -408,8 +409,10 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
     int n = 1 + ll_cheat_extra(c, s);
     if (!s->sync->drains)
         n += (int)c->skipped;
-    if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0)
+    if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
+        ll_changes_idle(&s->instruments->changes);
         return 0;
+    }
     if (c->debt > 0) {
         c->debt--;
         ledger->doubled += counts;
@@ -430,6 +433,16 @@ static uint32_t age_ns(ll_time age)
     return age < 0 ? 0 : age > UINT32_MAX ? UINT32_MAX : (uint32_t)age;
 }
 
+/* The player's controls, not for how long a key was down. */
+static void note_input(const ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+{
+    ll_action controls = *action;
+    double ticks = press_ticks(c, s);
+    controls.axis[0] = (float)(controls.axis[0] / ticks);
+    controls.axis[1] = (float)(controls.axis[1] / ticks);
+    ll_instruments_input(s->instruments, c->seq, s->sync->drains ? LL_NEVER : c->tick, &controls, now);
+}
+
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
                        ll_time now)
 {
@@ -437,13 +450,13 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
     c->tick++;
     if (c->seq - c->acked > LL_PENDING_RING)
         c->acked = c->seq - LL_PENDING_RING; /* the oldest gives way */
-    *ll_ledger_fate(&s->instruments->ledger, c->seq) = 0;
+    note_input(c, s, action, now);
     *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
     p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - seen);
     if (s->gunner)
         ll_gunner_input(c, s, p, seen, now);
     if (s->config->prediction)
-        ll_predict_due(c, s, now);
+        ll_predict_due(c, s);
 }
 
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,

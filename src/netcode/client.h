@@ -33,10 +33,9 @@ typedef enum ll_input_state {
 /* An input that was made. */
 typedef struct ll_pending {
     uint32_t seq;
-    uint8_t shown; /* its effect has been drawn */
     uint8_t state; /* ll_input_state */
     uint8_t told;  /* it was closed once */
-    uint8_t reserved;
+    uint8_t reserved[2];
     ll_time made;
     double x; /* where it put the own entity, as predicted last */
     ll_action action;
@@ -349,8 +348,7 @@ void ll_dilate_follow(ll_client *client, const ll_client_setup *setup, const ll_
 void ll_dilate(ll_client *client); /* moves the next frame */
 
 /* predict.c: what is in the prediction's scope */
-void ll_predict_due(ll_client *client, const ll_client_setup *setup,
-                    ll_time now); /* the inputs that are due */
+void ll_predict_due(ll_client *client, const ll_client_setup *setup); /* the inputs that are due */
 void ll_predict_again(ll_client *client,
                       const ll_client_setup *setup); /* the latest state, and what is open */
 bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);

@@ -4,16 +4,26 @@
 
 #include "base/detmath.h"
 #include "netcode/client.h"
+#include "netcode/peer.h"
 
 const ll_metric_row ll_metric_rows[LL_METRICS] = {
     [LL_METRIC_INPUT_LATENCY] = {"input_latency_ms",
-                                 "M1: time until an input's effect is first drawn by its own client", 0.1},
+                                 "M1: time until a change of the controls shows on the own screen", 0.1},
+    [LL_METRIC_CONFIRMED_LATENCY] = {"confirmed_latency_ms",
+                                     "M1: time until it shows there as the server applied it", 0.1},
+    [LL_METRIC_SEEN_LATENCY] = {"seen_latency_ms", "M1: time until it shows on another player's screen", 0.1},
     [LL_METRIC_ACK_RTT] = {"ack_rtt_ms", "M2: time until a client learns that its input was applied", 0.1},
     [LL_METRIC_VIEW_AGE] = {"view_age_ms", "M3: age of the others as drawn", 0.1},
-    [LL_METRIC_OWN_ERROR] = {"own_error_m", "M4: distance of the own entity as drawn from the server's now",
-                             0.001},
-    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m", "M4: distance of the others as drawn from the server's now",
-                                0.001},
+    [LL_METRIC_AGE_OF_INFORMATION] = {"age_of_information_ms",
+                                      "M3b: age of the newest state that the client has taken in", 0.1},
+    [LL_METRIC_OWN_TIMELINE_ERROR] = {"own_timeline_error_m",
+                                      "M4: distance of the own entity as drawn from the truth of that tick",
+                                      0.001},
+    [LL_METRIC_OWN_LEAD] =
+        {"own_lead_m", "M4b: distance of the own entity as drawn from the server's now: a lead, no error",
+         0.001},
+    [LL_METRIC_REMOTE_ERROR] = {"remote_error_m",
+                                "M4c: distance of the others as drawn from the server's now", 0.001},
     [LL_METRIC_TIMELINE_ERROR] = {"timeline_error_m",
                                   "M5: distance of the others as drawn from the truth of that time", 0.001},
     [LL_METRIC_CORRECTION] = {"correction_m", "M6: size of a correction of the own entity", 0.001},
@@ -34,6 +44,8 @@ void ll_instruments_init(ll_instruments *in, int entities, ll_time from)
     in->from = from;
     for (int i = 0; i < LL_METRICS; i++)
         ll_histogram_init(&in->histogram[i], ll_metric_rows[i].unit);
+    ll_histogram_init(&in->animation_error, 0.1);
+    ll_ledger_meet(&in->ledger);
 }
 
 /* ---- a frame ---- */
@@ -54,12 +66,95 @@ static double magnitude(double x)
 static void measure_own(ll_instruments *in, const ll_entity *own, const ll_entity *real, int self,
                         ll_time elapsed, bool counts)
 {
-    double error = distance(own->x, own->y, real->x, real->y);
-    in->own_error = own->x < real->x ? -error : error;
+    double lead = distance(own->x, own->y, real->x, real->y);
+    in->own_lead = own->x < real->x ? -lead : lead;
     if (!counts)
         return;
-    ll_histogram_add(&in->histogram[LL_METRIC_OWN_ERROR], error);
-    ll_inconsistency_add(&in->server, &in->track[self].server, error, elapsed);
+    ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
+    ll_inconsistency_add(&in->server, &in->track[self].server, lead, elapsed);
+}
+
+static bool predicts(const ll_client *c, const ll_truth *t)
+{
+    return c->predicting != 0 && !t->peers;
+}
+
+/* The tick that the own entity is drawn at. */
+static int64_t own_tick(const ll_client *c, const ll_truth *t)
+{
+    return t->peers ? c->view_step : predicts(c, t) ? c->predicted_tick : c->latest_tick;
+}
+
+/* Where inputs are applied as they come, a predicted picture is of the input that was played last. The state
+ * after that one is the server's newest, or still to come. */
+static void measure_own_played(ll_instruments *in, const ll_client *c, const ll_truth *t,
+                               const ll_picture *drawn)
+{
+    const ll_entity *real = &t->world->entity[c->self];
+    if (t->acked == c->played)
+        ll_pictures_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn, real->x,
+                            real->y, ll_history_newest(t->history), in->from);
+    else if (c->played > t->acked)
+        ll_pictures_keep(&in->pictures, drawn, in->from);
+}
+
+static void measure_own_picture(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now)
+{
+    const ll_entity *own = &ll_client_shown_const(c)->entity[c->self];
+    ll_picture drawn = {own_tick(c, t), now, own->x, own->y};
+    double x, y;
+    if (t->drains && predicts(c, t)) {
+        drawn.key = c->played;
+        measure_own_played(in, c, t, &drawn);
+        return;
+    }
+    if (drawn.key >= t->history->count) {
+        ll_pictures_keep(&in->pictures, &drawn, in->from);
+        return;
+    }
+    ll_picture *truth = &in->pictures.truth;
+    bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
+    if (!known && drawn.key != truth->key)
+        return; /* nobody knows any more where it was then */
+    if (known) {
+        ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
+        *truth = (ll_picture){drawn.key, ll_history_time(t->history, drawn.key), x, y};
+    }
+    ll_pictures_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn, truth->x,
+                        truth->y, truth->shown, in->from);
+}
+
+/* The newest tick of which the client has all that it will ever have. */
+static int64_t sure_tick(const ll_client *c, const ll_truth *t)
+{
+    return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
+}
+
+static void measure_age(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now, bool counts)
+{
+    ll_time newest = c->latest_time;
+    if (t->peers) /* it may be sure of a tick that the server has not made */
+        newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
+    in->age_of_information = ll_to_ms(now - newest);
+    if (counts)
+        ll_histogram_add(&in->histogram[LL_METRIC_AGE_OF_INFORMATION],
+                         in->age_of_information > 0 ? in->age_of_information : 0);
+}
+
+static void measure_changes(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now)
+{
+    if (!ll_changes_waiting(&in->changes))
+        return;
+    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest_tick;
+    ll_included included = {
+        .seq = predicts(c, t) ? c->played : 0, .tick = tick, .sure_tick = sure < tick ? sure : tick};
+    ll_changes_shown(&in->changes, in->histogram, &included, now);
+}
+
+static void measure_visible(ll_instruments *in)
+{
+    if (in->visible_m > 0)
+        ll_gauge_add(&in->visible_m_all, in->visible_m);
 }
 
 static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
@@ -114,19 +209,24 @@ static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn
         *a = (ll_awaited){when, drawn->x, drawn->y};
 }
 
-void ll_instruments_meet(ll_instruments *in)
+static void measure_motion(ll_instruments *in, ll_track *track, const ll_entity *drawn, const ll_entity *real,
+                           double dt)
 {
-    for (int i = 0; i < in->entities; i++)
-        in->track[i].awaited.when = 0;
+    double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
+    if (off >= 0)
+        ll_histogram_add(&in->animation_error, in->pixel_m > 0 ? off / in->pixel_m : off);
 }
 
-void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world *world,
-                          const ll_history *history, ll_time now)
+void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_truth *truth, ll_time now)
 {
-    const ll_world *shown = ll_client_shown_const(c);
+    const ll_world *shown = ll_client_shown_const(c), *world = truth->world;
+    const ll_history *history = truth->history;
     bool counts = now >= in->from;
     ll_moment moment = {0};
     int64_t found = LL_NEVER;
+    measure_own_picture(in, c, truth, now);
+    measure_age(in, c, truth, now, counts);
+    measure_changes(in, c, truth, now);
     measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
     in->remote_error = in->view_age = 0;
     for (int i = 0; i < world->entities; i++) {
@@ -154,13 +254,88 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_world
             ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
         }
         ll_inconsistency_add(&in->server, &track->server, error, c->elapsed);
-        ll_smoothness_add(&track->smooth, e->x, e->y, t->x, t->y, ll_to_s(c->elapsed));
+        measure_motion(in, track, e, t, ll_to_s(c->elapsed));
     }
-    if (!counts)
+    if (counts) {
+        measure_visible(in);
+        in->frames++;
+        in->measured += c->elapsed;
+        measure_buffer(in, c, now);
+    }
+    in->visible_m = 0;
+}
+
+/* ---- what others tell ---- */
+
+void ll_instruments_acknowledged(ll_instruments *in, uint32_t seq, int64_t tick, ll_time made, ll_time told,
+                                 ll_time now)
+{
+    if (ll_ledger_includes(&in->ledger, seq, tick))
+        ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(told - made));
+}
+
+#define VISIBLE_SHARE 0.1 /* of the way that it went by itself */
+
+void ll_instruments_moved(ll_instruments *in, double moved, double step)
+{
+    double least = VISIBLE_SHARE * step > in->pixel_m ? VISIBLE_SHARE * step : in->pixel_m;
+    if (moved > least && moved > in->visible_m)
+        in->visible_m = moved;
+}
+
+static void decide_changes(ll_instruments *in)
+{
+    if (ll_changes_waiting(&in->changes))
+        ll_changes_decide(&in->changes, in->histogram, &in->ledger);
+}
+
+void ll_instruments_never(ll_instruments *in, uint32_t first, uint32_t last)
+{
+    ll_ledger_never(&in->ledger, first, last);
+    decide_changes(in);
+}
+
+void ll_instruments_stepped(ll_instruments *in, int self, const ll_stepped *s, ll_time now)
+{
+    const ll_entity *real = &s->world->entity[self];
+    int64_t key = s->drains ? s->acked : s->step;
+    if (s->drains)
+        ll_ledger_drained(&in->ledger, s->step, s->unsent_from, now);
+    else
+        ll_ledger_stepped(&in->ledger, s->step);
+    decide_changes(in);
+    ll_pictures_made(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x, real->y, now,
+                     in->from);
+    if (s->drains)
+        ll_pictures_skip(&in->pictures, key);
+}
+
+void ll_instruments_meet(ll_instruments *in)
+{
+    for (int i = 0; i < in->entities; i++)
+        in->track[i].awaited.when = 0;
+    ll_instruments_never(in, 1, in->ledger.newest);
+    ll_ledger_meet(&in->ledger);
+    ll_changes_meet(&in->changes);
+    ll_pictures_void(&in->pictures, in->from);
+}
+
+/* ---- another player's screen ---- */
+
+/* The last tick at or before the time that is drawn. */
+static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t)
+{
+    return t->peers ? by->view_step
+                    : ll_history_find(t->history, ll_client_marks_const(by)[entity].time).before;
+}
+
+void ll_instruments_seen(ll_instruments *in, int self, const ll_client *by, const ll_truth *t, ll_time now)
+{
+    if (!ll_changes_waiting(&in->changes))
         return;
-    in->frames++;
-    in->measured += c->elapsed;
-    measure_buffer(in, c, now);
+    int64_t heard = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
+    int64_t drawn = drawn_tick(by, self, t);
+    ll_changes_seen(&in->changes, in->histogram, &in->ledger, by->self, heard < drawn ? heard : drawn, now);
 }
 
 /* ---- between clients ---- */

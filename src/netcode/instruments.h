@@ -11,19 +11,25 @@
 #include "base/histogram.h"
 #include "base/vtime.h"
 #include "game/history.h"
+#include "netcode/changes.h"
 #include "netcode/gain.h"
 #include "netcode/gauge.h"
 #include "netcode/inconsistency.h"
 #include "netcode/ledger.h"
+#include "netcode/pictures.h"
 #include "netcode/smoothness.h"
 #include "netcode/wire.h"
 
 typedef enum ll_metric {
-    LL_METRIC_INPUT_LATENCY,  /* M1: first frame that draws an input's effect - when it was made, ms */
-    LL_METRIC_ACK_RTT,        /* M2: an input was sent until the client learns that it was applied, ms */
-    LL_METRIC_VIEW_AGE,       /* M3: now - server time of the others as drawn, ms */
-    LL_METRIC_OWN_ERROR,      /* M4: |own entity as drawn - truth now|, m */
-    LL_METRIC_REMOTE_ERROR,   /* M4: the same of the others, m */
+    LL_METRIC_INPUT_LATENCY,     /* M1: a change of the controls is felt (netcode/changes.h), ms */
+    LL_METRIC_CONFIRMED_LATENCY, /* M1: the same until it is sure */
+    LL_METRIC_SEEN_LATENCY,      /* M1: the same until another player sees it */
+    LL_METRIC_ACK_RTT,           /* M2: an input was made until its client has word that it was applied, ms */
+    LL_METRIC_VIEW_AGE,          /* M3: now - server time of the others as drawn, ms */
+    LL_METRIC_AGE_OF_INFORMATION, /* M3b: now - server time of the newest state taken in, ms */
+    LL_METRIC_OWN_TIMELINE_ERROR, /* M4: |own entity as drawn - truth at the tick that is drawn|, m */
+    LL_METRIC_OWN_LEAD,     /* M4b: |own entity as drawn - truth now|, m: how far ahead or behind, no error */
+    LL_METRIC_REMOTE_ERROR, /* M4c: |others as drawn - truth now|, m */
     LL_METRIC_TIMELINE_ERROR, /* M5: |others as drawn - truth at the time that is drawn|, m */
     LL_METRIC_CORRECTION, /* M6: |own entity before - after a server state|, at the same tick, m; only those
                              above 0 */
@@ -32,6 +38,10 @@ typedef enum ll_metric {
     LL_METRIC_UNACKED, /* M2b: inputs that wait for an acknowledgement */
     LL_METRICS,
 } ll_metric;
+
+_Static_assert(LL_METRIC_INPUT_LATENCY == (int)LL_LATENCY_FELT &&
+                   LL_METRIC_SEEN_LATENCY == (int)LL_LATENCY_SEEN,
+               "the latencies of changes stand first, in their order");
 
 typedef struct ll_metric_row {
     const char *name; /* with its unit */
@@ -82,10 +92,16 @@ typedef struct ll_instruments {
     /* M13, by ll_message: payload; how many; in so many packets; with all headers */
     int64_t bytes[LL_MESSAGES], messages[LL_MESSAGES], packets[LL_MESSAGES], wire_bytes[LL_MESSAGES];
     ll_stepping stepping;
-    double own_error, remote_error, view_age; /* the last, signed, for views */
+    double own_lead, remote_error, view_age, age_of_information; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
+    double pixel_m;               /* of the screen on which visible corrections are told */
+    double visible_m;             /* the farthest that one moved since the last display; 0: none did */
+    ll_gauge visible_m_all;       /* M6c: displays with a visible correction */
+    ll_histogram animation_error; /* M8: pixels, or m where `pixel_m` is 0 */
     ll_ledger ledger;
+    ll_changes changes;
+    ll_pictures pictures;   /* of the own entity */
     ll_gain gain;           /* M15 */
     int64_t false_refusals; /* M15: of a client that does not cheat */
     ll_track track[];       /* per entity */
@@ -104,12 +120,59 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
 
 struct ll_client;
 
+/* ---- what the actors tell ---- */
+
+/* A client made an input for the server's step `tick` (LL_NEVER: applied as it comes) with these controls. */
+static inline void ll_instruments_input(ll_instruments *in, uint32_t seq, int64_t tick,
+                                        const ll_action *controls, ll_time now)
+{
+    ll_ledger_made(&in->ledger, seq, tick);
+    ll_changes_made(&in->changes, in->histogram, controls, seq, tick, now >= in->from, now);
+}
+
+/* M2: `told`: a state after step `tick`, or a relay of that step, tells a client that its input was applied.
+ * It counts if it was. */
+void ll_instruments_acknowledged(ll_instruments *in, uint32_t seq, int64_t tick, ll_time made, ll_time told,
+                                 ll_time now);
+
+/* M6c: a correction moved what is drawn by `moved` m, while it went `step` m by its own speed. */
+void ll_instruments_moved(ll_instruments *in, double moved, double step);
+
+/* Open ones of inputs `first` to `last` will never be applied: their client has dropped them, or the server
+ * will take no more of it. */
+void ll_instruments_never(ll_instruments *in, uint32_t first, uint32_t last);
+
+/* ---- what the observer sees ---- */
+
+/* The server has made a step, or with `drains` an update in which it applied all that had come, up to input
+ * `acked`; the client of these instruments sends inputs before `unsent_from` no more. */
+typedef struct ll_stepped {
+    const ll_world *world;
+    const ll_history *history;
+    int64_t step;
+    uint32_t acked, unsent_from;
+    bool drains;
+} ll_stepped;
+
+void ll_instruments_stepped(ll_instruments *in, int self, const ll_stepped *stepped, ll_time now);
+
 /* The server and the clients start anew: what was awaited does not come. */
 void ll_instruments_meet(ll_instruments *in);
 
-/* After a frame of `client`: compares what it draws with the truth. */
-void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_world *world,
-                          const ll_history *history, ll_time now);
+/* At a display of `client`: compares what it draws with the truth. */
+typedef struct ll_truth {
+    const ll_world *world;
+    const ll_history *history;
+    uint32_t acked; /* the newest input of the client's player that the server has applied; where it drains */
+    bool drains, peers; /* inputs are applied as they come; clients have worlds of their own */
+} ll_truth;
+
+void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_truth *truth,
+                          ll_time now);
+
+/* At the same display: what it shows of the player whose instruments these are, `self`. */
+void ll_instruments_seen(ll_instruments *in, int self, const struct ll_client *by, const ll_truth *truth,
+                         ll_time now);
 
 /* After the last frame of an instant: compares what the clients draw with each other (M7). The distance of an
  * entity in one picture is that from the farthest of the others. `elapsed` since the last such instant. */

@@ -40,11 +40,14 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
 
 /* ---- what comes ---- */
 
-static void acknowledge(ll_client *c, const ll_client_setup *s, uint32_t acked, ll_time now)
+/* The server has made the steps up to `tick`: own inputs for them were applied. */
+static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_time now)
 {
-    for (; c->acked < acked && c->acked < c->seq; c->acked++)
-        ll_measure(s->instruments, LL_METRIC_ACK_RTT, now,
-                   ll_to_ms(now - ll_client_pending(c, c->acked + 1)->made));
+    for (int64_t k = c->latest_tick + 1; k <= tick; k++) {
+        const ll_pending *p = ll_client_input_at(c, k);
+        if (p)
+            ll_instruments_acknowledged(s->instruments, p->seq, k, p->made, now, now);
+    }
 }
 
 /* An input that is too far ahead to be kept is not acknowledged, so it comes again. */
@@ -96,9 +99,10 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
         c->refused++; /* the others play another input: from here on this world is not theirs */
         return LL_OUTCOME_REFUSED;
     }
-    acknowledge(c, s, m->head.seq, now);
+    c->acked = m->head.seq > c->acked ? m->head.seq : c->acked;
     peer->hashed = m->hashed > peer->hashed ? m->hashed : peer->hashed;
     if (m->tick > c->latest_tick) {
+        take_steps(c, s, m->tick, now);
         c->latest_tick = c->confirmed = m->tick;
         c->latest_time = m->time;
     }
@@ -133,7 +137,8 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
         bool early = c->tick < peer->start + s->config->input_delay_ticks;
         ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
         ll_pending *p = ll_client_pending(c, ++c->seq);
-        *p = (ll_pending){.seq = c->seq, .shown = early, .made = now, .action = a};
+        *p = (ll_pending){.seq = c->seq, .made = now, .action = a};
+        ll_instruments_input(s->instruments, c->seq, c->tick + 1, &a, now);
         peer->player[c->self].known = ++c->tick;
         if (s->gunner)
             ll_gunner_input(c, s, p, c->view_time, now);
@@ -205,17 +210,6 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     return false;
 }
 
-static void note_shown(ll_client *c, const ll_client_setup *s, ll_time now)
-{
-    const ll_peer *peer = ll_client_peer(c);
-    ll_pending *p = ll_client_input_at(c, peer->tick);
-    if (!p)
-        return; /* nobody's, before the player came */
-    if (!p->shown)
-        ll_measure(s->instruments, LL_METRIC_INPUT_LATENCY, now, ll_to_ms(now - p->made));
-    p->shown = 1;
-}
-
 static void draw(ll_client *c, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -274,7 +268,6 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
     make_inputs(c, s, peer->tick + 1 + delay, now);
     if (may_step(c, s, now)) {
         ll_peer_step(c, s);
-        note_shown(c, s, now);
         if (guesses_max(s) == 0) /* no step without the others' inputs, which may wait for this one */
             make_inputs(c, s, peer->tick + 1 + delay, now);
     }

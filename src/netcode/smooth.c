@@ -26,6 +26,11 @@ static bool seen(const ll_view_error *e)
            e->angle < -FORGET;
 }
 
+static double speed_of(const ll_entity *e)
+{
+    return ll_sqrt(e->vx * e->vx + e->vy * e->vy);
+}
+
 void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double worst = 0, keep = 0;
@@ -37,6 +42,8 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
         ll_view_error *e = &ll_client_errors(c)[i];
         double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
         worst = size * (1 - left) > worst ? size * (1 - left) : worst;
+        ll_instruments_moved(s->instruments, size * (1 - left),
+                             speed_of(&shown->entity[i]) * ll_to_s(c->elapsed));
         *e = (ll_view_error){e->x * left, e->y * left, e->angle * left};
         if (!seen(e)) {
             *e = (ll_view_error){0};

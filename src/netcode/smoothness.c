@@ -1,5 +1,7 @@
 #include "netcode/smoothness.h"
 
+#include <stdbool.h>
+
 #include "base/detmath.h"
 
 static double length(double x, double y)
@@ -22,14 +24,32 @@ static void count(ll_smoothness *s, double step_x, double step_y, double ax, dou
     s->reversals += step_x * s->step_x + step_y * s->step_y < 0;
 }
 
-void ll_smoothness_add(ll_smoothness *s, double x, double y, double truth_x, double truth_y, double dt)
+/* A hitch is counted once, by its first frame that is too many. */
+static void count_still(ll_smoothness *s, bool stood, double truth_x, double truth_y)
 {
-    double step_x = x - s->x, step_y = y - s->y, vx = step_x / dt, vy = step_y / dt;
+    if (!stood || s->samples == 0) {
+        s->moved_x = truth_x;
+        s->moved_y = truth_y;
+        s->still = 0;
+        return;
+    }
+    s->still += truth_x != s->moved_x || truth_y != s->moved_y;
+    s->hitches += s->still == LL_HITCH_FRAMES + 1;
+    if (s->still > LL_HITCH_FRAMES)
+        s->still = LL_HITCH_FRAMES + 2;
+}
+
+double ll_smoothness_add(ll_smoothness *s, const ll_entity *drawn, double truth_x, double truth_y, double dt)
+{
+    double step_x = drawn->x - s->x, step_y = drawn->y - s->y, vx = step_x / dt, vy = step_y / dt;
     double ax = (vx - s->vx) / dt, ay = (vy - s->vy) / dt;
+    double off = length(step_x - drawn->vx * dt, step_y - drawn->vy * dt);
+    count_still(s, step_x == 0 && step_y == 0, truth_x, truth_y);
+    bool first = s->samples == 0;
     if (s->samples++ >= 3)
         count(s, step_x, step_y, ax, ay, length(truth_x - s->truth_x, truth_y - s->truth_y), dt);
-    s->x = x;
-    s->y = y;
+    s->x = drawn->x;
+    s->y = drawn->y;
     s->truth_x = truth_x;
     s->truth_y = truth_y;
     s->step_x = step_x;
@@ -38,4 +58,5 @@ void ll_smoothness_add(ll_smoothness *s, double x, double y, double truth_x, dou
     s->vy = vy;
     s->ax = ax;
     s->ay = ay;
+    return first ? -1 : off;
 }

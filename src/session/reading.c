@@ -221,7 +221,7 @@ ll_status ll_session_state_at(ll_session *s, int64_t tick, cJSON **state)
 
 /* ---- trace ---- */
 
-enum { COLUMNS_MAX = 256 };
+enum { COLUMNS_MAX = 512 };
 
 typedef struct csv {
     void (*write)(void *context, const char *text, size_t length);

@@ -154,6 +154,15 @@ static void begin(ll_netgame *g, ll_time now)
 }
 
 static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r);
+#define SCREEN_PX 1920 /* as wide as the scene */
+
+static void see_through_screen(ll_netgame *g, int player)
+{
+    ll_instruments *in = ll_netgame_instruments(g, player);
+    ll_game_scene scene = ll_netgame_game(g)->scene(&g->env, g->config.player_count);
+    in->pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
+    in->changes.others = ((UINT32_C(1) << g->config.player_count) - 1) & ~(UINT32_C(1) << player);
+}
 
 static ll_status init(void *block, const void *config)
 {
@@ -188,6 +197,7 @@ static ll_status init(void *block, const void *config)
         ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);
         ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
         ll_gain_watch(&ll_netgame_instruments(g, i)->gain, &world->entity[i]);
+        see_through_screen(g, i);
     }
     ll_arena arena;
     if (arena_of(c, &arena))
@@ -245,9 +255,10 @@ static void send(ll_netgame *g, int player, bool up, const void *packet, int byt
         in->wire_bytes[head.type] += bytes + s.fragments * headers;
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
-    bool went = s.fate == LL_FATE_DELIVERED || (s.duplicated && s.copy_fate == LL_FATE_DELIVERED);
-    for (uint32_t i = 0; inputs && went && i < head.count; i++)
-        *ll_ledger_fate(&in->ledger, head.seq + i) |= LL_LEDGER_WENT;
+    if (inputs && s.fate == LL_FATE_DELIVERED)
+        ll_ledger_went(&in->ledger, head.seq, head.count, s.due);
+    if (inputs && s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
+        ll_ledger_went(&in->ledger, head.seq, head.count, s.copy_due);
     if (!r)
         return;
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
@@ -283,13 +294,11 @@ static void update(ll_netgame *g, const ll_recorder *r)
 
 static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netgame *g)
 {
-    static const uint8_t fates[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
-                                    [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
-                                    [LL_OUTCOME_STALE] = 0,
-                                    [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
+    static const ll_ledger_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
+                                           [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
+                                           [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
     ll_ledger *ledger = &in->ledger;
-    *ll_ledger_fate(ledger, verdict->seq) |= fates[verdict->outcome];
-    ledger->step[verdict->seq & (LL_LEDGER_RING - 1)] = (uint16_t)(ll_netgame_server(g)->step + 1);
+    ll_ledger_judged(ledger, verdict->seq, marks[verdict->outcome]);
     if (g->now < in->from)
         return;
     ledger->late += verdict->outcome == LL_OUTCOME_LATE;
@@ -474,6 +483,30 @@ static void watch_players(ll_netgame *g, ll_time since)
     }
 }
 
+/* A packet holds the inputs made since the last and `redundancy` before them; a lag switch keeps its own. */
+static uint32_t unsent_from(const ll_netgame *g, int player)
+{
+    const ll_client *c = ll_netgame_client(g, player);
+    uint32_t again = (uint32_t)g->config.players[player].redundancy;
+    uint32_t from = c->seq > again ? c->seq - again + 1 : 1;
+    return c->unsent != 0 && c->unsent < from ? c->unsent : from;
+}
+
+/* The observer sees what the step made of every player's inputs. */
+static void observe_step(ll_netgame *g)
+{
+    const ll_server *server = ll_netgame_server(g);
+    for (int i = 0; i < server->players; i++) {
+        ll_stepped stepped = {.world = ll_server_world_const(server),
+                              .history = ll_netgame_history(g),
+                              .step = server->step,
+                              .acked = server->seats[i].acked,
+                              .unsent_from = unsent_from(g, i),
+                              .drains = ll_netgame_sync(g)->drains};
+        ll_instruments_stepped(ll_netgame_instruments(g, i), i, &stepped, g->now);
+    }
+}
+
 static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
 {
     const ll_sync *sync = ll_netgame_sync(g);
@@ -492,6 +525,7 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
     for (int i = 0; i < server->players && g->now < ll_netgame_instruments(g, i)->from; i++)
         ll_netgame_instruments(g, i)->ledger.starved_before = server->seats[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
+    observe_step(g);
     if (ll_netgame_shots(g))
         ll_shots_step(ll_netgame_shots(g), server->step, ll_netgame_history(g));
     if (r)
@@ -516,6 +550,22 @@ static void compare_pictures(ll_netgame *g, ll_time elapsed)
     ll_instruments_between(instruments, clients, n, g->now, elapsed);
 }
 
+/* A display of `player`: its picture is held against the truth, and what it shows of the others' controls. */
+static void observe_display(ll_netgame *g, int player)
+{
+    const ll_client *client = ll_netgame_client(g, player);
+    const ll_server *server = ll_netgame_server(g);
+    const ll_truth truth = {.world = ll_server_world_const(server),
+                            .history = ll_netgame_history(g),
+                            .acked = server->seats[player].acked,
+                            .drains = ll_netgame_sync(g)->drains,
+                            .peers = ll_netgame_sync(g)->observe != NULL};
+    ll_instruments_frame(ll_netgame_instruments(g, player), client, &truth, g->now);
+    for (int i = 0; i < g->config.player_count; i++)
+        if (i != player)
+            ll_instruments_seen(ll_netgame_instruments(g, i), i, client, &truth, g->now);
+}
+
 static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_client *client = ll_netgame_client(g, player);
@@ -533,8 +583,7 @@ static void client_displays(ll_netgame *g, int player, const ll_client_setup *s)
     ll_client *client = ll_netgame_client(g, player);
     s->sync->display(client, s, g->now);
     ll_client_set_display(client, s);
-    ll_instruments_frame(s->instruments, client, ll_server_world(ll_netgame_server(g)), ll_netgame_history(g),
-                         g->now);
+    observe_display(g, player);
     if (s->shots)
         ll_shots_frame(s->shots, client, g->now);
     if (player == g->config.player_count - 1)

@@ -117,8 +117,12 @@ void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);
 
-/* A gauge as mean, min and max. */
-void ll_netgame_gauge(struct cJSON *object, const char *name, const ll_gauge *gauge);
+/* A number; null for what is none. */
+void ll_netgame_number(struct cJSON *object, const char *name, double value);
+double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
+
+/* A gauge as mean, min, max and count, `scale` times as large. */
+void ll_netgame_gauge(struct cJSON *object, const char *name, const ll_gauge *gauge, double scale);
 
 /* netgame_playout.c: the players' de-jitter buffers. Holds back a packet that has come; false when it goes to
  * the client at once. Plays out the next one that is due: its size. */

@@ -1,7 +1,8 @@
 /* M11: how evenly the players are served. Per metric: the gap between the best and the worst served, Jain's
  * index (1: all alike, 1/n: one has it all), and what a millisecond of one's own round trip costs (least
- * squares). */
+ * squares), as the player's links really delayed: the mean of the way up and that of the way down. */
 #include <cjson/cJSON.h>
+#include <math.h>
 
 #include "sim/netgame.h"
 
@@ -9,18 +10,26 @@
 static const struct {
     const char *name;
     const char *path;
+    bool armed; /* in games with weapons */
 } measures[] = {
-    {"input_latency_ms", "input_latency_ms.mean"},
-    {"view_age_ms", "view_age_ms.mean"},
-    {"own_error_m", "own_error_m.rms"},
-    {"remote_error_m", "remote_error_m.rms"},
-    {"inconsistency_m_s_per_min", "inconsistency.server.sum_m_s_per_min"},
-    {"hit_ratio", "shots.hit_ratio"},
+    {"input_latency_ms", "input_latency_ms.mean", false},
+    {"view_age_ms", "view_age_ms.mean", false},
+    {"age_of_information_ms", "age_of_information_ms.mean", false},
+    {"own_timeline_error_m", "own_timeline_error_m.rms", false},
+    {"remote_error_m", "remote_error_m.rms", false},
+    {"inconsistency_m_s_per_min", "inconsistency.server.sum_m_s_per_min", false},
+    {"hit_ratio", "shots.hit_ratio", true},
 };
 
-static double round_trip_ms(const ll_player_config *p)
+static double mean_delay_ms(const ll_link *link)
 {
-    return 2 * p->lag_ms + p->link.up.delay_ms + p->link.down.delay_ms;
+    const ll_link_stats *s = ll_link_get_stats(link);
+    return ll_netgame_ratio(s->delay_sum_ms, (double)ll_link_put_on_way(s));
+}
+
+static double round_trip_ms(const ll_netgame *g, int i)
+{
+    return mean_delay_ms(ll_netgame_up(g, i)) + mean_delay_ms(ll_netgame_down(g, i));
 }
 
 typedef struct sums {
@@ -28,18 +37,16 @@ typedef struct sums {
     double y2, min, max;
 } sums;
 
-static void add_number(cJSON *o, const char *name, double value)
-{
-    cJSON_AddNumberToObject(o, name, value);
-}
-
 static cJSON *fairness_json(const sums *s)
 {
     cJSON *o = cJSON_CreateObject();
-    double spread = s->n * s->y2 - s->y * s->y;
-    add_number(o, "spread", s->max - s->min);
-    add_number(o, "jain", s->x2 > 0 ? s->x * s->x / (s->n * s->x2) : 1);
-    add_number(o, "per_ms_of_round_trip", spread > 0 ? (s->n * s->xy - s->x * s->y) / spread : 0);
+    bool several = s->n > 1;
+    double spread = s->n * s->y2 - s->y * s->y, least = 1e-9 * s->n * s->y2; /* what rounding leaves */
+    double jain = s->x2 > 0 ? s->x * s->x / (s->n * s->x2) : 1;
+    ll_netgame_number(o, "spread", several ? s->max - s->min : NAN);
+    ll_netgame_number(o, "jain", several ? jain : NAN);
+    ll_netgame_number(o, "per_ms_of_round_trip",
+                      several && spread > least ? (s->n * s->xy - s->x * s->y) / spread : NAN);
     return o;
 }
 
@@ -48,11 +55,13 @@ void ll_netgame_add_fairness(const ll_netgame *g, cJSON *server, const cJSON *pl
     cJSON *fairness = cJSON_AddObjectToObject(server, "fairness");
     for (size_t m = 0; m < sizeof measures / sizeof measures[0]; m++) {
         sums s = {0};
+        if (measures[m].armed && !ll_netgame_shots(g))
+            continue;
         for (int i = 0; i < g->config.player_count; i++) {
             const cJSON *value = ll_param_number_at(cJSON_GetArrayItem(players, i), measures[m].path);
-            if (!value)
-                continue;
-            double x = value->valuedouble, y = round_trip_ms(&g->config.players[i]);
+            double x = value ? value->valuedouble : NAN, y = round_trip_ms(g, i);
+            if (!(x - x == 0 && y - y == 0))
+                continue; /* nothing was counted, or nothing has arrived */
             s.min = s.n == 0 || x < s.min ? x : s.min;
             s.max = s.n == 0 || x > s.max ? x : s.max;
             s.n++;
@@ -62,7 +71,6 @@ void ll_netgame_add_fairness(const ll_netgame *g, cJSON *server, const cJSON *pl
             s.y2 += y * y;
             s.xy += x * y;
         }
-        if (s.n > 1)
-            cJSON_AddItemToObject(fairness, measures[m].name, fairness_json(&s));
+        cJSON_AddItemToObject(fairness, measures[m].name, fairness_json(&s));
     }
 }

@@ -25,7 +25,7 @@ typedef struct view {
     uint8_t view, entities;
     uint16_t flags;
     uint32_t input_seq, acked_seq, unacked;
-    float lag_ms, view_age_ms, own_error_m, remote_error_m, buffer_ms, slack_ticks;
+    float lag_ms, view_age_ms, own_lead_m, remote_error_m, buffer_ms, slack_ticks;
     uint32_t corrections;
     float correction_m;
     uint32_t refused;
@@ -77,13 +77,13 @@ static void player_view(const ll_netgame *g, int i, view *v)
     v->unacked = c->seq - c->acked;
     v->lag_ms = (float)config->lag_ms;
     v->view_age_ms = (float)in->view_age;
-    v->own_error_m = (float)in->own_error;
+    v->own_lead_m = (float)in->own_lead;
     v->remote_error_m = (float)in->remote_error;
     v->buffer_ms = (float)c->buffer_ms;
     v->slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? 0 : (float)seat->last_slack;
     v->corrections = (uint32_t)in->corrections;
     v->correction_m = (float)in->last_correction;
-    v->refused = (uint32_t)c->refused;
+    v->refused = (uint32_t)in->ledger.count[LL_INPUT_WAS_REFUSED];
     v->alpha = (float)c->alpha;
     v->shown_s = ll_to_s(c->view_time);
     const ll_world *shown = ll_client_shown_const(c);
@@ -154,7 +154,7 @@ static cJSON *view_json(const view *v)
     number(o, "unacked", v->unacked);
     number(o, "lag_ms", (double)v->lag_ms);
     number(o, "view_age_ms", (double)v->view_age_ms);
-    number(o, "own_error_m", (double)v->own_error_m);
+    number(o, "own_lead_m", (double)v->own_lead_m);
     number(o, "remote_error_m", (double)v->remote_error_m);
     number(o, "buffer_ms", (double)v->buffer_ms);
     number(o, "slack_ticks", (double)v->slack_ticks);

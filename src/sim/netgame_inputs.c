@@ -1,27 +1,32 @@
 /* What is told of inputs: how they were predicted, acknowledged and judged. */
 #include <cjson/cJSON.h>
+#include <math.h>
 
 #include "sim/netgame.h"
 
 static void number(cJSON *object, const char *name, double value)
 {
-    cJSON_AddNumberToObject(object, name, value);
+    ll_netgame_number(object, name, value);
 }
 
 static double per_second(int64_t count, double seconds)
 {
-    return seconds > 0 ? (double)count / seconds : 0;
+    return ll_netgame_ratio((double)count, seconds > 0 ? seconds : 0);
 }
 
 /* M9 of the inputs, beside what the report counts from the start. */
 static void inputs(cJSON *o, const ll_ledger *ledger, const ll_seat *seat, double seconds)
 {
+    cJSON *verdicts = cJSON_AddObjectToObject(o, "verdicts");
+    number(verdicts, "made", (double)ledger->made);
+    for (int i = 0; i < LL_INPUT_VERDICTS; i++)
+        number(verdicts, ll_input_verdict_names[i], (double)ledger->count[i]);
     number(o, "late_per_s", per_second(ledger->late, seconds));
     number(o, "starved_per_s", per_second(seat->starved - ledger->starved_before, seconds));
     number(o, "doubled", (double)ledger->doubled);
     number(o, "left_out", (double)ledger->left_out);
-    ll_netgame_gauge(o, "slack", &ledger->slack);
-    ll_netgame_gauge(o, "scale", &ledger->scale);
+    ll_netgame_gauge(o, "slack", &ledger->slack, 1);
+    ll_netgame_gauge(o, "scale", &ledger->scale, 1);
 }
 
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
@@ -35,8 +40,8 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
         cJSON *cause = cJSON_AddObjectToObject(causes, ll_cause_names[i]);
         number(cause, "count", count);
         number(cause, "per_s", per_second(ledger->corrections[i].count, seconds));
-        number(cause, "mean_m", count > 0 ? ledger->corrections[i].sum / count : 0);
-        number(cause, "max_m", ledger->corrections[i].max);
+        number(cause, "mean_m", ll_netgame_ratio(ledger->corrections[i].sum, count));
+        number(cause, "max_m", count > 0 ? ledger->corrections[i].max : NAN);
     }
     cJSON *replay = cJSON_AddObjectToObject(o, "replay");
     number(replay, "replays_per_s", per_second(ledger->replays, seconds));

@@ -22,7 +22,7 @@ _Static_assert(sizeof(rung) == 24, "the layout of session/frame.h");
 static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
 {
     ll_client *c = ll_netgame_client(g, player);
-    uint8_t fate = *ll_ledger_fate(&ll_netgame_instruments(g, player)->ledger, seq);
+    uint8_t fate = ll_ledger_marks(&ll_netgame_instruments(g, player)->ledger, seq);
     if (seq > c->acked && ll_client_is_open(c, seq))
         return RUNG_OPEN;
     if (fate & LL_LEDGER_REFUSED)

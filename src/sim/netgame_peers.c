@@ -6,13 +6,13 @@
 
 static void number(cJSON *object, const char *name, double value)
 {
-    cJSON_AddNumberToObject(object, name, value);
+    ll_netgame_number(object, name, value);
 }
 
 static double per_s(const ll_netgame *g, int i, double count)
 {
     double seconds = ll_to_s(g->now - ll_netgame_instruments(g, i)->from);
-    return seconds > 0 ? count / seconds : 0;
+    return ll_netgame_ratio(count, seconds > 0 ? seconds : 0);
 }
 
 static double waited_s(const ll_netgame *g, int i, int for_player)

@@ -1,5 +1,6 @@
 /* What is told of a netgame: state, metrics, layout and the columns of a trace. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -8,7 +9,20 @@
 
 static void number(cJSON *object, const char *name, double value)
 {
-    cJSON_AddNumberToObject(object, name, value);
+    ll_netgame_number(object, name, value);
+}
+
+void ll_netgame_number(cJSON *object, const char *name, double value)
+{
+    if (value - value == 0)
+        cJSON_AddNumberToObject(object, name, value);
+    else
+        cJSON_AddNullToObject(object, name);
+}
+
+double ll_netgame_ratio(double part, double whole)
+{
+    return whole != 0 ? part / whole : NAN;
 }
 
 static cJSON *entity_json(const ll_entity *e)
@@ -70,9 +84,15 @@ void ll_netgame_distribution(cJSON *object, const char *name, ll_summary s)
     number(o, "count", (double)s.count);
 }
 
+/* Since when rates count. */
+static double measured_s(const ll_netgame *g, const ll_instruments *in)
+{
+    return g->now > in->from ? ll_to_s(g->now - in->from) : 0;
+}
+
 static double ratio(double a, double b)
 {
-    return b > 0 ? a / b : 0;
+    return ll_netgame_ratio(a, b);
 }
 
 static void bandwidth(cJSON *player, const ll_netgame *g, int self)
@@ -82,19 +102,19 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
     static const bool ups[LL_MESSAGES] = {
         [LL_MESSAGE_INPUT] = true, [LL_MESSAGE_CONNECT] = true, [LL_MESSAGE_PING] = true};
     const ll_instruments *in = ll_netgame_instruments(g, self);
-    double seconds = ll_to_s(g->now - in->from), up = 0, down = 0;
+    double seconds = measured_s(g, in), up = 0, down = 0;
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
     for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
         double wire = (double)in->wire_bytes[type];
         cJSON *m = cJSON_AddObjectToObject(o, names[type]);
-        number(m, "messages_per_s", seconds > 0 ? (double)in->messages[type] / seconds : 0);
-        number(m, "packets_per_s", seconds > 0 ? (double)in->packets[type] / seconds : 0);
-        number(m, "payload_bytes_per_s", seconds > 0 ? (double)in->bytes[type] / seconds : 0);
-        number(m, "wire_bytes_per_s", seconds > 0 ? wire / seconds : 0);
+        number(m, "messages_per_s", ratio((double)in->messages[type], seconds));
+        number(m, "packets_per_s", ratio((double)in->packets[type], seconds));
+        number(m, "payload_bytes_per_s", ratio((double)in->bytes[type], seconds));
+        number(m, "wire_bytes_per_s", ratio(wire, seconds));
         *(ups[type] ? &up : &down) += wire;
     }
-    number(o, "up_bytes_per_s", seconds > 0 ? up / seconds : 0);
-    number(o, "down_bytes_per_s", seconds > 0 ? down / seconds : 0);
+    number(o, "up_bytes_per_s", ratio(up, seconds));
+    number(o, "down_bytes_per_s", ratio(down, seconds));
 }
 
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
@@ -140,9 +160,9 @@ static void delay_report(cJSON *o, const ll_link_stats *s)
     double n = (double)ll_link_put_on_way(s), mean = ratio(s->delay_sum_ms, n);
     double variance = ratio(s->delay_sum_squares, n) - mean * mean;
     number(o, "delay_mean_ms", mean);
-    number(o, "delay_sd_ms", variance > 0 ? ll_sqrt(variance) : 0);
-    number(o, "delay_min_ms", n > 0 ? s->delay_min_ms : 0);
-    number(o, "delay_max_ms", n > 0 ? s->delay_max_ms : 0);
+    number(o, "delay_sd_ms", variance > 0 ? ll_sqrt(variance) : 0 * variance);
+    number(o, "delay_min_ms", n > 0 ? s->delay_min_ms : NAN);
+    number(o, "delay_max_ms", n > 0 ? s->delay_max_ms : NAN);
     number(o, "delay_corr_pct", 100 * ll_link_delay_correlation(s));
 }
 
@@ -165,25 +185,49 @@ static void link_report(cJSON *player, const char *name, const ll_link *link)
     number(o, "queue_drops", (double)s->queue_drops);
 }
 
+static void distributions(cJSON *o, const ll_instruments *in)
+{
+    for (int m = 0; m < LL_METRICS; m++) {
+        ll_summary summary = ll_histogram_summary(&in->histogram[m]);
+        ll_netgame_distribution(o, ll_metric_rows[m].name, summary);
+        if (m < LL_LATENCIES)
+            number(cJSON_GetObjectItem(o, ll_metric_rows[m].name), "lost_ratio",
+                   ratio((double)in->changes.lost[m], (double)summary.count));
+    }
+    ll_netgame_gauge(o, "own_lead_ms", &in->pictures.leads_ms, 1);
+    number(o, "own_pictures_void", (double)in->pictures.voided);
+}
+
+/* The display that corrections are seen on: 24 inches of 1920 pixels, from 0.6 m. */
+#define ARCMIN_PER_PX 1.59
+
+static void corrections(cJSON *o, const ll_instruments *in, double seconds)
+{
+    double px = in->pixel_m > 0 ? 1 / in->pixel_m : NAN;
+    number(o, "corrections", (double)in->corrections);
+    number(o, "corrections_per_s", ratio((double)in->corrections, seconds));
+    number(o, "visible_corrections", (double)in->visible_m_all.count);
+    number(o, "visible_corrections_per_s", ratio((double)in->visible_m_all.count, seconds));
+    ll_netgame_gauge(o, "visible_correction_m", &in->visible_m_all, 1);
+    ll_netgame_gauge(o, "visible_correction_px", &in->visible_m_all, px);
+    ll_netgame_gauge(o, "visible_correction_arcmin", &in->visible_m_all, px * ARCMIN_PER_PX);
+}
+
 static cJSON *player_metrics(const ll_netgame *g, int i)
 {
     const ll_instruments *in = ll_netgame_instruments(g, i);
     const ll_seat *seat = &ll_netgame_server(g)->seats[i];
-    double seconds = ll_to_s(g->now - in->from);
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "name", g->config.players[i].name);
-    for (int m = 0; m < LL_METRICS; m++)
-        ll_netgame_distribution(o, ll_metric_rows[m].name, ll_histogram_summary(&in->histogram[m]));
-    number(o, "corrections", (double)in->corrections);
-    number(o, "corrections_per_s", seconds > 0 ? (double)in->corrections / seconds : 0);
+    distributions(o, in);
+    corrections(o, in, measured_s(g, in));
     ll_netgame_view_metrics(g, i, o);
     ll_netgame_peer_metrics(o, g, i);
     cJSON *inputs = cJSON_AddObjectToObject(o, "inputs");
     number(inputs, "accepted", (double)seat->accepted);
     number(inputs, "duplicate", (double)seat->duplicate);
-    number(inputs, "late", (double)seat->late);
     number(inputs, "starved_steps", (double)seat->starved);
-    number(inputs, "slack_ticks", seat->last_slack == LL_SLACK_UNKNOWN ? 0 : seat->last_slack);
+    number(inputs, "slack_ticks", seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)seat->last_slack);
     cJSON *refused = cJSON_AddObjectToObject(inputs, "refused");
     for (int rule = 1; rule < LL_RULES; rule++)
         number(refused, ll_rule_names[rule], (double)seat->refused[rule]);
@@ -202,6 +246,15 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     return o;
 }
 
+/* Of the wait that has not ended. */
+static ll_time stalling(const ll_netgame *g)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_server *server = ll_netgame_server(g);
+    ll_time beyond = g->now - server->stepped - ll_tick_time(1, server->clock.freq);
+    return (sync->waits || sync->observe) && beyond > 0 ? beyond : 0;
+}
+
 cJSON *ll_netgame_metrics(const void *block)
 {
     const ll_netgame *g = block;
@@ -210,7 +263,7 @@ cJSON *ll_netgame_metrics(const void *block)
     cJSON_AddStringToObject(s, "sync", ll_netgame_sync(g)->name);
     number(s, "steps", (double)server->step);
     number(s, "steps_per_s", ratio((double)server->step, ll_to_s(g->now)));
-    number(s, "stalled_s", ll_to_s(server->stalled));
+    number(s, "stalled_s", ll_to_s(server->stalled + stalling(g)));
     ll_netgame_slowest(s, g);
     cJSON_AddStringToObject(s, "snapshot", ll_codec_names[server->codec]);
     ll_netgame_distribution(s, "rounding_m", ll_rounding_summary(ll_server_baselines(server)));
@@ -283,9 +336,10 @@ cJSON *ll_netgame_layout(const void *config)
 
 /* ---- trace ---- */
 
-static const char *const player_columns[] = {"own_x_m",     "own_y_m",       "own_error_m", "remote_error_m",
-                                             "view_age_ms", "buffer_ms",     "unacked",     "corrections",
-                                             "lag_ms",      "compared_step", "desync_m"};
+static const char *const player_columns[] = {
+    "own_x_m",        "own_y_m",     "own_timeline_error_m",  "own_lead_m", "own_lead_ms",
+    "remote_error_m", "view_age_ms", "age_of_information_ms", "buffer_ms",  "unacked",
+    "corrections",    "lag_ms",      "compared_step",         "desync_m"};
 enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)
@@ -325,9 +379,12 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         const ll_instruments *in = ll_netgame_instruments(g, i);
         values[n++] = ll_client_shown_const(c)->entity[i].x;
         values[n++] = ll_client_shown_const(c)->entity[i].y;
-        values[n++] = in->own_error;
+        values[n++] = in->pictures.error_m;
+        values[n++] = in->own_lead;
+        values[n++] = in->pictures.lead_ms;
         values[n++] = in->remote_error;
         values[n++] = in->view_age;
+        values[n++] = in->age_of_information;
         values[n++] = c->buffer_ms;
         values[n++] = c->seq - c->acked;
         values[n++] = (double)in->corrections;

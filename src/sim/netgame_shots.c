@@ -7,16 +7,13 @@
 
 static void number(cJSON *object, const char *name, double value)
 {
-    cJSON_AddNumberToObject(object, name, value);
+    ll_netgame_number(object, name, value);
 }
 
 /* null where nothing was counted: no share, rather than a bad one */
 static void share(cJSON *object, const char *name, int64_t part, int64_t whole)
 {
-    if (whole > 0)
-        number(object, name, (double)part / (double)whole);
-    else
-        cJSON_AddNullToObject(object, name);
+    number(object, name, ll_netgame_ratio((double)part, (double)whole));
 }
 
 static void peeks(cJSON *object, const ll_marksman *m)

@@ -1,5 +1,6 @@
 /* What is told of the players' views: M7 to M9, and sections 6 and 8 of session/frame.h. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stddef.h>
 
 #include "base/detmath.h"
@@ -7,12 +8,12 @@
 
 static void number(cJSON *object, const char *name, double value)
 {
-    cJSON_AddNumberToObject(object, name, value);
+    ll_netgame_number(object, name, value);
 }
 
 static double ratio(double a, double b)
 {
-    return b > 0 ? a / b : 0;
+    return ll_netgame_ratio(a, b);
 }
 
 /* Over all entities of others together. */
@@ -28,6 +29,7 @@ static void smoothness(cJSON *player, const ll_instruments *in)
         sum.moving += s->moving;
         sum.frozen += s->frozen;
         sum.reversals += s->reversals;
+        sum.hitches += s->hitches;
         sum.step_max = s->step_max > sum.step_max ? s->step_max : sum.step_max;
         sum.truth_step_sum += s->truth_step_sum;
     }
@@ -37,16 +39,23 @@ static void smoothness(cJSON *player, const ll_instruments *in)
     number(o, "jerk_rms_mps3", ll_sqrt(ratio(sum.jerk, frames)));
     number(o, "freeze_ratio", ratio((double)sum.frozen, moving));
     number(o, "reversals_per_s", ratio((double)sum.reversals, sum.seconds));
-    number(o, "step_max_m", sum.step_max);
+    number(o, "hitches", (double)sum.hitches);
+    number(o, "step_max_m", frames > 0 ? sum.step_max : NAN);
     number(o, "step_max_over_mean", ratio(sum.step_max, ratio(sum.truth_step_sum, moving)));
+    ll_summary animation = ll_histogram_summary(&in->animation_error);
+    cJSON *error = cJSON_AddObjectToObject(o, "animation_error_px");
+    number(error, "rms", in->pixel_m > 0 ? animation.rms : NAN);
+    number(error, "p99", in->pixel_m > 0 ? animation.p99 : NAN);
+    number(error, "count", (double)animation.count);
 }
 
-void ll_netgame_gauge(cJSON *object, const char *name, const ll_gauge *g)
+void ll_netgame_gauge(cJSON *object, const char *name, const ll_gauge *g, double scale)
 {
     cJSON *o = cJSON_AddObjectToObject(object, name);
-    number(o, "mean", ratio(g->sum, (double)g->count));
-    number(o, "min", g->min);
-    number(o, "max", g->max);
+    number(o, "mean", scale * ratio(g->sum, (double)g->count));
+    number(o, "min", g->count > 0 ? scale * g->min : NAN);
+    number(o, "max", g->count > 0 ? scale * g->max : NAN);
+    number(o, "count", (double)g->count);
 }
 
 static void buffer(cJSON *player, const ll_instruments *in, const ll_client *client)
@@ -57,9 +66,9 @@ static void buffer(cJSON *player, const ll_instruments *in, const ll_client *cli
     number(o, "held_ratio", ratio((double)in->held_frames, (double)in->frames));
     number(o, "extrapolated_ratio", ratio((double)in->extrapolated_frames, (double)in->frames));
     number(o, "stale_states", (double)client->stale);
-    ll_netgame_gauge(o, "depth_states", &in->depth);
-    ll_netgame_gauge(o, "delay_ms", &in->delay_ms);
-    ll_netgame_gauge(o, "time_scale", &in->time_scale);
+    ll_netgame_gauge(o, "depth_states", &in->depth, 1);
+    ll_netgame_gauge(o, "delay_ms", &in->delay_ms, 1);
+    ll_netgame_gauge(o, "time_scale", &in->time_scale, 1);
 }
 
 /* Counted from the start, as the link's own. */

@@ -89,7 +89,8 @@ static void pictures_are_held_against_the_truth(void **state)
     for (int f = 0; f < 8; f++) {
         if (f == 6)
             ll_client_shown(l->client)->entity[1].y = 0;
-        ll_instruments_frame(l->instruments, l->client, world, truth, f * STEP);
+        ll_instruments_frame(l->instruments, l->client, &(ll_truth){.world = world, .history = truth},
+                             f * STEP);
     }
     assert_true(near(l->instruments->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
     assert_int_equal(l->instruments->server.time, 14 * STEP);

@@ -11,51 +11,54 @@ static bool near(double a, double b)
     return fabs(a - b) < 1e-9;
 }
 
-/* ---- M1, M2: what the client measures itself ---- */
+/* ---- M2: what the client measures itself ---- */
 
 /* Inputs at 0, 20, 40, 60 and 80 ms; a state that acknowledges two of them comes at 65 ms and is drawn at
  * 80, one that acknowledges the third at 90 and is drawn at 100. */
-static void run_latencies(lone *l)
+static void run_latencies(lone *l, uint32_t applied)
 {
     start_lone(l, 50, 0, 0);
     packet two = state_of(2, 40 * LL_MS, 2, 1, (double[]){0}),
            three = state_of(3, 60 * LL_MS, 3, 1, (double[]){0});
     for (int f = 0; f < 6; f++) {
         ll_time now = f * 20 * LL_MS;
-        if (f == 4)
+        if (f == 4) {
+            server_applies(l, 1, applied < 2 ? applied : 2, 2);
             give(l, &two, 65 * LL_MS);
-        if (f == 5)
+        }
+        if (f == 5) {
+            server_applies(l, 3, applied, 3);
             give(l, &three, 90 * LL_MS);
+        }
         frame(l, now, NULL);
     }
 }
 
-static void latency_of_inputs(void **state)
+static void acknowledgements_take_a_round_trip(void **state)
 {
     (void)state;
-    lone *l = new_lone(1, &toy, &ll_sync_free);
-    run_latencies(l);
-    ll_summary m1 = of(l, LL_METRIC_INPUT_LATENCY), m2 = of(l, LL_METRIC_ACK_RTT),
-               open = of(l, LL_METRIC_UNACKED);
-    assert_int_equal(m1.count, 3); /* 80 - 0, 80 - 20, 100 - 40 */
-    assert_true(near(m1.mean, 200.0 / 3) && m1.max == 80);
-    assert_int_equal(m2.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
-    assert_true(near(m2.mean, 160.0 / 3) && m2.max == 65);
-    assert_int_equal(open.count, 6); /* 1, 2, 3, 4, then 5 - 2, then 6 - 3 */
-    assert_true(near(open.mean, 16.0 / 6) && open.max == 4);
-    free_lone(l);
+    for (int predicts = 0; predicts < 2; predicts++) {
+        lone *l = new_lone(1, &toy, &ll_sync_free);
+        l->config.prediction = l->config.reconciliation = predicts;
+        run_latencies(l, 3);
+        ll_summary m2 = of(l, LL_METRIC_ACK_RTT), open = of(l, LL_METRIC_UNACKED);
+        assert_int_equal(m2.count, 3); /* 65 - 0, 65 - 20, 90 - 40 */
+        assert_true(near(m2.mean, 160.0 / 3) && m2.max == 65);
+        assert_int_equal(open.count, 6); /* 1, 2, 3, 4, then 5 - 2, then 6 - 3 */
+        assert_true(near(open.mean, 16.0 / 6) && open.max == 4);
+        free_lone(l);
+    }
 }
 
-static void predicted_inputs_have_no_latency(void **state)
+/* One number acknowledges what never came: that is no round trip. */
+static void inputs_that_were_not_applied_have_no_round_trip(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
-    l->config.prediction = l->config.reconciliation = true;
-    run_latencies(l);
-    ll_summary m1 = of(l, LL_METRIC_INPUT_LATENCY), m2 = of(l, LL_METRIC_ACK_RTT);
-    assert_int_equal(m1.count, 6); /* each once, when it is made */
-    assert_true(m1.max == 0);
-    assert_true(near(m2.mean, 160.0 / 3)); /* the link is what it is */
+    run_latencies(l, 1);
+    assert_int_equal(of(l, LL_METRIC_ACK_RTT).count, 1);
+    assert_true(of(l, LL_METRIC_ACK_RTT).mean == 65);
+    assert_int_equal(l->instruments->ledger.wrong, 2);
     free_lone(l);
 }
 
@@ -64,9 +67,9 @@ static void start_does_not_count(void **state)
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
     ll_instruments_init(l->instruments, 1, 100 * LL_MS);
-    run_latencies(l);
-    assert_int_equal(of(l, LL_METRIC_INPUT_LATENCY).count, 1); /* drawn at 100 ms: the one of 60 ms */
-    assert_true(of(l, LL_METRIC_INPUT_LATENCY).mean == 60);
+    run_latencies(l, 3);
+    assert_int_equal(of(l, LL_METRIC_ACK_RTT).count, 1); /* told at 100 ms: the one of 40 ms */
+    assert_true(of(l, LL_METRIC_ACK_RTT).mean == 50);
     assert_true(of(l, LL_METRIC_UNACKED).count == 1 && of(l, LL_METRIC_UNACKED).mean == 3);
     free_lone(l);
 }
@@ -142,6 +145,7 @@ static void views_are_held_against_the_truth(void **state)
     lone *l = new_lone(3, &toy, &ll_sync_free);
     ll_history *truth = new_history(3);
     ll_world *world = new_world(3);
+    const ll_truth real = {.world = world, .history = truth};
     ll_world *shown = ll_client_shown(l->client);
     ll_mark *marks = ll_client_marks(l->client);
     start_lone(l, 60, 0, 0);
@@ -156,9 +160,9 @@ static void views_are_held_against_the_truth(void **state)
     shown->entity[2] = (ll_entity){.x = -4, .y = 3}; /* of 50 ms, when the truth was the same; now -8, 6 */
     marks[0].time = 100 * LL_MS;
     marks[1].time = marks[2].time = 50 * LL_MS;
-    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS);
-    assert_true(l->instruments->own_error == -5);
-    assert_true(of(l, LL_METRIC_OWN_ERROR).count == 1 && of(l, LL_METRIC_OWN_ERROR).max == 5);
+    ll_instruments_frame(l->instruments, l->client, &real, 100 * LL_MS);
+    assert_true(l->instruments->own_lead == -5);
+    assert_true(of(l, LL_METRIC_OWN_LEAD).count == 1 && of(l, LL_METRIC_OWN_LEAD).max == 5);
     assert_true(of(l, LL_METRIC_REMOTE_ERROR).count == 2 && of(l, LL_METRIC_REMOTE_ERROR).max == 5);
     assert_true(near(of(l, LL_METRIC_REMOTE_ERROR).mean, (3 + 5) / 2.0));
     assert_true(l->instruments->remote_error == 5); /* the larger: -4 is to the right of -8 */
@@ -173,16 +177,16 @@ static void views_are_held_against_the_truth(void **state)
     l->client->buffer_ms = 12.5;
     l->client->view_state = LL_VIEW_STARVED;
     l->client->held_now = 1;
-    ll_instruments_frame(l->instruments, l->client, world, truth, 100 * LL_MS);
+    ll_instruments_frame(l->instruments, l->client, &real, 100 * LL_MS);
     assert_true(l->instruments->remote_error == -8 && l->instruments->view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);
     assert_true(l->instruments->frames == 2 && l->instruments->held_frames == 1);
 
     ll_instruments_init(l->instruments, 3,
                         200 * LL_MS); /* before its time nothing counts, but views are told */
-    ll_instruments_frame(l->instruments, l->client, world, truth, 199 * LL_MS);
+    ll_instruments_frame(l->instruments, l->client, &real, 199 * LL_MS);
     assert_true(l->instruments->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
-    assert_true(l->instruments->own_error == -5 && l->instruments->remote_error == -8);
+    assert_true(l->instruments->own_lead == -5 && l->instruments->remote_error == -8);
     free(truth);
     free(world);
     free_lone(l);
@@ -204,13 +208,14 @@ static void smoothness_is_of_differences(void **state)
     lone *l = new_lone(2, &toy, &ll_sync_free);
     ll_history *truth = new_history(2);
     ll_world *world = new_world(2);
+    const ll_truth real = {.world = world, .history = truth};
     start_lone(l, 60, 0, 0);
     ll_history_add(truth, 0, world);
     for (int i = 0; i < 8; i++) {
         world->entity[1] = (ll_entity){.x = -0.6 * truth_x[i], .y = 0.8 * truth_x[i]};
         ll_client_shown(l->client)->entity[1] = (ll_entity){.x = -0.6 * x[i], .y = 0.8 * x[i]};
         l->client->elapsed = LL_SECOND / 2;
-        ll_instruments_frame(l->instruments, l->client, world, truth, i * LL_SECOND / 2);
+        ll_instruments_frame(l->instruments, l->client, &real, i * LL_SECOND / 2);
     }
     const ll_smoothness *s = &l->instruments->track[1].smooth;
     assert_int_equal(s->frames, 5);
@@ -235,20 +240,77 @@ static void steps_back_are_reversals(void **state)
                                 {0, 1}, {0, 3}, {1, 2}, {2, 3}, {0, 3}};
     ll_smoothness s = {0};
     for (int i = 0; i < 10; i++)
-        ll_smoothness_add(&s, places[i][0], places[i][1], i, 0, 1);
+        ll_smoothness_add(&s, &(ll_entity){.x = places[i][0], .y = places[i][1]}, i, 0, 1);
     assert_int_equal(s.reversals, 2); /* (0, 2) to (1, -1), and (1, 1) to (-2, 0) */
+}
+
+/* ---- M8: animation error and hitches ---- */
+
+/* Steps of the drawn place every 0.5 s against its drawn speed. */
+static void animation_errs_by_the_step_beyond_the_speed(void **state)
+{
+    (void)state;
+    const double x[] = {0, 3, 6, 6, 8}, vx[] = {6, 6, 6, 6, 8}, off[] = {-1, 0, 0, 3, 2};
+    ll_smoothness s = {0};
+    for (int i = 0; i < 5; i++)
+        assert_true(
+            near(ll_smoothness_add(&s, &(ll_entity){.x = x[i], .y = 1, .vx = vx[i]}, i, 0, 0.5), off[i]));
+}
+
+/* More than two still displays in a row while the truth moves are one hitch, however long. */
+static void long_stills_are_hitches(void **state)
+{
+    (void)state;
+    const double x[] = {0, 1, 1, 1, 2, 2, 2, 2, 2, 2, 3, 3, 3, 3, 3, 3},
+                 truth[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 10, 10, 10, 11, 12};
+    const int hitches[] = {0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+    ll_smoothness s = {0};
+    for (int i = 0; i < 16; i++) {
+        ll_smoothness_add(&s, &(ll_entity){.x = x[i]}, truth[i], 0, 0.1);
+        assert_int_equal(s.hitches, hitches[i]);
+    }
+}
+
+/* ---- M6c: visible corrections ---- */
+
+static void corrections_below_a_pixel_or_a_tenth_of_the_way_are_not_seen(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_free);
+    ll_history *truth = new_history(1);
+    ll_world *world = new_world(1);
+    const ll_truth real = {.world = world, .history = truth};
+    const double moved[] = {0.19, 0.21, 0.29, 0.31, 0.5}, step[] = {0, 0, 3, 3, 6};
+    const int count[] = {0, 1, 1, 2, 2};
+    start_lone(l, 60, 0, 0);
+    ll_history_add(truth, 0, world);
+    l->instruments->pixel_m = 0.2;
+    for (int i = 0; i < 5; i++) {
+        ll_instruments_moved(l->instruments, moved[i], step[i]);
+        ll_instruments_frame(l->instruments, l->client, &real, i * LL_MS);
+        assert_int_equal(l->instruments->visible_m_all.count, count[i]);
+    }
+    assert_true(near(l->instruments->visible_m_all.sum, 0.21 + 0.31));
+    ll_instruments_frame(l->instruments, l->client, &real, 5 * LL_MS); /* nothing moved since */
+    assert_int_equal(l->instruments->visible_m_all.count, 2);
+    free(truth);
+    free(world);
+    free_lone(l);
 }
 
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(latency_of_inputs),
-        cmocka_unit_test(predicted_inputs_have_no_latency),
+        cmocka_unit_test(acknowledgements_take_a_round_trip),
+        cmocka_unit_test(inputs_that_were_not_applied_have_no_round_trip),
         cmocka_unit_test(start_does_not_count),
         cmocka_unit_test(corrections_are_measured_at_the_same_input),
         cmocka_unit_test(views_are_held_against_the_truth),
         cmocka_unit_test(smoothness_is_of_differences),
         cmocka_unit_test(steps_back_are_reversals),
+        cmocka_unit_test(animation_errs_by_the_step_beyond_the_speed),
+        cmocka_unit_test(long_stills_are_hitches),
+        cmocka_unit_test(corrections_below_a_pixel_or_a_tenth_of_the_way_are_not_seen),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -180,6 +180,15 @@ static inline int give(lone *l, const packet *p, ll_time now)
     return ll_client_receive(l->client, &l->setup, p, size_of(p), now);
 }
 
+/* The observer sees that the server applied inputs `first` to `last` in step `tick`. */
+static inline void server_applies(lone *l, uint32_t first, uint32_t last, int64_t tick)
+{
+    ll_ledger *ledger = &l->instruments->ledger;
+    for (uint32_t seq = first; seq <= last; seq++)
+        ll_ledger_judged(ledger, seq, LL_LEDGER_IN_TIME);
+    ll_ledger_drained(ledger, tick, 0, 0);
+}
+
 static inline int frame(lone *l, ll_time now, ll_input_message *m)
 {
     ll_input_message unused;
