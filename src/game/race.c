@@ -177,14 +177,20 @@ static cars those_of(ll_world *world, const ll_entity_set *set)
     return c;
 }
 
+/* A lane is told by its middle; on the grid of a snapshot that may be a little off. */
+static bool one_lane(const race_params *p, const ll_entity *a, const ll_entity *b)
+{
+    double apart = b->y - a->y;
+    return apart < p->lane_width / 2 && apart > -p->lane_width / 2;
+}
+
 static void contacts(const race_params *p, const cars *c)
 {
     for (int i = 0; i < c->count; i++) {
         ll_entity *a = c->car[i];
-        double lane = a->y;
         for (int j = i + 1; j < c->count; j++) {
             ll_entity *b = c->car[j];
-            if (b->y != lane) /* first: most pairs end here */
+            if (!one_lane(p, a, b)) /* first: most pairs end here */
                 continue;
             double gap = b->x - a->x;
             if (gap >= p->car_length || gap <= -p->car_length)
@@ -249,7 +255,7 @@ static void reach(const ll_world *world, const ll_game_env *env, double horizon_
                 const ll_entity *a = &world->entity[i], *b = &world->entity[j];
                 if (!ll_entity_set_has(set, i))
                     continue;
-                if (a->y == b->y && b->x - a->x < far && b->x - a->x > -far) {
+                if (one_lane(p, a, b) && b->x - a->x < far && b->x - a->x > -far) {
                     ll_entity_set_add(set, j);
                     grown = true;
                 }

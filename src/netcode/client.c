@@ -8,6 +8,7 @@
 #include "netcode/cheat.h"
 #include "netcode/peer.h"
 #include "netcode/scope.h"
+#include "netcode/snapshot.h"
 #include "netcode/validate.h"
 
 static size_t round8(size_t n)
@@ -15,13 +16,13 @@ static size_t round8(size_t n)
     return (n + 7) & ~(size_t)7;
 }
 
-/* The worlds latest, predicted and shown, the marks and the errors; the states, or what a peer has in their
- * place. */
+/* The worlds latest, predicted, checked and shown, the marks and the errors; the states, or what a peer has
+ * in their place. */
 size_t ll_client_size(ll_extent extent)
 {
     size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_received) + world);
     size_t peer = ll_peer_size(extent.entities < LL_PLAYERS_MAX ? extent.entities : LL_PLAYERS_MAX, world);
-    return round8(sizeof(ll_client)) + 3 * world +
+    return round8(sizeof(ll_client)) + 4 * world +
            (size_t)extent.entities * (sizeof(ll_mark) + sizeof(ll_view_error)) +
            (peer > states ? peer : states);
 }
@@ -33,7 +34,8 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->world_size = (int64_t)ll_world_size(start);
     c->latest_offset = (int64_t)round8(sizeof(ll_client));
     c->predicted_offset = c->latest_offset + c->world_size;
-    c->shown_offset = c->predicted_offset + c->world_size;
+    c->checked_offset = c->predicted_offset + c->world_size;
+    c->shown_offset = c->checked_offset + c->world_size;
     c->marks_offset = c->shown_offset + c->world_size;
     c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
     c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
@@ -42,6 +44,7 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->due = -LL_LOBBY;
     memcpy(ll_client_latest(c), start, (size_t)c->world_size);
     memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
+    memcpy(ll_client_checked(c), start, (size_t)c->world_size);
     memcpy(ll_client_shown(c), start, (size_t)c->world_size);
 }
 
@@ -286,7 +289,7 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     if (ll_failed(&status))
         return unreadable(c);
     ll_received *r = ll_client_state(c, c->newest++);
-    *r = (ll_received){m.tick, m.time, now, m.head.seq, m.applied};
+    *r = (ll_received){m.tick, m.time, now, m.head.seq, m.applied, ll_codec_at(m.codec)->gridded, 0};
     take_parts(c, &m, packet + sizeof m);
     memcpy(ll_received_world(r), bytes, (size_t)c->world_size);
     c->newest_tick = m.tick;
@@ -338,7 +341,6 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
 {
     ll_received *state = ll_client_state(c, c->newest - 1);
     uint32_t acked = c->acked;
-    int64_t tick = c->latest_tick;
     c->fresh = c->newest;
     if (s->sync->answers && ll_client_is_open(c, state->acked))
         c->answered = now - ll_client_pending(c, state->acked)->made;
@@ -348,7 +350,7 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
     c->latest_tick = state->tick;
     memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
     if (s->config->prediction)
-        ll_reconcile(c, s, foretold, acked, tick, now);
+        ll_reconcile(c, s, foretold, now);
 }
 
 #define FAKED_VIEW (500 * LL_MS)

@@ -48,6 +48,8 @@ typedef struct ll_received {
     ll_time arrived;  /* client's clock */
     uint32_t acked;   /* the last input whose step is over */
     uint32_t applied; /* the newest that was really applied */
+    uint32_t gridded; /* others lie on the client's grid */
+    uint32_t reserved;
 } ll_received;
 
 typedef enum ll_shown_flag {
@@ -136,13 +138,18 @@ typedef struct ll_client {
     int64_t world_size;
     /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
      * shown */
-    int64_t states_offset, latest_offset, predicted_offset, shown_offset, marks_offset, errors_offset;
+    int64_t states_offset, latest_offset, predicted_offset, checked_offset, shown_offset, marks_offset,
+        errors_offset;
 
     /* prediction */
     int64_t predicted_tick;            /* of the predicted world */
     uint32_t played, reserved3;        /* newest input in it */
     ll_entity_set predicted;           /* what of it is stepped */
     ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
+    int64_t begun_tick;                /* of the last state that it began with, or was equal to the bit */
+    ll_grid begun_grid;                /* that the others lay on in that state; all 0: none */
+    uint32_t begun_acked;              /* the newest input in that state */
+    uint32_t touched;                  /* others may have acted on the own entity since */
 
     /* interpolation */
     ll_time offset; /* server's clock - client's clock when the fastest recent packet came */
@@ -265,6 +272,13 @@ static inline ll_world *ll_client_predicted(ll_client *c)
     return (ll_world *)((char *)c + c->predicted_offset);
 }
 
+/* What of the prediction has been compared with states: the world that the predicted one is made of by the
+ * inputs that the latest state does not include. */
+static inline ll_world *ll_client_checked(ll_client *c)
+{
+    return (ll_world *)((char *)c + c->checked_offset);
+}
+
 /* What the client draws. */
 static inline ll_world *ll_client_shown(ll_client *c)
 {
@@ -352,8 +366,7 @@ void ll_predict_due(ll_client *client, const ll_client_setup *setup); /* the inp
 void ll_predict_again(ll_client *client,
                       const ll_client_setup *setup); /* the latest state, and what is open */
 bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);
-void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, uint32_t acked,
-                  int64_t tick, ll_time now);
+void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, ll_time now);
 void ll_draw_predicted(ll_client *client, ll_time now);
 void ll_note_correction(const ll_client *client, const ll_client_setup *setup, ll_cause cause, double moved,
                         ll_time now); /* M6 of the own entity: moved by so many m, signed by x */

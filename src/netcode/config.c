@@ -255,6 +255,16 @@ static const ll_param player_rows[] = {
      .help = "The client takes the server's state and applies the inputs again that the server has not seen; "
              "needs "
              "prediction."},
+    {.name = "reconciliation_tolerance_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_player_config, reconciliation_tolerance_m),
+     .max = 10,
+     .unit = "m",
+     .live = true,
+     .help =
+         "The prediction stands while all that it is about is no further from the server's state, now and "
+         "by its velocity until the next state; 0 demands equality to the bit, and of others on a grid "
+         "what rounding explains."},
     {.name = "ack",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_player_config, ack),

@@ -60,7 +60,7 @@ typedef struct ll_player_config {
     double lag_ms; /* one way, both directions */
     ll_link_pair link;
     double interpolation_ratio, jitter_margin_ms, extrapolation_ms, correction_half_life_ms;
-    double timer_jitter_ms, dejitter_ms;
+    double timer_jitter_ms, dejitter_ms, reconciliation_tolerance_m;
     double clock_phase, drift_ppm;                       /* -1: the phase is drawn */
     double send_hz, display_hz;                          /* 0: with every tick; as the scenario's tick_hz */
     double input_hz, input_device_ms, display_device_ms; /* 0 Hz: the device is read at once */

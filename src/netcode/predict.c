@@ -1,13 +1,16 @@
 /* Prediction and reconciliation (paper, "Working Around Lockstep Delay"; Figure 12).
  *
  * The predicted world is the server's latest state with the inputs that it does not include applied on top,
- * in the player's prediction scope. When a state comes, the state before it is stepped to the same tick by
- * the same inputs and guesses. If what is in scope then equals the new state to the bit, the predicted world
- * is right as it stands; otherwise it is made again from the new state. Cost: a step of the scope for each
- * tick between two states, and one for each open input where something was mispredicted. */
+ * in the player's prediction scope. Beside it the client keeps the checked world: the same without those
+ * inputs. When a state comes, the checked world is stepped to the same tick by the same inputs and guesses.
+ * If what is in scope then agrees with the new state (agree.h), the prediction stands, and the checked world
+ * goes on from itself, so that what it is off by is seen as a whole by the next comparison, and never adds up
+ * unseen. Otherwise both are made again from the new state. Cost: a step of the scope for each tick between
+ * two states, and one for each open input where something was mispredicted. */
 #include <string.h>
 
 #include "base/detmath.h"
+#include "netcode/agree.h"
 #include "netcode/client.h"
 #include "netcode/scope.h"
 
@@ -40,24 +43,45 @@ static ll_pending *predict_input(ll_client *c, const ll_client_setup *s, uint32_
     return made ? input : NULL;
 }
 
-/* What is in scope from a state at `tick` to the client's newest input, and on until the next state. */
+/* From a state at `tick` to the client's newest input, and on until the next state. */
+static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    double horizon_s = (double)(c->tick - tick + 1) * s->env->dt;
+    return c->update_hz > 0 ? horizon_s + 1 / c->update_hz : horizon_s;
+}
+
+/* What is in scope so long. */
 static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const ll_world *state, int64_t tick)
 {
     ll_entity_set set = {{0}};
-    double horizon_s = (double)(c->tick - tick + 1) * s->env->dt;
-    if (c->update_hz > 0)
-        horizon_s += 1 / c->update_hz;
-    scope_of(s)->choose(s->game, s->env, state, c->self, horizon_s, &set);
+    scope_of(s)->choose(s->game, s->env, state, c->self, horizon_from(c, s, tick), &set);
     return set;
+}
+
+/* The prediction is known to have been as a state is, of `tick` and on `grid`. */
+static void mark_begun(ll_client *c, int64_t tick, const ll_grid *grid)
+{
+    c->begun_tick = tick;
+    c->begun_acked = c->acked;
+    c->begun_grid = *grid;
+    c->touched = 0;
+}
+
+static ll_grid grid_of(const ll_client *c, const ll_received *state)
+{
+    return state->gridded ? c->grid : (ll_grid){0};
 }
 
 /* The predicted world is the latest state. */
 static void begin(ll_client *c, const ll_client_setup *s)
 {
+    ll_grid grid = c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_grid){0};
     memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
+    memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->world_size);
     memcpy(c->guessed, c->told, sizeof c->guessed);
     c->predicted = choose(c, s, ll_client_latest(c), c->latest_tick);
     c->predicted_tick = c->latest_tick;
+    mark_begun(c, c->latest_tick, &grid);
 }
 
 /* The newest input whose time has come: the client's present lies `input_delay_ticks` before the tick of its
@@ -125,33 +149,20 @@ static bool guessed_right(const ll_client *c, const ll_client_setup *s, int play
     return true;
 }
 
-static bool same_in_scope(const ll_client *c, const ll_world *a, const ll_world *b)
-{
-    for (int i = 0; i < a->entities; i++)
-        if (ll_entity_set_has(&c->predicted, i) &&
-            memcmp(&a->entity[i], &b->entity[i], sizeof a->entity[i]) != 0)
-            return false;
-    return true;
-}
-
-/* Whether `state` is what the prediction was made of. `acked` is what had been acknowledged before it; steps
- * the latest state, which is about to be replaced. */
-bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+/* Steps the checked world on to `state`, by what the prediction was made with. False when it was not made
+ * with one input a step, or `acked`, what had been acknowledged before, tells that. */
+static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
 {
     const ll_action none = {0};
-    const ll_world *truth = (const ll_world *)(state + 1);
-    ll_world *world = ll_client_latest(c);
     int64_t steps = s->sync->drains ? (int64_t)c->acked - acked : state->tick - c->latest_tick;
-    if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_world ||
-        !guessed_right(c, s, world->players) || steps < 0 || steps > LL_PENDING_RING)
+    if (steps < 0 || steps > LL_PENDING_RING)
         return false;
     for (int64_t k = 1; k <= steps; k++) {
         const ll_pending *input = s->sync->drains ? ll_client_pending(c, acked + (uint32_t)k)
                                                   : ll_client_input_at(c, c->latest_tick + k);
-        step(c, s, world, input ? &input->action : &none, c->latest_tick + k);
+        step(c, s, ll_client_checked(c), input ? &input->action : &none, c->latest_tick + k);
     }
-    ll_entity_set set = choose(c, s, truth, state->tick);
-    return memcmp(&set, &c->predicted, sizeof set) == 0 && same_in_scope(c, world, truth);
+    return true;
 }
 
 /* Others may have acted on the own entity within `steps`. */
@@ -166,7 +177,41 @@ static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world
     return memcmp(&set, &alone, sizeof set) != 0;
 }
 
-/* Why the latest state differs from the one at `tick` and the inputs behind `acked`. */
+static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked, const ll_received *state)
+{
+    int64_t ticks = s->sync->drains ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
+    if (scope_of(s)->guesses && (c->begun_grid.m > 0 || state->gridded))
+        c->touched |= touched(c, s, checked, s->sync->drains ? ticks : state->tick - c->latest_tick);
+    ll_agreement agreement = {.tolerance_m = s->config->reconciliation_tolerance_m,
+                              .horizon_s = horizon_from(c, s, state->tick),
+                              .drift_s = (double)ticks * s->env->dt,
+                              .begun = c->begun_grid,
+                              .state = grid_of(c, state),
+                              .exact = c->touched ? -1 : c->self};
+    return ll_agrees_in(&agreement, checked, (const ll_world *)(state + 1), &c->predicted);
+}
+
+/* Whether the prediction stands before `state`, which is about to become the latest. `acked` is what had been
+ * acknowledged before it. */
+bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+{
+    const ll_world *truth = (const ll_world *)(state + 1);
+    ll_world *checked = ll_client_checked(c);
+    ll_grid grid = grid_of(c, state);
+    if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_world ||
+        !guessed_right(c, s, truth->players) || !check_upto(c, s, state, acked))
+        return false;
+    ll_entity_set set = choose(c, s, truth, state->tick);
+    if (memcmp(&set, &c->predicted, sizeof set) != 0 || !agrees(c, s, checked, state))
+        return false;
+    if (!ll_same_in(checked, truth, &set))
+        return true;
+    memcpy(checked, truth, (size_t)c->world_size); /* what is not in scope is news */
+    mark_begun(c, state->tick, &grid);
+    return true;
+}
+
+/* Why the latest state differs from what was made of the one at `tick` by the inputs behind `acked`. */
 static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
 {
     int64_t inputs = (int64_t)c->acked - acked, steps = c->latest_tick - tick;
@@ -217,13 +262,13 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
     return own;
 }
 
-/* `acked` and `tick` are what was acknowledged by, and the tick of, the state before the latest. */
-void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, uint32_t acked, int64_t tick,
-                  ll_time now)
+void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
     ll_entity before[LL_ENTITIES_MAX];
     ll_entity_set set = c->predicted;
+    uint32_t acked = c->begun_acked;
+    int64_t tick = c->begun_tick;
     if (c->predicting != mark_of(s))
         return; /* it is about to start, from the same state */
     if (foretold && c->played >= c->acked)

@@ -301,6 +301,29 @@ static void stepping_everybody_as_some_is_a_step(void **state)
     free(some);
 }
 
+/* A snapshot rounds a lane's middle to its grid: who shares a lane still does, and nobody else. */
+static void lanes_survive_a_grid(void **state)
+{
+    (void)state;
+    const int32_t lanes[] = {1, 1, 2};
+    const float steps[] = {0.002f, 0.007f, 0.1f, 0.9f};
+    const ll_action still[3] = {{.axis = {0, 0}}};
+    for (size_t k = 0; k < sizeof steps / sizeof steps[0]; k++) {
+        field *f = make(usual, 3, lanes, 1.0 / 60);
+        ll_entity *e = f->world->entity;
+        ll_entity_set set = {{1}};
+        e[1].y = (double)steps[k] * round(e[1].y / (double)steps[k]);
+        assert_true(e[1].y != e[0].y);
+        e[0].x = 1, e[1].x = 0, e[2].x = 2;
+        e[1].vx = 3;
+        ll_game_race.reach(f->world, &f->env, 0.1, &set);
+        assert_int_equal(set.bits[0], 3);
+        ll_game_race.step(f->world, &f->env, still, LL_SECOND, NULL);
+        assert_true(e[0].x - e[1].x >= 4 - 1e-12 && e[0].vx > 0 && e[2].vx == 0 && e[2].x == 2);
+        free(f);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -315,6 +338,7 @@ int main(void)
         cmocka_unit_test(nobody_comes_farther_than_the_farthest),
         cmocka_unit_test(groups_out_of_reach_may_be_stepped_alone),
         cmocka_unit_test(stepping_everybody_as_some_is_a_step),
+        cmocka_unit_test(lanes_survive_a_grid),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
