@@ -9,12 +9,14 @@
 #include "netcode/hardware.h"
 #include "netcode/scope.h"
 #include "netcode/snapshot.h"
+#include "netcode/starve.h"
 #include "netcode/sync.h"
 #include "netcode/view.h"
 
 static const char *const controls[] = {"script", "person", NULL};
 static const char *const corrections[] = {"snap", "smooth", NULL};
 static const char *const extrapolation_clocks[] = {"measured", "arrival", NULL};
+static const char *const refusals[] = {"neutral", "previous", NULL};
 static const char *const cheats[] = {"none",      "magnitude", "rate",     "budget",     "view_time",
                                      "fire_rate", "claim",     "teleport", "lag_switch", NULL};
 
@@ -58,6 +60,40 @@ static const ll_param server_rows[] = {
      .help = "The server refuses inputs that are too large, too many, or of more time than has passed. Off, "
              "it takes "
              "everything, so that one sees what a cheat brings."},
+    {.name = "refused",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, refused),
+     .choices = refusals,
+     .live = true,
+     .help =
+         "What stands in for a refused input: neutral is no control touched, previous the input before it, "
+         "which a cheat can make use of."},
+    {.name = "starved",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_server_config, starved),
+     .choices = ll_starve_names,
+     .live = true,
+     .help =
+         "What stands in under free for an input that has not come for its step: decay lets the axes of the "
+         "last applied one go to zero in starved_tau_ms, repeat keeps them, repeat_n keeps them for "
+         "starved_ticks, neutral is zero at once. Presses are never repeated."},
+    {.name = "starved_tau_ms",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_server_config, starved_tau_ms),
+     .min = 1,
+     .max = 10000,
+     .standard = 250,
+     .unit = "ms",
+     .live = true,
+     .help = "In this time decay lets the axes go to zero."},
+    {.name = "starved_ticks",
+     .type = LL_PARAM_INT,
+     .offset = offsetof(ll_server_config, starved_ticks),
+     .max = 1000,
+     .standard = 12,
+     .unit = "ticks",
+     .live = true,
+     .help = "So long repeat_n repeats."},
     {.name = "rifle",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_server_config, compensation.rifle),

@@ -16,6 +16,9 @@
 /* The longest that a packet of one direction may take, see ll_link_delay_max_ms. */
 #define LL_ONE_WAY_MAX_MS 1250
 
+/* What stands in for an input that was refused. */
+typedef enum ll_refused { LL_REFUSED_NEUTRAL, LL_REFUSED_PREVIOUS } ll_refused;
+
 typedef struct ll_server_config {
     double update_hz, timeout_s;
     int64_t max_rollback_ticks, sync_test_ticks;
@@ -23,6 +26,10 @@ typedef struct ll_server_config {
     int32_t snapshot; /* index into ll_codecs */
     ll_compensation compensation;
     double quantum_m, quantum_mps, quantum_rad, quantum_radps; /* steps of the grid */
+    double starved_tau_ms;
+    int64_t starved_ticks;
+    int32_t starved; /* index into ll_starves */
+    int32_t refused; /* ll_refused */
     bool validation;
     uint8_t reserved[7];
 } ll_server_config;

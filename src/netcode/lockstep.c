@@ -31,7 +31,7 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
     for (int i = 0; i < server->players; i++) {
         ll_seat *seat = &server->seats[i];
         const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
-        actions[i] = seat->held = seat->connected ? slot->action : (ll_action){0};
+        actions[i] = seat->connected ? ll_server_action(server, i, k) : (ll_action){0};
         if (!seat->connected)
             continue;
         seat->acked = slot->seq;

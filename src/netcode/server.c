@@ -26,6 +26,10 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
         ll_baselines_clear(ll_server_baselines(server)); /* clients may no longer hold what was sent so */
     server->codec = (uint16_t)config->snapshot;
     server->validates = config->validation;
+    server->refused = config->refused;
+    server->starved = config->starved;
+    server->starved_ticks = (int32_t)config->starved_ticks;
+    server->starved_tau_ms = config->starved_tau_ms;
     server->grid = (ll_grid){(float)config->quantum_m, (float)config->quantum_mps, (float)config->quantum_rad,
                              (float)config->quantum_radps};
 }
@@ -40,6 +44,8 @@ void ll_seat_clear(ll_seat *seat)
 void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
 {
     seat->held = (ll_action){0};
+    seat->held_step = step;
+    seat->used = (ll_axes){{0}};
     seat->acked = seat->processed = seat->decided = 0;
     seat->wants = 0;
     memset(seat->verdicts, 0, sizeof seat->verdicts);
@@ -99,9 +105,11 @@ static void measure_slack(ll_seat *seat, int64_t ahead, uint32_t seq)
     }
 }
 
-/* What takes the place of a refused input: the one before it. */
-static ll_action instead(const ll_seat *seat, int64_t tick)
+/* What takes the place of a refused input. */
+static ll_action instead(const ll_server *server, const ll_seat *seat, int64_t tick)
 {
+    if (server->refused == LL_REFUSED_NEUTRAL)
+        return (ll_action){0};
     const ll_input_slot *before = &seat->slots[(tick - 1) & (LL_INPUT_RING - 1)];
     return ll_held(before->tick == tick - 1 ? &before->action : &seat->held);
 }
@@ -187,7 +195,7 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
             seat->budget_used = use > seat->budget_used ? use : seat->budget_used;
             ll_time_spend(&seat->account, &message->inputs[i], server->client_freq, now);
         }
-        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(seat, tick);
+        ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(server, seat, tick);
         seat->slots[tick & (LL_INPUT_RING - 1)] =
             (ll_input_slot){tick, now, action, verdict->seq, message->tick - message->lead};
         mark_replaced(seat, tick, rule != LL_RULE_NONE);
@@ -204,6 +212,23 @@ void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_
 {
     if (past)
         past->measured[player] = now - ll_history_time(past->history, slot->seen);
+}
+
+ll_action ll_server_action(ll_server *server, int player, int64_t step)
+{
+    ll_seat *seat = &server->seats[player];
+    const ll_input_slot *slot = &seat->slots[step & (LL_INPUT_RING - 1)];
+    ll_starve_config config = {server->starved_tau_ms / 1e3 * (double)server->clock.freq / 1e3,
+                               server->starved_ticks};
+    ll_action action;
+    if (slot->tick == step) {
+        action = seat->held = slot->action;
+        seat->held_step = step;
+    } else {
+        action = ll_starves[server->starved]->act(&seat->held, step - seat->held_step, &config);
+    }
+    seat->used = (ll_axes){{action.axis[0], action.axis[1]}};
+    return action;
 }
 
 static void set_verdict(ll_seat *seat, uint32_t seq, bool applied)
@@ -227,16 +252,14 @@ int ll_server_message_max(ll_extent extent, int players)
                  sizeof(ll_verdict_part) + LL_VERDICT_WORDS_MAX * sizeof(uint32_t) + ll_extent_size(extent));
 }
 
-/* Appends everybody's axes but those of `player`; returns the end. */
+/* Appends what everybody's axes were in the last step, but those of `player`; returns the end. */
 static char *put_axes(const ll_server *server, int player, char *at)
 {
     for (int i = 0; i < server->players; i++) {
-        const ll_action *held = &server->seats[i].held;
-        ll_axes axes = {{held->axis[0], held->axis[1]}};
         if (i == player)
             continue;
-        memcpy(at, &axes, sizeof axes);
-        at += sizeof axes;
+        memcpy(at, &server->seats[i].used, sizeof(ll_axes));
+        at += sizeof(ll_axes);
     }
     return at;
 }

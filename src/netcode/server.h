@@ -8,6 +8,7 @@
 #include "netcode/baselines.h"
 #include "netcode/config.h"
 #include "netcode/snapshot.h"
+#include "netcode/starve.h"
 #include "netcode/sync.h"
 #include "netcode/validate.h"
 #include "netcode/wire.h"
@@ -43,10 +44,12 @@ typedef struct ll_refereed {
 /* What the server knows of one player. */
 typedef struct ll_seat {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
-    ll_action held;                     /* the last applied: repeated for a step whose input is missing */
-    uint32_t acked;                     /* the last input whose step is over, whatever became of it */
-    uint32_t processed;                 /* the newest that was really applied; 0: none */
-    uint32_t decided;                   /* the newest of which there is a verdict */
+    ll_action held;     /* the last that was applied as it came, or stood in for a refused */
+    ll_axes used;       /* in the last step, whatever stood in */
+    int64_t held_step;  /* of `held` */
+    uint32_t acked;     /* the last input whose step is over, whatever became of it */
+    uint32_t processed; /* the newest that was really applied; 0: none */
+    uint32_t decided;   /* the newest of which there is a verdict */
     uint32_t slack_seq;
     uint32_t wants; /* ll_part */
     uint32_t reserved2;
@@ -88,7 +91,11 @@ typedef struct ll_server {
     int32_t players;
     uint16_t epoch; /* the last that was given out */
     uint16_t codec; /* index into ll_codecs */
-    uint32_t validates, reserved;
+    uint32_t validates;
+    int32_t refused;               /* ll_refused */
+    int32_t starved;               /* index into ll_starves */
+    int32_t starved_ticks;         /* that repeat_n repeats for */
+    double starved_tau_ms;         /* that decay takes */
     ll_grid grid;                  /* that the codec rounds to */
     ll_time from;                  /* what snapshots cost counts from then on */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
@@ -129,6 +136,9 @@ void ll_seat_clear(ll_seat *seat);
 /* For a player who begins anew behind `step`; inputs that have come, counters and the connection stay. */
 void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now);
 
+/* What `player` does in step `step`: its input, or what stands in where none has come. */
+ll_action ll_server_action(ll_server *server, int player, int64_t step);
+
 /* Notes that the server is done with an input, and whether it was applied as it came. */
 void ll_seat_done(ll_seat *seat, uint32_t seq, bool applied);
 
@@ -146,7 +156,7 @@ typedef struct ll_verdict {
 } ll_verdict;
 
 /* Takes the inputs of an ll_input_message. Gives a verdict for each that was not a repetition and returns how
- * many. A refused input is replaced by the one before it, so that nobody waits for it. */
+ * many. A refused input is replaced, as `refused` has it, so that nobody waits for it. */
 int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
                       ll_verdict verdicts[LL_INPUTS_MAX]);
 

@@ -1,6 +1,6 @@
-/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. A missing
- * input is replaced by the one before it; one that comes after its step is late and is not applied. Clients
- * run ahead by their lag, so that this is rare. */
+/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. For a
+ * missing one stands in what the row `starved` says; one that comes after its step is late and is not
+ * applied. Clients run ahead by their lag, so that this is rare. */
 #include "netcode/client.h"
 #include "netcode/server.h"
 
@@ -17,10 +17,7 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
         ll_seat *seat = &server->seats[i];
         const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
         bool begun = seat->connected && seat->newest >= 0 && k + seat->seq_minus_tick > 0;
-        if (slot->tick == k)
-            actions[i] = seat->held = slot->action;
-        else
-            actions[i] = ll_held(&seat->held);
+        actions[i] = ll_server_action(server, i, k);
         if (slot->tick != k && begun)
             seat->starved++;
         ll_server_measure(past, i, slot, now);

@@ -339,8 +339,9 @@ static void a_refused_input_is_replaced_for_everybody(void **state)
     assert_int_equal(steps_due(server), 3);
     assert_int_equal(server->seats[0].refused[LL_RULE_MAGNITUDE], 1);
     part_to(server, 1, &acked, runs);
-    assert_true(runs[0].input.axis[0] == 0.5f && runs[0].count == 2);
-    assert_true(ll_server_world(server)->entity[0].x == 1.25);
+    assert_true(runs[0].input.axis[0] == 0.5f && runs[0].count == 1);
+    assert_true(runs[1].input.axis[0] == 0 && runs[1].count == 1); /* neutral */
+    assert_true(ll_server_world(server)->entity[0].x == 0.75);
     free(server);
 }
 

@@ -50,6 +50,7 @@ static void inputs_apply_at_their_step(void **state)
     ll_server *s = new_server(2, &ll_sync_free, 60, 60);
     ll_verdict v[LL_INPUTS_MAX];
     ll_input_message m = inputs(2, 3, (double[]){1, 0.5, -1}); /* for steps 2, 3 and 4 */
+    configure(s, (const char *[]){"starved=repeat", NULL});
     assert_int_equal(take(s, &ll_sync_free, &m, v), 3);
     for (uint32_t i = 0; i < 3; i++) {
         assert_int_equal(v[i].seq, 2 + i);
@@ -95,6 +96,7 @@ static void late_inputs_are_told_and_not_applied(void **state)
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
     ll_verdict v[LL_INPUTS_MAX];
     ll_input_message first = inputs(1, 1, (double[]){0.5}), late = inputs(2, 4, (double[]){1, 1, 1, 1});
+    configure(s, (const char *[]){"starved=repeat", NULL});
     take(s, &ll_sync_free, &first, v);
     for (int k = 0; k < 4; k++)
         step(s, &ll_sync_free);
@@ -112,20 +114,20 @@ static void late_inputs_are_told_and_not_applied(void **state)
     free(s);
 }
 
-/* "A refused input is replaced by the one before it, so that nobody waits for it." */
-static void refused_inputs_are_replaced_by_the_one_before(void **state)
+/* "A refused input is replaced, as `refused` has it, so that nobody waits for it." `x`: after each step. */
+static void refused_inputs_are_replaced(const char *refused, const double x[5])
 {
-    (void)state;
     const ll_sync *const syncs[] = {&ll_sync_free, &ll_sync_lockstep};
     for (size_t i = 0; i < 2; i++) {
         ll_server *s = new_server(1, syncs[i], 60, 60);
+        if (refused)
+            configure(s, (const char *[]){refused, NULL});
         ll_verdict v[LL_INPUTS_MAX];
         ll_input_message m = inputs(1, 4, (double[]){0.5, 2, NAN, -0.25}),
                          again = inputs(5, 1, (double[]){-7});
         assert_int_equal(take(s, syncs[i], &m, v), 4);
         const ll_outcome outcomes[] = {LL_OUTCOME_APPLIED, LL_OUTCOME_REFUSED, LL_OUTCOME_REFUSED,
                                        LL_OUTCOME_APPLIED};
-        const double x[] = {0.5, 1, 1.5, 1.25, 1};
         for (int k = 0; k < 4; k++) {
             assert_int_equal(v[k].outcome, outcomes[k]);
             assert_int_equal(v[k].rule, outcomes[k] == LL_OUTCOME_REFUSED ? LL_RULE_MAGNITUDE : LL_RULE_NONE);
@@ -140,6 +142,18 @@ static void refused_inputs_are_replaced_by_the_one_before(void **state)
         assert_int_equal(s->seats[0].accepted, 2);
         free(s);
     }
+}
+
+static void refused_inputs_are_neutral(void **state)
+{
+    (void)state;
+    refused_inputs_are_replaced(NULL, (double[]){0.5, 0.5, 0.5, 0.25, 0.25});
+}
+
+static void refused_inputs_may_be_those_before(void **state)
+{
+    (void)state;
+    refused_inputs_are_replaced("refused=previous", (double[]){0.5, 1, 1.5, 1.25, 1});
 }
 
 static void what_was_sent_in_another_epoch_is_void(void **state)
@@ -446,7 +460,8 @@ int main(void)
         cmocka_unit_test(inputs_apply_at_their_step),
         cmocka_unit_test(repetitions_are_no_news),
         cmocka_unit_test(late_inputs_are_told_and_not_applied),
-        cmocka_unit_test(refused_inputs_are_replaced_by_the_one_before),
+        cmocka_unit_test(refused_inputs_are_neutral),
+        cmocka_unit_test(refused_inputs_may_be_those_before),
         cmocka_unit_test(what_was_sent_in_another_epoch_is_void),
         cmocka_unit_test(ticks_before_the_first_are_void),
         cmocka_unit_test(ring_goes_round),

@@ -56,6 +56,22 @@ static inline ll_world *new_world(int players)
 
 /* ---- a server ---- */
 
+/* Takes its rules from NULL-terminated "row=value" pairs, the others as they are by default. */
+static inline void configure(ll_server *server, const char *const *sets)
+{
+    ll_server_config rules;
+    ll_param_defaults(&ll_server_table, &rules);
+    for (; sets && *sets; sets++) {
+        char row[64];
+        const char *equals = strchr(*sets, '=');
+        memcpy(row, *sets, (size_t)(equals - *sets));
+        row[equals - *sets] = '\0';
+        ll_status status = ll_param_set(&ll_server_table, &rules, row, equals + 1, false);
+        assert_false(ll_failed(&status));
+    }
+    ll_server_configure(server, &rules);
+}
+
 static inline ll_server *new_server(int players, const ll_sync *sync, double step_hz, double client_hz)
 {
     size_t size = ll_extent_size(toy_extent(NULL, players));
@@ -64,6 +80,7 @@ static inline ll_server *new_server(int players, const ll_sync *sync, double ste
     ll_world *world = new_world(players);
     (void)sync;
     ll_server_init(server, players, extent);
+    configure(server, NULL);
     memcpy(ll_server_world(server), world, size);
     ll_server_start(server, ll_freq_from_hz(step_hz), ll_freq_from_hz(30), ll_freq_from_hz(client_hz), 0);
     for (int i = 0; i < players; i++)
