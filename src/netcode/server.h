@@ -44,12 +44,12 @@ typedef struct ll_refereed {
 /* What the server knows of one player. */
 typedef struct ll_seat {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
-    ll_action held;     /* the last that was applied as it came, or stood in for a refused */
-    ll_axes used;       /* in the last step, whatever stood in */
-    int64_t held_step;  /* of `held` */
-    uint32_t acked;     /* the last input whose step is over, whatever became of it */
-    uint32_t processed; /* the newest that was really applied; 0: none */
-    uint32_t decided;   /* the newest of which there is a verdict */
+    ll_action held;                     /* the last that was applied as it came, or stood in for a refused */
+    ll_axes used;                       /* in the last step, whatever stood in */
+    int64_t held_step;                  /* of `held` */
+    uint32_t acked;                     /* the last input whose step is over, whatever became of it */
+    uint32_t processed;                 /* the newest that was really applied; 0: none */
+    uint32_t decided;                   /* the newest of which there is a verdict */
     uint32_t slack_seq;
     uint32_t wants; /* ll_part */
     uint32_t reserved2;
