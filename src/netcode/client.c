@@ -145,6 +145,8 @@ void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int6
     forget_inputs(c, s, epoch, now);
     if (s->sync->waits) /* its inputs go on where the server is */
         c->tick = c->confirmed = step;
+    if (s->sync->answers && c->tick_due != LL_NEVER)
+        c->tick_due = now; /* the server waits */
     if (s->sync->start && world)
         s->sync->start(c, s, step, first, world);
 }
@@ -230,6 +232,30 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
     c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
 }
 
+#define SURPLUS_WINDOW (LL_SECOND / 2)
+
+#define SURPLUS                                                                                              \
+    1 /* one that comes an interval early is in time: steps are made so long after the last input */
+
+/* Where the server waits for inputs: those of this client that always come before they are needed only lie
+ * there. As many are left out as the least early one of half a second was early. */
+static void drain_surplus(ll_client *c, const ll_state_message *m, ll_time now)
+{
+    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
+        return;
+    if (c->spare == LL_SLACK_UNKNOWN)
+        c->spare_since = now;
+    if (m->slack < c->spare)
+        c->spare = m->slack;
+    if (now - c->spare_since < SURPLUS_WINDOW)
+        return;
+    if (c->spare > SURPLUS) {
+        c->debt -= c->spare - SURPLUS;
+        c->settle = c->seq + 1;
+    }
+    c->spare = LL_SLACK_UNKNOWN;
+}
+
 /* Bytes between the message of a state and its world; more than `size` when they are not there. */
 static int parts_size(const ll_client *c, const ll_state_message *m, const char *packet, int size)
 {
@@ -298,6 +324,8 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     ll_interpolate_heard(c, r);
     if (s->sync->answers)
         c->tick_due = now;
+    if (s->sync->waits && !s->sync->answers)
+        drain_surplus(c, &m, now);
     if (!s->sync->leads || !ll_cheat_minds(s))
         return LL_OUTCOME_APPLIED;
     if (s->config->time_dilation)
@@ -390,17 +418,18 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     return a;
 }
 
-#define QUIET 4 /* intervals without a step: then nobody plays on */
+#define QUIET 4 /* intervals without a step: somebody's inputs are missing */
 
 /* How many inputs a client may make that the server waits for. What it would refuse as too far ahead is not
- * sent, and while nothing is stepped, for want of somebody's, none are made: they would be late for good. */
+ * sent. While nothing is stepped there are as many as the way there and back holds: enough to go on with at
+ * the full rate, and no more, since what is made beyond is late for good. */
 static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     int64_t ahead = c->tick - c->confirmed;
     if (s->sync->answers)
         return ahead == 0;
-    if (c->newest > 0 && now - c->heard > QUIET * c->period)
-        return 0;
+    if (now - c->heard > QUIET * c->period)
+        return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
     return LL_BUDGET_TICKS - 1 - ahead;
 }
 
@@ -427,7 +456,7 @@ static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *a
     if (counts)
         ll_gauge_add(&ledger->scale, c->scale);
     int64_t room = s->sync->waits ? room_of(c, s, now) : n;
-    return (int)(n < room ? n : room);
+    return (int)(n < room ? n : room > 0 ? room : 0);
 }
 
 static uint32_t age_ns(ll_time age)
@@ -462,11 +491,12 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
 }
 
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
-                      ll_input_message *m)
+                      uint32_t fresh, ll_input_message *m)
 {
     m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
     m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
-    m->wants = (uint16_t)ll_acks[s->config->ack]->wants;
+    m->fresh = (uint8_t)(fresh < count ? fresh : count);
+    m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
     if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
         m->wants |= LL_PART_AXES;
     m->lead = m->tick > c->confirmed && !s->sync->drains ? (uint16_t)(m->tick - c->confirmed) : 0;
@@ -483,7 +513,7 @@ int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     if (count > LL_INPUTS_MAX)
         count = LL_INPUTS_MAX;
     c->unsent = first + count <= c->seq ? first + count : 0;
-    return put_inputs(c, s, first, count, packet);
+    return put_inputs(c, s, first, count, count, packet);
 }
 
 /* Whether a packet is to leave with this tick. */
@@ -495,8 +525,8 @@ static bool sends_now(const ll_client *c, const ll_client_setup *s)
     return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
 }
 
-/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, every other
- * packet starts with the oldest that is open instead, if they are too many for one. */
+/* A packet holds a run of inputs up to the newest. Where the server waits for each of them and they are too
+ * many for one, every other packet holds older ones instead: from the oldest that is open on, in turns. */
 static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
 {
     uint32_t open = c->seq - c->acked, fresh = c->seq - c->composed;
@@ -517,9 +547,11 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
     if (count > LL_INPUTS_MAX)
         count = LL_INPUTS_MAX;
     uint32_t first = c->seq - count + 1;
-    if (s->sync->waits && open > count && (c->frame & 1))
-        first = c->acked + 1;
-    return put_inputs(c, s, first, count, m);
+    if (s->sync->waits && open > count && (c->frame & 1)) {
+        uint32_t turns = (open - 1) / count;
+        first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
+    }
+    return put_inputs(c, s, first, count, fresh, m);
 }
 
 /* Others are drawn at a time of their own, or as the newest state has them. */

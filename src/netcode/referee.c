@@ -103,6 +103,7 @@ static void unpack(ll_server *server, ll_seat *seat, const ll_peer_message *m, c
     inputs->head =
         (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch, (uint32_t)(next - seat->first)};
     inputs->tick = (int32_t)next;
+    inputs->fresh = (uint8_t)count;
 }
 
 int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
@@ -118,6 +119,9 @@ int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const vo
     hear(&seat->peer, m, heard, server->players);
     compare(server, &seat->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     unpack(server, seat, m, runs, &inputs);
+    /* An input is for its own tick alone, however many come at once: after an outage all that were open do.
+     */
+    seat->allowance = (ll_allowance){ll_rate_burst(server->client_freq), now};
     int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
     ll_referee_fill(server, now);
     return judged;

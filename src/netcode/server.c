@@ -202,8 +202,9 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)
             seat->newest = tick;
-        measure_slack(seat, ahead,
-                      verdict->seq); /* also of one that comes behind a later: it may be the late one */
+        if (i >= message->head.count -
+                     message->fresh) /* what was lost and is repeated tells nothing of the link */
+            measure_slack(seat, ahead, verdict->seq);
     }
     return count;
 }

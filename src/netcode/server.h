@@ -51,8 +51,8 @@ typedef struct ll_seat {
     uint32_t processed;                 /* the newest that was really applied; 0: none */
     uint32_t decided;                   /* the newest of which there is a verdict */
     uint32_t slack_seq;
-    uint32_t wants; /* ll_part */
-    uint32_t reserved2;
+    uint32_t wants;                      /* ll_part */
+    uint32_t repeats;                    /* packets without a new input since the last state was sent */
     uint32_t verdicts[LL_VERDICT_WORDS]; /* a bit for each input, by number: it was applied as it came */
     uint64_t
         replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds what stands in for a refused input */

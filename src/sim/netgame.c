@@ -282,6 +282,7 @@ static void update_player(ll_netgame *g, int player, const ll_recorder *r)
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[PACKET_MAX];
+    server->seats[player].repeats = 0;
     if (server->seats[player].connected)
         send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
 }
@@ -328,8 +329,7 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
             send(g, player, false, &refusal, (int)sizeof refusal, r);
         }
     }
-    if (sync->answers && n == 0) /* the client has not got the state: it asks again */
-        update_player(g, player, r);
+    server->seats[player].repeats += n == 0;
 }
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
@@ -357,6 +357,8 @@ static void tend_server(ll_netgame *g, const ll_recorder *r)
     _Alignas(8) char packet[PACKET_MAX];
     server->tend += LL_TEND_EVERY;
     for (int i = 0; i < server->players; i++) {
+        if (sync->waits && server->seats[i].repeats > 0)
+            update_player(g, i, r); /* it repeats what is known: it has not got the state */
         int bytes = ll_admission_keep_alive(server, i, g->now, packet);
         if (bytes > 0)
             send(g, i, false, packet, bytes, r);

@@ -339,7 +339,8 @@ cJSON *ll_netgame_layout(const void *config)
 static const char *const player_columns[] = {
     "own_x_m",        "own_y_m",     "own_timeline_error_m",  "own_lead_m", "own_lead_ms",
     "remote_error_m", "view_age_ms", "age_of_information_ms", "buffer_ms",  "unacked",
-    "corrections",    "lag_ms",      "compared_step",         "desync_m"};
+    "corrections",    "lag_ms",      "compared_step",         "desync_m",
+    "connection",     "connected"};
 enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)
@@ -391,6 +392,8 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
         values[n++] = g->config.players[i].lag_ms;
         values[n++] = (double)ll_netgame_desync(g, i)->compared;
         values[n++] = ll_netgame_desync(g, i)->error;
+        values[n++] = c->connection.state;
+        values[n++] = server->seats[i].connected;
     }
     return n;
 }

@@ -93,7 +93,8 @@ static inline ll_server *new_server(int players, const ll_sync *sync, double ste
 static inline ll_input_message inputs(int64_t tick, int count, const double *pushes)
 {
     ll_input_message m = {.head = {LL_MESSAGE_INPUT, (uint8_t)count, 1, (uint32_t)tick},
-                          .tick = (int32_t)tick};
+                          .tick = (int32_t)tick,
+                          .fresh = (uint8_t)count};
     for (int i = 0; i < count; i++)
         m.inputs[i] = push(pushes[i]);
     return m;
