@@ -18,33 +18,88 @@ static void lists_follow_the_table(void **state)
 
 /* ---- the server's bits ---- */
 
+#define TOLD (32 * LL_VERDICT_WORDS)
+
 static bool bit(const ll_seat *seat, uint32_t seq)
 {
-    return seat->applied >> (seat->applied_newest - seq) & 1;
+    return seat->verdicts[seq / 32 % LL_VERDICT_WORDS] >> seq % 32 & 1;
 }
 
-/* In any order, with gaps: the bits of the last 64 are those of what was applied. */
-static void bits_are_those_of_the_last_64(void **state)
+/* In any order, with gaps: the bits of the last 512 are those of what was applied. */
+static void bits_are_those_of_the_last_512(void **state)
 {
     (void)state;
-    for (uint64_t seed = 0; seed < 50; seed++) {
+    for (uint64_t seed = 0; seed < 30; seed++) {
         ll_seat seat = {.acked = 0};
-        bool applied[600] = {false};
-        uint32_t newest = 0;
-        for (int k = 0; k < 400; k++) {
-            uint32_t seq = 1 + (uint32_t)k + (uint32_t)(ll_rng_u64(seed, 0, (uint64_t)k) % 30);
-            bool yes = ll_rng_unit(seed, 1, (uint64_t)k) < 0.7;
-            if (k == 200)
-                seq += 100; /* a gap beyond the window */
+        static bool applied[2600];
+        memset(applied, 0, sizeof applied);
+        uint32_t newest = 0, processed = 0;
+        for (uint32_t k = 0; k < 1400; k++) {
+            uint32_t seq = 1 + k + (uint32_t)(ll_rng_u64(seed, 0, k) % 300);
+            bool yes = ll_rng_unit(seed, 1, k) < 0.7;
+            if (k == 700)
+                seq += 700; /* a gap beyond the window */
+            if (seq + TOLD <= newest)
+                continue; /* no slot holds so old an input: the server has none to apply */
             newest = seq > newest ? seq : newest;
-            if (newest - seq >= 64)
-                yes = false; /* too old to be told */
-            applied[seq] |= yes;
+            processed = yes && seq > processed ? seq : processed;
+            applied[seq] = yes;
             ll_seat_done(&seat, seq, yes);
-            assert_int_equal(seat.applied_newest, newest);
-            for (uint32_t i = 0; i < 64 && i < newest; i++)
+            assert_int_equal(seat.decided, newest);
+            assert_int_equal(seat.processed, processed);
+            for (uint32_t i = 0; i < TOLD && i < newest; i++)
                 assert_int_equal(bit(&seat, newest - i), applied[newest - i]);
         }
+    }
+}
+
+/* What the state to player 0 tells: the bit of each input, newest first. */
+static ll_verdict_part told(ll_server *s, const ll_sync *sync, uint32_t words[LL_VERDICT_WORDS_MAX])
+{
+    char bytes[4096];
+    ll_state_message m;
+    ll_verdict_part part;
+    int size = ll_server_compose(s, sync, 0, bytes);
+    memcpy(&m, bytes, sizeof m);
+    assert_int_equal(m.head.count, LL_PART_APPLIED);
+    assert_int_equal(m.applied, s->seats[0].processed);
+    memcpy(&part, bytes + sizeof m, sizeof part);
+    assert_true(part.words <= LL_VERDICT_WORDS_MAX);
+    memcpy(words, bytes + sizeof m + sizeof part, part.words * sizeof *words);
+    assert_int_equal(size, sizeof m + sizeof part + part.words * sizeof *words +
+                               ll_extent_size(toy_extent(NULL, s->players)));
+    return part;
+}
+
+/* As many words as it takes back to the newest state that the client is known to have, whatever the rates and
+ * the round trip; where inputs belong to no step, back to the beginning, or 512. */
+static void verdicts_reach_back_to_the_state_that_is_known(void **state)
+{
+    (void)state;
+    for (uint64_t k = 0; k < 300; k++) {
+        ll_server *s = new_server(1, &ll_sync_free, 60, 60);
+        uint32_t words[LL_VERDICT_WORDS_MAX];
+        uint32_t decided = 1 + (uint32_t)(ll_rng_u64(k, 2, 0) % 2000);
+        int64_t ahead = (int64_t)(ll_rng_u64(k, 2, 1) % 700), lead = (int64_t)(ll_rng_u64(k, 2, 2) % 20);
+        bool applied[2001];
+        for (uint32_t seq = 1; seq <= decided; seq++) {
+            applied[seq] = ll_rng_unit(k, 3, seq) < 0.6;
+            ll_seat_done(&s->seats[0], seq, applied[seq]);
+        }
+        s->seats[0].wants = LL_PART_APPLIED;
+        s->step = decided + lead; /* inputs began at some step */
+        s->seats[0].received = s->step > ahead ? s->step - ahead : 0;
+        bool drains = k % 3 == 0;
+        ll_verdict_part part = told(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
+        assert_int_equal(part.newest, decided);
+        int64_t needed = drains || s->seats[0].received == 0 ? decided : s->step - s->seats[0].received;
+        needed = needed > decided ? decided : needed > TOLD ? TOLD : needed;
+        assert_true(part.words * 32 >= needed && (int64_t)part.words * 32 < needed + 32);
+        for (uint32_t i = 0; i < 32 * part.words; i++) {
+            bool is = i < decided && applied[decided - i];
+            assert_int_equal(words[i / 32] >> i % 32 & 1, is);
+        }
+        free(s);
     }
 }
 
@@ -65,9 +120,21 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     for (int k = 0; k < 2; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
     const ll_seat *seat = &s->seats[0];
+    uint32_t words[LL_VERDICT_WORDS_MAX];
+    s->seats[0].wants = LL_PART_APPLIED;
     assert_int_equal(seat->acked, 5);
-    assert_int_equal(seat->applied_newest, 5);
-    assert_int_equal(seat->applied, 0x11); /* 5 and 1 */
+    assert_int_equal(seat->processed, 5);
+    assert_int_equal(seat->decided, 5);
+    ll_verdict_part part = told(s, &ll_sync_free, words);
+    assert_int_equal(part.newest, 5);
+    assert_int_equal(part.words, 1);
+    assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
+    ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never comes either */
+    assert_int_equal(seat->acked, 6);                            /* its step is over, */
+    assert_int_equal(seat->processed, 5);                        /* but it was not applied */
+    part = told(s, &ll_sync_free, words);
+    assert_int_equal(part.newest, 6);
+    assert_int_equal(words[0], 0x22);
     free(s);
 }
 
@@ -77,7 +144,10 @@ static int tell(lone *l, int64_t tick, uint32_t acked, uint32_t newest, uint64_t
 {
     char bytes[256];
     packet p = state_of(tick, now, acked, 1, &x);
-    ll_applied applied = {newest, (uint32_t)bits, (uint32_t)(bits >> 32)};
+    struct {
+        ll_verdict_part part;
+        uint32_t words[2];
+    } applied = {{newest, 2}, {(uint32_t)bits, (uint32_t)(bits >> 32)}};
     size_t head = sizeof p.head, world = (size_t)size_of(&p) - head;
     p.head.head.count = LL_PART_APPLIED;
     memcpy(bytes, &p.head, head);
@@ -126,6 +196,36 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
     }
 }
 
+/* The high water tells two numbers: up to the newest that was applied all are taken as such, those behind it
+ * whose step is over are skipped, and a later state brings none of them back. */
+static void high_water_skips_what_is_over_and_was_not_applied(void **state)
+{
+    (void)state;
+    lone *l = new_predictor(&ll_sync_free, 0);
+    for (int f = 0; f < 9; f++)
+        frame(l, ll_tick_time(f, HZ(60)), NULL);
+    packet p = state_of(6, ll_tick_time(9, HZ(60)), 6, 1, (double[]){100});
+    p.head.applied = 4;
+    server_applies(l, 1, 4, 4);
+    give(l, &p, ll_tick_time(9, HZ(60)));
+    frame(l, ll_tick_time(9, HZ(60)), NULL);
+    for (uint32_t seq = 1; seq <= 10; seq++)
+        assert_int_equal(ll_client_pending(l->client, seq)->state, seq <= 4   ? LL_INPUT_APPLIED
+                                                                   : seq <= 6 ? LL_INPUT_SKIPPED
+                                                                              : LL_INPUT_OPEN);
+    assert_int_equal(l->client->acked, 6);
+    assert_int_equal(l->instruments->ledger.skipped, 2);
+    assert_true(ll_client_shown(l->client)->entity[0].x == 102); /* and 7 to 10 */
+    p = state_of(7, ll_tick_time(10, HZ(60)), 7, 1, (double[]){100.5});
+    server_applies(l, 7, 7, 7);
+    give(l, &p, ll_tick_time(10, HZ(60)));
+    frame(l, ll_tick_time(10, HZ(60)), NULL);
+    assert_int_equal(ll_client_pending(l->client, 6)->state, LL_INPUT_SKIPPED);
+    assert_int_equal(ll_client_pending(l->client, 7)->state, LL_INPUT_APPLIED);
+    assert_int_equal(l->instruments->histogram[LL_METRIC_ACK_RTT].count, 5);
+    free_lone(l);
+}
+
 /* Inputs as they come: 3 was overtaken by 4 and 5. It stays open, is applied again on every state that is
  * without it, and an older state later does no harm. The high water drops it. */
 static void overtaken_inputs_stay_open(void **state)
@@ -154,8 +254,8 @@ static void overtaken_inputs_stay_open(void **state)
     }
 }
 
-/* What has not come while 64 later ones did is given up. */
-static void lost_inputs_are_given_up_after_64(void **state)
+/* What has not come is given up when it is older than what a state tells of, 64 here. */
+static void lost_inputs_are_given_up_when_nothing_tells_of_them(void **state)
 {
     (void)state;
     lone *l = new_predictor(&ll_sync_gambetta, 1);
@@ -225,7 +325,8 @@ static void overtaking_is_harmless_with_a_bit_per_input(void **state)
         }
 }
 
-/* Of the inputs that the link lost, the high water takes every one as applied, and the bits none. */
+/* Of the inputs that the link lost, the high water takes every one as applied behind which a later one was
+ * applied by the time of the state, and the bits none. */
 static void lost_inputs_are_known_as_such(void **state)
 {
     (void)state;
@@ -238,13 +339,21 @@ static void lost_inputs_are_known_as_such(void **state)
         scene s = scene_open("race", sets);
         ll_recorder r = tape_recorder(&t);
         scene_run(&s, 60, &r);
-        int64_t lost = 0;
+        ll_client *c = ll_netgame_client(s.game, 0);
+        static bool gone[4096];
+        int64_t lost = 0, hidden = 0;
+        memset(gone, 0, sizeof gone);
         for (size_t i = 0; i < t.count; i++)
-            lost += t.events[i].type == LL_EVENT_INPUT && t.events[i].player == 0 && t.events[i].fate == 1 &&
-                    t.events[i].number <= ll_netgame_client(s.game, 0)->acked;
-        assert_true(lost > 250);
-        assert_int_equal(ledger(&s)->wrong, ack == 0 ? lost : 0);
-        assert_int_equal(ledger(&s)->skipped, ack == 0 ? 0 : lost);
+            if (t.events[i].type == LL_EVENT_INPUT && t.events[i].player == 0 && t.events[i].number < 4096)
+                gone[t.events[i].number] = t.events[i].fate == 1;
+        for (uint32_t seq = 1; seq <= c->acked; seq++) {
+            int64_t tick = c->tick - (int64_t)(c->seq - seq);
+            lost += gone[seq];
+            hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* states are of even ticks */
+        }
+        assert_true(lost > 250 && hidden > 100);
+        assert_int_equal(ledger(&s)->wrong, ack == 0 ? hidden : 0);
+        assert_int_equal(ledger(&s)->skipped, ack == 0 ? lost - hidden : lost);
         scene_close(&s);
         tape_free(&t);
     }
@@ -343,11 +452,13 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lists_follow_the_table),
-        cmocka_unit_test(bits_are_those_of_the_last_64),
+        cmocka_unit_test(bits_are_those_of_the_last_512),
+        cmocka_unit_test(verdicts_reach_back_to_the_state_that_is_known),
         cmocka_unit_test(only_what_came_in_time_and_within_the_rules_is_set),
         cmocka_unit_test(skipped_inputs_are_not_taken_as_applied),
+        cmocka_unit_test(high_water_skips_what_is_over_and_was_not_applied),
         cmocka_unit_test(overtaken_inputs_stay_open),
-        cmocka_unit_test(lost_inputs_are_given_up_after_64),
+        cmocka_unit_test(lost_inputs_are_given_up_when_nothing_tells_of_them),
         cmocka_unit_test(overtaking_is_harmless_with_a_bit_per_input),
         cmocka_unit_test(lost_inputs_are_known_as_such),
         cmocka_unit_test(each_lost_input_is_a_correction_by_loss),

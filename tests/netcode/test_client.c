@@ -280,39 +280,49 @@ static void idle_clients_are_silent_where_the_rules_say_so(void **state)
     free_lone(l);
 }
 
-/* At most 240 inputs wait; then none is made until some are acknowledged. */
-static void pending_inputs_are_limited(void **state)
+/* 512 inputs are kept open. A client that hears nothing for longer goes on: the oldest gives way, what is
+ * sent is always the newest, and what a state tells of those that are gone does no harm. */
+static void a_full_window_gives_up_its_oldest(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
     ll_input_message m;
+    int64_t lead = 0;
     start_lone(l, 60, 0, 0);
-    for (int f = 0; f < 300; f++)
-        assert_true((numbered_frame(l, f, &m) > 0) == (f < LL_PENDING_MAX));
-    assert_int_equal(l->client->seq, LL_PENDING_MAX);
-    acknowledge(l, 1, 100, 5 * LL_SECOND);
-    for (int f = 300; f < 500; f++) {
-        assert_true((numbered_frame(l, f, &m) > 0) == (f < 400));
-        if (f < 400)
-            must_hold(&m, (uint32_t)(LL_PENDING_MAX + f - 300 - 1), 3, l->client->tick - 2);
+    for (int f = 0; f < 700; f++) {
+        assert_true(numbered_frame(l, f, &m) > 0);
+        assert_int_equal(l->client->seq, f + 1);
+        assert_int_equal(l->client->acked, f + 1 > LL_PENDING_RING ? f + 1 - LL_PENDING_RING : 0);
+        if (f == 0)
+            lead = l->client->tick;
+        int count = f + 1 < 3 ? f + 1 : 3;
+        must_hold(&m, (uint32_t)(f + 2 - count), count, lead + f - count + 1);
     }
-    assert_int_equal(l->client->seq, LL_PENDING_MAX + 100);
-    acknowledge(l, 2, LL_PENDING_MAX + 100, 9 * LL_SECOND);
-    assert_true(numbered_frame(l, 540, &m) > 0);
-    must_hold(&m, LL_PENDING_MAX + 101, 1, l->client->tick);
+    acknowledge(l, 1, 50, 12 * LL_SECOND); /* long given up */
+    assert_true(numbered_frame(l, 720, &m) > 0);
+    assert_int_equal(l->client->acked, 701 - LL_PENDING_RING);
+    must_hold(&m, 699, 3, l->client->tick - 2);
+    acknowledge(l, 2, 400, 13 * LL_SECOND);
+    assert_true(numbered_frame(l, 780, &m) > 0);
+    assert_int_equal(l->client->acked, 400);
+    for (uint32_t seq = 401; seq <= 702; seq++)
+        assert_true(ll_client_is_open(l->client, seq));
+    acknowledge(l, 3, 702, 14 * LL_SECOND);
+    assert_true(numbered_frame(l, 840, &m) > 0);
+    must_hold(&m, 703, 1, l->client->tick);
     free_lone(l);
 }
 
-/* In lockstep the server waits: every packet is full of what is open, and every other starts with the oldest,
- * also when no input may be made any more: the server refuses what is 128 steps ahead of it. */
-static void lockstep_repeats_the_oldest(void **state)
+/* Where the server waits every packet is full of what is open, and every other starts with the oldest, also
+ * when no input may be made any more: the server refuses what is 256 steps ahead of it. */
+static void pipelined_lockstep_repeats_the_oldest(void **state)
 {
     (void)state;
-    lone *l = new_lone(1, &toy, &ll_sync_lockstep);
+    lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
     ll_input_message m;
     int oldest = 0;
     start_lone(l, 60, 0, 0);
-    for (int f = 0; f < 300; f++) {
+    for (int f = 0; f < 400; f++) {
         int made = f < LL_BUDGET_TICKS - 1 ? f + 1 : LL_BUDGET_TICKS - 1, count = made < 16 ? made : 16;
         assert_true(numbered_frame(l, f, &m) > 0);
         if (made > 16 && m.head.seq == 1) {
@@ -322,17 +332,77 @@ static void lockstep_repeats_the_oldest(void **state)
             must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
         }
     }
-    assert_int_equal(oldest, (300 - 16) / 2);
-    acknowledge(l, 100, 100, 5 * LL_SECOND);
+    assert_int_equal(oldest, (400 - 16) / 2);
+    acknowledge(l, 100, 100, ll_tick_time(400, HZ(60)));
     int from_oldest = 0;
-    for (int f = 300; f < 302; f++) {
+    for (int f = 400; f < 402; f++) {
         assert_true(numbered_frame(l, f, &m) > 0);
         from_oldest += m.head.seq == 101;
     }
     assert_int_equal(from_oldest, 1);
-    acknowledge(l, 129, 129, 6 * LL_SECOND); /* all: only what this frame makes is open */
-    assert_true(numbered_frame(l, 360, &m) > 0);
-    must_hold(&m, 130, 1, 130);
+    acknowledge(l, 257, 257, 8 * LL_SECOND); /* all: only what this frame makes is open */
+    assert_true(numbered_frame(l, 480, &m) > 0);
+    must_hold(&m, 258, 1, 258);
+    free_lone(l);
+}
+
+/* A server from which no state has come for four intervals waits for somebody: inputs made meanwhile would
+ * all be late by as much, for good. What is open is sent on. */
+static void pipelined_lockstep_makes_nothing_in_a_stall(void **state)
+{
+    (void)state;
+    static const int stalls[] = {3, 5, 6, 50, 400};
+    for (size_t i = 0; i < sizeof stalls / sizeof stalls[0]; i++) {
+        lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
+        ll_input_message m;
+        int f = 0;
+        start_lone(l, 60, 0, 0);
+        for (; f < 100; f++) { /* the state after step k comes behind frame k + 6 */
+            assert_true(numbered_frame(l, f, &m) > 0);
+            assert_int_equal(l->client->seq, f + 1);
+            if (f > 6)
+                acknowledge(l, f - 6, (uint32_t)(f - 6), ll_tick_time(f, HZ(60)) + LL_MS);
+        }
+        for (; f < 100 + stalls[i];
+             f++) { /* the last came behind frame 99: those within four intervals of it */
+            assert_true(numbered_frame(l, f, &m) > 0);
+            assert_int_equal(l->client->seq, f < 104 ? f + 1 : 104);
+        }
+        uint32_t open = l->client->seq;
+        acknowledge(l, 94, 94, ll_tick_time(f, HZ(60)));
+        assert_true(numbered_frame(l, f, &m) > 0);
+        assert_int_equal(l->client->seq, open + 1); /* one a frame, none for those that were left out */
+        free_lone(l);
+    }
+}
+
+/* Stop and wait: input n + 1 is made when the state that includes n has come, however long that takes, and
+ * not by one that does not; until then n is sent again whenever the timer comes. */
+static void lockstep_makes_one_input_a_state(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_lockstep);
+    ll_input_message m;
+    ll_time now = 0;
+    start_lone(l, 60, 0, 0);
+    for (uint32_t n = 1; n < 50; n++) {
+        for (uint32_t again = 0; again <= n % 4; again++) {
+            now += (7 + 90 * again) * LL_MS;
+            l->client->held = numbered(n);
+            assert_true(frame(l, now, &m) > 0);
+            assert_int_equal(l->client->seq, n);
+            must_hold(&m, n, 1, n);
+        }
+        if (n > 1) {
+            packet old = state_of(n - 1, now, n - 1, 1, (double[]){0});
+            assert_int_equal(give(l, &old, now), LL_OUTCOME_STALE);
+            assert_true(frame(l, now, &m) > 0);
+            assert_int_equal(l->client->seq, n);
+        }
+        l->client->tick_due = LL_NEVER;
+        acknowledge(l, n, n, now + 3 * LL_MS);
+        assert_int_equal(l->client->tick_due, now + 3 * LL_MS); /* and it is made at once */
+    }
     free_lone(l);
 }
 
@@ -480,8 +550,10 @@ int main(void)
         cmocka_unit_test(slack_is_followed_without_overshoot),
         cmocka_unit_test(packets_repeat_what_is_open),
         cmocka_unit_test(idle_clients_are_silent_where_the_rules_say_so),
-        cmocka_unit_test(pending_inputs_are_limited),
-        cmocka_unit_test(lockstep_repeats_the_oldest),
+        cmocka_unit_test(a_full_window_gives_up_its_oldest),
+        cmocka_unit_test(pipelined_lockstep_repeats_the_oldest),
+        cmocka_unit_test(pipelined_lockstep_makes_nothing_in_a_stall),
+        cmocka_unit_test(lockstep_makes_one_input_a_state),
         cmocka_unit_test(cheats_send_what_they_say),
         cmocka_unit_test(a_leap_is_one_huge_input_now_and_then),
         cmocka_unit_test(a_lag_switch_holds_back_and_lets_go),

@@ -42,6 +42,7 @@ typedef struct net {
     ll_client *client[CLIENTS];
     ll_instruments *instruments;
     ll_player_config config;
+    ll_server_config rules;
     ll_game_env env;
     ll_link *up[CLIENTS], *down[CLIENTS];
     sent *sent; /* by step */
@@ -57,8 +58,12 @@ static ll_link *new_link(uint64_t stream)
 
 static ll_client_setup setup_of(net *n, const ll_sync *sync)
 {
-    return (ll_client_setup){
-        .game = &toy, .env = &n->env, .sync = sync, .config = &n->config, .instruments = n->instruments};
+    return (ll_client_setup){.game = &toy,
+                             .env = &n->env,
+                             .sync = sync,
+                             .config = &n->config,
+                             .rules = &n->rules,
+                             .instruments = n->instruments};
 }
 
 static net *new_net(const ll_sync *sync)
@@ -66,15 +71,18 @@ static net *new_net(const ll_sync *sync)
     net *n = calloc(1, sizeof *n);
     n->server = malloc(ll_server_size(CLIENTS, extent));
     ll_server_init(n->server, CLIENTS, extent);
-    ll_server_start(n->server, 1, HZ(60), HZ(30), HZ(60), 0);
+    ll_server_start(n->server, HZ(60), HZ(30), HZ(60), 0);
     n->instruments = malloc(ll_instruments_size(ENTITIES));
     ll_instruments_init(n->instruments, ENTITIES, 0);
     ll_param_defaults(&ll_player_table, &n->config);
+    ll_param_defaults(&ll_server_table, &n->rules);
     n->config.control = LL_CONTROL_PERSON;
     ll_client_setup setup = setup_of(n, sync);
     for (int i = 0; i < CLIENTS; i++) {
         n->client[i] = malloc(ll_client_size(extent));
         ll_client_init(n->client[i], i, ll_server_world(n->server));
+        n->server->seats[i].connected = 1;
+        n->client[i]->connection.state = LL_CONNECTION_PLAYING;
         ll_client_start(n->client[i], &setup, 1, HZ(60), 0, ll_server_world(n->server), 0);
         n->client[i]->held = push(0.5);
         n->up[i] = new_link((uint64_t)(2 * i));
@@ -143,7 +151,7 @@ static void receive(net *n, const ll_sync *sync, int i, ll_time now)
     }
 }
 
-static void update(net *n, const ll_link_params *link, ll_time now)
+static void update(net *n, const ll_sync *sync, const ll_link_params *link, ll_time now)
 {
     static _Alignas(8) char bytes[8192];
     sent *s = &n->sent[n->server->step];
@@ -155,7 +163,7 @@ static void update(net *n, const ll_link_params *link, ll_time now)
     for (int i = 0; i < CLIENTS; i++) {
         ll_seat *seat = &n->server->seats[i];
         seat->acked = seat->newest < 0 ? 0 : (uint32_t)(seat->newest + seat->seq_minus_tick);
-        int size = ll_server_compose(n->server, i, bytes);
+        int size = ll_server_compose(n->server, sync, i, bytes);
         ll_link_send(n->down[i], link, 80, now, bytes, size);
     }
 }
@@ -173,14 +181,15 @@ static net *run(const ll_sync *sync, const ll_link_params *link, change_fn *chan
         n->server->step = k;
         n->server->stepped = now;
         if (k % 2 == 0) {
-            update(n, link, now);
+            update(n, sync, link, now);
             change(n->server, k);
             if (k % 100 == 0) /* the same step once more: in another way when it has just been changed */
-                update(n, link, now);
+                update(n, sync, link, now);
         }
         for (int i = 0; i < CLIENTS; i++) {
             receive(n, sync, i, now);
-            int size = ll_client_frame(n->client[i], &setup, now, &m);
+            int size = ll_client_tick(n->client[i], &setup, now, &m);
+            ll_client_display(n->client[i], &setup, now);
             if (size > 0)
                 ll_link_send(n->up[i], link, 80, now, &m, size);
         }
@@ -284,7 +293,7 @@ static ll_server *one_server(void)
 {
     ll_server *server = malloc(ll_server_size(2, extent));
     ll_server_init(server, 2, extent);
-    ll_server_start(server, 1, HZ(60), HZ(30), HZ(60), 0);
+    ll_server_start(server, HZ(60), HZ(30), HZ(60), 0);
     set(server, &ll_codec_delta, 0.002);
     return server;
 }
@@ -294,7 +303,7 @@ static int compose(ll_server *server, int64_t step, char *bytes)
     drift(ll_server_world(server), step);
     server->step = step;
     server->stepped = ll_tick_time(step, HZ(60));
-    return ll_server_compose(server, 0, bytes);
+    return ll_server_compose(server, &ll_sync_free, 0, bytes);
 }
 
 static void what_cannot_be_read_is_left(void **state)
@@ -343,7 +352,7 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
     const int64_t claims[] = {0, 1, 68, 69, 70, 99, 101, UINT32_MAX};
     for (size_t i = 0; i < sizeof claims / sizeof claims[0]; i++) {
         server->seats[0].received = claims[i];
-        ll_server_compose(server, 0, bytes);
+        ll_server_compose(server, &ll_sync_free, 0, bytes);
         memcpy(&m, bytes, sizeof m);
         bool kept = claims[i] >= 69 && claims[i] <= 100; /* the last 32 */
         assert_int_equal(m.baseline, kept ? 100 - claims[i] : 0);
@@ -367,7 +376,7 @@ static void what_would_be_longer_is_full(void **state)
         ll_server_world(server)->entity[i] = (ll_entity){odd, odd, odd, odd, odd, odd, UINT64_MAX};
     }
     server->step = 3;
-    int size = ll_server_compose(server, 0, bytes);
+    int size = ll_server_compose(server, &ll_sync_free, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.codec, ll_codec_index(&ll_codec_full));
     assert_int_equal(size, sizeof(ll_state_message) + ll_extent_size(extent));

@@ -96,6 +96,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     const ll_recorder recorder = {keep, &last};
     l->setup.recorder = &recorder;
     l->config.prediction = l->config.reconciliation = true;
+    l->config.slack_ticks = 0; /* input n is for step n */
     start_lone(l, 60, 0, 0);
     l->client->held = push(0.5);
     for (int f = 0; f < 4; f++)

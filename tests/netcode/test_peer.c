@@ -22,7 +22,8 @@ static sent frame_at(lone *l, int64_t frame)
 {
     _Alignas(8) char bytes[2048];
     sent m = {0};
-    int size = ll_peer_frame(l->client, &l->setup, frame * TICK, bytes);
+    int size = ll_peer_tick(l->client, &l->setup, frame * TICK, bytes);
+    ll_peer_display(l->client, &l->setup, frame * TICK);
     memcpy(&m.head, bytes, sizeof m.head);
     const char *at = bytes + sizeof m.head;
     memcpy(m.heard, at, (size_t)l->players * sizeof m.heard[0]);
@@ -189,7 +190,7 @@ static void input_delay_begins_with_nothing_and_may_change(void **state)
         assert_int_equal(frame_at(l, k).inputs, k + 4);
     }
     assert_true(x_of(l, 0) == 1 + 2 + 3 + 4 + 5 + 6 + 7); /* ticks 4 to 10 */
-    l->config.input_delay_ticks = 5; /* two more at once */
+    l->config.input_delay_ticks = 5;                      /* two more at once */
     l->client->held = push(100);
     assert_int_equal(frame_at(l, 10).inputs, 16);
     l->config.input_delay_ticks = 0; /* none until the made ones are played */
@@ -290,7 +291,7 @@ static ll_relay_part part_to(ll_server *server, int player, uint32_t *acked, ll_
     _Alignas(8) char bytes[2048];
     ll_relay_part part;
     ll_relay_message m;
-    int size = ll_referee_compose(server, player, bytes);
+    int size = ll_referee_compose(server, &ll_sync_rollback, player, bytes);
     memcpy(&m, bytes, sizeof m);
     memcpy(&part, bytes + sizeof m, sizeof part);
     memcpy(runs, bytes + sizeof m + sizeof part, part.runs * sizeof runs[0]);

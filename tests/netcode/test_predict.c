@@ -58,6 +58,7 @@ static lone *new_racer(const ll_game *game, race_track *t)
     l->config.prediction = l->config.reconciliation = true;
     l->config.slack_ticks = 0;
     ll_client_init(l->client, 0, world_of(&t->state[0]));
+    measure_clock(l, 0);
     ll_client_start(l->client, &l->setup, 1, HZ(60), 0, world_of(&t->state[0]), 0);
     return l;
 }
@@ -194,10 +195,11 @@ static void acknowledged_beyond_what_was_sent(void **state)
 {
     (void)state;
     const uint32_t acks[] = {6, 300, 5 + LL_PENDING_RING, UINT32_MAX};
-    for (size_t i = 0; i < sizeof acks / sizeof acks[0]; i++) {
-        lone *l = new_lone(1, &toy, &ll_sync_free);
-        packet p = state_of(1, 1, acks[i], 1, (double[]){100});
+    for (size_t i = 0; i < 2 * sizeof acks / sizeof acks[0]; i++) {
+        lone *l = new_lone(1, &toy, i % 2 ? &ll_sync_gambetta : &ll_sync_free);
+        packet p = state_of(5, 5, acks[i / 2], 1, (double[]){100});
         l->config.prediction = l->config.reconciliation = true;
+        l->config.slack_ticks = 0;
         start_lone(l, 60, 0, 0);
         l->client->held = push(0.5);
         for (int f = 0; f < 5; f++)
@@ -218,18 +220,45 @@ static void acknowledged_beyond_what_was_sent(void **state)
 static void acknowledged_beyond_the_ring(void **state)
 {
     (void)state;
-    lone *l = new_lone(1, &toy, &ll_sync_free);
-    packet p = state_of(1, 1, 3 + LL_PENDING_RING, 1, (double[]){1.5});
-    p.entity[0].vx = 0.5; /* as after input 3 */
-    l->config.prediction = l->config.reconciliation = true;
-    start_lone(l, 60, 0, 0);
-    l->client->held = push(0.5);
-    for (int f = 0; f < 5; f++)
-        frame(l, f, NULL);
-    give(l, &p, 5);
-    frame(l, 6, NULL);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 2);
-    free_lone(l);
+    for (int drains = 0; drains < 2; drains++) {
+        lone *l = new_lone(1, &toy, drains ? &ll_sync_gambetta : &ll_sync_free);
+        packet p = state_of(5, 5, 3 + LL_PENDING_RING, 1, (double[]){1.5});
+        p.entity[0].vx = 0.5; /* as after input 3 */
+        l->config.prediction = l->config.reconciliation = true;
+        l->config.slack_ticks = 0;
+        start_lone(l, 60, 0, 0);
+        l->client->held = push(0.5);
+        for (int f = 0; f < 5; f++)
+            frame(l, f, NULL);
+        give(l, &p, 5);
+        frame(l, 6, NULL);
+        assert_true(ll_client_shown(l->client)->entity[0].x == 2);
+        free_lone(l);
+    }
+}
+
+/* Where inputs belong to steps it is the state's step that says which it includes, not what it claims to have
+ * taken: of a server that says it is done with inputs for later steps, those count all the same. */
+static void a_state_includes_the_inputs_up_to_its_step(void **state)
+{
+    (void)state;
+    for (int64_t tick = 1; tick <= 5; tick++)
+        for (uint32_t claim = (uint32_t)tick; claim <= 5; claim++) {
+            lone *l = new_lone(1, &toy, &ll_sync_free);
+            packet p = state_of(tick, 5, claim, 1, (double[]){100});
+            l->config.prediction = l->config.reconciliation = true;
+            l->config.slack_ticks = 0;
+            start_lone(l, 60, 0, 0);
+            for (int f = 0; f < 5; f++) {
+                l->client->held = push(1 << f);
+                frame(l, f, NULL);
+            }
+            l->client->held = push(32);
+            give(l, &p, 5);
+            frame(l, 6, NULL); /* 1 + 2 + ... + 32 by then, without the first `tick` */
+            assert_true(ll_client_shown(l->client)->entity[0].x == 100 + 64 - (1 << tick));
+            free_lone(l);
+        }
 }
 
 int main(void)
@@ -242,6 +271,7 @@ int main(void)
         cmocka_unit_test(without_reconciliation_states_win),
         cmocka_unit_test(acknowledged_beyond_what_was_sent),
         cmocka_unit_test(acknowledged_beyond_the_ring),
+        cmocka_unit_test(a_state_includes_the_inputs_up_to_its_step),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

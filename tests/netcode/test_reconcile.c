@@ -193,6 +193,7 @@ static lone *new_driver(course *t, double tolerance_m)
     l->config.slack_ticks = 0;
     l->config.reconciliation_tolerance_m = tolerance_m;
     ll_client_init(l->client, 0, at(&t->state[0]));
+    measure_clock(l, 0);
     ll_client_start(l->client, &l->setup, 1, HZ(60), 0, at(&t->state[0]), 0);
     return l;
 }

@@ -6,7 +6,7 @@ static ll_state_message state_to(ll_server *s, int player)
 {
     char bytes[4096];
     ll_state_message m;
-    assert_true(ll_server_compose(s, player, bytes) <= (int)sizeof bytes);
+    assert_true(ll_server_compose(s, &ll_sync_free, player, bytes) <= (int)sizeof bytes);
     memcpy(&m, bytes, sizeof m);
     return m;
 }
@@ -300,10 +300,10 @@ static void controls_are_told_to_who_asks(void **state)
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
     take_at(s, &ll_sync_free, 2, &other, 0, NULL);
     step(s, &ll_sync_free);
-    assert_int_equal(ll_server_compose(s, 2, bytes), sizeof m + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 2, bytes), sizeof m + world);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, 0);
-    assert_int_equal(ll_server_compose(s, 1, bytes), sizeof m + sizeof told + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + sizeof told + world);
     memcpy(&m, bytes, sizeof m);
     memcpy(told, bytes + sizeof m, sizeof told);
     assert_int_equal(m.head.count, LL_PART_AXES);
@@ -311,10 +311,19 @@ static void controls_are_told_to_who_asks(void **state)
     assert_memory_equal(bytes + sizeof m + sizeof told, ll_server_world(s), world);
     ask.wants = LL_PART_AXES | LL_PART_APPLIED; /* all that can be asked for */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
-    assert_int_equal(ll_server_compose(s, 1, bytes), ll_server_message_max(toy_extent(NULL, 3), 3));
+    size_t all = sizeof m + sizeof told + sizeof(ll_verdict_part) + world;
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
+                     all + sizeof(uint32_t)); /* of one input */
+    for (uint32_t seq = 2; seq <= 600;
+         seq++) /* and more than is kept, with no state that the client is known to have */
+        ll_seat_done(&s->seats[1], seq, true);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
+                     all + LL_VERDICT_WORDS_MAX * sizeof(uint32_t));
+    assert_int_equal(all + LL_VERDICT_WORDS_MAX * sizeof(uint32_t),
+                     ll_server_message_max(toy_extent(NULL, 3), 3));
     ask.wants = 0; /* and no longer */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
-    assert_int_equal(ll_server_compose(s, 1, bytes), sizeof m + world);
+    assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes), sizeof m + world);
     free(s);
 }
 
@@ -330,7 +339,7 @@ static void clocks_start_again(void **state)
         step(s, &ll_sync_free);
     assert_int_equal(acked(s), 13);
     double x = at(s, 0);
-    ll_server_start(s, 2, HZ(7), HZ(7), HZ(60), 123456789);
+    ll_server_start(s, HZ(7), HZ(7), HZ(60), 123456789);
     assert_int_equal(s->step, 3);
     assert_int_equal(acked(s), 0);
     for (int64_t k = 1; k < 30; k++) {
@@ -375,23 +384,69 @@ static void lockstep_waits_for_everybody(void **state)
     free(s);
 }
 
-/* When all inputs are there in advance, the steps are an interval apart and nothing stalls. */
+/* When everybody's inputs come an interval apart, however long they were on their way, so are the steps, and
+ * nothing stalls. */
 static void lockstep_keeps_its_pace(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_lockstep;
+    const ll_sync *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
-    ll_input_message m = patterned(1, 16);
-    take_at(s, sync, 0, &m, 0, NULL);
-    take_at(s, sync, 1, &m, 0, NULL);
     double x = 0;
-    for (int64_t k = 1; k <= 16; k++) {
+    for (int64_t k = 1; k <= 50; k++) {
+        ll_input_message a = patterned(k + 3, 1), b = patterned(k, 1), first = patterned(1, 3);
+        take_at(s, sync, 0, k == 1 ? &first : &a, (k - 1) * 100 * LL_MS, NULL); /* some are there early */
+        if (k == 1)
+            take_at(s, sync, 0, &a, 0, NULL);
+        take_at(s, sync, 1, &b, (k - 1) * 100 * LL_MS, NULL);
         assert_int_equal(sync->due(s), k * 100 * LL_MS);
         step(s, sync);
         x += pattern(k);
         assert_true(at(s, 0) == x && at(s, 1) == x);
+        assert_int_equal(sync->due(s), LL_NEVER);
     }
     assert_int_equal(s->stalled, 0);
+    free(s);
+}
+
+/* What was waited for too long is made up for four times as fast, so that latency is what it was. */
+static void lockstep_makes_up_for_a_stall(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_lockstep_pipelined;
+    ll_server *s = new_server(2, sync, 10, 10);
+    ll_input_message m = patterned(1, 16);
+    take_at(s, sync, 0, &m, 0, NULL);
+    take_at(s, sync, 1, &m, 700 * LL_MS, NULL);
+    double x = 0;
+    for (int64_t k = 1; k <= 16; k++) {
+        assert_int_equal(sync->due(s), (800 + (k - 1) * 25) * LL_MS);
+        step(s, sync);
+        x += pattern(k);
+        assert_true(at(s, 0) == x && at(s, 1) == x);
+    }
+    assert_int_equal(s->stalled, 700 * LL_MS); /* step 1 at 800 instead of 100 */
+    assert_int_equal(sync->due(s), LL_NEVER);
+    free(s);
+}
+
+/* Nobody waits for who is not connected: it plays neutral inputs, whatever had come of it. With nobody left
+ * the game stands. */
+static void lockstep_does_not_wait_for_who_is_gone(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_lockstep;
+    ll_server *s = new_server(2, sync, 10, 10);
+    ll_input_message one = inputs(1, 1, (double[]){1}), two = inputs(2, 2, (double[]){0.5, 0.5});
+    take_at(s, sync, 0, &one, 0, NULL);
+    take_at(s, sync, 1, &one, 0, NULL);
+    take_at(s, sync, 1, &two, 0, NULL);
+    step(s, sync);
+    s->seats[1].connected = 0;
+    take_at(s, sync, 0, &two, 230 * LL_MS, NULL);
+    assert_int_equal(sync->due(s), 330 * LL_MS);
+    step(s, sync);
+    assert_true(at(s, 0) == 1.5 && at(s, 1) == 1);
+    s->seats[0].connected = 0;
     assert_int_equal(sync->due(s), LL_NEVER);
     free(s);
 }
@@ -471,6 +526,8 @@ int main(void)
         cmocka_unit_test(clocks_start_again),
         cmocka_unit_test(lockstep_waits_for_everybody),
         cmocka_unit_test(lockstep_keeps_its_pace),
+        cmocka_unit_test(lockstep_makes_up_for_a_stall),
+        cmocka_unit_test(lockstep_does_not_wait_for_who_is_gone),
         cmocka_unit_test(gambetta_drains_what_has_come),
         cmocka_unit_test(gambetta_drains_for_longer_than_the_ring),
     };

@@ -194,24 +194,28 @@ static void extrapolation_ends_at_its_cap(void **state)
     }
 }
 
-/* Without interpolation there is no delay: others are drawn at the server's time as the fastest state brought
- * it, which takes extrapolation all the time (dead reckoning). */
+/* Without interpolation there is no delay: others are drawn at the server's present by the measured clock, or
+ * at the time that the fastest state brought. Both take extrapolation all the time (dead reckoning). */
 static void without_interpolation_others_are_drawn_at_present(void **state)
 {
     (void)state;
-    view *v = new_view(&ll_sync_free);
-    v->path = steady;
-    v->l->config.interpolation = false;
-    v->l->config.extrapolation_ms = 250;
-    run(v, 3 * LL_SECOND, lag_50, NULL);
-    assert_true(about(shown_time(v), v->now - 50 * LL_MS));
-    assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - 50 * LL_MS)) < 1e-6);
-    assert_int_equal(v->l->instruments->underruns, 0); /* nothing is kept in stock that could run out */
-    v->l->config.extrapolation_ms = 0;
-    run(v, 4 * LL_SECOND, lag_50, NULL);
-    assert_true(shown_time(v) == newest_time(v));
-    assert_int_equal(v->l->client->view_state, LL_VIEW_NEWEST);
-    free_view(v);
+    const ll_time late[] = {[LL_CLOCK_MEASURED] = 0, [LL_CLOCK_ARRIVAL] = 50 * LL_MS};
+    for (int32_t clock = LL_CLOCK_MEASURED; clock <= LL_CLOCK_ARRIVAL; clock++) {
+        view *v = new_view(&ll_sync_free);
+        v->path = steady;
+        v->l->config.interpolation = false;
+        v->l->config.extrapolation_clock = clock;
+        v->l->config.extrapolation_ms = 250;
+        run(v, 3 * LL_SECOND, lag_50, NULL);
+        assert_true(about(shown_time(v), v->now - late[clock]));
+        assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - late[clock])) < 1e-6);
+        assert_int_equal(v->l->instruments->underruns, 0); /* nothing is kept in stock that could run out */
+        v->l->config.extrapolation_ms = 0;
+        run(v, 4 * LL_SECOND, lag_50, NULL);
+        assert_true(shown_time(v) == newest_time(v));
+        assert_int_equal(v->l->client->view_state, LL_VIEW_NEWEST);
+        free_view(v);
+    }
 }
 
 /* The demo's rules know no extrapolation. */

@@ -16,8 +16,12 @@ static void lists_follow_their_tables(void **state)
     for (; ll_syncs[n]; n++) {
         assert_string_equal(ll_syncs[n]->name, ll_sync_names[n]);
         assert_true(ll_syncs[n]->due && ll_syncs[n]->step && ll_syncs[n]->take && ll_syncs[n]->compose);
-        assert_true(ll_syncs[n]->receive && ll_syncs[n]->frame);
-        assert_true(ll_syncs[n]->interpolate || ll_syncs[n]->frame != ll_client_frame);
+        assert_true(ll_syncs[n]->receive && ll_syncs[n]->tick && ll_syncs[n]->display);
+        assert_true(ll_syncs[n]->interpolate || ll_syncs[n]->display != ll_client_display);
+        /* whoever waits for states must be heard again, and whoever has a world of its own must be given it
+         */
+        assert_true(!ll_syncs[n]->answers || ll_syncs[n]->waits);
+        assert_true((ll_syncs[n]->start != NULL) == (ll_syncs[n]->observe != NULL));
     }
     assert_null(ll_sync_names[n]);
     for (n = 0; ll_sim_kinds[n]; n++)
