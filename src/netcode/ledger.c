@@ -143,7 +143,8 @@ ll_cause ll_ledger_blame(ll_ledger *ledger, uint32_t first, uint32_t last)
     if (last - first >= LL_LEDGER_RING && last > first)
         first = last - LL_LEDGER_RING + 1;
     for (uint32_t seq = first; seq <= last; seq++) {
-        ll_cause cause = blame(ll_ledger_marks(ledger, seq));
+        const ll_ledger_input *input = ll_ledger_find(ledger, seq);
+        ll_cause cause = input ? blame(input->marks) : LL_CAUSE_LATE; /* a clock that snapped made none */
         worst = cause < worst ? cause : worst;
     }
     return worst;

@@ -211,13 +211,22 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     return true;
 }
 
+/* The newest input that the latest state is over with. Before the server has heard of any it does not say;
+ * where inputs belong to steps that is known all the same. */
+static uint32_t newest_over(const ll_client *c, const ll_client_setup *s)
+{
+    int64_t seq = s->sync->drains ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
+    return seq > (int64_t)c->acked && seq <= (int64_t)c->seq ? (uint32_t)seq : c->acked;
+}
+
 /* Why the latest state differs from what was made of the one at `tick` by the inputs behind `acked`. */
 static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
 {
-    int64_t inputs = (int64_t)c->acked - acked, steps = c->latest_tick - tick;
+    uint32_t last = newest_over(c, s);
+    int64_t inputs = (int64_t)last - acked, steps = c->latest_tick - tick;
     if (!s->config->reconciliation)
         return LL_CAUSE_OTHER;
-    ll_cause cause = ll_ledger_blame(&s->instruments->ledger, acked + 1, c->acked);
+    ll_cause cause = ll_ledger_blame(&s->instruments->ledger, acked + 1, last);
     if (cause != LL_CAUSE_OTHER)
         return cause;
     if (!s->sync->drains && acked > 0 && steps > inputs)

@@ -394,6 +394,27 @@ static void each_lost_input_is_a_correction_by_loss(void **state)
     scene_close(&s);
 }
 
+/* Before the server has heard of the player its states acknowledge nothing: that inputs were lost is the
+ * cause all the same. So it is with every phase of the client's clock and whichever of the first packets are
+ * lost. */
+static void the_first_inputs_may_be_lost(void **state)
+{
+    (void)state;
+    int64_t early = 0;
+    for (int seed = 1; seed <= 24; seed++) {
+        char draws[24];
+        snprintf(draws, sizeof draws, "seed=%d", seed);
+        const char *const sets[] = {
+            WILD, draws, "players.0.ack=per_input", "players.0.link.up.loss_pct=50", "players.0.redundancy=0",
+            NULL};
+        scene s = run_wild(sets, 2);
+        must_be_all(&s, LL_CAUSE_LOSS, corrections(&s));
+        early += ledger(&s)->corrections[LL_CAUSE_LOSS].count;
+        scene_close(&s);
+    }
+    assert_true(early > 24 * 20);
+}
+
 static void each_late_input_is_a_correction_by_lateness(void **state)
 {
     (void)state;
@@ -462,6 +483,7 @@ int main(void)
         cmocka_unit_test(overtaking_is_harmless_with_a_bit_per_input),
         cmocka_unit_test(lost_inputs_are_known_as_such),
         cmocka_unit_test(each_lost_input_is_a_correction_by_loss),
+        cmocka_unit_test(the_first_inputs_may_be_lost),
         cmocka_unit_test(each_late_input_is_a_correction_by_lateness),
         cmocka_unit_test(each_refused_input_is_a_correction_by_refusal),
         cmocka_unit_test(touches_are_corrections_by_contact),
