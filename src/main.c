@@ -127,8 +127,23 @@ static ll_status load_scenario(const arguments *a, cJSON **json)
     return status;
 }
 
+/* An option that stands for a value, after those of --set; NULL, when it is not given, sets nothing. */
+static ll_status put_option(const ll_param_table *table, void *config, const char *path, const char *value)
+{
+    if (!value)
+        return ll_ok();
+    size_t size = strlen(path) + strlen(value) + 2;
+    char *set = malloc(size);
+    if (!set)
+        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+    snprintf(set, size, "%s=%s", path, value);
+    ll_status status = ll_param_put(table, config, (const char *const[]){set}, 1);
+    free(set);
+    return status;
+}
+
 /* Applies --set, --seed and --duration to the scenario's JSON by way of its tables, so that all are checked
- * alike. */
+ * alike: when all are set, so that their order does not matter. */
 static ll_status override(const arguments *a, cJSON **json)
 {
     ll_scenario scenario = {0};
@@ -142,21 +157,13 @@ static ll_status override(const arguments *a, cJSON **json)
         return ll_error(LL_NO_MEMORY, "no memory for a scenario");
     }
     memcpy(before, scenario.config, table->size);
-    for (int i = 0; i < a->set_count && !ll_failed(&status); i++) {
-        char path[256];
-        const char *equals = strchr(a->sets[i], '=');
-        if (!equals || equals == a->sets[i] || (size_t)(equals - a->sets[i]) >= sizeof path) {
-            status = ll_error(LL_BAD_INPUT, "--set takes path=value; got %.100s", a->sets[i]);
-            break;
-        }
-        memcpy(path, a->sets[i], (size_t)(equals - a->sets[i]));
-        path[equals - a->sets[i]] = '\0';
-        status = ll_param_set(table, scenario.config, path, equals + 1, false);
-    }
-    if (a->seed && !ll_failed(&status))
-        status = ll_param_set(table, scenario.config, "seed", a->seed, false);
-    if (a->duration && !ll_failed(&status))
-        status = ll_param_set(table, scenario.config, "duration_s", a->duration, false);
+    status = ll_param_put(table, scenario.config, a->sets, a->set_count);
+    if (!ll_failed(&status))
+        status = put_option(table, scenario.config, "seed", a->seed);
+    if (!ll_failed(&status))
+        status = put_option(table, scenario.config, "duration_s", a->duration);
+    if (!ll_failed(&status))
+        status = ll_param_check(table, scenario.config);
     if (!ll_failed(&status)) {
         scenario.kind->settle(scenario.config, before);
         cJSON_Delete(*json);

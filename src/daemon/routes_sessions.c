@@ -13,22 +13,6 @@
 
 /* ---- the order: the body of POST /sessions ---- */
 
-/* One value by path. ll_param_set also takes bare text, for the command line; here a text must be one. */
-static ll_status set_path(const ll_scenario *scenario, const cJSON *member)
-{
-    const ll_param_table *table = scenario->kind->table;
-    void *place;
-    const ll_param *row = ll_param_find(table, scenario->config, member->string, &place);
-    if (row && row->type == LL_PARAM_TEXT && !cJSON_IsString(member))
-        return ll_field_error(LL_BAD_INPUT, member->string, "%.60s must be a text of at most %.0f bytes.",
-                              member->string, row->max);
-    char *value = cJSON_PrintUnformatted(member);
-    ll_status status = value ? ll_param_set(table, scenario->config, member->string, value, false)
-                             : ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
-    free(value);
-    return status;
-}
-
 /* Sets paths of a scenario before a session is made of it; here rows that are not live can be set too. */
 static ll_status set_paths(cJSON **scenario, const cJSON *set)
 {
@@ -40,13 +24,7 @@ static ll_status set_paths(cJSON **scenario, const cJSON *set)
     ll_status status = ll_scenario_parse(*scenario, &parsed);
     if (ll_failed(&status))
         return status;
-    const cJSON *member;
-    cJSON_ArrayForEach(member, set)
-    {
-        status = set_path(&parsed, member);
-        if (ll_failed(&status))
-            break;
-    }
+    status = ll_param_merge(parsed.kind->table, set, parsed.config);
     if (!ll_failed(&status)) {
         cJSON_Delete(*scenario);
         *scenario = ll_param_write(parsed.kind->table, parsed.config);

@@ -53,17 +53,21 @@ static bool next_item(const char **list, char *item, size_t size)
     return true;
 }
 
-static ll_status set_pair(ll_scenario *scenario, const char *pair)
+static ll_status put_pair(ll_scenario *scenario, const char *pair)
 {
-    char path[96];
-    size_t length = strcspn(pair, "=");
-    if (pair[length] == '\0' || length >= sizeof path)
-        return ll_error(LL_BAD_INPUT, "--set takes path=value; got %.100s", pair);
-    snprintf(path, sizeof path, "%.*s", (int)length, pair);
-    return ll_param_set(scenario->kind->table, scenario->config, path, pair + length + 1, false);
+    return ll_param_put(scenario->kind->table, scenario->config, &pair, 1);
 }
 
-/* What the ladder wants, then what was asked for, then the rung. */
+static ll_status put_value(ll_scenario *scenario, const char *path, const char *value)
+{
+    char pair[160];
+    int length = snprintf(pair, sizeof pair, "%s=%s", path, value);
+    if (length < 0 || (size_t)length >= sizeof pair)
+        return ll_field_error(LL_BAD_INPUT, path, "%.60s is too long a value: %.60s", path, value);
+    return put_pair(scenario, pair);
+}
+
+/* What the ladder wants, then what was asked for, then the rung; rules hold for all of it together. */
 static ll_status set_all(const ll_ladder_order *order, const ll_rung *rung, ll_scenario *scenario)
 {
     char pair[96];
@@ -71,16 +75,16 @@ static ll_status set_all(const ll_ladder_order *order, const ll_rung *rung, ll_s
     const ll_param_table *table = scenario->kind->table;
     ll_status status = ll_ok();
     for (const char *list = ladder->fixed; !ll_failed(&status) && next_item(&list, pair, sizeof pair);)
-        status = set_pair(scenario, pair);
-    for (int i = 0; i < order->set_count && !ll_failed(&status); i++)
-        status = set_pair(scenario, order->sets[i]);
+        status = put_pair(scenario, pair);
+    if (!ll_failed(&status))
+        status = ll_param_put(table, scenario->config, order->sets, order->set_count);
     if (!ll_failed(&status) && order->duration)
-        status = ll_param_set(table, scenario->config, "duration_s", order->duration, false);
+        status = put_value(scenario, "duration_s", order->duration);
     if (!ll_failed(&status))
-        status = ll_param_set(table, scenario->config, ladder->series, rung->series, false);
+        status = put_value(scenario, ladder->series, rung->series);
     if (!ll_failed(&status))
-        status = ll_param_set(table, scenario->config, ladder->setting, rung->setting, false);
-    return status;
+        status = put_value(scenario, ladder->setting, rung->setting);
+    return ll_failed(&status) ? status : ll_param_check(table, scenario->config);
 }
 
 static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, ll_session **session)

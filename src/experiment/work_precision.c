@@ -122,16 +122,10 @@ static ll_status check_methods(const char *list)
 
 static ll_status set_params(const request *q, const ll_ode_problem *problem, void *params)
 {
-    ll_status status = ll_ok();
     ll_param_defaults(problem->params, params);
-    for (int i = 0; i < q->set.count && !ll_failed(&status); i++) {
-        const char *pair = q->set.items[i], *equals = strchr(pair, '=');
-        char path[64];
-        if (!equals || (size_t)(equals - pair) >= sizeof path)
-            return ll_error(LL_BAD_INPUT, "--set takes name=value; got %.100s", pair);
-        snprintf(path, sizeof path, "%.*s", (int)(equals - pair), pair);
-        status = ll_param_set(problem->params, params, path, equals + 1, false);
-    }
+    ll_status status = ll_param_put(problem->params, params, q->set.items, q->set.count);
+    if (!ll_failed(&status))
+        status = ll_param_check(problem->params, params);
     if (!ll_failed(&status) && problem->prepare)
         problem->prepare(params);
     return status;

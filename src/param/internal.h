@@ -98,12 +98,19 @@ ll_status ll_run_checks(const ll_param_table *table, const void *object);
 
 typedef struct ll_patch_options {
     bool live_only;
+    bool unchecked;          /* rules that tie values together wait for ll_param_check */
+    bool texts;              /* values are texts as of a command line */
     ll_param_change *change; /* may be NULL */
     void *context;
 } ll_patch_options;
 
 ll_status ll_patch_apply(const ll_param_table *table, const struct cJSON *patch, void *object,
                          const ll_patch_options *options);
+
+/* ---- set.c ---- */
+
+/* The text of a command line as JSON for `row`, which may be NULL. Caller deletes. NULL without memory. */
+struct cJSON *ll_read_text(const ll_param *row, const char *text);
 
 /* ---- write.c ---- */
 

@@ -112,6 +112,12 @@ ll_status ll_param_merge(const ll_param_table *table, const struct cJSON *patch,
 ll_status ll_param_set(const ll_param_table *table, void *object, const char *path, const char *value,
                        bool live_only);
 
+/* Sets `count` values, each written path=value, as ll_param_set does of rows that need not be live; all or
+ * nothing. Their order does not matter, but of two of one path the later counts. Rules that tie values
+ * together are not checked yet: ll_param_check does, when all is set that was asked for. */
+ll_status ll_param_put(const ll_param_table *table, void *object, const char *const *sets, int count);
+ll_status ll_param_check(const ll_param_table *table, const void *object);
+
 /* The whole object as JSON, in the tables' order. Caller deletes. NULL without memory. */
 struct cJSON *ll_param_write(const ll_param_table *table, const void *object);
 

@@ -1,9 +1,10 @@
 /* A patch is walked four times, with one walker:
- *   1. set the choices that other values depend on, so that the order in the document does not matter; errors
- * wait,
- *   2. set everything, with every rule,
+ *   1. set the choices that other values depend on; errors wait,
+ *   2. set everything, and then check the rules that tie values together,
  *   3. and 4. tell the changes, those choices first: told one by one, they then lead to the same object.
- * All of it works on a copy, which replaces the object at the end. */
+ * What is set is set in the order of the rows, since a value may depend on rows before its own, and an array
+ * before what is said of its elements: the order of the document does not matter. All of it works on a copy,
+ * which replaces the object at the end. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,6 +19,7 @@ typedef struct walk {
     const ll_patch_options *options;
     char *object;  /* the copy */
     char *touched; /* a mark at the offset of every value that was set: it may be given in several ways */
+    char *fresh;   /* and at those of arrays that were replaced since the first walk */
     ll_path path;
 } walk;
 
@@ -60,6 +62,15 @@ static ll_status set_governing(walk *w, const ll_place *place, const cJSON *json
     return status;
 }
 
+/* A choice of an element that is new lost what it brought in the first walk. */
+static ll_status set_again(walk *w, const ll_place *place, const cJSON *json)
+{
+    ll_status status = set_value(w, place, json);
+    if (!ll_failed(&status) && w->fresh[place->member - w->object])
+        ll_value_follow(place, true);
+    return status;
+}
+
 static ll_status patch_value(walk *w, const ll_place *place, const cJSON *json)
 {
     bool governs = ll_row_governs(place->home_table, place->row);
@@ -67,7 +78,7 @@ static ll_status patch_value(walk *w, const ll_place *place, const cJSON *json)
     case SET_GOVERNING:
         return governs ? set_governing(w, place, json) : ll_ok();
     case SET_ALL:
-        return set_value(w, place, json);
+        return governs ? set_again(w, place, json) : set_value(w, place, json);
     case TELL_GOVERNING:
         return governs ? tell(w, place) : ll_ok();
     default:
@@ -81,6 +92,17 @@ static bool is_repeated(const cJSON *json, const cJSON *item)
         if (strcmp(other->string, item->string) == 0)
             return true;
     return false;
+}
+
+/* An item of a command line is a text, whose row says how it is to be read. */
+static ll_status patch_item(walk *w, const ll_place *place, const cJSON *item, bool text)
+{
+    if (!text)
+        return patch_place(w, place, item);
+    cJSON *json = ll_read_text(place->row, item->valuestring);
+    ll_status status = json == NULL ? ll_error(LL_NO_MEMORY, "out of memory") : patch_place(w, place, json);
+    cJSON_Delete(json);
+    return status;
 }
 
 /* Follows the names in the key of `item`, which may be dotted, from `place`. */
@@ -99,26 +121,110 @@ static ll_status patch_member(walk *w, const ll_place *place, const cJSON *item)
         ll_path_push(&w->path, name, length);
         at = next;
         if (name[length] == '\0')
-            return patch_place(w, &at, item);
+            return patch_item(w, &at, item, w->options->texts && place->row == NULL);
         name += length + 1;
     }
 }
 
+/* ---- the order in which members are set ---- */
+
+#define LEVELS_MAX 8 /* of names in a key that count for its rank; paths of real tables have fewer */
+
+typedef struct member {
+    const cJSON *item;
+    int32_t index;            /* in the document */
+    int32_t rank[LEVELS_MAX]; /* of each name: that of its row or element; -1 behind the last */
+} member;
+
+/* Of the name that leads from `place` one step to `next`. */
+static int32_t rank_of(const ll_place *place, const ll_place *next)
+{
+    if (place->kind == LL_PLACE_ARRAY)
+        return (int32_t)((size_t)(next->member - place->member) / next->table->size);
+    return (int32_t)(next->row - place->table->rows);
+}
+
+/* What leads nowhere comes last: perhaps it is in a variant or an element that is yet to come. */
+static member ranked(const ll_place *place, const cJSON *item, int32_t index)
+{
+    member m = {.item = item, .index = index};
+    ll_place at = *place;
+    const char *name = item->string;
+    for (int level = 0; level < LEVELS_MAX; level++) {
+        size_t length = name == NULL ? 0 : strcspn(name, ".");
+        ll_place next = at;
+        if (name == NULL) {
+            m.rank[level] = -1;
+        } else if (!ll_place_step(&next, name, length)) {
+            m.rank[level] = INT32_MAX;
+            name = NULL;
+        } else {
+            m.rank[level] = rank_of(&at, &next);
+            at = next;
+            name = name[length] == '\0' ? NULL : name + length + 1;
+        }
+    }
+    return m;
+}
+
+static int by_rank(const void *left, const void *right)
+{
+    const member *a = left, *b = right;
+    for (int level = 0; level < LEVELS_MAX; level++)
+        if (a->rank[level] != b->rank[level])
+            return a->rank[level] < b->rank[level] ? -1 : 1;
+    return a->index < b->index ? -1 : 1;
+}
+
+static ll_status patch_one(walk *w, const ll_place *place, const cJSON *json, const cJSON *item)
+{
+    int before = w->path.length;
+    if (w->pass == SET_ALL && is_repeated(json, item)) {
+        ll_path_push(&w->path, item->string, strlen(item->string));
+        return ll_field_error(LL_BAD_INPUT, w->path.text, "%s is given twice", w->path.text);
+    }
+    ll_status status = patch_member(w, place, item);
+    ll_path_pop(&w->path, before);
+    return w->pass == SET_GOVERNING ? ll_ok() : status; /* the next pass comes to it again */
+}
+
+static ll_status set_members(walk *w, const ll_place *place, const cJSON *json)
+{
+    int count = cJSON_GetArraySize(json);
+    member *members = count > 0 ? malloc((size_t)count * sizeof *members) : NULL;
+    if (count > 0 && members == NULL)
+        return ll_error(LL_NO_MEMORY, "out of memory");
+    int32_t n = 0;
+    for (const cJSON *item = json->child; item != NULL; item = item->next, n++)
+        members[n] = ranked(place, item, n);
+    if (n > 1)
+        qsort(members, (size_t)n, sizeof *members, by_rank);
+    ll_status status = ll_ok();
+    for (int32_t i = 0; i < n && !ll_failed(&status); i++)
+        status = patch_one(w, place, json, members[i].item);
+    free(members);
+    return status;
+}
+
 static ll_status patch_members(walk *w, const ll_place *place, const cJSON *json)
 {
+    if (w->pass == SET_GOVERNING || w->pass == SET_ALL)
+        return set_members(w, place, json);
     ll_status status = ll_ok();
-    int before = w->path.length;
-    for (const cJSON *item = json->child; item != NULL && !ll_failed(&status); item = item->next) {
-        if (w->pass == SET_ALL && is_repeated(json, item)) {
-            ll_path_push(&w->path, item->string, strlen(item->string));
-            return ll_field_error(LL_BAD_INPUT, w->path.text, "%s is given twice", w->path.text);
-        }
-        status = patch_member(w, place, item);
-        if (w->pass == SET_GOVERNING)
-            status = ll_ok(); /* the next pass comes to it again */
-        ll_path_pop(&w->path, before);
-    }
+    for (const cJSON *item = json->child; item != NULL && !ll_failed(&status); item = item->next)
+        status = patch_one(w, place, json, item);
     return status;
+}
+
+/* ---- arrays ---- */
+
+static ll_status replace_array(walk *w, const ll_place *place, const cJSON *json)
+{
+    if (w->pass > SET_ALL)
+        return ll_ok();
+    memset(w->fresh + (place->member - w->object), w->pass == SET_ALL,
+           (size_t)place->row->max * place->row->child->size);
+    return ll_parse_array(place, json, &w->path);
 }
 
 static ll_status patch_elements(walk *w, const ll_place *place, const cJSON *json)
@@ -150,7 +256,7 @@ static ll_status patch_place(walk *w, const ll_place *place, const cJSON *json)
     if (place->kind == LL_PLACE_ARRAY && cJSON_IsArray(json)) {
         if (w->options->live_only)
             return patch_elements(w, place, json);
-        return w->pass <= SET_ALL ? ll_parse_array(place, json, &w->path) : ll_ok();
+        return replace_array(w, place, json);
     }
     if (!cJSON_IsObject(json))
         return ll_wrong_type(&w->path, place->kind == LL_PLACE_ARRAY ? "an array or an object" : "an object",
@@ -168,7 +274,7 @@ static ll_status run(walk *w, const ll_param_table *table, const cJSON *patch)
         status = patch_place(w, &root, patch);
         if (p == SET_GOVERNING)
             status = ll_ok();
-        if (p == SET_ALL && !ll_failed(&status))
+        if (p == SET_ALL && !w->options->unchecked && !ll_failed(&status))
             status = ll_run_checks(table, w->object);
     }
     return status;
@@ -177,9 +283,12 @@ static ll_status run(walk *w, const ll_param_table *table, const cJSON *patch)
 ll_status ll_patch_apply(const ll_param_table *table, const cJSON *patch, void *object,
                          const ll_patch_options *options)
 {
-    walk w = {.options = options, .object = calloc(1, table->size), .touched = calloc(table->size, 1)};
+    walk w = {.options = options,
+              .object = calloc(1, table->size),
+              .touched = calloc(table->size, 1),
+              .fresh = calloc(table->size, 1)};
     ll_status status = ll_error(LL_NO_MEMORY, "out of memory");
-    if (w.object != NULL && w.touched != NULL) {
+    if (w.object != NULL && w.touched != NULL && w.fresh != NULL) {
         ll_param_copy(table, w.object, object);
         status = run(&w, table, patch);
         if (!ll_failed(&status))
@@ -187,6 +296,7 @@ ll_status ll_patch_apply(const ll_param_table *table, const cJSON *patch, void *
     }
     free(w.object);
     free(w.touched);
+    free(w.fresh);
     return status;
 }
 

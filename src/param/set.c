@@ -1,28 +1,65 @@
+#include <string.h>
+
 #include <cjson/cJSON.h>
 
 #include "param/internal.h"
 
 /* Texts and choices may be written bare; anything else that is no JSON becomes a string, which the row then
  * refuses by name. */
-static cJSON *read_value(const ll_param *row, const char *value)
+cJSON *ll_read_text(const ll_param *row, const char *text)
 {
-    bool bare =
-        row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && value[0] != '"';
-    cJSON *json = bare ? NULL : cJSON_ParseWithOpts(value, NULL, 1);
-    return json != NULL ? json : cJSON_CreateString(value);
+    bool bare = row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && text[0] != '"';
+    cJSON *json = bare ? NULL : cJSON_ParseWithOpts(text, NULL, 1);
+    return json != NULL ? json : cJSON_CreateString(text);
+}
+
+/* The later of two of one path counts. */
+static ll_status add(cJSON *patch, const char *path, const char *value)
+{
+    cJSON *text = cJSON_CreateString(value);
+    cJSON_DeleteItemFromObjectCaseSensitive(patch, path);
+    if (text != NULL && cJSON_AddItemToObject(patch, path, text))
+        return ll_ok();
+    cJSON_Delete(text);
+    return ll_error(LL_NO_MEMORY, "out of memory");
+}
+
+static ll_status add_pair(cJSON *patch, const char *set)
+{
+    char path[256];
+    size_t length = strcspn(set, "=");
+    if (length == 0 || set[length] == '\0' || length >= sizeof path)
+        return ll_error(LL_BAD_INPUT, "--set takes path=value; got %.100s", set);
+    memcpy(path, set, length);
+    path[length] = '\0';
+    return add(patch, path, set + length + 1);
 }
 
 ll_status ll_param_set(const ll_param_table *table, void *object, const char *path, const char *value,
                        bool live_only)
 {
     cJSON *patch = cJSON_CreateObject();
-    cJSON *json = read_value(ll_param_find(table, object, path, NULL), value);
-    if (json == NULL || !cJSON_AddItemToObject(patch, path, json)) {
-        cJSON_Delete(json);
-        cJSON_Delete(patch);
-        return ll_error(LL_NO_MEMORY, "out of memory");
-    }
-    ll_status status = ll_patch_apply(table, patch, object, &(ll_patch_options){.live_only = live_only});
+    ll_status status = add(patch, path, value);
+    if (!ll_failed(&status))
+        status =
+            ll_patch_apply(table, patch, object, &(ll_patch_options){.live_only = live_only, .texts = true});
     cJSON_Delete(patch);
     return status;
+}
+
+ll_status ll_param_put(const ll_param_table *table, void *object, const char *const *sets, int count)
+{
+    cJSON *patch = cJSON_CreateObject();
+    ll_status status = ll_ok();
+    for (int i = 0; i < count && !ll_failed(&status); i++)
+        status = add_pair(patch, sets[i]);
+    if (!ll_failed(&status))
+        status = ll_patch_apply(table, patch, object, &(ll_patch_options){.unchecked = true, .texts = true});
+    cJSON_Delete(patch);
+    return status;
+}
+
+ll_status ll_param_check(const ll_param_table *table, const void *object)
+{
+    return ll_run_checks(table, object);
 }

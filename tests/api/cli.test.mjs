@@ -125,6 +125,21 @@ test('seed, duration and settings change what they say', () => {
   assert.equal(twice.hash, run(['race', '--duration', '1']).hash);
 });
 
+test('settings count together, in any order', () => {
+  const up = (row) => `players.0.link.up.${row}`;
+  for (const [scenario, ...settings] of [
+    ['race', up('reorder_pct=30'), up('delay_ms=25')],
+    ['race', up('reorder_gap=2'), up('reorder_pct=60'), up('rate_kbps=200')],
+    ['race', up('mtu_bytes=64'), 'players.0.link.preset=wifi_busy', 'players.0.lag_ms=12'],
+    ['race', 'players.2.lag_ms=9', 'players=[{},{},{}]', 'players.2.prediction=true'],
+    ['rigid/column', 'beside=[{}]', 'solver.substeps=6', 'beside.0.solver.method=pgs'],
+  ]) {
+    const options = (list) => ['--duration', '2', ...list.flatMap((setting) => ['--set', setting])];
+    const hash = run([scenario, ...options(settings)]).hash;
+    assert.equal(run([scenario, ...options([...settings].reverse())]).hash, hash, settings.join(' '));
+  }
+});
+
 test('a scenario is an id, a file or standard input', () => {
   const text = readFileSync(path.join(SCENARIOS, 'race.json'), 'utf8');
   writeFileSync(path.join(folder, 'mine.json'), text);

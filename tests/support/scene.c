@@ -23,13 +23,11 @@ static scene start(cJSON *json, const char *const *sets)
     const ll_param_table *table = s.scenario.kind->table;
     void *before = malloc(table->size);
     memcpy(before, s.scenario.config, table->size);
-    for (; sets && *sets; sets++) {
-        char path[128];
-        const char *equals = strchr(*sets, '=');
-        memcpy(path, *sets, (size_t)(equals - *sets));
-        path[equals - *sets] = '\0';
-        must(ll_param_set(table, s.scenario.config, path, equals + 1, false));
-    }
+    int count = 0;
+    while (sets && sets[count])
+        count++;
+    must(ll_param_put(table, s.scenario.config, sets, count));
+    must(ll_param_check(table, s.scenario.config));
     s.scenario.kind->settle(s.scenario.config, before);
     free(before);
     s.game = malloc(s.scenario.kind->size(s.scenario.config));
