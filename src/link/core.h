@@ -18,8 +18,8 @@ struct ll_link {
     int32_t bytes;      /* in flight or held */
     int32_t top;        /* the store is in use up to here */
     int32_t held;       /* packets at the queue's end that are */
-    int32_t reserved;
-    int64_t packet; /* number of the next one: fragments count each */
+    int32_t places;     /* of the ring */
+    int64_t packet;     /* number of the next one: fragments count each */
     ll_memory memory;
     int64_t delay_number; /* of the last packet that was put on its way by a link with impairments */
     double delay_ms;      /* and its delay: for the statistics */
@@ -37,6 +37,5 @@ static inline bool ll_link_has_room(const ll_link *l, int32_t size)
 /* There is room. Takes the message that is being sent, or a copy of it, to be received at `due`. */
 void ll_link_put(ll_link *link, ll_time now, ll_time due, const void *bytes, int32_t size);
 
-/* The departures of the rate's queue, and how many fit. */
+/* The departures of the rate's queue, of which `places` fit. */
 uint32_t *ll_link_ring(const ll_link *link);
-int32_t ll_link_ring_places(int32_t slots, int32_t arena);

@@ -47,15 +47,15 @@ static int32_t queue_capacity(int32_t slots)
 
 /* A message has a packet and, at an mtu_bytes of 1200 or more, at most one more for each 1200 of its bytes.
  */
-int32_t ll_link_ring_places(int32_t slots, int32_t arena)
+static int32_t ring_places(int32_t slots, int32_t arena)
 {
     int32_t places = slots + arena / 1200;
     return places < LL_QUEUE_MAX ? places : LL_QUEUE_MAX;
 }
 
-static int32_t ring_capacity(int32_t slots, int32_t arena)
+static int32_t ring_capacity(int32_t places)
 {
-    return round_up(ll_link_ring_places(slots, arena), 2); /* what follows begins at a multiple of 8 */
+    return round_up(places, 2); /* what follows begins at a multiple of 8 */
 }
 
 /* Fits `slots` packets of `arena` bytes together, whatever their rounding. */
@@ -76,7 +76,7 @@ uint32_t *ll_link_ring(const ll_link *l)
 
 static char *store_of(const ll_link *l)
 {
-    return (char *)(ll_link_ring(l) + ring_capacity(l->slots, l->arena));
+    return (char *)(ll_link_ring(l) + ring_capacity(l->places));
 }
 
 static parcel *parcel_at(const ll_link *l, int32_t at)
@@ -102,7 +102,7 @@ static int32_t stride_of(int32_t size)
 size_t ll_link_size(int slots, int arena_bytes)
 {
     return sizeof(ll_link) + (size_t)queue_capacity(slots) * sizeof(entry) +
-           (size_t)ring_capacity(slots, arena_bytes) * sizeof(uint32_t) +
+           (size_t)ring_capacity(ring_places(slots, arena_bytes)) * sizeof(uint32_t) +
            (size_t)store_capacity(slots, arena_bytes);
 }
 
@@ -114,6 +114,7 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
     l->stream = stream * LL_STREAMS;
     l->slots = slots;
     l->arena = arena_bytes;
+    l->places = ring_places(slots, arena_bytes);
     l->delivered = -1;
     l->delay_number = LL_NO_NUMBER;
     l->memory = (ll_memory){.loss_number = LL_NO_NUMBER,
@@ -367,8 +368,8 @@ static bool store_valid(const ll_link *l)
 static bool ring_valid(const ll_link *l)
 {
     const ll_memory *m = &l->memory;
-    int32_t places = ll_link_ring_places(l->slots, l->arena);
-    return m->queue_first >= 0 && m->queue_first < places && m->queue_count >= 0 && m->queue_count <= places;
+    return m->queue_first >= 0 && m->queue_first < l->places && m->queue_count >= 0 &&
+           m->queue_count <= l->places;
 }
 
 bool ll_link_valid(const ll_link *l)

@@ -77,7 +77,7 @@ static ll_passage packet(ll_link *l, const ll_link_params *params, double lag_ms
                         .delay_ms = lag_ms + params->delay_ms,
                         .due = now,
                         .departures = ll_link_ring(l),
-                        .places = ll_link_ring_places(l->slots, l->arena),
+                        .places = l->places,
                         .size = size};
 }
 
@@ -202,25 +202,29 @@ static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double
     return sending;
 }
 
+static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
+{
+    l->stats.overflowed += packets;
+    l->stats.fragments_lost += packets > 1 ? packets : 0;
+    count_lost(l, packets);
+    return (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
+}
+
 /* Nothing is drawn, so all packets of a message come at one time. */
 static ll_sending send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
-                             const message *m, int32_t packets)
+                             const void *bytes, int32_t size, int32_t packets)
 {
-    ll_sending sending = {.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
     l->packet += packets;
     if (packets > 1)
         count_split(l, packets);
-    if (!ll_link_has_room(l, m->size)) {
-        l->stats.overflowed += packets;
-        l->stats.fragments_lost += packets > 1 ? packets : 0;
-        count_lost(l, packets);
-        return sending;
-    }
-    sending.fate = LL_FATE_DELIVERED;
-    for (int32_t i = 0; i < packets; i++)
-        sending.due = arrival(l, (ll_order)params->order, now, lag_ms + params->delay_ms, 0);
-    ll_link_put(l, now, sending.due, m->bytes, m->size);
-    return sending;
+    if (!ll_link_has_room(l, size))
+        return refuse(l, now, packets);
+    double delay_ms = lag_ms + params->delay_ms;
+    ll_time due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
+    for (int32_t i = 1; i < packets; i++)
+        due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
+    ll_link_put(l, now, due, bytes, size);
+    return (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
 }
 
 ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
@@ -228,16 +232,16 @@ ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms,
 {
     LL_ASSERT(size >= 0 && size <= l->arena);
     int32_t packets = packets_of(params, size);
-    message m = {bytes, size, packets == 1};
     l->stats.sent += packets;
     l->stats.bytes += size;
     ll_sending sending;
-    if (!ll_stages_any(params))
-        sending = send_plain(l, params, lag_ms, now, &m, packets);
-    else if (packets == 1)
-        sending = send_impaired(l, params, lag_ms, now, &m);
-    else
-        sending = send_split(l, params, lag_ms, now, &m, packets);
+    if (!ll_stages_any(params)) {
+        sending = send_plain(l, params, lag_ms, now, bytes, size, packets);
+    } else {
+        message m = {bytes, size, packets == 1};
+        sending = packets == 1 ? send_impaired(l, params, lag_ms, now, &m)
+                               : send_split(l, params, lag_ms, now, &m, packets);
+    }
     l->number++;
     LL_VALIDATE(ll_link_valid(l));
     return sending;
