@@ -65,6 +65,12 @@ static double half(const trial *t)
     return t->runs > 1 ? ll_interval_95(t->runs, t->squares[ERROR]) : INFINITY;
 }
 
+/* Seeds that all give the same tell nothing of how far off that is. */
+static bool has_interval(const trial *t)
+{
+    return t->runs > 1 && (t->squares[ERROR] > 0 || t->squares[COST] > 0);
+}
+
 static void judge(const search *s, trial *t)
 {
     int64_t repeats = s->experiment->head.repeats;
@@ -207,7 +213,8 @@ static cJSON *describe(const search *s, int point)
     cJSON_AddNumberToObject(json, "point", point);
     cJSON_AddItemToObject(json, "set", ll_experiment_point(s->experiment, point));
     cJSON_AddItemToObject(json, "error", t->runs ? ll_param_number(t->mean[ERROR]) : cJSON_CreateNull());
-    cJSON_AddItemToObject(json, "error_ci95", t->runs > 1 ? ll_param_number(half(t)) : cJSON_CreateNull());
+    cJSON_AddItemToObject(json, "error_ci95",
+                          has_interval(t) ? ll_param_number(half(t)) : cJSON_CreateNull());
     cJSON_AddItemToObject(json, "cost", t->runs ? ll_param_number(t->mean[COST]) : cJSON_CreateNull());
     cJSON_AddNumberToObject(json, "runs", (double)(t->runs + t->failed));
     return json;

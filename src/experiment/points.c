@@ -32,12 +32,13 @@ static double cell(const ll_cell *c)
     return c->null ? NAN : c->number;
 }
 
-/* The columns of ll_result_table_points: point, parameters, runs, then mean and half width of each metric. */
+/* The columns of ll_result_table_points: point, parameters, runs, identical, then mean and half width of each
+ * metric. */
 static ll_status take(const ll_experiment *e, const ll_cell *cells, int columns, ll_point *p)
 {
     const ll_cell *metrics = cells + columns - 2 * e->metric_count;
     p->point = (int64_t)cells[0].number;
-    p->runs = (int64_t)metrics[-1].number;
+    p->runs = (int64_t)metrics[-2].number;
     p->values = ll_experiment_point(e, p->point);
     p->name = ll_point_name(p->values);
     for (int i = 0; i < e->metric_count; i++) {
@@ -61,6 +62,8 @@ ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *co
             points->left_out++;
         else
             status = take(e, cells, t->column_count, &points->points[points->count++]);
+    if (table)
+        points->identical = ll_result_table_identical(table);
     ll_result_table_free(table);
     if (ll_failed(&status))
         ll_points_free(points);

@@ -17,7 +17,8 @@ typedef struct ll_point {
 typedef struct ll_points {
     ll_point *points;
     int count;
-    int64_t left_out; /* beyond LL_POINTS_MAX */
+    int64_t left_out;  /* beyond LL_POINTS_MAX */
+    int64_t identical; /* of all: their repeats gave the same */
 } ll_points;
 
 ll_status ll_points_read(const ll_experiment *experiment, ll_row_source *source, void *context,

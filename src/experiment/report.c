@@ -150,6 +150,12 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
         fputs("</tr>\n", file);
     }
     fputs("</tbody></table></div>\n", file);
+    if (points->identical > 0)
+        fprintf(file,
+                "<p>At %" PRId64 " of %" PRId64
+                " points all repeats gave identical metrics: nothing random in "
+                "this scenario reaches them, so there is no interval.</p>\n",
+                points->identical, e->points);
     if (points->left_out > 0)
         fprintf(file, "<p>%" PRId64 " more points are left out here; the results have them.</p>\n",
                 points->left_out);

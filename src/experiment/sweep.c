@@ -156,6 +156,12 @@ static ll_status write_out(const sweep *s)
                                                   &rows, &table);
     if (!ll_failed(&status))
         status = ll_argument_write(s->out, s->format, ll_result_table_get(table));
+    if (!ll_failed(&status) && ll_result_table_identical(table) > 0)
+        fprintf(stderr,
+                "laglab: at %" PRId64 " of %" PRId64
+                " points all repeats gave identical metrics: nothing random "
+                "in this scenario reaches them, so there is no interval\n",
+                ll_result_table_identical(table), s->experiment->points);
     ll_result_table_free(table);
     ll_stored_rows_close(&rows);
     return status;

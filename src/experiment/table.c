@@ -19,6 +19,7 @@ struct ll_result_table {
     cJSON *values;
     ll_row row; /* the one being written, or the first of the next point */
     bool row_held;
+    int64_t identical; /* points so far whose repeats gave the same */
     char hash[17];
     ll_table table;
 };
@@ -192,20 +193,44 @@ static void add(sums *s, double value)
     s->squares += delta * (value - s->mean);
 }
 
+/* NaN: there is none. */
+static bool same_metrics(const ll_experiment *e, const double *a, const double *b)
+{
+    for (int i = 0; i < e->metric_count; i++)
+        if (a[i] != b[i] && !(isnan(a[i]) && isnan(b[i])))
+            return false;
+    return true;
+}
+
+/* The runs of a point that ended well. */
+typedef struct repeats {
+    int64_t good;
+    bool differ;
+    double first[LL_EXPERIMENT_METRICS_MAX];
+    sums sums[LL_EXPERIMENT_METRICS_MAX];
+} repeats;
+
+static void add_run(repeats *r, const ll_experiment *e, const ll_row *row)
+{
+    if (row->status != LL_ROW_OK && row->status != LL_ROW_STOPPED)
+        return;
+    if (r->good++ == 0)
+        memcpy(r->first, row->metrics, sizeof r->first);
+    r->differ = r->differ || !same_metrics(e, r->first, row->metrics);
+    for (int i = 0; i < e->metric_count; i++)
+        add(&r->sums[i], row->metrics[i]);
+}
+
 static bool next_point(void *context, ll_cell *cells, ll_status *status)
 {
     ll_result_table *t = context;
     const ll_experiment *e = t->experiment;
-    sums s[LL_EXPERIMENT_METRICS_MAX] = {{0}};
-    int64_t good = 0;
+    repeats r = {0};
     if (!t->row_held && !t->source(t->context, &t->row, status))
         return false;
     int64_t point = t->row.run / e->head.repeats;
     do {
-        bool ended = t->row.status == LL_ROW_OK || t->row.status == LL_ROW_STOPPED;
-        good += ended;
-        for (int i = 0; i < e->metric_count && ended; i++)
-            add(&s[i], t->row.metrics[i]);
+        add_run(&r, e, &t->row);
         t->row_held = t->source(t->context, &t->row, status);
     } while (t->row_held && t->row.run / e->head.repeats == point);
     if (ll_failed(status))
@@ -214,10 +239,14 @@ static bool next_point(void *context, ll_cell *cells, ll_status *status)
     *cells++ = number((double)point);
     for (int i = 0; i < t->parameter_count; i++)
         *cells++ = parameter(t, i);
-    *cells++ = number((double)good);
+    bool known = r.good > 1 && r.differ;
+    t->identical += r.good > 1 && !r.differ;
+    *cells++ = number((double)r.good);
+    *cells++ = number(r.good > 1 ? !r.differ : NAN);
     for (int i = 0; i < e->metric_count; i++) {
-        *cells++ = number(s[i].n > 0 ? s[i].mean : NAN);
-        *cells++ = number(s[i].n > 1 ? ll_interval_95(s[i].n, s[i].squares) : NAN);
+        const sums *s = &r.sums[i];
+        *cells++ = number(s->n > 0 ? s->mean : NAN);
+        *cells++ = number(known && s->n > 1 ? ll_interval_95(s->n, s->squares) : NAN);
     }
     return true;
 }
@@ -232,6 +261,7 @@ ll_status ll_result_table_points(const ll_experiment *e, ll_row_source *source, 
     add_column(t, "point", LL_CELL_INT, false);
     add_parameters(t);
     add_column(t, "runs", LL_CELL_INT, false);
+    add_column(t, "identical", LL_CELL_BOOL, true);
     for (int i = 0; i < e->metric_count; i++) {
         char name[LL_COLUMN_NAME_MAX];
         add_column(t, e->metrics[i], LL_CELL_REAL, true);
@@ -240,6 +270,11 @@ ll_status ll_result_table_points(const ll_experiment *e, ll_row_source *source, 
     }
     t->table = (ll_table){t->columns, t->column_count, next_point, t};
     return status;
+}
+
+int64_t ll_result_table_identical(const ll_result_table *t)
+{
+    return t->identical;
 }
 
 const ll_table *ll_result_table_get(ll_result_table *t)

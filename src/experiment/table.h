@@ -41,10 +41,15 @@ typedef struct ll_result_table ll_result_table;
 ll_status ll_result_table_rows(const ll_experiment *experiment, const char *version, ll_row_source *source,
                                void *context, ll_result_table **table);
 
-/* One row per point: its parameters, `runs` that ended well, and for each metric the mean over them and the
- * half width of its 95 % interval (Student's t), NULL below two runs. */
+/* One row per point: its parameters, `runs` that ended well, whether all of these gave `identical` metrics,
+ * and for each metric the mean over them and the half width of its 95 % interval (Student's t). Both are NULL
+ * below two runs, the half width also where the runs are identical: then nothing random reaches these
+ * metrics, and repeating says nothing of how far off they are. */
 ll_status ll_result_table_points(const ll_experiment *experiment, ll_row_source *source, void *context,
                                  ll_result_table **table);
+
+/* Of the points that were read from a table of points. */
+int64_t ll_result_table_identical(const ll_result_table *table);
 
 const ll_table *ll_result_table_get(ll_result_table *table);
 void ll_result_table_free(ll_result_table *table);

@@ -124,6 +124,27 @@ test('points are the means of their runs with 95 % intervals', () => {
   }
 });
 
+test('repeats that are all equal give no interval, and say so', () => {
+  // frames of random lengths are drawn from the seed, alternating ones are not
+  const name = write('frames.json', { scenario: { kind: 'motion', problem: 'kepler', duration_s: 3, methods: [{ method: 'velocity_verlet', steps: 'frame' }], frame_jitter: 0.5 },
+    axes: [{ path: 'params.e', values: [0.2, 0.5] }, { path: 'frames', values: ['alternating', 'random'] }], repeats: 4, metrics: ['methods.0.e_max', 'methods.0.evaluations'] });
+  const sweep = laglab(['sweep', name, '--points', '--format', 'json', '--report', file('frames.html')]);
+  assert.equal(sweep.status, 0, sweep.stderr);
+  assert.match(sweep.stderr, /at 2 of 4 points all repeats gave identical metrics/);
+  const points = JSON.parse(sweep.stdout), half = 'methods.0.e_max.ci95';
+  assert.deepEqual(points.map((/** @type {any} */ p) => p.identical), [true, false, true, false]);
+  for (const point of points) {
+    assert.equal(point.runs, 4);
+    if (point.identical) assert.equal(point[half], null);
+    else assert.ok(point[half] > 0);
+  }
+  assert.match(readFileSync(file('frames.html'), 'utf8'), /<p>At 2 of 4 points all repeats gave identical metrics/);
+  const csv = laglab(['sweep', name, '--points']).stdout.split('\r\n'), column = csv[0].split(',').indexOf(half);
+  assert.deepEqual(csv.slice(1, 5).map((line) => line.split(',')[column] === ''), [true, false, true, false]);
+  const once = JSON.parse(good(['sweep', write('once.json', { scenario: 'race', set: { duration_s: 1 }, metrics: ['players.0.remote_error_m.mean'] }), '--points', '--format', 'json']));
+  assert.deepEqual([once[0].identical, once[0]['players.0.remote_error_m.mean.ci95']], [null, null]);
+});
+
 test('a report is one page with the front, a table for each plot, and what repeats it', () => {
   const name = write('orbit.json', { title: 'Orbit <b>&', scenario: { kind: 'motion', problem: 'kepler', params: { e: 0.5 }, duration_s: 5, methods: [{ method: 'rk4' }] },
     axes: [{ path: 'methods.0.method', values: ['semi_implicit_euler', 'velocity_verlet', 'rk4'] }, { path: 'methods.0.dt_s', from: 0.001, to: 0.1, count: 6, scale: 'log' }],

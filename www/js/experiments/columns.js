@@ -59,6 +59,9 @@ export function exact(value) {
 /** A parameter as it was set. @param {string | number | boolean | null | undefined} value */
 export const told = (value) => (typeof value === 'number' ? String(Number(value.toPrecision(6))).replace('-', '−') : value === null || value === undefined ? '–' : String(value));
 
+/** How many points' repeats all gave the same: nothing random reaches their metrics, and there is no interval. @param {Cells[]} rows */
+export const identicalOf = (rows) => rows.filter((row) => row.identical === true).length;
+
 /** A mean, and the half width of its 95 % interval where there is one. @param {Cells} row @param {string} metric */
 export function meanOf(row, metric) {
   const mean = numberOf(row, metric), half = numberOf(row, `${metric}.ci95`);

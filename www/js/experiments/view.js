@@ -7,7 +7,7 @@ import { mark } from '../panels.js';
 import { experiment, tell, theme } from '../state.js';
 import { palette } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { columnsOf, frontOf, meanOf, numberOf, told, tradeOf } from './columns.js';
+import { columnsOf, frontOf, meanOf, numberOf, told, tradeOf, identicalOf } from './columns.js';
 import { choose, draft, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
@@ -212,6 +212,7 @@ function table() {
         ${trade.value.cost === '' ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
         <td><button type="button" class="small" aria-label=${`Open point ${row.point} live`} @click=${(/** @type {Event} */ event) => { event.stopPropagation(); live(row); }}>Open</button></td></tr>`;
     })}</tbody></table></div>
+    ${identicalOf(points.value) > 0 ? html`<p class="facts" id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics: nothing random in this scenario reaches them, so there is no interval.</p>` : nothing}
     ${order.length > rowsShown.value ? html`<button type="button" @click=${() => { rowsShown.value += PAGE; }}>${many(order.length - rowsShown.value)} more points</button>` : nothing}`;
 }
 
