@@ -12,12 +12,14 @@
 #include "base/program.h"
 #include "base/version.h"
 #include "daemon/serve.h"
+#include "experiment/arguments.h"
 #include "experiment/experiment.h"
 #include "experiment/verbs.h"
 #include "ode/method.h"
 #include "ode/problem.h"
 #include "session/scenario.h"
 #include "session/session.h"
+#include "session/workload.h"
 
 #define SETS_MAX 256
 #define INPUT_MAX (64u << 20)
@@ -29,7 +31,7 @@ typedef struct arguments {
     const char *sets[SETS_MAX];
     int set_count;
     bool text;
-    const char *seed, *duration, *trace, *log, *scenarios;
+    const char *seed, *duration, *trace, *log, *workload, *record, *scenarios;
 } arguments;
 
 static int fail(const ll_status *status)
@@ -42,10 +44,9 @@ static ll_status parse_arguments(int argc, char **argv, arguments *a)
 {
     const struct {
         const char *name, **value;
-    } options[] = {{"--seed", &a->seed},
-                   {"--duration", &a->duration},
-                   {"--trace", &a->trace},
-                   {"--log", &a->log},
+    } options[] = {{"--seed", &a->seed},          {"--duration", &a->duration},
+                   {"--trace", &a->trace},        {"--log", &a->log},
+                   {"--workload", &a->workload},  {"--record-inputs", &a->record},
                    {"--scenarios", &a->scenarios}};
     for (int i = 0; i < argc; i++) {
         const char **value = NULL;
@@ -257,19 +258,39 @@ static void print_result(const arguments *a, ll_session *s, double wall_s)
     cJSON_Delete(report);
 }
 
+/* The inputs of a log, for the players that a person drives. */
+static ll_status load_workload(const char *path, ll_session *s)
+{
+    char *text;
+    ll_workload *workload = NULL;
+    ll_status status = ll_argument_text(path, &text);
+    cJSON *log = cJSON_CreateString(text ? text : "");
+    free(text);
+    if (!ll_failed(&status))
+        status = ll_workload_parse(log, &workload);
+    if (!ll_failed(&status))
+        status = ll_session_load(s, workload);
+    ll_workload_free(workload);
+    cJSON_Delete(log);
+    return status;
+}
+
 static ll_status run_session(const arguments *a, ll_session *s, double *wall_s)
 {
     int64_t end = ll_session_get_info(s).end_tick;
     double wall = seconds_now(CLOCK_MONOTONIC), cpu = seconds_now(CLOCK_PROCESS_CPUTIME_ID);
     ll_status status;
     ll_session_meter(s, cpu_now_ns);
-    if (a->log) {
+    if (a->log && a->record)
+        return ll_error(LL_BAD_INPUT, "--log and --record-inputs are for two runs: give one of them");
+    const char *path = a->log ? a->log : a->record;
+    if (path) {
         FILE *log;
-        status = to_file(a->log, &log);
+        status = to_file(path, &log);
         if (ll_failed(&status))
             return status;
-        status = run_logged(s, end, log);
-        ll_status closed = close_file(log, a->log);
+        status = a->log ? run_logged(s, end, log) : ll_session_record(s, write_line, log);
+        ll_status closed = close_file(log, path);
         status = ll_failed(&status) ? status : closed;
     } else {
         status = ll_session_run_to(s, end);
@@ -316,6 +337,8 @@ static int verb_run(int argc, char **argv)
     }
     if (!ll_failed(&status))
         status = ll_session_create(json, -1, NULL, NULL, &session);
+    if (!ll_failed(&status) && a.workload)
+        status = load_workload(a.workload, session);
     if (!ll_failed(&status))
         status = run_session(&a, session, &wall_s);
     if (!ll_failed(&status))
@@ -503,7 +526,7 @@ static const struct {
      ll_serve, true},
     {"run",
      "SCENARIO [--set path=value]... [--seed N] [--duration S] [--trace FILE.csv] [--log FILE] "
-     "[--text]",
+     "[--workload LOG] [--record-inputs FILE] [--text]",
      "run a scenario as fast as it goes and print its metrics", verb_run, false},
     {"sweep",
      "EXPERIMENT [--jobs N] [--out FILE] [--format csv|ndjson|json|parquet|sqlite] [--points] [--store URL] "
@@ -511,7 +534,7 @@ static const struct {
      "run an experiment: a row for each run, or each point", ll_verb_sweep, true},
     {"advise",
      "SCENARIO|EXPERIMENT --metric M --max-error X [--cost C] [--vary PATH=A,B,...|FROM:TO:COUNT[:log]]... "
-     "[--set path=value]... [--repeats N]",
+     "[--set path=value]... [--repeats N] [--workload LOG]",
      "find the cheapest setting whose error stays within a limit", ll_verb_advise, true},
     {"worker", "--store URL [--experiment ID] [--drain] [--jobs N] [--lease-s N]",
      "work on the experiments of a store, beside workers on other machines", ll_verb_worker, true},

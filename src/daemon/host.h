@@ -86,9 +86,10 @@ typedef struct ll_host_made {
 } ll_host_made;
 
 typedef struct ll_host_order {
-    const struct cJSON *scenario; /* or */
-    ll_hosted *origin;            /* whose log is forked */
-    int64_t seed;                 /* < 0: the scenario's */
+    const struct cJSON *scenario;       /* or */
+    ll_hosted *origin;                  /* whose log is forked */
+    int64_t seed;                       /* < 0: the scenario's */
+    const struct ll_workload *workload; /* that its log begins with; NULL: none */
     bool paused;
     double speed;     /* 0: as it is (1, or the origin's) */
     const char *peer; /* who asks, for the rate */

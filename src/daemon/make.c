@@ -5,6 +5,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/hosted.h"
+#include "session/workload.h"
 
 static int count_players(ll_session *session)
 {
@@ -55,6 +56,10 @@ static ll_status make_session(ll_hosted *hosted, const ll_host_order *order, ll_
     ll_status status = order->origin ? fork_of(order->origin, hosted)
                                      : ll_session_create(order->scenario, order->seed, ll_hosted_on_line,
                                                          hosted, &hosted->session);
+    if (ll_failed(&status))
+        return status;
+    if (order->workload)
+        status = ll_session_load(hosted->session, order->workload);
     if (ll_failed(&status))
         return status;
     hosted->wall = ll_host_now();

@@ -10,6 +10,7 @@
 #include "daemon/idempotency.h"
 #include "daemon/problem.h"
 #include "session/scenario.h"
+#include "session/workload.h"
 
 /* ---- the order: the body of POST /sessions ---- */
 
@@ -147,22 +148,27 @@ static char *make(ll_api *api, const ll_http_request *request, ll_http_response 
 
 static char *make_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
-    static const char *const names[] = {"scenario", "set", "seed", "paused", "speed", NULL};
+    static const char *const names[] = {"scenario", "set", "seed", "workload", "paused", "speed", NULL};
     cJSON *body = ll_api_body(request, response), *scenario = NULL;
     if (!body)
         return NULL;
+    ll_workload *workload = NULL;
     ll_host_order order = {.seed = -1, .peer = request->peer};
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status))
         status = read_options(body, &order);
     if (!ll_failed(&status))
         status = read_scenario(api, body, &scenario);
+    if (!ll_failed(&status) && cJSON_HasObjectItem(body, "workload"))
+        status = ll_workload_parse(cJSON_GetObjectItemCaseSensitive(body, "workload"), &workload);
     order.scenario = scenario;
+    order.workload = workload;
     char *text = NULL;
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else
         text = make(api, request, response, &order);
+    ll_workload_free(workload);
     cJSON_Delete(scenario);
     cJSON_Delete(body);
     return text;

@@ -38,7 +38,7 @@ static const struct standard {
 };
 
 typedef struct advise {
-    const char *metric, *max_error, *cost, *repeats, *scenarios, *most_runs;
+    const char *metric, *max_error, *cost, *repeats, *scenarios, *most_runs, *workload;
     ll_option_list vary, set;
 } advise;
 
@@ -121,6 +121,16 @@ static ll_status add_set(const advise *a, cJSON *experiment)
     return ll_ok();
 }
 
+static ll_status add_workload(const advise *a, cJSON *experiment)
+{
+    char *text;
+    ll_status status = ll_argument_text(a->workload, &text);
+    if (!ll_failed(&status))
+        cJSON_AddStringToObject(experiment, "workload", text);
+    free(text);
+    return status;
+}
+
 /* Every kind has one. */
 static const struct standard *standard_of(const ll_sim_kind *kind)
 {
@@ -170,6 +180,8 @@ static ll_status describe_experiment(const advise *a, ll_scenario *scenario, cJS
     else if (!ll_failed(&status))
         add_standard_axes(standard->axes, scenario, e);
     cJSON_AddNumberToObject(e, "repeats", (double)repeats);
+    if (!ll_failed(&status) && a->workload)
+        status = add_workload(a, e);
     const char *metrics[] = {a->metric, a->cost ? a->cost : standard->cost};
     cJSON_AddItemToObject(e, "metrics", cJSON_CreateStringArray(metrics, 2));
     return status;
@@ -212,7 +224,7 @@ static ll_status load(const advise *a, const char *name, ll_experiment **experim
         return status;
     if (cJSON_HasObjectItem(json, "kind"))
         status = make_experiment(a, json, &made);
-    else if (a->metric || a->cost || a->repeats || a->vary.count || a->set.count)
+    else if (a->metric || a->cost || a->repeats || a->workload || a->vary.count || a->set.count)
         status = ll_error(LL_BAD_INPUT,
                           "an experiment says itself what is varied and measured: give only --max-error");
     else
@@ -236,6 +248,8 @@ int ll_verb_advise(int argc, char **argv)
         {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
         {"--repeats", "N", "Runs of each setting, with seeds that count up.", .value = &a.repeats},
         {"--runs", "N", "Runs at most; otherwise a fifth of all.", .value = &a.most_runs},
+        {"--workload", "LOG", "Inputs that every run replays, for the players whose control is person.",
+         .value = &a.workload},
         {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
          .value = &a.scenarios},
         {0}};

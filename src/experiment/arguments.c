@@ -129,10 +129,48 @@ static const char *library(const char *scenarios, char folder[PATH_MAX])
     return folder;
 }
 
-ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json)
+ll_status ll_argument_text(const char *path, char **text)
+{
+    size_t capacity = 0;
+    FILE *file = fopen(path, "rb");
+    *text = NULL;
+    if (!file)
+        return ll_error(LL_BAD_INPUT, "cannot read %.200s", path);
+    ssize_t length = getdelim(text, &capacity, '\0', file); /* text has no such byte: the whole file */
+    bool bad = length < 0 && !feof(file);
+    fclose(file);
+    if (length >= 0)
+        return ll_ok();
+    free(*text);
+    *text = NULL;
+    return ll_error(LL_BAD_INPUT, bad ? "cannot read %.200s" : "%.200s is empty", path);
+}
+
+/* A text that begins like a log is one. */
+static ll_status read_workload(const char *beside, cJSON *experiment)
+{
+    const cJSON *workload = cJSON_GetObjectItemCaseSensitive(experiment, "workload");
+    const char *name = cJSON_IsString(workload) ? workload->valuestring : NULL;
+    if (!name || name[strspn(name, " \t\r\n")] == '{')
+        return ll_ok();
+    char path[PATH_MAX], *text;
+    const char *slash = strrchr(beside, '/');
+    int folder = name[0] == '/' || !slash ? 0 : (int)(slash - beside) + 1;
+    snprintf(path, sizeof path, "%.*s%s", folder, beside, name);
+    ll_status status = ll_argument_text(path, &text);
+    if (ll_failed(&status))
+        return ll_field_error(status.code, "workload", "workload: %s", status.text);
+    cJSON_ReplaceItemInObjectCaseSensitive(experiment, "workload", cJSON_CreateString(text));
+    free(text);
+    return ll_ok();
+}
+
+/* `beside` gets the name of the file, or nothing. */
+static ll_status read_json(const char *name, const char *scenarios, char beside[PATH_MAX], cJSON **json)
 {
     char folder[PATH_MAX];
     *json = NULL;
+    beside[0] = '\0';
     if (!name)
         return ll_error(LL_BAD_INPUT,
                         "which experiment? A file, an id such as experiments/lag_techniques, or - for "
@@ -140,11 +178,29 @@ ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json
     if (strcmp(name, "-") == 0)
         return read_input(json);
     ll_status status = ll_scenario_load(library(scenarios, folder), name, json);
-    if (status.code != LL_NOT_FOUND)
+    bool of_library = status.code != LL_NOT_FOUND;
+    int length = of_library ? snprintf(beside, PATH_MAX, "%s/%s", library(scenarios, folder), name)
+                            : snprintf(beside, PATH_MAX, "%s", name);
+    if (length >= PATH_MAX)
+        return ll_error(LL_BAD_INPUT, "%.100s... is too long a name", name);
+    if (of_library)
         return status;
     if (access(name, R_OK) == 0)
         return ll_scenario_read(name, json);
     return ll_error(LL_BAD_INPUT, "there is no %.100s, neither as a file nor in the library", name);
+}
+
+ll_status ll_argument_json(const char *name, const char *scenarios, cJSON **json)
+{
+    char beside[PATH_MAX];
+    ll_status status = read_json(name, scenarios, beside, json);
+    if (!ll_failed(&status))
+        status = read_workload(beside, *json);
+    if (ll_failed(&status)) {
+        cJSON_Delete(*json);
+        *json = NULL;
+    }
+    return status;
 }
 
 ll_status ll_experiment_from(const cJSON *json, const char *scenarios, ll_experiment **experiment)

@@ -39,8 +39,12 @@ ll_status ll_argument_format(const char *name, const char *out, const ll_format 
 /* Into the file `out`, under another name until it is whole; NULL: to standard output. */
 ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table);
 
+/* The text of a file. Caller frees. */
+ll_status ll_argument_text(const char *path, char **text);
+
 /* JSON of a file, of `-` for standard input, or of an id of the library: an experiment or a scenario.
- * `scenarios` NULL: beside the program. Caller deletes. */
+ * `scenarios` NULL: beside the program. Where an experiment names a file of its workload, relative to its own
+ * (of standard input, to the folder that one is in), its text is put in place of the name. Caller deletes. */
 ll_status ll_argument_json(const char *name, const char *scenarios, struct cJSON **json);
 
 ll_status ll_experiment_load(const char *name, const char *scenarios, ll_experiment **experiment);

@@ -89,6 +89,7 @@ void ll_experiment_free(ll_experiment *e)
     for (int i = 0; i < e->axis_count; i++)
         ll_axis_free(&e->axes[i]);
     ll_scenario_free(&e->base);
+    ll_workload_free(e->workload);
     cJSON_Delete(e->json);
     free(e);
 }

@@ -11,6 +11,7 @@
 
 #include "experiment/axis.h"
 #include "session/scenario.h"
+#include "session/workload.h"
 
 enum {
     LL_EXPERIMENT_AXES_MAX = 10,
@@ -46,9 +47,10 @@ typedef struct ll_experiment_head {
 
 typedef struct ll_experiment {
     ll_experiment_head head;
-    ll_scenario base;   /* with the fixed overrides */
-    struct cJSON *json; /* the specification, with the scenario in it: all that another machine needs */
-    struct cJSON *set;  /* the fixed overrides, within `json`; may be NULL */
+    ll_scenario base;      /* with the fixed overrides */
+    struct cJSON *json;    /* the specification, with the scenario in it: all that another machine needs */
+    struct cJSON *set;     /* the fixed overrides, within `json`; may be NULL */
+    ll_workload *workload; /* the inputs of every run; NULL: there are none */
     ll_axis axes[LL_EXPERIMENT_AXES_MAX];
     int dimension[LL_EXPERIMENT_AXES_MAX]; /* of each axis: zipped ones share it */
     int axis_count, dimension_count;
@@ -101,7 +103,7 @@ void ll_row_clear(ll_row *row); /* all 0, without metrics; rows are compared and
 ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const atomic_bool *cancel,
                             ll_row *row);
 
-/* The session of a run, before its first tick: to be opened live. */
+/* The scenario of a run: to be opened live, together with the workload. */
 ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_scenario *scenario);
 
 /* The trace of a run as CSV, as `laglab run --trace` writes it: it is run again for that. Ends where the run

@@ -51,6 +51,48 @@ static ll_status read_set(ll_experiment *e)
     return ll_field_error(LL_BAD_INPUT, field, "set: %s", status.text);
 }
 
+/* The inputs in place of whatever they were read from: what is kept, and what makes experiments differ, is
+ * what the players do. */
+static ll_status read_workload(ll_experiment *e)
+{
+    const cJSON *workload = cJSON_GetObjectItemCaseSensitive(e->json, "workload");
+    if (!workload)
+        return ll_ok();
+    ll_status status = ll_workload_parse(workload, &e->workload);
+    if (!ll_failed(&status))
+        cJSON_ReplaceItemInObjectCaseSensitive(e->json, "workload", ll_workload_write(e->workload));
+    return status;
+}
+
+enum { POINTS_LOOKED_AT = 1000 }; /* for one in which somebody takes the workload */
+
+/* At the scenario itself (-1) or a point. A point that is refused says so in its rows. */
+static ll_status check_workload_at(const ll_experiment *e, int64_t point)
+{
+    ll_scenario scenario = {0};
+    if (point < 0)
+        return ll_workload_check(e->workload, e->base.kind, e->base.config);
+    ll_status status = ll_experiment_open(e, point * e->head.repeats, &scenario);
+    if (status.code == LL_BAD_INPUT)
+        return ll_error(LL_CONFLICT, "point %lld is refused", (long long)point);
+    if (!ll_failed(&status))
+        status = ll_workload_check(e->workload, scenario.kind, scenario.config);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
+static ll_status check_workload(const ll_experiment *e)
+{
+    if (!e->workload)
+        return ll_ok();
+    ll_status base = check_workload_at(e, -1), status = base;
+    for (int64_t p = 0; status.code == LL_CONFLICT && p < e->points && p < POINTS_LOOKED_AT; p++)
+        status = check_workload_at(e, p);
+    if (status.code != LL_CONFLICT)
+        return status;
+    return ll_field_error(LL_BAD_INPUT, "workload", "%s", base.text);
+}
+
 static ll_status add_axis(ll_experiment *e, const cJSON *json, const char *field)
 {
     if (e->axis_count == LL_EXPERIMENT_AXES_MAX)
@@ -238,6 +280,10 @@ ll_status ll_experiment_parse(const cJSON *json, const char *scenarios, ll_exper
         status = read_axes(e);
     if (!ll_failed(&status))
         status = count_runs(e);
+    if (!ll_failed(&status))
+        status = read_workload(e);
+    if (!ll_failed(&status))
+        status = check_workload(e);
     if (!ll_failed(&status))
         status = check_with_metrics(e);
     if (ll_failed(&status)) {

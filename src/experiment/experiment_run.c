@@ -82,16 +82,33 @@ static void tell_error(ll_row *row, const ll_status *status)
     }
 }
 
-ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
+/* Before its first tick. */
+static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **session)
 {
     ll_scenario scenario;
+    *session = NULL;
+    ll_status status = ll_experiment_open(e, run, &scenario);
+    if (!ll_failed(&status))
+        status = ll_session_open(&scenario, NULL, NULL, session);
+    if (!ll_failed(&status) && e->workload) {
+        status = ll_session_load(*session, e->workload);
+        if (status.code == LL_CONFLICT) /* at this point scripts drive everybody */
+            status = ll_ok();
+    }
+    if (ll_failed(&status)) {
+        ll_session_destroy(*session);
+        *session = NULL;
+    }
+    return status;
+}
+
+ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
+{
     ll_session *session = NULL;
     bool stopped = false;
     ll_row_clear(row);
     row->run = run;
-    ll_status status = ll_experiment_open(e, run, &scenario);
-    if (!ll_failed(&status))
-        status = ll_session_open(&scenario, NULL, NULL, &session);
+    ll_status status = open_session(e, run, &session);
     if (status.code == LL_NO_MEMORY)
         return status;
     if (ll_failed(&status)) {
@@ -115,12 +132,9 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bo
 ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
                               void (*write)(void *context, const char *text, size_t length), void *context)
 {
-    ll_scenario scenario;
     ll_session *session = NULL;
     bool stopped = false;
-    ll_status status = ll_experiment_open(e, run, &scenario);
-    if (!ll_failed(&status))
-        status = ll_session_open(&scenario, NULL, NULL, &session);
+    ll_status status = open_session(e, run, &session);
     if (ll_failed(&status))
         return status;
     ll_status ended = advance(e, session, NULL, &stopped);

@@ -94,13 +94,34 @@ static const ll_param_table head_table = {.name = "experiment",
                                           .size = sizeof(ll_experiment_head)};
 
 /* Keys that are not values of one type, so not in the table. */
-static const char *const other_keys[] = {"scenario", "set", "axes", "metrics"};
+static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload"};
 
 /* ---- schema ---- */
 
 static void add_other(cJSON *properties, const char *name, const char *schema)
 {
     cJSON_AddItemToObject(properties, name, cJSON_Parse(schema));
+}
+
+static void add_workload(cJSON *properties)
+{
+    add_other(
+        properties, "workload",
+        "{\"description\":\"Inputs that every run replays, at their times, for the players whose control is "
+        "person: the lines of a session's log as one text, or an object; in a file of an experiment also the "
+        "path of a log beside it.\",\"type\":[\"string\",\"object\"],\"properties\":{"
+        "\"tick_hz\":{\"description\":\"What the ticks of the inputs count.\",\"type\":\"number\","
+        "\"minimum\":1,\"maximum\":1000,\"default\":60,\"x-unit\":\"Hz\"},"
+        "\"inputs\":{\"description\":\"In the order of ticks; an input counts until the next of its "
+        "player.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":1000000,\"items\":{\"type\":\"object\","
+        "\"properties\":{\"op\":{\"const\":\"input\"},"
+        "\"tick\":{\"type\":\"integer\",\"minimum\":0,\"maximum\":1000000000},"
+        "\"player\":{\"type\":\"integer\",\"minimum\":0,\"maximum\":15},"
+        "\"axes\":{\"type\":\"array\",\"minItems\":2,\"maxItems\":2,\"items\":{\"type\":\"number\","
+        "\"minimum\":-1,\"maximum\":1}},"
+        "\"buttons\":{\"type\":\"integer\",\"minimum\":0,\"maximum\":4294967295,\"default\":0}},"
+        "\"required\":[\"tick\",\"player\",\"axes\"],\"additionalProperties\":false}}},"
+        "\"required\":[\"inputs\"],\"additionalProperties\":false}");
 }
 
 cJSON *ll_experiment_schema(void)
@@ -124,6 +145,7 @@ cJSON *ll_experiment_schema(void)
         properties, "metrics",
         "{\"description\":\"Paths of numbers in the metrics of a run.\",\"type\":\"array\",\"minItems\":1,"
         "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+    add_workload(properties);
     cJSON_AddItemToObject(
         cJSON_GetObjectItem(axis, "properties"), "values",
         cJSON_Parse("{\"description\":\"A list in place of a range.\",\"type\":\"array\",\"minItems\":1,"
@@ -139,7 +161,7 @@ cJSON *ll_experiment_schema(void)
 
 static ll_status check_keys(const cJSON *json)
 {
-    char known[160] = "";
+    char known[200] = "";
     const cJSON *item;
     for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s, ", other_keys[i]);

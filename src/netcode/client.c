@@ -412,6 +412,7 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     ll_action a = c->held;
     if (config->control == LL_CONTROL_SCRIPT)
         a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
+    s->instruments->controls = a;
     ll_cheat_action(c, s, &a);
     a.axis[0] = (float)(a.axis[0] * press_ticks(c, s));
     a.axis[1] = (float)(a.axis[1] * press_ticks(c, s));

@@ -74,12 +74,18 @@ ll_status ll_log_append(ll_log *log, const ll_entry *entry); /* copies `values` 
 void ll_log_truncate(ll_log *log, size_t count);
 void ll_log_free(ll_log *log);
 
+struct cJSON *ll_session_create_line(const ll_session *s); /* caller deletes */
 void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context);
 void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context);
 void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line,
                         void *context); /* rewind, head, play, pause */
 
 void ll_session_emit_restart(const ll_session *s);
+
+/* {"tick","player","axes","buttons"}; `buttons` may be left out of what is read. The sentence of an error
+ * names the member, its range and the value. */
+ll_status ll_input_read(const struct cJSON *json, ll_entry *entry);
+struct cJSON *ll_input_write(const ll_entry *entry); /* caller deletes */
 
 /* ---- timeline.c ---- */
 
@@ -96,6 +102,7 @@ void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is t
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session);
 ll_status ll_session_wake(ll_session *s);
+void ll_session_apply_due(ll_session *s); /* what the log and the timeline say up to the present tick */
 ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
                           const char *values);           /* of an entry; all or nothing */
 void ll_session_rebase(ll_session *s, const void *base); /* a new log that starts from `base` */

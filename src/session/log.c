@@ -62,13 +62,18 @@ static void emit(cJSON *object, ll_log_line *line, void *context)
     cJSON_Delete(object);
 }
 
-void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context)
+cJSON *ll_session_create_line(const ll_session *s)
 {
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "create");
     cJSON_AddNumberToObject(o, "laglab_log", LOG_FORMAT);
     cJSON_AddItemToObject(o, "scenario", ll_param_write(s->scenario.kind->table, s->base));
-    emit(o, line, context);
+    return o;
+}
+
+void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context)
+{
+    emit(ll_session_create_line(s), line, context);
 }
 
 void ll_session_emit_restart(const ll_session *s)
@@ -81,18 +86,31 @@ void ll_session_emit_restart(const ll_session *s)
     emit(o, s->on_line, s->line_context);
 }
 
+static void add_input(cJSON *o, const ll_entry *entry)
+{
+    double axes[2] = {(double)entry->action.axis[0], (double)entry->action.axis[1]};
+    cJSON_AddNumberToObject(o, "tick", (double)entry->tick);
+    cJSON_AddNumberToObject(o, "player", entry->player);
+    cJSON_AddItemToObject(o, "axes", cJSON_CreateDoubleArray(axes, 2));
+    cJSON_AddNumberToObject(o, "buttons", entry->action.buttons);
+}
+
+cJSON *ll_input_write(const ll_entry *entry)
+{
+    cJSON *o = cJSON_CreateObject();
+    add_input(o, entry);
+    return o;
+}
+
 void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context)
 {
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", entry->op == LL_OP_SET ? "set" : "input");
-    cJSON_AddNumberToObject(o, "tick", (double)entry->tick);
     if (entry->op == LL_OP_SET) {
+        cJSON_AddNumberToObject(o, "tick", (double)entry->tick);
         cJSON_AddItemToObject(o, "values", cJSON_Parse(entry->values));
     } else {
-        double axes[2] = {(double)entry->action.axis[0], (double)entry->action.axis[1]};
-        cJSON_AddNumberToObject(o, "player", entry->player);
-        cJSON_AddItemToObject(o, "axes", cJSON_CreateDoubleArray(axes, 2));
-        cJSON_AddNumberToObject(o, "buttons", entry->action.buttons);
+        add_input(o, entry);
     }
     emit(o, line, context);
 }
@@ -179,25 +197,57 @@ static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t nu
     return status;
 }
 
-static bool is_axis(const cJSON *o)
+/* A whole number of a member in [0, most]; an absent one is `standard`, where that is not below 0. */
+static ll_status read_whole(const cJSON *o, const char *name, double most, double standard, double *value)
 {
-    return cJSON_IsNumber(o) && o->valuedouble >= -1 && o->valuedouble <= 1;
+    const cJSON *member = cJSON_GetObjectItemCaseSensitive(o, name);
+    *value = standard;
+    if (!member && standard >= 0)
+        return ll_ok();
+    if (!cJSON_IsNumber(member))
+        return ll_field_error(LL_BAD_INPUT, name, "%s must be a whole number from 0 to %.15g", name, most);
+    *value = member->valuedouble;
+    if (!(*value >= 0 && *value <= most) || *value != (double)(int64_t)*value)
+        return ll_field_error(LL_BAD_INPUT, name, "%s must be a whole number from 0 to %.15g; got %.15g",
+                              name, most, *value);
+    return ll_ok();
 }
 
-static ll_status read_input(ll_session *s, const cJSON *o, int64_t tick, size_t number)
+static ll_status read_axis(const cJSON *axes, int i, float *axis)
 {
-    const cJSON *player = cJSON_GetObjectItemCaseSensitive(o, "player");
+    const cJSON *o = cJSON_GetArrayItem(axes, i);
+    if (!cJSON_IsNumber(o) || cJSON_GetArraySize(axes) != 2)
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be two numbers from -1 to 1");
+    if (!(o->valuedouble >= -1 && o->valuedouble <= 1))
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be two numbers from -1 to 1; got %.15g",
+                              o->valuedouble);
+    *axis = (float)o->valuedouble;
+    return ll_ok();
+}
+
+ll_status ll_input_read(const cJSON *o, ll_entry *entry)
+{
     const cJSON *axes = cJSON_GetObjectItemCaseSensitive(o, "axes");
-    const cJSON *buttons = cJSON_GetObjectItemCaseSensitive(o, "buttons");
-    const cJSON *x = cJSON_GetArrayItem(axes, 0), *y = cJSON_GetArrayItem(axes, 1);
-    if (!cJSON_IsNumber(player) || !is_axis(x) || !is_axis(y) || !cJSON_IsNumber(buttons) ||
-        !(buttons->valuedouble >= 0 && buttons->valuedouble <= UINT32_MAX) || player->valueint < 0 ||
-        player->valueint >= LL_PLAYERS_MAX)
-        return bad_line(number, "is not an input");
-    ll_entry e = {.tick = tick, .op = LL_OP_INPUT, .player = player->valueint};
-    e.action = (ll_action){.axis = {(float)x->valuedouble, (float)y->valuedouble},
-                           .buttons = (uint32_t)buttons->valuedouble};
-    return ll_log_append(&s->log, &e);
+    double tick = 0, player = 0, buttons = 0;
+    *entry = (ll_entry){.op = LL_OP_INPUT};
+    ll_status status = read_whole(o, "tick", 1e9, -1, &tick);
+    if (!ll_failed(&status))
+        status = read_whole(o, "player", LL_PLAYERS_MAX - 1, -1, &player);
+    for (int i = 0; i < 2 && !ll_failed(&status); i++)
+        status = read_axis(axes, i, &entry->action.axis[i]);
+    if (!ll_failed(&status))
+        status = read_whole(o, "buttons", UINT32_MAX, 0, &buttons);
+    entry->tick = (int64_t)tick;
+    entry->player = (int32_t)player;
+    entry->action.buttons = (uint32_t)buttons;
+    return status;
+}
+
+static ll_status read_input(ll_session *s, const cJSON *o, size_t number)
+{
+    ll_entry e;
+    ll_status status = ll_input_read(o, &e);
+    return ll_failed(&status) ? bad_line(number, status.text) : ll_log_append(&s->log, &e);
 }
 
 static void rewind_to(ll_session *s, int64_t tick)
@@ -233,7 +283,7 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
     if (strcmp(op, "set") == 0)
         return read_set(s, o, tick, number);
     if (strcmp(op, "input") == 0)
-        return read_input(s, o, tick, number);
+        return read_input(s, o, number);
     if (strcmp(op, "rewind") == 0)
         rewind_to(s, tick);
     else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0 &&

@@ -170,7 +170,7 @@ static void apply_entry(ll_session *s, const ll_entry *e)
         kind->input(s->block, e->player, &e->action);
 }
 
-static void apply_due(ll_session *s)
+void ll_session_apply_due(ll_session *s)
 {
     const ll_scenario_head *head = ll_session_head(s);
     while (ll_timeline_tick(head, s->step, s->freq) <= s->tick) {
@@ -239,7 +239,7 @@ static void run(ll_session *s, int64_t to, bool record)
             break;
         }
         s->tick = stop;
-        apply_due(s);
+        ll_session_apply_due(s);
     }
     if (s->tick > s->head)
         s->head = s->tick;
@@ -264,7 +264,7 @@ static void start_from(ll_session *s, const ll_snapshot *shot)
         s->status = LL_SESSION_FAILED;
         s->error = made;
     }
-    apply_due(s);
+    ll_session_apply_due(s);
 }
 
 /* Makes the state of `tick` from the nearest that is kept, with the events of the last seconds before it. */
@@ -372,7 +372,7 @@ static ll_status append(ll_session *s, const ll_entry *entry)
     ll_status status = ll_log_append(&s->log, entry);
     if (ll_failed(&status))
         return status;
-    apply_due(s);
+    ll_session_apply_due(s);
     if (s->on_line)
         ll_session_emit_entry(entry, s->on_line, s->line_context);
     return ll_ok();

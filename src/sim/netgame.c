@@ -739,6 +739,11 @@ static void input(void *block, int player, const ll_action *action)
     ll_netgame_client(block, player)->held = *action;
 }
 
+static ll_action controls(const void *block, int player)
+{
+    return ll_netgame_instruments(block, player)->controls;
+}
+
 static uint64_t hash(const void *block)
 {
     return ll_hash(0, block, (size_t)((const ll_netgame *)block)->size);
@@ -756,6 +761,7 @@ const ll_sim_kind ll_sim_netgame = {
     .change = change,
     .accepts = accepts,
     .input = input,
+    .controls = controls,
     .hash = hash,
     .state = ll_netgame_state,
     .metrics = ll_netgame_metrics,

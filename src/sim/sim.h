@@ -100,6 +100,8 @@ typedef struct ll_sim_kind {
      * nobody can drive. */
     ll_status (*accepts)(const void *config, int player, const ll_action *action);
     void (*input)(void *block, int player, const ll_action *action);
+    /* What drove `player` in its client's last frame, a person or a script. NULL where `accepts` is. */
+    ll_action (*controls)(const void *block, int player);
 
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);

@@ -63,6 +63,33 @@ test('a run is opened live from its scenario, and is the same run', async () => 
   assert.equal((await c.get(`/api/v1/sessions/${session.id}/state`)).json.hash, row.hash);
 });
 
+test('a workload goes with the experiment, and a run of it is opened live', async () => {
+  const inputs = [...Array(40)].map((_, i) => ({ tick: 7 * i, player: i % 2, axes: [i % 5 / 4, 0], buttons: 0 }));
+  const order = { ...experiment(2), set: { duration_s: 3, 'players.0.control': 'person', 'players.1.control': 'person' }, workload: { tick_hz: 50, inputs } };
+  const { id } = (await c.call('POST', E, { body: order })).json;
+  const now = await ended(id);
+  assert.deepEqual(now.experiment.workload, { tick_hz: 50, inputs });
+  assert.equal((await c.get(`${E}/${id}/results`)).text, sweep(order));
+  const row = (await c.get(`${E}/${id}/results?format=json`)).json[7], scenario = (await c.get(`${E}/${id}/runs/7`)).json;
+  const session = await c.make({ scenario, workload: now.experiment.workload, paused: true });
+  assert.equal((await c.get(`/api/v1/sessions/${session.id}`)).json.tick, 0);
+  await c.control(session, { op: 'seek', time_s: 3 });
+  assert.equal((await c.get(`/api/v1/sessions/${session.id}/state`)).json.hash, row.hash);
+  // its log is a workload again, as text
+  const log = (await c.get(`/api/v1/sessions/${session.id}/log`)).text;
+  const again = await c.make({ scenario, workload: log, paused: true });
+  await c.control(again, { op: 'seek', time_s: 3 });
+  assert.equal((await c.get(`/api/v1/sessions/${again.id}/state`)).json.hash, row.hash);
+  for (const [workload, sentence] of /** @type {[unknown, RegExp][]} */ ([[{ inputs: [{ tick: 0, player: 3, axes: [0, 0] }] }, /player must be between 0 and 1; got 3/],
+    [{ inputs: [{ tick: 0, player: 0, axes: [0, 2] }] }, /workload\.inputs\.0: axes must be two numbers from -1 to 1; got 2/], ['drive.log', /line 1 of the log/]])) {
+    const refused = await c.call('POST', E, { body: { ...order, workload } });
+    assert.equal(refused.status, 400);
+    assert.match(refused.json.detail, sentence);
+    assert.equal((await c.call('POST', '/api/v1/sessions', { body: { scenario, workload } })).status, 400);
+  }
+  assert.equal((await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', workload: order.workload } })).status, 409);
+});
+
 test('the trace of a run is that of its scenario alone', async () => {
   const { id } = (await c.call('POST', E, { body: experiment() })).json;
   const scenario = (await c.get(`${E}/${id}/runs/17`)).text, folder = mkdtempSync(path.join(tmpdir(), 'laglab-trace-'));

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync, spawn, spawnSync } from 'node:child_process';
-import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -143,6 +143,45 @@ test('repeats that are all equal give no interval, and say so', () => {
   assert.deepEqual(csv.slice(1, 5).map((line) => line.split(',')[column] === ''), [true, false, true, false]);
   const once = JSON.parse(good(['sweep', write('once.json', { scenario: 'race', set: { duration_s: 1 }, metrics: ['players.0.remote_error_m.mean'] }), '--points', '--format', 'json']));
   assert.deepEqual([once[0].identical, once[0]['players.0.remote_error_m.mean.ci95']], [null, null]);
+});
+
+test('what scripts did is recorded once and replayed under other techniques', () => {
+  const run = (/** @type {string[]} */ ...more) => good(['run', 'contact', '--duration', '9', '--seed', '12', '--set', 'players.1.lag_ms=77', ...more]);
+  const persons = ['--set', 'players.0.control=person', '--set', 'players.1.control=person'];
+  run('--record-inputs', 'drive.log', '--trace', 'script.csv');
+  run(...persons, '--workload', 'drive.log', '--trace', 'person.csv');
+  assert.equal(readFileSync(file('person.csv'), 'utf8'), readFileSync(file('script.csv'), 'utf8'));
+  assert.equal(JSON.parse(good(['replay', 'drive.log'])).ticks, 540);
+  mkdirSync(file('elsewhere/logs'), { recursive: true });
+  writeFileSync(file('elsewhere/logs/drive.log'), readFileSync(file('drive.log')));
+  const order = (/** @type {object} */ more) => ({ scenario: 'contact', set: { duration_s: 9, 'players.0.control': 'person', 'players.1.control': 'person' },
+    axes: [{ path: 'players.0.prediction', values: [true, false] }, { path: 'players.1.lag_ms', values: [20, 140] }], repeats: 3,
+    metrics: ['players.0.game.laps', 'players.0.game.speed_mps', 'players.0.input_latency_ms.mean'], workload: 'logs/drive.log', ...more });
+  const name = write('elsewhere/workload.json', order({})), rows = good(['sweep', name, '--jobs', '1']);
+  assert.equal(good(['sweep', name, '--jobs', '3']), rows);
+  for (const i of [1, 2]) good(['sweep', name, '--shard', `${i}/2`, '--out', `workload${i}.csv`]);
+  assert.equal(good(['merge', name, 'workload1.csv', 'workload2.csv']), rows);
+  // other inputs are another experiment: a store holds both
+  const other = write('other.json', order({ workload: { inputs: [{ tick: 0, player: 0, axes: [0.5, 0] }] } }));
+  const stored = good(['sweep', name, '--store', 'sqlite:workloads.db']), without = good(['sweep', other, '--store', 'sqlite:workloads.db']);
+  assert.equal(stored, rows);
+  assert.notEqual(without, rows);
+  assert.equal(good(['sweep', name, '--store', 'sqlite:workloads.db']), rows);
+  // the speed at the end is what the players do, whatever the technique
+  const speeds = rows.split('\r\n').slice(1, -1).map((row) => row.split(',')[12]);
+  assert.ok(new Set(rows.split('\r\n').slice(1, -1).map((row) => row.split(',')[14])).size > 1, 'latencies differ');
+  assert.ok(speeds.every((speed) => Number(speed) > 0));
+  // all workers need is in the specification
+  good(['sweep', name, '--dry-run']);
+  const bad = (/** @type {object} */ more) => { const got = laglab(['sweep', write('bad.json', order(more))]); assert.equal(got.status, 2); return got.stderr; };
+  assert.match(bad({}), /workload: cannot read .*logs\/drive\.log/);
+  assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs: set players\.0\.control to person/);
+  assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player must be between 0 and 1; got 4/);
+  writeFileSync(file('broken.log'), readFileSync(file('drive.log'), 'utf8').split('\n').map((line, i) => (i === 6 ? line.replace(/"axes":\[[^,]*,/, '"axes":[-3,') : line)).join('\n'));
+  assert.match(bad({ workload: 'broken.log' }), /workload: line 7 of the log: axes must be two numbers from -1 to 1; got -3/);
+  const advice = JSON.parse(good(['advise', 'contact', '--set', 'players.0.control=person', '--set', 'duration_s=4', '--workload', 'drive.log', '--metric', 'players.0.remote_error_m.mean',
+    '--max-error', '100', '--vary', 'server.update_hz=20,30', '--repeats', '2']));
+  assert.equal(advice.holds, true);
 });
 
 test('a report is one page with the front, a table for each plot, and what repeats it', () => {

@@ -184,7 +184,8 @@ export async function live(row) {
   try {
     const scenario = await call('GET', `experiments/${record.value.id}/runs/${runOf(row)}`);
     const paused = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true } : {};
-    const made = await call('POST', 'sessions', { body: { scenario, ...paused } });
+    const { workload } = record.value.experiment;
+    const made = await call('POST', 'sessions', { body: { scenario, ...(workload ? { workload } : {}), ...paused } });
     keep(made.id, made.owner_key, false);
     history.pushState(null, '', location.pathname + location.search);
     experiment.value = null;
