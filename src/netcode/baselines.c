@@ -1,5 +1,6 @@
 #include "netcode/baselines.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "base/detmath.h"
@@ -69,7 +70,7 @@ ll_summary ll_rounding_summary(const ll_baselines *b)
 {
     const ll_rounding *r = &b->rounding;
     if (r->count == 0)
-        return (ll_summary){0};
+        return (ll_summary){NAN, NAN, NAN, NAN, NAN, NAN, 0, 0};
     return (ll_summary){
         .mean = r->sum / (double)r->count,
         .rms = ll_sqrt(r->sum_squares / (double)r->count),

@@ -55,7 +55,10 @@ void ll_ledger_judged(ll_ledger *ledger, uint32_t seq, ll_ledger_mark mark)
     input->marks |= (uint8_t)mark;
     if (input->verdict != LL_INPUT_WAS_LOST)
         return;
-    decide(ledger, input, mark == LL_LEDGER_IN_TIME ? LL_INPUT_IS_OPEN : LL_INPUT_CAME_LATE);
+    decide(ledger, input,
+           mark == LL_LEDGER_IN_TIME   ? LL_INPUT_IS_OPEN
+           : mark == LL_LEDGER_REFUSED ? LL_INPUT_WAS_REFUSED
+                                       : LL_INPUT_CAME_LATE);
     if (mark == LL_LEDGER_IN_TIME && seq < ledger->open)
         ledger->open = seq;
 }

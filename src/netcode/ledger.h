@@ -101,7 +101,7 @@ void ll_ledger_made(ll_ledger *ledger, uint32_t seq, int64_t tick);
 /* A packet with inputs was put on its way and is `due`. */
 void ll_ledger_went(ll_ledger *ledger, uint32_t first, uint32_t count, ll_time due);
 
-/* It was taken (IN_TIME), refused, or came late. */
+/* It was taken (IN_TIME), refused, or came late; what is refused may have come late, too. */
 void ll_ledger_judged(ll_ledger *ledger, uint32_t seq, ll_ledger_mark mark);
 
 /* The server has made `step`: inputs that were meant for it or for one before it are decided. */

@@ -245,7 +245,15 @@ static void run(ll_session *s, int64_t to, bool record)
         s->head = s->tick;
 }
 
-static void start_from(ll_session *s, const ll_snapshot *shot)
+/* A tick's state is that after everything that falls on its time, tick 0 too. */
+static ll_status run_first_instant(ll_session *s, bool record)
+{
+    ll_recorder recorder = {keep_event, s};
+    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
+    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, meter);
+}
+
+static void start_from(ll_session *s, const ll_snapshot *shot, bool record)
 {
     const void *config = shot ? shot->config : s->base;
     ll_status made = ll_ok();
@@ -254,6 +262,8 @@ static void start_from(ll_session *s, const ll_snapshot *shot)
         memcpy(s->block, shot->block, s->block_size);
     else
         made = s->scenario.kind->init(s->block, s->base);
+    if (!shot && !ll_failed(&made))
+        made = run_first_instant(s, record);
     s->tick = shot ? shot->tick : 0;
     s->next = shot ? shot->next : 0;
     s->step = shot ? shot->step : 0;
@@ -276,7 +286,7 @@ static void make_state(ll_session *s, int64_t tick)
         if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
             (!best || s->snapshots[i].tick > best->tick))
             best = &s->snapshots[i];
-    start_from(s, best);
+    start_from(s, best, quiet <= 0);
     s->generation++;
     s->event_base = s->event_count;
     if (quiet > s->tick)
