@@ -43,7 +43,7 @@ function sweep(...args) {
 
 const race = (duration_s, repeats) => ({
   scenario: "race", set: { duration_s }, axes: [{ path: "players.0.lag_ms", from: 0, to: 300, count: 10 }], repeats,
-  metrics: ["players.0.own_error_m.mean", "players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s"],
+  metrics: ["players.0.own_timeline_error_m.rms", "players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s"],
 });
 const bareRun = async (experiment, runs) => JSON.parse(await run(bare, [String(runs), join(build, "scenarios")], readFileSync(experiment, "utf8")));
 

@@ -54,7 +54,7 @@ function interval(values) {
 
 const metrics = {
   input_latency_ms: (p) => p.input_latency_ms.mean,
-  own_error_m: (p) => p.own_error_m.rms,
+  own_timeline_error_m: (p) => p.own_timeline_error_m.rms,
   remote_error_m: (p) => p.remote_error_m.rms,
   timeline_error_m: (p) => p.timeline_error_m.rms,
   view_age_ms: (p) => p.view_age_ms.mean,
@@ -87,7 +87,7 @@ for (const [group, name, server, player] of techniques) {
 }
 const shown = (row, metric) => `${digits(row[metric])} +- ${digits(row[`${metric}_ci95`], 2)}`;
 printTable(`Four cars, two lanes, 100 ms one way, 20 ms jitter, 1 % loss, 30 updates/s; ${seeds} runs of ${duration_s} s (mean +- 95 %)`,
-  rows.map((row) => ({ technique: row.technique, "input latency ms": shown(row, "input_latency_ms"), "own error m": shown(row, "own_error_m"),
+  rows.map((row) => ({ technique: row.technique, "input latency ms": shown(row, "input_latency_ms"), "own error m": shown(row, "own_timeline_error_m"),
     "others now m": shown(row, "remote_error_m"), "others, own timeline m": shown(row, "timeline_error_m"),
     "corrections/s": digits(row.corrections_per_s), "correction m": digits(row.correction_m),
     "bytes/s up": digits(row.up_bytes_per_s), down: digits(row.down_bytes_per_s), "us/simulated s": digits(row.us_per_sim_s) })));

@@ -384,7 +384,7 @@ const RESULTS = [
   { name: 'experiments', title: 'Experiments: jobs, store, export, a large sweep', by: ['measured', 'runs'],
     columns: [['Wall, s', 'wall_s', spread], ['CPU, s', 'cpu_s', spread], ['Memory, MiB', 'peak_mib', worst]] },
   { name: 'techniques', title: 'Techniques of netcode: what each costs and what it is worth', by: ['group', 'technique'],
-    columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error, m', 'own_error_m', median],
+    columns: [['Input latency, ms', 'input_latency_ms', median], ['Own error at its tick, m', 'own_timeline_error_m', median],
       ['Others now, m', 'remote_error_m', median], ['Others on their timeline, m', 'timeline_error_m', median],
       ['Corrections/s', 'corrections_per_s', median], ['Correction, m', 'correction_m', median],
       ['Bytes/s up', 'up_bytes_per_s', median], ['Bytes/s down', 'down_bytes_per_s', median], ['us per simulated s', 'us_per_sim_s', median]] },

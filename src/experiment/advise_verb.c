@@ -195,7 +195,7 @@ static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experimen
     cJSON_AddItemToObject(*experiment, "scenario", json);
     if (!a->metric)
         return ll_error(LL_BAD_INPUT,
-                        "which error? --metric takes a path such as players.0.own_error_m.mean");
+                        "which error? --metric takes a path such as players.0.remote_error_m.mean");
     ll_status status = ll_scenario_parse(json, &scenario);
     if (!ll_failed(&status))
         status = describe_experiment(a, &scenario, *experiment);

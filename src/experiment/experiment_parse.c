@@ -211,7 +211,7 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         cJSON_GetArraySize(metrics) > LL_EXPERIMENT_METRICS_MAX)
         return ll_field_error(
             LL_BAD_INPUT, "metrics",
-            "metrics must be an array of 1 to %d paths, such as \"players.0.own_error_m.mean\"",
+            "metrics must be an array of 1 to %d paths, such as \"players.0.remote_error_m.mean\"",
             LL_EXPERIMENT_METRICS_MAX);
     cJSON_ArrayForEach(item, metrics)
     {

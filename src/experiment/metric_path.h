@@ -1,4 +1,4 @@
-/* Paths into the metrics of a run, such as `players.0.own_error_m.mean`. */
+/* Paths into the metrics of a run, such as `players.0.remote_error_m.mean`. */
 #pragma once
 
 #include "base/status.h"

@@ -25,10 +25,10 @@
  *      0 u8 view         1 u8 entities       2 u16 flags  1 prediction 2 reconciliation 4 interpolation 8 buffer under-run
  *                                                         16 stalled (waits for an input) 32 driven by a person
  *      4 u32 input_seq   last sent           8 u32 acked_seq             12 u32 unacked
- *     16 f32 lag_ms     20 f32 view_age_ms   of the remote entities      24 f32 own_error_m (M4, signed: drawn - truth)
- *     28 f32 remote_error_m (M4, largest, signed)                        32 f32 buffer_ms (newest snapshot - drawn time)
+ *     16 f32 lag_ms     20 f32 view_age_ms   of the remote entities      24 f32 own_lead_m (M4b, signed: drawn - server now)
+ *     28 f32 remote_error_m (M4c, largest, signed)                       32 f32 buffer_ms (newest snapshot - drawn time)
  *     36 f32 slack_ticks (input early at the server; negative: late)     40 u32 corrections
- *     44 f32 correction_m (last)   48 u32 refused   52 f32 alpha (between the two snapshots)
+ *     44 f32 correction_m (last)   48 u32 refused (by the server)   52 f32 alpha (between the two snapshots)
  *     56 f64 shown_s    server time of the remote entities as drawn
  *     64 entities, 32 bytes each: f32 x, y, vx, vy, angle, spin, age_ms; u32 flags 1 finished 2 predicted 4 interpolated 8 held (no data)
  *                                                                     16 active (a projectile in flight) 32 extrapolated

@@ -249,7 +249,7 @@ test('messages that are none change nothing', async () => {
 
 const E = '/api/v1/experiments';
 const order = (repeats) => ({ scenario: 'race', set: { duration_s: 3 }, repeats, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }],
-  metrics: ['players.0.own_error_m.mean'] });
+  metrics: ['players.0.own_lead_m.mean'] });
 
 /** What a watcher of an experiment got. */
 function checkProgress(stream) {

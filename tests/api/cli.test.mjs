@@ -92,8 +92,10 @@ test('run prints one object with the members that are promised', () => {
   assert.equal(out.metrics.players.length, 2);
   assert.equal(typeof out.metrics.server, 'object');
   for (const player of out.metrics.players) {
-    for (const metric of ['input_latency_ms', 'ack_rtt_ms', 'view_age_ms', 'own_error_m', 'remote_error_m', 'timeline_error_m']) {
-      assert.deepEqual(Object.keys(player[metric]).sort(), ['count', 'max', 'mean', 'p50', 'p95', 'p99', 'rms'], metric);
+    for (const metric of ['input_latency_ms', 'confirmed_latency_ms', 'seen_latency_ms', 'ack_rtt_ms', 'view_age_ms', 'age_of_information_ms', 'own_timeline_error_m',
+      'own_lead_m', 'remote_error_m', 'timeline_error_m']) {
+      const members = ['count', ...(/_latency_/.test(metric) ? ['lost_ratio'] : []), 'max', 'mean', 'p50', 'p95', 'p99', 'rms'];
+      assert.deepEqual(Object.keys(player[metric]).sort(), members, metric);
       const { p50, p95, p99, max, mean, rms } = player[metric];
       const low = 1 - 1e-9; // sums are rounded
       assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean * low <= rms && rms * low <= max, `${metric} ${JSON.stringify(player[metric])}`);

@@ -13,7 +13,7 @@ import { BINARY, startDaemon } from '../lib/daemon.mjs';
 const E = '/api/v1/experiments';
 const experiment = (repeats = 4) => ({ title: 'Lag and error', scenario: 'race', set: { duration_s: 3 }, repeats,
   axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }, { path: 'players.0.link.up.jitter_ms', values: [0, 30] }],
-  metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'] });
+  metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'] });
 
 let daemon, c;
 before(async () => {
@@ -49,7 +49,7 @@ test('rows are those of the command line, in each format and by Accept', async (
   assert.equal((await c.get(`${E}/${id}/results`, { headers: { accept: 'text/csv;q=0.1, application/json' } })).headers['content-type'], 'application/json');
   const points = (await c.get(`${E}/${id}/results?points=true&format=json`)).json;
   assert.equal(points.length, 6);
-  assert.ok(points[0]['players.0.own_error_m.mean.ci95'] >= 0);
+  assert.ok(points[0]['players.0.own_lead_m.mean.ci95'] >= 0);
 });
 
 test('a run is opened live from its scenario, and is the same run', async () => {

@@ -233,7 +233,7 @@ test('conflicts', async () => {
 });
 
 const E = '/api/v1/experiments', X = '/api/v1/experiments/{id}';
-const SMALL = { scenario: 'race', set: { duration_s: 1 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_error_m.mean'] };
+const SMALL = { scenario: 'race', set: { duration_s: 1, warmup_s: 0 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_lead_m.mean'] };
 
 test('experiments', async () => {
   await call('get', `${E}/schema`, {}, 200);

@@ -50,7 +50,7 @@ const mixed = () => write('mixed.json', {
 });
 const race = (repeats = 6) => write('race.json', {
   scenario: 'race', set: { duration_s: 4 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }, { path: 'players.0.link.up.jitter_ms', values: [0, 40] }],
-  repeats, metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
+  repeats, metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
 });
 
 test('rows are the same for any number of jobs, from shards, and from standard input', () => {
@@ -115,12 +115,12 @@ test('points are the means of their runs with 95 % intervals', () => {
   const points = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
   assert.equal(points.length, 6);
   for (const point of points) {
-    const values = rows.filter((row) => row.point === point.point).map((row) => row['players.0.own_error_m.mean']);
+    const values = rows.filter((row) => row.point === point.point).map((row) => row['players.0.own_lead_m.mean']);
     const mean = values.reduce((a, b) => a + b) / 6;
     const deviation = Math.sqrt(values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / 5);
     assert.equal(point.runs, 6);
-    assert.ok(Math.abs(point['players.0.own_error_m.mean'] - mean) < 1e-12);
-    assert.ok(Math.abs(point['players.0.own_error_m.mean.ci95'] - 2.570581836 * deviation / Math.sqrt(6)) < 1e-9);
+    assert.ok(Math.abs(point['players.0.own_lead_m.mean'] - mean) < 1e-12);
+    assert.ok(Math.abs(point['players.0.own_lead_m.mean.ci95'] - 2.570581836 * deviation / Math.sqrt(6)) < 1e-9);
   }
 });
 
@@ -277,7 +277,7 @@ test('advise answers with a setting that holds, and its evidence', () => {
 
 test('traces are those of the runs alone, end where a run was stopped or before it diverged, and are the same for any number of jobs', () => {
   const order = { scenario: 'race', set: { duration_s: 3 }, axes: [{ path: 'players.0.lag_ms', values: [0, 200] }], repeats: 2,
-    metrics: ['players.0.own_error_m.mean'], traces: true };
+    metrics: ['players.0.own_lead_m.mean'], traces: true };
   const base = JSON.parse(readFileSync(path.join(ROOT, 'scenarios/race.json'), 'utf8'));
   good(['sweep', write('traced.json', order), '--out', 'traced.csv']);
   assert.deepEqual(readdirSync(file('traced.csv.traces')).sort(), ['run0.csv', 'run1.csv', 'run2.csv', 'run3.csv']);
@@ -310,15 +310,15 @@ test('traces are those of the runs alone, end where a run was stopped or before 
 });
 
 test('advise knows for every kind what may vary and what it costs', () => {
-  /** @type {[string, string, string, string, number][]} */
+  /** @type {[string, string, string, string, number, string[]?][]} */
   const cases = [
-    ['race', 'players.0.own_error_m.mean', '2', 'players.0.bandwidth.down_bytes_per_s', 7 * 2 * 2 * 2 * 4],
+    ['race', 'players.0.own_lead_m.mean', '2', 'players.0.bandwidth.down_bytes_per_s', 7 * 2 * 2 * 2 * 4, ['--set', 'warmup_s=0']],
     ['rigid/pyramid', 'drift_worst_m', '0.01', 'passes_per_s', 7 * 3 * 6], // all solvers
     ['fluid/hydrostatic', 'pressure_error_rms', '0.1', 'visits', 3 * 4 * 3], // of particles: no cells, no pressure solver
     ['fluid/taylor_green', 'error_l2', '1', 'visits', 4 * 6 * 4 * 3],
   ];
-  for (const [scenario, metric, limit, cost, runs] of cases) {
-    const answer = JSON.parse(good(['advise', scenario, '--metric', metric, '--max-error', limit, '--set', 'duration_s=0.2']));
+  for (const [scenario, metric, limit, cost, runs, more = []] of cases) {
+    const answer = JSON.parse(good(['advise', scenario, '--metric', metric, '--max-error', limit, '--set', 'duration_s=0.2', ...more]));
     assert.equal(answer.holds, true, scenario);
     assert.equal(answer.cost_metric, cost);
     assert.equal(answer.of_runs, runs, scenario);
@@ -368,7 +368,7 @@ test('bad input is a sentence and exit 2', () => {
     [['submit', race(), '--engine', 'slurm', '--store', 'x.db', '-n', '0'], '-n'], [['submit', '--engine', 'slurm', '--store', 'x.db'], 'which experiment'],
     [['sweep', write('big.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 100000,
       axes: [{ path: 'players.0.lag_ms', from: 0, to: 1, count: 1000 }] })], '1e+08 runs'],
-    [['advise', 'race', '--metric', 'players.0.own_error_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],
+    [['advise', 'race', '--metric', 'players.0.own_lead_m.mean'], '--max-error'], [['advise', 'race', '--max-error', '1'], '--metric'],
     [['advise', 'race', '--max-error', '-1'], '-1'], [['advise', 'race', '--max-error', '1', '--metric', 'x', '--vary', 'y'], 'path=value'],
     [['advise', race(), '--max-error', '1', '--metric', 'x'], 'experiment says itself'],
     [['sweep', write('many.json', { scenario: 'race', metrics: ['players.0.corrections'], repeats: 1001, traces: true })], 'at most 1000 runs; there are 1001'],

@@ -16,7 +16,7 @@ after(() => rmSync(folder, { recursive: true, force: true }));
 /** @param {string[]} args */
 const laglab = (...args) => spawnSync(BINARY, args, { cwd: folder, encoding: 'utf8', timeout: 60000 });
 const race = { scenario: 'race', set: { duration_s: 2 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100, 200] }], repeats: 100,
-  metrics: ['players.0.own_error_m.mean'] };
+  metrics: ['players.0.own_lead_m.mean'] };
 
 /** @param {string[]} args */
 function begin(...args) {

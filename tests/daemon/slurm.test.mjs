@@ -16,7 +16,7 @@ const POSTGRES = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../
 const run = promisify(execFile), NODES = 3, REPEATS = 30;
 const EXPERIMENT = {
   scenario: 'race', set: { duration_s: 8 }, axes: [{ path: 'players.0.lag_ms', from: 0, to: 290, count: RUNS / REPEATS }], repeats: REPEATS,
-  metrics: ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
+  metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'],
 };
 
 /** The URL of a store that is there as long as the test. @param {import('node:test').TestContext} t @param {string} folder */

@@ -71,7 +71,7 @@ static ll_experiment *experiment(const char *text)
     "\"zip\":["                                                                                              \
     "{\"path\":\"players.0.input_delay_ticks\",\"values\":" DELAYS "},"                                      \
     "{\"path\":\"players.1.input_delay_ticks\",\"values\":" DELAYS "}]}],"                                   \
-    "\"metrics\":[\"players.0.rollback.ticks_per_s\",\"players.0.input_latency_ms.mean\"]}"
+    "\"metrics\":[\"players.0.rollback.ticks_per_s\",\"players.0.ack_rtt_ms.mean\"]}"
 
 /* Passes over the contacts against the drift of a pyramid that should stand still. */
 #define RIGID                                                                                                \
@@ -101,8 +101,8 @@ static const struct {
     {"kepler 1e-8", MOTION("kepler", "5"), 1e-8},
     {"pendulum 1e-2", MOTION("pendulum", "5"), 1e-2},
     {"oscillator 1e-5", MOTION("oscillator", "5"), 1e-5},
-    {"race, what A sees of itself",
-     RACE("players.0.own_error_m.mean", "players.0.bandwidth.down_bytes_per_s"), 0.5},
+    {"race, what A sees of itself", RACE("players.0.own_lead_m.mean", "players.0.bandwidth.down_bytes_per_s"),
+     0.5},
     {"race, what A sees of B", RACE("players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s"),
      3},
     {"de-jitter buffer", DEJITTER, 0.1},

@@ -45,7 +45,7 @@ static double value(const ll_experiment *e, int64_t point, const char *path)
     return number;
 }
 
-#define METRICS "\"metrics\":[\"players.0.own_error_m.mean\"]"
+#define METRICS "\"metrics\":[\"players.0.own_lead_m.mean\"]"
 
 /* ---- points ---- */
 
@@ -145,7 +145,7 @@ static void a_row_is_that_of_a_session(void **state)
     must(ll_session_run_to(s, ll_session_get_info(s).end_tick));
     cJSON *metrics = ll_session_metrics(s);
     assert_true(ll_session_hash(s) == row.hash);
-    assert_true(ll_param_number_at(metrics, "metrics.players.0.own_error_m.mean")->valuedouble ==
+    assert_true(ll_param_number_at(metrics, "metrics.players.0.own_lead_m.mean")->valuedouble ==
                 row.metrics[0]);
     assert_true(row.t_s == 3 && row.status == LL_ROW_OK && isnan(row.metrics[1]));
     cJSON_Delete(metrics);
@@ -199,8 +199,8 @@ static void bad_input_is_told(void **state)
         {"{\"scenario\":\"race\"," METRICS ",\"axis\":[]}", "axis", "axes"},
         {"{\"scenario\":\"race\"}", "metrics", "metrics must be"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.lag\"]}", "metrics.0", "players.0 has name"},
-        {"{\"scenario\":\"race\",\"metrics\":[\"players.7.own_error_m.mean\"]}", "metrics.0", "2 elements"},
-        {"{\"scenario\":\"race\",\"metrics\":[\"players.0.own_error_m\"]}", "metrics.0", "mean"},
+        {"{\"scenario\":\"race\",\"metrics\":[\"players.7.own_lead_m.mean\"]}", "metrics.0", "2 elements"},
+        {"{\"scenario\":\"race\",\"metrics\":[\"players.0.own_lead_m\"]}", "metrics.0", "mean"},
         {"{\"scenario\":\"race\",\"metrics\":[\"server.sync\"]}", "metrics.0", "no number"},
         {"{\"scenario\":\"race\",\"set\":{\"players.0.lags\":1}," METRICS "}", "set.players.0.lags",
          "lag_ms"},

@@ -54,7 +54,7 @@ for (const size of SIZES) {
         assert.deepEqual(await axe(page), [], name);
       }
     }
-    for (const name of ['Table of the error', 'Table of the buffer']) {
+    for (const name of ['Table of the distance', 'Table of the buffer']) {
       await page.getByRole('button', { name }).click();
       assert.ok(await page.locator('dialog tbody tr').count() > 0);
       assert.deepEqual(await axe(page), [], name);

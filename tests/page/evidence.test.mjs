@@ -114,10 +114,10 @@ test('interpolation draws the other between two states and says where', async ()
 test('charts have a table of the same numbers', async () => {
   const { page, close } = await visit(browser, daemon.url);
   await page.waitForTimeout(2500);
-  await page.getByRole('group', { name: 'Unit of the error' }).getByRole('button', { name: 'm', exact: true }).click();
-  await page.getByRole('button', { name: 'Table of the error' }).click();
+  await page.getByRole('group', { name: 'Unit of the distance' }).getByRole('button', { name: 'm', exact: true }).click();
+  await page.getByRole('button', { name: 'Table of the distance' }).click();
   const heads = await page.locator('dialog thead th').allInnerTexts();
-  assert.deepEqual(heads, ['Time (s)', 'A own car (m)', 'A others (m)', 'B own car (m)', 'B others (m)']);
+  assert.deepEqual(heads, ['Time (s)', 'A own lead (m)', 'A others (m)', 'B own lead (m)', 'B others (m)']);
   const rows = await page.locator('dialog tbody tr').count();
   assert.ok(rows >= 3 && rows <= 25, `${rows} rows`);
   const cells = await page.locator('dialog tbody td').allInnerTexts();

@@ -87,7 +87,7 @@ function content(at) {
     case 'player': return [`All settings of player ${letter(at.player)}`, settings(`players.${at.player}`)];
     case 'server': return ['Server and game', html`${settings('server')}${settings('params')}`];
     case 'share': return ['Share', share()];
-    default: return [at.which === 'error' ? `Error against the server (${unit.value})` : 'Interpolation buffer (ms)', table(at.which)];
+    default: return [at.which === 'error' ? `Drawn − server now (${unit.value})` : 'Interpolation buffer (ms)', table(at.which)];
   }
 }
 

@@ -21,7 +21,7 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
  * @property {number} unacked
  * @property {number} lag          ms, one way
  * @property {number} viewAge      ms, of the remote entities
- * @property {number} ownError     m, drawn minus truth
+ * @property {number} ownLead      m, drawn minus the server's now: ahead by prediction, no error
  * @property {number} remoteError  m, the largest
  * @property {number} buffer       ms, newest snapshot minus drawn time
  * @property {number} slack        ticks that an input arrives early
@@ -151,7 +151,7 @@ function view(d, at, stride) {
   return {
     view: d.getUint8(at), flags: d.getUint16(at + 2, true), inputSeq: d.getUint32(at + 4, true),
     ackedSeq: d.getUint32(at + 8, true), unacked: d.getUint32(at + 12, true), lag: d.getFloat32(at + 16, true),
-    viewAge: d.getFloat32(at + 20, true), ownError: d.getFloat32(at + 24, true), remoteError: d.getFloat32(at + 28, true),
+    viewAge: d.getFloat32(at + 20, true), ownLead: d.getFloat32(at + 24, true), remoteError: d.getFloat32(at + 28, true),
     buffer: d.getFloat32(at + 32, true), slack: d.getFloat32(at + 36, true), corrections: d.getUint32(at + 40, true),
     correction: d.getFloat32(at + 44, true), refused: d.getUint32(at + 48, true), alpha: d.getFloat32(at + 52, true),
     shown: d.getFloat64(at + 56, true), entities,

@@ -54,7 +54,7 @@ function words(now, view) {
   const where = (/** @type {import('./frame.js').Entity} */ e) => (shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`);
   const others = v.entities.length > players ? `, and ${v.entities.length - players} things` : '';
   const list = v.entities.slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
-  const error = view > 0 ? `; own error ${fixed(v.ownError, 2)} m, others ${fixed(v.viewAge, 0)} ms old` : '';
+  const error = view > 0 ? `; own entity ${fixed(v.ownLead, 2)} m from the server's now, others ${fixed(v.viewAge, 0)} ms old` : '';
   return `${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
 }
 

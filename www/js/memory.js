@@ -148,7 +148,7 @@ export class Memory {
     this.times.push(frame.time);
     this.curves.forEach((curve, p) => {
       const view = frame.views[1 + p];
-      curve.own.push(view?.ownError ?? 0);
+      curve.own.push(view?.ownLead ?? 0);
       curve.remote.push(view?.remoteError ?? 0);
       curve.ownAge.push(view?.entities[p]?.age ?? 0);
       curve.remoteAge.push(view?.viewAge ?? 0);

@@ -20,13 +20,13 @@ function sample(player, dotted, text) {
 
 /** @returns {Template} */
 function units() {
-  return html`<span class="units" role="group" aria-label="Unit of the error">${(/** @type {const} */ (['px', 'm', 'ms'])).map((name) => html`<button
+  return html`<span class="units" role="group" aria-label="Unit of the distance">${(/** @type {const} */ (['px', 'm', 'ms'])).map((name) => html`<button
     type="button" aria-pressed=${unit.value === name} @click=${() => { unit.value = name; }}>${name}</button>`)}</span>`;
 }
 
 /** @param {'error' | 'buffer'} which @returns {Template} */
 function tableButton(which) {
-  return html`<button type="button" class="small" aria-label=${`Table of the ${which}`} @click=${() => open({ kind: 'table', which })}>Table</button>`;
+  return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`} @click=${() => open({ kind: 'table', which })}>Table</button>`;
 }
 
 /** @typedef {{name: string, unit: string, of: (view: View, player: number) => string}} Row */
@@ -35,11 +35,11 @@ function tableButton(which) {
 function rows() {
   const way = unit.value === 'm' ? 'm' : 'px';
   const size = way === 'm' ? 1 : scale.pxPerMetre;
-  const error = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
+  const apart = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
   return [
-    { name: 'Own, error', unit: way, of: (view) => error(view.ownError) },
+    { name: 'Own, lead', unit: way, of: (view) => apart(view.ownLead) },
     { name: 'Own, age', unit: 'ms', of: (view, p) => fixed(view.entities[p]?.age ?? 0, 0) },
-    { name: 'Others, error', unit: way, of: (view) => error(view.remoteError) },
+    { name: 'Others, error', unit: way, of: (view) => apart(view.remoteError) },
     { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.viewAge, 0) },
     { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer, 0) : 'off') },
     { name: 'Un-acked inputs', unit: '', of: (view) => String(view.unacked) },
@@ -55,8 +55,8 @@ export function side() {
   const p = params.value;
   return html`<aside class="side" aria-label="Charts and numbers">
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}</div>
-    <section class="chart"><div class="head"><h3>Error, drawn − true</h3>${units()}</div>
-      <div class="plot" id="error-chart" role="img" aria-label="Curve of the errors over time; the table has the numbers"></div>
+    <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
+      <div class="plot" id="error-chart" role="img" aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own</span>
         ${players.length <= FEW ? sample(7, true, 'others') : nothing}${tableButton('error')}</div></section>
     <section class="chart"><div class="head"><h3>Interpolation buffer (ms)</h3></div>

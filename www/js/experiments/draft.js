@@ -148,7 +148,7 @@ export function axisAround(path) {
 // ---- the scenario ----
 
 const USUAL_AXES = ['players.0.lag_ms', 'methods.0.dt_s', 'solver.iterations', 'solver.substeps', 'params.n'];
-const USUAL_METRICS = ['players.0.own_error_m.mean', 'players.0.bandwidth.down_bytes_per_s', 'methods.0.e_max', 'methods.0.evaluations', 'drift_worst_m',
+const USUAL_METRICS = ['players.0.input_latency_ms.mean', 'players.0.remote_error_m.mean', 'methods.0.e_max', 'methods.0.evaluations', 'drift_worst_m',
   'penetration_worst_m'];
 /** What makes a first experiment last seconds. @type {Record<string, Fixed[]>} */
 const BRIEF = { netgame: [{ path: 'duration_s', value: '10' }], fluid: [{ path: 'duration_s', value: '1' }] };

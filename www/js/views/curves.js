@@ -1,4 +1,4 @@
-// What is plotted over time: errors against the server, and the depth of the buffers.
+// What is plotted over time: distances from the server's present (the own lead, the others' error), and the depth of the buffers.
 import { letter } from '../format.js';
 
 /** @typedef {import('../memory.js').Memory} Memory */
@@ -13,7 +13,7 @@ export function errorCurves(players, unit, pxPerMetre) { /* many players: their 
   const list = [];
   for (let p = 0; p < players; p++) {
     list.push(
-      { label: `${letter(p)} own car (${unit})`, player: p, dotted: false, scale,
+      { label: `${letter(p)} own lead (${unit})`, player: p, dotted: false, scale,
         values: (memory) => (unit === 'ms' ? memory.curves[p]?.ownAge : memory.curves[p]?.own) },
       { label: `${letter(p)} others (${unit})`, player: p, dotted: true, scale,
         values: (memory) => (unit === 'ms' ? memory.curves[p]?.remoteAge : memory.curves[p]?.remote) });
