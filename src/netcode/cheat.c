@@ -27,7 +27,7 @@ static void leap(ll_action *a, int64_t frame, int64_t frames_per_s)
         a->axis[0] = LEAP;
 }
 
-/* One more in five is within the long-run rate, which has to leave room for clients that catch up. */
+/* Twice as many are within the long-run rate, which has to leave room for clients that catch up. */
 static const cheat cheats[LL_CHEATS] = {
     [LL_CHEAT_MAGNITUDE] = {.tamper = enlarge}, [LL_CHEAT_RATE] = {.every = 1},
     [LL_CHEAT_BUDGET] = {.every = 5},           [LL_CHEAT_TELEPORT] = {.tamper = leap},

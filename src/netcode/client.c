@@ -403,7 +403,14 @@ static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_wor
 static double press_ticks(const ll_client *c, const ll_client_setup *s)
 {
     bool counts = s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
-    return counts ? (double)c->elapsed / (double)c->period : 1;
+    return counts ? (double)c->tick_elapsed / (double)c->period : 1;
+}
+
+static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_action a)
+{
+    a.axis[0] = (float)(a.axis[0] * press_ticks(c, s));
+    a.axis[1] = (float)(a.axis[1] * press_ticks(c, s));
+    return a;
 }
 
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
@@ -413,10 +420,10 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     if (config->control == LL_CONTROL_SCRIPT)
         a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
     s->instruments->controls = a;
+    const ll_action honest = for_its_time(c, s, a);
+    ll_twin_controls(&s->instruments->twin, &honest);
     ll_cheat_action(c, s, &a);
-    a.axis[0] = (float)(a.axis[0] * press_ticks(c, s));
-    a.axis[1] = (float)(a.axis[1] * press_ticks(c, s));
-    return a;
+    return for_its_time(c, s, a);
 }
 
 #define QUIET 4 /* intervals without a step: somebody's inputs are missing */

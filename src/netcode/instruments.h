@@ -18,6 +18,7 @@
 #include "netcode/ledger.h"
 #include "netcode/pictures.h"
 #include "netcode/smoothness.h"
+#include "netcode/twin.h"
 #include "netcode/wire.h"
 
 typedef enum ll_metric {
@@ -103,6 +104,7 @@ typedef struct ll_instruments {
     ll_changes changes;
     ll_pictures pictures;   /* of the own entity */
     ll_gain gain;           /* M15 */
+    ll_twin twin;           /* M15 */
     int64_t false_refusals; /* M15: of a client that does not cheat */
     ll_action controls;     /* that drove the player in its last frame, before any cheat */
     ll_track track[];       /* per entity */

@@ -13,7 +13,7 @@
 #define LL_RATE_BURST 80.0        /* inputs that may come at once, at least; */
 #define LL_RATE_BURST_S (4.0 / 3) /* and those of so many seconds: a link may stall for one */
 #define LL_RATE_FACTOR                                                                                       \
-    1.25 /* inputs per client tick in the long run: a client that catches up makes up to two a frame */
+    2.25 /* inputs per client tick in the long run: a client that catches up makes two a frame */
 
 typedef enum ll_rule {
     LL_RULE_NONE = 0,

@@ -5,6 +5,7 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
+#include "netcode/cheat.h"
 #include "sim/kinds.h"
 
 #define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
@@ -148,6 +149,7 @@ static void begin(ll_netgame *g, ll_time now)
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
         ll_instruments_meet(ll_netgame_instruments(g, i));
+        ll_twin_meet(&ll_netgame_instruments(g, i)->twin, ll_netgame_client(g, i)->tick);
         if (s.gunner)
             ll_gunner_start(ll_netgame_client(g, i), &s);
     }
@@ -198,6 +200,7 @@ static ll_status init(void *block, const void *config)
         ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
         ll_gain_watch(&ll_netgame_instruments(g, i)->gain, &world->entity[i]);
         see_through_screen(g, i);
+        ll_twin_watch(&ll_netgame_instruments(g, i)->twin, &world->entity[i], 0);
     }
     ll_arena arena;
     if (arena_of(c, &arena))
@@ -475,13 +478,18 @@ static void witness(void *context, const ll_judgement *j)
 static void watch_players(ll_netgame *g, ll_time since)
 {
     const ll_world *world = ll_server_world(ll_netgame_server(g));
-    double elapsed_s = ll_netgame_sync(g)->drains ? ll_to_s(since) : g->env.dt;
+    bool drains = ll_netgame_sync(g)->drains;
+    double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
     for (int i = 0; i < world->players; i++) {
-        ll_gain *gain = &ll_netgame_instruments(g, i)->gain;
-        if (g->config.players[i].cheat == LL_CHEAT_NONE)
-            ll_gain_watch(gain, &world->entity[i]);
-        else
-            ll_gain_step(gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
+        ll_instruments *in = ll_netgame_instruments(g, i);
+        if (g->config.players[i].cheat == LL_CHEAT_NONE) {
+            ll_gain_watch(&in->gain, &world->entity[i]);
+            ll_twin_watch(&in->twin, &world->entity[i], g->now);
+        } else {
+            ll_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
+            ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
+                         g->now);
+        }
     }
 }
 
@@ -552,6 +560,14 @@ static void compare_pictures(ll_netgame *g, ll_time elapsed)
     ll_instruments_between(instruments, clients, n, g->now, elapsed);
 }
 
+/* What an honest client would have sent in this tick. */
+static void watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
+{
+    ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
+    (ll_cheat_minds(s) ? ll_twin_frame : ll_twin_frame_once)(&s->instruments->twin,
+                                                             ll_netgame_client(g, player)->tick, due);
+}
+
 /* A display of `player`: its picture is held against the truth, and what it shows of the others' controls. */
 static void observe_display(ll_netgame *g, int player)
 {
@@ -573,6 +589,7 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
     ll_client *client = ll_netgame_client(g, player);
     _Alignas(8) char packet[PACKET_MAX];
     int bytes = s->sync->tick(client, s, g->now, packet);
+    watch_tick(g, player, s);
     ll_client_set_timer(client, s, g->now);
     for (; bytes > 0; bytes = ll_client_held(client, s, g->now, packet))
         send(g, player, true, packet, bytes, s->recorder);

@@ -50,7 +50,13 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
     cJSON *validation = cJSON_AddObjectToObject(o, "validation");
     number(validation, "false_refusals", (double)in->false_refusals);
     number(validation, "budget_used", ll_netgame_server(g)->seats[player].budget_used);
-    number(validation, "gain_m", in->gain.most);
+    if (ll_netgame_game(g)->farthest) {
+        number(validation, "gain_m", in->gain.most);
+        number(validation, "twin_gain_m", in->twin.most);
+    } else {
+        cJSON_AddNullToObject(validation, "gain_m");
+        cJSON_AddNullToObject(validation, "twin_gain_m");
+    }
     cJSON *acks = cJSON_AddObjectToObject(o, "acks");
     number(acks, "applied_per_s", per_second(ledger->applied, seconds));
     number(acks, "skipped_per_s", per_second(ledger->skipped, seconds));

@@ -118,19 +118,19 @@ static int64_t take_all(ll_allowance *allowance, ll_freq freq, ll_time now)
     return taken;
 }
 
-/* 80 at once; then 1.25 for each tick of the client, kept up to 80. */
+/* 80 at once; then 2.25 for each tick of the client, kept up to 80. */
 static void bucket_fills_with_time(void **state)
 {
     (void)state;
     ll_allowance bucket = {LL_RATE_BURST, 0};
     assert_int_equal(take_all(&bucket, HZ(60), 0), 80);
     assert_int_equal(take_all(&bucket, HZ(60), 0), 0);
-    assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5), 15);             /* 0.2 s x 75 / s */
-    assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5 + 13 * LL_MS), 0); /* 0.975 of one */
-    assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5 + 14 * LL_MS), 1); /* 1.05 */
+    assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5 + LL_MS), 27); /* 0.201 s x 135 / s = 27.135 */
+    assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5 + 7 * LL_MS), 0); /* 0.945 of one */
+    assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5 + 8 * LL_MS), 1); /* 1.08 */
     assert_int_equal(take_all(&bucket, HZ(60), 3600 * LL_SECOND), 80);
-    assert_int_equal(take_all(&bucket, HZ(10), 3601 * LL_SECOND), 12); /* 12.5 */
-    assert_int_equal(take_all(&bucket, HZ(10), 3602 * LL_SECOND), 13); /* 12.5 + 0.5 left */
+    assert_int_equal(take_all(&bucket, HZ(10), 3601 * LL_SECOND), 22); /* 22.5 */
+    assert_int_equal(take_all(&bucket, HZ(10), 3602 * LL_SECOND), 23); /* 22.5 + 0.5 left */
 }
 
 /* A flood in the long run: not one more than the burst and the rate allow. */
@@ -142,7 +142,7 @@ static void flood_is_held_to_the_rate(void **state)
     int64_t taken = 0;
     for (int64_t i = 0; i <= 600 * 1000; i++) /* 1000 inputs a second for ten minutes */
         taken += ll_validate(&a, 1, &bucket, HZ(60), i * LL_MS) == LL_RULE_NONE;
-    assert_in_range(taken, 80 + 600 * 75 - 1, 80 + 600 * 75);
+    assert_in_range(taken, 80 + 600 * 135 - 1, 80 + 600 * 135);
 }
 
 static void refused_inputs_cost_nothing(void **state)
@@ -179,6 +179,43 @@ static void late_and_bunched_inputs_are_honest(void **state)
             assert_int_equal(ll_validate(&a, 1, &bucket, freq, came), LL_RULE_NONE);
         }
         free(server);
+    }
+}
+
+/* A client that is behind makes two inputs a frame until it is not: for as long as it takes. */
+static void catching_up_is_honest(void **state)
+{
+    (void)state;
+    const double rates[] = {10, 50, 60, 128};
+    ll_action a = push(-1);
+    for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
+        ll_freq freq = ll_freq_from_hz(rates[r]);
+        ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
+        ll_allowance bucket = server->seats[0].allowance;
+        for (int64_t k = 0; k < (int64_t)(rates[r] * 60); k++)
+            for (int i = 0; i < 2; i++)
+                assert_int_equal(ll_validate(&a, 1, &bucket, freq, ll_tick_time(k, freq)), LL_RULE_NONE);
+        free(server);
+    }
+}
+
+/* After the states have stayed away for so long that a client has fallen behind. */
+static void honest_clients_catch_up_after_silence(void **state)
+{
+    (void)state;
+    for (int silent_s = 3; silent_s <= 15; silent_s += 4) {
+        const char *const sets[] = {"players.0.lag_ms=90", NULL};
+        scene s = scene_open("race", sets);
+        ll_netgame_config config = s.game->config;
+        scene_run(&s, 5, NULL);
+        config.players[0].link.down.loss_pct = 100;
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        scene_run(&s, 5 + silent_s, NULL);
+        config.players[0].link.down.loss_pct = 0;
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        scene_run(&s, 40, NULL);
+        assert_int_equal(ll_netgame_instruments(s.game, 0)->false_refusals, 0);
+        scene_close(&s);
     }
 }
 
@@ -272,7 +309,8 @@ static void honest_clients_on_a_bad_link_are_never_refused(void **state)
             }
 }
 
-/* One who sends too many runs ahead of the server too, so that either rule may refuse. */
+/* One who makes too many runs ahead of the server: that is what refuses it, since twice as many may be
+ * somebody who catches up. One whose packets come in bursts has too many at once. */
 static void cheats_are_refused_by_their_rule(void **state)
 {
     (void)state;
@@ -280,9 +318,10 @@ static void cheats_are_refused_by_their_rule(void **state)
         const char *set;
         bool by[LL_RULES];
     } cheats[] = {{"players.0.cheat=magnitude", {[LL_RULE_MAGNITUDE] = true}},
-                  {"players.0.cheat=rate", {[LL_RULE_RATE] = true, [LL_RULE_BUDGET] = true}},
-                  {"players.0.cheat=budget", {[LL_RULE_BUDGET] = true}}};
-    for (size_t i = 0; i < 3; i++) {
+                  {"players.0.cheat=rate", {[LL_RULE_BUDGET] = true}},
+                  {"players.0.cheat=budget", {[LL_RULE_BUDGET] = true}},
+                  {"players.0.cheat=lag_switch", {[LL_RULE_RATE] = true}}};
+    for (size_t i = 0; i < 4; i++) {
         const char *const sets[] = {cheats[i].set, "players.0.script=steady", NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 20, NULL);
@@ -305,6 +344,8 @@ int main(void)
         cmocka_unit_test(flood_is_held_to_the_rate),
         cmocka_unit_test(refused_inputs_cost_nothing),
         cmocka_unit_test(late_and_bunched_inputs_are_honest),
+        cmocka_unit_test(catching_up_is_honest),
+        cmocka_unit_test(honest_clients_catch_up_after_silence),
         cmocka_unit_test(honest_clients_are_never_refused),
         cmocka_unit_test(honest_clients_survive_a_change_of_lag),
         cmocka_unit_test(honest_clients_on_a_bad_link_are_never_refused),

@@ -5,6 +5,7 @@
 #include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <cmocka.h>
 
@@ -163,6 +164,151 @@ static void honest_players_gain_nothing(void **state)
     }
 }
 
+/* ---- against the honest twin ---- */
+
+#define TWIN_S 30
+#define TWIN_STEPS (TWIN_S * 60)
+
+typedef struct course {
+    double covered[TWIN_STEPS]; /* m, after each tick */
+    double gain, twin_gain;
+    int64_t refused;
+} course;
+
+/* The race, on two clean links. The player cheats from `from_s` on. */
+static void drive(const char *const *sets, const char *cheat, double from_s, course *c)
+{
+    scene s = scene_open("race", sets);
+    const ll_entity *car = &ll_server_world(ll_netgame_server(s.game))->entity[0];
+    ll_netgame_config config = s.game->config;
+    double x = car->x;
+    ll_status status = ll_param_set(s.scenario.kind->table, &config, "players.0.cheat", cheat, false);
+    assert_false(ll_failed(&status));
+    for (int i = 0; i < TWIN_STEPS; i++) {
+        if (i > 0)
+            scene_run(&s, i / 60.0, NULL);
+        c->covered[i] = i > 0 ? c->covered[i - 1] + fabs(car->x - x) : 0;
+        x = car->x;
+        if (i == (int)(from_s * 60))
+            s.scenario.kind->change(s.game, &config, s.game->now);
+    }
+    c->gain = ll_netgame_instruments(s.game, 0)->gain.most;
+    c->twin_gain = ll_netgame_instruments(s.game, 0)->twin.most;
+    c->refused = 0;
+    for (int rule = 1; rule < LL_RULES; rule++)
+        c->refused += ll_netgame_server(s.game)->seats[0].refused[rule];
+    scene_close(&s);
+}
+
+static double most_ahead(const course *cheat, const course *honest)
+{
+    double most = 0;
+    for (int i = 0; i < TWIN_STEPS; i++) {
+        double ahead = cheat->covered[i] - honest->covered[i];
+        most = ahead > most ? ahead : most;
+    }
+    return most;
+}
+
+static const char *const by_place[] = {"magnitude", "rate",  "budget",   "view_time",
+                                       "fire_rate", "claim", "teleport", "lag_switch"};
+
+/* The twin is a run of its own, in which nobody cheats: under every sync, from the start or later on,
+ * validated or not, whatever is refused. */
+static void the_twin_is_the_honest_run(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
+    static const char *const rules[] = {"server.validation=true", "server.validation=false",
+                                        "server.starved=repeat"};
+    course *honest = malloc(sizeof *honest), *cheat = malloc(sizeof *cheat);
+    int gained = 0;
+    for (int k = 0; k < 27; k++) {
+        const char *script = k % 2 ? "players.0.script=steady" : "players.0.script=varied";
+        const char *const sets[] = {syncs[k % 3],
+                                    rules[k / 3 % 3],
+                                    script,
+                                    "params.laps=10000",
+                                    "tick_hz=60",
+                                    "server.refused=previous",
+                                    k < 9 ? "players.0.lag_ms=50" : "players.0.lag_ms=130",
+                                    NULL};
+        const double from_s = k % 4 * 2.5;
+        drive(sets, "none", from_s, honest);
+        assert_true(honest->twin_gain == 0 && honest->gain == 0);
+        for (int i = 0; i < 8; i++) {
+            drive(sets, by_place[i], from_s, cheat);
+            bool waits = k % 3 == 1 && strcmp(by_place[i], "lag_switch") == 0; /* and lets the twin wait */
+            if (!waits)
+                assert_float_equal(cheat->twin_gain, most_ahead(cheat, honest), 1e-6);
+            gained += cheat->twin_gain > 1;
+        }
+    }
+    assert_true(gained > 40); /* of 216 */
+    free(honest);
+    free(cheat);
+}
+
+/* What the server lets through under free: inputs that are made up to 127 ticks before their step, so that a
+ * pedal may be down for as much longer. Nothing of all other cheats; and nothing at all where the pedal is
+ * down anyhow. */
+static void no_cheat_passes_its_honest_twin(void **state)
+{
+    (void)state;
+    static const char *const lags[] = {"players.0.lag_ms=50", "players.0.lag_ms=130", "players.0.lag_ms=8"};
+    static const char *const scripts[] = {"players.0.script=varied", "players.0.script=steady"};
+    course *honest = malloc(sizeof *honest), *cheat = malloc(sizeof *cheat);
+    for (int k = 0; k < 6; k++) {
+        const char *const sets[] = {lags[k % 3], scripts[k / 3], "params.laps=10000", NULL};
+        drive(sets, "none", 0, honest);
+        assert_int_equal(honest->refused, 0);
+        assert_true(honest->covered[TWIN_STEPS - 1] > 250);
+        for (int i = 0; i < 8; i++) {
+            bool ahead = strcmp(by_place[i], "rate") == 0 || strcmp(by_place[i], "budget") == 0;
+            double allowed = ahead && k < 3 ? LL_BUDGET_TICKS * 16.0 / 60 : 0;
+            drive(sets, by_place[i], 0, cheat);
+            assert_true(most_ahead(cheat, honest) <= allowed + 1e-6);
+            assert_true(cheat->twin_gain <= allowed + 1e-6 && cheat->gain < 1e-6);
+            assert_true(cheat->covered[TWIN_STEPS - 1] <= honest->covered[TWIN_STEPS - 1] + 1e-6);
+        }
+    }
+    free(honest);
+    free(cheat);
+}
+
+/* What the policies are for: with the last input repeated a cheat whose inputs are all refused keeps its
+ * throttle. */
+static void a_latched_throttle_is_a_gain(void **state)
+{
+    (void)state;
+    static const char *const sets[] = {"server.starved=repeat", "players.0.lag_ms=70", "params.laps=10000",
+                                       NULL};
+    static const char *const cheats[] = {"rate", "budget"};
+    course *cheat = malloc(sizeof *cheat);
+    for (int i = 0; i < 2; i++) {
+        drive(sets, cheats[i], 0, cheat);
+        assert_true(cheat->gain < 1e-6 && cheat->twin_gain > 100);
+    }
+    free(cheat);
+}
+
+/* Where inputs count as they come, what comes in a burst is the way of its time, and what its speed does
+ * then. */
+static void a_burst_is_what_the_demo_lets_through(void **state)
+{
+    (void)state;
+    static const char *const scripts[] = {"players.0.script=varied", "players.0.script=steady"};
+    const double burst_s = 4.0 / 3, way = 16 * burst_s, coast = 6 * burst_s / 0.3;
+    course *cheat = malloc(sizeof *cheat);
+    for (int k = 0; k < 2; k++)
+        for (int i = 0; i < 8; i++) {
+            const char *const sets[] = {"server.sync=gambetta", scripts[k], "params.laps=10000", NULL};
+            drive(sets, by_place[i], 0, cheat);
+            assert_true(cheat->gain <= way + 1e-6 && cheat->twin_gain <= way + (k == 0 ? coast : 0) + 1e-6);
+        }
+    free(cheat);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -171,6 +317,10 @@ int main(void)
         cmocka_unit_test(time_that_has_not_passed_brings_a_burst_at_most),
         cmocka_unit_test(inputs_by_step_are_proof_against_too_many),
         cmocka_unit_test(honest_players_gain_nothing),
+        cmocka_unit_test(the_twin_is_the_honest_run),
+        cmocka_unit_test(no_cheat_passes_its_honest_twin),
+        cmocka_unit_test(a_latched_throttle_is_a_gain),
+        cmocka_unit_test(a_burst_is_what_the_demo_lets_through),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -358,9 +358,10 @@ static void cheats_are_refused_and_answered(void **state)
         const char *set;
         ll_rule rule;
     } cheats[] = {{"players.0.cheat=magnitude", LL_RULE_MAGNITUDE},
-                  {"players.0.cheat=rate", LL_RULE_RATE},
-                  {"players.0.cheat=budget", LL_RULE_BUDGET}};
-    for (size_t i = 0; i < 3; i++) {
+                  {"players.0.cheat=rate", LL_RULE_BUDGET}, /* it runs ahead */
+                  {"players.0.cheat=budget", LL_RULE_BUDGET},
+                  {"players.0.cheat=lag_switch", LL_RULE_RATE}};
+    for (size_t i = 0; i < 4; i++) {
         const char *const sets[] = {cheats[i].set,
                                     "players.0.script=steady",
                                     "players.1.script=steady",
