@@ -198,7 +198,7 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     const ll_world *truth = (const ll_world *)(state + 1);
     ll_world *checked = ll_client_checked(c);
     ll_grid grid = grid_of(c, state);
-    if (c->predicting != mark_of(s) || !s->config->reconciliation || s->game->own_reads_world ||
+    if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
         !guessed_right(c, s, truth->players) || !check_upto(c, s, state, acked))
         return false;
     ll_entity_set set = choose(c, s, truth, state->tick);

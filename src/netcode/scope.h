@@ -15,6 +15,9 @@ typedef struct ll_scope {
     void (*choose)(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,
                    double horizon_s, ll_entity_set *set);
 
+    /* Whether a step of what was chosen depends on nothing else of the world's entities. */
+    bool (*closed)(const ll_game *game);
+
     /* One step of what was chosen, to `now`. `actions` has one for each player. */
     void (*step)(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
                  ll_time now, int self, const ll_entity_set *set);

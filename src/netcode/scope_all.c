@@ -14,6 +14,12 @@ static void choose(const ll_game *game, const ll_game_env *env, const ll_world *
         ll_entity_set_add(set, i);
 }
 
+static bool closed(const ll_game *game)
+{
+    (void)game;
+    return true;
+}
+
 static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
                  ll_time now, int self, const ll_entity_set *set)
 {
@@ -27,5 +33,6 @@ const ll_scope ll_scope_all = {
     .help = "The whole world.",
     .guesses = true,
     .choose = choose,
+    .closed = closed,
     .step = step,
 };

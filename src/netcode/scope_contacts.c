@@ -10,6 +10,11 @@ static void choose(const ll_game *game, const ll_game_env *env, const ll_world *
         game->reach(world, env, horizon_s, set);
 }
 
+static bool closed(const ll_game *game)
+{
+    return game->step_some || !game->own_reads_world;
+}
+
 static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
                  ll_time now, int self, const ll_entity_set *set)
 {
@@ -24,5 +29,6 @@ const ll_scope ll_scope_contacts = {
     .help = "The own entity and whatever may touch it.",
     .guesses = true,
     .choose = choose,
+    .closed = closed,
     .step = step,
 };

@@ -12,6 +12,11 @@ static void choose(const ll_game *game, const ll_game_env *env, const ll_world *
     ll_entity_set_add(set, self);
 }
 
+static bool closed(const ll_game *game)
+{
+    return !game->own_reads_world;
+}
+
 static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
                  ll_time now, int self, const ll_entity_set *set)
 {
@@ -24,5 +29,6 @@ const ll_scope ll_scope_own = {
     .name = "own",
     .help = "The own entity alone.",
     .choose = choose,
+    .closed = closed,
     .step = step,
 };

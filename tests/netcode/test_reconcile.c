@@ -384,6 +384,57 @@ static void rounding_is_handed_on_by_contacts(void **state)
         }
 }
 
+/* The latest state and every open input on top of it, as a replay would have it. False when it is not what is
+ * predicted, to the bit. */
+static bool is_replay(ll_netgame *g, int player)
+{
+    _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
+    ll_world *world = (ll_world *)(void *)bytes;
+    ll_client *c = ll_netgame_client(g, player);
+    const ll_scope *scope = ll_scopes[g->config.players[player].prediction_scope];
+    ll_action actions[LL_PLAYERS_MAX];
+    int64_t tick = c->latest_tick;
+    memcpy(bytes, ll_client_latest(c), (size_t)c->world_size);
+    memcpy(actions, c->guessed, sizeof actions);
+    for (uint32_t seq = c->acked + 1; seq <= c->played; seq++) {
+        actions[player] = ll_client_pending(c, seq)->action;
+        scope->step(ll_netgame_game(g), &g->env, world, actions, ll_client_step_time(c, ++tick), player,
+                    &c->predicted);
+    }
+    return tick == c->predicted_tick && ll_same_in(world, ll_client_predicted(c), &c->predicted);
+}
+
+/* In every scope of games whose players' steps are coupled and of one where they are not: without a grid, a
+ * prediction that stands is the one that a replay would make. */
+static void what_stands_is_what_a_replay_makes(void **state)
+{
+    (void)state;
+    static const char *const games[] = {"crates", "contact", "cannon", "stack_watched", "sea_watched"};
+    static const char *const scopes[] = {"own", "contacts", "all"};
+    int64_t states = 0, replays = 0;
+    for (int i = 0; i < 5; i++)
+        for (int k = 0; k < 3; k++) {
+            char scope[48];
+            snprintf(scope, sizeof scope, "players.0.prediction_scope=%s", scopes[k]);
+            const char *const sets[] = {scope,
+                                        "players.0.prediction=true",
+                                        "players.0.reconciliation=true",
+                                        "players.0.lag_ms=60",
+                                        "server.snapshot=full",
+                                        "warmup_s=0",
+                                        NULL};
+            scene s = scene_open(games[i], sets);
+            for (int frame = 1; frame < 12 * 60; frame++) {
+                scene_run(&s, frame / 60.0, NULL);
+                assert_true(ll_netgame_client(s.game, 0)->acked == 0 || is_replay(s.game, 0));
+            }
+            states += ll_netgame_client(s.game, 0)->newest;
+            replays += ll_netgame_instruments(s.game, 0)->ledger.replays;
+            scene_close(&s);
+        }
+    assert_true(replays > 500 && replays < states * 3 / 4);
+}
+
 static void a_tolerance_saves_replays(void **state)
 {
     (void)state;
@@ -405,6 +456,7 @@ int main(void)
         cmocka_unit_test(tolerance_may_change),
         cmocka_unit_test(rounding_alone_replays_nothing),
         cmocka_unit_test(rounding_is_handed_on_by_contacts),
+        cmocka_unit_test(what_stands_is_what_a_replay_makes),
         cmocka_unit_test(a_tolerance_saves_replays),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
