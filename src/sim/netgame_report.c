@@ -337,10 +337,10 @@ cJSON *ll_netgame_layout(const void *config)
 /* ---- trace ---- */
 
 static const char *const player_columns[] = {
-    "own_x_m",        "own_y_m",     "own_timeline_error_m",  "own_lead_m", "own_lead_ms",
-    "remote_error_m", "view_age_ms", "age_of_information_ms", "buffer_ms",  "unacked",
-    "corrections",    "lag_ms",      "compared_step",         "desync_m",
-    "connection",     "connected"};
+    "own_x_m",       "own_y_m",        "own_timeline_error_m", "own_lead_m",
+    "own_lead_ms",   "remote_error_m", "view_age_ms",          "age_of_information_ms",
+    "buffer_ms",     "unacked",        "corrections",          "lag_ms",
+    "compared_step", "desync_m",       "connection",           "connected"};
 enum { PLAYER_COLUMNS = sizeof player_columns / sizeof player_columns[0] };
 
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity)

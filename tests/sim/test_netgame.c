@@ -343,8 +343,8 @@ static void update_rate_is_kept(void **state)
         const char *const sets[] = {rates[i], NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 20, NULL);
-        double got =
-            (double)ll_netgame_instruments(s.game, 0)->messages[LL_MESSAGE_STATE] / 18; /* after the warm-up */
+        double got = (double)ll_netgame_instruments(s.game, 0)->messages[LL_MESSAGE_STATE] /
+                     18; /* after the warm-up */
         assert_true(fabs(got - wanted[i]) <= 1.0 / 18 + 1e-9);
         scene_close(&s);
     }
