@@ -49,15 +49,28 @@ static bool moved(float a, float b)
     return !(by <= LL_CHANGE_EPSILON && by >= -LL_CHANGE_EPSILON); /* a NaN of a cheat is a change too */
 }
 
-void ll_changes_made(ll_changes *c, ll_histogram *latency, const ll_action *a, uint32_t seq, int64_t tick,
-                     bool counts, ll_time now)
+/* Takes the controls; false when they are what they were. */
+static bool take_controls(ll_changes *c, const ll_action *a)
 {
     uint32_t buttons = a->buttons & LL_BUTTONS;
-    bool same = !moved(a->axis[0], c->axis[0]) && !moved(a->axis[1], c->axis[1]) && buttons == c->buttons;
+    bool other = moved(a->axis[0], c->axis[0]) || moved(a->axis[1], c->axis[1]) || buttons != c->buttons;
     c->axis[0] = a->axis[0];
     c->axis[1] = a->axis[1];
     c->buttons = buttons;
-    if (same || !counts)
+    return other;
+}
+
+void ll_changes_missed(ll_changes *c, ll_histogram *latency, const ll_action *a, bool counts)
+{
+    ll_change missed = {.seen = 0};
+    if (take_controls(c, a) && counts)
+        add_never(c, &missed, latency, true);
+}
+
+void ll_changes_made(ll_changes *c, ll_histogram *latency, const ll_action *a, uint32_t seq, int64_t tick,
+                     bool counts, ll_time now)
+{
+    if (!take_controls(c, a) || !counts)
         return;
     ll_change *change = change_at(c, c->made);
     if (c->made - c->first == LL_CHANGES_RING) {

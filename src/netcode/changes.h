@@ -60,6 +60,9 @@ typedef struct ll_included {
 void ll_changes_made(ll_changes *changes, ll_histogram *latency, const ll_action *controls, uint32_t seq,
                      int64_t tick, bool counts, ll_time now);
 
+/* The controls are such, and no input is made, since the player is not connected: a change has no effect. */
+void ll_changes_missed(ll_changes *changes, ll_histogram *latency, const ll_action *controls, bool counts);
+
 void ll_changes_idle(ll_changes *changes); /* no control is touched, and no input made */
 
 /* Verdicts have been given. */

@@ -413,6 +413,23 @@ static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_a
     return a;
 }
 
+#define DEVICE_STREAM 0x646576696365 /* `device`; one per player */
+
+ll_time ll_client_touched(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_player_config *config = s->config;
+    double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
+    if (read_ms > 0)
+        read_ms *= ll_rng_unit(s->seed, DEVICE_STREAM + (uint64_t)c->self, (uint64_t)c->epoch << 32 | c->seq);
+    return now - ll_ms(config->input_device_ms + read_ms);
+}
+
+void ll_client_miss(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_control(c, s, ll_client_shown_const(c), now);
+    ll_instruments_missed(s->instruments, &s->instruments->controls, now);
+}
+
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
 {
     const ll_player_config *config = s->config;
@@ -479,7 +496,8 @@ static void note_input(const ll_client *c, const ll_client_setup *s, const ll_ac
     double ticks = press_ticks(c, s);
     controls.axis[0] = (float)(controls.axis[0] / ticks);
     controls.axis[1] = (float)(controls.axis[1] / ticks);
-    ll_instruments_input(s->instruments, c->seq, s->sync->drains ? LL_NEVER : c->tick, &controls, now);
+    ll_instruments_input(s->instruments, c->seq, s->sync->drains ? LL_NEVER : c->tick, &controls,
+                         ll_client_touched(c, s, now), now);
 }
 
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
@@ -616,6 +634,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     take(c, s, now);
     if (!ll_connection_plays(&c->connection)) {
         c->tick += s->sync->leads; /* the clock goes on */
+        ll_client_miss(c, s, now);
         return 0;
     }
     _Alignas(8) char old[LL_GAME_WORLD_MAX];

@@ -250,6 +250,13 @@ int ll_client_held(ll_client *client, const ll_client_setup *setup, ll_time now,
 ll_action ll_client_control(const ll_client *client, const ll_client_setup *setup, const ll_world *seen,
                             ll_time t);
 
+/* When a control must have been moved so that the input made at `now` has it: by the latency of the device.
+ */
+ll_time ll_client_touched(const ll_client *client, const ll_client_setup *setup, ll_time now);
+
+/* A tick of a client that does not play: its player's controls have no effect. */
+void ll_client_miss(const ll_client *client, const ll_client_setup *setup, ll_time now);
+
 static inline ll_received *ll_client_state(ll_client *c, int64_t index)
 {
     return (ll_received *)((char *)c + c->states_offset +

@@ -148,7 +148,7 @@ static void measure_changes(ll_instruments *in, const ll_client *c, const ll_tru
     int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest_tick;
     ll_included included = {
         .seq = predicts(c, t) ? c->played : 0, .tick = tick, .sure_tick = sure < tick ? sure : tick};
-    ll_changes_shown(&in->changes, in->histogram, &included, now);
+    ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
 }
 
 static void measure_visible(ll_instruments *in)
@@ -335,7 +335,8 @@ void ll_instruments_seen(ll_instruments *in, int self, const ll_client *by, cons
         return;
     int64_t heard = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
     int64_t drawn = drawn_tick(by, self, t);
-    ll_changes_seen(&in->changes, in->histogram, &in->ledger, by->self, heard < drawn ? heard : drawn, now);
+    ll_changes_seen(&in->changes, in->histogram, &in->ledger, by->self, heard < drawn ? heard : drawn,
+                    now + t->device);
 }
 
 /* ---- between clients ---- */

@@ -127,10 +127,16 @@ struct ll_client;
 
 /* A client made an input for the server's step `tick` (LL_NEVER: applied as it comes) with these controls. */
 static inline void ll_instruments_input(ll_instruments *in, uint32_t seq, int64_t tick,
-                                        const ll_action *controls, ll_time now)
+                                        const ll_action *controls, ll_time touched, ll_time now)
 {
     ll_ledger_made(&in->ledger, seq, tick);
-    ll_changes_made(&in->changes, in->histogram, controls, seq, tick, now >= in->from, now);
+    ll_changes_made(&in->changes, in->histogram, controls, seq, tick, now >= in->from, touched);
+}
+
+/* The player is not connected: no input is made of its controls. */
+static inline void ll_instruments_missed(ll_instruments *in, const ll_action *controls, ll_time now)
+{
+    ll_changes_missed(&in->changes, in->histogram, controls, now >= in->from);
 }
 
 /* M2: `told`: a state after step `tick`, or a relay of that step, tells a client that its input was applied.
@@ -166,6 +172,7 @@ void ll_instruments_meet(ll_instruments *in);
 typedef struct ll_truth {
     const ll_world *world;
     const ll_history *history;
+    ll_time device; /* from the picture to the light of the screen: changes are seen so much later */
     uint32_t acked; /* the newest input of the client's player that the server has applied; where it drains */
     bool drains, peers; /* inputs are applied as they come; clients have worlds of their own */
 } ll_truth;

@@ -138,7 +138,7 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
         ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
         ll_pending *p = ll_client_pending(c, ++c->seq);
         *p = (ll_pending){.seq = c->seq, .made = now, .action = a};
-        ll_instruments_input(s->instruments, c->seq, c->tick + 1, &a, now);
+        ll_instruments_input(s->instruments, c->seq, c->tick + 1, &a, ll_client_touched(c, s, now), now);
         peer->player[c->self].known = ++c->tick;
         if (s->gunner)
             ll_gunner_input(c, s, p, c->view_time, now);
@@ -262,8 +262,10 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
     const ll_peer *peer = ll_client_peer(c);
     int64_t delay = s->config->input_delay_ticks;
     ll_client_begin_tick(c, now);
-    if (!ll_connection_plays(&c->connection))
+    if (!ll_connection_plays(&c->connection)) {
+        ll_client_miss(c, s, now);
         return 0;
+    }
     ll_peer_roll_back(c, s, now);
     make_inputs(c, s, peer->tick + 1 + delay, now);
     if (may_step(c, s, now)) {

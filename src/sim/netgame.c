@@ -575,6 +575,7 @@ static void observe_display(ll_netgame *g, int player)
     const ll_server *server = ll_netgame_server(g);
     const ll_truth truth = {.world = ll_server_world_const(server),
                             .history = ll_netgame_history(g),
+                            .device = ll_ms(g->config.players[player].display_device_ms),
                             .acked = server->seats[player].acked,
                             .drains = ll_netgame_sync(g)->drains,
                             .peers = ll_netgame_sync(g)->observe != NULL};

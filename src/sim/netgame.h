@@ -140,6 +140,9 @@ void ll_netgame_view_sections_json(const ll_netgame *game, struct cJSON *frame);
 /* netgame_inputs.c: adds to the metrics of `player` what became of its inputs */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
+/* netgame_connection.c: adds to the metrics of `player` how it was connected */
+void ll_netgame_connection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+
 /* netgame_ladder.c: the last inputs of the players, streamed */
 void ll_netgame_ladder_section(const ll_netgame *g,
                                void (*section)(void *context, int type, int count, const void *bytes,

@@ -223,6 +223,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     corrections(o, in, measured_s(g, in));
     ll_netgame_view_metrics(g, i, o);
     ll_netgame_peer_metrics(o, g, i);
+    ll_netgame_connection_metrics(g, i, o);
     cJSON *inputs = cJSON_AddObjectToObject(o, "inputs");
     number(inputs, "accepted", (double)seat->accepted);
     number(inputs, "duplicate", (double)seat->duplicate);
