@@ -103,7 +103,8 @@ range and the value. Names carry their units.
 
 A row that is **live** can be changed while a session runs, by \`PATCH /api/v1/sessions/ID/params\` or by the page. The others are set before
 a session is made: in the scenario, by \`--set\` of \`laglab run\`, or by \`set\` of \`POST /api/v1/sessions\`. Dotted paths address a value;
-elements of arrays are counted from 0.
+elements of arrays are counted from 0. Rules that tie values together hold for all that is set at once, in any order; of two \`--set\` of one path
+the later counts.
 
 Two rows depend on each other: reconciliation switched on switches prediction on, and prediction switched off switches reconciliation off.
 
