@@ -259,6 +259,38 @@ static void sizes_leave_the_draws_of_others(void **state)
     free(large);
 }
 
+/* Switching a stage on leaves when those come that it does not touch. */
+static void stages_leave_the_draws_of_fragments(void **state)
+{
+    (void)state;
+    ll_link_params plain = link_params();
+    plain.jitter_ms = 45;
+    plain.distribution = LL_DISTRIBUTION_PARETO;
+    ll_link_params lossy = plain, damaged = plain, doubled = plain;
+    lossy.loss_pct = 6;
+    damaged.corrupt_pct = 6;
+    doubled.duplicate_pct = 30;
+    ll_link *links[] = {open_wide(12), open_wide(12), open_wide(12), open_wide(12)};
+    const ll_link_params *params[] = {&plain, &lossy, &damaged, &doubled};
+    int64_t compared[4] = {0};
+    for (int64_t i = 0; i < COUNT / 5; i++) {
+        ll_sending s[4];
+        for (int k = 0; k < 4; k++)
+            s[k] = send(links[k], params[k], i * STEP, 7000);
+        for (int k = 1; k < 3; k++)
+            if (s[k].fate == LL_FATE_DELIVERED) {
+                assert_int_equal(s[k].due, s[0].due);
+                compared[k]++;
+            }
+        assert_true(s[3].due <= s[0].due); /* a copy can only come earlier */
+        compared[3] += s[3].due == s[0].due;
+    }
+    for (int k = 1; k < 4; k++)
+        assert_true(compared[k] > COUNT / 10);
+    for (int k = 0; k < 4; k++)
+        free(links[k]);
+}
+
 /* Fragments follow each other in a chain as packets do: a burst takes several of one message, so that fewer
  * messages are lost than by independent losses of the same share. */
 static void bursts_go_on_from_fragment_to_fragment(void **state)
@@ -313,6 +345,7 @@ int main(void)
         cmocka_unit_test(a_message_takes_one_place),
         cmocka_unit_test(the_bytes_are_put_together),
         cmocka_unit_test(sizes_leave_the_draws_of_others),
+        cmocka_unit_test(stages_leave_the_draws_of_fragments),
         cmocka_unit_test(bursts_go_on_from_fragment_to_fragment),
         cmocka_unit_test(damaged_with_any_of_them),
     };
