@@ -43,10 +43,12 @@ static ll_pending *predict_input(ll_client *c, const ll_client_setup *s, uint32_
     return made ? input : NULL;
 }
 
-/* From a state at `tick` to the client's newest input, and on until the next state. */
+/* From a state at `tick` to the client's newest input, and on until the next state. Where inputs count as
+ * they come they have no ticks: those that are open count. */
 static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
-    double horizon_s = (double)(c->tick - tick + 1) * s->env->dt;
+    int64_t ahead = s->sync->drains ? (int64_t)c->seq - c->acked : c->tick - tick;
+    double horizon_s = (double)(ahead + 1) * s->env->dt;
     return c->update_hz > 0 ? horizon_s + 1 / c->update_hz : horizon_s;
 }
 
@@ -149,6 +151,16 @@ static bool guessed_right(const ll_client *c, const ll_client_setup *s, int play
     return true;
 }
 
+/* Whether all inputs behind the acknowledged are open. Where inputs count as they come, one that overtook
+ * another is not: the state has it, and the prediction has it on top. */
+static bool none_overtook(ll_client *c, const ll_client_setup *s)
+{
+    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
+        if (!ll_client_is_open(c, seq))
+            return false;
+    return true;
+}
+
 /* Steps the checked world on to `state`, by what the prediction was made with. False when it was not made
  * with one input a step, or `acked`, what had been acknowledged before, tells that. */
 static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
@@ -199,7 +211,7 @@ bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *stat
     ll_world *checked = ll_client_checked(c);
     ll_grid grid = grid_of(c, state);
     if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
-        !guessed_right(c, s, truth->players) || !check_upto(c, s, state, acked))
+        !guessed_right(c, s, truth->players) || !none_overtook(c, s) || !check_upto(c, s, state, acked))
         return false;
     ll_entity_set set = choose(c, s, truth, state->tick);
     if (memcmp(&set, &c->predicted, sizeof set) != 0 || !agrees(c, s, checked, state))
