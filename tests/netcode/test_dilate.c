@@ -45,8 +45,8 @@ static watch run_watching(scene *s, double until_s)
     ll_client *c = ll_netgame_client(s->game, 0);
     ll_time last = 0;
     uint32_t seq = c->seq;
-    while (c->due <= (ll_time)(until_s * 1e9)) {
-        scene_run(s, ll_to_s(c->due), NULL);
+    while (c->tick_due <= (ll_time)(until_s * 1e9)) {
+        scene_run(s, ll_to_s(c->tick_due), NULL);
         double scale = last > 0 ? (double)c->period / (double)(c->framed - last) : 1;
         w.worst = scale < w.worst ? scale : w.worst;
         w.best = scale > w.best ? scale : w.best;
@@ -118,7 +118,7 @@ static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
     scene_close(&s);
 }
 
-/* Without it the same change doubles inputs and leaves them out. */
+/* Without it a change of less than 100 ms doubles inputs and leaves them out. */
 static void without_dilation_inputs_are_doubled_and_left_out(void **state)
 {
     (void)state;
@@ -126,15 +126,52 @@ static void without_dilation_inputs_are_doubled_and_left_out(void **state)
     scene s = scene_open("race", sets);
     const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
     run_watching(&s, 5);
-    change_lag(&s, 190);
+    change_lag(&s, 130); /* 4.8 ticks */
     watch w = run_watching(&s, 15);
-    assert_true(w.doubled >= 8 && w.worst > 0.9999 && w.best < 1.0001);
-    assert_in_range(ledger->doubled, 8, 9);
+    assert_true(w.doubled >= 4 && w.worst > 0.9999 && w.best < 1.0001);
+    assert_in_range(ledger->doubled, 4, 5);
+    assert_int_equal(ll_netgame_client(s.game, 0)->connection.clock.snaps, 0);
     change_lag(&s, 50);
     run_watching(&s, 25);
-    assert_in_range(ledger->left_out, 8, 9);
+    assert_in_range(ledger->left_out, 4, 5);
     assert_true(ledger->scale.min == 1 && ledger->scale.max == 1);
     scene_close(&s);
+}
+
+/* One of 100 ms or more leaves out the steps in between at once: the next input is for the step that it can
+ * be in time for, and one is made a frame all the same. Too far ahead, inputs are left out until the server
+ * is there. */
+static void beyond_100_ms_steps_are_left_out(void **state)
+{
+    (void)state;
+    static const double rises[] = {140, 400, 900};
+    for (size_t i = 0; i < sizeof rises / sizeof rises[0]; i++) {
+        const char *const sets[] = {"players.0.lag_ms=50", "warmup_s=0", NULL};
+        scene s = scene_open("race", sets);
+        const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+        const ll_client *c = ll_netgame_client(s.game, 0);
+        const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+        run_watching(&s, 5);
+        int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = ledger->made;
+        change_lag(&s, 50 + rises[i]);
+        run_watching(&s, 5 + 2 * (0.05 + rises[i] / 1000) + 0.2); /* a round trip, and an update */
+        double ticks = rises[i] * 60 / 1000;
+        assert_int_equal(ledger->doubled, 0);
+        assert_true(c->connection.clock.snaps >= 1);
+        assert_true(fabs((double)(c->tick - c->frame - ahead) - ticks) <= 1);
+        assert_int_equal((int64_t)c->seq - c->frame - numbers, c->tick - c->frame - ahead); /* together */
+        run_watching(&s, 15);
+        assert_true(ledger->made - made >= 598 && ledger->made - made <= 601); /* 10 s */
+        assert_int_equal(c->connection.clock.snaps, 1);
+        assert_in_range(seat->last_slack, 1, 2);
+        int64_t late = seat->late;
+        change_lag(&s, 50);
+        run_watching(&s, 15 + 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
+        assert_in_range(seat->last_slack, 1, 2);
+        assert_true(fabs((double)ledger->left_out - ticks) <= 1);
+        assert_int_equal(seat->late, late);
+        scene_close(&s);
+    }
 }
 
 int main(void)
@@ -144,6 +181,7 @@ int main(void)
         cmocka_unit_test(slack_is_kept_with_one_input_a_frame),
         cmocka_unit_test(what_is_beyond_ten_ticks_is_made_at_once),
         cmocka_unit_test(without_dilation_inputs_are_doubled_and_left_out),
+        cmocka_unit_test(beyond_100_ms_steps_are_left_out),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

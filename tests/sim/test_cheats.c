@@ -86,7 +86,7 @@ static outcome run(const char *sync, const char *cheat, bool validation)
 static void large_inputs_bring_nothing_that_is_let_through(void **state)
 {
     (void)state;
-    static const char *const syncs[] = {"free", "lockstep", "gambetta"};
+    static const char *const syncs[] = {"free", "lockstep_pipelined", "gambetta"};
     static const char *const cheats[] = {"magnitude", "teleport"};
     for (int k = 0; k < 3; k++)
         for (int i = 0; i < 2; i++) {
@@ -125,9 +125,9 @@ static void time_that_has_not_passed_brings_a_burst_at_most(void **state)
 static void inputs_by_step_are_proof_against_too_many(void **state)
 {
     (void)state;
-    static const char *const syncs[] = {"free", "lockstep"};
+    static const char *const syncs[] = {"free", "lockstep_pipelined", "lockstep"};
     static const char *const cheats[] = {"rate", "budget", "lag_switch"};
-    for (int k = 0; k < 2; k++) {
+    for (int k = 0; k < 3; k++) {
         outcome honest = run(syncs[k], "none", true);
         for (int i = 0; i < 3; i++)
             for (int validation = 0; validation < 2; validation++) {
@@ -141,7 +141,8 @@ static void inputs_by_step_are_proof_against_too_many(void **state)
 static void honest_players_gain_nothing(void **state)
 {
     (void)state;
-    static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep", "server.sync=gambetta"};
+    static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep_pipelined",
+                                        "server.sync=gambetta"};
     for (int k = 0; k < 3; k++) {
         const char *const sets[] = {syncs[k], "players.0.script=steady", "server.update_hz=30", NULL};
         scene s = scene_open("race", sets);

@@ -125,7 +125,8 @@ static void nothing_to_tell(void **state)
     static ladder l;
     const char *const off[] = {"players.0.prediction=false", NULL};
     const char *const peers[] = {"server.sync=rollback", ON("0"), NULL};
-    scene s = scene_open("race", off), p = scene_open("race", peers), q = scene_open("race", NULL);
+    const char *const exact[] = {"players.0.clock_phase=0", NULL};
+    scene s = scene_open("race", off), p = scene_open("race", peers), q = scene_open("race", exact);
     scene_run(&s, 3, NULL);
     scene_run(&p, 3, NULL);
     look(&s, &l);

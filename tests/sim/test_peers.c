@@ -385,11 +385,13 @@ static void lag_does_not_change_the_outcome(void **state)
 
 /* ---- stalls ---- */
 
+/* With no time-out, or one that is not reached. */
 static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
 {
     (void)state;
-    for (int i = 0; i < 2; i++) {
-        const char *const sets[] = {syncs[i],
+    for (int i = 0; i < 4; i++) {
+        const char *const sets[] = {syncs[i % 2],
+                                    i < 2 ? "server.timeout_s=0" : "server.timeout_s=12",
                                     "server.update_hz=60",
                                     "players.0.lag_ms=30",
                                     "players.1.lag_ms=30",
@@ -421,6 +423,59 @@ static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
     }
 }
 
+/* Who has not heard the server for `timeout_s` is dropped and the others play on; it sees that it is alone,
+ * and when its link is back it joins again, where the others are, and everybody's worlds are the same as
+ * before. */
+static void who_is_silent_is_dropped_and_joins_again(void **state)
+{
+    (void)state;
+    for (int i = 0; i < 4; i++) {
+        const char *const sets[] = {syncs[i % 2],
+                                    i < 2 ? "server.timeout_s=2" : "server.timeout_s=3.5",
+                                    "server.update_hz=60",
+                                    "players.0.lag_ms=30",
+                                    "players.1.lag_ms=50",
+                                    "players.0.input_delay_ticks=6",
+                                    "players.1.input_delay_ticks=6",
+                                    "warmup_s=0",
+                                    NULL};
+        double timeout_s = i < 2 ? 2 : 3.5;
+        scene s = scene_open("race", sets);
+        ll_server *server = ll_netgame_server(s.game);
+        const ll_connection *b = &ll_netgame_client(s.game, 1)->connection;
+        scene_run(&s, 5, NULL);
+        set_loss(&s, 1, 100);
+        scene_run(&s, 5 + timeout_s - 0.4, NULL); /* it was heard a ping's interval and a way before that */
+        int64_t step = server->step;
+        assert_true(step < 5.5 * 60);
+        assert_int_equal(server->seats[1].connected, 1);
+        scene_run(&s, 5 + timeout_s + 0.5, NULL);
+        assert_int_equal(server->seats[1].connected, 0);
+        assert_int_equal(b->state, LL_CONNECTION_DISCONNECTED);
+        assert_int_equal(peer_of(&s, 0)->waiting, 0);
+        assert_true(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
+        step = server->step;
+        scene_run(&s, 12, NULL);
+        assert_true(server->step > step + (12 - 5 - timeout_s - 0.5) * 60 - 10);
+        set_loss(&s, 1, 0);
+        scene_run(&s, 13.2, NULL); /* a retry, two round trips, five pings */
+        assert_int_equal(b->state, LL_CONNECTION_PLAYING);
+        assert_int_equal(server->seats[1].connected, 1);
+        assert_int_equal(b->joins, 2);
+        assert_false(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
+        step = server->step;
+        int64_t applied = server->seats[1].acked;
+        scene_run(&s, 20, NULL);
+        assert_true(server->step > step + 6.8 * 60 - 15);
+        assert_true(server->seats[1].acked > applied + 350); /* its own inputs */
+        for (int p = 0; p < 2; p++) {
+            assert_int_equal(server->seats[p].peer.desync, -1);
+            assert_true(server->seats[p].peer.hashed > server->step - 60);
+        }
+        scene_close(&s);
+    }
+}
+
 /* With D ticks of input delay a way from client to client brings D + 1 ticks; with M to guess D + M + 1, but
  * then an input is made a frame after the step before it. */
 static void pace_follows_lag_and_delay(void **state)
@@ -442,9 +497,16 @@ static void pace_follows_lag_and_delay(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char other[64];
         snprintf(other, sizeof other, "players.1%s", cases[i].delay + strlen("players.0"));
-        const char *const sets[] = {
-            cases[i].sync,          cases[i].delay,         other, cases[i].rollback, "server.update_hz=60",
-            "players.0.lag_ms=100", "players.1.lag_ms=100", NULL};
+        const char *const sets[] = {cases[i].sync,
+                                    cases[i].delay,
+                                    other,
+                                    cases[i].rollback,
+                                    "server.update_hz=60",
+                                    "players.0.lag_ms=100",
+                                    "players.1.lag_ms=100",
+                                    "players.0.clock_phase=0",
+                                    "players.1.clock_phase=0",
+                                    NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 10, NULL);
         int64_t before = ll_netgame_server(s.game)->step;
@@ -496,6 +558,7 @@ int main(void)
         cmocka_unit_test(rollback_of_none_is_deterministic_lockstep),
         cmocka_unit_test(lag_does_not_change_the_outcome),
         cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
+        cmocka_unit_test(who_is_silent_is_dropped_and_joins_again),
         cmocka_unit_test(pace_follows_lag_and_delay),
         cmocka_unit_test(going_back_and_on_changes_nothing_in_any_game),
     };

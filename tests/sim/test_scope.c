@@ -123,7 +123,7 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
             sets[p] = set[p];
         }
         scene s = scene_open("eight", sets);
-        int64_t states = 0, replays = 0;
+        int64_t states = 0, replays = 0, compared = 0;
         for (int k = 0; k < 300; k++) {
             scene_run(&s, 2 + k * 0.05, NULL);
             ll_netgame *copy = malloc((size_t)s.game->size);
@@ -135,6 +135,9 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
                                          .sync = ll_netgame_sync(copy),
                                          .config = &copy->config.players[p],
                                          .instruments = ll_netgame_instruments(copy, p)};
+                if (c->newest > c->fresh)
+                    continue; /* what others do is told by a state that counts from the next frame on */
+                compared++;
                 ll_predict_again(d, &setup);
                 assert_int_equal(c->predicted_tick, d->predicted_tick);
                 assert_int_equal(c->predicted_tick, c->tick);
@@ -149,6 +152,7 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
             states += ll_netgame_client(s.game, p)->newest;
             replays += ll_netgame_instruments(s.game, p)->ledger.replays;
         }
+        assert_true(compared > 1000);
         assert_true(replays > 0 && replays < states / 4); /* it matters: most states are as foretold */
         scene_close(&s);
     }
