@@ -108,26 +108,69 @@ static void figure_10_events_of_one_round(void **state)
     tape_free(&t);
 }
 
+/* Stop and wait: a step takes the slowest round trip and an interval, 500 ms and 33.3 ms, from the first to
+ * the last. Each client sends an input with the state that it waited for, and no other. */
+static void figure_11_a_step_takes_533_ms(void **state)
+{
+    (void)state;
+    tape t = {0};
+    scene s = scene_open("paper/fig11", NULL);
+    ll_recorder r = tape_recorder(&t);
+    scene_run(&s, 30, &r);
+    uint32_t steps = (uint32_t)ll_netgame_server(s.game)->step;
+    assert_int_equal(steps, 56); /* the first at 283.3 ms, the last at 29 616.7 */
+    for (uint32_t k = 1; k <= steps; k++) {
+        ll_time at = find(&t, LL_EVENT_STEP, 0, k)->begin;
+        if (fabs(ll_to_ms(at) - (850 + 1600.0 * (k - 1)) / 3) > 0.001)
+            fail_msg("step %u at %.6f ms", k, ll_to_ms(at));
+    }
+    int inputs[2] = {0};
+    for (size_t i = 0; i < t.count; i++) {
+        const ll_event *e = &t.events[i];
+        if (e->type != LL_EVENT_INPUT || e->begin < 0)
+            continue;
+        inputs[e->player]++;
+        if (e->number > 1 && e->fate == LL_FATE_DELIVERED)
+            assert_true(e->begin >= find(&t, LL_EVENT_APPLIED, e->player, e->number - 1)->begin);
+    }
+    for (int p = 0; p < 2; p++)
+        assert_in_range(ll_netgame_client(s.game, p)->seq, steps, steps + 1);
+    assert_int_equal(inputs[1], ll_netgame_client(s.game, 1)->seq); /* the slowest asks for nothing again */
+    scene_close(&s);
+    tape_free(&t);
+}
+
 /* Figure 11: the same path in every view, the server first, then A, then B; nothing is corrected. */
 static void figure_11_views_follow_in_the_order_of_lag(void **state)
 {
     (void)state;
     scene s = scene_open("paper/fig11", NULL);
-    scene_run(&s, 20, NULL);
-    const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
-    const ll_client *a = ll_netgame_client(s.game, 0), *b = ll_netgame_client(s.game, 1);
-    assert_true(truth->entity[0].x > 100); /* they race */
-    assert_true(truth->entity[0].x == truth->entity[1].x);
-    for (int i = 0; i < 2; i++) {
-        assert_true(truth->entity[i].x > ll_client_shown_const(a)->entity[i].x);
-        assert_true(ll_client_shown_const(a)->entity[i].x > ll_client_shown_const(b)->entity[i].x);
+    /* step 38 is made at 283.3 + 37 x 533.3 = 20 016.7 ms and seen by A at 20 166.7 and by B at 20 266.7 */
+    double seen[2][4];
+    static const double at_s[] = {20.010, 20.020, 20.170, 20.270};
+    for (int k = 0; k < 4; k++) {
+        scene_run(&s, at_s[k], NULL);
+        double truth = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
+        for (int p = 0; p < 2; p++) {
+            const ll_world *shown = ll_client_shown_const(ll_netgame_client(s.game, p));
+            seen[p][k] = truth - shown->entity[0].x;
+            assert_true(shown->entity[0].x == shown->entity[1].x);
+        }
     }
-    assert_true(ll_client_shown_const(a)->entity[0].x == ll_client_shown_const(a)->entity[1].x);
+    for (int p = 0; p < 2; p++)
+        assert_true(seen[p][0] == 0 && seen[p][1] > 0 && seen[p][3] == 0);
+    assert_true(seen[0][2] == 0 && seen[1][2] > 0);
+    const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
+    assert_true(truth->entity[0].x > 3); /* they race: 38 steps of 1/30 s from rest, at 6 m/s2 less drag */
+    assert_true(truth->entity[0].x == truth->entity[1].x);
     for (int i = 0; i < 2; i++) {
         const ll_instruments *in = ll_netgame_instruments(s.game, i);
         assert_int_equal(in->corrections, 0);
+        /* a state is one lag old when it comes, and a period more when the next one does; displays are 1/60 s
+         */
         ll_summary age = ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]);
-        assert_true(fabs(age.mean - (i == 0 ? 150 : 250)) < 0.01);
+        assert_true(fabs(age.mean - ((i == 0 ? 150 : 250) + 1600.0 / 3 / 2)) < 1000.0 / 60);
+        assert_true(age.max < (i == 0 ? 150 : 250) + 1600.0 / 3 + 0.01);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]).max == 0);
     }
     scene_close(&s);
@@ -194,6 +237,7 @@ int main(void)
         cmocka_unit_test(figure_8_client_dots_are_the_servers_later),
         cmocka_unit_test(figure_9_arrivals_are_spread_evenly_over_10_to_500_ms),
         cmocka_unit_test(figure_10_events_of_one_round),
+        cmocka_unit_test(figure_11_a_step_takes_533_ms),
         cmocka_unit_test(figure_11_views_follow_in_the_order_of_lag),
         cmocka_unit_test(figure_12_open_inputs_are_applied_again),
         cmocka_unit_test(figure_13_own_car_leads_by_the_lag),

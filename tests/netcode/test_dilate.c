@@ -166,7 +166,7 @@ static void beyond_100_ms_steps_are_left_out(void **state)
         assert_in_range(seat->last_slack, 1, 2);
         int64_t late = seat->late;
         change_lag(&s, 50);
-        run_watching(&s, 15 + 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
+        run_watching(&s, 15 + 2 * 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
         assert_in_range(seat->last_slack, 1, 2);
         assert_true(fabs((double)ledger->left_out - ticks) <= 1);
         assert_int_equal(seat->late, late);

@@ -451,14 +451,16 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
         assert_int_equal(server->seats[1].connected, 1);
         scene_run(&s, 5 + timeout_s + 0.5, NULL);
         assert_int_equal(server->seats[1].connected, 0);
-        assert_int_equal(b->state, LL_CONNECTION_DISCONNECTED);
+        assert_int_equal(b->state,
+                         LL_CONNECTION_STALLED); /* its way down is as good as ever, but nobody sends */
         assert_int_equal(peer_of(&s, 0)->waiting, 0);
         assert_true(ll_server_world(server)->entity[1].flags & LL_ENTITY_AWAY);
         step = server->step;
-        scene_run(&s, 12, NULL);
-        assert_true(server->step > step + (12 - 5 - timeout_s - 0.5) * 60 - 10);
+        scene_run(&s, 12.6, NULL);
+        assert_true(server->step > step + (12.6 - 5 - timeout_s - 0.5) * 60 - 10);
+        assert_int_equal(b->state, LL_CONNECTION_DISCONNECTED);
         set_loss(&s, 1, 0);
-        scene_run(&s, 13.2, NULL); /* a retry, two round trips, five pings */
+        scene_run(&s, 13.8, NULL); /* a retry, two round trips, five pings */
         assert_int_equal(b->state, LL_CONNECTION_PLAYING);
         assert_int_equal(server->seats[1].connected, 1);
         assert_int_equal(b->joins, 2);
@@ -466,8 +468,8 @@ static void who_is_silent_is_dropped_and_joins_again(void **state)
         step = server->step;
         int64_t applied = server->seats[1].acked;
         scene_run(&s, 20, NULL);
-        assert_true(server->step > step + 6.8 * 60 - 15);
-        assert_true(server->seats[1].acked > applied + 350); /* its own inputs */
+        assert_true(server->step > step + 6.2 * 60 - 15);
+        assert_true(server->seats[1].acked > applied + 6.2 * 60 - 15); /* its own inputs */
         for (int p = 0; p < 2; p++) {
             assert_int_equal(server->seats[p].peer.desync, -1);
             assert_true(server->seats[p].peer.hashed > server->step - 60);
@@ -536,7 +538,7 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
             scene_run(&s, 12, NULL);
             for (int p = 0; p < 3; p++) {
                 const ll_stepping *n = &ll_netgame_instruments(s.game, p)->stepping;
-                assert_true(n->sync_tests > 600);
+                assert_int_equal(n->sync_tests, 600); /* after the warm-up, whatever the clock's phase */
                 if (n->sync_test_mismatches != 0)
                     fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,
                              (long long)n->sync_test_mismatches, (long long)n->sync_tests, p);
