@@ -1,4 +1,4 @@
-// The scripts of the race and of the demo's game, written a second time from docs/concepts.md alone, against what the program records.
+// The scripts of the race and of the demo's game, written a second time from docs/concepts.md and docs/links.md alone, against what the program records.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import { execFileSync } from 'node:child_process';
