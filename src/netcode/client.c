@@ -370,8 +370,6 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
     ll_received *state = ll_client_state(c, c->newest - 1);
     uint32_t acked = c->acked;
     c->fresh = c->newest;
-    if (s->sync->answers && ll_client_is_open(c, state->acked))
-        c->answered = now - ll_client_pending(c, state->acked)->made;
     ll_acks[s->config->ack]->take(c, s, state, now);
     bool foretold = s->config->prediction && ll_foretold(c, s, state, acked);
     c->latest_time = state->time;
@@ -666,7 +664,9 @@ void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 
 #define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */
 
-#define REPEAT_MS 200 /* and twice the time that the last answer took: then an input is sent again */
+/* An input that has no answer after so long and twice the measured round trip is sent again. How long answers
+ * took says nothing of that: it counts what was lost before, and what others lost. */
+#define REPEAT_MS 200
 
 /* A timer that fires late sets the next one from there, as a browser's does. */
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -676,7 +676,7 @@ void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
     c->tick_due = machine_time(s, &c->clock, c->frame);
     c->skipped = 0;
     if (s->sync->answers)
-        c->tick_due = now + ll_ms(REPEAT_MS) + 2 * c->answered;
+        c->tick_due = now + ll_ms(REPEAT_MS) + 2 * ll_clock_sync_round_trip(&c->connection.clock);
     if (late_ms == 0 || s->sync->answers)
         return;
     uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->frame;

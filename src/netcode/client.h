@@ -92,12 +92,11 @@ typedef struct ll_client {
     ll_time framed, tick_elapsed; /* when the last tick was, and how long after the one before it */
     ll_time tick_due;             /* the next tick */
     int64_t skipped;              /* ticks that passed without one, the timer being late */
-    ll_time answered;           /* how long the last input was without an answer, where clients wait for it */
-    ll_clock display;           /* of displays; freq 0: one with each tick */
-    int64_t displays;           /* number of the next display */
-    ll_time display_due;        /* LL_NEVER: with the next tick */
-    ll_time displayed, elapsed; /* when the last display was, and how long after the one before it */
-    ll_time due;                /* when it acts next, or before: a tick, a display, its connection */
+    ll_clock display;             /* of displays; freq 0: one with each tick */
+    int64_t displays;             /* number of the next display */
+    ll_time display_due;          /* LL_NEVER: with the next tick */
+    ll_time displayed, elapsed;   /* when the last display was, and how long after the one before it */
+    ll_time due;                  /* when it acts next, or before: a tick, a display, its connection */
     ll_connection connection;
 
     /* inputs */
