@@ -18,12 +18,13 @@ typedef struct ll_sync {
     const char *help;
     bool server_steps_at_update_hz; /* otherwise at tick_hz */
     bool client_steps_at_update_hz; /* otherwise at tick_hz */
-    bool leads;      /* clients run ahead, so that an input arrives for the step that it is meant for */
-    bool drains;     /* the server applies inputs as they have come, not by their step */
-    double press_s;  /* an input counts for the time that a key was down, at most so long; 0: for a tick */
-    bool waits;      /* the server does not go on without an input: clients repeat all that is open */
-    bool answers;    /* a client makes its next input when a state has come, and not before */
-    bool sends_idle; /* an input for every tick, also when no control is touched */
+    bool leads;     /* clients run ahead, so that an input arrives for the step that it is meant for */
+    bool drains;    /* the server applies inputs as they have come, not by their step */
+    double press_s; /* an input counts for the time that a key was down, at most so long; 0: for a tick */
+    bool waits;   /* the server does not go on without an input: clients repeat all that is open, and are told
+                     the newest state again when they lack it */
+    bool answers; /* a client makes its next input when a state has come, and not before */
+    bool sends_idle;     /* an input for every tick, also when no control is touched */
     bool tells_refusals; /* a refused input is answered */
     bool drops_stale;    /* a client ignores a state that is older than the one it has */
     bool extrapolates;   /* a client goes on beyond the newest state when it is set to */

@@ -295,6 +295,41 @@ static void lockstep_stops_without_a_player_and_goes_on_with_him(void **state)
     }
 }
 
+/* Whichever way fails, of whom, and for how long (below the time-out): within 2 s and twice the round trip
+ * after it is well again the pace is what it was. What is asked for again is told again, also where nothing
+ * steps. */
+static void lockstep_recovers_from_any_outage(void **state)
+{
+    (void)state;
+    static const double lengths_s[] = {0.13, 0.4, 1.1, 3.7};
+    for (int i = 0; i < 2 * 3 * 3 * 4; i++) {
+        int pipelined = i % 2, ways = 1 + i / 2 % 3, players = 1 + i / 6 % 3;
+        double length_s = lengths_s[i / 18];
+        const char *const sets[] = {pipelined ? "server.sync=lockstep_pipelined" : "server.sync=lockstep",
+                                    NULL};
+        scene s = scene_open("paper/fig11", sets);
+        scene_run(&s, 5.2, NULL);
+        ll_netgame_config config = s.game->config, well = config;
+        for (int p = 0; p < 2; p++) {
+            config.players[p].link.up.loss_pct = players >> p & ways & 1 ? 100 : 0;
+            config.players[p].link.down.loss_pct = players >> p & ways >> 1 & 1 ? 100 : 0;
+        }
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        scene_run(&s, 5.2 + length_s, NULL);
+        s.scenario.kind->change(s.game, &well, s.game->now);
+        scene_run(&s, 5.2 + length_s + 3, NULL);
+        int64_t step = ll_netgame_server(s.game)->step;
+        scene_run(&s, 5.2 + length_s + 13, NULL);
+        double steps = (double)(ll_netgame_server(s.game)->step - step);
+        if (fabs(steps - steps_in(pipelined, 10)) > 1)
+            fail_msg("%s, ways %d of players %d for %g s: %g steps in 10 s", sets[0], ways, players, length_s,
+                     steps);
+        assert_int_equal(
+            ll_netgame_server(s.game)->seats[0].drops + ll_netgame_server(s.game)->seats[1].drops, 0);
+        scene_close(&s);
+    }
+}
+
 /* Beyond the time-out it is dropped and the others play on, at the pace of those who are there; when its link
  * is back it joins again. */
 static void lockstep_drops_who_is_silent_and_lets_him_in_again(void **state)
@@ -542,6 +577,7 @@ int main(void)
         cmocka_unit_test(repeated_inputs_survive_loss),
         cmocka_unit_test(lockstep_survives_loss_and_jitter),
         cmocka_unit_test(lockstep_stops_without_a_player_and_goes_on_with_him),
+        cmocka_unit_test(lockstep_recovers_from_any_outage),
         cmocka_unit_test(lockstep_drops_who_is_silent_and_lets_him_in_again),
         cmocka_unit_test(extremes_of_the_ranges_are_served),
         cmocka_unit_test(sync_may_change_while_it_runs),
