@@ -16,9 +16,10 @@ static const char *const demo = "gambetta", *const ours = "gambetta_default";
 static scene open_with(const char *id, int seed, const char *const *more)
 {
     char number[32];
-    const char *sets[16] = {number};
+    /* one page: its timers run together */
+    const char *sets[16] = {number, "players.0.clock_phase=0", "players.1.clock_phase=0"};
     snprintf(number, sizeof number, "seed=%d", seed);
-    for (int n = 1; *more; more++)
+    for (int n = 3; *more; more++)
         sets[n++] = *more;
     return scene_open(id, sets);
 }
