@@ -219,13 +219,13 @@ ll_action ll_server_action(ll_server *server, int player, int64_t step)
 {
     ll_seat *seat = &server->seats[player];
     const ll_input_slot *slot = &seat->slots[step & (LL_INPUT_RING - 1)];
-    ll_starve_config config = {server->starved_tau_ms / 1e3 * (double)server->clock.freq / 1e3,
-                               server->starved_ticks};
     ll_action action;
     if (slot->tick == step) {
         action = seat->held = slot->action;
         seat->held_step = step;
     } else {
+        double steps_per_ms = (double)server->clock.freq / 1e6;
+        ll_starve_config config = {server->starved_tau_ms * steps_per_ms, server->starved_ticks};
         action = ll_starves[server->starved]->act(&seat->held, step - seat->held_step, &config);
     }
     seat->used = (ll_axes){{action.axis[0], action.axis[1]}};
