@@ -38,11 +38,18 @@ void ll_histogram_init(ll_histogram *h, double unit)
     LL_ASSERT(unit > 0);
     memset(h, 0, sizeof *h);
     h->unit = unit;
+    h->per_unit = 1 / unit;
 }
 
 void ll_histogram_add(ll_histogram *h, double value)
 {
     LL_ASSERT(value >= 0); /* a NaN fails too */
+    if (value == 0) {      /* most errors and corrections of a clean link */
+        h->min = 0;
+        h->count++;
+        h->bucket[0]++;
+        return;
+    }
     if (value > h->max || h->count == 0)
         h->max = value;
     if (value < h->min || h->count == 0)
@@ -50,7 +57,7 @@ void ll_histogram_add(ll_histogram *h, double value)
     h->sum += value;
     h->sum_squares += value * value;
     h->count++;
-    h->bucket[bucket_of(value / h->unit + 0.5)]++;
+    h->bucket[bucket_of(value * h->per_unit + 0.5)]++;
 }
 
 void ll_histogram_add_never(ll_histogram *h)

@@ -16,7 +16,8 @@
 #define LL_HISTOGRAM_BUCKETS 448 /* 32 linear, then 13 octaves of 32 */
 
 typedef struct ll_histogram {
-    double unit; /* width of the linear buckets, in the metric's own unit */
+    double unit;     /* width of the linear buckets, in the metric's own unit */
+    double per_unit; /* 1 / unit: a value is added in every frame, and a division takes its time */
     double sum, sum_squares, min, max;
     int64_t count;                         /* of the finite values */
     int64_t never;                         /* infinite ones */

@@ -397,17 +397,23 @@ static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_wor
     return old;
 }
 
-/* So many ticks a key was down, where that is what counts. */
-static double press_ticks(const ll_client *c, const ll_client_setup *s)
+/* What counts is how long a key was down. */
+static bool counts_time(const ll_client_setup *s)
 {
-    bool counts = s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
-    return counts ? (double)c->tick_elapsed / (double)c->period : 1;
+    return s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
+}
+
+static double ticks_pressed(const ll_client *c)
+{
+    return (double)c->tick_elapsed / (double)c->period;
 }
 
 static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_action a)
 {
-    a.axis[0] = (float)(a.axis[0] * press_ticks(c, s));
-    a.axis[1] = (float)(a.axis[1] * press_ticks(c, s));
+    if (counts_time(s)) {
+        a.axis[0] = (float)(a.axis[0] * ticks_pressed(c));
+        a.axis[1] = (float)(a.axis[1] * ticks_pressed(c));
+    }
     return a;
 }
 
@@ -491,9 +497,10 @@ static uint32_t age_ns(ll_time age)
 static void note_input(const ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
     ll_action controls = *action;
-    double ticks = press_ticks(c, s);
-    controls.axis[0] = (float)(controls.axis[0] / ticks);
-    controls.axis[1] = (float)(controls.axis[1] / ticks);
+    if (counts_time(s)) {
+        controls.axis[0] = (float)(controls.axis[0] / ticks_pressed(c));
+        controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
+    }
     ll_instruments_input(s->instruments, c->seq, s->sync->drains ? LL_NEVER : c->tick, &controls,
                          ll_client_touched(c, s, now), now);
 }

@@ -29,6 +29,8 @@ void ll_ledger_made(ll_ledger *ledger, uint32_t seq, int64_t tick)
     if (input->seq != 0 && input->verdict == LL_INPUT_IS_OPEN)
         decide(ledger, input, LL_INPUT_WAS_LOST);
     *input = (ll_ledger_input){.tick = tick, .seq = seq};
+    if (tick == LL_NEVER)
+        *input = (ll_ledger_input){.seq = seq, .marks = LL_LEDGER_AS_IT_COMES};
     ledger->newest = seq;
     ledger->made++;
     ledger->count[LL_INPUT_IS_OPEN]++;
@@ -42,7 +44,8 @@ void ll_ledger_went(ll_ledger *ledger, uint32_t first, uint32_t count, ll_time d
         if (!input)
             continue;
         input->marks |= LL_LEDGER_WENT;
-        input->due = due > input->due ? due : input->due;
+        if ((input->marks & LL_LEDGER_AS_IT_COMES) && input->verdict == LL_INPUT_IS_OPEN && due > input->tick)
+            input->tick = due;
     }
 }
 
@@ -92,7 +95,7 @@ void ll_ledger_drained(ll_ledger *ledger, int64_t step, uint32_t unsent_from, ll
         if (!input || input->verdict != LL_INPUT_IS_OPEN)
             continue;
         bool came = input->marks & LL_LEDGER_IN_TIME;
-        if (!came && (seq >= unsent_from || ((input->marks & LL_LEDGER_WENT) && input->due > now)))
+        if (!came && (seq >= unsent_from || ((input->marks & LL_LEDGER_WENT) && input->tick > now)))
             continue;
         input->tick = step;
         decide(ledger, input, verdict_of(input));

@@ -29,10 +29,11 @@ extern const char *const ll_input_verdict_names[LL_INPUT_VERDICTS];
 
 /* What is known of one input on its way. */
 typedef enum ll_ledger_mark {
-    LL_LEDGER_WENT = 1,    /* at least one packet that holds it was not lost */
-    LL_LEDGER_IN_TIME = 2, /* taken for its step, or to be applied at the next update */
-    LL_LEDGER_LATE = 4,    /* came after its step */
-    LL_LEDGER_REFUSED = 8, /* against a rule */
+    LL_LEDGER_WENT = 1,         /* at least one packet that holds it was not lost */
+    LL_LEDGER_IN_TIME = 2,      /* taken for its step, or to be applied at the next update */
+    LL_LEDGER_LATE = 4,         /* came after its step */
+    LL_LEDGER_REFUSED = 8,      /* against a rule */
+    LL_LEDGER_AS_IT_COMES = 16, /* it has no step of its own */
 } ll_ledger_mark;
 
 /* Why a state corrected the own entity (M6). Of several reasons between two states the first of these counts.
@@ -53,8 +54,8 @@ extern const char *const ll_cause_names[LL_CAUSES];
 
 typedef struct ll_ledger_input {
     int64_t
-        tick; /* the server's step that it is meant for; where it is applied as it comes: that applied it */
-    ll_time due; /* when the last of its packets arrives that was not lost */
+        tick; /* the server's step that it is meant for, or that applied it. Of one that is applied as it
+                 comes, while it is open, a time: when the last of its packets arrives that was not lost */
     uint32_t seq;
     uint8_t marks;   /* ll_ledger_mark */
     uint8_t verdict; /* ll_input_verdict */
@@ -95,7 +96,7 @@ static inline uint8_t ll_ledger_marks(ll_ledger *ledger, uint32_t seq)
     return input ? input->marks : 0;
 }
 
-/* Input `seq`, the newest, was made for the server's step `tick`. */
+/* Input `seq`, the newest, was made for the server's step `tick`; LL_NEVER: it is applied as it comes. */
 void ll_ledger_made(ll_ledger *ledger, uint32_t seq, int64_t tick);
 
 /* A packet with inputs was put on its way and is `due`. */

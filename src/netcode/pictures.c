@@ -25,7 +25,7 @@ void ll_pictures_compare(ll_pictures *p, ll_histogram *errors, const ll_picture 
                          ll_time made, ll_time from)
 {
     double dx = picture->x - x, dy = picture->y - y;
-    p->error_m = ll_sqrt(dx * dx + dy * dy);
+    p->error_m = dx == 0 && dy == 0 ? 0 : ll_sqrt(dx * dx + dy * dy);
     p->lead_ms = ll_to_ms(made - picture->shown);
     if (picture->shown < from)
         return;

@@ -43,7 +43,8 @@ double ll_smoothness_add(ll_smoothness *s, const ll_entity *drawn, double truth_
 {
     double step_x = drawn->x - s->x, step_y = drawn->y - s->y, vx = step_x / dt, vy = step_y / dt;
     double ax = (vx - s->vx) / dt, ay = (vy - s->vy) / dt;
-    double off = length(step_x - drawn->vx * dt, step_y - drawn->vy * dt);
+    double off_x = step_x - drawn->vx * dt, off_y = step_y - drawn->vy * dt;
+    double off = off_y == 0 ? (off_x < 0 ? -off_x : off_x) : length(off_x, off_y);
     count_still(s, step_x == 0 && step_y == 0, truth_x, truth_y);
     bool first = s->samples == 0;
     if (s->samples++ >= 3)
