@@ -157,6 +157,17 @@ test('a scenario is an id, a file or standard input', () => {
 
 // ---- trace ----
 
+test('every row of a trace is after the frames of its time, the first too', () => {
+  const file = path.join(folder, 'rows.csv');
+  run(['race', '--duration', '1', '--set', 'players.0.lag_ms=400', '--trace', file]);
+  const [head, ...rows] = readFileSync(file, 'utf8').trimEnd().split('\r\n').map((line) => line.split(','));
+  const open = head.indexOf('player_0_unacked'), age = head.indexOf('player_0_age_of_information_ms');
+  for (const [k, row] of rows.slice(0, 48).entries()) { // an input a frame, and no state for 400 ms and its way back
+    assert.equal(row[open], String(k + 1));
+    if (k < 24) assert.ok(Math.abs(Number(row[age]) - k * 1000 / 60) < 1e-5, row[age]);
+  }
+});
+
 /** RFC 4180, nothing forgiven: records end with CRLF, and a quote stands at the beginning and the end of a field only. */
 function parseCsv(text) {
   const rows = [];

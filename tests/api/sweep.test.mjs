@@ -68,6 +68,34 @@ test('rows are the same for any number of jobs, from shards, and from standard i
   assert.match(missing.stderr, /12 of 36 runs are in no shard, the first is run 12/);
 });
 
+test('a metric that was not counted is empty in CSV and null in JSON, and holds no limit', () => {
+  const name = write('short.json', { scenario: 'race', set: { duration_s: 1.5 }, axes: [{ path: 'players.0.lag_ms', values: [0, 80] }],
+    metrics: ['players.0.input_latency_ms.mean', 'players.0.corrections'] }); // all within the warm-up
+  const rows = good(['sweep', name]).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
+  for (const row of rows.slice(1)) {
+    assert.equal(row.split(',')[column], '');
+    assert.equal(row.split(',')[column + 1], '0');
+  }
+  for (const row of JSON.parse(good(['sweep', name, '--format', 'json']))) assert.equal(row['players.0.input_latency_ms.mean'], null);
+  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  assert.equal(point['players.0.input_latency_ms.mean'], null);
+  good(['sweep', name, '--out', 'short.sqlite']);
+  assert.equal(sql('short.sqlite', 'SELECT COUNT(*) FROM results WHERE "players.0.input_latency_ms.mean" IS NULL'), '2');
+  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html']);
+  assert.ok(!/NaN|undefined|Infinity/.test(readFileSync(file('short.html'), 'utf8')));
+  const answer = JSON.parse(good(['advise', 'race', '--metric', 'players.0.input_latency_ms.mean', '--max-error', '1e9', '--vary', 'players.0.prediction=true,false',
+    '--set', 'duration_s=1.5']));
+  assert.equal(answer.holds, false);
+  assert.equal(answer.advice, null);
+});
+
+test('the adviser that is asked for a short latency switches prediction on', () => {
+  const answer = JSON.parse(good(['advise', 'race', '--metric', 'players.0.input_latency_ms.mean', '--max-error', '40', '--vary', 'players.0.prediction=false,true',
+    '--set', 'duration_s=20', '--set', 'players.0.lag_ms=90']));
+  assert.equal(answer.holds, true);
+  assert.equal(answer.advice.set['players.0.prediction'], true);
+});
+
 test('columns name every parameter with its unit', () => {
   const [head, first] = good(['sweep', mixed()]).split('\r\n');
   assert.equal(head, 'run,point,repeat,seed,methods.0.method,methods.0.dt_s,duration_s,methods.0.shown,title,status,error,hash,t_s,'
