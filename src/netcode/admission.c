@@ -51,7 +51,8 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
     ll_seat *seat = &server->seats[player];
     bool fresh = request->seen != LL_NEVER && now - request->seen <= LL_FRESH;
     bool again = seat->connected && seat->attempt == request->head.seq;
-    ll_admitted done = {.joined = fresh && !again};
+    bool old = request->head.seq < seat->attempt; /* overtaken: its client has gone on */
+    ll_admitted done = {.joined = fresh && !again && !old};
     if (done.joined)
         let_in(server, with_world, player, request->head.seq, now);
     ll_message type = done.joined || again ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG;

@@ -146,7 +146,8 @@ static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_
     ll_client_join(c, s, m->head.epoch, m->tick, m->first, world, now);
 }
 
-/* Not connected: it has been dropped, or what it asked with was too old to let it in. */
+/* Not connected, or not in this epoch: it has been dropped, or what it asked with was too old to let it in.
+ */
 static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_connection *n = &c->connection;
@@ -157,6 +158,13 @@ static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
     n->attempt++;
     ll_client_leave(c, s);
     enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
+}
+
+/* Whether the server, whose answer is of `epoch`, has dropped the player or let it in again without its
+ * knowing. An older epoch was before a change of the way of keeping in step. */
+static bool is_out(const ll_connection *n, uint16_t epoch)
+{
+    return epoch == 0 || (int16_t)(uint16_t)(epoch - n->epoch) > 0;
 }
 
 bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *packet, int size, ll_time now)
@@ -173,10 +181,11 @@ bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *p
         return false;
     memcpy(&m, packet, sizeof m);
     const char *world = size > (int)sizeof m ? (const char *)packet + sizeof m : NULL;
-    n->seen = n->seen == LL_NEVER || m.received > n->seen ? m.received : n->seen;
+    bool news = n->seen == LL_NEVER || m.received > n->seen; /* and none that was overtaken */
+    n->seen = news ? m.received : n->seen;
     if (head.type == LL_MESSAGE_ACCEPT)
         take_accept(c, s, &m, world, now);
-    else if (head.epoch == 0)
+    else if (asks_in(n) ? head.epoch == 0 : news && is_out(n, head.epoch))
         take_refusal(c, s, now);
     take_echo(c, s, &m, now);
     return true;

@@ -445,6 +445,10 @@ static void sync_may_change_while_it_runs(void **state)
         /* stop and wait makes three or four steps of 1/30 s in 2 s */
         assert_true(moved(&s, 0) > last + (ll_syncs[config.server.sync]->answers ? 16.0 / 30 * 2.9 : 10));
         last = moved(&s, 0);
+        for (int p = 0; p < 2; p++) { /* nobody takes what is still on its way for being dropped */
+            assert_int_equal(ll_netgame_client(s.game, p)->connection.joins, 1);
+            assert_int_equal(ll_netgame_client(s.game, p)->connection.state, LL_CONNECTION_PLAYING);
+        }
     }
     scene_close(&s);
 }
