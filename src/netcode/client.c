@@ -459,7 +459,7 @@ static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now
         return ahead == 0;
     if (now - c->heard > QUIET * c->period)
         return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
-    return LL_BUDGET_TICKS - 1 - ahead;
+    return ll_budget_ticks(c->clock.freq) - 1 - ahead;
 }
 
 static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)

@@ -138,7 +138,7 @@ static double budget_use(const ll_server *server, const ll_sync *sync, const ll_
 {
     if (sync->drains)
         return ll_time_use(&seat->account, input, server->client_freq, now);
-    return ((double)ahead + 1) / LL_BUDGET_TICKS;
+    return ((double)ahead + 1) / (double)ll_budget_ticks(server->client_freq);
 }
 
 static ll_rule judge(const ll_server *server, const ll_sync *sync, ll_seat *seat, const ll_action *input,

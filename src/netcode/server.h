@@ -13,7 +13,7 @@
 #include "netcode/validate.h"
 #include "netcode/wire.h"
 
-#define LL_INPUT_RING 512 /* inputs kept per player, by step; more than LL_BUDGET_TICKS on either side */
+#define LL_INPUT_RING 512 /* inputs kept per player, by step; more than ll_budget_ticks on either side */
 
 #define LL_TEND_EVERY (LL_SECOND / 10) /* connections are looked after so often */
 
