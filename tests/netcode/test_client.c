@@ -320,10 +320,14 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
     ll_input_message m;
-    int oldest = 0;
+    int oldest = 0, made = 0;
     start_lone(l, 60, 0, 0);
-    for (int f = 0; f < 400; f++) {
-        int made = f < LL_BUDGET_TICKS - 1 ? f + 1 : LL_BUDGET_TICKS - 1, count = made < 16 ? made : 16;
+    for (int f = 0; f < 400; f++) { /* the server steps at a third of the pace and tells of no input */
+        int steps = f / 3, most = LL_BUDGET_TICKS - 1 + steps;
+        if (f % 3 == 0 && steps > 0)
+            acknowledge(l, steps, 0, ll_tick_time(f, HZ(60)));
+        made += made < most;
+        int count = made < 16 ? made : 16;
         assert_true(numbered_frame(l, f, &m) > 0);
         if (made > 16 && m.head.seq == 1) {
             must_hold(&m, 1, 16, 1);
@@ -332,17 +336,19 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
             must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
         }
     }
+    assert_int_equal(made, LL_BUDGET_TICKS - 1 + 399 / 3);
     assert_int_equal(oldest, (400 - 16) / 2);
-    acknowledge(l, 100, 100, ll_tick_time(400, HZ(60)));
+    acknowledge(l, 200, 200, ll_tick_time(400, HZ(60)));
     int from_oldest = 0;
     for (int f = 400; f < 402; f++) {
         assert_true(numbered_frame(l, f, &m) > 0);
-        from_oldest += m.head.seq == 101;
+        from_oldest += m.head.seq == 201;
     }
     assert_int_equal(from_oldest, 1);
-    acknowledge(l, 257, 257, 8 * LL_SECOND); /* all: only what this frame makes is open */
+    uint32_t all = l->client->seq;
+    acknowledge(l, all, all, 8 * LL_SECOND); /* only what this frame makes is open */
     assert_true(numbered_frame(l, 480, &m) > 0);
-    must_hold(&m, 258, 1, 258);
+    must_hold(&m, all + 1, 1, all + 1);
     free_lone(l);
 }
 
@@ -356,6 +362,7 @@ static void pipelined_lockstep_makes_nothing_in_a_stall(void **state)
         lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
         ll_input_message m;
         int f = 0;
+        l->config.lag_ms = 50;
         start_lone(l, 60, 0, 0);
         for (; f < 100; f++) { /* the state after step k comes behind frame k + 6 */
             assert_true(numbered_frame(l, f, &m) > 0);
@@ -372,6 +379,29 @@ static void pipelined_lockstep_makes_nothing_in_a_stall(void **state)
         acknowledge(l, 94, 94, ll_tick_time(f, HZ(60)));
         assert_true(numbered_frame(l, f, &m) > 0);
         assert_int_equal(l->client->seq, open + 1); /* one a frame, none for those that were left out */
+        free_lone(l);
+    }
+}
+
+/* The first state is a round trip behind the first input: as many inputs are made before it, and those of
+ * four intervals. */
+static void pipelined_lockstep_waits_for_the_first_state_too(void **state)
+{
+    (void)state;
+    static const int lags_ms[] = {0, 20, 250};
+    for (int i = 0; i < 3; i++) {
+        lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
+        ll_input_message m;
+        l->config.lag_ms = lags_ms[i];
+        start_lone(l, 60, 0, LL_SECOND);
+        for (int f = 60; f < 400; f++)
+            assert_true(numbered_frame(l, f, &m) > 0); /* what is open is sent on */
+        double intervals = 4 + 2 * lags_ms[i] * 60 / 1000.0;
+        assert_true(l->client->seq >= floor(intervals) && l->client->seq <= floor(intervals) + 1);
+        acknowledge(l, 1, 1, ll_tick_time(400, HZ(60)));
+        uint32_t before = l->client->seq;
+        numbered_frame(l, 400, &m);
+        assert_int_equal(l->client->seq, before + 1);
         free_lone(l);
     }
 }
@@ -553,6 +583,7 @@ int main(void)
         cmocka_unit_test(a_full_window_gives_up_its_oldest),
         cmocka_unit_test(pipelined_lockstep_repeats_the_oldest),
         cmocka_unit_test(pipelined_lockstep_makes_nothing_in_a_stall),
+        cmocka_unit_test(pipelined_lockstep_waits_for_the_first_state_too),
         cmocka_unit_test(lockstep_makes_one_input_a_state),
         cmocka_unit_test(cheats_send_what_they_say),
         cmocka_unit_test(a_leap_is_one_huge_input_now_and_then),
