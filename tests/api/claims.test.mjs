@@ -65,7 +65,7 @@ test('lag against what is felt and seen: prediction takes the round trip out of 
 
 test('loss against lockstep: everybody waits, and with a free server nobody', () => {
   const rows = points('lockstep_loss');
-  const stalled = along(rows, { 'server.sync': 'lockstep' }, 'server.stalled_s');
+  const stalled = along(rows, { 'server.sync': 'lockstep_pipelined' }, 'server.stalled_s');
   assert.ok(rises(stalled) && stalled[7] > 3 * stalled[0], String(stalled));
   assert.equal(stalled[1], stalled[0], 'a tenth lost costs nothing');
   assert.ok(along(rows, { 'server.sync': 'free' }, 'server.stalled_s').every((value) => value === 0));
