@@ -36,7 +36,7 @@ static void let_in(ll_server *server, bool with_world, int player, uint32_t atte
     if (!with_world)
         ll_seat_clear(seat);
     ll_seat_open(seat, server->client_freq, server->step, now);
-    seat->epoch = ++server->epoch;
+    seat->epoch = server->epoch = ll_server_next_epoch(server);
     seat->first = first;
     seat->newest = with_world ? first : seat->newest;
     seat->attempt = attempt;

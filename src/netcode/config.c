@@ -541,7 +541,7 @@ static const ll_param player_rows[] = {
              "with fused multiply-add, or off by one ulp now and then."},
 };
 
-/* What a client keeps is sized for it: 240 inputs are a round trip of 2.5 s, an update a second and 64 ticks
+/* What a client keeps is sized for it: 512 inputs are a round trip of 2.5 s, an update a second and 128 ticks
  * a second. */
 static bool holds_for_long(const ll_player_config *player)
 {

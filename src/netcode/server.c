@@ -62,7 +62,7 @@ void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
 void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
                      ll_time now)
 {
-    server->epoch++;
+    server->epoch = ll_server_next_epoch(server);
     server->clock = (ll_clock){now, server->step, step_freq};
     server->updates = (ll_clock){now, 0, update_freq};
     server->update = 1;

@@ -126,6 +126,12 @@ static inline ll_baselines *ll_server_baselines(const ll_server *server)
     return (ll_baselines *)((char *)world + ll_world_size(world));
 }
 
+/* 0 is no epoch: who is in none is not connected. */
+static inline uint16_t ll_server_next_epoch(const ll_server *server)
+{
+    return server->epoch == UINT16_MAX ? 1 : (uint16_t)(server->epoch + 1);
+}
+
 /* Starts, or starts again in a new epoch at `now` with clocks of these rates; the world stays as it is. */
 void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, ll_freq client_freq,
                      ll_time now);

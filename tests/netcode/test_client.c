@@ -314,7 +314,7 @@ static void a_full_window_gives_up_its_oldest(void **state)
 }
 
 /* Where the server waits every packet is full of what is open, and every other starts with the oldest, also
- * when no input may be made any more: the server refuses what is 256 steps ahead of it. */
+ * when no input may be made any more: the server refuses what is 128 steps ahead of it. */
 static void pipelined_lockstep_repeats_the_oldest(void **state)
 {
     (void)state;
@@ -329,22 +329,23 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
         made += made < most;
         int count = made < 16 ? made : 16;
         assert_true(numbered_frame(l, f, &m) > 0);
-        if (made > 16 && m.head.seq == 1) {
-            must_hold(&m, 1, 16, 1);
-            oldest++;
+        if (made > 16 && f % 2 == 0) { /* the older ones in turns, from the oldest on */
+            int turns = (made - 1) / 16, first = 1 + (f + 1) / 2 % turns * 16;
+            must_hold(&m, (uint32_t)first, 16, first);
+            oldest += first == 1;
         } else {
             must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
         }
     }
     assert_int_equal(made, LL_BUDGET_TICKS - 1 + 399 / 3);
-    assert_int_equal(oldest, (400 - 16) / 2);
+    assert_true(oldest > 400 / 2 / 17);
     acknowledge(l, 200, 200, ll_tick_time(400, HZ(60)));
     int from_oldest = 0;
-    for (int f = 400; f < 402; f++) {
+    for (int f = 400; f < 400 + 2 * 8; f++) {
         assert_true(numbered_frame(l, f, &m) > 0);
         from_oldest += m.head.seq == 201;
     }
-    assert_int_equal(from_oldest, 1);
+    assert_true(from_oldest >= 1);
     uint32_t all = l->client->seq;
     acknowledge(l, all, all, 8 * LL_SECOND); /* only what this frame makes is open */
     assert_true(numbered_frame(l, 480, &m) > 0);

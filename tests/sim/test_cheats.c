@@ -282,13 +282,19 @@ static void no_cheat_passes_its_honest_twin(void **state)
 static void a_latched_throttle_is_a_gain(void **state)
 {
     (void)state;
-    static const char *const sets[] = {"server.starved=repeat", "players.0.lag_ms=70", "params.laps=10000",
-                                       NULL};
+    static const char *const seeds[] = {"seed=1", "seed=2", "seed=3", "seed=4"};
     static const char *const cheats[] = {"rate", "budget"};
     course *cheat = malloc(sizeof *cheat);
     for (int i = 0; i < 2; i++) {
-        drive(sets, cheats[i], 0, cheat);
-        assert_true(cheat->gain < 1e-6 && cheat->twin_gain > 100);
+        double most = 0; /* which pedal is held for ever is the seed's */
+        for (int k = 0; k < 4; k++) {
+            const char *const sets[] = {"server.starved=repeat", "players.0.lag_ms=70", "params.laps=10000",
+                                        seeds[k], NULL};
+            drive(sets, cheats[i], 0, cheat);
+            assert_true(cheat->gain < 1e-6);
+            most = cheat->twin_gain > most ? cheat->twin_gain : most;
+        }
+        assert_true(most > 2 * LL_BUDGET_TICKS * 16.0 / 60);
     }
     free(cheat);
 }
