@@ -293,6 +293,11 @@ int ll_link_in_flight(const ll_link *l)
     return l->end - l->first - l->held;
 }
 
+void ll_link_restart_stats(ll_link *l)
+{
+    l->stats = (ll_link_stats){.carried = ll_link_in_flight(l), .delay_min_ms = 1e9};
+}
+
 const ll_link_stats *ll_link_get_stats(const ll_link *l)
 {
     return &l->stats;
@@ -375,5 +380,5 @@ static bool ring_valid(const ll_link *l)
 bool ll_link_valid(const ll_link *l)
 {
     return queue_valid(l) && ring_valid(l) && store_valid(l) &&
-           l->stats.delivered + ll_link_in_flight(l) <= ll_link_put_on_way(&l->stats);
+           l->stats.delivered + ll_link_in_flight(l) <= ll_link_put_on_way(&l->stats) + l->stats.carried;
 }

@@ -106,6 +106,7 @@ typedef struct ll_sending {
 /* Realised statistics, to stand next to the configured ones; of packets where they do not say messages. The
  * delays are those of what was put on its way, copies too: as drawn or, in fifo order, as they became. */
 typedef struct ll_link_stats {
+    int64_t carried;    /* messages that were in flight when counting began */
     int64_t sent, lost; /* lost: copies too */
     int64_t lost_copies;
     int64_t lost_in_blackouts; /* copies too */
@@ -157,6 +158,7 @@ int ll_link_take_held(ll_link *link, uint32_t id, void *bytes, int capacity);
 
 void ll_link_clear(ll_link *link); /* drops what is in flight or held; fifo order and the queue start anew */
 int ll_link_in_flight(const ll_link *link);
+void ll_link_restart_stats(ll_link *link); /* they count from now on; what is in flight is still delivered */
 const ll_link_stats *ll_link_get_stats(const ll_link *link);
 int64_t ll_link_put_on_way(const ll_link_stats *stats); /* packets and copies */
 int64_t ll_link_messages(const ll_link_stats *stats);   /* sent */

@@ -3,7 +3,7 @@
  *
  * Where an input belongs to a step, a bit that is not set is final: the step is over, the input is skipped.
  * Where the server applies inputs as they come, it may still come, so the client goes on applying it until it
- * is older than what the state tells of; and a state that is older than the last tells exactly what it
+ * is overtaken by 64; and a state that is older than the last tells exactly what it
  * includes, so that it does no harm. */
 #include <string.h>
 
@@ -26,14 +26,16 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_receiv
         c->acked = upto;
 }
 
+#define OVERTAKEN 64 /* by so many applied ones an input is no longer waited for */
+
 /* As they come: what the state does not include is open, unless it is too old to be waited for. */
 static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
 {
-    uint32_t newest = c->verdict.newest < c->seq ? c->verdict.newest : c->seq, window = 32 * c->verdict.words;
-    uint32_t first = newest >= window ? newest - window + 1 : 1;
+    uint32_t newest = c->verdict.newest < c->seq ? c->verdict.newest : c->seq;
+    uint32_t first = newest >= OVERTAKEN ? newest - OVERTAKEN + 1 : 1;
     for (uint32_t seq = c->acked + 1; seq < first; seq++)
         if (ll_client_is_open(c, seq))
-            ll_client_close(c, s, seq, LL_INPUT_SKIPPED, state, now);
+            ll_client_close(c, s, seq, applied(c, seq) ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state, now);
     c->acked = first - 1;
     for (uint32_t seq = first; seq <= c->seq; seq++) {
         ll_pending *p = ll_client_pending(c, seq);

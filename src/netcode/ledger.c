@@ -23,11 +23,20 @@ static void pass_decided(ll_ledger *ledger)
         ledger->open++;
 }
 
+/* What a step makes of an input whose time it was. */
+static ll_input_verdict verdict_of(const ll_ledger_input *input)
+{
+    return input->marks & LL_LEDGER_IN_TIME   ? LL_INPUT_WAS_APPLIED
+           : input->marks & LL_LEDGER_REFUSED ? LL_INPUT_WAS_REFUSED
+           : input->marks & LL_LEDGER_LATE    ? LL_INPUT_CAME_LATE
+                                              : LL_INPUT_WAS_LOST;
+}
+
 void ll_ledger_made(ll_ledger *ledger, uint32_t seq, int64_t tick)
 {
     ll_ledger_input *input = &ledger->input[seq & (LL_LEDGER_RING - 1)];
     if (input->seq != 0 && input->verdict == LL_INPUT_IS_OPEN)
-        decide(ledger, input, LL_INPUT_WAS_LOST);
+        decide(ledger, input, verdict_of(input));
     *input = (ll_ledger_input){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
         *input = (ll_ledger_input){.seq = seq, .marks = LL_LEDGER_AS_IT_COMES};
@@ -66,15 +75,6 @@ void ll_ledger_judged(ll_ledger *ledger, uint32_t seq, ll_ledger_mark mark)
         ledger->open = seq;
 }
 
-/* What a step makes of an input whose time it was. */
-static ll_input_verdict verdict_of(const ll_ledger_input *input)
-{
-    return input->marks & LL_LEDGER_IN_TIME   ? LL_INPUT_WAS_APPLIED
-           : input->marks & LL_LEDGER_REFUSED ? LL_INPUT_WAS_REFUSED
-           : input->marks & LL_LEDGER_LATE    ? LL_INPUT_CAME_LATE
-                                              : LL_INPUT_WAS_LOST;
-}
-
 void ll_ledger_stepped(ll_ledger *ledger, int64_t step)
 {
     for (uint32_t seq = ledger->open; seq <= ledger->newest; seq++) {
@@ -103,12 +103,18 @@ void ll_ledger_drained(ll_ledger *ledger, int64_t step, uint32_t unsent_from, ll
     pass_decided(ledger);
 }
 
+/* Of an input whose step is not made in its epoch. */
+static ll_input_verdict without_step(const ll_ledger_input *input)
+{
+    return input->marks & LL_LEDGER_REFUSED ? LL_INPUT_WAS_REFUSED : LL_INPUT_WAS_LOST;
+}
+
 void ll_ledger_never(ll_ledger *ledger, uint32_t first, uint32_t last)
 {
     first = first < ledger->open ? ledger->open : first;
     for (uint32_t seq = first; seq <= last && seq <= ledger->newest; seq++)
         if (is_open(ledger, seq))
-            decide(ledger, ll_ledger_find(ledger, seq), LL_INPUT_WAS_LOST);
+            decide(ledger, ll_ledger_find(ledger, seq), without_step(ll_ledger_find(ledger, seq)));
     pass_decided(ledger);
 }
 

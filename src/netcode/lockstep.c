@@ -1,12 +1,17 @@
 #include "netcode/lockstep.h"
 
+static const ll_input_slot *slot_of(const ll_seat *seat, int64_t k)
+{
+    return &seat->slots[k & (LL_INPUT_RING - 1)];
+}
+
 ll_time ll_lockstep_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
     ll_time interval = ll_tick_time(1, server->clock.freq), ready = LL_NEVER;
     for (int i = 0; i < server->players; i++) {
         const ll_seat *seat = &server->seats[i];
-        const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
+        const ll_input_slot *slot = slot_of(seat, k);
         if (!seat->connected)
             continue;
         if (slot->tick != k)
@@ -20,6 +25,20 @@ ll_time ll_lockstep_due(const ll_server *server)
     return due > soonest ? due : soonest;
 }
 
+/* Step k waited for the last of its inputs. */
+static void stall(ll_server *server, int64_t k, ll_time waited)
+{
+    ll_seat *last = NULL;
+    server->stalled += waited;
+    for (int i = 0; i < server->players; i++) {
+        ll_seat *seat = &server->seats[i];
+        if (seat->connected && (!last || slot_of(seat, k)->came > slot_of(last, k)->came))
+            last = seat;
+    }
+    if (last)
+        last->waited += waited;
+}
+
 void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
                       ll_time now)
 {
@@ -27,10 +46,10 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
     int64_t k = ++server->step;
     ll_time interval = ll_tick_time(1, server->clock.freq);
     if (now - server->stepped > interval)
-        server->stalled += now - server->stepped - interval;
+        stall(server, k, now - server->stepped - interval);
     for (int i = 0; i < server->players; i++) {
         ll_seat *seat = &server->seats[i];
-        const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
+        const ll_input_slot *slot = slot_of(seat, k);
         actions[i] = seat->connected ? ll_server_action(server, i, k) : (ll_action){0};
         if (!seat->connected)
             continue;

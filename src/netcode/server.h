@@ -73,6 +73,7 @@ typedef struct ll_seat {
     uint16_t epoch;
     uint8_t connected, reserved;
     int64_t joins, drops;
+    ll_time waited; /* both locksteps: that everybody waited for this player's inputs, the last to come */
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;

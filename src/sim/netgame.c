@@ -208,6 +208,10 @@ static ll_status init(void *block, const void *config)
     start_server(g, 0);
     server->tend = g->now = -LL_LOBBY;
     ll_status status = run_until(g, -1, NULL);
+    for (int i = 0; i < n; i++) {
+        ll_link_restart_stats(ll_netgame_up(g, i));
+        ll_link_restart_stats(ll_netgame_down(g, i));
+    }
     begin(g, 0);
     return status;
 }

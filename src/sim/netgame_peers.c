@@ -63,7 +63,7 @@ void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
     int slowest = -1;
     double most = 0;
     for (int p = 0; p < g->config.player_count; p++) {
-        double sum = 0;
+        double sum = ll_to_s(ll_netgame_server(g)->seats[p].waited);
         for (int i = 0; i < g->config.player_count; i++)
             sum += waited_s(g, i, p);
         if (sum > most) {

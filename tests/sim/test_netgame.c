@@ -417,7 +417,7 @@ static void extremes_of_the_ranges_are_served(void **state)
                         16 * 1.1); /* chords of up to a second */
         }
         assert_true(ll_netgame_server(s.game)->seats[0].late - late <=
-                    4); /* of 2560; jitter's last extremes */
+                    2560 / 100); /* what jitter may bring is learnt by being late */
         scene_close(&s);
     }
 }
