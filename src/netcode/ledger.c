@@ -11,6 +11,13 @@ static void decide(ll_ledger *ledger, ll_ledger_input *input, ll_input_verdict v
     input->verdict = (uint8_t)verdict;
 }
 
+/* What was refused may have come again until now. */
+static void give_up(ll_ledger *ledger, ll_ledger_input *input)
+{
+    bool refused = (input->marks & LL_LEDGER_REFUSED) && !(input->marks & LL_LEDGER_IN_TIME);
+    decide(ledger, input, refused ? LL_INPUT_WAS_REFUSED : LL_INPUT_WAS_LOST);
+}
+
 static bool is_open(ll_ledger *ledger, uint32_t seq)
 {
     const ll_ledger_input *input = ll_ledger_find(ledger, seq);
@@ -36,7 +43,7 @@ void ll_ledger_made(ll_ledger *ledger, uint32_t seq, int64_t tick)
 {
     ll_ledger_input *input = &ledger->input[seq & (LL_LEDGER_RING - 1)];
     if (input->seq != 0 && input->verdict == LL_INPUT_IS_OPEN)
-        decide(ledger, input, verdict_of(input));
+        give_up(ledger, input);
     *input = (ll_ledger_input){.tick = tick, .seq = seq};
     if (tick == LL_NEVER)
         *input = (ll_ledger_input){.seq = seq, .marks = LL_LEDGER_AS_IT_COMES};
@@ -103,18 +110,12 @@ void ll_ledger_drained(ll_ledger *ledger, int64_t step, uint32_t unsent_from, ll
     pass_decided(ledger);
 }
 
-/* Of an input whose step is not made in its epoch. */
-static ll_input_verdict without_step(const ll_ledger_input *input)
-{
-    return input->marks & LL_LEDGER_REFUSED ? LL_INPUT_WAS_REFUSED : LL_INPUT_WAS_LOST;
-}
-
 void ll_ledger_never(ll_ledger *ledger, uint32_t first, uint32_t last)
 {
     first = first < ledger->open ? ledger->open : first;
     for (uint32_t seq = first; seq <= last && seq <= ledger->newest; seq++)
         if (is_open(ledger, seq))
-            decide(ledger, ll_ledger_find(ledger, seq), without_step(ll_ledger_find(ledger, seq)));
+            give_up(ledger, ll_ledger_find(ledger, seq));
     pass_decided(ledger);
 }
 

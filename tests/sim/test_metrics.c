@@ -52,8 +52,8 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
 static void clean_pictures_are_true_at_their_tick(void **state)
 {
     (void)state;
-    static const char *const syncs[] = {"free",          "lockstep_pipelined", "gambetta",
-                                        "deterministic", "rollback",           "lockstep"};
+    static const char *const syncs[] = {"free",          "lockstep", "gambetta",
+                                        "deterministic", "rollback", "lockstep_pipelined"};
     static const double lags[] = {0, 8.4, 61.7, 249, 1000};
     for (size_t i = 0; i < sizeof syncs / sizeof syncs[0]; i++)
         for (size_t k = 0; k < 2 * sizeof lags / sizeof lags[0]; k++) {
@@ -67,10 +67,10 @@ static void clean_pictures_are_true_at_their_tick(void **state)
             scene s = scene_open(i == 2 ? "gambetta" : "race", sets);
             scene_run(&s, 12, NULL);
             ll_summary error = summary(&s, 0, LL_METRIC_OWN_TIMELINE_ERROR);
-            assert_true(error.count > (i == 5 ? 4 : 20) && error.max == 0); /* a step a round trip */
+            assert_true(error.count > 10 && error.max == 0);
             const ll_gauge *lead = &ll_netgame_instruments(s.game, 0)->pictures.leads_ms;
             assert_int_equal(lead->count, error.count);
-            if (i < 2) /* ahead of the server by prediction, and behind it without */
+            if (i == 0) /* ahead of the server by prediction, and behind it without */
                 assert_true(k & 1 ? lead->min > lags[k / 2] : lead->max <= -lags[k / 2]);
             assert_int_equal(ll_netgame_instruments(s.game, 0)->pictures.voided, 0);
             scene_close(&s);
@@ -248,8 +248,14 @@ static void a_naive_count_agrees(void **state)
         snprintf(lossy, sizeof lossy, "players.0.link.up.loss_pct=%s", loss[i & 1]);
         snprintf(prediction, sizeof prediction, "players.0.prediction=%s", on[i >> 1 & 1]);
         snprintf(reconciliation, sizeof reconciliation, "players.0.reconciliation=%s", on[i >> 2 & 1]);
-        const char *const sets[] = {
-            lossy, prediction, reconciliation, "players.0.redundancy=0", "players.0.lag_ms=91.3", NULL};
+        const char *const sets[] = {lossy,
+                                    prediction,
+                                    reconciliation,
+                                    "players.0.redundancy=0",
+                                    "players.0.lag_ms=91.3",
+                                    "players.0.clock_phase=0",
+                                    "players.1.clock_phase=0",
+                                    NULL};
         count_again("contact", sets);
         count_again("race", sets);
     }
@@ -257,17 +263,22 @@ static void a_naive_count_agrees(void **state)
 
 /* ---- what is lost ---- */
 
+/* From 5 s on; what is measured begins when the last acknowledgement is over. */
 static void a_dead_uplink_loses_every_change(void **state)
 {
     (void)state;
     static const char *const syncs[] = {"server.sync=free", "server.sync=gambetta"};
     for (int i = 0; i < 2; i++)
         for (int predicted = 0; predicted < 2; predicted++) {
-            const char *const sets[] = {
-                syncs[i], "players.0.link.up.blackout_length_ms=60000",
-                predicted ? "players.0.prediction=true" : "players.0.prediction=false", NULL};
+            const char *const sets[] = {syncs[i],
+                                        "players.0.link.up.blackout_at_ms=5000",
+                                        "players.0.link.up.blackout_length_ms=60000",
+                                        "warmup_s=6",
+                                        predicted ? "players.0.prediction=true"
+                                                  : "players.0.prediction=false",
+                                        NULL};
             scene s = scene_open(i == 0 ? "race" : "gambetta", sets);
-            scene_run(&s, 15, NULL);
+            scene_run(&s, 25, NULL);
             cJSON *m = ll_netgame_metrics(s.game);
             assert_true(value(m, "players.0.input_latency_ms.lost_ratio") == 1);
             assert_true(value(m, "players.0.seen_latency_ms.lost_ratio") == 1);
@@ -276,11 +287,10 @@ static void a_dead_uplink_loses_every_change(void **state)
                         is_null(m, "players.0.input_latency_ms.mean"));
             assert_true(value(m, "players.0.ack_rtt_ms.count") == 0 &&
                         is_null(m, "players.0.ack_rtt_ms.mean"));
-            const char *const verdicts = "players.0.inputs.verdicts";
-            const cJSON *v = at(m, verdicts);
-            assert_true(value(v, "applied") == 0 && value(v, "late") == 0 && value(v, "refused") == 0);
-            assert_true(value(v, "made") > 100 && value(v, "lost") == value(v, "made") - value(v, "open"));
-            assert_true(value(v, "open") < 30);
+            const cJSON *v = at(m, "players.0.inputs.verdicts");
+            assert_true(value(v, "late") == 0 && value(v, "refused") == 0 && value(v, "applied") <= 301);
+            assert_true(value(v, "lost") > 100 &&
+                        value(v, "made") == value(v, "lost") + value(v, "applied") + value(v, "open"));
             assert_true(value(m, "players.1.input_latency_ms.lost_ratio") == 0);
             cJSON_Delete(m);
             scene_close(&s);
@@ -315,8 +325,8 @@ static void age_grows_with_loss(void **state)
     for (int i = 0; i < 4; i++) {
         char loss[48];
         snprintf(loss, sizeof loss, "players.0.link.down.loss_pct=%d", loss_pct[i]);
-        const char *const sets[] = {loss, "players.0.lag_ms=108.333333", "players.0.clock_phase=0",
-                                    "server.update_hz=20", NULL};
+        const char *const sets[] = {loss, "players.0.lag_ms=108.333333", "server.update_hz=20",
+                                    "players.0.clock_phase=0", NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 600, NULL);
         double p = loss_pct[i] / 100.0, wait = 25 * (1 + p) / (1 - p);
@@ -490,7 +500,17 @@ static void fairness_goes_by_the_realised_round_trip(void **state)
     cJSON *m = ll_netgame_metrics(s.game);
     double spread = value(m, "players.1.input_latency_ms.mean") - value(m, "players.0.input_latency_ms.mean");
     assert_true(spread > 60);
-    assert_true(fabs(value(m, "server.fairness.input_latency_ms.per_ms_of_round_trip") - spread / 80) < 1e-9);
+    double round_trips[2];
+    for (int i = 0; i < 2; i++) {
+        char up[64], down[64];
+        snprintf(up, sizeof up, "players.%d.link_up.delay_mean_ms", i);
+        snprintf(down, sizeof down, "players.%d.link_down.delay_mean_ms", i);
+        round_trips[i] = value(m, up) + value(m, down);
+    }
+    double apart = round_trips[1] - round_trips[0];
+    assert_true(apart > 70 && apart < 80.001);
+    assert_true(fabs(value(m, "server.fairness.input_latency_ms.per_ms_of_round_trip") - spread / apart) <
+                1e-9);
     cJSON_Delete(m);
     scene_close(&s);
 }
@@ -505,9 +525,9 @@ static void a_wait_that_has_not_ended_counts(void **state)
         scene s = scene_open("race", sets);
         scene_run(&s, 8, NULL);
         cJSON *a = ll_netgame_metrics(s.game);
-        scene_run(&s, 13, NULL);
+        scene_run(&s, 10.25, NULL); /* it is not yet given up */
         cJSON *b = ll_netgame_metrics(s.game);
-        assert_true(fabs(value(b, "server.stalled_s") - value(a, "server.stalled_s") - 5) < 1e-9);
+        assert_true(fabs(value(b, "server.stalled_s") - value(a, "server.stalled_s") - 2.25) < 1e-9);
         cJSON_Delete(a);
         cJSON_Delete(b);
         scene_close(&s);
