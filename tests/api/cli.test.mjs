@@ -159,7 +159,7 @@ test('a scenario is an id, a file or standard input', () => {
 
 test('every row of a trace is after the frames of its time, the first too', () => {
   const file = path.join(folder, 'rows.csv');
-  run(['race', '--duration', '1', '--set', 'players.0.lag_ms=400', '--trace', file]);
+  run(['race', '--duration', '1', '--set', 'players.0.lag_ms=400', '--set', 'players.0.clock_phase=0', '--trace', file]);
   const [head, ...rows] = readFileSync(file, 'utf8').trimEnd().split('\r\n').map((line) => line.split(','));
   const open = head.indexOf('player_0_unacked'), age = head.indexOf('player_0_age_of_information_ms');
   for (const [k, row] of rows.slice(0, 48).entries()) { // an input a frame, and no state for 400 ms and its way back
@@ -197,7 +197,7 @@ test('trace is CSV with units in its header and a row for each tick', () => {
     assert.equal(new Set(header).size, header.length, 'no name twice');
     assert.deepEqual(header.slice(0, 2), ['time_s', 'tick']);
     // A column has a unit, or counts something.
-    for (const name of header) assert.match(name, /_(m|s|ms|mps|hz|pct)$|^tick$|_step$|_unacked$|_corrections$/, name);
+    for (const name of header) assert.match(name, /_(m|s|ms|mps|hz|pct)$|^tick$|_step$|_unacked$|_corrections$|_connect(ion|ed)$/, name);
     rows.forEach((row, i) => {
       assert.equal(row.length, header.length);
       for (const value of row) assert.match(value, /^-?\d+(\.\d+)?([eE][-+]?\d+)?$/);
