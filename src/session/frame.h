@@ -24,17 +24,21 @@
  *   section 1, views of a netgame: record 0 is the server, record 1 + p player p; stride = bytes / count
  *      0 u8 view         1 u8 entities       2 u16 flags  1 prediction 2 reconciliation 4 interpolation 8 buffer under-run
  *                                                         16 stalled (waits for an input) 32 driven by a person
+ *                                          bits 8 to 10: connection 0 connecting 1 synchronising 2 playing 3 stalled 4 resynchronising
+ *                                          5 disconnected (the server's own says playing)   2048 the server does not have the player connected
  *      4 u32 input_seq   last sent           8 u32 acked_seq             12 u32 unacked
  *     16 f32 lag_ms     20 f32 view_age_ms   of the remote entities      24 f32 own_lead_m (M4b, signed: drawn - server now)
  *     28 f32 remote_error_m (M4c, largest, signed)                       32 f32 buffer_ms (newest snapshot - drawn time)
- *     36 f32 slack_ticks (input early at the server; negative: late)     40 u32 corrections
+ *     36 f32 slack_ticks (input early at the server; negative: late; NaN: not known)     40 u32 corrections
  *     44 f32 correction_m (last)   48 u32 refused (by the server)   52 f32 alpha (between the two snapshots)
  *     56 f64 shown_s    server time of the remote entities as drawn
  *     64 entities, 32 bytes each: f32 x, y, vx, vy, angle, spin, age_ms; u32 flags 1 finished 2 predicted 4 interpolated 8 held (no data)
  *                                                                     16 active (a projectile in flight) 32 extrapolated
  *                                                                     64 unsettled (overlaps what it was pushed into)
+ *                                                                     128 away (its player is not connected)
  *   section 2, events, 32 bytes each (sim.h ll_event)
  *      0 u32 id   4 u8 type  5 u8 player  6 u8 fate  7 u8 outcome   8 f64 begin_s  16 f64 end_s  24 u32 number  28 f32 value
+ *      Times below 0 are of the lobby before the game.
  *      A frame repeats the events of the last 8 frames, a key frame those of the last 4 s: a viewer keeps them by id.
  *      Key frames go to a new viewer, after a jump of time, and after a gap of more than 8 frames, but not to one whose link
  *      they would choke.
@@ -71,6 +75,11 @@
  *     12 f32 sent_ms    16 f32 arrived_ms   20 f32 due_ms (played out): from the frame's time on; negative: before it
  *   section 9, shells in flight, in a game with weapons, as each view has them, 40 bytes each
  *      0 u8 view   1 u8 player (whose)   2 u16 number   4 f32 flown_s   8 f32 x, y, vx, vy   24 f32 from_x, from_y, from_vx, from_vy
+ *   section 10, what is counted of the players' views from the warm-up on: record = player, 48 bytes; a mean is the difference of two
+ *   sums by that of their counts
+ *      0 u8 player   4 f32 age_of_information_ms (now)   8 f64 own_timeline_error_sum_m   16 f64 input_latency_sum_ms
+ *     24 u32 own_timeline_errors (displays)   28 u32 input_latencies (changes of controls that were felt)   32 u32 input_changes
+ *     36 u32 input_changes_lost (never applied)   40 u32 visible_corrections (displays)
  *   section 16, a motion: record 0 is the solution, record 1 + i method i; stride = bytes / count
  *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
  *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each

@@ -169,6 +169,13 @@ void ll_netgame_shots_sections(const ll_netgame *g,
                                void *context);
 void ll_netgame_shots_sections_json(const ll_netgame *g, struct cJSON *frame);
 
+/* netgame_measures.c: what is counted of each player's view, streamed */
+void ll_netgame_measures_section(const ll_netgame *g,
+                                 void (*section)(void *context, int type, int count, const void *bytes,
+                                                 size_t size),
+                                 void *context);
+void ll_netgame_measures_section_json(const ll_netgame *g, struct cJSON *frame);
+
 /* netgame_frame.c: what is streamed of a block */
 void ll_netgame_sections(const void *block,
                          void (*section)(void *context, int type, int count, const void *bytes, size_t size),

@@ -1,5 +1,6 @@
 /* What is streamed of a netgame: the sections of session/frame.h. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stddef.h>
 #include <string.h>
 
@@ -14,6 +15,8 @@ enum {
     VIEW_UNDERRUN = 8,
     VIEW_STALLED = 16,
     VIEW_PERSON = 32,
+    VIEW_CONNECTION = 8, /* the first of three bits: ll_connection_state */
+    VIEW_DROPPED = 2048,
 };
 
 typedef struct view_entity {
@@ -55,7 +58,8 @@ static void server_view(const ll_netgame *g, view *v)
     v->shown_s = ll_to_s(server->stepped);
     v->alpha = 1;
     v->input_seq = (uint32_t)server->step;
-    v->flags = ll_netgame_sync(g)->due(server) == LL_NEVER ? VIEW_STALLED : 0;
+    int stalled = ll_netgame_sync(g)->due(server) == LL_NEVER ? VIEW_STALLED : 0;
+    v->flags = (uint16_t)(stalled | LL_CONNECTION_PLAYING << VIEW_CONNECTION);
     for (int i = 0; i < world->entities; i++)
         v->entity[i] = entity(&world->entity[i], g->now - server->stepped, 0);
 }
@@ -70,7 +74,8 @@ static void player_view(const ll_netgame *g, int i, view *v)
                 (config->reconciliation ? VIEW_RECONCILIATION : 0) |
                 (config->interpolation ? VIEW_INTERPOLATION : 0) | (c->held_now ? VIEW_UNDERRUN : 0) |
                 (ll_netgame_stalled(g, i) ? VIEW_STALLED : 0) |
-                (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0);
+                (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0) |
+                c->connection.state << VIEW_CONNECTION | (seat->connected ? 0 : VIEW_DROPPED);
     v->flags = (uint16_t)flags;
     v->input_seq = c->seq;
     v->acked_seq = c->acked;
@@ -80,7 +85,7 @@ static void player_view(const ll_netgame *g, int i, view *v)
     v->own_lead_m = (float)in->own_lead;
     v->remote_error_m = (float)in->remote_error;
     v->buffer_ms = (float)c->buffer_ms;
-    v->slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? 0 : (float)seat->last_slack;
+    v->slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)seat->last_slack;
     v->corrections = (uint32_t)in->corrections;
     v->correction_m = (float)in->last_correction;
     v->refused = (uint32_t)in->ledger.count[LL_INPUT_WAS_REFUSED];
@@ -137,11 +142,12 @@ void ll_netgame_sections(const void *block,
     ll_netgame_view_sections(g, section, context);
     ll_netgame_ladder_section(g, section, context);
     ll_netgame_shots_sections(g, section, context);
+    ll_netgame_measures_section(g, section, context);
 }
 
 static void number(cJSON *object, const char *name, double value)
 {
-    cJSON_AddNumberToObject(object, name, value);
+    ll_netgame_number(object, name, value);
 }
 
 static cJSON *view_json(const view *v)
@@ -149,6 +155,8 @@ static cJSON *view_json(const view *v)
     cJSON *o = cJSON_CreateObject(), *entities = cJSON_AddArrayToObject(o, "entities");
     number(o, "view", v->view);
     number(o, "flags", v->flags);
+    cJSON_AddStringToObject(o, "connection", ll_connection_state_names[v->flags >> VIEW_CONNECTION & 7]);
+    cJSON_AddBoolToObject(o, "connected", (v->flags & VIEW_DROPPED) == 0);
     number(o, "input_seq", v->input_seq);
     number(o, "acked_seq", v->acked_seq);
     number(o, "unacked", v->unacked);
@@ -197,4 +205,5 @@ void ll_netgame_sections_json(const void *block, cJSON *frame)
     ll_netgame_view_sections_json(g, frame);
     ll_netgame_ladder_section_json(g, frame);
     ll_netgame_shots_sections_json(g, frame);
+    ll_netgame_measures_section_json(g, frame);
 }

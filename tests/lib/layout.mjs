@@ -11,6 +11,10 @@ function record(fields, buffer, at) {
   const value = {};
   for (const field of fields) {
     value[field.name] = READ[field.type](buffer, at + field.offset);
+    if (field.nullable && Number.isNaN(value[field.name])) value[field.name] = null;
+    for (const [name, { shift, bits, values }] of Object.entries(field.words ?? {})) {
+      value[name] = values[(value[field.name] >> shift) & ((1 << bits) - 1)];
+    }
     if ('const' in field && value[field.name] !== field.const) throw new Error(`${field.name} is ${value[field.name]}`);
   }
   return value;

@@ -2,9 +2,14 @@
 
 export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16; /* flags of a frame */
 export const PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32; /* of a view */
+const CONNECTION_SHIFT = 8, CONNECTION_MASK = 7, DROPPED_BY_SERVER = 2048;
+/** States of a player's connection; the server's own is `playing`. */
+export const CONNECTIONS = ['connecting', 'synchronising', 'playing', 'stalled', 'resynchronising', 'disconnected'];
+export const CONNECTING = 0, SYNCHRONISING = 1, IS_PLAYING = 2, IS_STALLED = 3, RESYNCHRONISING = 4, DISCONNECTED = 5;
 export const E_FINISHED = 1, E_PREDICTED = 2, E_INTERPOLATED = 4, E_HELD = 8, E_ACTIVE = 16, E_EXTRAPOLATED = 32; /* of an entity */
-export const INPUT = 1, STATE = 2, REFUSAL = 3, RELAY = 4, VERDICT = 16, APPLIED = 17, CORRECTION = 18, STEP = 19, STALL = 20,
-  ROLLBACK = 21, DESYNC = 22; /* events */
+export const E_AWAY = 128; /* its player is not connected */
+export const INPUT = 1, STATE = 2, REFUSAL = 3, RELAY = 4, CONNECT = 5, ACCEPT = 6, PING = 7, PONG = 8, VERDICT = 16, APPLIED = 17,
+  CORRECTION = 18, STEP = 19, STALL = 20, ROLLBACK = 21, DESYNC = 22, CONNECTION = 23, DROPPED = 24; /* events */
 export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
 
 /** Fields of an entity, and the game's own part of the world: where two worlds differ. */
@@ -16,6 +21,8 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
  * @typedef {object} View
  * @property {number} view  0 is the server, 1 + p player p
  * @property {number} flags
+ * @property {number} connection   index into CONNECTIONS
+ * @property {boolean} connected   the server has the player connected
  * @property {number} inputSeq
  * @property {number} ackedSeq
  * @property {number} unacked
@@ -24,7 +31,7 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
  * @property {number} ownLead      m, drawn minus the server's now: ahead by prediction, no error
  * @property {number} remoteError  m, the largest
  * @property {number} buffer       ms, newest snapshot minus drawn time
- * @property {number} slack        ticks that an input arrives early
+ * @property {number} slack        ticks that an input arrives early; NaN: not known
  * @property {number} corrections
  * @property {number} correction   m, the last one
  * @property {number} refused
@@ -38,6 +45,11 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
 
 /** @typedef {{id: number, type: number, player: number, fate: number, outcome: number, begin: number, end: number,
  *   number: number, value: number}} Event */
+
+/** What is counted of a player's view from the warm-up on: a mean is the difference of two sums by that of their counts.
+ * `ageOfInformation`: ms, now. `latencies`: changes of the controls that were felt, of `changes`, of which `lost` were never applied.
+ * @typedef {{player: number, ageOfInformation: number, errorSum: number, latencySum: number, errors: number, latencies: number,
+ *   changes: number, lost: number, visibleCorrections: number}} Measures */
 
 export const V_NEWEST = 0, V_NORMAL = 1, V_CATCHING_UP = 2, V_SLOWING = 3, V_STARVED = 4, V_EXTRAPOLATING = 5; /* states of a buffer */
 
@@ -125,6 +137,7 @@ export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body *
  * @property {Buffer[]} buffers  of the players' views
  * @property {Buffered[]} buffered  the states in them
  * @property {Rung[]} ladder    by player, oldest first
+ * @property {Measures[]} measures  by player
  * @property {Motion[]} motion  of a motion: the solution, then the methods
  * @property {Shot[]} shots         in a game with weapons; otherwise empty, as shells
  * @property {Shell[]} shells       in flight, of all views
@@ -134,7 +147,7 @@ export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body *
 /** `bytes` begins with the first of `count` records. @typedef {{bytes: DataView, count: number, stride: number}} Section */
 
 const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, RUNG = 24, MOTION = 64,
-  SHOT = 80, SHOT_BODY = 24, SHELL_RECORD = 40;
+  SHOT = 80, SHOT_BODY = 24, SHELL_RECORD = 40, MEASURES = 48;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
 function view(d, at, stride) {
@@ -148,9 +161,10 @@ function view(d, at, stride) {
       flags: d.getUint32(e + 28, true),
     });
   }
+  const flags = d.getUint16(at + 2, true);
   return {
-    view: d.getUint8(at), flags: d.getUint16(at + 2, true), inputSeq: d.getUint32(at + 4, true),
-    ackedSeq: d.getUint32(at + 8, true), unacked: d.getUint32(at + 12, true), lag: d.getFloat32(at + 16, true),
+    view: d.getUint8(at), flags, connection: (flags >> CONNECTION_SHIFT) & CONNECTION_MASK, connected: (flags & DROPPED_BY_SERVER) === 0,
+    inputSeq: d.getUint32(at + 4, true), ackedSeq: d.getUint32(at + 8, true), unacked: d.getUint32(at + 12, true), lag: d.getFloat32(at + 16, true),
     viewAge: d.getFloat32(at + 20, true), ownLead: d.getFloat32(at + 24, true), remoteError: d.getFloat32(at + 28, true),
     buffer: d.getFloat32(at + 32, true), slack: d.getFloat32(at + 36, true), corrections: d.getUint32(at + 40, true),
     correction: d.getFloat32(at + 44, true), refused: d.getUint32(at + 48, true), alpha: d.getFloat32(at + 52, true),
@@ -205,6 +219,15 @@ function rung(d, at) {
   };
 }
 
+/** @param {DataView} d @param {number} at @returns {Measures} */
+function measures(d, at) {
+  return {
+    player: d.getUint8(at), ageOfInformation: d.getFloat32(at + 4, true), errorSum: d.getFloat64(at + 8, true),
+    latencySum: d.getFloat64(at + 16, true), errors: d.getUint32(at + 24, true), latencies: d.getUint32(at + 28, true),
+    changes: d.getUint32(at + 32, true), lost: d.getUint32(at + 36, true), visibleCorrections: d.getUint32(at + 40, true),
+  };
+}
+
 /** @param {DataView} d @param {number} at @param {number} stride @returns {Motion} */
 function motion(d, at, stride) {
   const count = Math.min(d.getUint16(at + 2, true), (stride - MOTION) / 8);
@@ -249,7 +272,8 @@ export function decode(bytes) {
     flags: d.getUint16(2, true), seq: d.getUint32(4, true), time: d.getFloat64(8, true), head: d.getFloat64(16, true),
     duration: d.getFloat64(24, true), tick: Number(d.getBigInt64(32, true)), speed: d.getFloat64(40, true),
     paramsVersion: d.getUint32(56, true), generation: d.getUint32(60, true), viewers: d.getUint32(64, true),
-    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], ladder: [], motion: [], shots: [], shells: [], own: new Map(),
+    views: [], events: [], game: [], peers: [], buffers: [], buffered: [], ladder: [], measures: [], motion: [], shots: [], shells: [],
+    own: new Map(),
   };
   let at = HEADER;
   for (let sections = d.getUint32(68, true); sections > 0; sections--) {
@@ -282,6 +306,8 @@ export function decode(bytes) {
       for (let i = 0; i < count; i++) frame.shots.push(shot(d, at + i * stride, stride));
     } else if (type === 9 && stride >= SHELL_RECORD) {
       for (let i = 0; i < count; i++) frame.shells.push(shell(d, at + i * stride));
+    } else if (type === 10 && stride >= MEASURES) {
+      for (let i = 0; i < count; i++) frame.measures.push(measures(d, at + i * stride));
     } else if (type > 16) {
       frame.own.set(type, [...(frame.own.get(type) ?? []), { bytes: new DataView(bytes, at, size), count, stride }]);
     }
