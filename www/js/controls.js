@@ -1,6 +1,6 @@
 // Controls made from the schema's rows: range, unit and help come from there, the value from the session.
 import { html, nothing } from '../vendor/lit-html.js';
-import { find, labelOf, valueAt } from './schema.js';
+import { choiceOf, find, labelOf, valueAt } from './schema.js';
 import { change } from './params.js';
 import { params, schema, tell } from './state.js';
 import { plain } from './format.js';
@@ -19,7 +19,7 @@ export function control(path, wish = {}) {
   }
   if (row.type === 'choice') {
     return html`<label class="field choice" title=${row.help}><span>${label}</span><select data-path=${path}>
-      ${row.choices.map((choice) => html`<option value=${choice}>${choice}</option>`)}</select></label>`;
+      ${row.choices.map((choice) => html`<option value=${choice}>${choiceOf(row.name, choice)}</option>`)}</select></label>`;
   }
   if (row.type === 'text') return nothing;
   const number = html`<label class="field" title=${row.help}><span>${label}</span><input type="number" inputmode="decimal"

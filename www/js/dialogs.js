@@ -8,7 +8,7 @@ import { fixed, letter } from './format.js';
 import { DRIVING_HELP, KEYS, setTheme } from './keys.js';
 import { memory } from './lab.js';
 import { THEMES, writeQuery } from './link.js';
-import { find, livePaths, valueAt } from './schema.js';
+import { find, grouped, livePaths, valueAt } from './schema.js';
 import { dialog as page, layout, locked, params, scale, schema, session, setSingleKeys, singleKeys, theme, unit } from './state.js';
 import { bufferCurves, errorCurves, rowsOf } from './views/curves.js';
 
@@ -27,7 +27,10 @@ function help() {
     <h3>Reading the views</h3>
     <ul><li>Solid mark: what this player sees. Dashed hollow mark: where the server has it now.</li>
     <li>Spring with a cross: the player's own car was moved by the server.</li>
-    <li>Messages: the flatter the line, the longer the way. A cross: lost.</li>
+    <li>Messages: the flatter the line, the longer the way. A cross: lost. Thin lines with a dot: connect and accept, and pings when they
+    are switched on.</li>
+    <li>A word over a view: its player’s connection, while it does not play. Faded, with the word away: a player who is not connected.</li>
+    <li>Own, lead: how far the own car is drawn from the server’s present; no error. Own, error: from where it is at the tick that is drawn.</li>
     <li>Filled cells: inputs that the server has not acknowledged yet.</li>
     <li>α = (t − t0) / (t1 − t0): where the drawn time t lies between two states of the server.</li>
     <li>Dots: one for each packet that arrived. Point at one to read it.</li></ul></div></div>`;
@@ -38,15 +41,20 @@ const FIRST = ['lag_ms', 'prediction', 'reconciliation', 'interpolation', 'contr
 /** @param {string} path @returns {Template} */
 function settings(path) {
   const rank = (/** @type {string} */ p) => (FIRST.indexOf(p.slice(path.length + 1)) + FIRST.length + 1) % (FIRST.length + 1);
-  const paths = livePaths(schema.value, path).filter((p) => valueAt(params.value, p) !== undefined)
-    .sort((a, b) => rank(a) - rank(b));
+  const shown = (/** @type {string} */ p) => valueAt(params.value, p) !== undefined && find(schema.value, p)?.type !== 'text';
+  const paths = livePaths(schema.value, path, true).filter(shown).sort((a, b) => rank(a) - rank(b));
   return html`<fieldset class="sheet" ?disabled=${locked.value !== ''}>
     <legend class="unseen">All settings</legend>
     ${locked.value ? html`<p class="reason">${locked.value}</p>` : nothing}
-    ${paths.map((p) => {
-      const row = find(schema.value, p);
-      return html`<div class="setting">${control(p, { slider: row?.type === 'number' && row.unit === 'ms' })}<p>${row?.help ?? ''}</p></div>`;
-    })}</fieldset>`;
+    ${grouped(path, paths).map((group) => html`<h3>${group.title}</h3>${group.paths.map(setting)}`)}</fieldset>`;
+}
+
+/** What holds from the start on is shown, and cannot be changed. @param {string} path @returns {Template} */
+function setting(path) {
+  const row = find(schema.value, path);
+  const shown = control(path, { slider: row?.type === 'number' && row.unit === 'ms' && row.live });
+  return html`<div class="setting">${row?.live ? shown : html`<fieldset disabled>${shown}</fieldset>`}<p>${row?.help ?? ''}${
+    row?.live ? nothing : ' It holds from the start: set it in the address or the scenario.'}</p></div>`;
 }
 
 /** @param {string} label @param {string} text @returns {Template} */

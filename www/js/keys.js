@@ -13,7 +13,7 @@ function toggle(player, name) {
   if (typeof now === 'boolean') change({ [`players.${player}.${name}`]: !now });
 }
 
-/** @param {'ghosts' | 'messages' | 'dots' | 'labels'} name */
+/** @param {'ghosts' | 'messages' | 'dots' | 'labels' | 'pings'} name */
 export function toggleOverlay(name) {
   overlays.value = { ...overlays.value, [name]: !overlays.value[name] };
 }

@@ -8,9 +8,10 @@ import { counts, drawn, memory, takeNewest } from './lab.js';
 import { ownLab } from './page.js';
 import { reread } from './params.js';
 import { showSide } from './side.js';
-import { frame, lanes, layout, lens, lenses, overlays, params, scale, unit } from './state.js';
+import { frame, happenings, lanes, layout, lens, lenses, overlays, params, scale, unit } from './state.js';
 import { palette } from './theme.js';
 import { drawCannon } from './views/cannon.js';
+import { connectionWords, drawConnection } from './views/connection.js';
 import { drawField, drawStandings } from './views/field.js';
 import { drawGauge } from './views/gauge.js';
 import { besideInput, drawLanes, nearestInput, windowOf } from './views/lanes.js';
@@ -55,7 +56,8 @@ function words(now, view) {
   const others = v.entities.length > players ? `, and ${v.entities.length - players} things` : '';
   const list = v.entities.slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
   const error = view > 0 ? `; own entity ${fixed(v.ownLead, 2)} m from the server's now, others ${fixed(v.viewAge, 0)} ms old` : '';
-  return `${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
+  const away = view > 0 ? connectionWords(v) : '';
+  return `${away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `}${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
 }
 
 /** @param {HTMLCanvasElement} canvas @param {Frame} now @param {boolean} name */
@@ -74,6 +76,7 @@ function drawView(canvas, now, name) {
   };
   drawnDots[view] = shapes ? drawField(at) : shape.game === 'cannon' ? drawCannon(at) : drawRace(at);
   scale.pxPerMetre = scaleX(at);
+  if (view > 0) drawConnection(at);
   const v = now.views[view];
   if (strip > 0) {
     surface.pen.fillStyle = colours.grid;
@@ -87,7 +90,7 @@ function drawView(canvas, now, name) {
     drawRibbon(at, 8, ribbon - 12, at.height + 1, strip - 2);
     if (gauge) drawGauge(at, ribbon + 4, at.width - ribbon - 8, at.height + 1, strip - 2);
     if (v.flags & STALLED) {
-      drawText(pen, colours, 'lockstep: waits for inputs', 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
+      drawText(pen, colours, 'waits for inputs of others', 8, at.height - colours.text * 0.8, { colour: colours.snap, bold: true });
     }
   }
   if (name) canvas.setAttribute('aria-label', words(now, view));
@@ -99,7 +102,7 @@ function laneOf(surface, now) {
   return {
     pen: surface.pen, width: surface.width, height: surface.height, colours: palette(), frame: now, memory,
     names: players.map((player) => player.name), shown: /** @type {[number, number]} */ (lanes.value.map((p) => Math.min(p, players.length - 1))),
-    labels: overlays.value.labels, selected,
+    labels: overlays.value.labels, pings: overlays.value.pings, selected,
   };
 }
 
@@ -141,6 +144,14 @@ function showFacts(now) {
   if (facts.textContent !== said) facts.textContent = said;
 }
 
+/** The list of what became of connections; what is new is told aloud. @param {Frame} now */
+function showHappenings(now) {
+  if (happenings.value === memory.happenings) return;
+  const newest = memory.happenings.at(-1);
+  if (newest && now.flags & PLAYING && !happenings.value.includes(newest)) speak(`${letter(newest.player)} ${newest.what}`);
+  happenings.value = memory.happenings;
+}
+
 function draw() {
   asked = false;
   const next = takeNewest();
@@ -158,6 +169,7 @@ function draw() {
   showTime(now);
   showReplay(now);
   showFacts(now);
+  showHappenings(now);
   showSide(now, settled);
   if (next) {
     if (counts.drawn === 0) performance.mark('laglab-first-frame');

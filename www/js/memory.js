@@ -1,5 +1,5 @@
 // What a view shows of the past, gathered from the frames: messages, arrival dots, trails, corrections, curves.
-import { APPLIED, CORRECTION, E_ACTIVE, INPUT, RECONCILIATION, STATE, VERDICT } from './frame.js';
+import { APPLIED, CONNECTION, CORRECTION, DISCONNECTED, DROPPED, E_ACTIVE, INPUT, IS_PLAYING, IS_STALLED, RECONCILIATION, STATE, VERDICT } from './frame.js';
 import { fixed } from './format.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -8,11 +8,17 @@ import { fixed } from './format.js';
  *   n counts them; type, player and number are those of the event */
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
 /** @typedef {{x: number, y: number}[]} Trail */
+/** What became of a player's connection. @typedef {{t: number, player: number, what: string}} Happening */
+/** Means of the last moments; null where nothing was counted.
+ * @typedef {{error: number | null, latency: number | null, lost: number | null}} Lately  m, ms, share of the changes of controls */
 
 const EVENTS_S = 5;     /* of messages */
 const DOTS = 240;       /* per view */
 const CURVE_POINTS = 4000;
 const CORRECTIONS_S = 1;
+const HAPPENINGS = 40;
+export const LATELY_S = 10; /* that means are of */
+const SAMPLE_S = 0.2;
 
 /** Curves of one player beside a common time axis. */
 export class Curves {
@@ -51,6 +57,10 @@ export class Memory {
     this.times = [];
     /** @type {Curves[]} by player */
     this.curves = [];
+    /** @type {Happening[]} */
+    this.happenings = [];
+    /** @type {{t: number, of: import('./frame.js').Measures[]}[]} */
+    this.measures = [];
     this.highest = 0; /* m, of what has been drawn */
   }
 
@@ -73,6 +83,7 @@ export class Memory {
     if (this.last === null || frame.time > this.last.time) {
       this.follow(frame);
       this.plot(frame);
+      this.measure(frame);
     }
     this.forget(frame.time);
     this.last = frame;
@@ -88,6 +99,7 @@ export class Memory {
     if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
     if (event.type === VERDICT && fresh) this.dot(frame, 0, event, index);
     if (event.type === VERDICT && event.outcome === 1) this.refused[event.player]?.add(event.number);
+    if (event.type === CONNECTION || event.type === DROPPED) this.happen(event);
     if (event.type === CORRECTION) {
       const view = frame.views[1 + event.player];
       const car = view?.entities[event.player];
@@ -98,6 +110,21 @@ export class Memory {
         });
       }
     }
+  }
+
+  /** @param {Event} event */
+  happen(event) {
+    let what = event.type === DROPPED ? 'dropped by the server' : '';
+    if (event.type === CONNECTION) {
+      if (event.outcome === IS_STALLED) what = 'stalled';
+      if (event.outcome === DISCONNECTED) what = 'disconnected';
+      if (event.outcome === IS_PLAYING && event.begin > 0) {
+        const last = this.happenings.filter((one) => one.player === event.player).at(-1)?.what;
+        what = last === 'stalled' ? 'plays on' : event.number <= 1 ? 'joined' : 'joined again';
+      }
+    }
+    if (what === '') return;
+    this.happenings = [...this.happenings.slice(1 - HAPPENINGS), { t: event.begin, player: event.player, what }];
   }
 
   /** @param {Frame} frame @param {number} v @param {Event} event @param {number} n */
@@ -161,6 +188,25 @@ export class Memory {
         for (const values of [curve.own, curve.remote, curve.ownAge, curve.remoteAge, curve.buffer]) values.splice(0, drop);
       }
     }
+  }
+
+  /** @param {Frame} frame */
+  measure(frame) {
+    const newest = this.measures[this.measures.length - 1];
+    if (newest && frame.time - newest.t < SAMPLE_S) return;
+    this.measures.push({ t: frame.time, of: frame.measures });
+    while ((this.measures[1]?.t ?? Infinity) <= frame.time - LATELY_S) this.measures.shift();
+  }
+
+  /** Means of the last LATELY_S. @param {number} player @returns {Lately} */
+  lately(player) {
+    const from = this.measures[0]?.of[player], to = this.last?.measures[player];
+    if (!from || !to) return { error: null, latency: null, lost: null };
+    const mean = (/** @type {number} */ sum, /** @type {number} */ count) => (count > 0 ? sum / count : null);
+    return {
+      error: mean(to.errorSum - from.errorSum, to.errors - from.errors), latency: mean(to.latencySum - from.latencySum, to.latencies - from.latencies),
+      lost: mean(to.lost - from.lost, to.changes - from.changes),
+    };
   }
 
   /** @param {number} now */

@@ -96,7 +96,7 @@ function which(place, label) {
 /** @returns {Template} */
 export function messagesPanel() {
   const now = overlays.value;
-  const box = (/** @type {'ghosts' | 'messages' | 'dots' | 'labels'} */ name, /** @type {string} */ label) => html`<label
+  const box = (/** @type {'ghosts' | 'messages' | 'dots' | 'labels' | 'pings'} */ name, /** @type {string} */ label) => html`<label
     class="toggle"><input type="checkbox" .checked=${now[name]} @change=${() => toggleOverlay(name)}><span>${label}</span></label>`;
   const ids = offered.value.split(' ');
   const looked = lenses.value.find((one) => one.id === lens.value);
@@ -105,7 +105,7 @@ export function messagesPanel() {
       lens.value = /** @type {HTMLSelectElement} */ (event.target).value;
     }}><option value="messages" .selected=${lens.value === 'messages'}>Messages</option>
       ${lenses.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === lens.value}>${one.label}</option>`)}</select></label>
-    <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
+    <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}${box('pings', 'Pings')}</div>
     ${looked?.players ? which(0, 'Player') : (layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
     <p class="facts" id="lane-facts"></p></div>`;
 }

@@ -65,22 +65,24 @@ export function find(root, path) {
   return rowOf(path.slice(path.lastIndexOf('.') + 1), node, open(root, node));
 }
 
-/** Every live value below a path, in the tables' order.
- * @param {any} root @param {string} path @returns {string[]} */
-export function livePaths(root, path) {
+/** Every value below a path that can be changed, in the tables' order; with `all` also those that hold from the start.
+ * @param {any} root @param {string} path @param {boolean} [all] @returns {string[]} */
+export function livePaths(root, path, all = false) {
   const object = root && open(root, nodeOf(root, path));
   /** @type {string[]} */
   const paths = [];
   for (const [name, node] of Object.entries(object?.properties ?? {})) {
     const inner = open(root, node);
-    if (inner?.properties) paths.push(...livePaths(root, `${path}.${name}`));
-    else if (inner && rowOf(name, node, inner).live) paths.push(`${path}.${name}`);
+    if (inner?.properties) paths.push(...livePaths(root, `${path}.${name}`, all));
+    else if (inner && (all || rowOf(name, node, inner).live)) paths.push(`${path}.${name}`);
   }
   return paths;
 }
 
 const LABELS = /** @type {Record<string, string>} */ ({
   lag_ms: 'One-way lag', update_hz: 'Updates per second', sync: 'Synchronisation', control: 'Driven by',
+  timeout_s: 'Time-out', send_hz: 'Sent per second', display_hz: 'Drawn per second', input_hz: 'Input device read per second',
+  drift_ppm: 'Clock drift', input_device_ms: 'Input device latency', display_device_ms: 'Display latency', mtu_bytes: 'MTU',
   jitter_ms: 'Jitter', loss_pct: 'Loss', delay_ms: 'Extra delay', duplicate_pct: 'Duplicates',
 });
 
@@ -90,6 +92,38 @@ export function labelOf(path) {
   const words = LABELS[name] ?? name.replace(/_(ms|s|hz|pct|m|mps|mps2|per_s)$/, '').replaceAll('_', ' ');
   const direction = path.includes('.link.up.') ? ' up' : path.includes('.link.down.') ? ' down' : '';
   return words.charAt(0).toUpperCase() + words.slice(1) + direction;
+}
+
+/** What a person reads of a choice, where its name does not say it. @type {Record<string, string>} */
+const CHOICES = { 'sync.lockstep': 'lockstep (stop and wait)', 'sync.lockstep_pipelined': 'lockstep, pipelined' };
+
+/** @param {string} name of the row @param {string} choice @returns {string} */
+export const choiceOf = (name, choice) => CHOICES[`${name}.${choice}`] ?? choice;
+
+/** Rows that belong together, by the table they are of; what none names comes last.
+ * @type {Record<string, [string, RegExp][]>} */
+const GROUPS = {
+  player: [
+    ['Way', /^(lag_ms|link\.preset)$/],
+    ['Prediction and view', /^(prediction|reconciliation|ack$|interpolation|extrapolation|time_scale|correction|jitter_margin|dejitter)/],
+    ['Driver and inputs', /^(control|script|cheat|lane|slack_ticks|input_delay_ticks|time_dilation|redundancy)$/],
+    ['Clock and devices', /^(timer_|clock_|drift_|send_hz|display_|input_hz|input_device|hardware)/],
+    ['Link up', /^link\.up\./], ['Link down', /^link\.down\./],
+  ],
+  server: [
+    ['Pace and connections', /^(update_hz|sync|timeout_s|max_rollback)/],
+    ['Inputs', /^(validation|refused|starved)/],
+    ['Shots', /^(rifle|shell|max_rewind|rewind_)/],
+    ['Snapshots', /^(snapshot|quantum_)/],
+  ],
+};
+
+/** @param {string} at players.0, server, params @param {string[]} paths below it @returns {{title: string, paths: string[]}[]} */
+export function grouped(at, paths) {
+  const table = GROUPS[at.startsWith('players.') ? 'player' : at] ?? [];
+  const place = (/** @type {string} */ path) => (table.findIndex(([, names]) => names.test(path.slice(at.length + 1))) + table.length + 1) % (table.length + 1);
+  return [...table.map(([title]) => title), table.length > 0 ? 'More' : 'Game'].map((title, i) => ({ title, paths: paths.filter((path) => place(path) === i) }))
+    .filter((group) => group.paths.length > 0);
 }
 
 /** The value at a path. @param {any} object @param {string} path @returns {any} */

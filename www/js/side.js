@@ -3,7 +3,8 @@ import { html, nothing } from '../vendor/lit-html.js';
 import { INTERPOLATION } from './frame.js';
 import { fixed, letter, signed } from './format.js';
 import { memory } from './lab.js';
-import { layout, open, params, scale, unit } from './state.js';
+import { LATELY_S } from './memory.js';
+import { happenings, layout, open, params, scale, unit } from './state.js';
 import { FEW, bufferCurves, errorCurves } from './views/curves.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -29,7 +30,10 @@ function tableButton(which) {
   return html`<button type="button" class="small" aria-label=${`Table of the ${which === 'error' ? 'distance' : which}`} @click=${() => open({ kind: 'table', which })}>Table</button>`;
 }
 
-/** @typedef {{name: string, unit: string, of: (view: View, player: number) => string}} Row */
+/** @typedef {{name: string, unit: string, help?: string, of: (view: View, player: number, lately: import('./memory.js').Lately) => string}} Row */
+
+const MEAN = `mean of the last ${LATELY_S} s; a dash: nothing was counted`;
+const LISTED = 6; /* of what became of connections */
 
 /** @returns {Row[]} */
 function rows() {
@@ -37,8 +41,13 @@ function rows() {
   const size = way === 'm' ? 1 : scale.pxPerMetre;
   const apart = (/** @type {number} */ metres) => signed(metres * size, way === 'm' ? 2 : 0);
   return [
-    { name: 'Own, lead', unit: way, of: (view) => apart(view.ownLead) },
-    { name: 'Own, age', unit: 'ms', of: (view, p) => fixed(view.entities[p]?.age ?? 0, 0) },
+    { name: 'Input latency', unit: 'ms', help: `From a change of the controls to the first picture that includes it: ${MEAN}`,
+      of: (_, __, lately) => fixed(lately.latency ?? NaN, 0) },
+    { name: 'Changes lost', unit: '%', help: `Changes of the controls that the server never applied: share of the last ${LATELY_S} s; a dash: there was none`,
+      of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0) },
+    { name: 'Own, error', unit: way, help: `The own entity as drawn from the truth at the tick that is drawn: ${MEAN}`,
+      of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1) },
+    { name: 'Own, lead', unit: way, help: 'The own entity as drawn minus the server’s now: ahead by prediction, behind without. No error', of: (view) => apart(view.ownLead) },
     { name: 'Others, error', unit: way, of: (view) => apart(view.remoteError) },
     { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.viewAge, 0) },
     { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer, 0) : 'off') },
@@ -49,15 +58,26 @@ function rows() {
   ];
 }
 
+const NOTHING = { error: null, latency: null, lost: null };
+
+/** What became of connections; not there while all of them just play. @returns {Template | typeof nothing} */
+function happened() {
+  const list = happenings.value.slice(-LISTED);
+  if (list.length === 0) return nothing;
+  return html`<section class="happened" aria-label="Connections"><h3>Connections</h3><ol>${list.map((one) => html`<li><span>${fixed(one.t, 1)} s</span>
+    <b>${letter(one.player)}</b> ${one.what}</li>`)}</ol></section>`;
+}
+
 /** @returns {Template} */
 export function side() {
   const players = layout.value?.players ?? [];
   const p = params.value;
   return html`<aside class="side" aria-label="Charts and numbers">
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}</div>
+    ${happened()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img" aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
-      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own</span>
+      <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own lead</span>
         ${players.length <= FEW ? sample(7, true, 'others') : nothing}${tableButton('error')}</div></section>
     <section class="chart"><div class="head"><h3>Interpolation buffer (ms)</h3></div>
       <div class="plot" id="buffer-chart" role="img" aria-label="Curve of the buffers over time; the table has the numbers"></div>
@@ -65,7 +85,7 @@ export function side() {
     <div class="wide-table" tabindex=${players.length > FEW ? '0' : nothing} role=${players.length > FEW ? 'region' : nothing}
       aria-label=${players.length > FEW ? 'Numbers of now' : nothing}>
     <table class="data now"><caption>Now</caption><thead><tr><td></td>${players.map((_, i) => html`<th scope="col">${letter(i)}</th>`)}<td></td></tr></thead>
-      <tbody>${rows().map((row) => html`<tr><th scope="row">${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
+      <tbody>${rows().map((row) => html`<tr><th scope="row" title=${row.help ?? nothing}>${row.name}</th>${players.map((_, i) => html`<td data-now=${`${row.name}/${i}`}>–</td>`)}
         <td class="unit">${row.unit}</td></tr>`)}</tbody></table></div>
   </aside>`;
 }
@@ -101,11 +121,12 @@ export function showSide(frame, settled) {
   const time = performance.now();
   if (!settled && time - shown < NOW_MS) return;
   shown = time;
+  const lately = Array.from({ length: players }, (_, p) => memory.lately(p));
   for (const row of rows()) {
     for (let p = 0; p < players; p++) {
       const cell = document.querySelector(`[data-now="${row.name}/${p}"]`);
       const view = frame.views[1 + p];
-      if (cell && view) cell.textContent = row.of(view, p);
+      if (cell && view) cell.textContent = row.of(view, p, lately[p] ?? NOTHING);
     }
   }
 }

@@ -91,8 +91,11 @@ export function open(next) {
 
 export const scale = { pxPerMetre: 1 }; /* of the views, kept by the drawing loop */
 
+/** What became of connections in this stretch of time, oldest first. @type {import('@preact/signals-core').Signal<import('./memory.js').Happening[]>} */
+export const happenings = signal([]);
+
 /** What is drawn over the views. */
-export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true });
+export const overlays = signal({ ghosts: true, dots: false, labels: true, messages: true, pings: false });
 
 /** Kept in the browser, not in the address: a person's habit. */
 export const singleKeys = signal(readSingleKeys());

@@ -23,7 +23,7 @@ function wordsOf(peer, p) {
 /** @type {import('./lenses.js').Lens} */
 export const waits = {
   id: 'waits', label: 'Waits and desyncs', players: false,
-  fits: (frame, params) => frame.peers.length > 0 || params?.server?.sync === 'lockstep',
+  fits: (frame, params) => frame.peers.length > 0 || String(params?.server?.sync).startsWith('lockstep'),
   draw(at) {
     const { pen, colours, width, height, frame, memory } = at;
     const rows = frame.views.length - 1, left = colours.text * 2.4, right = width - 8;

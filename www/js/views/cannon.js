@@ -1,8 +1,9 @@
 // One view of the cannon: flights with one dot per arrived packet, and the target (Figures 8 and 9).
 import { E_ACTIVE } from '../frame.js';
-import { fixed, signed } from '../format.js';
+import { fixed, letter, signed } from '../format.js';
 import { paintOf } from '../theme.js';
 import { dots, drawGrid, gapLabel, ghost, tellDot, toX } from './scene.js';
+import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
 
@@ -64,12 +65,13 @@ function trail(at, player) {
 
 /** @param {Picture} at */
 function score(at) {
-  const names = at.layout.game_values;
+  const names = at.layout.game_values, entities = at.frame.views[at.view]?.entities ?? [];
+  const away = (/** @type {number} */ p) => entities[p] !== undefined && isAway(entities[p]);
   at.frame.game.forEach((values, p) => {
     const value = (/** @type {string} */ name) => values[names.indexOf(name)] ?? 0;
     const shots = value('shots');
     const miss = shots > 0 ? ` · last ${signed(value('miss_m'), 1)} m` : '';
-    const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · in turn' : ''}`;
+    const text = `${at.layout.players[p]?.name ?? ''}: ${fixed(value('hits'), 0)} of ${fixed(shots, 0)} hit${miss}${value('turn') ? ' · in turn' : ''}${away(p) ? ' · away' : ''}`;
     drawText(at.pen, at.colours, text, at.width - 8, at.colours.text * (2.2 + 1.4 * p),
       { align: 'right', colour: paintOf(at.colours, p).text });
   });
@@ -101,7 +103,12 @@ export function drawCannon(at) {
         labels.put(gapLabel(at, shell, real), Math.min(x, g.x) - size / 2, Math.max(x, g.x) + size * 0.65, (y + g.y) / 2, size, { colour: colours.faint });
       }
     }
+    pen.globalAlpha = isAway(shell) ? FADED : 1;
     if (flying || (at.memory.trails[at.view]?.[i]?.length ?? 0) > 0) drawMark(pen, colours, i, x, y, size);
+    pen.globalAlpha = 1;
+    if (at.view > 0 && at.view !== 1 + i && isAway(shell)) {
+      drawText(pen, colours, `${letter(i)} is away`, 8, colours.text * (2.2 + 1.4 * i), { colour: colours.snap, bold: true });
+    }
   });
   if (at.view === 0 && overlays.labels) score(at);
   tellDot(at, drawn);

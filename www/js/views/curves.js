@@ -1,4 +1,4 @@
-// What is plotted over time: distances from the server's present (the own lead, the others' error), and the depth of the buffers.
+// What is plotted over time: distances from the server's present (the own lead, which is no error, and the others' error), and the depth of the buffers.
 import { letter } from '../format.js';
 
 /** @typedef {import('../memory.js').Memory} Memory */

@@ -3,6 +3,7 @@ import { E_ACTIVE, E_PREDICTED } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { corrections, correctionWords, dots, gapLabel, gridStep, scaleX, tellDot, toX } from './scene.js';
+import { FADED, isAway } from './connection.js';
 import { Labels } from './labels.js';
 import { drawText } from './marks.js';
 
@@ -170,8 +171,15 @@ export function drawField(at) {
     if (at.view > 0 && overlays.ghosts && real && ghost(at, shape, e, real) && i < players.length) far.push(i);
   }
   for (const [i, shape, e] of all) {
+    pen.globalAlpha = isAway(e) ? FADED : 1;
     thing(at, shape, i, e);
+    pen.globalAlpha = 1;
     if (i < players.length) labels.block(toX(at, e.x), toY(at, e.y), shape.width_m * scaleX(at), shape.height_m * scaleX(at));
+  }
+  for (const [i, shape, e] of all) {
+    if (i >= players.length || !isAway(e)) continue;
+    const { x, y } = place(e.x, e.y), half = shape.width_m * scaleX(at) / 2;
+    labels.put('away', x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
   }
   const own = view.entities[at.view - 1];
   if (own) corrections(at, at.view - 1, (x, y) => place(x, y), colours.marker);

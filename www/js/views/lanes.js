@@ -1,5 +1,5 @@
 // The swim-lane of messages: time to the right, a line for each end, a slope for each message.
-import { INPUT, REFUSAL, STATE, STEP, VERDICT, APPLIED } from '../frame.js';
+import { ACCEPT, APPLIED, CONNECT, INPUT, PING, PONG, REFUSAL, STATE, STEP, VERDICT } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { cross, drawText } from './marks.js';
@@ -19,12 +19,14 @@ import { cross, drawText } from './marks.js';
  * @property {string[]} names
  * @property {[number, number]} shown   players above and below the server's line
  * @property {boolean} labels
+ * @property {boolean} pings    pings and their answers are drawn
  * @property {number | null} selected   id of an input whose whole life is drawn bold
  */
 
 const LEFT = 34, RIGHT = 12;
 const CROWD = 6; /* messages of one kind in a lane: twelve with both directions */
 const LOST_AT = 0.6; /* of its way */
+const UP = new Set([INPUT, CONNECT, PING]);
 
 /** Seconds that the lane shows. @param {import('../frame.js').Frame} frame @returns {number} */
 export function windowOf(frame) {
@@ -79,16 +81,43 @@ function places(at) {
   };
 }
 
-/** @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer @param {boolean} bold */
-function drawMessage(at, message, yOwn, yServer, bold) {
-  const { pen, colours } = at;
+/** How far a message has come. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
+function wayOf(at, message, yOwn, yServer) {
   const { x, now } = places(at);
-  const up = message.type === INPUT;
-  const from = up ? yOwn : yServer, to = up ? yServer : yOwn;
+  const up = UP.has(message.type), from = up ? yOwn : yServer, to = up ? yServer : yOwn;
   const lost = message.fate !== 0;
   const end = lost ? message.begin + lagOf(at, message.player) : message.end;
   const part = Math.min(lost ? LOST_AT : 1, end > message.begin ? (now - message.begin) / (end - message.begin) : 1);
-  const hx = x(message.begin + part * (end - message.begin)), hy = from + part * (to - from);
+  return { x, up, from, to, lost, end, part, hx: x(message.begin + part * (end - message.begin)), hy: from + part * (to - from) };
+}
+
+/** What keeps a connection: thin, with a dot. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
+function drawQuiet(at, message, yOwn, yServer) {
+  const { pen, colours } = at;
+  const { x, from, lost, part, hx, hy } = wayOf(at, message, yOwn, yServer);
+  pen.strokeStyle = pen.fillStyle = colours.faint;
+  pen.setLineDash([]);
+  pen.lineWidth = 0.7;
+  pen.beginPath();
+  pen.moveTo(x(message.begin), from);
+  pen.lineTo(hx, hy);
+  pen.stroke();
+  if (lost && part >= LOST_AT) {
+    pen.strokeStyle = colours.snap;
+    cross(pen, hx, hy, 3);
+    return;
+  }
+  pen.beginPath();
+  pen.arc(hx, hy, 2, 0, 2 * Math.PI);
+  pen.fill();
+  const word = message.type === CONNECT ? 'connect' : message.type === ACCEPT ? 'accept' : '';
+  if (word !== '' && at.labels) drawText(pen, colours, word, (x(message.begin) + hx) / 2 + 5, (from + hy) / 2, { colour: colours.faint });
+}
+
+/** @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer @param {boolean} bold */
+function drawMessage(at, message, yOwn, yServer, bold) {
+  const { pen, colours } = at;
+  const { x, up, from, to, lost, end, part, hx, hy } = wayOf(at, message, yOwn, yServer);
   const paint = paintOf(colours, message.player);
   pen.strokeStyle = message.type === REFUSAL ? colours.snap : paint.text;
   pen.fillStyle = pen.strokeStyle;
@@ -173,6 +202,9 @@ export function drawLanes(at) {
   const thinned = { inputs: 1, states: 1 };
   for (const { p, y } of lines) {
     pen.globalAlpha = picked ? 0.25 : 1;
+    for (const type of at.pings ? [PING, PONG, CONNECT, ACCEPT] : [CONNECT, ACCEPT]) {
+      for (const message of messages(at, type, p)) drawQuiet(at, message, y, middle);
+    }
     for (const type of [INPUT, STATE, REFUSAL]) {
       const list = messages(at, type, p);
       const k = type === REFUSAL ? 1 : thinning(list.length);

@@ -2,6 +2,7 @@
 import { E_FINISHED } from '../frame.js';
 import { paintOf } from '../theme.js';
 import { fixed } from '../format.js';
+import { FADED, isAway } from './connection.js';
 import { corrections, correctionWords, dots, drawGrid, gapLabel, ghost, scaleX, tellDot, toX } from './scene.js';
 import { Labels } from './labels.js';
 import { drawMark, drawText } from './marks.js';
@@ -121,7 +122,10 @@ export function drawRace(at) {
       }
       if (at.view === 1 + i) corrections(at, i, (cx, cy) => ({ x: x + (cx - car.x) * scaleX(at), y: toY(at, cy) }), size);
     }
+    pen.globalAlpha = isAway(car) ? FADED : 1;
     drawMark(pen, colours, i, x, y, size);
+    pen.globalAlpha = 1;
+    if (isAway(car)) labels.put('away', x - size / 2, x + size * 0.65, y, size, { colour: colours.snap, bold: true });
     if (at.view === 0) {
       later.push(() => labels.put(standing(at, i), x - size / 2, x + size * 0.65, y, size,
         { colour: paintOf(colours, i).text, bold: (car.flags & E_FINISHED) !== 0 }));
