@@ -101,11 +101,11 @@ export function messagesPanel() {
   const ids = offered.value.split(' ');
   const looked = lenses.value.find((one) => one.id === lens.value);
   return html`<div class="panel plainpanel"><div class="head"><h2>Messages and marks</h2></div>
-    <label class="field choice"><span>Below</span><select aria-label="What the lane below shows" @change=${(/** @type {Event} */ event) => {
+    <div class="lookrow"><label class="field choice"><span>Below</span><select aria-label="What the lane below shows" @change=${(/** @type {Event} */ event) => {
       lens.value = /** @type {HTMLSelectElement} */ (event.target).value;
     }}><option value="messages" .selected=${lens.value === 'messages'}>Messages</option>
-      ${lenses.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === lens.value}>${one.label}</option>`)}</select></label>
-    <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}${box('pings', 'Pings')}</div>
+      ${lenses.value.filter((one) => ids.includes(one.id)).map((one) => html`<option value=${one.id} .selected=${one.id === lens.value}>${one.label}</option>`)}</select></label>${box('pings', 'Pings')}</div>
+    <div class="toggles">${box('ghosts', 'Ghosts')}${box('dots', 'Arrival dots')}${box('labels', 'Labels')}${box('messages', 'Messages')}</div>
     ${looked?.players ? which(0, 'Player') : (layout.value?.players.length ?? 0) > 2 ? html`<div class="pair">${which(0, 'Above')}${which(1, 'Below')}</div>` : nothing}
     <p class="facts" id="lane-facts"></p></div>`;
 }

@@ -28,10 +28,11 @@ export function drawRibbon(at, left, width, top, height) {
   const { pen, colours } = at;
   const rate = inputRate(at, player);
   const rtt = (2 * view.lag) / 1000;
+  const steady = rate > 0 && Math.abs(view.unacked - rtt * rate) <= view.unacked / 2 + 3; /* not while nothing comes */
   const long = `un-acked ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
   const middle = `un-acked ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
   pen.font = `${colours.text}px ${colours.font}`;
-  const text = [long, middle].find((words) => pen.measureText(words).width < width * 0.6) ?? `un-acked ${view.unacked}`;
+  const text = (steady ? [long, middle] : []).find((words) => pen.measureText(words).width < width * 0.6) ?? `un-acked ${view.unacked}`;
   const room = width - pen.measureText(text).width - 20;
   const shown = Math.max(CELLS / 2, Math.min(CELLS, view.unacked + 8));
   const count = Math.max(8, Math.min(shown, Math.floor(room / 5)));

@@ -1,0 +1,139 @@
+// Connections on the page: what a view says of its own, who is away, the list, the messages that keep a connection; and numbers that nothing was counted for.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { api, axe, button, frameOf, launch, paramsOf, sessionOf, until, visit } from './lib.mjs';
+
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => { [daemon, browser] = await Promise.all([startDaemon(), launch()]); });
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+});
+
+/** Until a view's words are so. @param {import('playwright-core').Page} page @param {number} view @param {RegExp} what */
+const words = (page, view, what) => page.waitForFunction(({ index, source }) => new RegExp(source).test(
+  document.querySelector(`canvas[data-view="${index}"]`)?.getAttribute('aria-label') ?? ''), { index: view, source: what.source }, { timeout: 5000 });
+const listed = async (page) => (await page.locator('.happened li').allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
+
+/** How many pixels of a view are dark. @param {import('playwright-core').Page} page @param {number} view */
+const ink = (page, view) => page.evaluate((index) => {
+  const canvas = /** @type {HTMLCanvasElement} */ (document.querySelector(`canvas[data-view="${index}"]`));
+  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d', { willReadFrequently: true });
+  if (!copy) throw new Error('no copy');
+  copy.drawImage(canvas, 0, 0);
+  const { data } = copy.getImageData(0, 0, canvas.width, canvas.height);
+  let dark = 0;
+  for (let i = 0; i < data.length; i += 4) dark += data[i] + data[i + 1] + data[i + 2] < 300 ? 1 : 0;
+  return dark;
+}, view);
+
+test('an outage: stalled, disconnected, joined again; the view says so, and the list when', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=outage&set=players.1.lag_ms:40`);
+  const session = await sessionOf(page);
+  const control = (body) => api(daemon.url, `sessions/${session.id}/control`, body, session.key);
+  assert.equal(await page.locator('.happened').count(), 0, 'nothing to list while everybody plays');
+  await words(page, 2, /^What player B sees/);
+  const plain = await ink(page, 2);
+  await control({ op: 'seek', time_s: 9 });
+  await control({ op: 'speed', speed: 4 });
+  await control({ op: 'play' });
+  const states = new Set();
+  const at = async (state) => {
+    await until(async () => { const now = (await frameOf(page)).views[2].connection; states.add(now); return now === state; }, `state ${state}`, 15000);
+    await control({ op: 'pause' });
+    await page.waitForTimeout(400);
+  };
+  await at(3);
+  await words(page, 2, /^Stalled · dropped by the server\. What player B sees/);
+  assert.deepEqual((await listed(page)).map((text) => text.replace(/^[\d.]+ s /, '')), ['B dropped by the server', 'B stalled']);
+  assert.ok((await frameOf(page)).views[1].entities[1].flags & 128, 'away for A');
+  assert.ok(!((await frameOf(page)).views[1].entities[0].flags & 128));
+  await control({ op: 'play' });
+  await at(5);
+  await words(page, 2, /^Disconnected\. What player B sees/);
+  await words(page, 1, /^What player A sees/);
+  assert.ok(await ink(page, 2) < 0.6 * plain, `dimmed: ${await ink(page, 2)} of ${plain}`);
+  assert.deepEqual(await axe(page), []);
+  await control({ op: 'play' });
+  await until(async () => (await frameOf(page)).time > 18.5 && (await frameOf(page)).views[2].connection === 2, 'playing again', 15000);
+  await page.waitForTimeout(500);
+  const list = await listed(page);
+  assert.deepEqual(list.map((text) => text.replace(/^[\d.]+ s /, '')), ['B dropped by the server', 'B stalled', 'B disconnected', 'B joined again']);
+  const times = list.map((text) => Number.parseFloat(text));
+  assert.ok(times[0] > 12.5 && times[0] < 13.5 && times[1] > times[0] + 0.4 && Math.abs(times[2] - times[1] - 2.5) < 0.11 && times[3] > 18, list.join());
+  assert.match(await page.locator('#live').textContent() ?? '', /B (joined again|disconnected)|Playing|Paused/);
+  await words(page, 2, /^What player B sees/);
+  assert.ok(!((await frameOf(page)).views[1].entities[1].flags & 128), 'back');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('pings are among the messages when they are wanted', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.lag_ms:300`);
+  await page.waitForTimeout(1500);
+  await page.keyboard.press('Alt+k');
+  await button(page, 'Play').waitFor();
+  await page.waitForTimeout(300);
+  const lane = () => page.evaluate(() => /** @type {HTMLCanvasElement} */ (document.getElementById('lane')).toDataURL());
+  const pings = await page.evaluate(() => globalThis.laglab().messages.filter((m) => m.type === 7 || m.type === 8).length);
+  assert.ok(pings >= 4, `${pings} pings and pongs`);
+  const box = page.getByRole('checkbox', { name: 'Pings' }), before = await lane();
+  assert.ok(!await box.isChecked());
+  await box.check();
+  await until(async () => await lane() !== before, 'they are drawn');
+  await box.uncheck();
+  await until(async () => await lane() === before, 'and not');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('what nothing was counted for is a dash; what was is a number', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:4`);
+  const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
+  await until(async () => (await frameOf(page)).time > 2, 'two seconds');
+  for (const name of ['Input latency', 'Changes lost', 'Own, error']) assert.equal(await cell(`${name}/1`), '–', name);
+  await until(async () => (await cell('Input latency/1')) !== '–', 'a change of B', 20000);
+  const latency = Number(await cell('Input latency/1'));
+  assert.ok(latency > 500 && latency < 600, `${latency}: a round trip of 500 ms, and the waits`);
+  assert.equal(await cell('Changes lost/1'), '0');
+  assert.equal(await cell('Own, error/1'), '0.0');
+  await close();
+});
+
+test('both locksteps can be chosen, each by its name', async () => {
+  const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race`);
+  const choice = page.locator('#app select[data-path="server.sync"]');
+  assert.deepEqual(await choice.locator('option').allInnerTexts(),
+    ['free', 'lockstep (stop and wait)', 'gambetta', 'deterministic', 'rollback', 'lockstep, pipelined']);
+  for (const [sync, low, high] of /** @type {[string, number, number][]} */ ([['lockstep', 1, 4], ['lockstep_pipelined', 20, 40]])) {
+    await choice.selectOption(sync);
+    await until(async () => (await paramsOf(page)).server.sync === sync, sync);
+    await page.waitForTimeout(1000);
+    const { time, views } = await frameOf(page);
+    await page.waitForTimeout(2500);
+    const later = await frameOf(page), pace = (later.views[0].inputSeq - views[0].inputSeq) / (later.time - time);
+    assert.ok(pace > low && pace < high, `${sync}: ${pace} steps a second`);
+  }
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('settings stand in groups; what holds from the start is shown and not offered', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=players.0.drift_ppm:40`);
+  await button(page, 'All settings of Player A').click();
+  assert.deepEqual(await page.locator('dialog h3').allInnerTexts(),
+    ['Way', 'Prediction and view', 'Driver and inputs', 'Clock and devices', 'Link up', 'Link down']);
+  const drift = page.locator('dialog [data-path="players.0.drift_ppm"]'), send = page.locator('dialog [data-path="players.0.send_hz"]').first();
+  assert.equal(await drift.inputValue(), '40');
+  assert.ok(await drift.isDisabled());
+  await send.fill('20');
+  await send.press('Enter');
+  await until(async () => (await paramsOf(page)).players[0].send_hz === 20, 'sent per second');
+  assert.deepEqual(await axe(page), []);
+  await button(page, 'Close').click();
+  await button(page, 'All settings of the server and the game').click();
+  assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), ['Pace and connections', 'Inputs', 'Shots', 'Snapshots', 'Game']);
+  await close();
+});
