@@ -115,10 +115,10 @@ test('every technique of every player reaches the simulation', async () => {
   }
 });
 
-test('updates per second take 1 to 120; 0 and nothing are refused in words', async () => {
+test('updates per second take 1 to 128; 0 and nothing are refused in words', async () => {
   const { page } = view;
   const field = control(page, 'server.update_hz', 'number');
-  for (const value of ['1', '120', '30']) {
+  for (const value of ['1', '128', '30']) {
     await field.fill(value);
     await field.press('Enter');
     await until(async () => (await paramsOf(page)).server.update_hz === Number(value), value);
@@ -126,7 +126,7 @@ test('updates per second take 1 to 120; 0 and nothing are refused in words', asy
   for (const wrong of ['0', '']) {
     await field.fill(wrong);
     await field.press('Tab');
-    await page.waitForFunction(() => /Updates per second: give a number from 1 to 120/.test(/** @type {any} */ (document.querySelector('.note')).innerText));
+    await page.waitForFunction(() => /Updates per second: give a number from 1 to 128/.test(/** @type {any} */ (document.querySelector('.note')).innerText));
     assert.equal(await field.inputValue(), '30');
     await page.locator('.note button').click();
   }
