@@ -550,8 +550,10 @@ int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
 /* Whether a packet is to leave with this tick. */
 static bool sends_now(const ll_client *c, const ll_client_setup *s)
 {
+    if (s->config->send_hz == 0 || s->sync->waits)
+        return true;
     ll_freq freq = ll_freq_from_hz(s->config->send_hz);
-    if (s->config->send_hz == 0 || s->sync->waits || freq >= c->clock.freq)
+    if (freq >= c->clock.freq)
         return true;
     return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
 }

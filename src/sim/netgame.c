@@ -383,12 +383,12 @@ static void tend_server(ll_netgame *g, const ll_recorder *r)
     }
 }
 
-static void client_receives(ll_netgame *g, int player, const void *packet, int bytes, const ll_recorder *r)
+static void client_receives(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
+                            int bytes)
 {
     ll_client *client = ll_netgame_client(g, player);
-    ll_client_setup s = setup(g, player, r);
-    int outcome = s.sync->receive(client, &s, packet, bytes, g->now);
-    ll_client_set_due(client, &s);
+    const ll_recorder *r = s->recorder;
+    int outcome = s->sync->receive(client, s, packet, bytes, g->now);
     if (!r)
         return;
     const ll_state_message *m = packet;
@@ -405,36 +405,47 @@ static void client_receives(ll_netgame *g, int player, const void *packet, int b
 }
 
 /* False: the packet is of the game. */
-static bool client_connects(ll_netgame *g, int player, const void *packet, int bytes, const ll_recorder *r)
+static bool client_connects(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
+                            int bytes)
 {
     ll_client *client = ll_netgame_client(g, player);
-    ll_client_setup s = setup(g, player, r);
     int64_t joins = client->connection.joins;
-    bool taken = ll_connection_receive(client, &s, packet, bytes, g->now);
-    if (client->connection.joins != joins && s.sync->observe && g->now >= 0)
+    bool taken = ll_connection_receive(client, s, packet, bytes, g->now);
+    if (client->connection.joins != joins && s->sync->observe && g->now >= 0)
         ll_desync_start(ll_netgame_desync(g, player), ll_client_peer(client)->start);
-    ll_client_set_due(client, &s);
     return taken;
 }
 
-static void deliver(ll_netgame *g, int player, bool up, const ll_recorder *r)
+static int take_off(ll_netgame *g, ll_link *link, void *packet)
 {
-    _Alignas(8) char packet[PACKET_MAX];
     ll_time sent, due;
-    int bytes = ll_link_receive(up ? ll_netgame_up(g, player) : ll_netgame_down(g, player), g->now, packet,
-                                (int)sizeof packet, &sent, &due);
+    int bytes = ll_link_receive(link, g->now, packet, PACKET_MAX, &sent, &due);
     LL_ASSERT(bytes >= (int)sizeof(ll_message_head));
-    if (up)
-        server_receives(g, player, packet, r);
-    else if (!client_connects(g, player, packet, bytes, r) && !ll_netgame_hold(g, player, packet, bytes))
-        client_receives(g, player, packet, bytes, r);
+    return bytes;
 }
 
-static void play_out(ll_netgame *g, int player, const ll_recorder *r)
+static void deliver_up(ll_netgame *g, int player, const ll_recorder *r)
+{
+    _Alignas(8) char packet[PACKET_MAX];
+    take_off(g, ll_netgame_up(g, player), packet);
+    server_receives(g, player, packet, r);
+}
+
+static void deliver_down(ll_netgame *g, int player, const ll_client_setup *s)
+{
+    _Alignas(8) char packet[PACKET_MAX];
+    int bytes = take_off(g, ll_netgame_down(g, player), packet);
+    if (!client_connects(g, player, s, packet, bytes) && !ll_netgame_hold(g, player, packet, bytes))
+        client_receives(g, player, s, packet, bytes);
+    ll_client_set_due(ll_netgame_client(g, player), s);
+}
+
+static void play_out(ll_netgame *g, int player, const ll_client_setup *s)
 {
     _Alignas(8) char packet[PACKET_MAX];
     int bytes = ll_netgame_play_out(g, player, packet, (int)sizeof packet);
-    client_receives(g, player, packet, bytes, r);
+    client_receives(g, player, s, packet, bytes);
+    ll_client_set_due(ll_netgame_client(g, player), s);
 }
 
 /* ---- time ---- */
@@ -521,20 +532,20 @@ static void observe_step(ll_netgame *g)
     }
 }
 
-static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
+/* False when the world has diverged; `entity` tells whose place or speed is not finite. */
+static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     ll_time before = server->stepped;
-    int entity;
     ll_past past = {.history = ll_netgame_history(g),
                     .rules = &g->config.server.compensation,
-                    .buffer = 2 * ll_tick_time(1, rate(g, true)),
+                    .buffer = 2 * ll_tick_time(1, server->updates.freq),
                     .witness = witness,
                     .context = g};
     sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
-    if (!finite_world(ll_server_world(server), &entity))
-        return not_finite(g, entity);
+    if (!finite_world(ll_server_world(server), entity))
+        return false;
     watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_instruments(g, i)->from; i++)
         ll_netgame_instruments(g, i)->ledger.starved_before = server->seats[i].starved;
@@ -548,7 +559,7 @@ static ll_status server_steps(ll_netgame *g, const ll_recorder *r)
                    .type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
     if (sync->server_steps_at_update_hz)
         update(g, r);
-    return ll_ok();
+    return true;
 }
 
 /* Every client has drawn: their pictures are held against each other. */
@@ -614,21 +625,20 @@ static void client_displays(ll_netgame *g, int player, const ll_client_setup *s)
         compare_pictures(g, client->elapsed);
 }
 
-static void client_acts(ll_netgame *g, int player, const ll_recorder *r)
+static void client_acts(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_client *client = ll_netgame_client(g, player);
-    ll_client_setup s = setup(g, player, r);
     bool ticks = client->tick_due <= g->now,
-         displays = s.display_freq == 0 ? ticks : client->display_due <= g->now;
+         displays = s->display_freq == 0 ? ticks : client->display_due <= g->now;
     ll_request_message request;
     if (ticks)
-        client_ticks(g, player, &s);
+        client_ticks(g, player, s);
     if (displays)
-        client_displays(g, player, &s);
-    int bytes = ll_connection_tend(client, &s, g->now, &request);
+        client_displays(g, player, s);
+    int bytes = ll_connection_tend(client, s, g->now, &request);
     if (bytes > 0)
-        send(g, player, true, &request, bytes, r);
-    ll_client_set_due(client, &s);
+        send(g, player, true, &request, bytes, s->recorder);
+    ll_client_set_due(client, s);
 }
 
 /* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and
@@ -655,63 +665,110 @@ static void consider(turn *next, ll_time time, actor who, int player)
         *next = (turn){time, who, player};
 }
 
-static turn next_turn(const ll_netgame *g, const ll_sync *sync)
+static turn server_turn(const ll_netgame *g)
 {
+    const ll_sync *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
-    turn next = {LL_NEVER, ACTOR_CLIENT, 0};
+    turn next = {server->tend, ACTOR_TEND, 0};
     consider(&next, sync->due(server), ACTOR_STEP, 0);
     if (!sync->server_steps_at_update_hz)
         consider(&next, ll_clock_time(&server->updates, server->update), ACTOR_UPDATE, 0);
-    consider(&next, server->tend, ACTOR_TEND, 0);
-    for (int i = 0; i < server->players; i++) {
-        const ll_client *client = ll_netgame_client(g, i);
-        consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
-        consider(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN, i);
-        consider(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT, i);
-        consider(&next, client->due, ACTOR_CLIENT, i);
-    }
+    return next;
+}
+
+static turn player_turn(const ll_netgame *g, int i)
+{
+    turn next = {ll_netgame_client(g, i)->due, ACTOR_CLIENT, i};
+    consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
+    consider(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN, i);
+    consider(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT, i);
+    return next;
+}
+
+/* A run in which nothing is changed from outside: what clients are set up with stands, and who comes next of
+ * the server and of a player is looked up again only where the last event may have changed it. */
+typedef struct stretch {
+    turn server, player[LL_PLAYERS_MAX];
+    ll_client_setup setup[LL_PLAYERS_MAX];
+} stretch;
+
+static void renew_all(stretch *now, const ll_netgame *g)
+{
+    now->server = server_turn(g);
+    for (int i = 0; i < g->config.player_count; i++)
+        now->player[i] = player_turn(g, i);
+}
+
+static void renew(stretch *now, const ll_netgame *g, const turn *done)
+{
+    bool of_player = done->actor <= ACTOR_PLAYOUT || done->actor == ACTOR_CLIENT;
+    bool sends = done->actor != ACTOR_STEP || ll_netgame_sync(g)->server_steps_at_update_hz;
+    if (of_player)
+        now->player[done->player] = player_turn(g, done->player);
+    if (done->actor == ACTOR_UP || done->actor == ACTOR_STEP)
+        now->server = server_turn(g); /* it may have waited for that input */
+    if (!of_player && sends)
+        renew_all(now, g);
+}
+
+static turn next_turn(const stretch *now, const ll_netgame *g)
+{
+    turn next = now->server;
+    for (int i = 0; i < g->config.player_count; i++)
+        consider(&next, now->player[i].time, now->player[i].actor, i);
     if (next.time < g->now)
         next.time = g->now; /* a live change has brought it forward */
     return next;
 }
 
+/* False when the world has diverged, by `entity`. */
+static bool take_turn(ll_netgame *g, const turn *next, const ll_client_setup *s, const ll_recorder *r,
+                      int *entity)
+{
+    switch (next->actor) {
+    case ACTOR_UP:
+        deliver_up(g, next->player, r);
+        break;
+    case ACTOR_DOWN:
+        deliver_down(g, next->player, s);
+        break;
+    case ACTOR_PLAYOUT:
+        play_out(g, next->player, s);
+        break;
+    case ACTOR_STEP:
+        return server_steps(g, r, entity);
+    case ACTOR_UPDATE:
+        update(g, r);
+        ll_netgame_server(g)->update++;
+        break;
+    case ACTOR_TEND:
+        tend_server(g, r);
+        break;
+    case ACTOR_CLIENT:
+        client_acts(g, next->player, s);
+        break;
+    }
+    return true;
+}
+
 static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
-    ll_status status = ll_ok();
-    while (!ll_failed(&status)) {
-        turn next = next_turn(g, sync);
+    stretch now;
+    int entity;
+    for (int i = 0; i < g->config.player_count; i++)
+        now.setup[i] = setup(g, i, r);
+    renew_all(&now, g);
+    for (;;) {
+        turn next = next_turn(&now, g);
         if (next.time > until)
             break;
         g->now = next.time;
-        switch (next.actor) {
-        case ACTOR_UP:
-            deliver(g, next.player, true, r);
-            break;
-        case ACTOR_DOWN:
-            deliver(g, next.player, false, r);
-            break;
-        case ACTOR_PLAYOUT:
-            play_out(g, next.player, r);
-            break;
-        case ACTOR_STEP:
-            status = server_steps(g, r);
-            break;
-        case ACTOR_UPDATE:
-            update(g, r);
-            ll_netgame_server(g)->update++;
-            break;
-        case ACTOR_TEND:
-            tend_server(g, r);
-            break;
-        case ACTOR_CLIENT:
-            client_acts(g, next.player, r);
-            break;
-        }
+        if (!take_turn(g, &next, &now.setup[next.player], r, &entity))
+            return not_finite(g, entity);
+        renew(&now, g, &next);
     }
-    if (!ll_failed(&status))
-        g->now = until;
-    return status;
+    g->now = until;
+    return ll_ok();
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter)
