@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "ode/scale.h"
+
 enum { SAMPLES = 64, REPEATS = 7, STEPS_MAX = 1 << 20 };
 
 #define LONG_NS 200000000 /* a run of more than so long is not repeated */
@@ -73,10 +75,25 @@ static ll_status start(bench *b, const ll_ode_method *method, double setting)
     return ll_ode_start(b->run, method, &b->ode, &control, b->solution);
 }
 
+static void forget(ll_precision *r)
+{
+    r->e_final = r->e_max = r->e_l2 = r->drift_final = r->drift_max = r->drift_per_s = NAN;
+}
+
+/* Of the whole solution. */
+static ll_ode_scale scale_of(const bench *b)
+{
+    ll_ode_scale scale = {0};
+    for (int k = 0; k <= SAMPLES; k++)
+        ll_ode_scale_see(&scale, b->order->problem, &b->ode, sample_time(b, k), b->solution + k * b->ode.dim);
+    return scale;
+}
+
 /* The error at the sample times, and at the end at the method's own time. */
 static void measure(bench *b, const ll_ode_method *method, ll_precision *r)
 {
     int dim = b->ode.dim;
+    ll_ode_scale most = scale_of(b);
     double y[LL_ODE_DIM_MAX], squares = 0, e0 = energy_at(b, 0, b->solution),
                               scale = fabs(e0) > 0 ? fabs(e0) : 1;
     double sum_t = 0, sum_tt = 0, sum_d = 0, sum_td = 0;
@@ -86,6 +103,10 @@ static void measure(bench *b, const ll_ode_method *method, ll_precision *r)
             break;
         ll_ode_sample(b->run, method, &b->ode, t, y);
         double e = distance(y, b->solution + k * dim, dim), drift = (energy_at(b, t, y) - e0) / scale;
+        if (ll_ode_blown_up(&most, e, drift * scale)) {
+            ll_ode_blow_up(b->run);
+            break;
+        }
         r->e_max = fmax(r->e_max, e);
         r->drift_max = fmax(r->drift_max, fabs(drift));
         r->e_final = e;
@@ -96,11 +117,13 @@ static void measure(bench *b, const ll_ode_method *method, ll_precision *r)
         sum_d += drift;
         sum_td += t * drift;
     }
-    r->state = (ll_ode_state)b->run->state;
+    r->status = ll_ode_run_status(b->run);
     r->reason = (ll_ode_reason)b->run->reason;
     r->counters = b->run->counters;
     r->e_l2 = sqrt(squares / SAMPLES);
     r->drift_per_s = (SAMPLES * sum_td - sum_t * sum_d) / (SAMPLES * sum_tt - sum_t * sum_t);
+    if (r->status != LL_RUN_OK)
+        forget(r);
 }
 
 static int by_size(const void *a, const void *b)
@@ -182,8 +205,7 @@ ll_status ll_precision_ladder(const ll_precision_order *order, const ll_ode_meth
         if (n > 0 && r->e_max > 0 && r[-1].e_max > 0)
             r->order = log(r->e_max / r[-1].e_max) / log(factor);
         n += !ll_failed(&status);
-        if (n > 2 && !method->adaptive && r->state == LL_ODE_FINISHED && r->e_max > r[-1].e_max &&
-            r[-1].e_max < 1e-9)
+        if (n > 2 && !method->adaptive && r->e_max > r[-1].e_max && r[-1].e_max < 1e-9)
             break; /* rounding has the say from here on */
     }
     close_bench(&b);

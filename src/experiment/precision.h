@@ -7,17 +7,18 @@
 #include "ode/run.h"
 
 /* One rung. Errors are Euclidean distances of the whole state from the solution, as in simulations of kind
- * motion: `e_max` and `e_l2` over 64 even times. */
+ * motion: `e_max` and `e_l2` over 64 even times. Of a run that failed (ll_ode_scale tells what has blown up)
+ * errors and drifts are NaN. */
 typedef struct ll_precision {
     double setting; /* dt in s, or the tolerance */
-    ll_ode_state state;
+    ll_run_status status;
     ll_ode_reason reason;
     ll_ode_counters counters;
     double cpu_min_s, cpu_median_s;
     double e_final, e_max, e_l2;
     double drift_final, drift_max, drift_per_s; /* of the energy, relative; 0 where the problem has none */
     double order; /* of this rung against the one before: log of errors over log of settings; NaN for the
-                     first */
+                     first, and where one of both failed */
 } ll_precision;
 
 typedef struct ll_precision_order {

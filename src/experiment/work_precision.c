@@ -87,7 +87,6 @@ static bool measure_methods(problem_rows *p, ll_status *status)
 
 static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
 {
-    static const char *const states[] = {"running", "ok", "diverged"};
     problem_rows *p = context;
     if (!measure_methods(p, status))
         return false;
@@ -97,7 +96,7 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
     put_number(&cell, p->measured->order);
     put_text(&cell, p->measured->adaptive ? "tolerance" : "dt_s");
     put_number(&cell, r->setting);
-    put_text(&cell, states[r->state]);
+    put_text(&cell, ll_run_status_names[r->status]);
     const int64_t counts[] = {r->counters.steps, r->counters.rejected, r->counters.evaluations,
                               r->counters.jacobians, r->counters.factorisations};
     const double numbers[] = {r->cpu_min_s,   r->cpu_median_s, r->e_final,     r->e_max, r->e_l2,

@@ -392,6 +392,21 @@ void ll_ode_sample(ll_ode_run *run, const ll_ode_method *method, const ll_ode *o
         cubic(run, ode, theta, y);
 }
 
+void ll_ode_blow_up(ll_ode_run *run)
+{
+    fail(run, LL_ODE_BLEW_UP, run->t);
+}
+
+ll_run_status ll_ode_run_status(const ll_ode_run *run)
+{
+    static const ll_run_status statuses[] = {
+        [LL_ODE_NO_REASON] = LL_RUN_OK,          [LL_ODE_NOT_FINITE] = LL_RUN_DIVERGED,
+        [LL_ODE_STEP_TOO_SMALL] = LL_RUN_FAILED, [LL_ODE_NO_SOLUTION] = LL_RUN_FAILED,
+        [LL_ODE_STEP_LIMIT] = LL_RUN_FAILED,     [LL_ODE_BLEW_UP] = LL_RUN_DIVERGED,
+    };
+    return statuses[run->reason];
+}
+
 void ll_ode_reason_text(const ll_ode_run *run, char *text, size_t size)
 {
     static const char *const reasons[] = {
@@ -400,6 +415,7 @@ void ll_ode_reason_text(const ll_ode_run *run, char *text, size_t size)
         [LL_ODE_STEP_TOO_SMALL] = "The tolerance asks for a step below the resolution of time",
         [LL_ODE_NO_SOLUTION] = "The equations of the implicit step could not be solved",
         [LL_ODE_STEP_LIMIT] = "The limit of steps was reached",
+        [LL_ODE_BLEW_UP] = "The error or the energy was above ten times the scale of the problem",
     };
     snprintf(text, size, "%s at t = %.9g s.", reasons[run->reason], run->failed_t);
 }

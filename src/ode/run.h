@@ -9,6 +9,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/run_status.h"
 #include "base/status.h"
 #include "ode/method.h"
 #include "ode/ode.h"
@@ -35,6 +36,7 @@ typedef enum ll_ode_reason {
     LL_ODE_STEP_TOO_SMALL, /* the tolerance asks for a step below the resolution of t */
     LL_ODE_NO_SOLUTION,    /* Newton's iteration of an implicit method does not converge */
     LL_ODE_STEP_LIMIT,     /* max_steps */
+    LL_ODE_BLEW_UP,        /* the caller found it beyond all bounds: scale.h */
 } ll_ode_reason;
 
 typedef struct ll_ode_counters {
@@ -106,6 +108,12 @@ void ll_ode_round(ll_ode_run *run, int positions, double origin);
 /* y at `t` within the last step: by the method's own dense output where it has one, otherwise by the cubic
  * through both ends. */
 void ll_ode_sample(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t, double *y);
+
+/* Ends a run whose state has left all bounds though its values are finite. */
+void ll_ode_blow_up(ll_ode_run *run);
+
+/* What has become of it: ok as long as it has not failed. */
+ll_run_status ll_ode_run_status(const ll_ode_run *run);
 
 /* Why the run diverged, as a sentence with the time: `A value was not finite at t = 1.25 s.` */
 void ll_ode_reason_text(const ll_ode_run *run, char *text, size_t size);

@@ -119,6 +119,7 @@ static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
     memcpy(ll_motion_vector(m, m->at[i].wanted), y0, vector);
     ll_motion_drive_start(m, i, ode);
     m->record[i] = (ll_motion_record){.energy_start = energy_of(m, 0, y0)};
+    ll_ode_scale_see(&m->record[i].scale, ll_motion_problem(&m->config), ode, 0, y0);
 }
 
 static ll_status init(void *block, const void *config)
@@ -179,14 +180,18 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, double 
     ll_ode_sample(reference, best_method(problem), ode, t, y);
 }
 
-static void measure(ll_motion *m, int i, double t, const double *y, const double *wanted)
+static void measure(ll_motion *m, const ll_ode *ode, int i, double t, const double *wanted)
 {
     ll_motion_record *r = &m->record[i];
+    const double *y = ll_ode_y(ll_motion_run(m, i));
     double square = 0;
     for (int k = 0; k < m->dim; k++)
         square += (y[k] - wanted[k]) * (y[k] - wanted[k]);
-    if (square - square != 0)
-        return; /* it has left all bounds, and diverges with the next steps */
+    ll_ode_scale_see(&r->scale, ll_motion_problem(&m->config), ode, t, wanted);
+    if (ll_ode_blown_up(&r->scale, ll_sqrt(square), energy_of(m, t, y) - r->energy_start)) {
+        ll_ode_blow_up(ll_motion_run(m, i));
+        return;
+    }
     r->t = t;
     r->error = ll_sqrt(square);
     r->error_max = r->error > r->error_max ? r->error : r->error_max;
@@ -234,7 +239,7 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool l
     if (own == m->record[i].t && m->record[i].samples > 0)
         return; /* a long step: this state has been measured */
     solution_at(m, ode, m->at[i].reference, own, wanted);
-    measure(m, i, own, ll_ode_y(run), wanted);
+    measure(m, ode, i, own, wanted);
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)

@@ -9,6 +9,7 @@
 #include "ode/accumulator.h"
 #include "ode/problem.h"
 #include "ode/run.h"
+#include "ode/scale.h"
 #include "sim/sim.h"
 
 #define LL_MOTION_METHODS_MAX 8
@@ -56,6 +57,7 @@ typedef struct ll_motion_record {
     double error, error_max, error_squares;
     double energy_start, energy_drift, energy_drift_max; /* relative, where the start has any */
     double sums[4];                                      /* t, t^2, drift, t drift: for the secular slope */
+    ll_ode_scale scale;                                  /* of the solution so far */
     int64_t samples;
 } ll_motion_record;
 

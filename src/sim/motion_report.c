@@ -1,10 +1,12 @@
 /* What is told and streamed of a motion: state, metrics, layout, trace and sections. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/detmath.h"
+#include "base/run_status.h"
 #include "ode/paper.h"
 #include "ode/single.h"
 #include "sim/motion.h"
@@ -20,25 +22,20 @@ static void number(cJSON *object, const char *name, double value)
     cJSON_AddItemToObject(object, name, number_json(value));
 }
 
+/* NULL gives nulls. */
 static cJSON *vector_json(const double *y, int dim)
 {
     cJSON *array = cJSON_CreateArray();
     for (int i = 0; i < dim; i++)
-        cJSON_AddItemToArray(array, number_json(y[i]));
+        cJSON_AddItemToArray(array, number_json(y != NULL ? y[i] : NAN));
     return array;
 }
 
-/* ---- status ---- */
+/* ---- what has become of a method ---- */
 
-typedef enum status { STATUS_OK, STATUS_DIVERGED, STATUS_OFF } status;
-
-static const char *const status_names[] = {"ok", "diverged", "off"};
-
-static status status_of(const ll_motion *m, int i)
+static ll_run_status status_of(const ll_motion *m, int i)
 {
-    if (!m->config.methods[i].shown)
-        return STATUS_OFF;
-    return ll_motion_run(m, i)->state == LL_ODE_DIVERGED ? STATUS_DIVERGED : STATUS_OK;
+    return m->config.methods[i].shown ? ll_ode_run_status(ll_motion_run(m, i)) : LL_RUN_OFF;
 }
 
 /* ---- state ---- */
@@ -52,7 +49,7 @@ cJSON *ll_motion_state(const void *block)
     for (int i = 0; i < m->config.method_count; i++) {
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", ll_motion_method_of(&m->config, i)->name);
-        cJSON_AddStringToObject(o, "status", status_names[status_of(m, i)]);
+        cJSON_AddStringToObject(o, "status", ll_run_status_names[status_of(m, i)]);
         number(o, "t_s", ll_motion_time(m, i));
         cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(ll_motion_run(m, i)), m->dim));
         cJSON_AddItemToArray(methods, o);
@@ -69,22 +66,25 @@ static double secular_slope(const ll_motion_record *r)
     return r->samples > 1 && determinant > 0 ? (n * r->sums[3] - r->sums[0] * r->sums[2]) / determinant : 0;
 }
 
-static void errors(cJSON *o, const ll_motion *m, int i)
+/* Null where it has failed or was not run: what was measured before says nothing of the whole. */
+static void errors(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
     const ll_motion_record *r = &m->record[i];
-    number(o, "e_final", r->error);
-    number(o, "e_max", r->error_max);
-    number(o, "e_l2", r->samples > 0 ? ll_sqrt(r->error_squares / (double)r->samples) : 0);
+    double known = status == LL_RUN_OK ? 1 : NAN;
+    number(o, "e_final", known * r->error);
+    number(o, "e_max", known * r->error_max);
+    number(o, "e_l2", known * (r->samples > 0 ? ll_sqrt(r->error_squares / (double)r->samples) : 0));
     if (!ll_motion_problem(&m->config)->energy)
         return;
-    number(o, "energy_drift_final", r->energy_drift);
-    number(o, "energy_drift_max", r->energy_drift_max);
-    number(o, "energy_drift_per_s", secular_slope(r));
+    number(o, "energy_drift_final", known * r->energy_drift);
+    number(o, "energy_drift_max", known * r->energy_drift_max);
+    number(o, "energy_drift_per_s", known * secular_slope(r));
 }
 
-/* Of the way there and back. */
-static void counters(cJSON *o, const ll_ode_counters *c, const ll_ode_counters *before)
+/* Of the way there and back; of one that failed, what it took until then. */
+static void counters(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
+    const ll_ode_counters *c = &ll_motion_run(m, i)->counters, *before = &m->drive[i].before;
     const struct {
         const char *name;
         int64_t count;
@@ -94,8 +94,8 @@ static void counters(cJSON *o, const ll_ode_counters *c, const ll_ode_counters *
                {"jacobians", before->jacobians + c->jacobians},
                {"factorisations", before->factorisations + c->factorisations},
                {"events", before->events + c->events}};
-    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++)
-        number(o, all[i].name, (double)all[i].count);
+    for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
+        number(o, all[k].name, status == LL_RUN_OFF ? NAN : (double)all[k].count);
 }
 
 /* What the way in which it is driven does. */
@@ -112,30 +112,38 @@ static void drive(cJSON *o, const ll_motion *m, int i)
         number(o, "spacing_m", (double)ll_single_spacing((float)method->origin_m));
 }
 
+/* Why it is not ok, and when it failed. */
+static void failure(cJSON *o, const ll_ode_run *run, ll_run_status status)
+{
+    char reason[160] = "It was not run: shown is off.";
+    if (status == LL_RUN_OK)
+        return;
+    if (status != LL_RUN_OFF)
+        ll_ode_reason_text(run, reason, sizeof reason);
+    cJSON_AddStringToObject(o, "reason", reason);
+    if (status != LL_RUN_OFF)
+        number(o, "diverged_t_s", run->failed_t);
+}
+
 static cJSON *method_metrics(const ll_motion *m, int i)
 {
     const ll_ode_method *method = ll_motion_method_of(&m->config, i);
     const ll_ode_run *run = ll_motion_run(m, i);
     cJSON *o = cJSON_CreateObject();
-    status s = status_of(m, i);
+    ll_run_status status = status_of(m, i);
     cJSON_AddStringToObject(o, "method", method->name);
     if (method->adaptive)
         number(o, "tolerance", m->config.methods[i].tolerance);
     else
         number(o, "dt_s", m->config.methods[i].dt_s);
-    cJSON_AddStringToObject(o, "status", status_names[s]);
-    if (s == STATUS_DIVERGED) {
-        char reason[160];
-        ll_ode_reason_text(run, reason, sizeof reason);
-        cJSON_AddStringToObject(o, "reason", reason);
-        number(o, "diverged_t_s", run->failed_t);
-    }
-    number(o, "t_s", ll_motion_time(m, i));
-    cJSON_AddItemToObject(o, "state", vector_json(ll_ode_y(run), m->dim));
+    cJSON_AddStringToObject(o, "status", ll_run_status_names[status]);
+    failure(o, run, status);
+    number(o, "t_s", status == LL_RUN_OFF ? NAN : ll_motion_time(m, i));
+    cJSON_AddItemToObject(o, "state", vector_json(status == LL_RUN_OK ? ll_ode_y(run) : NULL, m->dim));
     cJSON_AddItemToObject(o, "solution", vector_json(ll_motion_vector(m, m->at[i].wanted), m->dim));
-    errors(o, m, i);
+    errors(o, m, i, status);
     drive(o, m, i);
-    counters(o, &run->counters, &m->drive[i].before);
+    counters(o, m, i, status);
     return o;
 }
 
@@ -183,9 +191,14 @@ void ll_motion_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(
 {
     ll_motion_config c = *(const ll_motion_config *)config;
     cJSON *methods = cJSON_GetObjectItemCaseSensitive(metrics, "methods");
-    for (int i = 0; i < c.method_count; i++)
+    for (int i = 0; i < c.method_count; i++) {
+        cJSON *o = cJSON_GetArrayItem(methods, i);
+        const cJSON *status = cJSON_GetObjectItemCaseSensitive(o, "status");
         if (c.methods[i].shown)
-            number(cJSON_GetArrayItem(methods, i), "ns_per_sim_s", cost_of(&c, i, now_ns));
+            number(o, "ns_per_sim_s",
+                   strcmp(status->valuestring, ll_run_status_names[LL_RUN_OK]) == 0 ? cost_of(&c, i, now_ns)
+                                                                                    : NAN);
+    }
 }
 
 /* ---- the paper's text ---- */

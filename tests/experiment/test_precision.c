@@ -38,7 +38,7 @@ static void eulers_error_is_known(void **state)
     assert_true(count >= 15);
     for (int k = 0; k < count; k++) {
         double dt = 3.0 / 16 / (1 << k);
-        assert_true(rungs[k].setting == dt && rungs[k].state == LL_ODE_FINISHED);
+        assert_true(rungs[k].setting == dt && rungs[k].status == LL_RUN_OK);
         assert_int_equal(rungs[k].counters.steps, 16 << k);
         assert_true(fabs(rungs[k].e_final - 15 * dt) < 1e-9 && fabs(rungs[k].e_max - 15 * dt) < 1e-9);
         assert_true(k == 0 ? rungs[k].order != rungs[k].order : fabs(rungs[k].order - 1) < 1e-4);
@@ -71,13 +71,39 @@ static void blow_ups_and_misfits_are_told(void **state)
     ll_precision_order order = order_of("stiff_pendulum", params);
     ll_status status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 1.0 / 60, &r);
     assert_false(ll_failed(&status));
-    assert_int_equal(r.state, LL_ODE_DIVERGED);
-    assert_int_equal(r.reason, LL_ODE_NOT_FINITE);
+    assert_int_equal(r.status, LL_RUN_DIVERGED);
+    assert_true(r.reason == LL_ODE_NOT_FINITE || r.reason == LL_ODE_BLEW_UP);
+    assert_true(isnan(r.e_max) && isnan(r.e_final) && isnan(r.e_l2) && isnan(r.drift_max) &&
+                r.counters.steps > 0);
     status = ll_precision_rung(&order, ll_ode_method_find("boris"), 0.01, &r);
     assert_int_equal(status.code, LL_BAD_INPUT);
     status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 0, &r);
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_string_equal(status.field, "dt");
+}
+
+/* Above the limit of stability a method grows without bound, yet its values may be finite at the end. The
+ * limit of velocity Verlet is at omega dt = 2. */
+static void finite_blow_ups_have_no_error_and_no_order(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    int count, failed = 0;
+    ll_precision_order order = order_of("oscillator", params);
+    ll_status status = ll_param_set(order.problem->params, params, "omega", "6", false);
+    assert_false(ll_failed(&status));
+    order.duration = 40;
+    status = ll_precision_ladder(&order, ll_ode_method_find("velocity_verlet"), rungs, &count);
+    assert_false(ll_failed(&status));
+    for (int k = 0; k < count; k++) {
+        bool stable = 6 * rungs[k].setting < 2;
+        assert_int_equal(rungs[k].status, stable ? LL_RUN_OK : LL_RUN_DIVERGED);
+        assert_true(stable == isfinite(rungs[k].e_max) && stable == isfinite(rungs[k].drift_per_s));
+        assert_true(isfinite(rungs[k].order) == (k > 0 && rungs[k - 1].status == LL_RUN_OK));
+        failed += !stable;
+    }
+    assert_int_equal(failed, 3); /* 2.5, 1.25 and 0.625 s */
 }
 
 int main(void)
@@ -86,6 +112,7 @@ int main(void)
         cmocka_unit_test(eulers_error_is_known),
         cmocka_unit_test(tolerances_go_down_by_tens),
         cmocka_unit_test(blow_ups_and_misfits_are_told),
+        cmocka_unit_test(finite_blow_ups_have_no_error_and_no_order),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

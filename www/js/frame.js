@@ -41,7 +41,7 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
  */
 
 /** @typedef {{status: number, t: number, error: number, errorMax: number, drift: number, evaluations: number, steps: number,
- *   rejected: number, state: number[]}} Motion  status: 0 ok, 1 diverged, 2 off */
+ *   rejected: number, state: number[]}} Motion  status: 0 ok, 1 diverged, 2 off, 3 failed */
 
 /** @typedef {{id: number, type: number, player: number, fate: number, outcome: number, begin: number, end: number,
  *   number: number, value: number}} Event */

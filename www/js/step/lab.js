@@ -204,7 +204,8 @@ function showNumbers(frame) {
       largest: row === 0 ? '' : exact(one.errorMax) };
     for (const [name, text] of Object.entries(values)) {
       const cell = document.querySelector(`[data-motion="${row}/${name}"]`);
-      if (cell) cell.textContent = off ? '–' : one.status === 1 && name === 'error' ? 'diverged' : text;
+      const failed = one.status === 1 ? 'diverged' : one.status === 3 ? 'failed' : '';
+      if (cell) cell.textContent = off ? '–' : failed && name === 'error' ? failed : failed && name === 'largest' ? '' : text;
     }
   });
 }
