@@ -7,6 +7,23 @@ void ll_rigid_refer(const ll_rigid *w, double fall, ll_body_reference *reference
         references[i] = (ll_body_reference){ll_sub(ll_poses(w)[i].p, ll_vec(0, fall)), ll_bodys(w)[i].angle};
 }
 
+static bool drives(const ll_joint *j)
+{
+    return j->body[0] != LL_NONE && (j->def.type == LL_JOINT_MOUSE || j->def.type == LL_JOINT_MOTOR ||
+                                     j->def.motored || j->def.hertz > 0);
+}
+
+bool ll_rigid_is_driven(const ll_rigid *w)
+{
+    for (int32_t i = 0; i < w->body_end; i++)
+        if (ll_bodys(w)[i].type == LL_BODY_KINEMATIC)
+            return true;
+    for (int32_t i = 0; i < w->joint_end; i++)
+        if (drives(&ll_joints(w)[i]))
+            return true;
+    return false;
+}
+
 static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *first, ll_rigid_metrics *m)
 {
     const ll_body *b = &ll_bodys(w)[i];

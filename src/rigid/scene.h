@@ -60,6 +60,9 @@ typedef struct ll_rigid_metrics {
 /* `references` has ll_rigid_body_end places. `fall`: how far above their places bodies are at first, m. */
 void ll_rigid_refer(const ll_rigid *world, double fall, ll_body_reference *references, int32_t count);
 double ll_scene_fall(const ll_scene *scene, const ll_scene_args *args);
+/* Whether something in it may give energy to bodies: one that is moved, a motor, a spring, a person's hand.
+ */
+bool ll_rigid_is_driven(const ll_rigid *world);
 /* `beyond_x`: bodies to the right of it count as passed (INFINITY: none does). */
 ll_rigid_metrics ll_rigid_measure(const ll_rigid *world, const ll_body_reference *references, int32_t count,
                                   double beyond_x);

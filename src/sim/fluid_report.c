@@ -1,8 +1,10 @@
 /* What is told of a fluid: state, metrics, layout and trace. */
 #include <cjson/cJSON.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/run_status.h"
 #include "sim/fluid.h"
 #include "sim/kinds.h"
 
@@ -11,6 +13,7 @@ static cJSON *number_json(double value)
     return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
 }
 
+/* Null of a fluid that has failed. */
 static cJSON *numbers_of(const void *block, int place)
 {
     const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
@@ -19,13 +22,13 @@ static cJSON *numbers_of(const void *block, int place)
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "scene", scene->name);
     cJSON_AddStringToObject(o, "method", scene->method->name);
-    cJSON_AddStringToObject(o, "status", s->failed ? "diverged" : "ok");
+    cJSON_AddStringToObject(o, "status", ll_run_status_names[s->failed ? LL_RUN_DIVERGED : LL_RUN_OK]);
     if (s->failed)
         cJSON_AddStringToObject(o, "reason", s->reason);
     cJSON_AddItemToObject(o, "t_s", number_json(ll_to_s(s->now)));
     int count = ll_fluid_sim_numbers(s, all);
     for (int i = 0; i < count; i++)
-        cJSON_AddItemToObject(o, all[i].name, number_json(all[i].value));
+        cJSON_AddItemToObject(o, all[i].name, number_json(s->failed ? NAN : all[i].value));
     return o;
 }
 
@@ -46,7 +49,7 @@ static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
     const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
     double pairs[LL_FLUID_POINTS_MAX][2];
     const char *name;
-    if (!scene->profile)
+    if (!scene->profile || s->failed)
         return;
     cJSON *profiles = cJSON_AddObjectToObject(metrics, "profiles");
     for (int index = 0, count; (count = scene->profile(ll_fluid_sim_block(s), index, &name, pairs)) > 0;

@@ -285,10 +285,10 @@ static ll_status step_all(ll_rigid_sim *s, ll_meter *meter)
             continue;
         }
         ll_status status = step_metered(s, i, meter);
+        if (!ll_failed(&status))
+            status = ll_rigid_sim_measure(s, i);
         if (ll_failed(&status) && i == 0)
             return ll_error(LL_DIVERGED, "%s", status.text);
-        if (!ll_failed(&status))
-            ll_rigid_sim_measure(s, i);
     }
     s->pressed = 0;
     return ll_ok();

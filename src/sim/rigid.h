@@ -89,6 +89,8 @@ typedef struct ll_volume_record {
 /* What is measured of a world at every step. */
 typedef struct ll_rigid_record {
     double energy_start, momentum_start[2], mass;
+    double energy_scale; /* J: what moves at first, and what all would gain by a fall through the view; 0: not
+                            known, since something is driven */
     ll_rigid_metrics now;
     double penetration_worst, energy_most, joint_error_worst, tilt_worst, sag_worst, drift_worst;
     int64_t steps_asleep, asleep_at; /* asleep_at: the step from which all sleep; -1: they do not */
@@ -160,7 +162,8 @@ ll_status ll_rigid_sim_build(const ll_rigid_config *config, ll_rigid *world);
 /* ---- rigid_measure.c ---- */
 
 void ll_rigid_sim_measure_start(ll_rigid_sim *s, int world);
-void ll_rigid_sim_measure(ll_rigid_sim *s, int world);
+/* LL_DIVERGED, kept in the record, too: bodies have gained more than LL_BLOWN_UP times energy_scale. */
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world);
 
 /* ---- rigid_report.c and rigid_frame.c: what is told and streamed of a block ---- */
 

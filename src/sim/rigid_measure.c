@@ -1,4 +1,7 @@
 /* What is measured of a world of rigid bodies at every step. */
+#include <string.h>
+
+#include "base/run_status.h"
 #include "rigid/distance.h"
 #include "sim/rigid.h"
 
@@ -25,6 +28,23 @@ static double mass_of(const ll_rigid *w)
     return mass;
 }
 
+/* A joint that is drawn apart from the start gives what it holds, m or rad. */
+#define JOINT_ERROR 1e-3
+
+/* Bodies that overlap are pushed apart by contacts. */
+static double energy_scale(const ll_rigid_sim *s, int i)
+{
+    const ll_rigid_record *r = &s->record[i];
+    const ll_scene *scene = ll_rigid_sim_scene(&s->setup);
+    if ((scene != NULL && scene->drive != NULL) || ll_rigid_is_driven(ll_rigid_sim_world(s, i)) ||
+        r->now.joint_error > JOINT_ERROR)
+        return 0;
+    double push = ll_rigid_sim_params(&s->setup, i).push_speed;
+    double fall = fabs(s->setup.gravity[0]) * (s->view[1] - s->view[0]) +
+                  fabs(s->setup.gravity[1]) * (s->view[3] - s->view[2]);
+    return r->now.kinetic_energy + r->mass * (fall + push * push / 2);
+}
+
 void ll_rigid_sim_measure_start(ll_rigid_sim *s, int i)
 {
     ll_rigid_record *r = &s->record[i];
@@ -33,6 +53,7 @@ void ll_rigid_sim_measure_start(ll_rigid_sim *s, int i)
     r->momentum_start[0] = r->now.momentum.x;
     r->momentum_start[1] = r->now.momentum.y;
     r->mass = mass_of(ll_rigid_sim_world(s, i));
+    r->energy_scale = energy_scale(s, i);
 }
 
 /* ---- bounding volumes ---- */
@@ -92,7 +113,27 @@ static double larger(double a, double b)
     return a > b ? a : b;
 }
 
-void ll_rigid_sim_measure(ll_rigid_sim *s, int i)
+/* A hand that has drawn bodies has given them energy. */
+static ll_status judge_energy(ll_rigid_sim *s, int i)
+{
+    ll_rigid_record *r = &s->record[i];
+    double gained = energy_of(&r->now) - r->energy_start;
+    if (s->held)
+        r->energy_scale = 0;
+    if (!(r->energy_scale > 0) || gained <= LL_BLOWN_UP * r->energy_scale)
+        return ll_ok();
+    ll_status status = ll_error(
+        LL_DIVERGED,
+        "The solver %s blew up in step %lld: the bodies have gained %.3g J, above %d times the %.3g J "
+        "that there is to be had.",
+        ll_rigid_solver_names[ll_rigid_sim_params(&s->setup, i).solver],
+        (long long)ll_rigid_get_stats(ll_rigid_sim_world(s, i)).step, gained, LL_BLOWN_UP, r->energy_scale);
+    r->diverged_at = ll_rigid_get_stats(ll_rigid_sim_world(s, i)).step;
+    memcpy(r->reason, status.text, sizeof r->reason);
+    return status;
+}
+
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
     ll_rigid_record *r = &s->record[i];
@@ -103,7 +144,7 @@ void ll_rigid_sim_measure(ll_rigid_sim *s, int i)
     } else {
         r->steps_asleep++;
         if (slept) /* nothing can have changed */
-            return;
+            return ll_ok();
         r->asleep_at = stats.step;
     }
     r->now = now(s, i);
@@ -116,4 +157,5 @@ void ll_rigid_sim_measure(ll_rigid_sim *s, int i)
     r->energy_most = larger(r->energy_most, energy_of(&r->now) - r->energy_start);
     if (s->setup.compare_volumes)
         compare_volumes(w, r);
+    return judge_energy(s, i);
 }

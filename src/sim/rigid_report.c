@@ -3,6 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
+#include "base/run_status.h"
 #include "sim/kinds.h"
 #include "sim/rigid.h"
 
@@ -86,11 +87,12 @@ static double momentum_error(const ll_rigid_sim *s, int i)
     return ll_length(ll_sub(ll_sub(r->now.momentum, start), gravity));
 }
 
+/* Null of a world that has failed. */
 static void measured(cJSON *o, const ll_rigid_sim *s, int i)
 {
     const ll_rigid_record *r = &s->record[i];
     const ll_rigid_metrics *m = &r->now;
-    double energy = m->kinetic_energy + m->potential_energy;
+    double energy = m->kinetic_energy + m->potential_energy, known = r->diverged_at < 0 ? 1 : NAN;
     const struct {
         const char *name;
         double value;
@@ -118,8 +120,8 @@ static void measured(cJSON *o, const ll_rigid_sim *s, int i)
                {"asleep_at_step", (double)r->asleep_at},
                {"over_limit_steps", (double)r->over_limit}};
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
-        number(o, all[k].name, all[k].value);
-    vector(o, "momentum_kgmps", m->momentum);
+        number(o, all[k].name, known * all[k].value);
+    vector(o, "momentum_kgmps", ll_vec(known * m->momentum.x, known * m->momentum.y));
 }
 
 static void counted(cJSON *o, const ll_rigid *w)
@@ -174,7 +176,8 @@ static cJSON *metrics_of(const void *block, int i)
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "scene", ll_scene_names[s->setup.scene]);
     cJSON_AddStringToObject(o, "method", ll_rigid_solver_names[p.solver]);
-    cJSON_AddStringToObject(o, "status", r->diverged_at >= 0 ? "diverged" : "ok");
+    cJSON_AddStringToObject(o, "status",
+                            ll_run_status_names[r->diverged_at >= 0 ? LL_RUN_DIVERGED : LL_RUN_OK]);
     if (r->diverged_at >= 0)
         cJSON_AddStringToObject(o, "reason", r->reason);
     measured(o, s, i);

@@ -431,6 +431,49 @@ static void a_lost_body_stops_the_session(void **state)
     ll_session_destroy(s);
 }
 
+/* Joints of an arm that turns by half a radian a step: with one substep XPBD puts each body back along a
+ * straight line, which gives it speed, again and again. Nothing is driven, so that energy is from nowhere. */
+#define ARM(methods)                                                                                         \
+    "{\"kind\":\"rigid\",\"duration_s\":4,\"gravity\":[0,0],\"hz\":50," methods ",\"bodies\":["              \
+    "{\"type\":\"static\",\"size\":[0.2,0.2]},{\"size\":[0.2,0.2],\"position\":[1,0],\"velocity\":[0,25],"   \
+    "\"spin\":25},{\"size\":[0.2,0.2],\"position\":[2,0],\"velocity\":[0,25],\"spin\":25}],\"joints\":["     \
+    "{\"type\":\"revolute\",\"a\":0,\"b\":1,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]},"                        \
+    "{\"type\":\"revolute\",\"a\":1,\"b\":2,\"anchor_a\":[0,0],\"anchor_b\":[-1,0]}]}"
+static void energy_from_nowhere_is_a_failure(void **state)
+{
+    (void)state;
+    ll_session *s = session_of(ARM("\"solver\":{\"method\":\"xpbd\",\"substeps\":1}"));
+    ll_status status = ll_session_run_to(s, 200);
+    assert_int_equal(status.code, LL_DIVERGED);
+    assert_non_null(strstr(status.text, "xpbd blew up in step"));
+    ll_session_destroy(s);
+    s = session_of(ARM("\"solver\":{\"method\":\"avbd\",\"substeps\":1},"
+                       "\"beside\":[{\"solver\":{\"method\":\"xpbd\",\"substeps\":1}}]"));
+    ok(ll_session_run_to(s, 200));
+    cJSON *report = ll_session_metrics(s), *first = cJSON_GetObjectItem(report, "metrics");
+    const cJSON *beside = cJSON_GetArrayItem(cJSON_GetObjectItem(first, "beside"), 0);
+    assert_string_equal(cJSON_GetObjectItem(first, "status")->valuestring, "ok");
+    assert_string_equal(cJSON_GetObjectItem(beside, "status")->valuestring, "diverged");
+    assert_non_null(strstr(cJSON_GetObjectItem(beside, "reason")->valuestring, "blew up"));
+    static const char *const told[] = {"energy_change_j", "energy_added_j", "drift_worst_m", "joint_error"};
+    for (size_t i = 0; i < sizeof told / sizeof told[0]; i++) {
+        assert_true(cJSON_IsNull(cJSON_GetObjectItem(beside, told[i])));
+        assert_false(cJSON_IsNull(cJSON_GetObjectItem(first, told[i])));
+    }
+    cJSON_Delete(report);
+    ll_session_destroy(s);
+}
+
+/* A chain that is drawn apart at first holds energy: to give it is no failure. */
+static void a_drawn_chain_may_spring(void **state)
+{
+    (void)state;
+    ll_session *s = library("rigid/stretched_chain");
+    ok(ll_session_run_to(s, 120));
+    assert_true(metric(s, "energy_added_j") > 1e5);
+    ll_session_destroy(s);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -447,6 +490,8 @@ int main(void)
         cmocka_unit_test(a_copy_of_the_block_goes_on_as_the_block),
         cmocka_unit_test(a_block_stays_within_its_announced_size),
         cmocka_unit_test(bad_input_is_refused_with_field_range_and_value),
+        cmocka_unit_test(energy_from_nowhere_is_a_failure),
+        cmocka_unit_test(a_drawn_chain_may_spring),
         cmocka_unit_test(a_lost_body_stops_the_session),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
