@@ -46,9 +46,9 @@ static ll_status run_once(search *s, int point)
     if (ll_failed(&status))
         return status;
     s->runs++;
-    double value[2] = {row.metrics[s->experiment->cost_metric], row.metrics[s->experiment->error_metric]};
-    bool good =
-        (row.status == LL_ROW_OK || row.status == LL_ROW_STOPPED) && isfinite(value[0]) && isfinite(value[1]);
+    double value[2] = {fabs(row.metrics[s->experiment->cost_metric]),
+                       fabs(row.metrics[s->experiment->error_metric])};
+    bool good = ll_row_good(&row) && isfinite(value[0]) && isfinite(value[1]);
     t->failed += !good;
     t->runs += good;
     for (int k = 0; k < 2 && good; k++) {

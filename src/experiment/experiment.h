@@ -82,8 +82,9 @@ struct cJSON *ll_experiment_schema(void);
 typedef enum ll_row_status {
     LL_ROW_OK,
     LL_ROW_STOPPED,  /* by the stop rule */
-    LL_ROW_DIVERGED, /* `error` tells when and where; metrics are those of that moment */
+    LL_ROW_DIVERGED, /* the run, or a part that metrics are of; `error` tells when and where */
     LL_ROW_REFUSED,  /* these values do not go together; there are no metrics */
+    LL_ROW_FAILED,   /* a part that metrics are of gave up or was not run: `error` tells which and why */
 } ll_row_status;
 
 extern const char *const ll_row_status_names[];
@@ -94,8 +95,14 @@ typedef struct ll_row {
     char error[200];
     uint64_t hash;                             /* of the state at the end */
     double t_s;                                /* virtual time at the end */
-    double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN where there is none */
+    double metrics[LL_EXPERIMENT_METRICS_MAX]; /* NaN where there is none, as of what diverged or failed */
 } ll_row;
+
+/* Whether it ended well. */
+static inline bool ll_row_good(const ll_row *row)
+{
+    return row->status == LL_ROW_OK || row->status == LL_ROW_STOPPED;
+}
 
 void ll_row_clear(ll_row *row); /* all 0, without metrics; rows are compared and stored as bytes */
 

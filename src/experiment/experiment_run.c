@@ -4,12 +4,13 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "base/run_status.h"
 #include "base/utf8.h"
 #include "experiment/experiment.h"
 #include "experiment/metric_path.h"
 #include "session/session.h"
 
-const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused"};
+const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed"};
 
 static bool stops(const ll_experiment *e, ll_session *session)
 {
@@ -53,16 +54,6 @@ static ll_status advance(const ll_experiment *e, ll_session *session, const atom
     return status;
 }
 
-static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
-{
-    cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
-    for (int i = 0; i < e->metric_count; i++)
-        row->metrics[i] = ll_metric_value(metrics, e->metrics[i]);
-    row->hash = ll_session_hash(session);
-    row->t_s = ll_to_s(ll_session_get_info(session).time);
-    cJSON_Delete(report);
-}
-
 void ll_row_clear(ll_row *row)
 {
     memset(row, 0, sizeof *row);
@@ -80,6 +71,37 @@ static void tell_error(ll_row *row, const ll_status *status)
             *at = '?';
         at += length ? length : 1;
     }
+}
+
+/* What failed of the part that metric `i` is of. */
+static void tell_part(ll_row *row, const cJSON *part, const char *where)
+{
+    const cJSON *reason = cJSON_GetObjectItemCaseSensitive(part, "reason");
+    const char *status = cJSON_GetObjectItemCaseSensitive(part, "status")->valuestring;
+    bool diverged = strcmp(status, ll_run_status_names[LL_RUN_DIVERGED]) == 0;
+    row->status = diverged ? LL_ROW_DIVERGED : LL_ROW_FAILED;
+    ll_status told = ll_error(LL_DIVERGED, "%s%s%s", where, where[0] ? ": " : "",
+                              cJSON_IsString(reason) ? reason->valuestring : status);
+    tell_error(row, &told);
+}
+
+/* Of a run that was stopped by its failure there are no metrics; of one with a part that failed there are
+ * those of the other parts. */
+static void read_row(const ll_experiment *e, ll_session *session, ll_row *row)
+{
+    cJSON *report = ll_session_metrics(session), *metrics = cJSON_GetObjectItem(report, "metrics");
+    bool good = ll_row_good(row);
+    row->hash = ll_session_hash(session);
+    row->t_s = ll_to_s(ll_session_get_info(session).time);
+    for (int i = 0; i < e->metric_count && good; i++) {
+        char where[LL_EXPERIMENT_PATH_MAX + 8];
+        const cJSON *part = ll_metric_failed_part(metrics, e->metrics[i], where, sizeof where);
+        if (!part)
+            row->metrics[i] = ll_metric_value(metrics, e->metrics[i]);
+        else if (ll_row_good(row))
+            tell_part(row, part, where);
+    }
+    cJSON_Delete(report);
 }
 
 /* Before its first tick. */

@@ -6,29 +6,36 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/run_status.h"
+
+/* What the path's first name leads to, which is copied to `name`; `*path` becomes the rest, or its end. */
+static const cJSON *metric_step(const cJSON *metrics, const char **path, char name[64])
+{
+    size_t length = strcspn(*path, ".");
+    snprintf(name, 64, "%.*s", (int)length, *path);
+    char *end;
+    long index = strtol(name, &end, 10);
+    *path += length + ((*path)[length] == '.');
+    return cJSON_IsArray(metrics) && end != name && *end == '\0' && index >= 0
+               ? cJSON_GetArrayItem(metrics, (int)index)
+               : cJSON_GetObjectItemCaseSensitive(metrics, name);
+}
+
 static const cJSON *metric_at(const cJSON *metrics, const char *path, char *reached, int size,
                               const char **missing)
 {
     reached[0] = '\0';
     for (;;) {
         char name[64];
-        size_t length = strcspn(path, ".");
-        snprintf(name, sizeof name, "%.*s", (int)length, path);
-        char *end;
-        long index = strtol(name, &end, 10);
-        const cJSON *next = cJSON_IsArray(metrics) && end != name && *end == '\0' && index >= 0
-                                ? cJSON_GetArrayItem(metrics, (int)index)
-                                : cJSON_GetObjectItemCaseSensitive(metrics, name);
         *missing = path;
+        const cJSON *next = metric_step(metrics, &path, name);
         if (!next)
             return NULL;
         size_t used = strlen(reached);
         snprintf(reached + used, (size_t)size - used, "%s%s", used ? "." : "", name);
         metrics = next;
-        path += length;
         if (*path == '\0')
             return metrics;
-        path++;
     }
 }
 
@@ -78,4 +85,31 @@ double ll_metric_value(const cJSON *metrics, const char *path)
     const char *missing;
     const cJSON *item = metric_at(metrics, path, reached, sizeof reached, &missing);
     return cJSON_IsBool(item) ? cJSON_IsTrue(item) : is_number(item) ? item->valuedouble : NAN;
+}
+
+const cJSON *ll_metric_failed_part(const cJSON *metrics, const char *path, char *where, int size)
+{
+    where[0] = '\0';
+    for (const cJSON *part = metrics; part != NULL;) {
+        char name[64];
+        const cJSON *status = cJSON_GetObjectItemCaseSensitive(part, "status");
+        if (cJSON_IsString(status) && strcmp(status->valuestring, ll_run_status_names[LL_RUN_OK]) != 0)
+            return part;
+        if (*path == '\0')
+            break;
+        part = metric_step(part, &path, name);
+        size_t used = strlen(where);
+        snprintf(where + used, (size_t)size - used, "%s%s", used ? "." : "", name);
+    }
+    where[0] = '\0';
+    return NULL;
+}
+
+bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path)
+{
+    const char *dot = strrchr(path, '.'), *name = dot ? dot + 1 : path;
+    for (const char *const *known = kind->signed_metrics; known && *known; known++)
+        if (strcmp(*known, name) == 0)
+            return true;
+    return false;
 }

@@ -1,7 +1,7 @@
 /* Paths into the metrics of a run, such as `players.0.remote_error_m.mean`. */
 #pragma once
 
-#include "base/status.h"
+#include "sim/sim.h"
 
 struct cJSON;
 
@@ -9,3 +9,13 @@ struct cJSON;
 ll_status ll_metric_check(const struct cJSON *metrics, const char *field, const char *path);
 
 double ll_metric_value(const struct cJSON *metrics, const char *path); /* NaN where there is none */
+
+/* The part of the metrics on the way to `path` that has a `status` other than `ok` (base/run_status.h): what
+ * the path leads to is then nothing measured. NULL: there is none. `where` is set to its path, empty for the
+ * whole. */
+const struct cJSON *ll_metric_failed_part(const struct cJSON *metrics, const char *path, char *where,
+                                          int size);
+
+/* Whether the kind declares the metric at the path as one that may be below 0 and is better the nearer it is
+ * to 0. Comparisons take the magnitude of every metric; of these the sign says something beside. */
+bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path);

@@ -32,18 +32,21 @@ static double cell(const ll_cell *c)
     return c->null ? NAN : c->number;
 }
 
-/* The columns of ll_result_table_points: point, parameters, runs, identical, then mean and half width of each
- * metric. */
-static ll_status take(const ll_experiment *e, const ll_cell *cells, int columns, ll_point *p)
+/* The columns of ll_result_table_points: point, parameters, runs, failed, identical, then mean and half
+ * width of each metric. */
+static ll_status take(const ll_experiment *e, const ll_cell *cells, int columns, const ll_sums *sums,
+                      ll_point *p)
 {
     const ll_cell *metrics = cells + columns - 2 * e->metric_count;
     p->point = (int64_t)cells[0].number;
-    p->runs = (int64_t)metrics[-2].number;
+    p->runs = (int64_t)metrics[-3].number;
+    p->failed = (int64_t)metrics[-2].number;
     p->values = ll_experiment_point(e, p->point);
     p->name = ll_point_name(p->values);
     for (int i = 0; i < e->metric_count; i++) {
         p->mean[i] = cell(&metrics[2 * i]);
         p->half[i] = cell(&metrics[2 * i + 1]);
+        p->size[i] = sums[i].n > 0 && sums[i].n == p->runs + p->failed ? sums[i].size : NAN;
     }
     return p->values && p->name ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for points");
 }
@@ -61,7 +64,8 @@ ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *co
         if (points->count == most)
             points->left_out++;
         else
-            status = take(e, cells, t->column_count, &points->points[points->count++]);
+            status = take(e, cells, t->column_count, ll_result_table_sums(table),
+                          &points->points[points->count++]);
     if (table)
         points->identical = ll_result_table_identical(table);
     ll_result_table_free(table);
@@ -82,8 +86,8 @@ void ll_points_free(ll_points *points)
 
 static bool beats(const ll_point *a, const ll_point *b, int cost, int error)
 {
-    return a->mean[cost] <= b->mean[cost] && a->mean[error] <= b->mean[error] &&
-           (a->mean[cost] < b->mean[cost] || a->mean[error] < b->mean[error]);
+    return a->size[cost] <= b->size[cost] && a->size[error] <= b->size[error] &&
+           (a->size[cost] < b->size[cost] || a->size[error] < b->size[error]);
 }
 
 typedef struct place {
@@ -109,14 +113,14 @@ void ll_points_mark_front(ll_points *points, int cost, int error)
     int n = 0;
     for (int i = 0; places && i < points->count; i++) {
         ll_point *p = &points->points[i];
-        if (isfinite(p->mean[cost]) && isfinite(p->mean[error]))
-            places[n++] = (place){p->mean[cost], p->mean[error], i};
+        if (isfinite(p->size[cost]) && isfinite(p->size[error]))
+            places[n++] = (place){p->size[cost], p->size[error], i};
     }
     if (places)
         qsort(places, (size_t)n, sizeof *places, by_cost);
     for (int i = 0; i < n; i++) {
         ll_point *p = &points->points[places[i].index];
-        p->front = !last || (!beats(last, p, cost, error) && p->mean[error] <= last->mean[error]);
+        p->front = !last || (!beats(last, p, cost, error) && p->size[error] <= last->size[error]);
         last = p->front ? p : last;
     }
     free(places);

@@ -6,11 +6,12 @@
 enum { LL_POINTS_MAX = 20000 };
 
 typedef struct ll_point {
-    int64_t point, runs;
+    int64_t point, runs, failed;
     struct cJSON *values; /* what is varied; owned */
     char *name;           /* `players.0.lag_ms 100, server.update_hz 30`; owned */
     double mean[LL_EXPERIMENT_METRICS_MAX],
-        half[LL_EXPERIMENT_METRICS_MAX]; /* of the 95 % interval; NaN: none */
+        half[LL_EXPERIMENT_METRICS_MAX];    /* of the 95 % interval; NaN: none */
+    double size[LL_EXPERIMENT_METRICS_MAX]; /* mean magnitude: what is compared; NaN: not all runs have it */
     bool front; /* no other is as good in one of cost and error and better in the other */
 } ll_point;
 
@@ -25,7 +26,7 @@ ll_status ll_points_read(const ll_experiment *experiment, ll_row_source *source,
                          ll_points *points);
 void ll_points_free(ll_points *points);
 
-/* Marks the front of least cost and least error. */
+/* Marks the front of least cost and least error, by magnitude; of points all of whose runs have both. */
 void ll_points_mark_front(ll_points *points, int cost, int error);
 
 char *ll_point_name(const struct cJSON *values); /* caller frees */

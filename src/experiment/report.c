@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "experiment/metric_path.h"
 #include "experiment/plot.h"
 #include "experiment/points.h"
 
@@ -46,16 +47,25 @@ static int by_x(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+/* What is drawn and compared of a metric. */
+static const char *name_of(const ll_experiment *e, int metric, char name[LL_COLUMN_NAME_MAX])
+{
+    bool is_signed = ll_metric_is_signed(e->base.kind, e->metrics[metric]);
+    snprintf(name, LL_COLUMN_NAME_MAX, is_signed ? "|%s|" : "%s", e->metrics[metric]);
+    return name;
+}
+
 static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     int x = e->cost_metric, y = e->error_metric;
+    char x_name[LL_COLUMN_NAME_MAX], y_name[LL_COLUMN_NAME_MAX];
     ll_plot_point *p = calloc((size_t)points->count + 1, sizeof *p);
     if (!p)
         return ll_error(LL_NO_MEMORY, "no memory for a plot");
     for (int i = 0; i < points->count; i++) {
         const ll_point *from = &points->points[i];
-        p[i] = (ll_plot_point){.x = from->mean[x],
-                               .y = from->mean[y],
+        p[i] = (ll_plot_point){.x = from->size[x],
+                               .y = from->size[y],
                                .half = from->half[y],
                                .front = from->front,
                                .name = from->name};
@@ -63,10 +73,11 @@ static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FIL
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     fputs("<h2>Error against cost</h2><p>Left is cheap, low is good. The marked points are the Pareto "
           "front: to be "
-          "better in one, another must be worse in the other.</p>\n",
+          "better in one, another must be worse in the other. A point with a run that failed is not "
+          "drawn.</p>\n",
           file);
-    ll_plot_write(&(ll_plot){"Error against cost", e->metrics[x], e->metrics[y], p, points->count, true, true,
-                             760, 420},
+    ll_plot_write(&(ll_plot){"Error against cost", name_of(e, x, x_name), name_of(e, y, y_name), p,
+                             points->count, true, true, 760, 420},
                   file);
     free(p);
     return ll_ok();
@@ -97,7 +108,7 @@ static const char *label_of(const ll_axis *axis, const cJSON *value)
 
 static ll_status plot_axis(const ll_experiment *e, const ll_points *points, const ll_axis *axis, FILE *file)
 {
-    char column[LL_COLUMN_NAME_MAX], title[2 * LL_COLUMN_NAME_MAX];
+    char column[LL_COLUMN_NAME_MAX], name[LL_COLUMN_NAME_MAX], title[2 * LL_COLUMN_NAME_MAX];
     const ll_param *row = ll_param_find(e->base.kind->table, e->base.config, axis->path, NULL);
     ll_axis_column(axis->path, row ? row->unit : NULL, column, sizeof column);
     ll_plot_point *p = calloc((size_t)points->count + 1, sizeof *p);
@@ -107,15 +118,15 @@ static ll_status plot_axis(const ll_experiment *e, const ll_points *points, cons
         const ll_point *from = &points->points[i];
         const cJSON *value = cJSON_GetObjectItemCaseSensitive(from->values, axis->path);
         p[i] = (ll_plot_point){.x = place_of(axis, value),
-                               .y = from->mean[e->error_metric],
+                               .y = from->size[e->error_metric],
                                .half = from->half[e->error_metric],
                                .label = label_of(axis, value),
                                .name = from->name};
     }
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     snprintf(title, sizeof title, "Error along %s", column);
-    ll_plot_write(&(ll_plot){title, column, e->metrics[e->error_metric], p, points->count, axis->scale == 1,
-                             true, 400, 260},
+    ll_plot_write(&(ll_plot){title, column, name_of(e, e->error_metric, name), p, points->count,
+                             axis->scale == 1, true, 400, 260},
                   file);
     free(p);
     return ll_ok();
@@ -125,9 +136,9 @@ static ll_status plot_axis(const ll_experiment *e, const ll_points *points, cons
 
 static void write_points(const ll_experiment *e, const ll_points *points, FILE *file)
 {
-    fputs(
-        "<h2>All points</h2><div class=\"data\"><table><thead><tr><th>Point</th><th>Values</th><th>Runs</th>",
-        file);
+    fputs("<h2>All points</h2><div "
+          "class=\"data\"><table><thead><tr><th>Point</th><th>Values</th><th>Runs</th><th>Failed</th>",
+          file);
     for (int i = 0; i < e->metric_count; i++) {
         fputs("<th>", file);
         ll_html_text(e->metrics[i], file);
@@ -139,7 +150,7 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
         fprintf(file, "<tr%s><td>%" PRId64 "</td><td class=\"l\">", p->front ? " class=\"on\"" : "",
                 p->point);
         ll_html_text(p->name, file);
-        fprintf(file, "</td><td>%" PRId64 "</td>", p->runs);
+        fprintf(file, "</td><td>%" PRId64 "</td><td>%" PRId64 "</td>", p->runs, p->failed);
         for (int i = 0; i < 2 * e->metric_count; i++) {
             double value = i % 2 ? p->half[i / 2] : p->mean[i / 2];
             if (isfinite(value))

@@ -19,7 +19,8 @@ struct ll_result_table {
     cJSON *values;
     ll_row row; /* the one being written, or the first of the next point */
     bool row_held;
-    int64_t identical; /* points so far whose repeats gave the same */
+    int64_t identical;                       /* points so far whose repeats gave the same */
+    ll_sums sums[LL_EXPERIMENT_METRICS_MAX]; /* of the point */
     char hash[17];
     ll_table table;
 };
@@ -177,13 +178,7 @@ double ll_interval_95(int64_t n, double squares)
     return t * sqrt(squares / df / (double)n);
 }
 
-/* Welford's sums of what ended well. */
-typedef struct sums {
-    int64_t n;
-    double mean, squares;
-} sums;
-
-static void add(sums *s, double value)
+void ll_sums_add(ll_sums *s, double value)
 {
     if (isnan(value))
         return;
@@ -191,6 +186,12 @@ static void add(sums *s, double value)
     double delta = value - s->mean;
     s->mean += delta / (double)s->n;
     s->squares += delta * (value - s->mean);
+    s->size += (fabs(value) - s->size) / (double)s->n;
+}
+
+const ll_sums *ll_result_table_sums(const ll_result_table *t)
+{
+    return t->sums;
 }
 
 /* NaN: there is none. */
@@ -202,33 +203,36 @@ static bool same_metrics(const ll_experiment *e, const double *a, const double *
     return true;
 }
 
-/* The runs of a point that ended well. */
+/* The runs of a point; those that ended well are compared. */
 typedef struct repeats {
-    int64_t good;
+    int64_t good, failed;
     bool differ;
     double first[LL_EXPERIMENT_METRICS_MAX];
-    sums sums[LL_EXPERIMENT_METRICS_MAX];
+    ll_sums *sums;
 } repeats;
 
 static void add_run(repeats *r, const ll_experiment *e, const ll_row *row)
 {
-    if (row->status != LL_ROW_OK && row->status != LL_ROW_STOPPED)
+    for (int i = 0; i < e->metric_count; i++)
+        ll_sums_add(&r->sums[i], row->metrics[i]);
+    if (!ll_row_good(row)) {
+        r->failed++;
         return;
+    }
     if (r->good++ == 0)
         memcpy(r->first, row->metrics, sizeof r->first);
     r->differ = r->differ || !same_metrics(e, r->first, row->metrics);
-    for (int i = 0; i < e->metric_count; i++)
-        add(&r->sums[i], row->metrics[i]);
 }
 
 static bool next_point(void *context, ll_cell *cells, ll_status *status)
 {
     ll_result_table *t = context;
     const ll_experiment *e = t->experiment;
-    repeats r = {0};
+    repeats r = {.sums = t->sums};
     if (!t->row_held && !t->source(t->context, &t->row, status))
         return false;
     int64_t point = t->row.run / e->head.repeats;
+    memset(t->sums, 0, sizeof t->sums);
     do {
         add_run(&r, e, &t->row);
         t->row_held = t->source(t->context, &t->row, status);
@@ -242,9 +246,10 @@ static bool next_point(void *context, ll_cell *cells, ll_status *status)
     bool known = r.good > 1 && r.differ;
     t->identical += r.good > 1 && !r.differ;
     *cells++ = number((double)r.good);
+    *cells++ = number((double)r.failed);
     *cells++ = number(r.good > 1 ? !r.differ : NAN);
     for (int i = 0; i < e->metric_count; i++) {
-        const sums *s = &r.sums[i];
+        const ll_sums *s = &t->sums[i];
         *cells++ = number(s->n > 0 ? s->mean : NAN);
         *cells++ = number(known && s->n > 1 ? ll_interval_95(s->n, s->squares) : NAN);
     }
@@ -261,6 +266,7 @@ ll_status ll_result_table_points(const ll_experiment *e, ll_row_source *source, 
     add_column(t, "point", LL_CELL_INT, false);
     add_parameters(t);
     add_column(t, "runs", LL_CELL_INT, false);
+    add_column(t, "failed", LL_CELL_INT, false);
     add_column(t, "identical", LL_CELL_BOOL, true);
     for (int i = 0; i < e->metric_count; i++) {
         char name[LL_COLUMN_NAME_MAX];

@@ -41,15 +41,28 @@ typedef struct ll_result_table ll_result_table;
 ll_status ll_result_table_rows(const ll_experiment *experiment, const char *version, ll_row_source *source,
                                void *context, ll_result_table **table);
 
-/* One row per point: its parameters, `runs` that ended well, whether all of these gave `identical` metrics,
- * and for each metric the mean over them and the half width of its 95 % interval (Student's t). Both are NULL
- * below two runs, the half width also where the runs are identical: then nothing random reaches these
- * metrics, and repeating says nothing of how far off they are. */
+/* One row per point: its parameters, `runs` that ended well and `failed` that did not, whether all that ended
+ * well gave `identical` metrics, and for each metric the mean over the runs that have it and the half width
+ * of its 95 % interval (Student's t). Both are NULL below two runs, the half width also where the runs are
+ * identical: then nothing random reaches these metrics, and repeating says nothing of how far off they are.
+ */
 ll_status ll_result_table_points(const ll_experiment *experiment, ll_row_source *source, void *context,
                                  ll_result_table **table);
 
 /* Of the points that were read from a table of points. */
 int64_t ll_result_table_identical(const ll_result_table *table);
+
+/* A metric over the runs of a point: Welford's sums. */
+typedef struct ll_sums {
+    int64_t n; /* runs that have it */
+    double mean, squares;
+    double size; /* mean magnitude: what is compared */
+} ll_sums;
+
+void ll_sums_add(ll_sums *sums, double value); /* NaN is passed over */
+
+/* Of the point that a table of points gave last. */
+const ll_sums *ll_result_table_sums(const ll_result_table *table);
 
 const ll_table *ll_result_table_get(ll_result_table *table);
 void ll_result_table_free(ll_result_table *table);

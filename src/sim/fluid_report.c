@@ -44,6 +44,17 @@ cJSON *ll_fluid_sim_state(const void *block)
 
 /* ---- metrics ---- */
 
+const char *const ll_fluid_sim_signed_metrics[] = {"decay_error",      "numerical_viscosity_m2ps",
+                                                   "front_error",      "mass_change",
+                                                   "momentum_x",       "momentum_y",
+                                                   "potential_energy", "dye_min",
+                                                   "height_m",         "height_min_m",
+                                                   "height_max_m",     "height_mean_m",
+                                                   "front_m",          "water_at_body_m",
+                                                   "body_x_m",         "body_y_m",
+                                                   "body_angle_rad",   "body_pitch_rad",
+                                                   "body_roll_rad",    NULL};
+
 static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
 {
     const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);

@@ -133,6 +133,7 @@ double ll_motion_clock_error(const ll_motion *m, int i); /* s: what its clock sh
 /* ---- motion_report.c: what is told of a block ---- */
 struct cJSON *ll_motion_state(const void *block);
 struct cJSON *ll_motion_metrics(const void *block);
+extern const char *const ll_motion_signed_metrics[];
 void ll_motion_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
                          void *context);

@@ -59,6 +59,9 @@ cJSON *ll_motion_state(const void *block)
 
 /* ---- metrics ---- */
 
+const char *const ll_motion_signed_metrics[] = {"energy_drift_final", "energy_drift_per_s", "clock_error_s",
+                                                "t_s", NULL};
+
 /* Least squares over the samples: relative drift per second. */
 static double secular_slope(const ll_motion_record *r)
 {

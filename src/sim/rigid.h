@@ -169,6 +169,7 @@ ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world);
 
 struct cJSON *ll_rigid_sim_state(const void *block);
 struct cJSON *ll_rigid_sim_metrics(const void *block);
+extern const char *const ll_rigid_sim_signed_metrics[];
 void ll_rigid_sim_costs(const void *config, const ll_meter *meter, struct cJSON *cost);
 void ll_rigid_sim_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 struct cJSON *ll_rigid_sim_layout(const void *config);

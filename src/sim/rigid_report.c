@@ -74,6 +74,9 @@ cJSON *ll_rigid_sim_state(const void *block)
 
 /* ---- metrics ---- */
 
+const char *const ll_rigid_sim_signed_metrics[] = {
+    "energy_j", "energy_change_j", "spin_momentum_kgm2ps", "angle", "spin", NULL};
+
 /* What has changed beyond what gravity gives; with something that is fixed or driven there is no such law. */
 static double momentum_error(const ll_rigid_sim *s, int i)
 {
@@ -117,7 +120,7 @@ static void measured(cJSON *o, const ll_rigid_sim *s, int i)
                {"passed", m->passed},
                {"stopped", (double)r->stopped},
                {"steps_asleep", (double)r->steps_asleep},
-               {"asleep_at_step", (double)r->asleep_at},
+               {"asleep_at_step", r->asleep_at < 0 ? NAN : (double)r->asleep_at},
                {"over_limit_steps", (double)r->over_limit}};
     for (size_t k = 0; k < sizeof all / sizeof all[0]; k++)
         number(o, all[k].name, known * all[k].value);

@@ -106,6 +106,9 @@ typedef struct ll_sim_kind {
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);
     struct cJSON *(*metrics)(const void *block);
+    /* Names of metrics that may be below 0 and are better the nearer they are to 0, NULL-terminated; NULL:
+     * none is. Whatever compares metrics takes their magnitude. */
+    const char *const *signed_metrics;
 
     /* Adds to `cost` what the meter of `advance` says of each part. NULL: the kind meters none. */
     void (*costs)(const void *config, const ll_meter *meter, struct cJSON *cost);

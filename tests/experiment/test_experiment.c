@@ -11,6 +11,8 @@
 #include <cmocka.h>
 
 #include "experiment/experiment.h"
+#include "experiment/metric_path.h"
+#include "experiment/points.h"
 #include "session/session.h"
 
 static void must(ll_status status)
@@ -171,7 +173,7 @@ static void a_stop_rule_ends_a_run(void **state)
 static void what_does_not_go_together_is_told_in_the_row(void **state)
 {
     (void)state;
-    ll_experiment *e = experiment("{\"scenario\":{\"kind\":\"motion\",\"problem\":\"kepler\",\"duration_s\":"
+    ll_experiment *e = experiment("{\"scenario\":{\"kind\":\"motion\",\"problem\":\"free_fall\",\"duration_s\":"
                                   "10,\"methods\":[{\"method\":\"rk4\"}]},"
                                   "\"axes\":[{\"path\":\"methods.0.dt_s\",\"values\":[0.01,5]},{\"path\":"
                                   "\"duration_s\",\"values\":[10,1]}],"
@@ -184,6 +186,154 @@ static void what_does_not_go_together_is_told_in_the_row(void **state)
         assert_true((strstr(row.error, "methods.0.dt_s") != NULL) == (i == 3));
     }
     ll_experiment_free(e);
+}
+
+/* Two methods side by side: what fails has no metrics and makes the row not ok; the other's are there. */
+static void a_part_that_fails_has_no_metrics(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *first; /* method */
+        ll_row_status status;
+        const char *error;
+    } known[] = {
+        {"{\"method\":\"rk4\",\"dt_s\":0.01}", LL_ROW_OK, ""},
+        {"{\"method\":\"velocity_verlet\",\"dt_s\":0.3}", LL_ROW_DIVERGED, "methods.0: "},
+        {"{\"method\":\"rk4\",\"shown\":false}", LL_ROW_FAILED, "methods.0: It was not run"},
+    };
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++) {
+        char text[600];
+        ll_row row;
+        snprintf(text, sizeof text,
+                 "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"oscillator\",\"params\":{\"omega\":8},"
+                 "\"duration_s\":20,\"methods\":[%s,{\"method\":\"rk4\",\"dt_s\":0.02}]},"
+                 "\"metrics\":[\"methods.0.e_max\",\"methods.1.e_max\",\"methods.0.evaluations\"]}",
+                 known[i].first);
+        ll_experiment *e = experiment(text);
+        must(ll_experiment_run(e, 0, NULL, &row));
+        assert_int_equal(row.status, known[i].status);
+        assert_memory_equal(row.error, known[i].error, strlen(known[i].error));
+        assert_true(isnan(row.metrics[0]) == (i > 0) && isnan(row.metrics[2]) == (i > 0));
+        assert_true(row.metrics[1] > 0 && row.metrics[1] < 0.5);
+        ll_experiment_free(e);
+    }
+}
+
+/* A row that fails for what no metric is of stays ok. */
+static void a_part_that_is_not_asked_for_does_not_matter(void **state)
+{
+    (void)state;
+    ll_row row;
+    ll_experiment *e = experiment(
+        "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"oscillator\",\"params\":{\"omega\":8},\"duration_"
+        "s\":"
+        "20,\"methods\":[{\"method\":\"velocity_verlet\",\"dt_s\":0.3},{\"method\":\"rk4\",\"dt_s\":0.02}]},"
+        "\"metrics\":[\"methods.1.e_max\"]}");
+    must(ll_experiment_run(e, 0, NULL, &row));
+    assert_true(row.status == LL_ROW_OK && row.metrics[0] > 0);
+    ll_experiment_free(e);
+}
+
+/* A run that its own kind stops has no metrics of the moment when it stopped. */
+static void a_run_that_is_lost_has_no_metrics(void **state)
+{
+    (void)state;
+    ll_row row;
+    ll_experiment *e = experiment(
+        "{\"scenario\":{\"kind\":\"rigid\",\"duration_s\":20,\"gravity\":[0,0],\"bodies\":[{},{\"velocity\":"
+        "[800000,0],\"position\":[990000000,3]}]},\"metrics\":[\"speed_max_mps\",\"body_count\"]}");
+    must(ll_experiment_run(e, 0, NULL, &row));
+    assert_true(row.status == LL_ROW_DIVERGED && isnan(row.metrics[0]) && isnan(row.metrics[1]));
+    ll_experiment_free(e);
+}
+
+/* Rows that are given, by run. */
+typedef struct given {
+    const ll_row *rows;
+    int at, count;
+} given;
+
+static bool next_given(void *context, ll_row *row, ll_status *status)
+{
+    given *g = context;
+    *status = ll_ok();
+    if (g->at == g->count)
+        return false;
+    *row = g->rows[g->at++];
+    return true;
+}
+
+/* Cost and error of four points with two runs each: the first is best but failed once, the second has errors
+ * that are large with either sign, the third is on the front, and so is the last. */
+static void fronts_take_magnitudes_and_no_failures(void **state)
+{
+    (void)state;
+    static const double values[8][2] = {{1, 0.001}, {1, 0.001}, {2, -0.9}, {2, 0.9},
+                                        {3, 0.1},   {3, -0.2},  {9, 0.05}, {9, 0.05}};
+    static const bool front[4] = {false, true, true, true};
+    ll_row rows[8];
+    ll_points points;
+    ll_experiment *e = experiment(
+        "{\"scenario\":\"rigid/pyramid\",\"repeats\":2,\"axes\":[{\"path\":\"hz\",\"values\":[10,20,30,40]}],"
+        "\"metrics\":[\"energy_change_j\",\"passes_per_s\"]}");
+    for (int i = 0; i < 8; i++) {
+        ll_row_clear(&rows[i]);
+        rows[i].run = i;
+        rows[i].metrics[1] = values[i][0];
+        rows[i].metrics[0] = values[i][1];
+    }
+    rows[1].status = LL_ROW_FAILED;
+    rows[1].metrics[0] = rows[1].metrics[1] = NAN;
+    must(ll_points_read(e, next_given, &(given){rows, 0, 8}, &points));
+    ll_points_mark_front(&points, 1, 0);
+    assert_int_equal(points.count, 4);
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(points.points[i].front, front[i]);
+    assert_true(points.points[0].runs == 1 && points.points[0].failed == 1);
+    assert_true(points.points[0].mean[0] == 0.001 && isnan(points.points[0].size[0]));
+    assert_true(fabs(points.points[1].mean[0]) < 1e-15 && fabs(points.points[1].size[0] - 0.9) < 1e-15);
+    assert_true(fabs(points.points[2].size[0] - 0.15) < 1e-15);
+    ll_points_free(&points);
+    ll_experiment_free(e);
+}
+
+/* Whatever a scenario of the library tells that is below 0 is declared, so that a reader knows that its sign
+ * says something. Of netgames not: theirs is another table. */
+static void check_signs(const ll_sim_kind *kind, const char *id, const cJSON *item)
+{
+    if (cJSON_IsNumber(item) || cJSON_IsRaw(item)) {
+        double value = cJSON_IsRaw(item) ? strtod(item->valuestring, NULL) : item->valuedouble;
+        if (value < 0 && item->string && !ll_metric_is_signed(kind, item->string))
+            fail_msg("%s: %s is %g", id, item->string, value);
+    }
+    const cJSON *child;
+    cJSON_ArrayForEach(child, item) check_signs(kind, id, child);
+}
+
+static void what_may_be_below_0_is_declared(void **state)
+{
+    (void)state;
+    static const char *const ids[] = {
+        "motion/orbit",          "motion/spring", "motion/clock_drift", "rigid/column",
+        "rigid/inverse_pyramid", "rigid/bridge",  "rigid/windmill",     "fluid/taylor_green",
+        "fluid/dam_break",       "fluid/sea",     "fluid/cylinder",     "fluid/poiseuille",
+        "fluid/hydrostatic",     "fluid/raft",    "fluid/rotation"};
+    for (size_t i = 0; i < sizeof ids / sizeof ids[0]; i++) {
+        cJSON *json;
+        ll_session *s;
+        ll_scenario scenario;
+        must(ll_scenario_load("scenarios", ids[i], &json));
+        must(ll_scenario_parse(json, &scenario));
+        must(ll_session_create(json, 3, NULL, NULL, &s));
+        ll_session_info info = ll_session_get_info(s);
+        must(ll_session_run_to(s, info.end_tick < 90 ? info.end_tick : 90));
+        cJSON *report = ll_session_metrics(s);
+        check_signs(scenario.kind, ids[i], cJSON_GetObjectItem(report, "metrics"));
+        cJSON_Delete(report);
+        ll_session_destroy(s);
+        ll_scenario_free(&scenario);
+        cJSON_Delete(json);
+    }
 }
 
 /* ---- refusals ---- */
@@ -280,6 +430,11 @@ int main(void)
         cmocka_unit_test(samples_fill_the_range),
         cmocka_unit_test(a_row_is_that_of_a_session),
         cmocka_unit_test(a_stop_rule_ends_a_run),
+        cmocka_unit_test(a_part_that_fails_has_no_metrics),
+        cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
+        cmocka_unit_test(a_run_that_is_lost_has_no_metrics),
+        cmocka_unit_test(fronts_take_magnitudes_and_no_failures),
+        cmocka_unit_test(what_may_be_below_0_is_declared),
         cmocka_unit_test(what_does_not_go_together_is_told_in_the_row),
         cmocka_unit_test(bad_input_is_told),
         cmocka_unit_test(the_key_knows_what_differs),

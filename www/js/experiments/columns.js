@@ -30,11 +30,11 @@ export const tradeOf = (experiment) => ({ error: experiment.error || experiment.
 /** @param {Cells} row @param {string} name */
 export const numberOf = (row, name) => (typeof row[name] === 'number' ? /** @type {number} */ (row[name]) : NaN);
 
-/** The points that no other beats: from the cheapest on, each with less error than all before.
+/** The points that no other beats, by magnitude: from the cheapest on, each with less error than all before. A point with a run that failed is none of them.
  * @param {Cells[]} rows @param {string} cost @param {string} error @returns {Set<number>} places */
 export function frontOf(rows, cost, error) {
-  const places = rows.map((row, i) => ({ i, cost: numberOf(row, cost), error: numberOf(row, error) }))
-    .filter((p) => Number.isFinite(p.cost) && Number.isFinite(p.error)).sort((a, b) => a.cost - b.cost || a.error - b.error);
+  const places = rows.map((row, i) => ({ i, cost: Math.abs(numberOf(row, cost)), error: Math.abs(numberOf(row, error)) }))
+    .filter((p) => !(numberOf(/** @type {Cells} */ (rows[p.i]), 'failed') > 0)).filter((p) => Number.isFinite(p.cost) && Number.isFinite(p.error)).sort((a, b) => a.cost - b.cost || a.error - b.error);
   /** @type {Set<number>} */
   const front = new Set();
   /** @type {{cost: number, error: number} | null} */
