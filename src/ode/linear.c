@@ -37,6 +37,14 @@ bool ll_lu_factorise(int n, double *a, int32_t *pivot)
     return true;
 }
 
+bool ll_lu_positive(int n, const double *a, const int32_t *pivot)
+{
+    bool positive = true;
+    for (int k = 0; k < n; k++)
+        positive ^= (a[k * n + k] < 0) ^ (pivot[k] != k);
+    return positive;
+}
+
 void ll_lu_solve(int n, const double *a, const int32_t *pivot, double *b)
 {
     for (int k = 0; k < n; k++) {

@@ -9,6 +9,8 @@
 
 /* LU with row exchanges. false: the matrix is singular or not finite. */
 bool ll_lu_factorise(int n, double *a, int32_t *pivot);
+/* Whether the determinant of the matrix that was factorised is above 0. */
+bool ll_lu_positive(int n, const double *a, const int32_t *pivot);
 void ll_lu_solve(int n, const double *a, const int32_t *pivot, double *b);
 
 /* The same of complex matrices: real and imaginary parts apart. */
