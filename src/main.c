@@ -471,15 +471,17 @@ static int verb_methods(int argc, char **argv)
     ll_status status = parse_arguments(argc, argv, &a);
     if (ll_failed(&status))
         return fail(&status);
-    printf("%-27s order  steps     kept             %s\n", "name", "what it is");
+    printf("%-27s order  of v  steps     kept             %s\n", "name", "what it is");
     for (int i = 0; ll_ode_methods[i]; i++) {
         const ll_ode_method *m = ll_ode_methods[i];
         char kept[32];
         snprintf(kept, sizeof kept, "%s%s%s", m->symplectic ? "symplectic " : "",
                  m->a_stable ? "A-stable " : "", m->reversible && !m->symplectic ? "reversible" : "");
-        printf("%-27s %5d  %-8s  %-15s  %s\n", m->name, m->order, m->adaptive ? "adaptive" : "fixed", kept,
+        printf("%-27s %5d  %4d  %-8s  %-15s  %s\n", m->name, m->order,
+               m->order_velocity ? m->order_velocity : m->order, m->adaptive ? "adaptive" : "fixed", kept,
                m->help);
     }
+    puts("of v: the order where forces depend on velocities (drag, damping, a magnetic field).");
     return 0;
 }
 

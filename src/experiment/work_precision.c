@@ -93,7 +93,9 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
     const ll_precision *r = &p->rungs[p->at++];
     put_text(&cell, p->order.problem->name);
     put_text(&cell, p->measured->name);
-    put_number(&cell, p->measured->order);
+    ll_ode ode;
+    p->order.problem->system(p->params, &ode);
+    put_number(&cell, ll_ode_order(p->measured, &ode));
     put_text(&cell, p->measured->adaptive ? "tolerance" : "dt_s");
     put_number(&cell, r->setting);
     put_text(&cell, ll_run_status_names[r->status]);

@@ -42,6 +42,7 @@ const ll_ode_method ll_ode_verlet_lattice = {
     .help = "Leapfrog in fixed point, Q32.32: it runs back to the last bit. For values below 1,048,576.",
     .source = "D. Levesque, L. Verlet, J. Stat. Phys. 72, 1993",
     .order = 2,
+    .order_velocity = 1,
     .evaluations = 2,
     .symplectic = true,
     .reversible = true,

@@ -19,6 +19,7 @@ typedef struct ll_ode_method {
     const char *help;   /* one sentence */
     const char *source; /* where it is published */
     int order;          /* of convergence, on smooth problems whose forces are free of v */
+    int order_velocity; /* the same where forces depend on v; 0: no other */
     double evaluations; /* of f or a per step; 0 where it varies (implicit methods, extrapolation) */
     bool symplectic;
     bool reversible; /* a step of -dt undoes one of dt, but for rounding */
@@ -33,6 +34,9 @@ typedef struct ll_ode_method {
 extern const ll_ode_method *const ll_ode_methods[]; /* NULL-terminated */
 
 const ll_ode_method *ll_ode_method_find(const char *name); /* NULL with no such method */
+
+/* The order on this system. */
+int ll_ode_order(const ll_ode_method *method, const ll_ode *ode);
 
 /* Whether the method can do the system: a sentence that says what is missing. */
 ll_status ll_ode_method_fits(const ll_ode_method *method, const ll_ode *ode);

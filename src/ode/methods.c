@@ -49,6 +49,11 @@ const ll_ode_method *ll_ode_method_find(const char *name)
     return NULL;
 }
 
+int ll_ode_order(const ll_ode_method *method, const ll_ode *ode)
+{
+    return ode->velocity_dependent && method->order_velocity > 0 ? method->order_velocity : method->order;
+}
+
 ll_status ll_ode_method_fits(const ll_ode_method *method, const ll_ode *ode)
 {
     if ((method->needs & LL_ODE_NEEDS_MECHANICAL) && !ll_ode_mechanical(ode))

@@ -44,6 +44,7 @@ const ll_ode_method ll_ode_velocity_verlet = {
             "before.",
     .source = "W. C. Swope, H. C. Andersen, P. H. Berens, K. R. Wilson, J. Chem. Phys. 76, 1982",
     .order = 2,
+    .order_velocity = 1,
     .evaluations = 1,
     .symplectic = true,
     .reversible = true,

@@ -254,7 +254,7 @@ cJSON *ll_motion_layout(const void *config)
             continue;
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "method", method->name);
-        cJSON_AddNumberToObject(o, "order", method->order);
+        cJSON_AddNumberToObject(o, "order", ll_ode_order(method, &ode));
         cJSON_AddBoolToObject(o, "adaptive", method->adaptive);
         cJSON_AddItemToArray(methods, o);
     }

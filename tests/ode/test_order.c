@@ -214,6 +214,8 @@ static void on_forces_of_velocity(void **state)
         {"semi_implicit_euler", 1, 2e-2, 2e-3},
         {"implicit_euler", 1, 2e-2, 2e-3},
         {"stormer_verlet", 1, 1e-2, 1e-3},
+        {"verlet_time_corrected", 1, 1e-2, 1e-3},
+        {"verlet_improved", 1, 1e-2, 1e-3},
         {"velocity_verlet", 1, 1e-2, 1e-3},
         {"velocity_verlet_predicted", 2, 1e-3, 2e-5},
         {"leapfrog_kdk", 1, 1e-2, 1e-3},
@@ -224,12 +226,20 @@ static void on_forces_of_velocity(void **state)
         {"yoshida8", 1, 1e-2, 1e-3},
         {"rk2", 2, 1e-3, 2e-5},
         {"implicit_midpoint", 2, 1e-3, 5e-5},
+        {"trapezoid", 2, 1e-3, 5e-5},
+        {"ab2", 2, 1e-3, 2e-5},
+        {"ab4", 4, 1e-6, 1e-10},
         {"rk4", 4, 1e-5, 1e-9},
         {"dopri5", 5, 1e-6, 1e-10},
     };
     for (size_t p = 0; p < sizeof problems / sizeof problems[0]; p++)
         for (size_t i = 0; i < sizeof left / sizeof left[0]; i++)
             shows(problems[p], left[i].method, left[i].order, left[i].high, left[i].low);
+    for (size_t i = 0; i < sizeof left / sizeof left[0]; i++) { /* and that is what the table tells */
+        made m;
+        make(&m, "damped");
+        assert_int_equal(ll_ode_order(ll_ode_method_find(left[i].method), &m.ode), (int)left[i].order);
+    }
     shows("lorentz", "boris", 2, 1e-3, 1e-6);
     shows("lorentz", "extrapolated_leapfrog", 8, 1e-6, 1e-12);
 }

@@ -408,9 +408,52 @@ static void what_fails_is_reported(void **state)
     end(&s);
 }
 
+/* ---- steps of changing length ---- */
+
+static double length(bool random, int n, double mean)
+{
+    double share = random ? (double)((unsigned)n * 2654435761u % 1000u) / 999 - 0.5 : n % 3 - 1;
+    return mean * (1 + 0.6 * share);
+}
+
+/* The error after about 7 s on a circle, by steps of lengths from 0.4 to 1.6 of the mean. */
+static double error_by_changing_steps(const char *method, bool random, double mean)
+{
+    ll_ode_control control = {.t_end = 1000, .dt = mean};
+    setting s = begin(method, &oscillator, circle, &control);
+    double t = 0;
+    for (int n = 0; t < 7; n++) {
+        double h = length(random, n, mean);
+        ll_ode_step_by(s.run, s.method, s.ode, h);
+        t += h;
+    }
+    const double *y = ll_ode_y(s.run);
+    double error = hypot(y[0] - cos(t), y[1] + sin(t));
+    end(&s);
+    return error;
+}
+
+static void adams_keeps_its_order_by_changing_steps(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *method;
+        double order, mean;
+    } known[] = {{"ab2", 2, 0.01}, {"ab3", 3, 0.01}, {"ab4", 4, 0.02}};
+    for (size_t i = 0; i < sizeof known / sizeof known[0]; i++)
+        for (int random = 0; random < 2; random++) {
+            double coarse = error_by_changing_steps(known[i].method, random, known[i].mean);
+            double fine = error_by_changing_steps(known[i].method, random, known[i].mean / 4);
+            double order = log(coarse / fine) / log(4);
+            if (!(fabs(order - known[i].order) < 0.2))
+                fail_msg("%s: order %g by %s steps", known[i].method, order, random ? "random" : "changing");
+        }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(adams_keeps_its_order_by_changing_steps),
         cmocka_unit_test(bad_input_is_refused_with_a_sentence),
         cmocka_unit_test(steps_are_whole_numbers),
         cmocka_unit_test(adaptive_runs_end_exactly),
