@@ -1,4 +1,4 @@
-#include "experiment/advise.h"
+#include "experiment/advise_internal.h"
 
 #include <cjson/cJSON.h>
 #include <math.h>
@@ -8,86 +8,190 @@
 
 #include "base/detmath.h"
 #include "base/rng.h"
-#include "experiment/points.h"
-#include "experiment/surrogate.h"
 
-enum { COST, ERROR };
+#define LEAST_RUNS 40 /* below that a fifth says little of nine methods */
+#define TINY 1e-12    /* below it, costs and errors are equal */
+#define FAR 15        /* errors are told apart up to so many factors of e from the limit */
+#define WORTH 2e-3    /* a saving, as a part of the cost, before which what is found is verified */
+#define MARGIN                                                                                               \
+    0.8 /* standard deviations of a run by which a bound over some fresh seeds is above the mean             \
+         */
+#define FIRST_PART 0.3  /* of the runs that may be spent go to an even spread */
+#define NEVER_SEEN 3.69 /* events that may be expected where none was seen, at 97.5 % (Poisson) */
 
-#define LEAST_RUNS 10
-#define TINY 1e-12     /* below it, costs and errors are equal */
-#define FAR 15         /* errors are told apart up to so many factors of e from the limit */
-#define WORTH 2e-3     /* a saving, as a part of the cost, that is not worth a run */
-#define FIRST_PART 0.3 /* of the runs that may be spent go to an even spread */
-
-/* Welford's sums over the seeds of a point. */
-typedef struct trial {
-    int64_t runs, failed;
-    double mean[2], squares[2];
-    bool tried, holds, ruled_out;
-} trial;
-
-typedef struct search {
-    const ll_advice_order *order;
-    const ll_experiment *experiment;
-    ll_surrogate *surrogate;
-    trial *trials; /* by point */
-    int points, best;
-    int64_t runs, most;
-} search;
+enum { FRESH_LEAST = 4, FRESH_MOST = 64 }; /* seeds that no search has seen, for a setting that is advised */
 
 /* ---- running ---- */
 
-static ll_status run_once(search *s, int point)
+/* One run more, of a fresh seed or of the repeats. */
+static ll_status run_once(ll_advise_search *s, int point, bool fresh)
 {
-    trial *t = &s->trials[point];
+    ll_trial *t = &s->trials[point];
+    const ll_experiment *e = fresh ? &s->fresh : s->experiment;
+    ll_sums *sums = fresh ? t->fresh : t->own;
+    int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
     ll_row row;
-    ll_status status = ll_experiment_run(
-        s->experiment, point * s->experiment->head.repeats + t->runs + t->failed, NULL, &row);
+    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, NULL, &row);
     if (ll_failed(&status))
         return status;
     s->runs++;
-    double value[2] = {fabs(row.metrics[s->experiment->cost_metric]),
-                       fabs(row.metrics[s->experiment->error_metric])};
-    bool good = ll_row_good(&row) && isfinite(value[0]) && isfinite(value[1]);
+    double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
+    bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
     t->failed += !good;
-    t->runs += good;
-    for (int k = 0; k < 2 && good; k++) {
-        double delta = value[k] - t->mean[k];
-        t->mean[k] += delta / (double)t->runs;
-        t->squares[k] += delta * (value[k] - t->mean[k]);
+    t->runs += good && !fresh;
+    if (good) {
+        ll_sums_add(&sums[COST], cost);
+        ll_sums_add(&sums[ERROR], error);
     }
     return status;
 }
 
-/* Half of the 95 % interval of the error; nothing is known of it before the second seed. */
-static double half(const trial *t)
+static bool same(const ll_sums *a, const ll_sums *b)
 {
-    return t->runs > 1 ? ll_interval_95(t->runs, t->squares[ERROR]) : INFINITY;
+    return a->squares == 0 && b->squares == 0 && a->mean == b->mean;
 }
 
-/* Seeds that all give the same tell nothing of how far off that is. */
-static bool has_interval(const trial *t)
+static void rule_out(ll_trial *t, const char *why)
 {
-    return t->runs > 1 && (t->squares[ERROR] > 0 || t->squares[COST] > 0);
+    t->state = RULED_OUT;
+    t->why = why;
 }
 
-static void judge(const search *s, trial *t)
+/* With a single seed the error has no interval: a point that misses by so much more than others scatter is
+ * not run again before all others are. */
+static bool is_hopeless(const ll_advise_search *s, const ll_trial *t)
 {
-    int64_t repeats = s->experiment->head.repeats;
+    return t->runs == 1 && t->own[ERROR].mean > 2 * s->order->max_error;
+}
+
+/* The relative scatter of the error between seeds, over all that was run: a point's own few tell little. */
+static double scatter(const ll_advise_search *s)
+{
+    double sum = 0, n = 0;
+    for (int p = 0; p < s->points; p++)
+        for (int fresh = 0; fresh < 2; fresh++) {
+            const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
+            if (error->n < 2 || !(error->mean > 0))
+                continue;
+            sum += error->squares / (error->mean * error->mean);
+            n += (double)(error->n - 1);
+        }
+    return n > 0 ? sqrt(sum / n) : 0;
+}
+
+/* Whether the error counts something that may be rare: then equal values say little. */
+static bool is_count(const ll_advise_search *s, const ll_trial *t)
+{
+    return !s->experiment->base.kind->no_rare_events && t->own[ERROR].mean == floor(t->own[ERROR].mean);
+}
+
+/* Of all seeds of a point. */
+static ll_sums pooled(const ll_trial *t)
+{
+    const ll_sums *a = &t->own[ERROR], *b = &t->fresh[ERROR];
+    double n = (double)(a->n + b->n), apart = a->mean - b->mean;
+    if (n == 0)
+        return *a;
+    return (ll_sums){.n = a->n + b->n,
+                     .mean = ((double)a->n * a->mean + (double)b->n * b->mean) / n,
+                     .squares = a->squares + b->squares + apart * apart * (double)a->n * (double)b->n / n};
+}
+
+/* Fresh seeds after which the upper bound is below the limit, by how errors scatter. */
+static double needed(const ll_advise_search *s, const ll_trial *t)
+{
+    ll_sums error = pooled(t);
+    double room = s->order->max_error - error.mean, deviation = scatter(s) * error.mean;
+    double variance =
+        error.n >= 2 * FRESH_LEAST ? error.squares / (double)(error.n - 1) : deviation * deviation;
+    if (is_count(s, t) && variance < error.mean)
+        variance = error.mean;
+    if (room <= 0)
+        return INFINITY;
+    if (variance == 0)
+        return s->experiment->base.kind->no_rare_events ? 1 : FRESH_LEAST;
+    return fmax(FRESH_LEAST, 5 * variance / (room * room));
+}
+
+/* Whether fresh seeds may show it, with the runs that are left. */
+static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
+{
+    double wanted = needed(s, t);
+    return wanted <= FRESH_MOST && wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
+}
+
+/* Whether it holds so surely that it is worth to verify it. */
+static bool is_clear(const ll_advise_search *s, const ll_trial *t)
+{
+    double off = scatter(s) / sqrt((double)t->runs);
+    return t->own[ERROR].mean * (1 + off) <= s->order->max_error && can_be_shown(s, t);
+}
+
+static void judge(const ll_advise_search *s, ll_trial *t)
+{
+    double error = t->own[ERROR].mean, limit = s->order->max_error;
     if (t->failed > 0)
-        t->ruled_out = true;
-    else if (t->runs == repeats)
-        t->ruled_out = !(t->holds = t->mean[ERROR] <= s->order->max_error);
+        rule_out(t, "a run failed");
+    else if (t->runs == s->experiment->head.repeats && error <= limit)
+        t->state = is_clear(s, t) ? HOLDS : UNCLEAR;
+    else if (t->runs == s->experiment->head.repeats || error - half(&t->own[ERROR]) > limit)
+        rule_out(t, "the error is above the limit");
     else
-        t->ruled_out = t->mean[ERROR] - half(t) > s->order->max_error;
+        t->state = is_hopeless(s, t) ? HOPELESS : OPEN;
 }
 
-static void tell(search *s, int point)
+/* Whether nothing random reaches the setting: fresh seeds give what the others gave. Where events may be
+ * rare, equal counts say little. */
+bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
 {
-    const trial *t = &s->trials[point];
+    return t->fresh[ERROR].n > 0 && !is_count(s, t) && same(&t->own[ERROR], &t->fresh[ERROR]) &&
+           same(&t->own[COST], &t->fresh[COST]);
+}
+
+double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
+{
+    const ll_sums *error = &t->fresh[ERROR];
+    if (ll_advise_is_certain(s, t))
+        return 0;
+    if (error->n < FRESH_LEAST)
+        return INFINITY;
+    return error->squares > 0 ? half(error) : NEVER_SEEN / (double)error->n;
+}
+
+static const char unsure[] = "on fresh seeds the error is not surely within the limit";
+
+static void judge_fresh(const ll_advise_search *s, ll_trial *t)
+{
+    double error = t->fresh[ERROR].mean, off = ll_advise_doubt(s, t), limit = s->order->max_error;
+    if (t->failed > 0)
+        rule_out(t, "a run failed on a fresh seed");
+    else if (error + off <= limit)
+        t->state = VERIFIED;
+    else if (error - off > limit)
+        rule_out(t, "on fresh seeds the error is above the limit");
+    else if (t->fresh[ERROR].n >= FRESH_MOST || (t->fresh[ERROR].n >= 2 * FRESH_LEAST && !can_be_shown(s, t)))
+        rule_out(t, unsure);
+}
+
+static void find_best(ll_advise_search *s)
+{
+    s->best = -1;
+    for (int p = 0; p < s->points; p++) {
+        ll_trial *t = &s->trials[p];
+        if (t->state == HOLDS || t->state == UNCLEAR)
+            t->state = is_clear(s, t) ? HOLDS : UNCLEAR;
+        if ((t->state == HOLDS || t->state == VERIFIED) && (s->best < 0 || beats(t, &s->trials[s->best])))
+            s->best = p;
+    }
+}
+
+static void tell(ll_advise_search *s, int point)
+{
+    const ll_trial *t = &s->trials[point];
     double limit = ll_log(s->order->max_error), values[2];
-    double error = t->runs == 0 ? limit + FAR : ll_log(fmax(t->mean[ERROR], TINY));
-    values[COST] = ll_log(fmax(t->mean[COST], TINY));
+    double seen = pooled(t).mean * (1 + MARGIN * scatter(s));
+    double error = t->runs == 0 ? limit + FAR : ll_log(fmax(seen, TINY));
+    values[COST] = ll_log(fmax(t->own[COST].mean, TINY));
     values[ERROR] = fmin(fmax(error, limit - FAR), limit + FAR);
     if (t->runs == 0) { /* it failed: its cost says nothing */
         double deviation[2], mean[2];
@@ -98,38 +202,51 @@ static void tell(search *s, int point)
     ll_surrogate_fit(s->surrogate);
 }
 
-static bool worth_more(const search *s, const trial *t)
+/* Its cost may yet turn out to be below that of the best. */
+static bool may_beat(const ll_advise_search *s, const ll_trial *t)
 {
-    bool cheaper = s->best < 0 || t->mean[COST] < s->trials[s->best].mean[COST];
-    return !t->holds && !t->ruled_out && cheaper && s->runs < s->most;
+    if (s->best < 0)
+        return true;
+    const ll_trial *best = &s->trials[s->best];
+    bool sure = t->runs == s->experiment->head.repeats || t->own[COST].mean > 2 * best->own[COST].mean ||
+                (t->runs > 1 && t->own[COST].mean - half(&t->own[COST]) > best->own[COST].mean);
+    return !sure || beats(t, best);
 }
 
-/* With a single seed the error has no interval: a point that misses by so much more than others scatter is
- * not run again. */
-static bool hopeless(const search *s, const trial *t)
+/* Twice as many seeds each time, as long as it may be the best; the first look ends when it is hopeless. */
+static ll_status try_point(ll_advise_search *s, int point)
 {
-    return t->runs == 1 && s->experiment->head.repeats > 1 && t->mean[ERROR] > 2 * s->order->max_error;
-}
-
-static ll_status try_point(search *s, int point)
-{
-    trial *t = &s->trials[point];
+    ll_trial *t = &s->trials[point];
     ll_status status = ll_ok();
-    if (!t->tried)
+    int64_t repeats = s->experiment->head.repeats, next = t->runs > 0 ? 2 * t->runs : 1;
+    if (t->state == UNTRIED)
         status = ll_surrogate_see(s->surrogate, point);
-    t->tried = true;
-    int64_t next = 1;
     do {
-        while (!ll_failed(&status) && t->runs + t->failed < next && s->runs < s->most)
-            status = run_once(s, point);
+        next = next < repeats ? next : repeats;
+        while (!ll_failed(&status) && t->runs + t->failed < next && s->runs < s->most - s->kept)
+            status = run_once(s, point, false);
         judge(s, t);
-        t->ruled_out |= hopeless(s, t);
-        next = next * 2 < s->experiment->head.repeats ? next * 2 : s->experiment->head.repeats;
-    } while (!ll_failed(&status) && worth_more(s, t));
+        next *= 2;
+    } while (!ll_failed(&status) && t->state == OPEN && s->runs < s->most - s->kept &&
+             (s->best < 0 || beats(t, &s->trials[s->best])));
     if (!ll_failed(&status))
         tell(s, point);
-    if (t->holds && (s->best < 0 || t->mean[COST] < s->trials[s->best].mean[COST]))
-        s->best = point;
+    find_best(s);
+    return status;
+}
+
+/* A first fresh seed shows whether anything is random; then there are twice as many each time. */
+static ll_status verify(ll_advise_search *s, int point)
+{
+    ll_trial *t = &s->trials[point];
+    int64_t n = t->fresh[ERROR].n, next = n == 0 ? 1 : n < FRESH_LEAST ? FRESH_LEAST : 2 * n;
+    ll_status status = ll_ok();
+    while (!ll_failed(&status) && t->failed == 0 && t->fresh[ERROR].n < next && s->runs < s->most)
+        status = run_once(s, point, true);
+    judge_fresh(s, t);
+    if (!ll_failed(&status))
+        tell(s, point);
+    find_best(s);
     return status;
 }
 
@@ -142,139 +259,105 @@ static double density(double z)
 
 /* Expected saving in log cost against the best, times the chance to hold; before one holds, that chance, and
  * of equal chances the cheaper. */
-static double promise(const search *s, int point)
+static double promise(const ll_advise_search *s, int point)
 {
     double mean[2], deviation[2];
     ll_surrogate_expect(s->surrogate, point, mean, deviation);
     double chance = ll_normal_cdf((ll_log(s->order->max_error) - mean[ERROR]) / deviation[ERROR]);
     if (s->best < 0)
         return chance * ll_exp(-0.02 * (mean[COST] - ll_log(TINY)));
-    double saved = ll_log(fmax(s->trials[s->best].mean[COST], TINY)) - mean[COST],
+    double saved = ll_log(fmax(s->trials[s->best].own[COST].mean, TINY)) - mean[COST],
            z = saved / deviation[COST];
     return chance * (saved * ll_normal_cdf(z) + deviation[COST] * density(z));
 }
 
-static int most_promising(const search *s, double *most)
+/* Of those not tried; -1: all were. Where nothing promises anything, the one that seems cheapest. */
+static int most_promising(const ll_advise_search *s, double *most)
 {
     int found = -1;
+    double cheapest = INFINITY;
     *most = 0;
     for (int p = 0; p < s->points; p++) {
-        if (s->trials[p].tried)
+        if (s->trials[p].state != UNTRIED)
             continue;
-        double value = promise(s, p);
-        if (value > *most) {
-            *most = value;
+        double value = promise(s, p), mean[2], deviation[2];
+        ll_surrogate_expect(s->surrogate, p, mean, deviation);
+        if (value > *most || (*most == 0 && mean[COST] < cheapest))
             found = p;
-        }
+        *most = fmax(*most, value);
+        cheapest = fmin(cheapest, mean[COST]);
     }
     return found;
 }
 
-static int most_doubtful(const search *s)
+static int most_doubtful(const ll_advise_search *s)
 {
     int found = -1;
     for (int p = 0; p < s->points; p++)
-        if (!s->trials[p].tried && (found < 0 || ll_surrogate_doubt(s->surrogate, p) >
-                                                     ll_surrogate_doubt(s->surrogate, found) * (1 + 1e-9)))
+        if (s->trials[p].state == UNTRIED &&
+            (found < 0 ||
+             ll_surrogate_doubt(s->surrogate, p) > ll_surrogate_doubt(s->surrogate, found) * (1 + 1e-9)))
             found = p;
     return found;
 }
 
-/* A tried point that was left has a cost above the best's, which only falls: it need not be looked at again.
- */
-static ll_status look(search *s)
+/* The cheapest of those that more seeds may show to be the best; -1: there is none. */
+static int cheapest_open(const ll_advise_search *s)
+{
+    int found = -1;
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p], *other = found < 0 ? NULL : &s->trials[found];
+        bool open = t->state == OPEN || t->state == UNCLEAR || t->state == HOPELESS;
+        if (open && may_beat(s, t) &&
+            (!other || t->state < other->state || (t->state == other->state && beats(t, other))))
+            found = p;
+    }
+    return found;
+}
+
+/* One step of the search: a point is tried, run again or verified. False: nothing is left to be known. What
+ * is found is verified when nothing promises to be better, or when no more runs are left than that takes. */
+static bool act(ll_advise_search *s, ll_status *status)
+{
+    double most;
+    int untried = most_promising(s, &most), open = cheapest_open(s);
+    bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
+    bool promising = untried >= 0 && (s->best < 0 || most >= WORTH);
+    bool more = promising || (open >= 0 && s->trials[open].state == OPEN);
+    double verifying = found ? needed(s, &s->trials[s->best]) + 1 : 0;
+    s->kept = (int64_t)fmin(verifying, (double)(s->most - s->runs));
+    if (found && (!more || s->most - s->runs <= s->kept))
+        *status = verify(s, s->best);
+    else if (promising)
+        *status = try_point(s, untried);
+    else if (open >= 0 && s->trials[open].state == UNCLEAR)
+        *status = verify(s, open);
+    else if (open >= 0 && (s->trials[open].state == OPEN || untried < 0))
+        *status = try_point(s, open);
+    else if (untried >= 0)
+        *status = try_point(s, untried);
+    else
+        return false;
+    return !ll_failed(status);
+}
+
+/* An even spread first; then until the runs are spent, or the answer is proven. */
+static ll_status look(ll_advise_search *s, bool *proven)
 {
     ll_status status = ll_ok();
     int64_t spread = (int64_t)(FIRST_PART * (double)s->most);
-    int first = 0;
-    while (!ll_failed(&status) && s->runs < spread && first >= 0 && first < s->most / 3) {
+    *proven = false;
+    for (int first = 0; !ll_failed(&status) && s->runs < spread && first < s->most / 3; first++) {
         int point = most_doubtful(s);
         if (point < 0)
             break;
         status = try_point(s, point);
-        first++;
     }
-    while (!ll_failed(&status) && s->runs < s->most) {
-        double most;
-        int point = most_promising(s, &most);
-        if (point < 0 || (s->best >= 0 && most < WORTH))
-            break;
-        status = try_point(s, point);
-    }
+    while (!ll_failed(&status) && !*proven && s->runs < s->most)
+        *proven = !act(s, &status) && !ll_failed(&status);
+    for (int p = 0; p < s->points; p++) /* what may hold, and may be the best, is no proof */
+        *proven = *proven && s->trials[p].why != unsure;
     return status.code == LL_LIMIT ? ll_ok() : status;
-}
-
-/* ---- answering ---- */
-
-static cJSON *describe(const search *s, int point)
-{
-    const trial *t = &s->trials[point];
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddNumberToObject(json, "point", point);
-    cJSON_AddItemToObject(json, "set", ll_experiment_point(s->experiment, point));
-    cJSON_AddItemToObject(json, "error", t->runs ? ll_param_number(t->mean[ERROR]) : cJSON_CreateNull());
-    cJSON_AddItemToObject(json, "error_ci95",
-                          has_interval(t) ? ll_param_number(half(t)) : cJSON_CreateNull());
-    cJSON_AddItemToObject(json, "cost", t->runs ? ll_param_number(t->mean[COST]) : cJSON_CreateNull());
-    cJSON_AddNumberToObject(json, "runs", (double)(t->runs + t->failed));
-    return json;
-}
-
-static const char *reason(const search *s, const trial *t)
-{
-    if (t->failed > 0)
-        return "a run failed";
-    if (t->ruled_out)
-        return "the error is above the limit";
-    return s->best >= 0 && t->mean[COST] >= s->trials[s->best].mean[COST] ? "it costs more"
-                                                                          : "not all seeds were run";
-}
-
-static bool on_front(const search *s, int point)
-{
-    const trial *t = &s->trials[point];
-    for (int p = 0; p < s->points; p++) {
-        const trial *o = &s->trials[p];
-        if (o->runs > 0 && o->mean[COST] <= t->mean[COST] && o->mean[ERROR] <= t->mean[ERROR] &&
-            (o->mean[COST] < t->mean[COST] || o->mean[ERROR] < t->mean[ERROR]))
-            return false;
-    }
-    return t->runs > 0;
-}
-
-static int least_error(const search *s)
-{
-    int found = -1;
-    for (int p = 0; p < s->points; p++)
-        if (s->trials[p].runs > 0 && (found < 0 || s->trials[p].mean[ERROR] < s->trials[found].mean[ERROR]))
-            found = p;
-    return found;
-}
-
-static cJSON *answer_of(const search *s)
-{
-    const ll_experiment *e = s->experiment;
-    int nearest = s->best < 0 ? least_error(s) : -1;
-    cJSON *json = cJSON_CreateObject();
-    cJSON_AddBoolToObject(json, "holds", s->best >= 0);
-    cJSON_AddItemToObject(json, "max_error", ll_param_number(s->order->max_error));
-    cJSON_AddStringToObject(json, "error_metric", e->metrics[e->error_metric]);
-    cJSON_AddStringToObject(json, "cost_metric", e->metrics[e->cost_metric]);
-    cJSON_AddItemToObject(json, "advice", s->best >= 0 ? describe(s, s->best) : cJSON_CreateNull());
-    cJSON_AddItemToObject(json, "nearest", nearest >= 0 ? describe(s, nearest) : cJSON_CreateNull());
-    cJSON *front = cJSON_AddArrayToObject(json, "front"), *out = cJSON_AddArrayToObject(json, "ruled_out");
-    for (int p = 0; p < s->points; p++) {
-        if (on_front(s, p))
-            cJSON_AddItemToArray(front, describe(s, p));
-        if (!s->trials[p].tried || p == s->best)
-            continue;
-        cJSON *item = describe(s, p);
-        cJSON_AddStringToObject(item, "why", reason(s, &s->trials[p]));
-        cJSON_AddItemToArray(out, item);
-    }
-    cJSON_AddNumberToObject(json, "runs", (double)s->runs);
-    cJSON_AddNumberToObject(json, "of_runs", (double)e->runs);
-    return json;
 }
 
 static ll_status check(const ll_advice_order *order)
@@ -302,15 +385,17 @@ ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
     *answer = NULL;
     if (ll_failed(&status))
         return status;
-    search s = {.order = order, .experiment = e, .points = (int)e->points, .best = -1};
+    bool proven = false;
+    ll_advise_search s = {.order = order, .experiment = e, .fresh = *e, .points = (int)e->points, .best = -1};
+    s.fresh.head.repeats = e->head.repeats + FRESH_MOST;
     s.most = order->most_runs > 0 ? order->most_runs : e->runs / 5 > LEAST_RUNS ? e->runs / 5 : LEAST_RUNS;
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
     status =
         s.trials ? ll_surrogate_create(e, &s.surrogate) : ll_error(LL_NO_MEMORY, "no memory for the adviser");
     if (!ll_failed(&status))
-        status = look(&s);
+        status = look(&s, &proven);
     if (!ll_failed(&status))
-        *answer = answer_of(&s);
+        *answer = ll_advise_answer(&s, proven);
     ll_surrogate_free(s.surrogate);
     free(s.trials);
     return status;

@@ -3,8 +3,14 @@
  * Bayesian optimisation under a constraint (Gardner et al., ICML 2014): a surrogate tells for each point what
  * its cost and its error may be; next is tried where the expected saving times the chance to hold is largest.
  * A point is first tried with one seed; more seeds follow, twice as many each time, only while it may still
- * be the best (successive halving), until all its repeats were run or its error is surely too large. What it
- * advises has run all repeats. */
+ * be the best (successive halving), until all its repeats were run or its error is surely too large.
+ *
+ * What it advises has run all repeats and holds on fresh seeds, that no search has seen: the upper bound of
+ * the 95 % interval of their mean error is within the limit. Where fresh seeds give the same as the others
+ * nothing is random, and one is enough; where errors are counts that may be rare, equal ones are not taken
+ * for certain. Of settings that cost the same it takes the one of less error. It stops when the runs are
+ * spent, or when nothing is left that could be cheaper: then the optimum is proven. Errors and costs are
+ * compared by magnitude, and a setting with a run that failed is never advised. */
 #pragma once
 
 #include "experiment/experiment.h"
@@ -12,11 +18,13 @@
 typedef struct ll_advice_order {
     const ll_experiment *experiment; /* error and cost are its two metrics of the trade; not sampled */
     double max_error;
-    int64_t most_runs; /* 0: a fifth of all, but at least 10 */
+    int64_t most_runs; /* 0: a fifth of all, but at least 40 */
 } ll_advice_order;
 
 /* The answer as JSON:
- * {"holds","max_error","error_metric","cost_metric","advice":{...},"nearest":{...},"front":[...],
+ * {"holds","optimum","max_error","error_metric","cost_metric","advice":{...},"nearest":{...},"front":[...],
  * "ruled_out":[...],"runs","of_runs"}. `advice` is null when none holds; `nearest` then is the one of least
- * error. Each setting has "point","set","error","error_ci95","cost","runs". Caller deletes. */
+ * error. Each setting has "point","set","error","error_ci95","cost","runs", and the advice
+ * "verified" with "runs","error","error_ci95" over fresh seeds. `optimum` is `proven`, or `best found`: more
+ * runs might find a cheaper one. Caller deletes. */
 ll_status ll_advise(const ll_advice_order *order, struct cJSON **answer);

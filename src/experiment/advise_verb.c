@@ -247,7 +247,7 @@ int ll_verb_advise(int argc, char **argv)
          .list = &a.vary},
         {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
         {"--repeats", "N", "Runs of each setting, with seeds that count up.", .value = &a.repeats},
-        {"--runs", "N", "Runs at most; otherwise a fifth of all.", .value = &a.most_runs},
+        {"--runs", "N", "Runs at most; otherwise a fifth of all, but at least 40.", .value = &a.most_runs},
         {"--workload", "LOG", "Inputs that every run replays, for the players whose control is person.",
          .value = &a.workload},
         {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",

@@ -206,6 +206,7 @@ const ll_sim_kind ll_sim_fluid = {
     .hash = hash,
     .state = ll_fluid_sim_state,
     .metrics = ll_fluid_sim_metrics,
+    .no_rare_events = true,
     .signed_metrics = ll_fluid_sim_signed_metrics,
     .costs = ll_fluid_sim_costs,
     .layout = ll_fluid_sim_layout,

@@ -285,6 +285,7 @@ const ll_sim_kind ll_sim_motion = {
     .hash = hash,
     .state = ll_motion_state,
     .metrics = ll_motion_metrics,
+    .no_rare_events = true,
     .signed_metrics = ll_motion_signed_metrics,
     .time_parts = ll_motion_time_parts,
     .text = ll_motion_text,

@@ -348,6 +348,7 @@ const ll_sim_kind ll_sim_rigid = {
     .hash = hash,
     .state = ll_rigid_sim_state,
     .metrics = ll_rigid_sim_metrics,
+    .no_rare_events = true,
     .signed_metrics = ll_rigid_sim_signed_metrics,
     .costs = ll_rigid_sim_costs,
     .time_parts = ll_rigid_sim_time_parts,

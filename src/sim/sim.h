@@ -89,6 +89,9 @@ typedef struct ll_sim_kind {
     void (*settle)(void *config, const void *before);
     ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
 
+    /* Where a few seeds give the same metrics, all do: nothing rare is drawn. */
+    bool no_rare_events;
+
     /* Runs every event up to and including `until`; `meter` may be NULL. LL_DIVERGED names the tick and the
      * entity of the first value that is not finite; the block then stays at that tick. */
     ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter);

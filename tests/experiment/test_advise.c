@@ -1,5 +1,5 @@
-/* The adviser against brute force: on each case its cost is within a tenth of the least that holds, for a
- * fifth of the runs. */
+/* The adviser beside brute force, for a fifth of the runs: its cost is within 2 % of the least that holds,
+ * and on seeds that neither has seen what it advises holds. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -12,6 +12,7 @@
 #include <cmocka.h>
 
 #include "experiment/advise.h"
+#include "experiment/table.h"
 
 static void must(ll_status status)
 {
@@ -41,14 +42,15 @@ static ll_experiment *experiment(const char *text)
 /* A race whose player A has jitter and loss: repeats differ. */
 #define RACE(error, cost)                                                                                    \
     "{\"scenario\":\"race\",\"set\":{\"duration_s\":4,\"players.0.link.up.jitter_ms\":30,"                   \
-    "\"players.0.link.down.loss_pct\":5},\"repeats\":4,\"axes\":[{\"path\":\"server.update_hz\",\"values\":" \
+    "\"players.0.link.down.loss_pct\":5},\"repeats\":12,\"axes\":[{\"path\":\"server.update_hz\","           \
+    "\"values\":"                                                                                            \
     "[2,3,5,7,10,15,20,30,45,60]},{\"path\":\"players.0.lag_ms\",\"values\":[20,60,100,150]},{\"path\":"     \
     "\"players.0.prediction\",\"values\":[false,true]},{\"path\":\"players.0.interpolation\",\"values\":"    \
     "[false,true]}],\"metrics\":[\"" error "\",\"" cost "\"]}"
 
 /* How long states are held, against how many are too late. */
 #define DEJITTER                                                                                             \
-    "{\"scenario\":\"dejitter_500\",\"set\":{\"duration_s\":10},\"repeats\":2,\"axes\":[{\"path\":"          \
+    "{\"scenario\":\"dejitter_500\",\"set\":{\"duration_s\":10},\"repeats\":12,\"axes\":[{\"path\":"         \
     "\"players.0.dejitter\",\"values\":"                                                                     \
     "[\"send_time\",\"mirror\",\"nfe\"]},{\"path\":\"players.0.dejitter_ms\",\"from\":20,\"to\":490,"        \
     "\"count\":24}],"                                                                                        \
@@ -56,7 +58,8 @@ static ll_experiment *experiment(const char *text)
 
 /* A rifle whose shots the server takes back in time, but only so far: how few states will do? */
 #define REWIND                                                                                               \
-    "{\"scenario\":\"behind_cover\",\"set\":{\"duration_s\":20},\"repeats\":2,\"axes\":[{\"path\":\"server." \
+    "{\"scenario\":\"behind_cover\",\"set\":{\"duration_s\":20},\"repeats\":12,\"axes\":[{\"path\":"         \
+    "\"server."                                                                                              \
     "update_hz\",\"values\":"                                                                                \
     "[10,12,15,20,25,30,40,50,60]},{\"path\":\"server.max_rewind_ms\",\"values\":[100,150,200,250,300]},"    \
     "{\"path\":\"players.1.interpolation_ratio\",\"values\":[1,2]}],"                                        \
@@ -65,7 +68,7 @@ static ll_experiment *experiment(const char *text)
 /* Input delay against ticks that are taken back; lockstep takes none back and waits. */
 #define DELAYS "[0,1,2,3,4,5,6,7,8,9,10,12]"
 #define ROLLBACK                                                                                             \
-    "{\"scenario\":\"rollback_loss\",\"set\":{\"duration_s\":14},\"repeats\":4,\"axes\":[{\"path\":"         \
+    "{\"scenario\":\"rollback_loss\",\"set\":{\"duration_s\":14},\"repeats\":12,\"axes\":[{\"path\":"        \
     "\"server.sync\",\"values\":"                                                                            \
     "[\"deterministic\",\"rollback\"]},{\"path\":\"server.max_rollback_ticks\",\"values\":[4,6,8]},{"        \
     "\"zip\":["                                                                                              \
@@ -91,43 +94,95 @@ static ll_experiment *experiment(const char *text)
     "\"multigrid\",\"direct\"]},"                                                                            \
     "{\"path\":\"solver.tolerance\",\"values\":[0.3,0.1,0.01,1e-4]}],\"metrics\":[\"error_l2\",\"visits\"]}"
 
+/* Methods that fail at long steps, or at all: what failed is neither cheap nor right. */
+#define ALL_METHODS                                                                                          \
+    "{\"path\":\"methods.0.method\",\"values\":[\"explicit_euler\",\"semi_implicit_euler\",\"velocity_"      \
+    "verlet\",\"rk4\",\"yoshida4\",\"yoshida6\",\"implicit_euler\",\"trapezoid\",\"ab4\"]}"
+#define FAILING(problem, params, seconds)                                                                    \
+    "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"" problem "\",\"params\":{" params                     \
+    "},\"duration_s\":" seconds ",\"methods\":[{\"method\":\"rk4\"}]},\"axes\":[" ALL_METHODS                \
+    ",{\"path\":\"methods.0.dt_s\",\"values\":[0.4,0.25,0.15,0.08,0.04,0.02,0.01,0.005]}],\"metrics\":["     \
+    "\"methods.0.e_max\",\"methods.0.evaluations\"]}"
+
+/* A signed error: too much decay is as wrong as too little. */
+#define SIGNED                                                                                               \
+    "{\"scenario\":\"fluid/taylor_green\",\"set\":{\"duration_s\":0.6},\"axes\":[{\"path\":"                 \
+    "\"solver.advection\",\"values\":[\"semi_lagrangian\",\"maccormack\",\"bfecc\",\"central\"]},{\"path\":" \
+    "\"params.n\",\"values\":[12,16,20,24,32,40,48]},{\"path\":\"solver.cfl\",\"values\":[0.3,0.6]}],"       \
+    "\"metrics\":[\"decay_error\",\"visits\"]}"
+
 /* Costs are counts (bytes, evaluations, passes, visits) and times of the simulation: with the processor's
  * time brute force itself would find another optimum every time. */
 static const struct {
     const char *name, *text;
     double max_error;
+    double regret; /* 0: 2 % */
 } cases[] = {
-    {"kepler 1e-3", MOTION("kepler", "5"), 1e-3},
-    {"kepler 1e-8", MOTION("kepler", "5"), 1e-8},
-    {"pendulum 1e-2", MOTION("pendulum", "5"), 1e-2},
-    {"oscillator 1e-5", MOTION("oscillator", "5"), 1e-5},
+    {"kepler 1e-3", MOTION("kepler", "5"), 1e-3, 0},
+    {"kepler 1e-8", MOTION("kepler", "5"), 1e-8, 0},
+    {"pendulum 1e-2", MOTION("pendulum", "5"), 1e-2, 0},
+    {"oscillator 1e-5", MOTION("oscillator", "5"), 1e-5, 0},
     {"race, what A sees of itself", RACE("players.0.own_lead_m.mean", "players.0.bandwidth.down_bytes_per_s"),
-     0.5},
+     0.5, 0},
     {"race, what A sees of B", RACE("players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s"),
-     3},
-    {"de-jitter buffer", DEJITTER, 0.1},
-    {"rewind", REWIND, 1},
-    {"rollback and lockstep", ROLLBACK, 1},
-    {"pyramid of bodies", RIGID, 0.02},
-    {"vortices on a grid", FLUID, 0.005},
+     3, 0},
+    {"de-jitter buffer", DEJITTER, 0.1, 0},
+    {"rewind", REWIND, 1, 0.2}, /* a rare count near its limit: more seeds than a fifth of the runs has */
+    {"rollback and lockstep", ROLLBACK, 1, 0},
+    {"pyramid of bodies", RIGID, 0.02, 0},
+    {"vortices on a grid", FLUID, 0.005, 0},
+    {"an orbit that most miss, 0.1", FAILING("kepler", "\"e\":0.7", "8"), 0.1, 0},
+    {"an orbit that most miss, 1e-3", FAILING("kepler", "\"e\":0.7", "8"), 1e-3, 0},
+    {"an orbit that most miss, 3e-5", FAILING("kepler", "\"e\":0.7", "8"), 3e-5, 0},
+    {"a fast spring, 0.1", FAILING("oscillator", "\"omega\":9", "6"), 0.1, 0},
+    {"a fast spring, 1e-4", FAILING("oscillator", "\"omega\":9", "6"), 1e-4, 0},
+    {"a limit cycle, 0.5", FAILING("van_der_pol", "\"mu\":4", "9"), 0.5, 0},
+    {"decay with a sign, 0.05", SIGNED, 0.05, 0},
+    {"decay with a sign, 0.01", SIGNED, 0.01, 0},
 };
 
-/* Least cost over all points whose mean error over all seeds holds. */
+enum { SEEDS = 24 };
+
+/* The mean error over seeds from `first` on, and half of its 95 % interval. */
+static double mean_error(const ll_experiment *e, int64_t point, int64_t first, int64_t count, double *half,
+                         double *cost)
+{
+    ll_experiment more = *e;
+    ll_sums error = {0}, costs = {0};
+    more.head.repeats = first + count;
+    for (int64_t r = first; r < first + count; r++) {
+        ll_row row;
+        must(ll_experiment_run(&more, point * more.head.repeats + r, NULL, &row));
+        if (!ll_row_good(&row) || isnan(row.metrics[e->error_metric]))
+            return INFINITY;
+        ll_sums_add(&error, fabs(row.metrics[e->error_metric]));
+        ll_sums_add(&costs, fabs(row.metrics[e->cost_metric]));
+    }
+    *half = count > 1 ? ll_interval_95(count, error.squares) : 0;
+    *cost = costs.mean;
+    return error.mean;
+}
+
+/* Least cost over all points whose error holds over many seeds, with its interval. */
 static double brute_force(const ll_experiment *e, double max_error)
 {
     double least = INFINITY;
     for (int64_t p = 0; p < e->points; p++) {
-        double cost = 0, error = 0;
-        for (int64_t r = 0; r < e->head.repeats; r++) {
-            ll_row row;
-            must(ll_experiment_run(e, p * e->head.repeats + r, NULL, &row));
-            cost += row.metrics[e->cost_metric] / (double)e->head.repeats;
-            error += row.metrics[e->error_metric] / (double)e->head.repeats;
-        }
-        if (error <= max_error && cost < least)
+        double half, cost, error = mean_error(e, p, 0, e->head.repeats > 1 ? SEEDS : 1, &half, &cost);
+        if (error + half <= max_error && cost < least)
             least = cost;
     }
     return least;
+}
+
+/* On seeds that neither the search nor its verification has seen. */
+static void holds_on_other_seeds(const ll_experiment *e, const cJSON *advice, double max_error)
+{
+    double half, cost;
+    int64_t point = cJSON_GetObjectItem(advice, "point")->valueint, count = e->head.repeats > 1 ? 60 : 2;
+    double error = mean_error(e, point, e->head.repeats + 64, count, &half, &cost);
+    if (!(error <= max_error))
+        fail_msg("%lld: %g on other seeds", (long long)point, error);
 }
 
 static void it_finds_what_brute_force_finds(void **state)
@@ -145,13 +200,63 @@ static void it_finds_what_brute_force_finds(void **state)
         assert_true(e->points >= 50); /* and a fifth means something */
         print_message("%s: cost %g, least %g, %g of %lld runs\n", cases[i].name,
                       cost ? cost->valuedouble : NAN, least, runs, (long long)e->runs);
-        if (!cost || cost->valuedouble > 1.1 * least || runs > (double)e->runs / 5)
+        double regret = cases[i].regret > 0 ? cases[i].regret : 0.02;
+        if (!cost || cost->valuedouble > (1 + regret) * least || runs > fmax(40, (double)e->runs / 5))
             fail_msg("%s", cases[i].name);
         assert_true(cJSON_GetObjectItem(advice, "error")->valuedouble <= cases[i].max_error);
         assert_int_equal(cJSON_GetObjectItem(advice, "runs")->valueint, e->head.repeats);
+        assert_true(cJSON_GetObjectItem(cJSON_GetObjectItem(advice, "verified"), "error")->valuedouble <=
+                    cases[i].max_error);
+        holds_on_other_seeds(e, advice, cases[i].max_error);
         cJSON_Delete(answer);
         ll_experiment_free(e);
     }
+}
+
+static const char *optimum(const cJSON *answer)
+{
+    return cJSON_GetObjectItem(answer, "optimum")->valuestring;
+}
+
+/* With runs for every point and to spare nothing is left to be known; with few the answer is the best that
+ * was found, and the runs are used up. */
+static void it_says_whether_the_optimum_is_proven(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(FAILING("kepler", "\"e\":0.55", "5"));
+    double least = brute_force(e, 1e-2);
+    for (int few = 0; few < 2; few++) {
+        cJSON *answer;
+        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1e-2, .most_runs = few ? 12 : 200},
+                       &answer));
+        assert_string_equal(optimum(answer), few ? "best found" : "proven");
+        const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
+        if (few)
+            assert_int_equal(cJSON_GetObjectItem(answer, "runs")->valueint, 12);
+        else
+            assert_true(cJSON_GetObjectItem(advice, "cost")->valuedouble == least);
+        cJSON_Delete(answer);
+    }
+    ll_experiment_free(e);
+}
+
+/* Of settings that cost the same the one with less error. Passes over the contacts do not depend on the
+ * density, errors do. */
+static void ties_go_to_the_least_error(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(
+        "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"free_fall\",\"duration_s\":3,\"methods\":[{"
+        "\"method\":"
+        "\"explicit_euler\",\"dt_s\":0.1}]},\"axes\":[{\"path\":\"params.g\",\"values\":[9,7,5,3,4,6,8]}],"
+        "\"metrics\":[\"methods.0.e_final\",\"methods.0.evaluations\"]}");
+    cJSON *answer;
+    must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1, .most_runs = 30}, &answer));
+    const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
+    assert_int_equal(cJSON_GetObjectItem(advice, "point")->valueint, 3); /* g = 3: 0.45 m */
+    assert_string_equal(optimum(answer), "proven");
+    cJSON_Delete(answer);
+    ll_experiment_free(e);
 }
 
 static void it_says_when_none_holds_and_how_near_it_came(void **state)
@@ -201,6 +306,8 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(it_finds_what_brute_force_finds),
+        cmocka_unit_test(it_says_whether_the_optimum_is_proven),
+        cmocka_unit_test(ties_go_to_the_least_error),
         cmocka_unit_test(it_says_when_none_holds_and_how_near_it_came),
         cmocka_unit_test(it_answers_the_same_again),
         cmocka_unit_test(bad_orders_are_told),
