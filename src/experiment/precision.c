@@ -15,43 +15,14 @@ typedef struct bench {
     const ll_precision_order *order;
     ll_ode ode;
     double duration;
-    double *solution; /* SAMPLES + 1 states, the first at time 0 */
+    double *solution;          /* SAMPLES + 1 states, the first at time 0 */
+    double doubt[SAMPLES + 1]; /* by how much two references differ */
     ll_ode_run *run;
 } bench;
-
-static const ll_ode_method *best_method(const ll_ode_problem *problem)
-{
-    return ll_ode_method_find(problem->stiff ? "radau13" : "dop853");
-}
 
 static double sample_time(const bench *b, int k)
 {
     return k == SAMPLES ? b->duration : b->duration * k / SAMPLES;
-}
-
-/* By formula, else by the best method at the least tolerance; the published end where it is for this span. */
-static ll_status solve(bench *b)
-{
-    const ll_ode_problem *p = b->order->problem;
-    const ll_ode_method *best = best_method(p);
-    int dim = b->ode.dim;
-    ll_ode_control control = {.t_end = b->duration, .tolerance = 1e-14, .absolute = 1e-18};
-    ll_ode_run *run = malloc(ll_ode_run_size(best, &b->ode));
-    ll_status status = run ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a solution");
-    p->start(b->order->params, b->solution);
-    if (!ll_failed(&status))
-        status = ll_ode_start(run, best, &b->ode, &control, b->solution);
-    for (int k = 1; k <= SAMPLES && !ll_failed(&status); k++) {
-        double t = sample_time(b, k), *y = b->solution + k * dim;
-        if (p->exact && p->exact(b->order->params, t, y))
-            continue;
-        if (run->t < t && ll_ode_advance(run, best, &b->ode, t) == LL_ODE_DIVERGED)
-            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
-        else
-            ll_ode_sample(run, best, &b->ode, t, y);
-    }
-    free(run);
-    return status;
 }
 
 static double distance(const double *a, const double *b, int dim)
@@ -60,6 +31,48 @@ static double distance(const double *a, const double *b, int dim)
     for (int i = 0; i < dim; i++)
         sum += (a[i] - b[i]) * (a[i] - b[i]);
     return sqrt(sum);
+}
+
+/* One of the references at the sample times, from the second on. */
+static ll_status integrate(const bench *b, int which, double *states)
+{
+    const ll_ode_problem *p = b->order->problem;
+    const ll_ode_method *method = ll_ode_reference_method(p, which);
+    ll_ode_control control = ll_ode_reference_control(b->duration);
+    ll_ode_run *run = malloc(ll_ode_run_size(method, &b->ode));
+    ll_status status = run ? ll_ode_start(run, method, &b->ode, &control, b->solution)
+                           : ll_error(LL_NO_MEMORY, "no memory for a solution");
+    for (int k = 1; k <= SAMPLES && !ll_failed(&status); k++) {
+        double t = sample_time(b, k);
+        if (run->t < t && ll_ode_advance(run, method, &b->ode, t) == LL_ODE_DIVERGED)
+            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
+        else
+            ll_ode_sample(run, method, &b->ode, t, states + k * b->ode.dim);
+    }
+    free(run);
+    return status;
+}
+
+/* By formula, else by two references. */
+static ll_status solve(bench *b)
+{
+    const ll_ode_problem *p = b->order->problem;
+    int dim = b->ode.dim;
+    bool formula = p->exact != NULL;
+    p->start(b->order->params, b->solution);
+    for (int k = 1; k <= SAMPLES && formula; k++)
+        formula = p->exact(b->order->params, sample_time(b, k), b->solution + k * dim);
+    if (formula)
+        return ll_ok();
+    double *other = calloc((SAMPLES + 1) * (size_t)dim, sizeof *other);
+    ll_status status =
+        other ? integrate(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "no memory for a solution");
+    if (!ll_failed(&status))
+        status = integrate(b, 1, other);
+    for (int k = 1; k <= SAMPLES && !ll_failed(&status); k++)
+        b->doubt[k] = distance(b->solution + k * dim, other + k * dim, dim);
+    free(other);
+    return status;
 }
 
 static double energy_at(const bench *b, double t, const double *y)
@@ -78,6 +91,7 @@ static ll_status start(bench *b, const ll_ode_method *method, double setting)
 static void forget(ll_precision *r)
 {
     r->e_final = r->e_max = r->e_l2 = r->drift_final = r->drift_max = r->drift_per_s = NAN;
+    r->predictable_s = r->uncertainty = NAN;
 }
 
 /* Of the whole solution. */
@@ -89,41 +103,80 @@ static ll_ode_scale scale_of(const bench *b)
     return scale;
 }
 
-/* The error at the sample times, and at the end at the method's own time. */
+/* How many of the sample times the solution is predictable for. */
+static int predictable(const bench *b, const ll_ode_scale *scale)
+{
+    int k = 0;
+    while (k < SAMPLES && b->doubt[k + 1] <= LL_ODE_PREDICTABLE * scale->state)
+        k++;
+    return k;
+}
+
+/* The error at the sample times, as far as the solution is predictable, and above what is not known of it. */
+static void errors(const bench *b, const double *error, int known, ll_precision *r)
+{
+    double squares = 0, unknown = 0;
+    for (int k = 1; k <= known; k++) {
+        r->e_max = fmax(r->e_max, error[k]);
+        r->uncertainty = fmax(r->uncertainty, b->doubt[k]);
+        squares += error[k] * error[k];
+        unknown += b->doubt[k] * b->doubt[k];
+    }
+    r->e_final = known == SAMPLES ? error[SAMPLES] : NAN;
+    r->e_l2 = sqrt(squares / (known > 0 ? known : 1));
+    r->predictable_s = known < SAMPLES ? sample_time(b, known) : NAN;
+    if (b->doubt[known] > 0 && !(r->e_final > b->doubt[known]))
+        r->e_final = NAN;
+    if (r->uncertainty > 0 && !(r->e_max > r->uncertainty))
+        r->e_max = NAN;
+    if (unknown > 0 && !(squares > unknown))
+        r->e_l2 = NAN;
+}
+
+/* Least squares. */
+static double slope(const double *t, const double *value, int n)
+{
+    double sum_t = 0, sum_tt = 0, sum = 0, sum_tv = 0;
+    for (int k = 1; k <= n; k++) {
+        sum_t += t[k];
+        sum_tt += t[k] * t[k];
+        sum += value[k];
+        sum_tv += t[k] * value[k];
+    }
+    return (n * sum_tv - sum_t * sum) / (n * sum_tt - sum_t * sum_t);
+}
+
+/* The run, held against the solution. */
 static void measure(bench *b, const ll_ode_method *method, ll_precision *r)
 {
     int dim = b->ode.dim;
     ll_ode_scale most = scale_of(b);
-    double y[LL_ODE_DIM_MAX], squares = 0, e0 = energy_at(b, 0, b->solution),
-                              scale = fabs(e0) > 0 ? fabs(e0) : 1;
-    double sum_t = 0, sum_tt = 0, sum_d = 0, sum_td = 0;
+    r->size = most.state;
+    double at[SAMPLES + 1], error[SAMPLES + 1], drift[SAMPLES + 1], y[LL_ODE_DIM_MAX];
+    double e0 = energy_at(b, 0, b->solution), scale = fabs(e0) > 0 ? fabs(e0) : 1;
     for (int k = 1; k <= SAMPLES; k++) {
-        double t = sample_time(b, k);
-        if (ll_ode_advance(b->run, method, &b->ode, t) == LL_ODE_DIVERGED)
+        at[k] = sample_time(b, k);
+        if (ll_ode_advance(b->run, method, &b->ode, at[k]) == LL_ODE_DIVERGED)
             break;
-        ll_ode_sample(b->run, method, &b->ode, t, y);
-        double e = distance(y, b->solution + k * dim, dim), drift = (energy_at(b, t, y) - e0) / scale;
-        if (ll_ode_blown_up(&most, e, drift * scale)) {
+        ll_ode_sample(b->run, method, &b->ode, at[k], y);
+        error[k] = distance(y, b->solution + k * dim, dim);
+        drift[k] = (energy_at(b, at[k], y) - e0) / scale;
+        r->drift_max = fmax(r->drift_max, fabs(drift[k]));
+        if (ll_ode_blown_up(&most, error[k], drift[k] * scale)) {
             ll_ode_blow_up(b->run);
             break;
         }
-        r->e_max = fmax(r->e_max, e);
-        r->drift_max = fmax(r->drift_max, fabs(drift));
-        r->e_final = e;
-        r->drift_final = drift;
-        squares += e * e;
-        sum_t += t;
-        sum_tt += t * t;
-        sum_d += drift;
-        sum_td += t * drift;
     }
     r->status = ll_ode_run_status(b->run);
     r->reason = (ll_ode_reason)b->run->reason;
     r->counters = b->run->counters;
-    r->e_l2 = sqrt(squares / SAMPLES);
-    r->drift_per_s = (SAMPLES * sum_td - sum_t * sum_d) / (SAMPLES * sum_tt - sum_t * sum_t);
-    if (r->status != LL_RUN_OK)
+    if (r->status != LL_RUN_OK) {
         forget(r);
+        return;
+    }
+    r->drift_final = drift[SAMPLES];
+    r->drift_per_s = slope(at, drift, SAMPLES);
+    errors(b, error, predictable(b, &most), r);
 }
 
 static int by_size(const void *a, const void *b)
@@ -191,6 +244,20 @@ ll_status ll_precision_rung(const ll_precision_order *order, const ll_ode_method
     return status;
 }
 
+/* Above what is not known of the solution, and below a tenth of its size: an order can be told. */
+static bool is_well_known(const ll_precision *r)
+{
+    return r->e_max > 4 * r->uncertainty && r->e_max < r->size / 10;
+}
+
+/* Shorter steps tell no more: rounding has the say, or the solution is not known better. */
+static bool is_over(const ll_precision *r)
+{
+    bool unknown = r->status == LL_RUN_OK && isnan(r->e_max);
+    return unknown ? isnan(r[-1].e_max) && r[-1].status == LL_RUN_OK
+                   : r->e_max > r[-1].e_max && r[-1].e_max < 1e-9;
+}
+
 ll_status ll_precision_ladder(const ll_precision_order *order, const ll_ode_method *method,
                               ll_precision *rungs, int *count)
 {
@@ -202,11 +269,11 @@ ll_status ll_precision_ladder(const ll_precision_order *order, const ll_ode_meth
     for (; !ll_failed(&status) && n < LL_PRECISION_RUNGS_MAX && setting >= least; setting *= factor) {
         ll_precision *r = &rungs[n];
         status = rung(&b, method, setting, r);
-        if (n > 0 && r->e_max > 0 && r[-1].e_max > 0)
+        if (n > 0 && is_well_known(r) && is_well_known(r - 1))
             r->order = log(r->e_max / r[-1].e_max) / log(factor);
         n += !ll_failed(&status);
-        if (n > 2 && !method->adaptive && r->e_max > r[-1].e_max && r[-1].e_max < 1e-9)
-            break; /* rounding has the say from here on */
+        if (n > 2 && !method->adaptive && is_over(r))
+            break;
     }
     close_bench(&b);
     *count = n;

@@ -3,7 +3,9 @@
 
 #include <stdbool.h>
 
+#include "ode/method.h"
 #include "ode/problem.h"
+#include "ode/run.h"
 
 /* The largest so far, along the solution. */
 typedef struct ll_ode_scale {
@@ -19,3 +21,17 @@ void ll_ode_scale_see(ll_ode_scale *scale, const ll_ode_problem *problem, const 
  * beyond LL_BLOWN_UP times the scale. Where the scale is 0 nothing is known to be large; a value that is not
  * finite always is. */
 bool ll_ode_blown_up(const ll_ode_scale *scale, double error, double energy);
+
+/* ---- solutions where there is no formula ----
+ *
+ * Two references of different families, each at the least tolerance that serves: what they differ by is what
+ * is not known of the solution. An error below that is not known either. */
+
+enum { LL_ODE_REFERENCES = 2 };
+
+const ll_ode_method *ll_ode_reference_method(const ll_ode_problem *problem, int which);
+ll_ode_control ll_ode_reference_control(double t_end);
+
+/* The solution of a chaotic problem is predictable as long as its references differ by less than this part of
+ * the scale. */
+#define LL_ODE_PREDICTABLE 1e-3
