@@ -36,11 +36,6 @@ static bool has_formula(const ll_motion_config *config)
     return problem->exact && problem->exact(config->params, 0, y);
 }
 
-static const ll_ode_method *best_method(const ll_ode_problem *problem)
-{
-    return ll_ode_method_find(problem->stiff ? "radau13" : "dop853");
-}
-
 /* ---- layout ---- */
 
 /* Any method may be chosen while it runs: the largest counts. */
@@ -63,12 +58,14 @@ static int64_t lay_out(ll_motion *m, const ll_motion_config *c)
     const ll_ode_problem *problem = ll_motion_problem(c);
     int64_t vector = ode.dim * (int64_t)sizeof(double), end = (int64_t)sizeof(ll_motion);
     int64_t run = (int64_t)largest_run(&ode);
-    int64_t reference = (int64_t)ll_ode_run_size(best_method(problem), &ode);
+    int64_t reference = (int64_t)ll_ode_run_size(ll_ode_reference_method(problem, 0), &ode);
+    int64_t second = (int64_t)ll_ode_run_size(ll_ode_reference_method(problem, 1), &ode);
     ll_motion counted, *at = m ? m : &counted;
     at->dim = ode.dim;
     at->solution = end;
     at->reference = end + vector;
-    end = at->reference + reference;
+    at->second = at->reference + reference;
+    end = at->second + second;
     for (int i = 0; i < c->method_count; i++) {
         at->at[i].shown = end;
         at->at[i].wanted = end + vector;
@@ -98,14 +95,13 @@ static ll_ode_run *run_at(const ll_motion *m, int64_t offset)
     return (ll_ode_run *)((char *)m + offset);
 }
 
-static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, const double *y0)
+static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, int which, const double *y0)
 {
-    ll_ode_control control = {.t_end = m->config.head.duration_s,
-                              .tolerance = 1e-14,
-                              .absolute = 1e-18,
-                              .max_steps = LL_MOTION_STEPS_MAX};
+    ll_ode_control control = ll_ode_reference_control(m->config.head.duration_s);
+    control.max_steps = LL_MOTION_STEPS_MAX;
     if (!has_formula(&m->config))
-        ll_ode_start(run_at(m, offset), best_method(ll_motion_problem(&m->config)), ode, &control, y0);
+        ll_ode_start(run_at(m, offset), ll_ode_reference_method(ll_motion_problem(&m->config), which), ode,
+                     &control, y0);
 }
 
 static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
@@ -114,7 +110,7 @@ static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
     size_t vector = (size_t)m->dim * sizeof(double);
     ll_ode_start(ll_motion_run(m, i), ll_motion_method_of(&m->config, i), ode, &control,
                  y0); /* was checked */
-    start_reference(m, ode, m->at[i].reference, y0);
+    start_reference(m, ode, m->at[i].reference, 0, y0);
     memcpy(ll_motion_vector(m, m->at[i].shown), y0, vector);
     memcpy(ll_motion_vector(m, m->at[i].wanted), y0, vector);
     ll_motion_drive_start(m, i, ode);
@@ -132,7 +128,9 @@ static ll_status init(void *block, const void *config)
     ll_ode ode = ll_motion_system(&m->config);
     ll_motion_problem(&m->config)->start(m->config.params, y0);
     memcpy(ll_motion_vector(m, m->solution), y0, (size_t)m->dim * sizeof *y0);
-    start_reference(m, &ode, m->reference, y0);
+    start_reference(m, &ode, m->reference, 0, y0);
+    start_reference(m, &ode, m->second, 1, y0);
+    ll_ode_scale_see(&m->doubt.scale, ll_motion_problem(&m->config), &ode, 0, y0);
     for (int i = 0; i < m->config.method_count; i++)
         start_one(m, &ode, i, y0);
     return ll_ok();
@@ -152,20 +150,21 @@ static void settle(void *config, const void *before)
 /* ---- time ---- */
 
 /* From where it is back to the start. */
-static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference)
+static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
 {
     double y[LL_ODE_DIM_MAX];
     ll_ode_control back = reference->control;
     memcpy(y, ll_ode_y(reference), (size_t)m->dim * sizeof *y);
     back.t0 = reference->t;
     back.t_end = 0;
-    ll_ode_start(reference, best_method(ll_motion_problem(&m->config)), ode, &back, y);
+    ll_ode_start(reference, ll_ode_reference_method(ll_motion_problem(&m->config), which), ode, &back, y);
 }
 
-/* The solution at `t`, which goes forward, and after the turn backward. */
-static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, double t, double *y)
+/* The solution at `t`, which goes forward, and after the turn backward, by reference `which`. */
+static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int which, double t, double *y)
 {
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
+    const ll_ode_method *method = ll_ode_reference_method(problem, which);
     ll_ode_run *reference = run_at(m, offset);
     if (t == 0) {
         problem->start(m->config.params, y);
@@ -174,28 +173,60 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, double 
     if (problem->exact && problem->exact(m->config.params, t, y))
         return;
     if (t < reference->t_last && reference->control.t_end > 0)
-        turn_reference(m, ode, reference);
+        turn_reference(m, ode, reference, which);
     if (reference->control.t_end > 0 ? reference->t < t : reference->t > t)
-        ll_ode_advance(reference, best_method(problem), ode, t);
-    ll_ode_sample(reference, best_method(problem), ode, t, y);
+        ll_ode_advance(reference, method, ode, t);
+    ll_ode_sample(reference, method, ode, t, y);
+}
+
+static double distance(const double *a, const double *b, int dim)
+{
+    double square = 0;
+    for (int k = 0; k < dim; k++)
+        square += (a[k] - b[k]) * (a[k] - b[k]);
+    return ll_sqrt(square);
+}
+
+/* The solution for the session's time `t`, and by how much the second reference differs from it. */
+static void solve(ll_motion *m, const ll_ode *ode, double t)
+{
+    ll_motion_doubt *d = &m->doubt;
+    double other[LL_ODE_DIM_MAX], *solution = ll_motion_vector(m, m->solution);
+    double moment = ll_motion_moment(&m->config, t);
+    solution_at(m, ode, m->reference, 0, moment, solution);
+    if (has_formula(&m->config) || d->parted)
+        return;
+    solution_at(m, ode, m->second, 1, moment, other);
+    ll_ode_scale_see(&d->scale, ll_motion_problem(&m->config), ode, moment, solution);
+    d->now = distance(solution, other, m->dim);
+    if (!(d->now <= LL_ODE_PREDICTABLE * d->scale.state) ||
+        run_at(m, m->reference)->state == LL_ODE_DIVERGED || run_at(m, m->second)->state == LL_ODE_DIVERGED) {
+        d->parted = 1;
+        return;
+    }
+    d->predictable_s = t;
+    d->max = d->now > d->max ? d->now : d->max;
+    d->squares += d->now * d->now;
+    d->samples++;
 }
 
 static void measure(ll_motion *m, const ll_ode *ode, int i, double t, const double *wanted)
 {
     ll_motion_record *r = &m->record[i];
     const double *y = ll_ode_y(ll_motion_run(m, i));
-    double square = 0;
-    for (int k = 0; k < m->dim; k++)
-        square += (y[k] - wanted[k]) * (y[k] - wanted[k]);
+    double error = distance(y, wanted, m->dim);
     ll_ode_scale_see(&r->scale, ll_motion_problem(&m->config), ode, t, wanted);
-    if (ll_ode_blown_up(&r->scale, ll_sqrt(square), energy_of(m, t, y) - r->energy_start)) {
+    if (ll_ode_blown_up(&r->scale, error, energy_of(m, t, y) - r->energy_start)) {
         ll_ode_blow_up(ll_motion_run(m, i));
         return;
     }
     r->t = t;
-    r->error = ll_sqrt(square);
-    r->error_max = r->error > r->error_max ? r->error : r->error_max;
-    r->error_squares += square;
+    r->error = error;
+    if (!m->doubt.parted) {
+        r->error_max = error > r->error_max ? error : r->error_max;
+        r->error_squares += error * error;
+        r->errors++;
+    }
     double scale = r->energy_start < 0 ? -r->energy_start : r->energy_start;
     double drift = (energy_of(m, t, y) - r->energy_start) / (scale > 0 ? scale : 1);
     double size_of_drift = drift < 0 ? -drift : drift;
@@ -238,7 +269,7 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool l
     draw(m, ode, i, last ? run->t : ll_motion_moment(&m->config, t)); /* at the end what is told is drawn */
     if (own == m->record[i].t && m->record[i].samples > 0)
         return; /* a long step: this state has been measured */
-    solution_at(m, ode, m->at[i].reference, own, wanted);
+    solution_at(m, ode, m->at[i].reference, 0, own, wanted);
     measure(m, ode, i, own, wanted);
 }
 
@@ -253,9 +284,9 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
     for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
         m->now = ll_tick_time(tick, freq);
         double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
+        solve(m, &ode, t);
         for (int i = 0; i < m->config.method_count; i++)
             advance_one(m, &ode, i, t, tick == last);
-        solution_at(m, &ode, m->reference, ll_motion_moment(&m->config, t), ll_motion_vector(m, m->solution));
     }
     m->now = until;
     return ll_ok();

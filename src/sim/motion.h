@@ -2,8 +2,9 @@
  * the same start, each measured against the solution.
  *
  * The solution is the problem's formula; where there is none, each method has beside it a reference run by
- * the best method at the least tolerance. A change of a method, its step or a parameter takes effect from
- * time 0: the run is made again up to now, so that a picture never mixes two settings. */
+ * the best method at the least tolerance, and a second reference by another tells what is not known of it. A
+ * change of a method, its step or a parameter takes effect from time 0: the run is made again up to now, so
+ * that a picture never mixes two settings. */
 #pragma once
 
 #include "ode/accumulator.h"
@@ -59,6 +60,7 @@ typedef struct ll_motion_record {
     double sums[4];                                      /* t, t^2, drift, t drift: for the secular slope */
     ll_ode_scale scale;                                  /* of the solution so far */
     int64_t samples;
+    int64_t errors; /* of the samples: those for which the solution is predictable */
 } ll_motion_record;
 
 /* How a method has been driven so far. */
@@ -73,6 +75,15 @@ typedef struct ll_motion_drive {
     ll_ode_counters before; /* it turned */
 } ll_motion_drive;
 
+/* What is not known of the solution: by how much two references differ, at the ticks; all 0 by formula. */
+typedef struct ll_motion_doubt {
+    double now, max, squares;
+    double predictable_s; /* until when it is below LL_ODE_PREDICTABLE of the scale */
+    ll_ode_scale scale;   /* of the solution so far */
+    int64_t samples;
+    int64_t parted; /* it is above: no error is known any more */
+} ll_motion_doubt;
+
 /* The start of a block. Offsets are from here; a vector has `dim` doubles. */
 typedef struct ll_motion {
     int64_t size;
@@ -81,7 +92,9 @@ typedef struct ll_motion {
     int32_t dim;
     int32_t reserved;
     int64_t solution;  /* vector: the solution now, for drawing; */
-    int64_t reference; /* and the run that gives it where there is no formula */
+    int64_t reference; /* and the run that gives it where there is no formula, */
+    int64_t second;    /* and another beside it */
+    ll_motion_doubt doubt;
     struct {
         int64_t run, reference; /* ll_ode_run */
         int64_t shown,

@@ -69,14 +69,23 @@ static double secular_slope(const ll_motion_record *r)
     return r->samples > 1 && determinant > 0 ? (n * r->sums[3] - r->sums[0] * r->sums[2]) / determinant : 0;
 }
 
+/* An error that is not above what is not known of the solution is not known. */
+static double above(double error, double doubt)
+{
+    return doubt == 0 || error > doubt ? error : NAN;
+}
+
 /* Null where it has failed or was not run: what was measured before says nothing of the whole. */
 static void errors(cJSON *o, const ll_motion *m, int i, ll_run_status status)
 {
     const ll_motion_record *r = &m->record[i];
+    const ll_motion_doubt *d = &m->doubt;
     double known = status == LL_RUN_OK ? 1 : NAN;
-    number(o, "e_final", known * r->error);
-    number(o, "e_max", known * r->error_max);
-    number(o, "e_l2", known * (r->samples > 0 ? ll_sqrt(r->error_squares / (double)r->samples) : 0));
+    double rms = r->errors > 0 ? ll_sqrt(r->error_squares / (double)r->errors) : 0;
+    double rms_doubt = d->samples > 0 ? ll_sqrt(d->squares / (double)d->samples) : 0;
+    number(o, "e_final", d->parted ? NAN : known * above(r->error, d->now));
+    number(o, "e_max", known * above(r->error_max, d->max));
+    number(o, "e_l2", known * above(rms, rms_doubt));
     if (!ll_motion_problem(&m->config)->energy)
         return;
     number(o, "energy_drift_final", known * r->energy_drift);
@@ -159,6 +168,8 @@ cJSON *ll_motion_metrics(const void *block)
     cJSON *metrics = cJSON_CreateObject();
     cJSON_AddStringToObject(metrics, "problem", problem->name);
     cJSON_AddStringToObject(metrics, "solution_by", formula ? "formula" : "integration");
+    number(metrics, "solution_uncertainty_max", m->doubt.max);
+    number(metrics, "predictable_until_s", m->doubt.parted ? m->doubt.predictable_s : NAN);
     cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
     for (int i = 0; i < m->config.method_count; i++)
         cJSON_AddItemToArray(methods, method_metrics(m, i));

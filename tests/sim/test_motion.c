@@ -237,6 +237,39 @@ static void finite_values_beyond_all_bounds_are_failures(void **state)
          "off");
 }
 
+static double told(ll_session *s, const char *name)
+{
+    cJSON *report = ll_session_metrics(s);
+    double value = number(cJSON_GetObjectItem(report, "metrics"), name);
+    cJSON_Delete(report);
+    return value;
+}
+
+/* Two solutions of a double pendulum at 14 digits part after some twenty seconds: from there on no error is
+ * known. What is nearer to the solution than its two references are to each other is not known either. */
+static void errors_are_told_as_far_as_the_solution_is_known(void **state)
+{
+    (void)state;
+    ll_session *s =
+        open_text("{\"kind\":\"motion\",\"problem\":\"double_pendulum\",\"duration_s\":36,\"methods\":["
+                  "{\"method\":\"rk4\",\"dt_s\":0.004},{\"method\":\"dop853\",\"tolerance\":1e-14}]}");
+    must(ll_session_run_to(s, 240));
+    double early = metric(s, 0, "e_final");
+    assert_true(isnan(told(s, "predictable_until_s")) && told(s, "solution_uncertainty_max") < 1e-9);
+    assert_true(early > told(s, "solution_uncertainty_max") && isnan(metric(s, 1, "e_max")));
+    run_to_end(s);
+    double until = told(s, "predictable_until_s"), doubt = told(s, "solution_uncertainty_max");
+    assert_true(until > 12 && until < 33 && doubt > 1e-6 && doubt < 0.1);
+    assert_true(isnan(metric(s, 0, "e_final")) && isnan(metric(s, 1, "e_final")));
+    assert_true(metric(s, 0, "e_max") > early && metric(s, 0, "energy_drift_max") > 0);
+    ll_session_destroy(s);
+    s = open_text("{\"kind\":\"motion\",\"problem\":\"pendulum\",\"duration_s\":30,\"methods\":["
+                  "{\"method\":\"rk4\",\"dt_s\":0.01}]}");
+    run_to_end(s);
+    assert_true(told(s, "solution_uncertainty_max") == 0 && isnan(told(s, "predictable_until_s")));
+    ll_session_destroy(s);
+}
+
 /* ---- how methods are driven ---- */
 
 /* Frames of 1/60 and 1/30 s in turns, to the nanosecond: figures of the reference page. */
@@ -426,6 +459,7 @@ int main(void)
         cmocka_unit_test(changes_count_from_the_start),
         cmocka_unit_test(blow_ups_are_told),
         cmocka_unit_test(finite_values_beyond_all_bounds_are_failures),
+        cmocka_unit_test(errors_are_told_as_far_as_the_solution_is_known),
         cmocka_unit_test(frames_as_steps_break_verlet),
         cmocka_unit_test(saved_up_frames_are_fixed_steps),
         cmocka_unit_test(random_frames_are_the_seeds),
