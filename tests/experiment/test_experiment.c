@@ -173,11 +173,12 @@ static void a_stop_rule_ends_a_run(void **state)
 static void what_does_not_go_together_is_told_in_the_row(void **state)
 {
     (void)state;
-    ll_experiment *e = experiment("{\"scenario\":{\"kind\":\"motion\",\"problem\":\"free_fall\",\"duration_s\":"
-                                  "10,\"methods\":[{\"method\":\"rk4\"}]},"
-                                  "\"axes\":[{\"path\":\"methods.0.dt_s\",\"values\":[0.01,5]},{\"path\":"
-                                  "\"duration_s\",\"values\":[10,1]}],"
-                                  "\"metrics\":[\"methods.0.e_final\"]}");
+    ll_experiment *e =
+        experiment("{\"scenario\":{\"kind\":\"motion\",\"problem\":\"free_fall\",\"duration_s\":"
+                   "10,\"methods\":[{\"method\":\"rk4\"}]},"
+                   "\"axes\":[{\"path\":\"methods.0.dt_s\",\"values\":[0.01,5]},{\"path\":"
+                   "\"duration_s\",\"values\":[10,1]}],"
+                   "\"metrics\":[\"methods.0.e_final\"]}");
     for (int i = 0; i < 4; i++) {
         ll_row row;
         must(ll_experiment_run(e, i, NULL, &row));
