@@ -95,6 +95,7 @@ static void forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t epoch
     c->shift = 0;
     c->unsent = 0;
     c->played = 0;
+    c->predicting = 0; /* its steps were not made while the player was away */
     c->parts = 0;
     c->gap = -1;
     c->gap_deviation = c->late = 0;

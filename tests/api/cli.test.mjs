@@ -168,6 +168,17 @@ test('every row of a trace is after the frames of its time, the first too', () =
   }
 });
 
+test('who joins again predicts from the state that it joins with', () => {
+  for (const [seed, lag, scope] of [[3, 130, 'own'], [5, 35, 'own'], [9, 220, 'all']]) {
+    const { metrics } = run(['outage', '--seed', String(seed), '--set', `players.1.lag_ms=${lag}`, '--set', `players.1.prediction_scope=${scope}`, '--set', 'warmup_s=22']);
+    const [, b] = metrics.players; // counted from 22 s on: the link is back since 18 s
+    assert.equal(b.connection.joins, 2);
+    assert.ok(b.own_timeline_error_m.count > 500);
+    if (scope === 'own') assert.equal(b.own_timeline_error_m.max, 0, `seed ${seed}, ${lag} ms`);
+    assert.ok(b.own_timeline_error_m.rms < 0.1, `seed ${seed}, ${lag} ms: ${b.own_timeline_error_m.rms} m`);
+  }
+});
+
 /** RFC 4180, nothing forgiven: records end with CRLF, and a quote stands at the beginning and the end of a field only. */
 function parseCsv(text) {
   const rows = [];
