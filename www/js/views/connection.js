@@ -29,7 +29,7 @@ export function drawConnection(at) {
     pen.globalAlpha = 1;
   }
   pen.font = `700 ${colours.text}px ${colours.font}`;
-  const wide = pen.measureText(words).width + 2 * colours.text, high = colours.text * 1.9, top = colours.text * 1.5;
+  const wide = pen.measureText(words).width + 2 * colours.text, high = colours.text * 1.8, top = 2; /* over the axis: what is drawn stays free */
   pen.beginPath();
   pen.roundRect((width - wide) / 2, top, wide, high, high / 2);
   pen.setLineDash([]);
