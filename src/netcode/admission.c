@@ -29,7 +29,8 @@ static int answer(const ll_server *server, int player, ll_message type, const ll
 }
 
 /* Where inputs were filled in for the player, and may have been sent to others, its own come behind them. */
-static void let_in(ll_server *server, bool with_world, int player, uint32_t attempt, ll_time now)
+static void let_in(ll_server *server, bool with_world, int player, const ll_request_message *request,
+                   ll_time now)
 {
     ll_seat *seat = &server->seats[player];
     int64_t first = with_world && seat->newest > server->step ? seat->newest : server->step;
@@ -39,9 +40,10 @@ static void let_in(ll_server *server, bool with_world, int player, uint32_t atte
     seat->epoch = server->epoch = ll_server_next_epoch(server);
     seat->first = first;
     seat->newest = with_world ? first : seat->newest;
-    seat->attempt = attempt;
+    seat->attempt = request->head.seq;
     seat->connected = 1;
-    seat->heard = now;
+    seat->seen = now;
+    seat->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
     seat->joins++;
 }
 
@@ -54,7 +56,7 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
     bool old = request->head.seq < seat->attempt; /* overtaken: its client has gone on */
     ll_admitted done = {.joined = fresh && !again && !old};
     if (done.joined)
-        let_in(server, with_world, player, request->head.seq, now);
+        let_in(server, with_world, player, request, now);
     ll_message type = done.joined || again ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG;
     done.reply = answer(server, player, type, request, with_world && type == LL_MESSAGE_ACCEPT, now, reply);
     return done;
@@ -74,8 +76,10 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
         return take_connect(server, with_world, player, &request, now, reply);
     if (!asks && seat->connected)
         return (ll_admitted){.game = head.epoch == seat->epoch};
-    if (asks && request.seen != LL_NEVER && request.seen > seat->heard)
-        seat->heard = request.seen;
+    if (asks && request.seen != LL_NEVER && request.seen > seat->seen) {
+        seat->seen = request.seen;
+        seat->heard = now;
+    }
     if (!asks && now - seat->told < LL_KEEP_ALIVE)
         return (ll_admitted){.reply = 0}; /* it is told already that it is not connected */
     return (ll_admitted){

@@ -2,8 +2,9 @@
  *
  * A player's seat is there from the start; its player is connected or not. A request tells the newest answer
  * that its client has, so that the server knows that both ways are alive: nobody is let in, and so waited
- * for, who cannot hear it, and who has not heard it for `timeout_s` is dropped. The game then goes on with
- * neutral inputs for that player. Who is let in starts a new epoch. Every request is answered at once. */
+ * for, who cannot hear it, and who tells of no newer answer for `timeout_s` is dropped. The game then goes on
+ * with neutral inputs for that player. Who is let in starts a new epoch. Every request is answered at once.
+ */
 #pragma once
 
 #include "netcode/server.h"
@@ -23,7 +24,7 @@ typedef struct ll_admitted {
 ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
                                  ll_time now, void *reply);
 
-/* Every LL_TEND_EVERY: drops `player` when it has not heard the server for `timeout`; LL_NEVER keeps
+/* Every LL_TEND_EVERY: drops `player` when it has told of no newer answer for `timeout`; LL_NEVER keeps
  * everybody. True when it was dropped now. */
 bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time now);
 

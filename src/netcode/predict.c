@@ -292,7 +292,12 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time
     int64_t tick = c->begun_tick;
     if (c->predicting != mark_of(s))
         return; /* it is about to start, from the same state */
-    if (foretold && c->played >= c->acked)
+    if (foretold &&
+        c->played < c->acked) { /* by input delay the present is the state's: time went on, that is all */
+        ll_predict_again(c, s);
+        return;
+    }
+    if (foretold)
         return; /* the prediction stands */
     memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
     if (s->config->reconciliation)

@@ -66,7 +66,8 @@ typedef struct ll_seat {
     ll_time_account account;
     double
         budget_used;  /* the most of the time budget that was in use, as a share: above 1 it was overdrawn */
-    ll_time heard;    /* the newest of the server's answers that the player is known to have */
+    ll_time seen;     /* the newest of the server's answers that the player is known to have */
+    ll_time heard;    /* when that became known */
     ll_time told;     /* when anything was sent to the player last */
     int64_t first;    /* its inputs count for the steps behind this one */
     uint32_t attempt; /* of the client's, by which it was let in */

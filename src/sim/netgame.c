@@ -613,19 +613,24 @@ static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
         s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
 }
 
-static void client_displays(ll_netgame *g, int player, const ll_client_setup *s)
+/* A client's prediction may leave all bounds before the server does. */
+static ll_status client_displays(ll_netgame *g, int player, const ll_client_setup *s)
 {
+    int entity;
     ll_client *client = ll_netgame_client(g, player);
     s->sync->display(client, s, g->now);
     ll_client_set_display(client, s);
+    if (!finite_world(ll_client_shown_const(client), &entity))
+        return not_finite(g, entity);
     observe_display(g, player);
     if (s->shots)
         ll_shots_frame(s->shots, client, g->now);
     if (player == g->config.player_count - 1)
         compare_pictures(g, client->elapsed);
+    return ll_ok();
 }
 
-static void client_acts(ll_netgame *g, int player, const ll_client_setup *s)
+static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_client *client = ll_netgame_client(g, player);
     bool ticks = client->tick_due <= g->now,
@@ -633,12 +638,12 @@ static void client_acts(ll_netgame *g, int player, const ll_client_setup *s)
     ll_request_message request;
     if (ticks)
         client_ticks(g, player, s);
-    if (displays)
-        client_displays(g, player, s);
+    ll_status status = displays ? client_displays(g, player, s) : ll_ok();
     int bytes = ll_connection_tend(client, s, g->now, &request);
     if (bytes > 0)
         send(g, player, true, &request, bytes, s->recorder);
     ll_client_set_due(client, s);
+    return status;
 }
 
 /* Who acts next. Of what falls on one instant, packets come first, then the server's step, its update, and

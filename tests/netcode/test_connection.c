@@ -446,8 +446,9 @@ static void who_is_let_in_gets_the_world(void **state)
     free(server);
 }
 
-/* Whose inputs come but who does not hear the server is dropped, exactly when its newest answer is older than
- * the time-out; who hears stays, and where there is no time-out everybody. */
+/* Whose inputs come but who does not hear the server is dropped, exactly when it has told of no newer answer
+ * for the time-out, however old its answers are; who hears stays, and where there is no time-out everybody.
+ */
 static void who_does_not_hear_is_dropped(void **state)
 {
     (void)state;
@@ -457,16 +458,17 @@ static void who_does_not_hear_is_dropped(void **state)
         ll_time timeout = ll_ms(1000 * timeouts_s[i]), start = 10 * LL_SECOND, now = start, heard = start;
         reply r;
         assert_true(asks(server, LL_MESSAGE_CONNECT, 1, now, now, &r).joined);
-        for (; now < start + 20 * LL_SECOND; now += LL_SECOND / 4) { /* answers half a second old */
-            heard = now - LL_SECOND / 2 > heard ? now - LL_SECOND / 2 : heard;
-            asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
-            assert_false(ll_admission_tend(server, 0, timeout, now));
+        for (now += LL_SECOND / 4; now < start + 20 * LL_SECOND; now += LL_SECOND / 4) { /* two seconds old */
+            asks(server, LL_MESSAGE_PING, 0, heard += LL_SECOND / 4, now + 2 * LL_SECOND, &r);
+            assert_false(ll_admission_tend(server, 0, timeout, now + 2 * LL_SECOND + LL_SECOND / 5));
         }
+        now += 2 * LL_SECOND - LL_SECOND / 4;
+        ll_time last = now;
         for (; server->seats[0].connected; now += LL_SECOND / 4) { /* its way down is dead */
             asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
             assert_int_equal(r.m.head.epoch, server->epoch);
             assert_false(ll_admission_tend(server, 0, LL_NEVER, now));
-            assert_int_equal(ll_admission_tend(server, 0, timeout, now), now - heard > timeout);
+            assert_int_equal(ll_admission_tend(server, 0, timeout, now), now - last > timeout);
         }
         assert_int_equal(server->seats[0].drops, 1);
         asks(server, LL_MESSAGE_PING, 0, heard, now, &r);
@@ -635,7 +637,7 @@ static void the_handshake_always_ends(void **state)
         free(w->server);
         free_joiner(w->j);
     }
-    assert_true(joins > 1000); /* they came and went */
+    assert_true(joins > 750); /* of 600 players: they came and went */
     free(w);
 }
 
