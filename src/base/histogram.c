@@ -7,22 +7,7 @@
 #include "base/assert.h"
 #include "base/detmath.h"
 
-#define LINEAR 32 /* also the buckets of an octave */
-
-/* Buckets are those of v = value / unit + 1/2: with it the linear ones are centred on whole multiples of the
- * unit, so that a metric that counts things comes out whole.
- *
- * From 32 on, the exponent of v and the five bits after it are one number that counts buckets, and it stands
- * in the double as it is: no logarithm. */
-static int bucket_of(double v)
-{
-    if (v < LINEAR)
-        return (int)v;
-    uint64_t bits;
-    memcpy(&bits, &v, sizeof bits);
-    uint64_t i = (bits >> 47) - ((1023 + 5) * LINEAR) + LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
-    return i < LL_HISTOGRAM_BUCKETS ? (int)i : LL_HISTOGRAM_BUCKETS - 1;
-}
+#define LINEAR LL_HISTOGRAM_LINEAR
 
 /* Middle of bucket `i`, in units. */
 static double middle_of(int i)
@@ -39,25 +24,7 @@ void ll_histogram_init(ll_histogram *h, double unit)
     memset(h, 0, sizeof *h);
     h->unit = unit;
     h->per_unit = 1 / unit;
-}
-
-void ll_histogram_add(ll_histogram *h, double value)
-{
-    LL_ASSERT(value >= 0); /* a NaN fails too */
-    if (value == 0) {      /* most errors and corrections of a clean link */
-        h->min = 0;
-        h->count++;
-        h->bucket[0]++;
-        return;
-    }
-    if (value > h->max || h->count == 0)
-        h->max = value;
-    if (value < h->min || h->count == 0)
-        h->min = value;
-    h->sum += value;
-    h->sum_squares += value * value;
-    h->count++;
-    h->bucket[bucket_of(value * h->per_unit + 0.5)]++;
+    h->min = INFINITY;
 }
 
 void ll_histogram_add_never(ll_histogram *h)

@@ -12,13 +12,18 @@
 #pragma once
 
 #include <stdint.h>
+#include <string.h>
+
+#include "base/assert.h"
 
 #define LL_HISTOGRAM_BUCKETS 448 /* 32 linear, then 13 octaves of 32 */
+#define LL_HISTOGRAM_LINEAR 32   /* also the buckets of an octave */
 
 typedef struct ll_histogram {
     double unit;     /* width of the linear buckets, in the metric's own unit */
     double per_unit; /* 1 / unit: a value is added in every frame, and a division takes its time */
-    double sum, sum_squares, min, max;
+    double sum, sum_squares;
+    double min, max; /* infinite and 0 before the first */
     int64_t count;                         /* of the finite values */
     int64_t never;                         /* infinite ones */
     uint32_t bucket[LL_HISTOGRAM_BUCKETS]; /* the last also takes what is beyond */
@@ -30,7 +35,41 @@ typedef struct ll_summary {
 } ll_summary;
 
 void ll_histogram_init(ll_histogram *h, double unit);
-void ll_histogram_add(ll_histogram *h, double value); /* value >= 0 */
+
+/* Buckets are those of v = value / unit + 1/2: with it the linear ones are centred on whole multiples of the
+ * unit, so that a metric that counts things comes out whole.
+ *
+ * From 32 on, the exponent of v and the five bits after it are one number that counts buckets, and it stands
+ * in the double as it is: no logarithm. */
+static inline int ll_histogram_bucket(double v)
+{
+    if (v < LL_HISTOGRAM_LINEAR)
+        return (int)v;
+    uint64_t bits;
+    memcpy(&bits, &v, sizeof bits);
+    uint64_t i = (bits >> 47) - (1023 + 5) * LL_HISTOGRAM_LINEAR + LL_HISTOGRAM_LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
+    return i < LL_HISTOGRAM_BUCKETS ? (int)i : LL_HISTOGRAM_BUCKETS - 1;
+}
+
+/* value >= 0. Here, since a frame adds some ten values per player. */
+static inline void ll_histogram_add(ll_histogram *h, double value)
+{
+    LL_ASSERT(value >= 0); /* a NaN fails too */
+    h->count++;
+    if (value == 0) { /* most errors and corrections of a clean link */
+        h->min = 0;
+        h->bucket[0]++;
+        return;
+    }
+    if (value > h->max)
+        h->max = value;
+    if (value < h->min)
+        h->min = value;
+    h->sum += value;
+    h->sum_squares += value * value;
+    h->bucket[ll_histogram_bucket(value * h->per_unit + 0.5)]++;
+}
+
 void ll_histogram_add_never(ll_histogram *h);
 
 /* q in [0, 1]; NaN when empty */

@@ -46,14 +46,6 @@ static void fill(char *out, size_t capacity, const char *format, va_list argumen
     make_printable(out);
 }
 
-ll_status ll_ok(void)
-{
-    ll_status s; /* what lies behind an empty text is nobody's concern, and clearing it costs */
-    s.code = LL_OK;
-    s.field[0] = s.text[0] = '\0';
-    return s;
-}
-
 ll_status ll_error(ll_code code, const char *format, ...)
 {
     ll_status s = {.code = code};

@@ -2,12 +2,8 @@
 
 #include <stdbool.h>
 
-void ll_inconsistency_add(ll_inconsistency *total, ll_excursion *open, double distance, ll_time elapsed)
+void ll_inconsistency_lasts(ll_inconsistency *total, ll_excursion *open, double distance, ll_time elapsed)
 {
-    if (distance <= LL_EXCURSION_M) {
-        *open = (ll_excursion){0};
-        return;
-    }
     bool counts = open->time >= LL_EXCURSION;
     double part = distance * ll_to_s(elapsed);
     open->sum += part;

@@ -25,5 +25,14 @@ typedef struct ll_excursion {
     ll_time time;
 } ll_excursion;
 
+void ll_inconsistency_lasts(ll_inconsistency *total, ll_excursion *open, double distance, ll_time elapsed);
+
 /* For `elapsed` the distance was `distance`. */
-void ll_inconsistency_add(ll_inconsistency *total, ll_excursion *open, double distance, ll_time elapsed);
+static inline void ll_inconsistency_add(ll_inconsistency *total, ll_excursion *open, double distance,
+                                        ll_time elapsed)
+{
+    if (distance <= LL_EXCURSION_M)
+        *open = (ll_excursion){0};
+    else
+        ll_inconsistency_lasts(total, open, distance, elapsed);
+}

@@ -376,9 +376,13 @@ void ll_instruments_between(ll_instruments *const *in, const ll_client *const *c
     if (now < in[0]->from)
         return;
     for (int e = 0; e < in[0]->entities; e++) {
-        double squares[LL_PLAYERS_MAX] = {0};
-        if (!agree(clients, count, e))
-            farthest_others(clients, count, e, squares);
+        double squares[LL_PLAYERS_MAX];
+        if (agree(clients, count, e)) {
+            for (int i = 0; i < count; i++)
+                in[i]->track[e].clients = (ll_excursion){0};
+            continue;
+        }
+        farthest_others(clients, count, e, squares);
         for (int i = 0; i < count; i++)
             ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
     }

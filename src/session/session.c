@@ -125,8 +125,15 @@ static void keep_event(void *context, const ll_event *event)
 {
     ll_session *s = context;
     ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
-    *slot = *event;
     slot->id = s->event_count++;
+    slot->type = event->type;
+    slot->player = event->player;
+    slot->fate = event->fate;
+    slot->outcome = event->outcome;
+    slot->begin = event->begin;
+    slot->end = event->end;
+    slot->number = event->number;
+    slot->value = event->value;
 }
 
 ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values)

@@ -639,6 +639,9 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
     if (ticks)
         client_ticks(g, player, s);
     ll_status status = displays ? client_displays(g, player, s) : ll_ok();
+    ll_client_set_due(client, s);
+    if (client->due > g->now)
+        return status; /* its connection has nothing to do */
     int bytes = ll_connection_tend(client, s, g->now, &request);
     if (bytes > 0)
         send(g, player, true, &request, bytes, s->recorder);
