@@ -23,7 +23,7 @@ typedef struct ll_histogram {
     double unit;     /* width of the linear buckets, in the metric's own unit */
     double per_unit; /* 1 / unit: a value is added in every frame, and a division takes its time */
     double sum, sum_squares;
-    double min, max; /* infinite and 0 before the first */
+    double min, max;                       /* infinite and 0 before the first */
     int64_t count;                         /* of the finite values */
     int64_t never;                         /* infinite ones */
     uint32_t bucket[LL_HISTOGRAM_BUCKETS]; /* the last also takes what is beyond */
@@ -47,7 +47,8 @@ static inline int ll_histogram_bucket(double v)
         return (int)v;
     uint64_t bits;
     memcpy(&bits, &v, sizeof bits);
-    uint64_t i = (bits >> 47) - (1023 + 5) * LL_HISTOGRAM_LINEAR + LL_HISTOGRAM_LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
+    uint64_t i = (bits >> 47) - (1023 + 5) * LL_HISTOGRAM_LINEAR +
+                 LL_HISTOGRAM_LINEAR; /* 32 = 2^5 has exponent 1023 + 5 */
     return i < LL_HISTOGRAM_BUCKETS ? (int)i : LL_HISTOGRAM_BUCKETS - 1;
 }
 

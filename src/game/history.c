@@ -2,14 +2,8 @@
 
 #include <string.h>
 
-typedef struct place {
-    double x, y;
-} place;
-
-typedef struct record {
-    ll_time time;
-    place at[];
-} record;
+typedef ll_history_place place;
+typedef ll_history_record record;
 
 static size_t record_size(int entities)
 {
@@ -29,8 +23,7 @@ void ll_history_init(ll_history *history, int entities)
 
 static const record *record_at(const ll_history *history, int64_t i)
 {
-    return (const record *)((const char *)(history + 1) +
-                            (size_t)(i & (LL_HISTORY_STEPS - 1)) * record_size(history->entities));
+    return ll_history_record_at(history, i);
 }
 
 void ll_history_add(ll_history *history, ll_time time, const ll_world *world)
@@ -81,17 +74,4 @@ ll_moment ll_history_find(const ll_history *history, ll_time time)
     int64_t next = i + 1 < history->count ? i + 1 : i;
     ll_time a = record_at(history, i)->time, b = record_at(history, next)->time;
     return (ll_moment){i, next, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
-}
-
-ll_moment ll_history_step(int64_t step)
-{
-    return (ll_moment){step, step, 0};
-}
-
-void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x, double *y)
-{
-    const place *a = &record_at(history, moment.before)->at[entity];
-    const place *b = &record_at(history, moment.after)->at[entity];
-    *x = a->x + moment.share * (b->x - a->x);
-    *y = a->y + moment.share * (b->y - a->y);
 }

@@ -12,8 +12,17 @@ typedef struct ll_history {
     int32_t entities;
     int32_t reserved;
     int64_t count;
-    /* then LL_HISTORY_STEPS records of {ll_time; {double x, y} [entities]} */
+    /* then LL_HISTORY_STEPS ll_history_record */
 } ll_history;
+
+typedef struct ll_history_place {
+    double x, y;
+} ll_history_place;
+
+typedef struct ll_history_record {
+    ll_time time;
+    ll_history_place at[];
+} ll_history_record;
 
 size_t ll_history_size(int entities);
 void ll_history_init(ll_history *history, int entities);
@@ -28,10 +37,29 @@ typedef struct ll_moment {
 ll_time ll_history_newest(const ll_history *history);
 
 /* The moment of a step, which must be in the ring. */
-ll_moment ll_history_step(int64_t step);
+static inline ll_moment ll_history_step(int64_t step)
+{
+    return (ll_moment){step, step, 0};
+}
+
+static inline const ll_history_record *ll_history_record_at(const ll_history *history, int64_t i)
+{
+    size_t size = sizeof(ll_history_record) + (size_t)history->entities * sizeof(ll_history_place);
+    return (const ll_history_record *)((const char *)(history + 1) +
+                                       (size_t)(i & (LL_HISTORY_STEPS - 1)) * size);
+}
 
 /* When record `step` was made, the step that it is of; the nearest that is kept. */
 ll_time ll_history_time(const ll_history *history, int64_t step);
 
 ll_moment ll_history_find(const ll_history *history, ll_time time); /* beyond the ends: the end */
-void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x, double *y);
+
+/* Here, since a frame asks for every entity. */
+static inline void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x,
+                                 double *y)
+{
+    const ll_history_place *a = &ll_history_record_at(history, moment.before)->at[entity];
+    const ll_history_place *b = &ll_history_record_at(history, moment.after)->at[entity];
+    *x = a->x + moment.share * (b->x - a->x);
+    *y = a->y + moment.share * (b->y - a->y);
+}

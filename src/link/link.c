@@ -131,7 +131,7 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
 
 /* The place behind all that are due at `due` or before: equal due times keep the order of sending. Near the
  * end one looks, further away one halves. */
-static int32_t place_of(const entry *queue, int32_t first, int32_t end, ll_time due)
+static inline int32_t place_of(const entry *queue, int32_t first, int32_t end, ll_time due)
 {
     int32_t low = first, high = end;
     for (int32_t steps = 8; high > first && queue[high - 1].due > due; high--)
@@ -149,7 +149,7 @@ static int32_t place_of(const entry *queue, int32_t first, int32_t end, ll_time 
     return low;
 }
 
-static void enqueue(ll_link *l, entry e)
+static inline void enqueue(ll_link *l, entry e)
 {
     entry *queue = queue_of(l);
     if (l->end == queue_capacity(l->slots)) {
@@ -192,7 +192,7 @@ static void pack(ll_link *l)
 }
 
 /* The limits are checked: after packing there is room. */
-static int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
+static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
 {
     int32_t stride = stride_of(size);
     if (l->top + stride > store_capacity(l->slots, l->arena))

@@ -47,6 +47,10 @@ void ll_dilate_follow(ll_client *c, const ll_client_setup *s, const ll_state_mes
 
 void ll_dilate(ll_client *c)
 {
+    if (c->shift == 0) {
+        c->scale = 1;
+        return;
+    }
     ll_time fastest = c->period / 11, slowest = c->period / 9, rest = c->period / REST, by = c->shift;
     if (by > rest || by < -rest)
         by /= 10;

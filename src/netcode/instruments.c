@@ -342,12 +342,12 @@ void ll_instruments_seen(ll_instruments *in, int self, const ll_client *by, cons
 /* ---- between clients ---- */
 
 /* All pictures of entity `e` lie within the distance that is no inconsistency: mostly so for what rests. */
-static bool agree(const ll_client *const *clients, int count, int e)
+static bool agree(const ll_entity *const *shown, int count, int e)
 {
-    const ll_entity *first = &ll_client_shown_const(clients[0])->entity[e];
+    const ll_entity *first = &shown[0][e];
     double x0 = first->x, x1 = x0, y0 = first->y, y1 = y0;
     for (int i = 1; i < count; i++) {
-        const ll_entity *other = &ll_client_shown_const(clients[i])->entity[e];
+        const ll_entity *other = &shown[i][e];
         x0 = other->x < x0 ? other->x : x0;
         x1 = other->x > x1 ? other->x : x1;
         y0 = other->y < y0 ? other->y : y0;
@@ -356,33 +356,35 @@ static bool agree(const ll_client *const *clients, int count, int e)
     return (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0) <= LL_EXCURSION_M * LL_EXCURSION_M;
 }
 
-static void farthest_others(const ll_client *const *clients, int count, int e, double *squares)
+static void farthest_others(const ll_entity *const *shown, int count, int e, double *squares)
 {
-    for (int i = 0; i < count; i++)
-        squares[i] = 0;
-    for (int i = 0; i < count; i++)
-        for (int j = i + 1; j < count; j++) {
-            const ll_entity *a = &ll_client_shown_const(clients[i])->entity[e],
-                            *b = &ll_client_shown_const(clients[j])->entity[e];
+    for (int j = 0; j < count; j++) {
+        squares[j] = 0;
+        for (int i = 0; i < j; i++) {
+            const ll_entity *a = &shown[i][e], *b = &shown[j][e];
             double square = (a->x - b->x) * (a->x - b->x) + (a->y - b->y) * (a->y - b->y);
             squares[i] = square > squares[i] ? square : squares[i];
             squares[j] = square > squares[j] ? square : squares[j];
         }
+    }
 }
 
 void ll_instruments_between(ll_instruments *const *in, const ll_client *const *clients, int count,
                             ll_time now, ll_time elapsed)
 {
+    const ll_entity *shown[LL_PLAYERS_MAX];
     if (now < in[0]->from)
         return;
+    for (int i = 0; i < count; i++)
+        shown[i] = ll_client_shown_const(clients[i])->entity;
     for (int e = 0; e < in[0]->entities; e++) {
         double squares[LL_PLAYERS_MAX];
-        if (agree(clients, count, e)) {
+        if (agree(shown, count, e)) {
             for (int i = 0; i < count; i++)
                 in[i]->track[e].clients = (ll_excursion){0};
             continue;
         }
-        farthest_others(clients, count, e, squares);
+        farthest_others(shown, count, e, squares);
         for (int i = 0; i < count; i++)
             ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
     }

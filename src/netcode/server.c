@@ -125,9 +125,11 @@ static void mark_replaced(ll_seat *seat, int64_t tick, bool replaced)
 static ll_action judged(const ll_server *server, const ll_sync *sync, const ll_action *input)
 {
     ll_action a = *input;
-    double ticks = sync->press_s * (double)server->client_freq / 1000, longest = ticks > 1 ? ticks : 1;
-    a.axis[0] = (float)(a.axis[0] / longest);
-    a.axis[1] = (float)(a.axis[1] / longest);
+    double ticks = sync->press_s * (double)server->client_freq / 1000;
+    if (ticks > 1) {
+        a.axis[0] = (float)(a.axis[0] / ticks);
+        a.axis[1] = (float)(a.axis[1] / ticks);
+    }
     return a;
 }
 
@@ -221,7 +223,8 @@ ll_action ll_server_action(ll_server *server, int player, int64_t step)
     const ll_input_slot *slot = &seat->slots[step & (LL_INPUT_RING - 1)];
     ll_action action;
     if (slot->tick == step) {
-        action = seat->held = slot->action;
+        action = slot->action;
+        seat->held = action;
         seat->held_step = step;
     } else {
         double steps_per_ms = (double)server->clock.freq / 1e6;

@@ -121,18 +121,20 @@ void ll_session_destroy(ll_session *s)
 
 /* ---- the engine ---- */
 
+/* An event has just been written byte by byte, and to read that in wider units makes the processor wait for
+ * the writes: so members are copied one by one, and no two bytes in a row, which compilers would join. */
 static void keep_event(void *context, const ll_event *event)
 {
     ll_session *s = context;
     ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
     slot->id = s->event_count++;
     slot->type = event->type;
-    slot->player = event->player;
-    slot->fate = event->fate;
-    slot->outcome = event->outcome;
     slot->begin = event->begin;
+    slot->player = event->player;
     slot->end = event->end;
+    slot->fate = event->fate;
     slot->number = event->number;
+    slot->outcome = event->outcome;
     slot->value = event->value;
 }
 

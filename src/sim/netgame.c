@@ -538,11 +538,14 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     ll_time before = server->stepped;
-    ll_past past = {.history = ll_netgame_history(g),
-                    .rules = &g->config.server.compensation,
-                    .buffer = 2 * ll_tick_time(1, server->updates.freq),
-                    .witness = witness,
-                    .context = g};
+    ll_past past; /* of players who are not there it tells nothing */
+    past.history = ll_netgame_history(g);
+    past.rules = &g->config.server.compensation;
+    past.buffer = 2 * ll_tick_time(1, server->updates.freq);
+    past.witness = witness;
+    past.context = g;
+    for (int i = 0; i < server->players; i++)
+        past.measured[i] = 0;
     sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
     if (!finite_world(ll_server_world(server), entity))
         return false;
