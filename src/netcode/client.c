@@ -572,6 +572,8 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
         return 0;
     if (c->unsent != 0)
         return ll_client_held(c, s, now, m);
+    if (open < fresh && !s->sync->waits)
+        open = fresh; /* too late as they may be: the server tells by how much */
     if (open > c->seq + 1 - c->run)
         open = c->seq + 1 - c->run;
     if (open == 0)

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "netcode/scope.h"
+#include "netcode/wire.h"
 #include "sim/kinds.h"
 
 static const ll_param rows[] = {
@@ -52,10 +53,24 @@ static const ll_param rows[] = {
      .help = "Who plays: each with a link and techniques of its own."},
 };
 
+static ll_status send_too_seldom(int player, double send_hz, double least)
+{
+    char field[48];
+    snprintf(field, sizeof field, "players.%d.send_hz", player);
+    return ll_field_error(LL_BAD_INPUT, field,
+                          "%s must be 0 or at least %g, since a packet holds %d inputs at most; got %g",
+                          field, least, LL_INPUTS_MAX, send_hz);
+}
+
 static ll_status check(const void *object, const char *path)
 {
     const ll_netgame_config *c = object;
     (void)path;
+    for (int i = 0; i < c->player_count; i++) {
+        double send_hz = c->players[i].send_hz, least = c->tick_hz / LL_INPUTS_MAX;
+        if (send_hz > 0 && send_hz < least)
+            return send_too_seldom(i, send_hz, least);
+    }
     for (int i = 0; i < c->player_count; i++) {
         const ll_scope *scope = ll_scopes[c->players[i].prediction_scope];
         char field[48];

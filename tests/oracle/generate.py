@@ -1,0 +1,82 @@
+"""Random scenarios: what the oracle knows of, crossed at random."""
+
+SYNCS = ("free", "lockstep", "lockstep_pipelined")
+
+
+def maybe(r, share, values, otherwise=None):
+    return r.choice(values) if r.random() < share else otherwise
+
+
+def without_none(row):
+    return {k: v for k, v in row.items() if v is not None}
+
+
+def direction(r):
+    row = {}
+    if r.random() < 0.6:
+        row["distribution"] = r.choice(["uniform", "normal", "pareto", "paretonormal"])
+        row["jitter_ms"] = r.choice([1, 5, 10, 20] + ([40] if row["distribution"] == "uniform" else []))
+        if r.random() < 0.2:
+            row["delay_corr_pct"] = r.choice([20, 60])
+    if r.random() < 0.3:
+        row["delay_ms"] = r.choice([5, 20])
+    if r.random() < 0.2:
+        row["order"] = "fifo"
+    loss = r.random()
+    if loss < 0.3:
+        row["loss_pct"] = r.choice([1, 5, 20])
+        row["loss_corr_pct"] = r.choice([0, 0, 30])
+    elif loss < 0.4:
+        row.update(loss_model="gemodel", ge_p_pct=3, ge_r_pct=30, ge_1h_pct=60, ge_1k_pct=1)
+    elif loss < 0.5:
+        row.update(loss_model="state", p13_pct=3, p31_pct=40, p32_pct=20, p23_pct=50, p14_pct=2)
+    if r.random() < 0.3:
+        row["duplicate_pct"] = r.choice([1, 5, 20])
+        row["duplicate_corr_pct"] = r.choice([0, 40])
+    if r.random() < 0.15:
+        row.update(corrupt_pct=3, corrupt_corr_pct=r.choice([0, 30]))
+    if r.random() < 0.2:
+        row["mtu_bytes"] = r.choice([64, 100, 150])
+    if r.random() < 0.15:
+        row.update(spike_at_ms=700, spike_every_ms=900, spike_length_ms=100, spike_add_ms=60)
+    if r.random() < 0.15 and "order" not in row and row.get("delay_ms"):
+        row.update(reorder_pct=10, reorder_gap=r.choice([1, 3]))
+    return row
+
+
+def player(r, sync, rough, tick_hz):
+    row = {
+        "lag_ms": r.choice([0, 10, 33, 80, 150, r.randrange(300)]),
+        "script": r.choice(["varied", "varied", "varied", "steady", "idle"]),
+        "clock_phase": r.choice([-1, 0, 0.5, r.random()]),
+        "drift_ppm": r.choice([0, 0, 500, -500, r.randrange(-500, 500)]),
+        "clock_filter": maybe(r, 0.5, ["median", "min_rtt", "mean"]),
+        "display_hz": maybe(r, 0.4, [60, 75, 144, 30, 10]),
+        "lane": maybe(r, 0.5, [0, 0, 1]),
+    }
+    if rough:
+        row["link"] = {"up": direction(r), "down": direction(r)}
+    if sync == "free":
+        row.update(
+            send_hz=maybe(r, 0.4, [10, 20, 25, 30] if tick_hz <= 64 else [30, 60]), redundancy=maybe(r, 0.5, [0, 1, 5]), slack_ticks=maybe(r, 0.5, [0, 2, 4]),
+            prediction=r.random() < 0.7, interpolation=r.random() < 0.6, extrapolation_ms=maybe(r, 0.3, [50, 100, 300]),
+            extrapolation_clock=maybe(r, 0.3, ["arrival"]))
+        row["reconciliation"] = row["prediction"] and r.random() < 0.7
+        if r.random() < 0.2:
+            row.update(input_delay_ticks=1, slack_ticks=r.choice([1, 2]))
+    return without_none(row)
+
+
+def scenario(r, sync):
+    tick_hz = r.choice([60, 60, 60, 50, 30, 20, 64, 33.3, 128])
+    update_hz = r.choice([5, 10, 20, 25, 30, 30, 47.5, 60])
+    rough = r.random() < 0.7
+    return {
+        "kind": "netgame", "game": "race", "duration_s": r.choice([2, 3, 4, 6]), "seed": r.randrange(10**6), "tick_hz": tick_hz,
+        "warmup_s": r.choice([0, 1, 2]),
+        "params": {"laps": r.choice([0.05, 0.1, 0.2, 6]), "drag_per_s": r.choice([0.05, 0.3]), "restitution": r.choice([0, 0.3, 1]),
+                   "top_speed_mps": r.choice([6, 16])},
+        "server": {"sync": sync, "update_hz": update_hz if sync == "free" else min(update_hz, tick_hz),
+                   "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"])},
+        "players": [player(r, sync, rough, tick_hz) for _ in range(r.choice([1, 2, 2, 3, 4]))],
+    }

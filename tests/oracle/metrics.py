@@ -1,0 +1,84 @@
+"""The metrics of docs/concepts.md that both tell: what the oracle says of each, by its path in players[i]."""
+
+import math
+
+UNITS = {"ms": 0.1, "m": 0.001, "1": 1.0}
+
+
+class Distribution:
+    def __init__(self, values, unit):
+        self.values, self.unit = sorted(values), UNITS[unit]
+
+    def quantile(self, q):
+        return self.values[math.ceil(q * len(self.values)) - 1]
+
+    def facts(self):
+        """(name, value, how far off the other may be)."""
+        v, n = self.values, len(self.values)
+        yield "count", n, 0
+        if not n:
+            for name in ("mean", "rms", "max", "p50", "p95", "p99"):
+                yield name, None, 0
+            return
+        yield "mean", math.fsum(v) / n, None
+        yield "rms", math.sqrt(math.fsum(x * x for x in v) / n), None
+        yield "max", v[-1], None
+        for name, q in (("p50", 0.5), ("p95", 0.95), ("p99", 0.99)):
+            x = self.quantile(q)
+            yield name, x, max(self.unit / 2, abs(x) / 63 if x > 32 * self.unit else 0)
+
+
+def distributions(sim, i):
+    client, pictures = sim.clients[i], sim.drawn[i]
+    player = sim.players[i]
+    out = {
+        "age_of_information_ms": Distribution([(p.at - p.newest_time) / 1e6 for p in pictures], "ms"),
+        "view_age_ms": Distribution([max(0, p.at - p.others_time) / 1e6 for p in pictures for _ in p.others], "ms"),
+        "own_lead_m": Distribution([abs(p.lead) for p in pictures], "m"),
+        "remote_error_m": Distribution([abs(e) for p in pictures for e in p.remote.values()], "m"),
+        "own_timeline_error_m": Distribution([e for e, _ in sim.comparisons[i]], "m"),
+        "unacked": Distribution(client.unacked, "1"),
+        "correction_m": Distribution(client.correction_sizes, "m"),
+    }
+    if player["interpolation"] and sim.sync == "free" and client.reference.quarters and len(sim.players) > 1:
+        out["buffer_ms"] = Distribution([max(0, p.buffer) / 1e6 for p in pictures if p.interpolated], "ms")
+    return out
+
+
+LINK_COUNTS = ("sent", "lost", "rescued", "messages", "messages_lost", "split", "split_lost", "fragments", "fragments_lost", "duplicated",
+               "corrupted", "sent_ahead", "queue_drops")
+
+
+def numbers(sim, i):
+    """Single numbers by path: (path, value)."""
+    client, seat = sim.clients[i], sim.server.seats[i]
+    yield "corrections", client.corrections
+    yield "inputs.accepted", seat.accepted
+    yield "inputs.duplicate", seat.duplicate
+    yield "inputs.starved_steps", seat.starved
+    yield "buffer.stale_states", client.stale_states
+    yield "connection.joins", client.joins
+    for state, ns in client.connection.told(sim.now).items():
+        yield f"connection.seconds.{state}", ns / 1e9
+    yield "connection.round_trip_ms", 2 * client.connection.longest() / 2e6
+    for name, link in (("link_up", sim.ups[i]), ("link_down", sim.downs[i])):
+        for count in LINK_COUNTS:
+            yield f"{name}.{count}", link.stats[count]
+        if link.delays:
+            yield f"{name}.delay_mean_ms", math.fsum(link.delays) / len(link.delays)
+            yield f"{name}.delay_min_ms", min(link.delays)
+            yield f"{name}.delay_max_ms", max(link.delays)
+    span = sim.now / 1e9 - sim.scenario["warmup_s"]
+    if span > 0:
+        for kind, parts in KINDS.items():
+            sent = [sim.sent.get((i, way, part), (0, 0)) for way, part in parts]
+            yield f"bandwidth.{kind}.messages_per_s", sum(c for c, _ in sent) / span
+            yield f"bandwidth.{kind}.payload_bytes_per_s", sum(b for _, b in sent) / span
+    yield "game.speed_mps", sim.server.world[i][2]
+    yield "game.finish_s", sim.server.world[i][3]
+
+
+KINDS = {
+    "input": [("up", "inputs")], "connect": [("up", "connect")], "ping": [("up", "ping")],
+    "state": [("down", "state")], "accept": [("down", "accept")], "pong": [("down", "pong"), ("down", "keep")],
+}

@@ -1,0 +1,127 @@
+"""The race (docs/netgame.md, "The race"): cars on lanes. A world is a list of cars [x, y, v, finish_s]; finish_s is 0 until the car is through."""
+
+import math
+
+from draws import draw
+
+
+def start(params, players):
+    cars, in_lane = [], {}
+    for i, player in enumerate(players):
+        lane = player["lane"] if player["lane"] >= 0 else i
+        n = in_lane.get(lane, 0)
+        in_lane[lane] = n + 1
+        cars.append([-n * (params["car_length_m"] + 1.0), lane * params["lane_width_m"], 0.0, 0.0])
+    return cars
+
+
+def drive(params, x, v, axis, h):
+    """One car for h seconds: v' = force - drag v."""
+    top, drag = params["top_speed_mps"], params["drag_per_s"]
+    force = params["acceleration_mps2"] * axis if axis > 0 else params["brake_mps2"] * axis
+    if drag > 0:
+        end = force / drag
+        faded = 1 - math.exp(-drag * h)
+        v1 = v + (end - v) * faded
+        x1 = x + end * h + (v - end) * faded / drag
+    else:
+        v1 = v + force * h
+        x1 = x + v * h + force * h * h / 2
+    if v1 > top:
+        return x + (v + top) / 2 * h, top
+    if axis < 0 and v1 < 0:
+        return x + v * v / (-2 * force), 0.0
+    return x1, v1
+
+
+def limited(axis):
+    return min(1.0, max(-1.0, axis))
+
+
+def step(params, cars, inputs, h, at_s):
+    """The world after a step of h seconds; inputs holds an axis per car."""
+    out = []
+    for car, axis in zip(cars, inputs):
+        x, y, v, finished = car
+        x, v = drive(params, x, v, limited(axis), h)
+        out.append([x, y, v, finished])
+    touch(params, out)
+    finish(params, out, at_s)
+    return out
+
+
+def step_alone(params, cars, me, axis, h, at_s):
+    """The world when only one car moves: the others stand still and are not touched."""
+    out = [list(car) for car in cars]
+    out[me][0], out[me][2] = drive(params, cars[me][0], cars[me][2], limited(axis), h)
+    finish(params, [out[me]], at_s)
+    return out
+
+
+def finish(params, cars, at_s):
+    line = params["laps"] * params["lap_m"]
+    for car in cars:
+        if car[3] == 0.0 and car[0] >= line:
+            car[3] = at_s - (car[0] - line) / car[2]
+
+
+def touch(params, cars):
+    length, e = params["car_length_m"], params["restitution"]
+    for i in range(len(cars)):
+        for j in range(i + 1, len(cars)):
+            a, b = cars[i], cars[j]
+            if a[1] != b[1]:
+                continue
+            if a[0] > b[0] or (a[0] == b[0]):
+                front, back = a, b
+            else:
+                front, back = b, a
+            gap = front[0] - back[0]
+            if gap >= length:
+                continue
+            push = (length - gap) / 2
+            front[0] += push
+            back[0] -= push
+            closing = back[2] - front[2]
+            if closing > 0:
+                change = (1 + e) * closing / 2
+                front[2] += change
+                back[2] -= change
+
+
+# ---- scripts (docs/concepts.md, "Scripts") ----
+
+
+def purpose(seed, player, q, n):
+    return draw(seed, 0x7363726970740000 + 16 * player + q, n)
+
+
+def slot(seed, player, q, t, mean, spread):
+    """The slot of `mean` +- `spread` that holds t."""
+    at = t + purpose(seed, player, q, 0) % mean
+
+    def begin(k):
+        return 0 if k == 0 else k * mean + purpose(seed, player, q, k) % spread
+
+    k = max(0, at // mean - 2)
+    while begin(k + 1) <= at:
+        k += 1
+    return k
+
+
+def varied(seed, player, t, _finished):
+    if t < 2 * 10**9:
+        return 1.0
+    k = slot(seed, player, 0, t, 750 * 10**6, 500 * 10**6)
+    return (1.0, 1.0, 0.8, 0.6, 0.3, -0.4)[purpose(seed, player, 3, k) % 6]
+
+
+def steady(_seed, _player, _t, finished):
+    return -1.0 if finished else 1.0
+
+
+def idle(_seed, _player, _t, _finished):
+    return 0.0
+
+
+SCRIPTS = {"varied": varied, "steady": steady, "idle": idle}

@@ -1,0 +1,189 @@
+"""The server: its connections, its inputs and its steps."""
+
+from dataclasses import dataclass, replace
+
+from draws import SECOND, single, tick_time
+
+PONG_BYTES, STATE_HEADER = 40, 48
+CONNECT_AGE = 3 * SECOND
+QUIET = 100 * 10**6
+LOOK = 100 * 10**6
+
+
+@dataclass
+class State:
+    step: int
+    time: int
+    world: list
+    last: int = 0
+    applied: int = 0
+    slack: int = None
+    slack_number: int = 0
+
+
+class Seat:
+    """What the server knows of one player."""
+
+    def __init__(self, world):
+        self.connected = False
+        self.epoch = 0
+        self.attempt = 0
+        self.known_answer = None
+        self.sent = None
+        self.inputs = {}  # step: input
+        self.came = {}  # step: when its input came
+        self.idle = False  # a packet has brought nothing new since the last state
+        self.last_state = State(0, 0, world)
+        self.numbers = set()  # that have come in this epoch
+        self.last_axis = 0.0
+        self.starved_for = 0
+        self.slack, self.slack_number = None, 0
+        self.last_slack = 0
+        self.ahead = None  # step - number of every input of this epoch
+        self.last = self.applied = 0
+        self.accepted = self.duplicate = self.late = self.starved = 0
+
+
+class Server:
+    def __init__(self, sim):
+        self.sim = sim
+        self.seats = [Seat(sim.first_state.world) for _ in sim.players]
+        self.world = sim.first_state.world
+        self.step = 0
+        self.updates = 0
+        self.look_at = -100 * LOOK
+        self.history = {0: self.world}
+        self.times = {0: 0}
+        self.stepped_at = 0
+
+    # ---- connections ----
+
+    def receive(self, now, index, kind, body):
+        seat = self.seats[index]
+        if kind == "connect":
+            answer = body["answer"]
+            if answer is not None and now - answer <= CONNECT_AGE:
+                if not seat.connected or seat.attempt != body["attempt"]:
+                    self.let_in(now, seat)
+                    seat.attempt = body["attempt"]
+                self.reply(now, index, "accept", body)
+            else:
+                self.reply(now, index, "pong", body)
+        elif kind == "ping":
+            if seat.connected and body["epoch"] == seat.epoch and body["answer"] is not None:
+                seat.known_answer = max(seat.known_answer, body["answer"])
+            self.reply(now, index, "pong", body)
+        elif kind == "inputs" and seat.connected and body["epoch"] == seat.epoch:
+            before = seat.accepted
+            for one in body["inputs"]:
+                self.input_comes(now, seat, one, one.number > body["fresh"])
+            if seat.accepted == before:
+                seat.idle = True
+
+    def let_in(self, now, seat):
+        seat.connected = True
+        seat.epoch += 1
+        seat.known_answer = now
+        seat.inputs, seat.numbers, seat.came = {}, set(), {}
+        seat.slack = None
+        seat.ahead, seat.last, seat.applied = None, 0, 0
+
+    def reply(self, now, index, kind, body):
+        self.send(now, index, kind, {"asked": body["asked"], "answered": now, "attempt": body.get("attempt"), "connected": self.seats[index].connected}, PONG_BYTES)
+
+    def send(self, now, index, kind, body, size):
+        seat = self.seats[index]
+        seat.sent = now
+        self.sim.send_down(index, now, kind, {"epoch": seat.epoch, **body}, size)
+
+    def look(self, now):
+        self.look_at += LOOK
+        if self.look_at == 0:  # the game's clocks begin at 0, but with tick 1
+            self.look_at += LOOK
+        timeout = self.sim.timeout_s
+        for index, seat in enumerate(self.seats):
+            if not seat.connected:
+                continue
+            if timeout > 0 and now - seat.known_answer > int(timeout * SECOND):
+                seat.connected = False
+                continue
+            if self.sim.lockstep and seat.idle:
+                again = replace(seat.last_state, slack=seat.slack, slack_number=seat.slack_number)
+                seat.slack, seat.idle = None, False
+                self.send(now, index, "state", {"state": again}, self.sim.state_bytes)
+            elif now - seat.sent >= QUIET:
+                self.send(now, index, "keep", {}, PONG_BYTES)
+
+    # ---- inputs ----
+
+    def input_comes(self, now, seat, one, fresh):
+        if one.number in seat.numbers:
+            seat.duplicate += 1
+            return
+        seat.numbers.add(one.number)
+        seat.ahead = one.step - one.number
+        slack = one.step - self.step - 1
+        if fresh and (seat.slack is None or slack < seat.slack):
+            seat.slack, seat.slack_number = slack, one.number
+        seat.last_slack = slack
+        if one.step <= self.step:
+            seat.late += 1
+            return
+        seat.accepted += 1
+        seat.came[one.step] = now
+        seat.inputs[one.step] = one
+
+    def axis_for(self, seat, step):
+        row = self.sim.scenario["server"]
+        one = seat.inputs.pop(step, None)
+        if one is not None:
+            seat.last_axis, seat.starved_for = one.axis, 0
+            seat.applied = max(seat.applied, one.number)
+            return one.axis
+        if not seat.connected or seat.ahead is None or step <= seat.ahead:
+            return 0.0
+        seat.starved += 1
+        seat.starved_for += 1
+        return single(STARVED[row["starved"]](row, seat.last_axis, seat.starved_for, self.sim.h))
+
+    # ---- locksteps ----
+
+    def lockstep_due(self):
+        """When the next step is made, as far as is known."""
+        interval = tick_time(self.sim.step_hz, 1)
+        came = [seat.came.get(self.step + 1) for seat in self.seats if seat.connected]
+        if not came or None in came:
+            return None
+        return max(max(came) + interval, self.sim.now, self.stepped_at + interval // 4 if self.step else 0)
+
+    def make_step(self, now):
+        self.step += 1
+        self.stepped_at = now
+        self.times[self.step] = now
+        axes = [self.axis_for(seat, self.step) for seat in self.seats]
+        self.world = self.sim.game.step(self.sim.params, self.world, axes, self.sim.h, now / 1e9)
+        self.history[self.step] = self.world
+        for seat in self.seats:
+            seat.last = 0 if seat.ahead is None else max(0, self.step - seat.ahead)
+        self.sim.server_stepped(now)
+
+    def update(self, now):
+        self.updates += 1
+        for index, seat in enumerate(self.seats):
+            if not seat.connected:
+                continue
+            state = State(self.step, self.times[self.step], self.world, seat.last, seat.applied, seat.slack, seat.slack_number)
+            seat.slack, seat.idle, seat.last_state = None, False, state
+            self.send(now, index, "state", {"state": state}, self.sim.state_bytes)
+
+
+def decay(row, axis, n, h):
+    return axis * max(0.0, 1 - n * h / (row["starved_tau_ms"] / 1000))
+
+
+STARVED = {
+    "decay": decay,
+    "repeat": lambda row, axis, n, h: axis,
+    "repeat_n": lambda row, axis, n, h: axis if n <= row["starved_ticks"] else 0.0,
+    "neutral": lambda row, axis, n, h: 0.0,
+}

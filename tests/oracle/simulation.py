@@ -1,0 +1,180 @@
+"""All of it: links, server, clients and the order of events (docs/netgame.md)."""
+
+import heapq
+
+import race
+from client import Client
+from draws import SECOND, millihertz, tick_time
+from links import Link
+from scenario import change
+from server import Server, State
+
+LOBBY = 10 * SECOND
+
+
+class Simulation:
+    def __init__(self, scenario):
+        self.scenario = scenario
+        self.players = scenario["players"]
+        self.seed = scenario["seed"]
+        self.game, self.params = race, scenario["params"]
+        self.sync = scenario["server"]["sync"]
+        self.step_hz = scenario["tick_hz"] if self.sync == "free" else scenario["server"]["update_hz"]
+        self.h = 1.0 / self.step_hz
+        self.lockstep = self.sync in ("lockstep", "lockstep_pipelined")
+        self.now = -LOBBY
+        self.first_state = State(0, 0, race.start(self.params, self.players))
+        self.state_bytes = 72 + 64 * len(self.players)
+        places = [int(1.3 * scenario["tick_hz"]) + 32, 156]
+        self.ups = [Link(self.seed, i, 0, places[0]) for i in range(len(self.players))]
+        self.downs = [Link(self.seed, i, 1, places[1]) for i in range(len(self.players))]
+        self.flying = [[[] for _ in self.players], [[] for _ in self.players]]
+        self.sends = 0
+        self.sent = {}
+        self.clients = [Client(self, i) for i in range(len(self.players))]
+        self.server = Server(self)
+        self.rows = []
+        self.pictures = [None] * len(self.players)
+        self.waiting = [[] for _ in self.players]  # pictures whose step the server has not made
+        self.drawn = [[] for _ in self.players]  # every picture that counts
+        self.comparisons = [[] for _ in self.players]
+        self.compared = [(0.0, 0.0)] * len(self.players)  # own timeline error and lead, as last known
+
+    @property
+    def counts(self):
+        """Whether metrics count yet."""
+        return self.now >= self.scenario["warmup_s"] * SECOND
+
+    @property
+    def update_hz(self):
+        return self.scenario["server"]["update_hz"]
+
+    @property
+    def timeout_s(self):
+        return self.scenario["server"]["timeout_s"]
+
+    # ---- packets ----
+
+    def send_up(self, index, now, kind, body, size):
+        self.sends_on(0, self.ups[index], "up", index, now, kind, body, size)
+
+    def send_down(self, index, now, kind, body, size):
+        self.sends_on(1, self.downs[index], "down", index, now, kind, body, size)
+
+    def sends_on(self, way, link, name, index, now, kind, body, size):
+        player = self.players[index]
+        key = (index, name, kind)
+        if self.counts:
+            count, total = self.sent.get(key, (0, 0))
+            self.sent[key] = (count + 1, total + size)
+        for due in link.send(player["link"][name], player["lag_ms"], now, size):
+            self.sends += 1
+            heapq.heappush(self.flying[way][index], (due, self.sends, kind, body))
+
+    # ---- events ----
+
+    def next_event(self):
+        """(time, rank, player) of what comes next."""
+        best = (self.server.look_at, 5, 0)
+        if not self.lockstep:
+            best = min(best, (tick_time(self.step_hz, self.server.step + 1), 3, 0))
+            best = min(best, (tick_time(self.update_hz, self.server.updates + 1), 4, 0))
+        elif self.server.lockstep_due() is not None:
+            best = min(best, (self.server.lockstep_due(), 3, 0))
+        for i, client in enumerate(self.clients):
+            for way in (0, 1):
+                if self.flying[way][i]:
+                    best = min(best, (self.flying[way][i][0][0], way, i))
+            best = min(best, (client.next_time(), 6, i))
+        return best
+
+    def handle(self, event):
+        now, rank, i = event
+        self.now = now
+        if rank == 0:
+            _, _, kind, body = heapq.heappop(self.flying[0][i])
+            self.server.receive(now, i, kind, body)
+        elif rank == 1:
+            _, _, kind, body = heapq.heappop(self.flying[1][i])
+            self.clients[i].receive(now, kind, body)
+        elif rank == 3:
+            self.server.make_step(now)
+            if self.lockstep:
+                self.server.update(now)
+        elif rank == 4:
+            self.server.update(now)
+        elif rank == 5:
+            self.server.look(now)
+        else:
+            self.clients[i].wake(now)
+
+    def run(self):
+        ticks = int(self.scenario["duration_s"] * self.scenario["tick_hz"])
+        timeline = list(self.scenario["timeline"] or [])
+        hz = self.scenario["tick_hz"]
+        for k in range(ticks + 1):
+            end = tick_time(hz, k)
+            while True:
+                event = self.next_event()
+                if event[0] > end:
+                    break
+                self.handle(event)
+            self.now = end
+            self.row(k, end)
+            while timeline and timeline[0]["at_s"] * hz <= k:
+                for path, value in timeline.pop(0)["set"].items():
+                    change(self.scenario, path, value)
+        return self
+
+    # ---- the game ----
+
+    def predict(self, world, me, axis, step):
+        return self.game.step_alone(self.params, world, me, axis, self.h, step * self.h)
+
+    # ---- what the observer sees ----
+
+    def observe(self, index, picture):
+        self.pictures[index] = picture
+        truth = self.server.world
+        picture.lead = picture.own[0] - truth[index][0]
+        picture.remote = {i: p[0] - truth[i][0] for i, p in picture.others.items()}
+        if self.counts:
+            self.drawn[index].append(picture)
+        self.waiting[index] = [p for p in self.waiting[index] if p.own_step != picture.own_step] + [picture]
+        self.compare(index)
+
+    def server_stepped(self, now):
+        for i in range(len(self.players)):
+            self.compare(i)
+
+    def compare(self, index):
+        left = []
+        for p in self.waiting[index]:
+            if p.own_step > self.server.step:
+                left.append(p)
+                continue
+            at = self.server.times[p.own_step]
+            error, lead = (abs(p.own[0] - self.server.history[p.own_step][index][0]), (at - p.at) / 1e6)
+            self.compared[index] = (error, lead)
+            if p.at >= self.scenario["warmup_s"] * SECOND:
+                self.comparisons[index].append((error, lead))
+        self.waiting[index] = left
+
+    def row(self, k, t):
+        row = {"time_s": t / 1e9, "tick": k, "server_step": self.server.step}
+        for i, car in enumerate(self.server.world):
+            row[f"server_{i}_x_m"], row[f"server_{i}_y_m"], row[f"server_{i}_vx_mps"] = car[0], car[1], car[2]
+        for i, p in enumerate(self.pictures):
+            name = f"player_{i}_"
+            car = self.first_state.world[i]
+            row[name + "own_x_m"], row[name + "own_y_m"] = p.own if p else (car[0], car[1])
+            row[name + "own_timeline_error_m"], row[name + "own_lead_ms"] = self.compared[i]
+            row[name + "own_lead_m"] = p.lead if p else 0
+            row[name + "remote_error_m"] = max(p.remote.values(), key=abs) if p and p.remote else 0
+            row[name + "view_age_ms"] = max(0, p.at - p.others_time) / 1e6 if p and p.remote else 0
+            row[name + "age_of_information_ms"] = (p.at - p.newest_time) / 1e6 if p else 0
+            row[name + "buffer_ms"] = p.buffer / 1e6 if p else 0
+            row[name + "unacked"] = self.clients[i].number - self.clients[i].newest.last
+            row[name + "corrections"] = self.clients[i].corrections
+            row[name + "lag_ms"] = self.players[i]["lag_ms"]
+        self.rows.append(row)
