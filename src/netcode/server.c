@@ -195,7 +195,8 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
         }
         if (rule == LL_RULE_NONE) {
             seat->budget_used = use > seat->budget_used ? use : seat->budget_used;
-            ll_time_spend(&seat->account, &message->inputs[i], server->client_freq, now);
+            if (sync->drains)
+                ll_time_spend(&seat->account, &message->inputs[i], server->client_freq, now);
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(server, seat, tick);
         seat->slots[tick & (LL_INPUT_RING - 1)] =

@@ -532,21 +532,28 @@ static void observe_step(ll_netgame *g)
     }
 }
 
+/* A step in which shots are judged. */
+static void step_armed(ll_netgame *g)
+{
+    ll_server *server = ll_netgame_server(g);
+    ll_past past = {.history = ll_netgame_history(g),
+                    .rules = &g->config.server.compensation,
+                    .buffer = 2 * ll_tick_time(1, server->updates.freq),
+                    .witness = witness,
+                    .context = g};
+    ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
+}
+
 /* False when the world has diverged; `entity` tells whose place or speed is not finite. */
 static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     ll_time before = server->stepped;
-    ll_past past; /* of players who are not there it tells nothing */
-    past.history = ll_netgame_history(g);
-    past.rules = &g->config.server.compensation;
-    past.buffer = 2 * ll_tick_time(1, server->updates.freq);
-    past.witness = witness;
-    past.context = g;
-    for (int i = 0; i < server->players; i++)
-        past.measured[i] = 0;
-    sync->step(server, ll_netgame_game(g), &g->env, &past, g->now);
+    if (ll_netgame_shots(g))
+        step_armed(g);
+    else
+        sync->step(server, ll_netgame_game(g), &g->env, NULL, g->now);
     if (!finite_world(ll_server_world(server), entity))
         return false;
     watch_players(g, g->now - before);
@@ -670,29 +677,36 @@ typedef struct turn {
     int player;
 } turn;
 
-static void consider(turn *next, ll_time time, actor who, int player)
+static void consider(turn *next, const turn *other)
 {
-    if (time < next->time || (time == next->time && who < next->actor))
-        *next = (turn){time, who, player};
+    if (other->time < next->time || (other->time == next->time && other->actor < next->actor))
+        *next = *other;
+}
+
+/* Of one player or of the server, those who come later on one instant after those who come first. */
+static void consider_later(turn *next, ll_time time, actor who)
+{
+    next->actor = time < next->time ? who : next->actor;
+    next->time = time < next->time ? time : next->time;
 }
 
 static turn server_turn(const ll_netgame *g)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
-    turn next = {server->tend, ACTOR_TEND, 0};
-    consider(&next, sync->due(server), ACTOR_STEP, 0);
+    turn next = {sync->due(server), ACTOR_STEP, 0};
     if (!sync->server_steps_at_update_hz)
-        consider(&next, ll_clock_time(&server->updates, server->update), ACTOR_UPDATE, 0);
+        consider_later(&next, ll_clock_time(&server->updates, server->update), ACTOR_UPDATE);
+    consider_later(&next, server->tend, ACTOR_TEND);
     return next;
 }
 
 static turn player_turn(const ll_netgame *g, int i)
 {
-    turn next = {ll_netgame_client(g, i)->due, ACTOR_CLIENT, i};
-    consider(&next, ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i);
-    consider(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN, i);
-    consider(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT, i);
+    turn next = {ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i};
+    consider_later(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
+    consider_later(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
+    consider_later(&next, ll_netgame_client(g, i)->due, ACTOR_CLIENT);
     return next;
 }
 
@@ -726,7 +740,7 @@ static turn next_turn(const stretch *now, const ll_netgame *g)
 {
     turn next = now->server;
     for (int i = 0; i < g->config.player_count; i++)
-        consider(&next, now->player[i].time, now->player[i].actor, i);
+        consider(&next, &now->player[i]);
     if (next.time < g->now)
         next.time = g->now; /* a live change has brought it forward */
     return next;
