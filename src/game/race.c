@@ -165,16 +165,14 @@ typedef struct cars {
     ll_entity *car[LL_PLAYERS_MAX];
 } cars;
 
-static cars those_of(ll_world *world, const ll_entity_set *set)
+static void find_cars(ll_world *world, const ll_entity_set *set, cars *c)
 {
-    cars c;
-    c.count = 0;
+    c->count = 0;
     for (int i = 0; i < world->players; i++)
         if (!set || ll_entity_set_has(set, i)) {
-            c.player[c.count] = i;
-            c.car[c.count++] = &world->entity[i];
+            c->player[c->count] = i;
+            c->car[c->count++] = &world->entity[i];
         }
-    return c;
 }
 
 /* A lane is told by its middle; on the grid of a snapshot that may be a little off. */
@@ -222,7 +220,8 @@ static void advance(ll_world *world, const ll_game_env *env, const ll_action *ac
                     const ll_entity_set *set)
 {
     const race_params *p = params_of(env);
-    cars c = those_of(world, set);
+    cars c;
+    find_cars(world, set, &c);
     for (int k = 0; k < c.count; k++)
         move(c.car[k], env, actions[c.player[k]].axis[0]);
     contacts(p, &c);

@@ -122,10 +122,11 @@ void ll_session_destroy(ll_session *s)
 /* ---- the engine ---- */
 
 /* An event has just been written byte by byte, and to read that in wider units makes the processor wait for
- * the writes: so members are copied one by one, and no two bytes in a row, which compilers would join. */
-static void keep_event(void *context, const ll_event *event)
+ * the writes: members are copied one by one, and volatile, since compilers would join them. */
+static void keep_event(void *context, const ll_event *written)
 {
     ll_session *s = context;
+    const volatile ll_event *event = written;
     ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
     slot->id = s->event_count++;
     slot->type = event->type;
