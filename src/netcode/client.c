@@ -522,6 +522,13 @@ static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *
         ll_predict_due(c, s);
 }
 
+/* How many steps before `tick` that of the newest state is that the client holds; 0: it holds none. */
+static uint16_t lead_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    int64_t lead = tick - c->newest_tick;
+    return c->newest == 0 || s->sync->drains || lead < 0 || lead > UINT16_MAX ? 0 : (uint16_t)lead;
+}
+
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
                       uint32_t fresh, ll_input_message *m)
 {
@@ -531,7 +538,7 @@ static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t fir
     m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
     if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
         m->wants |= LL_PART_AXES;
-    m->lead = m->tick > c->confirmed && !s->sync->drains ? (uint16_t)(m->tick - c->confirmed) : 0;
+    m->lead = lead_of(c, s, m->tick);
     for (uint32_t i = 0; i < count; i++)
         m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
     return ll_input_message_size((int)count);

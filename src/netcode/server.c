@@ -199,8 +199,8 @@ int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const 
                 ll_time_spend(&seat->account, &message->inputs[i], server->client_freq, now);
         }
         ll_action action = rule == LL_RULE_NONE ? message->inputs[i] : instead(server, seat, tick);
-        seat->slots[tick & (LL_INPUT_RING - 1)] =
-            (ll_input_slot){tick, now, action, verdict->seq, message->tick - message->lead};
+        seat->slots[tick & (LL_INPUT_RING - 1)] = (ll_input_slot){
+            tick, now, action, verdict->seq, message->lead > 0 ? message->tick - message->lead : 0};
         mark_replaced(seat, tick, rule != LL_RULE_NONE);
         seat->seq_minus_tick = (int64_t)verdict->seq - tick;
         if (tick > seat->newest)

@@ -78,12 +78,14 @@ static int write_player(const outage *o, uint64_t n, int i, bool disturbed, char
 
 static void write_scenario(outage *o, uint64_t n, bool disturbed)
 {
+    static const char *const codecs[] = {"full", "quantised", "delta"};
     char *at = o->scenario, *end = at + sizeof o->scenario;
-    at += snprintf(at, (size_t)(end - at),
-                   "{\"kind\":\"netgame\",\"game\":\"%s\",\"duration_s\":3600,\"seed\":%d,\"warmup_s\":0,"
-                   "\"params\":{%s},\"server\":{\"sync\":\"%s\",\"update_hz\":%g},\"players\":[",
-                   o->sync->drains ? "gambetta" : "race", (int)n, o->sync->drains ? "" : "\"laps\":10000",
-                   o->sync->name, o->update_hz);
+    at += snprintf(
+        at, (size_t)(end - at),
+        "{\"kind\":\"netgame\",\"game\":\"%s\",\"duration_s\":3600,\"seed\":%d,\"warmup_s\":0,"
+        "\"params\":{%s},\"server\":{\"sync\":\"%s\",\"update_hz\":%g,\"snapshot\":\"%s\"},\"players\":[",
+        o->sync->drains ? "gambetta" : "race", (int)n, o->sync->drains ? "" : "\"laps\":10000", o->sync->name,
+        o->update_hz, codecs[(int)draw(n, 2, 0, 3)]);
     for (int i = 0; i < o->players; i++)
         at += write_player(o, n, i, disturbed, at, (size_t)(end - at));
     snprintf(at, (size_t)(end - at), "]}");
