@@ -79,10 +79,32 @@ static double scatter(const ll_advise_search *s)
     return n > 0 ? sqrt(sum / n) : 0;
 }
 
+static bool ends_with(const char *member, size_t size, const char *end)
+{
+    size_t n = strlen(end);
+    return size >= n && strncmp(member + size - n, end, n) == 0;
+}
+
+/* Whether a member of the path names a length, a time or the like: it counts nothing. */
+static bool has_unit(const char *path)
+{
+    static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
+    for (const char *member = path; *member;) {
+        size_t size = strcspn(member, ".");
+        for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
+            if (ends_with(member, size, units[i]) && !ends_with(member, size, "_per_s"))
+                return true;
+        member += size + (member[size] == '.');
+    }
+    return false;
+}
+
 /* Whether the error counts something that may be rare: then equal values say little. */
 static bool is_count(const ll_advise_search *s, const ll_trial *t)
 {
-    return !s->experiment->base.kind->no_rare_events && t->own[ERROR].mean == floor(t->own[ERROR].mean);
+    const ll_experiment *e = s->experiment;
+    return !has_unit(e->metrics[e->error_metric]) && !s->experiment->base.kind->no_rare_events &&
+           t->own[ERROR].mean == floor(t->own[ERROR].mean);
 }
 
 /* Of all seeds of a point. */
@@ -155,7 +177,7 @@ double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
         return 0;
     if (error->n < FRESH_LEAST)
         return INFINITY;
-    return error->squares > 0 ? half(error) : NEVER_SEEN / (double)error->n;
+    return error->squares > 0 || !is_count(s, t) ? half(error) : NEVER_SEEN / (double)error->n;
 }
 
 static const char unsure[] = "on fresh seeds the error is not surely within the limit";

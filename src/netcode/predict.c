@@ -251,6 +251,8 @@ void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause c
 {
     ll_instruments *in = s->instruments;
     double size = moved < 0 ? -moved : moved;
+    if (!(size >= 0))
+        return; /* out of all bounds: the next display ends the session */
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     if (now >= in->from)
         ll_ledger_correction(&in->ledger, cause, size);
@@ -283,6 +285,19 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
     return own;
 }
 
+/* By input delay the client's present may be before the newest state: then time goes on to that first, so
+ * that what was predicted and what is right are of one tick. */
+static void reach_state(ll_client *c, const ll_client_setup *s)
+{
+    const ll_action none = {0};
+    while (!s->sync->drains && c->predicted_tick < c->latest_tick) {
+        const ll_pending *input = ll_client_input_at(c, c->predicted_tick + 1);
+        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
+    }
+    if (c->played < c->acked)
+        c->played = c->acked;
+}
+
 void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
@@ -292,11 +307,8 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time
     int64_t tick = c->begun_tick;
     if (c->predicting != mark_of(s))
         return; /* it is about to start, from the same state */
-    if (foretold &&
-        c->played < c->acked) { /* by input delay the present is the state's: time went on, that is all */
-        ll_predict_again(c, s);
-        return;
-    }
+    if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
+        reach_state(c, s);
     if (foretold)
         return; /* the prediction stands */
     memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
