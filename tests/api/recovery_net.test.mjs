@@ -128,7 +128,7 @@ test('prediction with reconciliation is exact on a clean link, at every lag', ()
       server: { sync: pick(['free', 'free', ...STEPWISE]), update_hz: pick([5, 10, 20]) },
       players: Array.from({ length: 1 + Math.floor(unit() * 4) }, () => ({
         lag_ms: pick([0, 1000, unit() * 1000]), prediction: true, reconciliation: true, prediction_scope: pick(['own', 'contacts', 'all']),
-        display_hz: pick([0, 31, 144]) })),
+        display_hz: pick([0, 31, 144]), input_delay_ticks: pick([0, 0, 5]) })),
     };
     for (const { own_timeline_error_m: error, corrections } of metrics(scenario).players) {
       assert.ok(error.count > 0);
@@ -154,7 +154,7 @@ test('without prediction a change is seen after the round trip and the waits for
 });
 
 test('the adviser that is asked for the smallest latency under a limit of corrections switches prediction on', () => {
-  for (const [metric, limit] of [['players.0.visible_corrections_per_s', 0.5], ['players.0.corrections_per_s', 1], ['players.0.own_timeline_error_m.rms', 0.5]]) {
+  for (const [metric, limit] of [['players.0.visible_corrections_per_s', 0.2], ['players.0.corrections_per_s', 1], ['players.0.own_timeline_error_m.rms', 0.05]]) {
     const { advice } = laglab(['advise', 'race', '--metric', String(metric), '--max-error', String(limit), '--cost', 'players.0.input_latency_ms.mean',
       '--vary', 'players.0.prediction=false,true', '--set', 'players.0.lag_ms=130', '--set', 'duration_s=10', '--repeats', '2']);
     assert.deepEqual(advice.set, { 'players.0.prediction': true });
