@@ -106,7 +106,7 @@ test('views, connections and what is counted, as in the text frames, through an 
   /** @type {Set<string>} */
   const met = new Set();
   let compared = 0;
-  for (const time of [9, 13.3, 14.5, 17, 18.7, 21]) {
+  for (const time of [9, 13.3, 14.5, 17, 18.9, 21]) {
     await c.control(session, { op: 'seek', time_s: time });
     const text = await json.frame((frame) => Math.abs(frame.time_s - time) < 0.02);
     await waitFor(() => binary.frames.some((bytes) => bytes.readUInt32LE(4) === text.seq), `frame ${text.seq}`);
