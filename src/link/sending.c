@@ -211,8 +211,8 @@ static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
 }
 
 /* Nothing is drawn, so all packets of a message come at one time. */
-static void send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now, const void *bytes,
-                       int32_t size, int32_t packets, ll_sending *sending)
+static void send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                       const void *bytes, int32_t size, int32_t packets, ll_sending *sending)
 {
     l->packet += packets;
     if (packets > 1)

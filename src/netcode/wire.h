@@ -64,9 +64,9 @@ typedef enum ll_part {
 typedef struct ll_input_message {
     ll_message_head head;
     int32_t tick;
-    uint8_t wants;                   /* ll_part: what the states to this client are to hold */
-    uint8_t fresh;                   /* so many of the inputs, the last ones, were not sent before */
-    uint16_t lead;                   /* so many steps before `tick` is that of the newest state that it has; 0: none */
+    uint8_t wants; /* ll_part: what the states to this client are to hold */
+    uint8_t fresh; /* so many of the inputs, the last ones, were not sent before */
+    uint16_t lead; /* so many steps before `tick` is that of the newest state that it has; 0: none */
     ll_action inputs[LL_INPUTS_MAX]; /* only head.count are sent */
 } ll_input_message;
 

@@ -107,7 +107,8 @@ static void what_a_script_did_is_done_again(void **state)
         {"deterministic", "\"seed\":6,\"players.1.lag_ms\":45,\"duration_s\":15"},
         {"crates", "\"seed\":8,\"duration_s\":10"},
         {"rifle", "\"seed\":9,\"players.1.lag_ms\":66,\"duration_s\":10"},
-        {"paper/fig10", "\"seed\":3,\"players.0.clock_phase\":0.3,\"players.1.clock_phase\":0.7,\"duration_s\":15"}};
+        {"paper/fig10",
+         "\"seed\":3,\"players.0.clock_phase\":0.3,\"players.1.clock_phase\":0.7,\"duration_s\":15"}};
     for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
         char script[256], person[320];
         text log = {0};
