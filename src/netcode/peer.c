@@ -10,7 +10,7 @@
 #define HASHES_EVERY 4
 
 /* An even pace (time sync of GGPO): who is ahead of the slowest by a tick or more rests. */
-#define FAIR_EVERY 60         /* frames between two looks (GGRS) */
+#define FAIR_EVERY 10         /* frames between two looks */
 #define FAIR_MAX 9            /* frames of rest at once (GGPO) */
 #define FAIR_SHARE (1 / 16.0) /* of what was heard last in the means */
 
@@ -206,6 +206,8 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     if (peer->rest == 0)
         return true;
     peer->rest--;
+    for (int p = 0; p < ll_client_shown(c)->players; p++)
+        peer->player[p].ahead -= 1; /* at once, not when the means have followed */
     s->instruments->stepping.rested_frames += now >= s->instruments->from;
     return false;
 }

@@ -517,6 +517,29 @@ static void pace_follows_lag_and_delay(void **state)
     }
 }
 
+/* Whose frames come late by up to some milliseconds each makes fewer of them. The other rests for that, a
+ * frame now and then; it does not run on until it has no tick left to guess, and stalls. */
+static void who_is_faster_rests_and_does_not_stall(void **state)
+{
+    (void)state;
+    static const char *const jitters[] = {"players.1.timer_jitter_ms=1", "players.1.timer_jitter_ms=3"};
+    for (size_t i = 0; i < sizeof jitters / sizeof jitters[0]; i++) {
+        const char *const sets[] = {"server.sync=rollback",
+                                    "server.max_rollback_ticks=8",
+                                    "server.update_hz=60",
+                                    "players.0.lag_ms=30",
+                                    "players.1.lag_ms=30",
+                                    jitters[i],
+                                    NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 60, NULL);
+        const ll_instruments *faster = ll_netgame_instruments(s.game, 0);
+        assert_true(faster->stepping.stalls <= 12);
+        assert_true(faster->stepping.rested_frames > 60);
+        scene_close(&s);
+    }
+}
+
 /* ---- sync test ---- */
 
 static void going_back_and_on_changes_nothing_in_any_game(void **state)
@@ -560,6 +583,7 @@ int main(void)
         cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
         cmocka_unit_test(who_is_silent_is_dropped_and_joins_again),
         cmocka_unit_test(pace_follows_lag_and_delay),
+        cmocka_unit_test(who_is_faster_rests_and_does_not_stall),
         cmocka_unit_test(going_back_and_on_changes_nothing_in_any_game),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
