@@ -7,10 +7,10 @@
 #include "base/hash.h"
 #include "netcode/cheat.h"
 #include "sim/kinds.h"
+#include "sim/netgame_parts.h"
 
 #define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
 #define DEJITTER_PACKETS 64 /* half a second at the highest rate */
-#define PACKET_MAX (LL_GAME_WORLD_MAX + 512)
 
 /* ---- layout ---- */
 
@@ -177,7 +177,7 @@ static ll_status init(void *block, const void *config)
 
     const ll_game *game = ll_netgame_game(g);
     ll_extent size_of_world = extent(c);
-    LL_ASSERT(ll_server_message_max(size_of_world, n) <= PACKET_MAX);
+    LL_ASSERT(ll_server_message_max(size_of_world, n) <= LL_NETGAME_PACKET_MAX);
     ll_server *server = ll_netgame_server(g);
     ll_server_init(server, n, size_of_world);
     ll_server_configure(server, &c->server);
@@ -232,222 +232,6 @@ static void settle(void *config, const void *before)
     }
 }
 
-/* ---- packets ---- */
-
-static void record(const ll_recorder *r, ll_event event)
-{
-    if (r)
-        r->record(r->context, &event);
-}
-
-static void send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r)
-{
-    const ll_player_config *config = &g->config.players[player];
-    ll_link *link = up ? ll_netgame_up(g, player) : ll_netgame_down(g, player);
-    ll_message_head head;
-    memcpy(&head, packet, sizeof head);
-    ll_sending s =
-        ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);
-
-    if (up)
-        ll_netgame_client(g, player)->connection.sent = g->now;
-    else
-        ll_netgame_server(g)->seats[player].told = g->now;
-    ll_instruments *in = ll_netgame_instruments(g, player);
-    if (g->now >= in->from) {
-        int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
-        in->bytes[head.type] += bytes;
-        in->messages[head.type]++;
-        in->packets[head.type] += s.fragments;
-        in->wire_bytes[head.type] += bytes + s.fragments * headers;
-    }
-    bool inputs = head.type == LL_MESSAGE_INPUT;
-    if (inputs && s.fate == LL_FATE_DELIVERED)
-        ll_ledger_went(&in->ledger, head.seq, head.count, s.due);
-    if (inputs && s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
-        ll_ledger_went(&in->ledger, head.seq, head.count, s.copy_due);
-    if (!r)
-        return;
-    ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
-    e.end = s.due;
-    e.number = head.seq;
-    if (head.type == LL_MESSAGE_STATE || head.type == LL_MESSAGE_RELAY)
-        e.number = (uint32_t)ll_netgame_server(g)->step;
-    else if (inputs)
-        e.number += head.count - 1u; /* its newest */
-    record(r, e);
-    if (s.duplicated) {
-        e.fate = (uint8_t)s.copy_fate;
-        e.end = s.copy_due;
-        record(r, e);
-    }
-}
-
-/* The server's message of an update to a player who is connected. */
-static void update_player(ll_netgame *g, int player, const ll_recorder *r)
-{
-    const ll_sync *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
-    _Alignas(8) char packet[PACKET_MAX];
-    server->seats[player].repeats = 0;
-    if (server->seats[player].connected)
-        send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
-}
-
-static void update(ll_netgame *g, const ll_recorder *r)
-{
-    for (int i = 0; i < g->config.player_count; i++)
-        update_player(g, i, r);
-}
-
-static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netgame *g)
-{
-    static const ll_ledger_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
-                                           [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
-                                           [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
-    ll_ledger *ledger = &in->ledger;
-    ll_ledger_judged(ledger, verdict->seq, marks[verdict->outcome]);
-    if (g->now < in->from)
-        return;
-    ledger->late += verdict->outcome == LL_OUTCOME_LATE;
-    if (ll_netgame_sync(g)->leads)
-        ll_gauge_add(&ledger->slack, verdict->slack);
-}
-
-static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
-{
-    ll_verdict verdicts[LL_INPUTS_MAX];
-    const ll_sync *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
-    int n = sync->take(server, sync, player, packet, g->now, verdicts);
-    for (int i = 0; i < n; i++) {
-        judged(ll_netgame_instruments(g, player), &verdicts[i], g);
-        record(r, (ll_event){.type = LL_EVENT_VERDICT,
-                             .player = (uint8_t)player,
-                             .outcome = verdicts[i].outcome,
-                             .begin = g->now,
-                             .end = g->now,
-                             .number = verdicts[i].seq});
-        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
-            ll_netgame_instruments(g, player)->false_refusals++;
-        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
-            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, server->seats[player].epoch,
-                                       verdicts[i].seq};
-            send(g, player, false, &refusal, (int)sizeof refusal, r);
-        }
-    }
-    server->seats[player].repeats += n == 0;
-}
-
-static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
-{
-    const ll_sync *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
-    _Alignas(8) char reply[PACKET_MAX];
-    bool with_world = sync->start != NULL && g->now >= 0; /* before, everybody has the world */
-    ll_admitted done = ll_admission_receive(server, with_world, player, packet, g->now, reply);
-    if (done.joined)
-        ll_server_world(server)->entity[player].flags &= ~(uint64_t)LL_ENTITY_AWAY;
-    if (done.reply > 0)
-        send(g, player, false, reply, done.reply, r);
-    if (done.game)
-        server_takes(g, player, packet, r);
-}
-
-/* Looks after the connections: who is silent for too long is dropped, and others see it leave. */
-static void tend_server(ll_netgame *g, const ll_recorder *r)
-{
-    const ll_sync *sync = ll_netgame_sync(g);
-    ll_server *server = ll_netgame_server(g);
-    double timeout_s = g->config.server.timeout_s;
-    ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
-    _Alignas(8) char packet[PACKET_MAX];
-    server->tend += LL_TEND_EVERY;
-    for (int i = 0; i < server->players; i++) {
-        if (sync->waits && server->seats[i].repeats > 0)
-            update_player(g, i, r); /* it repeats what is known: it has not got the state */
-        int bytes = ll_admission_keep_alive(server, i, g->now, packet);
-        if (bytes > 0)
-            send(g, i, false, packet, bytes, r);
-        if (!ll_admission_tend(server, i, timeout, g->now))
-            continue;
-        record(r, (ll_event){.type = LL_EVENT_DROPPED,
-                             .player = (uint8_t)i,
-                             .begin = g->now,
-                             .end = g->now,
-                             .number = (uint32_t)server->seats[i].drops});
-        if (sync->stand_in)
-            sync->stand_in(server, g->now);
-        else /* a client's own world has no such flag */
-            ll_server_world(server)->entity[i].flags |= LL_ENTITY_AWAY;
-    }
-}
-
-static void client_receives(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
-                            int bytes)
-{
-    ll_client *client = ll_netgame_client(g, player);
-    const ll_recorder *r = s->recorder;
-    int outcome = s->sync->receive(client, s, packet, bytes, g->now);
-    if (!r)
-        return;
-    const ll_state_message *m = packet;
-    if (m->head.type != LL_MESSAGE_STATE)
-        return;
-    const ll_world *world = ll_received_world(ll_client_state(client, client->newest - 1));
-    record(r, (ll_event){.type = LL_EVENT_APPLIED,
-                         .player = (uint8_t)player,
-                         .outcome = (uint8_t)outcome,
-                         .begin = g->now,
-                         .end = g->now,
-                         .number = (uint32_t)m->tick,
-                         .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
-}
-
-/* False: the packet is of the game. */
-static bool client_connects(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
-                            int bytes)
-{
-    ll_client *client = ll_netgame_client(g, player);
-    int64_t joins = client->connection.joins;
-    bool taken = ll_connection_receive(client, s, packet, bytes, g->now);
-    if (client->connection.joins != joins && s->sync->observe && g->now >= 0)
-        ll_desync_start(ll_netgame_desync(g, player), ll_client_peer(client)->start);
-    return taken;
-}
-
-static int take_off(ll_netgame *g, ll_link *link, void *packet)
-{
-    ll_time sent, due;
-    int bytes = ll_link_receive(link, g->now, packet, PACKET_MAX, &sent, &due);
-    LL_ASSERT(bytes >= (int)sizeof(ll_message_head));
-    return bytes;
-}
-
-static void deliver_up(ll_netgame *g, int player, const ll_recorder *r)
-{
-    _Alignas(8) char packet[PACKET_MAX];
-    take_off(g, ll_netgame_up(g, player), packet);
-    server_receives(g, player, packet, r);
-}
-
-static void deliver_down(ll_netgame *g, int player, const ll_client_setup *s)
-{
-    _Alignas(8) char packet[PACKET_MAX];
-    int bytes = take_off(g, ll_netgame_down(g, player), packet);
-    if (!client_connects(g, player, s, packet, bytes) && !ll_netgame_hold(g, player, packet, bytes))
-        client_receives(g, player, s, packet, bytes);
-    ll_client_set_due(ll_netgame_client(g, player), s);
-}
-
-static void play_out(ll_netgame *g, int player, const ll_client_setup *s)
-{
-    _Alignas(8) char packet[PACKET_MAX];
-    int bytes = ll_netgame_play_out(g, player, packet, (int)sizeof packet);
-    client_receives(g, player, s, packet, bytes);
-    ll_client_set_due(ll_netgame_client(g, player), s);
-}
-
 /* ---- time ---- */
 
 static bool finite_world(const ll_world *world, int *entity)
@@ -474,64 +258,6 @@ static ll_status not_finite(const ll_netgame *g, int entity)
                     (long long)ll_netgame_server(g)->step, ll_to_s(g->now));
 }
 
-/* A shot was judged in the step that the server is making. */
-static void witness(void *context, const ll_judgement *j)
-{
-    ll_netgame *g = context;
-    ll_server *server = ll_netgame_server(g);
-    int64_t *refused = server->seats[j->shooter].refused;
-    bool on_player = j->body != LL_NOBODY && j->body < server->players;
-    bool rules = !ll_netgame_sync(g)->observe; /* a referee refuses nothing */
-    refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_JUDGED_VOID;
-    refused[LL_RULE_REWIND] += rules && j->shot && j->shot->distrusted;
-    ll_shots_judge(ll_netgame_shots(g), j, server->step, ll_netgame_history(g), ll_server_world(server),
-                   on_player ? ll_netgame_client(g, j->body) : NULL);
-}
-
-/* What cheats bring. A step stands for its length, an update that drains for the time since the one before.
- */
-static void watch_players(ll_netgame *g, ll_time since)
-{
-    const ll_world *world = ll_server_world(ll_netgame_server(g));
-    bool drains = ll_netgame_sync(g)->drains;
-    double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
-    for (int i = 0; i < world->players; i++) {
-        ll_instruments *in = ll_netgame_instruments(g, i);
-        if (g->config.players[i].cheat == LL_CHEAT_NONE) {
-            ll_gain_watch(&in->gain, &world->entity[i]);
-            ll_twin_watch(&in->twin, &world->entity[i], g->now);
-        } else {
-            ll_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
-            ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
-                         g->now);
-        }
-    }
-}
-
-/* A packet holds the inputs made since the last and `redundancy` before them; a lag switch keeps its own. */
-static uint32_t unsent_from(const ll_netgame *g, int player)
-{
-    const ll_client *c = ll_netgame_client(g, player);
-    uint32_t again = (uint32_t)g->config.players[player].redundancy;
-    uint32_t from = c->seq > again ? c->seq - again + 1 : 1;
-    return c->unsent != 0 && c->unsent < from ? c->unsent : from;
-}
-
-/* The observer sees what the step made of every player's inputs. */
-static void observe_step(ll_netgame *g)
-{
-    const ll_server *server = ll_netgame_server(g);
-    for (int i = 0; i < server->players; i++) {
-        ll_stepped stepped = {.world = ll_server_world_const(server),
-                              .history = ll_netgame_history(g),
-                              .step = server->step,
-                              .acked = server->seats[i].acked,
-                              .unsent_from = unsent_from(g, i),
-                              .drains = ll_netgame_sync(g)->drains};
-        ll_instruments_stepped(ll_netgame_instruments(g, i), i, &stepped, g->now);
-    }
-}
-
 /* A step in which shots are judged. */
 static void step_armed(ll_netgame *g)
 {
@@ -539,7 +265,7 @@ static void step_armed(ll_netgame *g)
     ll_past past = {.history = ll_netgame_history(g),
                     .rules = &g->config.server.compensation,
                     .buffer = 2 * ll_tick_time(1, server->updates.freq),
-                    .witness = witness,
+                    .witness = ll_netgame_witness,
                     .context = g};
     ll_netgame_sync(g)->step(server, ll_netgame_game(g), &g->env, &past, g->now);
 }
@@ -556,69 +282,31 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
         sync->step(server, ll_netgame_game(g), &g->env, NULL, g->now);
     if (!finite_world(ll_server_world(server), entity))
         return false;
-    watch_players(g, g->now - before);
+    ll_netgame_watch_players(g, g->now - before);
     for (int i = 0; i < server->players && g->now < ll_netgame_instruments(g, i)->from; i++)
         ll_netgame_instruments(g, i)->ledger.starved_before = server->seats[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
-    observe_step(g);
+    ll_netgame_observe_step(g);
     if (ll_netgame_shots(g))
         ll_shots_step(ll_netgame_shots(g), server->step, ll_netgame_history(g));
     if (r)
-        record(r,
-               (ll_event){
+        ll_netgame_record(
+            r, (ll_event){
                    .type = LL_EVENT_STEP, .begin = g->now, .end = g->now, .number = (uint32_t)server->step});
     if (sync->server_steps_at_update_hz)
-        update(g, r);
+        ll_netgame_update(g, r);
     return true;
-}
-
-/* Every client has drawn: their pictures are held against each other. */
-static void compare_pictures(ll_netgame *g, ll_time elapsed)
-{
-    ll_instruments *instruments[LL_PLAYERS_MAX];
-    const ll_client *clients[LL_PLAYERS_MAX];
-    int n = g->config.player_count;
-    for (int i = 0; i < n; i++) {
-        instruments[i] = ll_netgame_instruments(g, i);
-        clients[i] = ll_netgame_client(g, i);
-    }
-    ll_instruments_between(instruments, clients, n, g->now, elapsed);
-}
-
-/* What an honest client would have sent in this tick. */
-static void watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
-{
-    ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
-    (ll_cheat_minds(s) ? ll_twin_frame : ll_twin_frame_once)(&s->instruments->twin,
-                                                             ll_netgame_client(g, player)->tick, due);
-}
-
-/* A display of `player`: its picture is held against the truth, and what it shows of the others' controls. */
-static void observe_display(ll_netgame *g, int player)
-{
-    const ll_client *client = ll_netgame_client(g, player);
-    const ll_server *server = ll_netgame_server(g);
-    const ll_truth truth = {.world = ll_server_world_const(server),
-                            .history = ll_netgame_history(g),
-                            .device = ll_ms(g->config.players[player].display_device_ms),
-                            .acked = server->seats[player].acked,
-                            .drains = ll_netgame_sync(g)->drains,
-                            .peers = ll_netgame_sync(g)->observe != NULL};
-    ll_instruments_frame(ll_netgame_instruments(g, player), client, &truth, g->now);
-    for (int i = 0; i < g->config.player_count; i++)
-        if (i != player)
-            ll_instruments_seen(ll_netgame_instruments(g, i), i, client, &truth, g->now);
 }
 
 static void client_ticks(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_client *client = ll_netgame_client(g, player);
-    _Alignas(8) char packet[PACKET_MAX];
+    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     int bytes = s->sync->tick(client, s, g->now, packet);
-    watch_tick(g, player, s);
+    ll_netgame_watch_tick(g, player, s);
     ll_client_set_timer(client, s, g->now);
     for (; bytes > 0; bytes = ll_client_held(client, s, g->now, packet))
-        send(g, player, true, packet, bytes, s->recorder);
+        ll_netgame_send(g, player, true, packet, bytes, s->recorder);
     if (s->sync->observe)
         s->sync->observe(ll_netgame_desync(g, player), client, s, ll_netgame_server(g));
 }
@@ -632,11 +320,11 @@ static ll_status client_displays(ll_netgame *g, int player, const ll_client_setu
     ll_client_set_display(client, s);
     if (!finite_world(ll_client_shown_const(client), &entity))
         return not_finite(g, entity);
-    observe_display(g, player);
+    ll_netgame_observe_display(g, player);
     if (s->shots)
         ll_shots_frame(s->shots, client, g->now);
     if (player == g->config.player_count - 1)
-        compare_pictures(g, client->elapsed);
+        ll_netgame_compare_pictures(g, client->elapsed);
     return ll_ok();
 }
 
@@ -654,7 +342,7 @@ static ll_status client_acts(ll_netgame *g, int player, const ll_client_setup *s
         return status; /* its connection has nothing to do */
     int bytes = ll_connection_tend(client, s, g->now, &request);
     if (bytes > 0)
-        send(g, player, true, &request, bytes, s->recorder);
+        ll_netgame_send(g, player, true, &request, bytes, s->recorder);
     ll_client_set_due(client, s);
     return status;
 }
@@ -752,22 +440,22 @@ static bool take_turn(ll_netgame *g, const turn *next, const ll_client_setup *s,
 {
     switch (next->actor) {
     case ACTOR_UP:
-        deliver_up(g, next->player, r);
+        ll_netgame_deliver_up(g, next->player, r);
         break;
     case ACTOR_DOWN:
-        deliver_down(g, next->player, s);
+        ll_netgame_deliver_down(g, next->player, s);
         break;
     case ACTOR_PLAYOUT:
-        play_out(g, next->player, s);
+        ll_netgame_deliver_held(g, next->player, s);
         break;
     case ACTOR_STEP:
         return server_steps(g, r, entity);
     case ACTOR_UPDATE:
-        update(g, r);
+        ll_netgame_update(g, r);
         ll_netgame_server(g)->update++;
         break;
     case ACTOR_TEND:
-        tend_server(g, r);
+        ll_netgame_tend(g, r);
         break;
     case ACTOR_CLIENT:
         client_acts(g, next->player, s);
