@@ -131,7 +131,7 @@ test('run, watched by the stream, read as scatter and table, opened live; the wa
   const { page, context, complaints, close } = await open();
   await begin(page, 'experiments/lag_techniques');
   assert.equal((await specification(page)).axes[0].zip.length, 3, 'what goes together stays so');
-  await page.getByLabel(/^Value of Duration/).fill('2');
+  await page.getByLabel(/^Value of Duration/).fill('6');
   await counted(page);
   assert.match(await estimate(page), /^20 runs of 20 points/);
   const order = await specification(page);
