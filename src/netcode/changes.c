@@ -18,7 +18,7 @@ static void add(ll_change *change, ll_histogram *latency, ll_latency which)
 
 static void add_never(ll_changes *c, ll_change *change, ll_histogram *latency, bool lost)
 {
-    for (int which = LL_LATENCY_FELT; which <= LL_LATENCY_SURE; which++) {
+    for (ll_latency which = LL_LATENCY_FELT; which <= LL_LATENCY_SURE; which++) {
         if (counted(change, which))
             continue;
         ll_histogram_add_never(&latency[which]);
@@ -106,7 +106,7 @@ static void decide(ll_changes *c, ll_change *change, ll_histogram *latency, cons
         return;
     }
     change->tick = input->tick;
-    for (int which = LL_LATENCY_FELT; which <= LL_LATENCY_SURE; which++)
+    for (ll_latency which = LL_LATENCY_FELT; which <= LL_LATENCY_SURE; which++)
         if (change->at[which] != LL_NEVER)
             add(change, latency, which);
 }
@@ -130,7 +130,7 @@ void ll_changes_shown(ll_changes *c, ll_histogram *latency, const ll_included *i
             change->at[LL_LATENCY_FELT] = now;
         if (change->at[LL_LATENCY_SURE] == LL_NEVER && change->tick <= in->sure_tick)
             change->at[LL_LATENCY_SURE] = now;
-        for (int which = LL_LATENCY_FELT; change->decided && which <= LL_LATENCY_SURE; which++)
+        for (ll_latency which = LL_LATENCY_FELT; change->decided && which <= LL_LATENCY_SURE; which++)
             if (change->at[which] != LL_NEVER && !counted(change, which))
                 add(change, latency, which);
     }

@@ -122,16 +122,16 @@ static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
 
 /* ---- a naive second count ---- */
 
-enum { TICKS = 1500, FROM = 120 /* the warm-up */ };
+enum { TICKS = 1500, INPUTS = TICKS + 1 /* numbered from 1 */, FROM = 120 /* the warm-up */ };
 
 /* What can be seen at the end of each tick of a run: one display a tick. */
 typedef struct diary {
     double drawn[TICKS][2], real[TICKS][2]; /* player 0's own entity; `real` by the server's step */
     int64_t of[TICKS], step[TICKS], latest[TICKS];
-    uint32_t count;        /* inputs made */
-    ll_action made[TICKS]; /* by number */
-    int64_t meant[TICKS], made_at[TICKS];
-    bool accepted[TICKS];
+    uint32_t count;         /* inputs made */
+    ll_action made[INPUTS]; /* by number */
+    int64_t meant[INPUTS], made_at[INPUTS];
+    bool accepted[INPUTS];
     double other_shows[TICKS]; /* ms: server time of player 0's entity on the screen of player 1 */
     int64_t other_heard[TICKS];
 } diary;
@@ -139,7 +139,7 @@ typedef struct diary {
 static void note_verdict(void *context, const ll_event *e)
 {
     diary *d = context;
-    if (e->type == LL_EVENT_VERDICT && e->player == 0 && e->number < TICKS)
+    if (e->type == LL_EVENT_VERDICT && e->player == 0 && e->number < INPUTS)
         d->accepted[e->number] |= e->outcome == LL_OUTCOME_APPLIED;
 }
 
@@ -157,6 +157,7 @@ static void write_up(diary *d, const scene *s, int k)
     d->other_heard[k] = other->latest_tick;
     while (d->count < c->seq) {
         uint32_t seq = ++d->count;
+        assert_true(seq < INPUTS);
         d->made[seq] = ll_client_pending(c, seq)->action;
         d->meant[seq] = c->tick - (int64_t)(c->seq - seq);
         d->made_at[seq] = k;
