@@ -372,12 +372,12 @@ static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time no
     uint32_t acked = c->acked;
     c->fresh = c->newest;
     ll_acks[s->config->ack]->take(c, s, state, now);
-    bool foretold = s->config->prediction && ll_foretold(c, s, state, acked);
+    bool stands = s->config->prediction && ll_prediction_stands(c, s, state, acked);
     c->latest_time = state->time;
     c->latest_tick = state->tick;
     memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
     if (s->config->prediction)
-        ll_reconcile(c, s, foretold, now);
+        ll_reconcile(c, s, stands, now);
 }
 
 #define FAKED_VIEW (500 * LL_MS)

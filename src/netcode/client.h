@@ -111,7 +111,7 @@ typedef struct ll_client {
     uint32_t unsent;   /* the first input that a lag switch holds back; 0: none */
     ll_time spare_since;
     ll_time spare_ns; /* the same where time is dilated; LL_NEVER: none */
-    ll_time shift;    /* by so much the frames are to come earlier than they would, a little each */
+    ll_time shift;    /* how much earlier than they would the frames come, a little each */
     double scale;     /* of the last frame's length: its own one over that which it had */
     ll_action held;   /* the player's controls */
     int64_t refused;
@@ -371,8 +371,9 @@ void ll_dilate(ll_client *client); /* moves the next frame */
 void ll_predict_due(ll_client *client, const ll_client_setup *setup); /* the inputs that are due */
 void ll_predict_again(ll_client *client,
                       const ll_client_setup *setup); /* the latest state, and what is open */
-bool ll_foretold(ll_client *client, const ll_client_setup *setup, const ll_received *state, uint32_t acked);
-void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool foretold, ll_time now);
+bool ll_prediction_stands(ll_client *client, const ll_client_setup *setup, const ll_received *state,
+                          uint32_t acked);
+void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool stands, ll_time now);
 void ll_draw_predicted(ll_client *client, ll_time now);
 void ll_note_correction(const ll_client *client, const ll_client_setup *setup, ll_cause cause, double moved,
                         ll_time now); /* M6 of the own entity: moved by so many m, signed by x */

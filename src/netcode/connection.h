@@ -66,7 +66,7 @@ void ll_connection_init(ll_connection *connection, ll_time now);
 /* When something is to be done next, whatever comes. */
 ll_time ll_connection_due(const struct ll_client *client, const struct ll_client_setup *setup);
 
-/* What is to be done at `now`: a state that ends for want of packets, a connect or a ping that is to be sent.
+/* What is due at `now`: a state that ends for want of packets, a connect or a ping that is to be sent.
  * Writes it and returns its size, 0 when there is none. */
 int ll_connection_tend(struct ll_client *client, const struct ll_client_setup *setup, ll_time now,
                        void *packet);

@@ -205,7 +205,7 @@ static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *check
 
 /* Whether the prediction stands before `state`, which is about to become the latest. `acked` is what had been
  * acknowledged before it. */
-bool ll_foretold(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
 {
     const ll_world *truth = (const ll_world *)(state + 1);
     ll_world *checked = ll_client_checked(c);
@@ -298,7 +298,7 @@ static void reach_state(ll_client *c, const ll_client_setup *s)
         c->played = c->acked;
 }
 
-void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time now)
+void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time now)
 {
     const ll_world *world = ll_client_predicted(c);
     ll_entity before[LL_ENTITIES_MAX];
@@ -309,7 +309,7 @@ void ll_reconcile(ll_client *c, const ll_client_setup *s, bool foretold, ll_time
         return; /* it is about to start, from the same state */
     if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
         reach_state(c, s);
-    if (foretold)
+    if (stands)
         return; /* the prediction stands */
     memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
     if (s->config->reconciliation)

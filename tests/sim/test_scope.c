@@ -111,7 +111,7 @@ static void contact_is_mispredicted_when_the_other_changes_his_mind(void **state
     scene_close(&contacts);
 }
 
-/* Where a state is as foretold nothing is replayed: the predicted world must then be what a replay gives. */
+/* Where a state is as predicted nothing is replayed: the predicted world must then be what a replay gives. */
 static void what_is_not_replayed_is_what_a_replay_gives(void **state)
 {
     (void)state;
@@ -153,12 +153,12 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
             replays += ll_netgame_instruments(s.game, p)->ledger.replays;
         }
         assert_true(compared > 1000);
-        assert_true(replays > 0 && replays < states / 4); /* it matters: most states are as foretold */
+        assert_true(replays > 0 && replays < states / 4); /* it matters: most states are as predicted */
         scene_close(&s);
     }
 }
 
-/* Brakes do not move a car at rest, so the world stays as foretold; but the guess must follow. */
+/* Brakes do not move a car at rest, so the world stays as predicted; but the guess must follow. */
 static void a_guess_follows_also_when_nothing_moves(void **state)
 {
     (void)state;
