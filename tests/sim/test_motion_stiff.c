@@ -14,7 +14,8 @@ typedef struct known {
 } known;
 
 /* Robertson, HIRES, the Oregonator and van der Pol's oscillator with mu = 1000: Test Set for IVP Solvers, and
- * by two methods in binary128. Van der Pol's with 3 and 5: Taylor series in 30 digits (mpmath). */
+ * by two methods in binary128. Van der Pol's with 3 and 5: Taylor series in 30 digits (mpmath). The last
+ * three: the linearly implicit Euler method, extrapolated to nine columns, at 1e-9, in Python. */
 static const known problems[] = {
     {"robertson",
      40,
@@ -53,9 +54,39 @@ static const known problems[] = {
      {-1.6012968795428539088, 0.19832667633866208455},
      {2, 7.6},
      15},
+    {"robertson\",\"params\":{\"k1\":0.1,\"k2\":1e8,\"k3\":5e3},\"title\":\"",
+     100,
+     3,
+     {0.14972126246316944, 3.2701748522746927e-06, 0.8502754673623539},
+     {1, 3.16e-5, 0.85},
+     17},
+    {"oregonator\",\"params\":{\"s\":50,\"w\":0.3,\"q\":1e-5},\"title\":\"",
+     150,
+     3,
+     {1.117341772856983, 9.521112828985505, 1.1022788089483335},
+     {96849, 1324.7, 27203},
+     16},
+    {"hires\",\"params\":{\"k\":1000},\"title\":\"",
+     200,
+     8,
+     {0.0026930009134076465, 0.0005266925826783507, 0.0004399637644857499, 0.004612519034672074,
+      0.0693121434364073, 0.27416718055475947, 0.005662617714748473, 3.738228523617118e-05},
+     {1, 0.1325, 0.0196, 0.4585, 0.186, 0.749, 0.0057, 0.0057},
+     16},
 };
 
 enum { PROBLEMS = sizeof problems / sizeof problems[0], AT_ONCE = 8, RUNGS = 17 };
+
+/* Of docs/accuracy.md, of the first of the problems: how often the longest step that is ok is halved, and
+ * what it is off by at the most. -1: none is. */
+static const struct {
+    int halved;
+    double off;
+} longest[][3] = {
+    {{0, 0.18}, {8, 1e-4}, {7, 0.042}},    {{6, 0.022}, {7, 0.011}, {7, 0.012}},
+    {{14, 0.006}, {13, 1e-3}, {13, 1e-3}}, {{-1, 0}, {-1, 0}, {-1, 0}},
+    {{7, 0.27}, {4, 0.13}, {4, 0.13}},     {{10, 0.09}, {6, 0.09}, {6, 0.09}},
+};
 
 typedef struct rung {
     double error; /* at T, of the worst component against its size; NAN: not ok */
@@ -109,6 +140,19 @@ static void near_or_failed(const known *p, const char *method, double value, con
         fail_msg("%s, %s, %g: off by %g, told is %g", p->problem, method, value, r->error, r->told);
 }
 
+static void as_documented(const known *p, int k, int method, const rung *rungs)
+{
+    int first = 0;
+    if (k >= (int)(sizeof longest / sizeof longest[0]))
+        return;
+    while (first < p->halvings && isnan(rungs[first].error))
+        first++;
+    first = first == p->halvings ? -1 : first;
+    if (first != longest[k][method].halved || (first >= 0 && !(rungs[first].error < longest[k][method].off)))
+        fail_msg("%s, method %d: ok after %d halvings, off by %g", p->problem, method, first,
+                 first < 0 ? NAN : rungs[first].error);
+}
+
 static void steps_of_any_length_are_right_or_fail(void **state)
 {
     (void)state;
@@ -132,6 +176,7 @@ static void steps_of_any_length_are_right_or_fail(void **state)
                     fail_msg("%s, %s: %g at %g, %g at %g", p->problem, methods[j], rungs[n - 1].error,
                              steps[n - 1], rungs[n].error, steps[n]);
             }
+            as_documented(p, k, j, rungs);
             const rung *last = &rungs[p->halvings - 1];
             double slope = log2(last[-2].error / last->error) / 2;
             if (last->error > 1e-9 && !(fabs(slope - order) < 0.15))
