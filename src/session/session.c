@@ -2,6 +2,7 @@
 
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,6 +49,8 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
     s->block_size = scenario->kind->size(base);
     s->speed = 1;
+    s->failed_at = -1;
+    snprintf(s->version, sizeof s->version, "%s", ll_version);
     for (int i = 0; i < LL_SNAPSHOTS; i++)
         s->snapshots[i].tick = -1;
     s->on_line = on_line;
@@ -100,6 +103,12 @@ static void drop_snapshots(ll_session *s, int64_t from)
 
 void ll_session_park(ll_session *s)
 {
+    if (s->errand == LL_ERRAND_WAKE) { /* half awake: as it was asleep */
+        s->tick = s->goal;
+        s->status = s->status_asleep;
+        s->errand = LL_ERRAND_NONE;
+    }
+    ll_session_rest(s);
     drop_snapshots(s, -1);
     free(s->block);
     free(s->events);
@@ -216,39 +225,34 @@ static void maybe_snapshot(ll_session *s)
     shot->skipped = s->skipped;
 }
 
-/* The next tick at which something must be done besides running: a command, or a snapshot. */
-static int64_t next_stop(const ll_session *s, int64_t to)
+/* The block stays as it failed, between this tick and the next; the log tells it, once. */
+static void fail(ll_session *s, const ll_status *why)
 {
-    int64_t stop = to;
-    int64_t every = s->end / (LL_SNAPSHOTS + 1);
-    if (s->next < s->log.count && s->log.entries[s->next].tick < stop)
-        stop = s->log.entries[s->next].tick;
-    int64_t step = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
-    stop = step < stop ? step : stop;
-    if (every > 0) {
-        int64_t mark = (s->tick / every + 1) * every;
-        stop = mark < stop ? mark : stop;
-    }
-    return stop;
+    bool told = s->failed_at == s->tick;
+    s->status = LL_SESSION_FAILED;
+    s->error = *why;
+    s->failed_at = s->tick;
+    s->failed_hash = s->scenario.kind->hash(s->block);
+    if (s->on_line && !told)
+        ll_session_emit_failure(s, s->on_line, s->line_context);
 }
 
+/* One tick at a time, so that a session that fails does so behind the same tick however it is driven. */
 static void run(ll_session *s, int64_t to, bool record)
 {
     ll_recorder recorder = {keep_event, s};
+    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
     while (s->tick < to && s->status != LL_SESSION_FAILED) {
         maybe_snapshot(s);
-        int64_t stop = next_stop(s, to);
-        ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-        ll_time until = ll_tick_time(stop, s->freq);
+        ll_time until = ll_tick_time(s->tick + 1, s->freq);
         ll_status status = s->scenario.kind->advance(s->block, until, record ? &recorder : NULL, meter);
         if (meter)
             meter->metered += until - ll_tick_time(s->tick, s->freq);
         if (ll_failed(&status)) {
-            s->status = LL_SESSION_FAILED;
-            s->error = status;
+            fail(s, &status);
             break;
         }
-        s->tick = stop;
+        s->tick++;
         ll_session_apply_due(s);
     }
     if (s->tick > s->head)
@@ -278,8 +282,10 @@ static void start_from(ll_session *s, const ll_snapshot *shot, bool record)
     s->next = shot ? shot->next : 0;
     s->step = shot ? shot->step : 0;
     s->skipped = shot ? shot->skipped : 0;
-    if (s->status == LL_SESSION_FAILED)
+    if (s->status == LL_SESSION_FAILED) {
         s->status = LL_SESSION_PAUSED;
+        s->error = ll_ok();
+    }
     if (ll_failed(&made)) {
         s->status = LL_SESSION_FAILED;
         s->error = made;
@@ -287,8 +293,11 @@ static void start_from(ll_session *s, const ll_snapshot *shot, bool record)
     ll_session_apply_due(s);
 }
 
-/* Makes the state of `tick` from the nearest that is kept, with the events of the last seconds before it. */
-static void make_state(ll_session *s, int64_t tick)
+/* ---- errands ---- */
+
+/* Begins to make the state of `tick` from the nearest that is kept, with the events of the last seconds
+ * before it. */
+static void begin_state(ll_session *s, int64_t tick)
 {
     int64_t quiet = tick - ll_tick_at(EVENT_WINDOW, s->freq);
     const ll_snapshot *best = NULL;
@@ -299,28 +308,156 @@ static void make_state(ll_session *s, int64_t tick)
     start_from(s, best, quiet <= 0);
     s->generation++;
     s->event_base = s->event_count;
-    if (quiet > s->tick)
-        run(s, quiet, false);
+    s->quiet = quiet;
+}
+
+/* A session that had failed fails again, behind the same tick. */
+static void fall_asleep_no_more(ll_session *s)
+{
+    if (s->status == LL_SESSION_FAILED)
+        return;
+    s->status = s->status_asleep == LL_SESSION_FAILED ? LL_SESSION_PAUSED : s->status_asleep;
+    if (s->status_asleep == LL_SESSION_FAILED)
+        run(s, s->tick + 1, true);
+}
+
+static void arrive(ll_session *s)
+{
+    ll_errand errand = s->errand;
+    s->errand = LL_ERRAND_NONE;
+    if (errand == LL_ERRAND_WAKE) {
+        fall_asleep_no_more(s);
+    } else {
+        s->params_version++;
+        ll_session_line(s, "pause");
+        ll_session_mark(s);
+    }
+}
+
+int64_t ll_session_pursue(ll_session *s, int64_t max_ticks)
+{
+    while (s->errand != LL_ERRAND_NONE) {
+        bool record = s->tick >= s->quiet;
+        int64_t to = record || s->quiet > s->goal ? s->goal : s->quiet;
+        if (to - s->tick > max_ticks)
+            to = s->tick + max_ticks;
+        max_ticks -= to - s->tick;
+        run(s, to, record);
+        if (s->tick == s->goal || s->status == LL_SESSION_FAILED)
+            arrive(s);
+        else if (max_ticks <= 0)
+            return s->goal - s->tick;
+    }
+    return 0;
+}
+
+void ll_session_rest(ll_session *s)
+{
+    if (s->errand != LL_ERRAND_SEEK)
+        return;
+    s->goal = s->tick;
+    ll_session_pursue(s, 1);
+}
+
+void ll_session_set_out(ll_session *s, int64_t tick)
+{
+    bool back = tick < s->tick || (tick == s->tick && s->status == LL_SESSION_FAILED);
+    if (s->status != LL_SESSION_FAILED)
+        s->status = LL_SESSION_PAUSED;
+    if (back)
+        begin_state(s, tick);
+    else
+        s->quiet = 0;
+    s->errand = LL_ERRAND_SEEK;
+    s->goal = tick;
+    ll_session_pursue(s, 0); /* it may be there already */
+}
+
+static void make_state(ll_session *s, int64_t tick)
+{
+    begin_state(s, tick);
+    if (s->quiet > s->tick)
+        run(s, s->quiet, false);
     run(s, tick, true);
 }
 
-ll_status ll_session_wake(ll_session *s)
+ll_status ll_session_begin_to_wake(ll_session *s)
 {
     if (s->block)
         return ll_ok();
-    int64_t head = s->head;
-    ll_session_status status = s->status;
+    int64_t tick = s->tick;
     s->block = malloc(s->block_size);
     s->events = calloc(LL_EVENT_RING, sizeof *s->events);
     if (!s->block || !s->events) {
         ll_session_park(s);
         return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
     }
-    make_state(s, s->tick);
-    s->head = head;
-    if (s->status != LL_SESSION_FAILED)
-        s->status = status;
+    s->status_asleep = s->status;
+    begin_state(s, tick);
+    s->errand = LL_ERRAND_WAKE;
+    s->goal = tick;
     return ll_ok();
+}
+
+ll_status ll_session_wake(ll_session *s)
+{
+    ll_status status = ll_session_begin_to_wake(s);
+    if (!ll_failed(&status) && s->errand == LL_ERRAND_WAKE)
+        ll_session_pursue(s, INT64_MAX);
+    return status;
+}
+
+void ll_session_place(ll_session *s, ll_time wall, const ll_session_place_at *at)
+{
+    LL_ASSERT(!s->block);
+    if (at->head > s->head && at->head <= s->end)
+        s->head = at->head;
+    if (at->tick >= 0 && at->tick <= s->head)
+        s->tick = at->tick;
+    if (at->speed > 0)
+        s->speed = at->speed;
+    bool failed = s->failed_at >= 0 && s->tick == s->failed_at;
+    s->status = failed ? LL_SESSION_FAILED : at->playing ? LL_SESSION_PLAYING : LL_SESSION_PAUSED;
+    ll_session_anchor(s, wall);
+}
+
+/* ---- marks ---- */
+
+void ll_session_forget_marks(ll_session *s, int64_t from)
+{
+    while (s->mark_count > 0 && s->marks[s->mark_count - 1].tick >= from)
+        s->mark_count--;
+}
+
+/* They come in order but after a seek back. */
+void ll_session_keep_mark(ll_session *s, const ll_mark *mark)
+{
+    int at = s->mark_count;
+    while (at > 0 && s->marks[at - 1].tick > mark->tick)
+        at--;
+    if (at > 0 && s->marks[at - 1].tick == mark->tick) {
+        s->marks[at - 1] = *mark;
+        return;
+    }
+    if (s->mark_count == LL_MARKS && at == 0)
+        return;
+    if (s->mark_count == LL_MARKS) { /* the first goes */
+        at--;
+        memmove(s->marks, s->marks + 1, (size_t)at * sizeof *mark);
+    } else {
+        memmove(s->marks + at + 1, s->marks + at, (size_t)(s->mark_count - at) * sizeof *mark);
+        s->mark_count++;
+    }
+    s->marks[at] = *mark;
+}
+
+void ll_session_mark(ll_session *s)
+{
+    if (!s->on_line || !s->block || s->status == LL_SESSION_FAILED)
+        return;
+    ll_mark mark = {s->tick, s->scenario.kind->hash(s->block)};
+    ll_session_keep_mark(s, &mark);
+    ll_session_emit_mark(&mark, s->on_line, s->line_context);
 }
 
 /* ---- driving ---- */
@@ -337,15 +474,30 @@ static void end_if_over(ll_session *s)
         s->status = LL_SESSION_ENDED;
 }
 
-int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
+int64_t ll_session_due(const ll_session *s, ll_time wall)
 {
-    ll_status status = ll_session_wake(s);
-    if (ll_failed(&status) || s->status != LL_SESSION_PLAYING)
+    if (s->errand != LL_ERRAND_NONE)
+        return s->goal - s->tick;
+    if (s->status != LL_SESSION_PLAYING)
         return 0;
     ll_time due = s->anchor_time + (ll_time)((double)(wall - s->anchor_wall) * s->speed);
     int64_t target = due > 0 ? ll_tick_at(due, s->freq) : 0;
-    if (target > s->end)
-        target = s->end;
+    target = target > s->end ? s->end : target;
+    return target > s->tick ? target - s->tick : 0;
+}
+
+int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
+{
+    ll_status status = ll_session_begin_to_wake(s);
+    if (ll_failed(&status))
+        return 0;
+    if (s->errand != LL_ERRAND_NONE) {
+        int64_t left = ll_session_pursue(s, max_ticks);
+        return left > 0 ? left : ll_session_due(s, wall);
+    }
+    if (s->status != LL_SESSION_PLAYING)
+        return 0;
+    int64_t target = s->tick + ll_session_due(s, wall);
     int64_t to = target - s->tick > max_ticks ? s->tick + max_ticks : target;
     if (to > s->tick)
         run(s, to, true);
@@ -355,7 +507,7 @@ int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 
 void ll_session_move_to(ll_session *s, int64_t tick)
 {
-    if (tick < s->tick)
+    if (tick < s->tick || (tick == s->tick && s->status == LL_SESSION_FAILED))
         make_state(s, tick);
     else
         run(s, tick, true);
@@ -370,15 +522,33 @@ ll_status ll_session_run_to(ll_session *s, int64_t tick)
     if (tick < 0 || tick > s->end)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
                               (long long)s->end, (long long)tick);
-    if (tick != s->tick)
+    ll_session_rest(s);
+    if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);
     return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
+}
+
+ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt *interrupt)
+{
+    ll_piece piece = {1, 0};
+    ll_status status = ll_ok();
+    int64_t at = s->tick;
+    do {
+        if (!ll_next_piece(&piece, interrupt))
+            return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)at, (long long)tick);
+        at = tick - at > piece.size ? at + piece.size : tick;
+        status = ll_session_run_to(s, at);
+    } while (at < tick && !ll_failed(&status));
+    return status;
 }
 
 /* A command belongs to the present tick: what the log said of later ones no longer holds. */
 static void take_over(ll_session *s)
 {
+    ll_session_rest(s);
     drop_snapshots(s, s->tick);
+    ll_session_forget_marks(s, s->tick);
+    s->failed_at = -1;
     if (s->head == s->tick)
         return;
     ll_log_truncate(&s->log, s->next);
@@ -465,6 +635,9 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
 
 void ll_session_rebase(ll_session *s, const void *base)
 {
+    s->errand = LL_ERRAND_NONE;
+    s->failed_at = -1;
+    s->mark_count = 0;
     drop_snapshots(s, -1);
     ll_log_truncate(&s->log, 0);
     ll_param_copy(s->scenario.kind->table, s->base, base);
