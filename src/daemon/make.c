@@ -29,10 +29,10 @@ static bool make_keys(ll_hosted *hosted, ll_host_made *made)
     return true;
 }
 
-static ll_status fork_of(ll_hosted *origin, ll_hosted *hosted)
+static ll_status fork_of(ll_hosted *origin, ll_task *task, ll_hosted *hosted)
 {
     ll_session *session;
-    ll_status status = ll_hosted_enter(origin, &session, NULL);
+    ll_status status = ll_hosted_enter(origin, task, &session, NULL);
     if (ll_failed(&status))
         return status;
     status = ll_session_fork(session, ll_hosted_on_line, hosted, &hosted->session);
@@ -53,7 +53,7 @@ static ll_status control(ll_hosted *hosted, const char *op, const char *name, do
 
 static ll_status make_session(ll_hosted *hosted, const ll_host_order *order, ll_host_made *made)
 {
-    ll_status status = order->origin ? fork_of(order->origin, hosted)
+    ll_status status = order->origin ? fork_of(order->origin, order->task, hosted)
                                      : ll_session_create(order->scenario, order->seed, ll_hosted_on_line,
                                                          hosted, &hosted->session);
     if (ll_failed(&status))
@@ -132,8 +132,12 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
     if (!ll_failed(&status))
         ll_hosted_save(hosted);
     hosted->deleted = ll_failed(&status);
-    if (hosted->session)
+    if (hosted->session) {
+        ll_session_info info = ll_session_get_info(hosted->session);
+        made->status = info.status;
+        made->tick = info.tick;
         ll_hosted_note(hosted);
+    }
     uint64_t ticket = hosted->ticket;
     pthread_mutex_unlock(&hosted->lock);
     if (ll_failed(&status)) {

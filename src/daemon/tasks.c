@@ -298,14 +298,16 @@ ll_interrupt ll_task_interrupt(ll_task *t)
 
 /* ---- orders ---- */
 
-static ll_status check(ll_tasks *p, const char *client)
+static ll_status check(ll_tasks *p, const ll_task_order *order)
 {
     int of_client = 0;
     for (const account *a = p->accounts; a; a = a->next)
-        if (!a->of && strcmp(a->name, client) == 0)
+        if (!a->of && strcmp(a->name, order->client) == 0)
             of_client = a->tasks;
     if (p->draining)
         return ll_error(LL_UNAVAILABLE, "The daemon is stopping.");
+    if (order->own)
+        return ll_ok();
     if (of_client >= MOST_OF_CLIENT)
         return ll_error(LL_LIMIT, "%d requests of this client that take long are being worked on already.",
                         of_client);
@@ -323,7 +325,7 @@ ll_status ll_tasks_add(ll_tasks *p, const ll_task_order *order, ll_task **task)
     t->order = *order;
     pthread_cond_init(&t->its_turn, NULL);
     pthread_mutex_lock(&p->lock);
-    ll_status status = check(p, order->client);
+    ll_status status = check(p, order);
     if (!ll_failed(&status)) {
         t->client = open_account(p, NULL, order->client);
         t->session = t->client ? open_account(p, t->client, order->session) : NULL;

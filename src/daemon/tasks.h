@@ -34,6 +34,7 @@ typedef struct ll_task_order {
     char client[48];  /* an address */
     char session[65]; /* or an experiment, or empty */
     double budget_s;  /* of processor time; 0: none */
+    bool own;         /* the daemon's, not a request's: however many wait */
     /* Called once, also when it was ended before its first turn. */
     void (*run)(void *context, ll_task *task);
     void *context;

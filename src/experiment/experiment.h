@@ -9,6 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "experiment/axis.h"
 #include "session/scenario.h"
 #include "session/workload.h"
@@ -106,8 +107,8 @@ static inline bool ll_row_good(const ll_row *row)
 
 void ll_row_clear(ll_row *row); /* all 0, without metrics; rows are compared and stored as bytes */
 
-/* Fails for want of memory, and with LL_CONFLICT when `cancel` (may be NULL) becomes true meanwhile. */
-ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const atomic_bool *cancel,
+/* Fails for want of memory, and with LL_INTERRUPTED (`interrupt` may be NULL). */
+ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                             ll_row *row);
 
 /* The scenario of a run: to be opened live, together with the workload. */
@@ -115,5 +116,5 @@ ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_sc
 
 /* The trace of a run as CSV, as `laglab run --trace` writes it: it is run again for that. Ends where the run
  * ended, or with the last tick before it diverged. LL_BAD_INPUT: it was refused. */
-ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run,
+ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                               void (*write)(void *context, const char *text, size_t length), void *context);

@@ -20,34 +20,16 @@ static bool stops(const ll_experiment *e, ll_session *session)
     return value > e->head.stop.above;
 }
 
-static bool is_cancelled(const atomic_bool *cancel)
-{
-    return cancel && atomic_load_explicit(cancel, memory_order_relaxed);
-}
-
-static ll_status run_to(ll_session *session, int64_t tick, const atomic_bool *cancel)
-{
-    enum { TICKS_AT_ONCE = 64 };
-    ll_status status = ll_ok();
-    for (int64_t at = ll_session_get_info(session).tick;
-         at < tick && !ll_failed(&status) && !is_cancelled(cancel);) {
-        at = tick - at > TICKS_AT_ONCE ? at + TICKS_AT_ONCE : tick;
-        status = ll_session_run_to(session, at);
-    }
-    return status;
-}
-
-static ll_status advance(const ll_experiment *e, ll_session *session, const atomic_bool *cancel,
+static ll_status advance(const ll_experiment *e, ll_session *session, const ll_interrupt *interrupt,
                          bool *stopped)
 {
     ll_session_info info = ll_session_get_info(session);
     if (!e->head.stop.metric[0])
-        return run_to(session, info.end_tick, cancel);
+        return ll_session_run_within(session, info.end_tick, interrupt);
     ll_status status = ll_ok();
-    for (int64_t k = 1;
-         !ll_failed(&status) && !*stopped && info.tick < info.end_tick && !is_cancelled(cancel); k++) {
+    for (int64_t k = 1; !ll_failed(&status) && !*stopped && info.tick < info.end_tick; k++) {
         int64_t to = ll_tick_at((ll_time)((double)k * e->head.stop.every_s * 1e9), info.tick_freq);
-        status = run_to(session, to < info.end_tick ? to : info.end_tick, cancel);
+        status = ll_session_run_within(session, to < info.end_tick ? to : info.end_tick, interrupt);
         info = ll_session_get_info(session);
         *stopped = !ll_failed(&status) && info.tick < info.end_tick && stops(e, session);
     }
@@ -124,7 +106,7 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
     return status;
 }
 
-ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
+ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt, ll_row *row)
 {
     ll_session *session = NULL;
     bool stopped = false;
@@ -138,10 +120,10 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bo
         tell_error(row, &status);
         return ll_ok();
     }
-    status = advance(e, session, cancel, &stopped);
-    if (is_cancelled(cancel)) {
+    status = advance(e, session, interrupt, &stopped);
+    if (status.code == LL_INTERRUPTED) {
         ll_session_destroy(session);
-        return ll_error(LL_CONFLICT, "run %lld was cancelled", (long long)run);
+        return status;
     }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
@@ -151,7 +133,7 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bo
     return ll_ok();
 }
 
-ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
+ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
                               void (*write)(void *context, const char *text, size_t length), void *context)
 {
     ll_session *session = NULL;
@@ -159,9 +141,14 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
     ll_status status = open_session(e, run, &session);
     if (ll_failed(&status))
         return status;
-    ll_status ended = advance(e, session, NULL, &stopped);
+    ll_status ended = advance(e, session, interrupt, &stopped);
     int64_t tick = ll_session_get_info(session).tick;
-    status = ll_session_trace(session, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, write, context);
+    ll_session *copy = NULL;
+    status = ended.code == LL_INTERRUPTED ? ended : ll_session_copy(session, tick, &copy);
+    if (copy)
+        status = ll_session_write_trace(copy, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, interrupt,
+                                        write, context);
+    ll_session_destroy(copy);
     ll_session_destroy(session);
     return status;
 }

@@ -297,10 +297,24 @@ static ll_status hand_in(bench *b, const ll_lease *lease)
     return status;
 }
 
-/* LL_CONFLICT: it is no longer this worker's, or not wanted. */
+static bool is_wanted(void *context)
+{
+    const bench *b = context;
+    return !atomic_load_explicit(&b->drop, memory_order_relaxed);
+}
+
+static int64_t now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+/* LL_CONFLICT, LL_INTERRUPTED: it is no longer this worker's, or not wanted. */
 static ll_status run_chunk(bench *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
+    ll_interrupt interrupt = {is_wanted, now_ns, b};
     int64_t counted = 0;
     if (lease->to - lease->from > b->capacity) {
         free(b->rows);
@@ -309,7 +323,7 @@ static ll_status run_chunk(bench *b, const ll_lease *lease)
     }
     ll_status status = b->rows ? load(b, lease->id) : ll_error(LL_NO_MEMORY, "no memory for rows");
     for (int64_t run = lease->from; run < lease->to && !ll_failed(&status); run++) {
-        status = ll_experiment_run(b->experiment, run, &b->drop, &b->rows[run - lease->from]);
+        status = ll_experiment_run(b->experiment, run, &interrupt, &b->rows[run - lease->from]);
         atomic_fetch_add_explicit(&w->runs, 1, memory_order_relaxed);
         counted++;
     }
@@ -383,6 +397,8 @@ static ll_status work_once(bench *b, bool *found)
     hold(b, &lease);
     status = run_chunk(b, &lease);
     let_go(b);
+    if (status.code == LL_INTERRUPTED) /* the lease was lost, unless the workers stop */
+        status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
         status = w->order.store->kind->give_back(w->order.store, &lease);
     ll_workers_wake(w); /* others may wait to hear that this was the last */

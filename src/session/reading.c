@@ -58,6 +58,7 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .parked = s->block == NULL || waking,
         .seeking = s->errand == LL_ERRAND_SEEK,
         .tick = tick,
+        .at_tick = s->tick,
         .head_tick = s->head,
         .end_tick = s->end,
         .time = ll_tick_time(tick, s->freq),

@@ -98,6 +98,7 @@ typedef struct ll_session_info {
     bool parked;  /* or not awake yet: `tick` and `status` are those that it will have */
     bool seeking; /* on its way; `tick` is where it is now */
     int64_t tick, head_tick, end_tick;
+    int64_t at_tick; /* where it is while it wakes; else `tick` */
     ll_time time, head, duration;
     ll_freq tick_freq;
     double speed;
