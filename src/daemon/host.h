@@ -104,7 +104,7 @@ typedef struct ll_host_order {
     bool paused;
     double speed;         /* 0: as it is (1, or the origin's) */
     const char *peer;     /* who asks, for the rate */
-    struct ll_task *task; /* of a fork, which may have to wake its origin */
+    struct ll_task *task; /* for a large session, and for a fork, which may have to wake its origin */
 } ll_host_order;
 
 /* Makes a session, stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or what the engine

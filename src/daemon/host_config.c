@@ -42,7 +42,7 @@ static const ll_param rows[] = {
              "when the next is made."},
     {ROW(job_cpu_s, LL_PARAM_REAL), .min = 0.01, .max = 1e6, .standard = 600, .unit = "s",
      .help = "Processor time that one search for advice may use."},
-    {ROW(job_idle_s, LL_PARAM_REAL), .min = 0.1, .max = 86400, .standard = 30, .unit = "s",
+    {ROW(job_idle_s, LL_PARAM_REAL), .min = 0.1, .max = 86400, .standard = 10, .unit = "s",
      .help = "A search for advice that nobody has asked for in that time is cancelled."},
     {ROW(max_body_bytes, LL_PARAM_INT), .min = 1024, .max = 67108864, .standard = 1048576, .unit = "B",
      .help = "Largest body of a request."},

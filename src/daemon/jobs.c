@@ -8,7 +8,7 @@
 
 #include <cjson/cJSON.h>
 
-enum { JOBS_MOST = 100 };
+enum { JOBS_MOST = 256, OF_CLIENT = 8 }; /* of client: that run */
 
 #define KEPT (600 * LL_SECOND)
 
@@ -18,6 +18,7 @@ typedef struct job {
     struct job *next;
     ll_jobs *jobs;
     char id[LL_ID_LENGTH + 1];
+    char client[40];
     ll_key_hash key;
     ll_job_order order;
     _Atomic int64_t done;
@@ -128,10 +129,15 @@ static void forget_old(ll_jobs *jobs)
 static ll_status add_locked(ll_jobs *jobs, job *j)
 {
     ll_task_order order = {.budget_s = jobs->config->job_cpu_s, .run = run, .context = j};
-    snprintf(order.client, sizeof order.client, "%s", j->order.client);
+    int running = 0;
+    snprintf(order.client, sizeof order.client, "job %.39s",
+             j->client); /* its requests have turns of their own */
     snprintf(order.session, sizeof order.session, "%s", j->id);
-    j->order.client = NULL; /* the request's */
     forget_old(jobs);
+    for (const job *other = jobs->first; other; other = other->next)
+        running += other->state == LL_JOB_RUNNING && strcmp(other->client, j->client) == 0;
+    if (running >= OF_CLIENT)
+        return ll_error(LL_LIMIT, "%d searches of this client run already, which is the limit.", running);
     if (jobs->count >= JOBS_MOST)
         return ll_error(LL_LIMIT, "There are %d jobs already, which is the limit.", jobs->count);
     ll_status status = ll_tasks_add(jobs->tasks, &order, &j->task);
@@ -154,6 +160,7 @@ ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LE
     }
     j->jobs = jobs;
     j->order = *order;
+    snprintf(j->client, sizeof j->client, "%s", order->client);
     memcpy(j->id, id, sizeof j->id);
     atomic_init(&j->asked, ll_host_now());
     pthread_mutex_lock(&jobs->lock);

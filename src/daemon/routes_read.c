@@ -12,7 +12,7 @@
 
 enum { TRACE_ROWS = 100000 }; /* of one answer: what is made is held in memory */
 
-enum { LIGHT_BYTES = 1 << 20 }; /* of a session that is told within a millisecond or so */
+enum { LIGHT_BYTES = 6 << 20 }; /* of a session that is told within a millisecond or so */
 
 /* `fill` writes the answer with the session locked, or makes a copy and says what is still to be done with
  * it. */

@@ -147,7 +147,7 @@ static char *make_new(ll_api *api, const ll_http_request *request, ll_http_respo
     if (!body)
         return NULL;
     ll_workload *workload = NULL;
-    ll_host_order order = {.seed = -1, .peer = request->peer};
+    ll_host_order order = {.seed = -1, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status))
         status = read_options(body, &order);

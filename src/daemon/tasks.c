@@ -14,7 +14,8 @@ enum {
     MOST = 512,           /* tasks, started or not */
     MOST_OF_CLIENT = 128, /* of those */
     STARTED = 128,        /* that have a thread, and what they hold */
-    STARTED_OF_CLIENT = 32,
+    STARTED_OF_CLIENT = 64,
+    STARTED_OF_SESSION = 4,
     LOWER = 10, /* priority: below those who answer, above experiments */
 };
 
@@ -120,7 +121,9 @@ static bool comes_before(const ll_task *a, const ll_task *b)
 
 static bool may_start(const ll_tasks *p, const ll_task *t)
 {
-    return t->started || (p->started < STARTED && t->client->started < STARTED_OF_CLIENT);
+    return t->started || t->order.own ||
+           (p->started < STARTED && t->client->started < STARTED_OF_CLIENT &&
+            t->session->started < STARTED_OF_SESSION);
 }
 
 static ll_task *choose(ll_tasks *p)
@@ -161,6 +164,7 @@ static void give_turns(ll_tasks *p)
         }
         t->started = true;
         t->client->started++;
+        t->session->started++;
         p->started++;
         p->starting++;
         find_thread(p);
@@ -190,6 +194,7 @@ static void remove_task(ll_tasks *p, ll_task *t)
     p->started--;
     p->running--;
     t->client->started--;
+    t->session->started--;
     close_account(p, t->session);
     close_account(p, t->client);
 }
@@ -384,7 +389,7 @@ ll_tasks_stats ll_tasks_get_stats(ll_tasks *p)
     int64_t now = now_ns(), longest = 0;
     pthread_mutex_lock(&p->lock);
     for (const ll_task *t = p->first; t; t = t->next)
-        if (t->state == WAITING && now - t->since > longest)
+        if (t->state == WAITING && may_start(p, t) && now - t->since > longest)
             longest = now - t->since;
     ll_tasks_stats stats = {.running = p->running,
                             .waiting = p->count - p->running,

@@ -42,7 +42,7 @@ typedef struct ll_task_order {
 
 typedef struct ll_tasks_stats {
     int running, waiting; /* waiting: for their next turn */
-    double longest_s;     /* that one of them has waited by now */
+    double longest_s; /* that one of them has waited by now; not for others of its own session or client */
     uint64_t done, ended; /* since the start; ended before they were done */
     uint64_t refused;
 } ll_tasks_stats;
