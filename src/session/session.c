@@ -232,7 +232,8 @@ static void fail(ll_session *s, const ll_status *why)
     s->status = LL_SESSION_FAILED;
     s->error = *why;
     s->failed_at = s->tick;
-    s->failed_hash = s->scenario.kind->hash(s->block);
+    if (!told || !s->failed_hash) /* what the log says stays */
+        s->failed_hash = s->scenario.kind->hash(s->block);
     if (s->on_line && !told)
         ll_session_emit_failure(s, s->on_line, s->line_context);
 }
