@@ -209,7 +209,7 @@ static int64_t cpu_now_ns(void)
 
 bool ll_hosted_is_heavy(const ll_hosted *hosted)
 {
-    return hosted->tick_ns > heavy_ms * 1e6;
+    return hosted->tick_ns == 0 || hosted->tick_ns > heavy_ms * 1e6; /* not known yet: it may be */
 }
 
 static void learn_cost(ll_hosted *hosted, int64_t ns, int64_t ticks)
@@ -331,7 +331,7 @@ static ll_status catch_up(ll_hosted *hosted, ll_task *task)
     ll_time until = ll_host_now() + (ll_time)(2 * catch_up_ms * 1e6);
     double behind = behind_ms(hosted);
     while (behind > 0 && behind < catch_up_ms && ll_host_now() < until) {
-        if (!task && behind > piece_ms) {
+        if (!task && (behind > piece_ms || hosted->tick_ns == 0)) {
             pthread_mutex_unlock(&hosted->lock);
             return ll_error(LL_INTERRUPTED, "the session was not up to date");
         }

@@ -136,7 +136,7 @@ void ll_hosted_count_memory(ll_hosted *hosted, int64_t bytes);
 void ll_hosted_note(ll_hosted *hosted); /* status and memory for the statistics; locked */
 /* LL_NO_MEMORY when the other sessions leave too little for this one awake; else it is counted. Locked. */
 ll_status ll_hosted_fits(ll_hosted *hosted);
-bool ll_hosted_is_heavy(const ll_hosted *hosted); /* a tick is too long for a worker; locked */
+bool ll_hosted_is_heavy(const ll_hosted *hosted); /* a tick is, or may be, too long for a worker; locked */
 /* Locks within a few milliseconds, or with a task's patience. LL_INTERRUPTED: not. */
 ll_status ll_hosted_lock(ll_hosted *hosted, ll_task *task);
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */

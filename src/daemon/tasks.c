@@ -11,6 +11,8 @@
 
 enum {
     SLICE_NS = 10000000,
+    OVERDUE_NS = 50000000, /* after which a task that does not ask no longer holds its turn */
+    LOOK_NS = 20000000,
     MOST = 512,           /* tasks, started or not */
     MOST_OF_CLIENT = 128, /* of those */
     STARTED = 128,        /* that have a thread, and what they hold */
@@ -32,6 +34,7 @@ typedef enum task_state {
     WAITING,  /* for its turn */
     STARTING, /* it has its first turn, and no thread yet */
     RUNNING,
+    OVERDUE, /* runs on without a turn, until it asks */
 } task_state;
 
 struct ll_task {
@@ -50,10 +53,11 @@ struct ll_task {
 
 struct ll_tasks {
     pthread_mutex_t lock; /* of all that follows, and of the tasks but for `ending` */
-    pthread_cond_t work, over;
+    pthread_cond_t work, over, watch;
+    pthread_t watcher;
     ll_task *first;
     account *accounts;
-    int turns, running, starting, count, started, threads, idle;
+    int turns, running, overdue, starting, count, started, threads, idle;
     uint64_t serial;
     bool draining, ended;
     uint64_t done, broken, refused;
@@ -184,6 +188,15 @@ static ll_task *take(ll_tasks *p)
     return t;
 }
 
+/* Its turn is over, whether it had kept it or not. */
+static void end_turn(ll_tasks *p, const ll_task *t)
+{
+    if (t->state == OVERDUE)
+        p->overdue--;
+    else
+        p->running--;
+}
+
 static void remove_task(ll_tasks *p, ll_task *t)
 {
     ll_task **link = &p->first;
@@ -192,7 +205,7 @@ static void remove_task(ll_tasks *p, ll_task *t)
     *link = t->next;
     p->count--;
     p->started--;
-    p->running--;
+    end_turn(p, t);
     t->client->started--;
     t->session->started--;
     close_account(p, t->session);
@@ -233,14 +246,41 @@ static void *serve(void *argument)
     return NULL;
 }
 
+/* A piece that is longer than a slice, as a tick of a large grid, must not keep the turn of others: it goes
+ * on beside them, and the system shares the processors among all. */
+static void *watch(void *argument)
+{
+    ll_tasks *p = argument;
+    pthread_mutex_lock(&p->lock);
+    while (!p->ended) {
+        int64_t now = now_ns(), until = now + LOOK_NS;
+        struct timespec deadline = {until / 1000000000, until % 1000000000};
+        for (ll_task *t = p->first; t; t = t->next) {
+            if (t->state != RUNNING || now - t->since < OVERDUE_NS)
+                continue;
+            end_turn(p, t);
+            t->state = OVERDUE;
+            p->overdue++;
+        }
+        give_turns(p);
+        if (p->count > p->running + p->overdue)
+            pthread_cond_timedwait(&p->watch, &p->lock, &deadline);
+        else if (!p->ended)
+            pthread_cond_wait(&p->watch, &p->lock);
+    }
+    pthread_mutex_unlock(&p->lock);
+    return NULL;
+}
+
 static void wait_for_turn(ll_task *t)
 {
     ll_tasks *p = t->tasks;
     pthread_mutex_lock(&p->lock);
-    if (p->count > p->running) { /* somebody else waits */
+    if (t->state == OVERDUE || p->count > p->running + p->overdue) { /* somebody else waits */
+        end_turn(p, t);
         t->state = WAITING;
         t->since = now_ns();
-        p->running--;
+        pthread_cond_signal(&p->watch);
         give_turns(p);
         while (t->state == WAITING)
             pthread_cond_wait(&t->its_turn, &p->lock);
@@ -353,6 +393,7 @@ ll_status ll_tasks_add(ll_tasks *p, const ll_task_order *order, ll_task **task)
         link = &(*link)->next;
     *link = t;
     p->count++;
+    pthread_cond_signal(&p->watch);
     if (task)
         *task = t;
     give_turns(p);
@@ -372,7 +413,16 @@ ll_status ll_tasks_start(int turns, ll_tasks **tasks)
     pthread_mutex_init(&p->lock, NULL);
     pthread_cond_init(&p->work, NULL);
     pthread_cond_init(&p->over, NULL);
-    return ll_ok();
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_cond_init(&p->watch, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    if (pthread_create(&p->watcher, NULL, watch, p) == 0)
+        return ll_ok();
+    free(p);
+    *tasks = NULL;
+    return ll_error(LL_NO_MEMORY, "The thread that watches over turns cannot be started.");
 }
 
 void ll_tasks_drain(ll_tasks *p)
@@ -391,8 +441,9 @@ ll_tasks_stats ll_tasks_get_stats(ll_tasks *p)
     for (const ll_task *t = p->first; t; t = t->next)
         if (t->state == WAITING && may_start(p, t) && now - t->since > longest)
             longest = now - t->since;
-    ll_tasks_stats stats = {.running = p->running,
-                            .waiting = p->count - p->running,
+    int running = p->running + p->overdue;
+    ll_tasks_stats stats = {.running = running,
+                            .waiting = p->count - running,
                             .longest_s = (double)longest * 1e-9,
                             .done = p->done,
                             .ended = p->broken,
@@ -407,13 +458,18 @@ void ll_tasks_free(ll_tasks *p)
         return;
     ll_tasks_drain(p);
     pthread_mutex_lock(&p->lock);
-    while (p->count > 0 || p->threads > 0) {
+    while (p->count > 0 || p->threads > 0 || !p->ended) {
         p->ended = p->count == 0;
-        if (p->ended)
+        if (p->ended) {
             pthread_cond_broadcast(&p->work);
-        pthread_cond_wait(&p->over, &p->lock);
+            pthread_cond_signal(&p->watch);
+        }
+        if (p->count > 0 || p->threads > 0)
+            pthread_cond_wait(&p->over, &p->lock);
     }
     pthread_mutex_unlock(&p->lock);
+    pthread_join(p->watcher, NULL);
+    pthread_cond_destroy(&p->watch);
     pthread_cond_destroy(&p->work);
     pthread_cond_destroy(&p->over);
     pthread_mutex_destroy(&p->lock);

@@ -3,9 +3,9 @@
  * Each piece of work is a task: it belongs to a client and a session, may use so much processor time, and can
  * be ended from outside. Tasks run on threads of their own, of less priority than those that answer and
  * stream, and at most as many at once as there are turns. A task asks ll_task_go_on every millisecond or so;
- * when its slice is over and others wait, it waits there for its next turn. Turns go round over the clients
- * that have work, within a client over its sessions, and within a session over its tasks: who has much to do
- * waits for himself.
+ * when its slice is over and others wait, it waits there for its next turn. One that does not ask for long
+ * loses its turn and runs on beside the others. Turns go round over the clients that have work, within a
+ * client over its sessions, and within a session over its tasks: who has much to do waits for himself.
  *
  * It is ended by its budget, by its client's leaving, by whoever ordered it, or because the daemon stops:
  * then ll_task_go_on is false, and ll_task_ending says why in a sentence. A task holds no lock while it asks.

@@ -181,6 +181,31 @@ static void test_one_client_has_a_limit(void **state)
         assert_true(atomic_load(&j[i].over));
 }
 
+static void hog(void *context, ll_task *task)
+{
+    (void)task;
+    burn(800000000); /* and asks nobody */
+    atomic_store(&((job *)context)->over, true);
+}
+
+/* As many that do not ask as there are turns: others go on meanwhile. */
+static void test_a_long_piece_does_not_keep_a_turn(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(2);
+    job hogs[2] = {0}, short_one = {.most = 20};
+    for (int i = 0; i < 2; i++) {
+        ll_task_order order = {.client = "hog", .run = hog, .context = &hogs[i]};
+        ll_tasks_add(tasks, &order, NULL);
+    }
+    usleep(20000);
+    add(tasks, "other", "s", 0, &short_one, NULL);
+    wait_for(&short_one.over);
+    assert_false(atomic_load(&hogs[0].over) && atomic_load(&hogs[1].over));
+    assert_int_equal(ll_tasks_get_stats(tasks).waiting, 0);
+    ll_tasks_free(tasks);
+}
+
 static void test_draining_ends_all(void **state)
 {
     (void)state;
@@ -204,9 +229,13 @@ static void test_draining_ends_all(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_a_budget_is_kept),        cmocka_unit_test(test_turns_go_round_clients),
-        cmocka_unit_test(test_turns_go_round_sessions), cmocka_unit_test(test_coming_again_is_no_advantage),
-        cmocka_unit_test(test_a_task_is_stopped),       cmocka_unit_test(test_one_client_has_a_limit),
+        cmocka_unit_test(test_a_budget_is_kept),
+        cmocka_unit_test(test_turns_go_round_clients),
+        cmocka_unit_test(test_turns_go_round_sessions),
+        cmocka_unit_test(test_coming_again_is_no_advantage),
+        cmocka_unit_test(test_a_task_is_stopped),
+        cmocka_unit_test(test_one_client_has_a_limit),
+        cmocka_unit_test(test_a_long_piece_does_not_keep_a_turn),
         cmocka_unit_test(test_draining_ends_all),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
