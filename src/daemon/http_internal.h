@@ -1,5 +1,5 @@
-/* What http.c (the library's callbacks), http_routes.c (which handler), ll_http_send.c (answers) and
- * http_files.c (the page) share. */
+/* What http.c (the library's callbacks), http_routes.c (which handler), http_lanes.c (on which thread),
+ * ll_http_send.c (answers) and http_files.c (the page) share. */
 #pragma once
 
 #include <microhttpd.h>
@@ -102,6 +102,10 @@ bool ll_http_submit(ll_http *http,
                     http_exchange *exchange); /* to the lane of control; false when it is full */
 /* To the lane of work. On an error nobody else has the exchange. */
 ll_status ll_http_work(ll_http *http, http_exchange *exchange);
+
+bool ll_http_start_control(ll_http *http); /* one thread more */
+void ll_http_stop_control(ll_http *http);
+void ll_http_end_work(ll_http *http); /* drains the tasks, and waits for those of requests */
 
 enum MHD_Result ll_http_send(http_exchange *exchange);
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
