@@ -13,6 +13,7 @@
 #include "daemon/experiments.h"
 #include "daemon/problem.h"
 #include "daemon/tasks.h"
+#include "experiment/compare.h"
 #include "experiment/report.h"
 #include "experiment/table.h"
 
@@ -389,17 +390,33 @@ static bool next_row(void *context, ll_row *row, ll_status *status)
     return ll_stored_rows_next(&a->rows, row, status);
 }
 
+/* The table of what the query asks for: runs, points, or points against one of them. */
+static ll_status make_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
+                            const ll_experiment *e, asked_rows *rows, ll_result_table **table)
+{
+    const char *points = ll_http_query(request, "points"), *compare = ll_http_query(request, "compare");
+    ll_row *baseline = NULL;
+    int64_t point, count = 0;
+    if (!points || strcmp(points, "true") != 0)
+        return ll_result_table_rows(e, record->version, next_row, rows, table);
+    ll_status status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
+    if (!ll_failed(&status) && compare)
+        status =
+            ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, point, &baseline, &count);
+    if (!ll_failed(&status))
+        status = ll_result_table_compared(e, baseline, count, next_row, rows, table);
+    free(baseline);
+    return status;
+}
+
 static ll_status write_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
                              const ll_experiment *e, const ll_format *format, FILE *file)
 {
     asked_rows a = {.task = request->task};
     ll_result_table *table = NULL;
-    const char *points = ll_http_query(request, "points");
-    bool of_points = points && strcmp(points, "true") == 0;
     ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record->id);
     if (!ll_failed(&status))
-        status = of_points ? ll_result_table_points(e, next_row, &a, &table)
-                           : ll_result_table_rows(e, record->version, next_row, &a, &table);
+        status = make_table(api, request, record, e, &a, &table);
     if (!ll_failed(&status))
         status = format->write(ll_result_table_get(table), file);
     ll_result_table_free(table);

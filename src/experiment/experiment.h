@@ -11,6 +11,7 @@
 
 #include "base/interrupt.h"
 #include "experiment/axis.h"
+#include "experiment/interval.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 
@@ -24,6 +25,8 @@ enum {
 
 typedef enum ll_sampling { LL_SAMPLE_NONE, LL_SAMPLE_RANDOM, LL_SAMPLE_SOBOL } ll_sampling;
 
+typedef enum ll_interval_choice { LL_INTERVALS_AUTO, LL_INTERVALS_T } ll_interval_choice;
+
 /* What has one value, in a table of its own. */
 typedef struct ll_experiment_head {
     char title[LL_TITLE_MAX + 8];
@@ -35,7 +38,8 @@ typedef struct ll_experiment_head {
     char error[LL_EXPERIMENT_PATH_MAX + 8], cost[LL_EXPERIMENT_PATH_MAX + 8];
     int64_t repeats;
     bool traces; /* `sweep` writes each run's, too */
-    char reserved[7];
+    char reserved[3];
+    int32_t interval; /* ll_interval_choice */
     struct {
         int32_t method, reserved; /* ll_sampling */
         int64_t count, seed;
@@ -56,6 +60,7 @@ typedef struct ll_experiment {
     int dimension[LL_EXPERIMENT_AXES_MAX]; /* of each axis: zipped ones share it */
     int axis_count, dimension_count;
     char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
+    ll_metric_scale scales[LL_EXPERIMENT_METRICS_MAX];
     int metric_count;
     int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: there is none */
     int64_t points, runs;

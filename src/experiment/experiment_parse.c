@@ -226,6 +226,7 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         for (int i = 0; i < e->metric_count; i++)
             if (strcmp(e->metrics[i], item->valuestring) == 0)
                 return ll_field_error(LL_BAD_INPUT, field, "%s: %s is given twice", field, item->valuestring);
+        e->scales[e->metric_count] = ll_metric_scale_of(e->base.kind, present, item->valuestring);
         snprintf(e->metrics[e->metric_count++], sizeof e->metrics[0], "%s", item->valuestring);
     }
     ll_status status = read_trade(e);

@@ -6,6 +6,7 @@
 
 #include "experiment/experiment_internal.h"
 
+static const char *const intervals[] = {"auto", "t", NULL};
 static const char *const samplings[] = {"none", "random", "sobol", NULL};
 
 #define SAMPLE(member) offsetof(ll_experiment_head, sample.member) - offsetof(ll_experiment_head, sample)
@@ -81,6 +82,9 @@ static const ll_param head_rows[] = {
      .help = "The metric that this is paid with; empty: the second, if there is one."},
     {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .standard = 1,
      .help = "Runs of each point, with seeds that count up from the scenario's."},
+    {ROW(interval), .type = LL_PARAM_CHOICE, .choices = intervals,
+     .help = "How intervals of means are made: auto chooses by what the values are, t is Student's for all "
+             "but shares, for who knows that they are near to normal."},
     {ROW(traces), .type = LL_PARAM_BOOL,
      .help = "Write each run's trace beside the rows: for at most 1000 runs."},
     {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},

@@ -6,7 +6,7 @@
 
 typedef struct ll_plot_point {
     double x, y;
-    double half;       /* width of half of y's interval; NaN: there is none */
+    double low, high;  /* of y's interval; NaN or infinite: there is none */
     bool front;        /* on the front: drawn in the other colour, and joined */
     const char *label; /* of a choice on the x axis; NULL: x is a number */
     const char *name;  /* told when a pointer rests on it */

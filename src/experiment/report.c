@@ -55,6 +55,22 @@ static const char *name_of(const ll_experiment *e, int metric, char name[LL_COLU
     return name;
 }
 
+/* A point as it is drawn: by magnitude, which the bounds are of only where all runs have one sign. */
+static ll_plot_point drawn(const ll_point *from, int metric)
+{
+    const ll_summary *m = &from->metrics[metric];
+    double size = from->size[metric], rest = 1e-9 * size;
+    ll_plot_point p = {.y = size, .low = NAN, .high = NAN, .front = from->front, .name = from->name};
+    if (fabs(m->mean - size) <= rest) {
+        p.low = m->of_mean.low;
+        p.high = m->of_mean.high;
+    } else if (fabs(m->mean + size) <= rest) {
+        p.low = -m->of_mean.high;
+        p.high = -m->of_mean.low;
+    }
+    return p;
+}
+
 static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     int x = e->cost_metric, y = e->error_metric;
@@ -64,11 +80,8 @@ static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FIL
         return ll_error(LL_NO_MEMORY, "no memory for a plot");
     for (int i = 0; i < points->count; i++) {
         const ll_point *from = &points->points[i];
-        p[i] = (ll_plot_point){.x = from->size[x],
-                               .y = from->size[y],
-                               .half = from->half[y],
-                               .front = from->front,
-                               .name = from->name};
+        p[i] = drawn(from, y);
+        p[i].x = from->size[x];
     }
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     fputs("<h2>Error against cost</h2><p>Left is cheap, low is good. The marked points are the Pareto "
@@ -117,11 +130,10 @@ static ll_status plot_axis(const ll_experiment *e, const ll_points *points, cons
     for (int i = 0; i < points->count; i++) {
         const ll_point *from = &points->points[i];
         const cJSON *value = cJSON_GetObjectItemCaseSensitive(from->values, axis->path);
-        p[i] = (ll_plot_point){.x = place_of(axis, value),
-                               .y = from->size[e->error_metric],
-                               .half = from->half[e->error_metric],
-                               .label = label_of(axis, value),
-                               .name = from->name};
+        p[i] = drawn(from, e->error_metric);
+        p[i].x = place_of(axis, value);
+        p[i].label = label_of(axis, value);
+        p[i].front = false;
     }
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     snprintf(title, sizeof title, "Error along %s", column);
@@ -134,6 +146,29 @@ static ll_status plot_axis(const ll_experiment *e, const ll_points *points, cons
 
 /* ---- tables and texts ---- */
 
+static void write_number(double value, FILE *file)
+{
+    if (isfinite(value))
+        fprintf(file, "<td>%.6g</td>", value);
+    else
+        fputs("<td></td>", file);
+}
+
+static void write_summary(const ll_summary *s, FILE *file)
+{
+    char text[LL_SUMMARY_TEXT_MAX];
+    write_number(s->mean, file);
+    write_number(s->of_mean.low, file);
+    write_number(s->of_mean.high, file);
+    fputs("<td class=\"l\">", file);
+    ll_summary_text(s, text);
+    ll_html_text(text, file);
+    fputs("</td>", file);
+    write_number(s->deviation, file);
+    for (int q = 0; q < 3; q++)
+        write_number(s->quartiles[q], file);
+}
+
 static void write_points(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     fputs("<h2>All points</h2><div "
@@ -142,7 +177,9 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
     for (int i = 0; i < e->metric_count; i++) {
         fputs("<th>", file);
         ll_html_text(e->metrics[i], file);
-        fputs("</th><th>± 95 %</th>", file);
+        fputs("</th><th>95 % from</th><th>to</th><th>by</th><th>SD</th><th>25 %</th><th>median</th><th>75 "
+              "%</th>",
+              file);
     }
     fputs("</tr></thead><tbody>\n", file);
     for (int k = 0; k < points->count; k++) {
@@ -151,13 +188,8 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
                 p->point);
         ll_html_text(p->name, file);
         fprintf(file, "</td><td>%" PRId64 "</td><td>%" PRId64 "</td>", p->runs, p->failed);
-        for (int i = 0; i < 2 * e->metric_count; i++) {
-            double value = i % 2 ? p->half[i / 2] : p->mean[i / 2];
-            if (isfinite(value))
-                fprintf(file, "<td>%.6g</td>", value);
-            else
-                fputs("<td></td>", file);
-        }
+        for (int i = 0; i < e->metric_count; i++)
+            write_summary(&p->metrics[i], file);
         fputs("</tr>\n", file);
     }
     fputs("</tbody></table></div>\n", file);
@@ -165,7 +197,7 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
         fprintf(file,
                 "<p>At %" PRId64 " of %" PRId64
                 " points all repeats gave identical metrics: nothing random in "
-                "this scenario reaches them, so there is no interval.</p>\n",
+                "this scenario reaches them, or what does is rare.</p>\n",
                 points->identical, e->points);
     if (points->left_out > 0)
         fprintf(file, "<p>%" PRId64 " more points are left out here; the results have them.</p>\n",

@@ -10,6 +10,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "experiment/compare.h"
 #include "experiment/experiment.h"
 #include "experiment/metric_path.h"
 #include "experiment/points.h"
@@ -291,10 +292,136 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
     for (int i = 0; i < 4; i++)
         assert_int_equal(points.points[i].front, front[i]);
     assert_true(points.points[0].runs == 1 && points.points[0].failed == 1);
-    assert_true(points.points[0].mean[0] == 0.001 && isnan(points.points[0].size[0]));
-    assert_true(fabs(points.points[1].mean[0]) < 1e-15 && fabs(points.points[1].size[0] - 0.9) < 1e-15);
+    assert_true(points.points[0].metrics[0].mean == 0.001 && isnan(points.points[0].size[0]));
+    assert_true(fabs(points.points[1].metrics[0].mean) < 1e-15 &&
+                fabs(points.points[1].size[0] - 0.9) < 1e-15);
     assert_true(fabs(points.points[2].size[0] - 0.15) < 1e-15);
     ll_points_free(&points);
+    ll_experiment_free(e);
+}
+
+/* ---- points and comparisons ---- */
+
+typedef struct spread {
+    ll_row rows[24];
+} spread;
+
+/* Two points of eight runs: what a seed adds is in both, and the second has 0.5 more, give or take 0.1. The
+ * fourth run of the second failed. */
+static void fill(const ll_experiment *e, spread *s)
+{
+    static const double luck[8] = {3, -1, 4, -1.5, 5, -9, 2.6, -5},
+                        rest[8] = {0.1, -0.1, 0.05, 0, -0.08, 0.03, 0, 0.02};
+    assert_int_equal(e->runs, 16);
+    for (int i = 0; i < 16; i++) {
+        ll_row_clear(&s->rows[i]);
+        s->rows[i].run = i;
+        s->rows[i].metrics[0] = 20 + luck[i % 8] + (i / 8) * (0.5 + rest[i % 8]);
+        s->rows[i].metrics[1] = 0;
+    }
+    s->rows[11].status = LL_ROW_FAILED;
+    s->rows[11].metrics[0] = s->rows[11].metrics[1] = NAN;
+}
+
+static double cell_of(const ll_table *t, const ll_cell *cells, const char *name)
+{
+    for (int i = 0; i < t->column_count; i++)
+        if (strcmp(t->columns[i].name, name) == 0)
+            return cells[i].null ? NAN : cells[i].number;
+    fail_msg("there is no column %s", name);
+    return 0;
+}
+
+static const char *text_of(const ll_table *t, const ll_cell *cells, const char *name)
+{
+    for (int i = 0; i < t->column_count; i++)
+        if (strcmp(t->columns[i].name, name) == 0)
+            return cells[i].null ? "" : cells[i].text;
+    fail_msg("there is no column %s", name);
+    return NULL;
+}
+
+#define LEAD "players.0.own_lead_m.mean"
+#define HITCHES "players.0.smoothness.hitches"
+#define PAIR                                                                                                 \
+    "{\"scenario\":\"race\",\"repeats\":8,\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[0,100]}],"    \
+    "\"metrics\":[\"" LEAD "\",\"" HITCHES "\"]}"
+
+static void points_are_compared_by_seed(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(PAIR);
+    ll_result_table *table;
+    ll_cell cells[LL_COLUMNS_MAX];
+    ll_status status = ll_ok();
+    spread s;
+    fill(e, &s);
+    must(ll_result_table_compared(e, s.rows, 8, next_given, &(given){s.rows, 0, 16}, &table));
+    const ll_table *t = ll_result_table_get(table);
+    assert_true(t->next(t->context, cells, &status));
+    assert_true(cell_of(t, cells, LEAD ".diff") == 0 && isnan(cell_of(t, cells, LEAD ".diff_low")));
+    assert_true(t->next(t->context, cells, &status));
+    /* 0.5 + (0.1 - 0.1 + 0.05 - 0.08 + 0.03 + 0 + 0.02) / 7 */
+    assert_true(fabs(cell_of(t, cells, LEAD ".diff") - (0.5 + 0.02 / 7)) < 1e-12);
+    assert_true(cell_of(t, cells, LEAD ".diff_pairs") == 7);
+    double low = cell_of(t, cells, LEAD ".diff_low"), high = cell_of(t, cells, LEAD ".diff_high");
+    assert_true(low > 0.35 && low < 0.5 && high > 0.5 && high < 0.65);
+    assert_string_equal(text_of(t, cells, LEAD ".diff_method"), "bootstrap-t");
+    /* unpaired, nothing could be said: the seeds make a deviation of 5 */
+    assert_true(cell_of(t, cells, LEAD ".ci95_high") - cell_of(t, cells, LEAD ".ci95_low") > 5);
+    assert_true(fabs(cell_of(t, cells, LEAD ".sd") - 5) < 1);
+    assert_true(cell_of(t, cells, HITCHES ".ci95_low") == 0);
+    assert_true(fabs(cell_of(t, cells, HITCHES ".ci95_high") - 3.6888794541139354 / 7) < 1e-9);
+    assert_string_equal(text_of(t, cells, HITCHES ".ci95_method"), "poisson");
+    assert_false(t->next(t->context, cells, &status));
+    ll_result_table_free(table);
+    ll_experiment_free(e);
+}
+
+static void baselines_are_found(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(
+        "{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[0,100,200]},{\"path\":"
+        "\"players.0.prediction\",\"values\":[false,true]}]," METRICS "}");
+    static const struct {
+        const char *text;
+        int64_t point;
+        const char *words; /* of the error */
+    } cases[] = {{"first", 0, NULL},
+                 {"5", 5, NULL},
+                 {"players.0.lag_ms=200", 4, NULL},
+                 {"players.0.prediction=true,players.0.lag_ms=100", 3, NULL},
+                 {"6", 0, "from 0 to 5; got 6"},
+                 {"-1", 0, "got -1"},
+                 {"players.0.lag_ms=150", 0, "no point has players.0.lag_ms=150"},
+                 {"players.1.lag_ms=0", 0, "on no axis"},
+                 {"last", 0, "must be first"},
+                 {"", 0, "must be first"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        int64_t point;
+        ll_status status = ll_compare_point(e, "compare", cases[i].text, &point);
+        if (cases[i].words)
+            assert_true(status.code == LL_BAD_INPUT && strstr(status.text, cases[i].words) &&
+                        strcmp(status.field, "compare") == 0);
+        else
+            assert_true(!ll_failed(&status) && point == cases[i].point);
+    }
+    ll_experiment_free(e);
+}
+
+static void scales_are_told(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(
+        "{\"scenario\":\"rifle\",\"metrics\":[\"players.0.shots.rifle.false_hits\",\"players.0.connection."
+        "connected\","
+        "\"players.0.pop_m.max\",\"players.0.visible_corrections_per_s\",\"players.0.corrections\","
+        "\"players.0.remote_error_m.mean\"]}");
+    static const ll_metric_scale scales[] = {LL_SCALE_COUNT, LL_SCALE_FLAG,   LL_SCALE_EXTREME,
+                                             LL_SCALE_COUNT, LL_SCALE_AMOUNT, LL_SCALE_AMOUNT};
+    for (int i = 0; i < 6; i++)
+        assert_int_equal(e->scales[i], scales[i]);
     ll_experiment_free(e);
 }
 
@@ -435,6 +562,9 @@ int main(void)
         cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
         cmocka_unit_test(a_run_that_is_lost_has_no_metrics),
         cmocka_unit_test(fronts_take_magnitudes_and_no_failures),
+        cmocka_unit_test(points_are_compared_by_seed),
+        cmocka_unit_test(baselines_are_found),
+        cmocka_unit_test(scales_are_told),
         cmocka_unit_test(what_may_be_below_0_is_declared),
         cmocka_unit_test(what_does_not_go_together_is_told_in_the_row),
         cmocka_unit_test(bad_input_is_told),

@@ -7,7 +7,7 @@ import { mark } from '../panels.js';
 import { experiment, tell, theme } from '../state.js';
 import { palette } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { columnsOf, frontOf, meanOf, numberOf, told, tradeOf, identicalOf } from './columns.js';
+import { columnsOf, frontOf, meanOf, numberOf, spreadOf, told, tradeOf, identicalOf } from './columns.js';
 import { choose, draft, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
@@ -145,7 +145,7 @@ function words() {
   const row = points.value[selected.value];
   if (!row) return '';
   const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${told(row[column.name])}`);
-  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row, name)}`);
+  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => [`${name} ${meanOf(row, name)}`, spreadOf(row, name)].filter(Boolean).join(', '));
   return `Point ${row.point}${front.value.has(selected.value) ? ', on the front' : ''}: ${[...axes, ...values].join('; ')}`;
 }
 
@@ -203,16 +203,16 @@ function sortable(name, label) {
 /** @returns {Template} */
 function table() {
   const order = sorted(), list = columns.value;
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table class="data points"><caption>Points: mean ± half the 95 % interval</caption>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table class="data points"><caption>Points: mean and its 95 % interval</caption>
     <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th scope="col">Runs</th>${trade.value.cost === '' ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
     <tbody>${order.slice(0, rowsShown.value).map((i) => {
       const row = /** @type {Cells} */ (points.value[i]);
       return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th scope="row">${row.point}</th>
-        ${list.map((column) => html`<td>${column.kind === 'axis' ? told(row[column.name]) : meanOf(row, column.name)}</td>`)}<td>${row.runs}</td>
+        ${list.map((column) => (column.kind === 'axis' ? html`<td>${told(row[column.name])}</td>` : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`))}<td>${row.runs}</td>
         ${trade.value.cost === '' ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
         <td><button type="button" class="small" aria-label=${`Open point ${row.point} live`} @click=${(/** @type {Event} */ event) => { event.stopPropagation(); live(row); }}>Open</button></td></tr>`;
     })}</tbody></table></div>
-    ${identicalOf(points.value) > 0 ? html`<p class="facts" id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics: nothing random in this scenario reaches them, so there is no interval.</p>` : nothing}
+    ${identicalOf(points.value) > 0 ? html`<p class="facts" id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics: nothing random in this scenario reaches them, or what does is rare.</p>` : nothing}
     ${order.length > rowsShown.value ? html`<button type="button" @click=${() => { rowsShown.value += PAGE; }}>${many(order.length - rowsShown.value)} more points</button>` : nothing}`;
 }
 
