@@ -48,6 +48,11 @@ typedef struct ll_experiment_head {
         char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: runs go to their end */
         double above, every_s;
     } stop;
+    struct {
+        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: the error */
+        double half_width, relative;             /* of the interval, at most; 0: no such rule */
+        int64_t least;
+    } until;
 } ll_experiment_head;
 
 typedef struct ll_experiment {
@@ -62,6 +67,7 @@ typedef struct ll_experiment {
     char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
     ll_metric_scale scales[LL_EXPERIMENT_METRICS_MAX];
     int metric_count;
+    int until_metric;
     int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: there is none */
     int64_t points, runs;
 } ll_experiment;
@@ -91,6 +97,7 @@ typedef enum ll_row_status {
     LL_ROW_DIVERGED, /* the run, or a part that metrics are of; `error` tells when and where */
     LL_ROW_REFUSED,  /* these values do not go together; there are no metrics */
     LL_ROW_FAILED,   /* a part that metrics are of gave up or was not run: `error` tells which and why */
+    LL_ROW_SKIPPED,  /* not made: the runs of its point before it were enough (until.h) */
 } ll_row_status;
 
 extern const char *const ll_row_status_names[];

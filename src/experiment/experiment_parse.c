@@ -6,6 +6,7 @@
 
 #include "experiment/experiment_internal.h"
 #include "experiment/metric_path.h"
+#include "experiment/until.h"
 #include "session/session.h"
 
 /* Puts the scenario in place of its id. */
@@ -204,6 +205,22 @@ static ll_status read_trade(ll_experiment *e)
     return ll_failed(&status) ? status : find_metric(e, "cost", e->head.cost, 1, &e->cost_metric);
 }
 
+static ll_status check_until(const ll_experiment *e)
+{
+    bool extreme = e->scales[e->until_metric] == LL_SCALE_EXTREME && e->head.interval != LL_INTERVALS_T;
+    if (!ll_until_is_set(e))
+        return ll_ok();
+    if (e->head.until.least > e->head.repeats)
+        return ll_field_error(LL_BAD_INPUT, "until.least",
+                              "until.least must be at most repeats, which is %lld; got %lld",
+                              (long long)e->head.repeats, (long long)e->head.until.least);
+    if (extreme)
+        return ll_field_error(LL_BAD_INPUT, "until.metric",
+                              "until.metric: the mean of %s, a largest value, has no interval",
+                              e->metrics[e->until_metric]);
+    return ll_ok();
+}
+
 static ll_status read_metrics(ll_experiment *e, const cJSON *present)
 {
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(e->json, "metrics"), *item;
@@ -230,6 +247,10 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         snprintf(e->metrics[e->metric_count++], sizeof e->metrics[0], "%s", item->valuestring);
     }
     ll_status status = read_trade(e);
+    if (!ll_failed(&status))
+        status = find_metric(e, "until.metric", e->head.until.metric, e->error_metric, &e->until_metric);
+    if (!ll_failed(&status))
+        status = check_until(e);
     if (ll_failed(&status))
         return status;
     return e->head.stop.metric[0] ? ll_metric_check(present, "stop.metric", e->head.stop.metric) : ll_ok();

@@ -10,7 +10,7 @@
 #include "experiment/metric_path.h"
 #include "session/session.h"
 
-const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed"};
+const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed", "skipped"};
 
 static bool stops(const ll_experiment *e, ll_session *session)
 {

@@ -69,6 +69,39 @@ static const ll_param_table stop_table = {.name = "stop",
                                           .count = sizeof stop_rows / sizeof stop_rows[0],
                                           .size = sizeof((ll_experiment_head *)0)->stop};
 
+#define UNTIL(member) offsetof(ll_experiment_head, until.member) - offsetof(ll_experiment_head, until)
+
+static const ll_param until_rows[] = {
+    {.name = "metric",
+     .type = LL_PARAM_TEXT,
+     .offset = UNTIL(metric),
+     .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "One of the metrics; empty: the error."},
+    {.name = "half_width",
+     .type = LL_PARAM_REAL,
+     .offset = UNTIL(half_width),
+     .max = 1e15,
+     .help = "A point has enough runs when half of the interval's width is at most this; 0: no such rule."},
+    {.name = "relative",
+     .type = LL_PARAM_REAL,
+     .offset = UNTIL(relative),
+     .max = 1,
+     .help = "Or when it is at most this part of the mean's magnitude; 0: no such rule."},
+    {.name = "least",
+     .type = LL_PARAM_INT,
+     .offset = UNTIL(least),
+     .min = LL_INTERVAL_LEAST,
+     .max = 100000,
+     .standard = 10,
+     .help = "Runs before the first look; there is another whenever there are twice as many."},
+};
+
+static const ll_param_table until_table = {.name = "until",
+                                           .help = "When a point has enough runs, below `repeats`.",
+                                           .rows = until_rows,
+                                           .count = sizeof until_rows / sizeof until_rows[0],
+                                           .size = sizeof((ll_experiment_head *)0)->until};
+
 #define ROW(member) .name = #member, .offset = offsetof(ll_experiment_head, member)
 
 static const ll_param head_rows[] = {
@@ -89,6 +122,8 @@ static const ll_param head_rows[] = {
      .help = "Write each run's trace beside the rows: for at most 1000 runs."},
     {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},
     {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "When a run ends early."},
+    {ROW(until), .type = LL_PARAM_OBJECT, .child = &until_table,
+     .help = "When a point has enough runs, below `repeats`."},
 };
 
 static const ll_param_table head_table = {.name = "experiment",

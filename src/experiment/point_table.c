@@ -5,10 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "experiment/metric_path.h"
 #include "experiment/table_internal.h"
-
-#define ERROR_95 0.05
+#include "experiment/until.h"
 
 /* NaN: there is none. */
 static bool same_metrics(const ll_experiment *e, const double *a, const double *b)
@@ -36,6 +34,8 @@ static void hold_run(const ll_experiment *e, const ll_row *row, double *values)
 static void add_run(ll_result_table *t, repeats *r, const ll_row *row)
 {
     const ll_experiment *e = t->experiment;
+    if (row->status == LL_ROW_SKIPPED)
+        return;
     for (int i = 0; i < e->metric_count; i++)
         ll_sums_add(&t->sums[i], row->metrics[i]);
     hold_run(e, row, t->held);
@@ -59,41 +59,13 @@ static void forget(const ll_experiment *e, double *values)
 
 /* ---- intervals ---- */
 
-/* Seconds of a run that count for rates. */
-static double counted_s(const ll_experiment *e, int64_t point, double t_s)
-{
-    ll_scenario scenario = {0};
-    void *warmup = NULL;
-    ll_status status = ll_experiment_open(e, point * e->head.repeats, &scenario);
-    if (!ll_failed(&status) && ll_param_find(scenario.kind->table, scenario.config, "warmup_s", &warmup) &&
-        warmup)
-        t_s -= *(const double *)warmup;
-    ll_scenario_free(&scenario);
-    return t_s;
-}
-
-static ll_interval_order order_of(const ll_result_table *t, int metric, const repeats *r)
-{
-    const ll_experiment *e = t->experiment;
-    ll_interval_order order = {.values = t->scratch,
-                               .scale = e->scales[metric],
-                               .error = ERROR_95,
-                               .use_t = e->head.interval == LL_INTERVALS_T};
-    if (order.scale == LL_SCALE_COUNT && ll_metric_is_rate(e->metrics[metric])) {
-        double seconds = r->equally_long ? counted_s(e, t->point, r->t_s) : 0;
-        if (seconds > 0)
-            order.unit = 1 / seconds;
-        else
-            order.scale = LL_SCALE_AMOUNT;
-    }
-    return order;
-}
-
 static void summarise(ll_result_table *t, int metric, const repeats *r)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count;
-    ll_interval_order order = order_of(t, metric, r);
+    ll_interval_order order =
+        ll_experiment_order(t->experiment, metric, t->point, r->equally_long ? r->t_s : NAN);
+    order.values = t->scratch;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]))
             t->scratch[order.n++] = x[k];
@@ -106,11 +78,9 @@ static void compare(ll_result_table *t, int metric)
 {
     int64_t count = t->experiment->head.repeats;
     const double *x = t->held + metric * count, *base = t->baseline + metric * count;
-    ll_interval_order order = {.values = t->scratch,
-                               .scale = t->experiment->scales[metric] == LL_SCALE_EXTREME ? LL_SCALE_EXTREME
-                                                                                          : LL_SCALE_AMOUNT,
-                               .error = ERROR_95,
-                               .use_t = t->experiment->head.interval == LL_INTERVALS_T};
+    ll_interval_order order = ll_experiment_order(t->experiment, metric, t->point, NAN);
+    order.values = t->scratch;
+    order.scale = order.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
     for (int64_t k = 0; k < count; k++)
         if (isfinite(x[k]) && isfinite(base[k]))
             t->scratch[order.n++] = x[k] - base[k];

@@ -9,6 +9,7 @@
 #include "experiment/metric_path.h"
 #include "experiment/plot.h"
 #include "experiment/points.h"
+#include "experiment/until.h"
 
 static const char head[] =
     "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
@@ -233,10 +234,10 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
     fprintf(file, "</p>\n<p>Scenario <code>");
     ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
     fprintf(file,
-            "</code>, %" PRId64 " points with %" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
+            "</code>, %" PRId64 " points with %s%" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
             "; key %016" PRIx64 ", laglab %s.</p>\n",
-            e->points, e->head.repeats, scenario->seed, scenario->seed + e->head.repeats - 1,
-            ll_experiment_key(e), version);
+            e->points, ll_until_is_set(e) ? "up to " : "", e->head.repeats, scenario->seed,
+            scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
 }
 
 ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,

@@ -14,6 +14,7 @@
 #include "experiment/shard.h"
 #include "experiment/table.h"
 #include "experiment/traces.h"
+#include "experiment/until.h"
 #include "experiment/verbs.h"
 #include "experiment/work.h"
 
@@ -218,6 +219,16 @@ static void remove_own_store(const sweep *s)
 
 /* ---- the verb ---- */
 
+/* Of whole points where those decide which of their runs are made. */
+static ll_status find_shard(sweep *s)
+{
+    int64_t unit = ll_until_is_set(s->experiment) ? s->experiment->head.repeats : 1;
+    ll_status status = ll_shard(s->shard, s->experiment->runs / unit, &s->from, &s->to);
+    s->from *= unit;
+    s->to *= unit;
+    return status;
+}
+
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
     const ll_option options[] = {
@@ -266,7 +277,7 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     if (!ll_failed(&status))
         status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
     if (!ll_failed(&status))
-        status = ll_shard(s->shard, s->experiment->runs, &s->from, &s->to);
+        status = find_shard(s);
     if (!ll_failed(&status) && s->compare && !s->points)
         status = ll_error(LL_BAD_INPUT, "--compare compares points: give --points, too");
     if (!ll_failed(&status) && s->compare)

@@ -161,6 +161,24 @@ test('points are the means of their runs with spread and 95 % intervals', () => 
   }
 });
 
+test('a point is run until its mean is known well enough, the same for any number of jobs and from shards', () => {
+  const error = 'players.0.remote_error_m.mean', until = { half_width: 0.15, least: 10 };
+  const name = write('until.json', { scenario: 'race', set: { duration_s: 4 }, axes: [{ path: 'players.0.link.down.jitter_ms', values: [0, 10, 150] }], repeats: 60, until, metrics: [error] });
+  const all = good(['sweep', name, '--jobs', '1']), rows = JSON.parse(good(['sweep', name, '--format', 'json']));
+  assert.equal(good(['sweep', name, '--jobs', '4']), all);
+  for (const shard of [1, 2]) good(['sweep', name, '--shard', `${shard}/2`, '--out', file(`until${shard}.csv`)]);
+  assert.equal(good(['merge', name, 'until1.csv', 'until2.csv']), all);
+  const points = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  for (const point of points) {
+    const made = rows.filter((/** @type {any} */ row) => row.point === point.point && row.status === 'ok').length;
+    assert.deepEqual([point.runs, point.failed], [made, 0]);
+    assert.ok([10, 20, 40, 60].includes(made));
+    assert.ok(made === 60 || point[`${error}.ci95`] <= 0.15);
+    for (const row of rows) if (row.point === point.point) assert.equal(row.status, row.repeat < made ? 'ok' : 'skipped');
+  }
+  assert.ok(points.some((/** @type {any} */ point) => point.runs < 60), 'some point has enough');
+});
+
 test('points are compared with one of them by seed', () => {
   const name = race(), lead = 'players.0.own_lead_m.mean';
   const rows = JSON.parse(good(['sweep', name, '--format', 'json']));
