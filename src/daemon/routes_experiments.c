@@ -395,8 +395,11 @@ static ll_status make_table(ll_api *api, const ll_http_request *request, const l
                             const ll_experiment *e, asked_rows *rows, ll_result_table **table)
 {
     const char *points = ll_http_query(request, "points"), *compare = ll_http_query(request, "compare");
+    const char *sensitivity = ll_http_query(request, "sensitivity");
     ll_row *baseline = NULL;
     int64_t point, count = 0;
+    if (sensitivity && strcmp(sensitivity, "true") == 0)
+        return ll_result_table_sensitivity(e, ll_stored_rows_next, rows, table);
     if (!points || strcmp(points, "true") != 0)
         return ll_result_table_rows(e, record->version, next_row, rows, table);
     ll_status status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();

@@ -12,18 +12,17 @@
 #include "base/interrupt.h"
 #include "experiment/axis.h"
 #include "experiment/interval.h"
+#include "experiment/sample.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 
 enum {
-    LL_EXPERIMENT_AXES_MAX = 10,
+    LL_EXPERIMENT_AXES_MAX = 20,
     LL_EXPERIMENT_METRICS_MAX = 32,
     LL_EXPERIMENT_PATH_MAX = 120,
     LL_EXPERIMENT_RUNS_MAX = 10000000,
     LL_EXPERIMENT_TRACES_MAX = 1000, /* runs of an experiment whose traces are kept */
 };
-
-typedef enum ll_sampling { LL_SAMPLE_NONE, LL_SAMPLE_RANDOM, LL_SAMPLE_SOBOL } ll_sampling;
 
 typedef enum ll_interval_choice { LL_INTERVALS_AUTO, LL_INTERVALS_T } ll_interval_choice;
 
@@ -68,6 +67,8 @@ typedef struct ll_experiment {
     ll_metric_scale scales[LL_EXPERIMENT_METRICS_MAX];
     int metric_count;
     int until_metric;
+    int front[LL_EXPERIMENT_METRICS_MAX],
+        front_count;               /* whose front is told: cost and error, or those named */
     int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: there is none */
     int64_t points, runs;
 } ll_experiment;
@@ -82,6 +83,8 @@ char *ll_experiment_text(const ll_experiment *experiment);
 
 /* What differs between two experiments gives other keys: specification and scenario. */
 uint64_t ll_experiment_key(const ll_experiment *experiment);
+
+ll_sample_order ll_experiment_sample(const ll_experiment *experiment);
 
 /* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */
 struct cJSON *ll_experiment_point(const ll_experiment *experiment, int64_t point);

@@ -7,7 +7,7 @@
 #include "experiment/experiment_internal.h"
 
 static const char *const intervals[] = {"auto", "t", NULL};
-static const char *const samplings[] = {"none", "random", "sobol", NULL};
+static const char *const samplings[] = {"none", "random", "sobol", "lhs", "saltelli", NULL};
 
 #define SAMPLE(member) offsetof(ll_experiment_head, sample.member) - offsetof(ll_experiment_head, sample)
 #define STOP(member) offsetof(ll_experiment_head, stop.member) - offsetof(ll_experiment_head, stop)
@@ -17,16 +17,18 @@ static const ll_param sample_rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = SAMPLE(method),
      .choices = samplings,
-     .help =
-         "Points drawn from the axes in place of their product: at random, or a Sobol' sequence, which fills "
-         "evenly."},
+     .help = "Points drawn from the axes in place of their product: at random, a Sobol' sequence, which "
+             "fills evenly, a "
+             "Latin hypercube (lhs), or what sensitivity indices are made of (saltelli)."},
     {.name = "count",
      .type = LL_PARAM_INT,
      .offset = SAMPLE(count),
      .min = 1,
      .max = LL_EXPERIMENT_RUNS_MAX,
      .standard = 64,
-     .help = "How many points; powers of two suit a Sobol' sequence."},
+     .help = "How many points, of saltelli base samples, each of as many points as there are dimensions and "
+             "two; powers "
+             "of two suit Sobol' sequences and saltelli."},
     {.name = "seed",
      .type = LL_PARAM_INT,
      .offset = SAMPLE(seed),
@@ -133,7 +135,7 @@ static const ll_param_table head_table = {.name = "experiment",
                                           .size = sizeof(ll_experiment_head)};
 
 /* Keys that are not values of one type, so not in the table. */
-static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload"};
+static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload", "front"};
 
 /* ---- schema ---- */
 
@@ -184,6 +186,12 @@ cJSON *ll_experiment_schema(void)
         properties, "metrics",
         "{\"description\":\"Paths of numbers in the metrics of a run.\",\"type\":\"array\",\"minItems\":1,"
         "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+    add_other(
+        properties, "front",
+        "{\"description\":\"Metrics whose front the report marks: points that no other point is as good as "
+        "in all "
+        "and better than in one, by magnitude; left out, cost and error.\",\"type\":\"array\",\"minItems\":2,"
+        "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
     add_workload(properties);
     cJSON_AddItemToObject(
         cJSON_GetObjectItem(axis, "properties"), "values",
@@ -200,7 +208,7 @@ cJSON *ll_experiment_schema(void)
 
 static ll_status check_keys(const cJSON *json)
 {
-    char known[200] = "";
+    char known[240] = "";
     const cJSON *item;
     for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s, ", other_keys[i]);

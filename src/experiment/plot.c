@@ -145,7 +145,7 @@ static void draw_points(FILE *file, const ll_plot *plot, const scale *x, const s
     fputs("<path class=\"front\" d=\"", file);
     for (int i = 0; i < plot->count; i++) {
         const ll_plot_point *p = &plot->points[i];
-        if (!p->front || !drawable(p))
+        if (!p->front || plot->apart || !drawable(p))
             continue;
         fprintf(file, "%c%.1f %.1f", begun ? 'L' : 'M', position(x, p->x), position(y, p->y));
         begun = true;

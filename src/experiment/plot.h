@@ -17,6 +17,7 @@ typedef struct ll_plot {
     const ll_plot_point *points; /* of a front: in the order of x */
     int count;
     bool log_x, log_y; /* where all values are above 0; otherwise the axis is linear */
+    bool apart;        /* the front is not joined: it is of more than what is drawn */
     int width, height;
 } ll_plot;
 

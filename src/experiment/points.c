@@ -124,3 +124,66 @@ void ll_points_mark_front(ll_points *points, int cost, int error)
     }
     free(places);
 }
+
+/* ---- fronts of several metrics ---- */
+
+typedef struct ranked {
+    const ll_points *points;
+    const int *metrics;
+    int count;
+} ranked;
+
+static int by_all(const void *a, const void *b, void *context)
+{
+    const ranked *r = context;
+    int x = *(const int *)a, y = *(const int *)b;
+    for (int i = 0; i < r->count; i++) {
+        double p = r->points->points[x].size[r->metrics[i]], q = r->points->points[y].size[r->metrics[i]];
+        if (p != q)
+            return p < q ? -1 : 1;
+    }
+    return x - y;
+}
+
+static bool dominates(const ranked *r, const ll_point *a, const ll_point *b)
+{
+    bool better = false;
+    for (int i = 0; i < r->count; i++) {
+        double x = a->size[r->metrics[i]], y = b->size[r->metrics[i]];
+        if (x > y)
+            return false;
+        better |= x < y;
+    }
+    return better;
+}
+
+/* In the order of the metrics what beats a point is before it; of these those on the front are enough (Kung,
+ * Luccio and Preparata 1975, without its division). */
+void ll_points_mark_fronts(ll_points *points, const int *metrics, int count)
+{
+    ranked r = {points, metrics, count};
+    int *order = malloc((size_t)points->count * sizeof *order),
+        *front = malloc((size_t)points->count * sizeof *front);
+    int n = 0, on = 0;
+    for (int i = 0; order && front && i < points->count; i++) {
+        bool known = true;
+        for (int k = 0; k < count; k++)
+            known &= (bool)isfinite(points->points[i].size[metrics[k]]);
+        points->points[i].front = false;
+        if (known)
+            order[n++] = i;
+    }
+    if (n > 0)
+        qsort_r(order, (size_t)n, sizeof *order, by_all, &r);
+    for (int i = 0; i < n; i++) {
+        ll_point *p = &points->points[order[i]];
+        bool beaten = false;
+        for (int k = 0; k < on && !beaten; k++)
+            beaten = dominates(&r, &points->points[front[k]], p);
+        p->front = !beaten;
+        if (!beaten)
+            front[on++] = order[i];
+    }
+    free(order);
+    free(front);
+}

@@ -28,4 +28,7 @@ void ll_points_free(ll_points *points);
 /* Marks the front of least cost and least error, by magnitude; of points all of whose runs have both. */
 void ll_points_mark_front(ll_points *points, int cost, int error);
 
+/* The same of any number of metrics from 2 on: no other point is as good in all and better in one. */
+void ll_points_mark_fronts(ll_points *points, const int *metrics, int count);
+
 char *ll_point_name(const struct cJSON *values); /* caller frees */

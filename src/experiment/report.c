@@ -91,7 +91,7 @@ static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FIL
           "drawn.</p>\n",
           file);
     ll_plot_write(&(ll_plot){"Error against cost", name_of(e, x, x_name), name_of(e, y, y_name), p,
-                             points->count, true, true, 760, 420},
+                             points->count, true, true, e->front_count > 2, 760, 420},
                   file);
     free(p);
     return ll_ok();
@@ -139,7 +139,7 @@ static ll_status plot_axis(const ll_experiment *e, const ll_points *points, cons
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     snprintf(title, sizeof title, "Error along %s", column);
     ll_plot_write(&(ll_plot){title, column, name_of(e, e->error_metric, name), p, points->count,
-                             axis->scale == 1, true, 400, 260},
+                             axis->scale == 1, true, true, 400, 260},
                   file);
     free(p);
     return ll_ok();
@@ -240,6 +240,17 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
             scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
 }
 
+static void write_front(const ll_experiment *e, FILE *file)
+{
+    fputs("<p>Marked is the front of", file);
+    for (int i = 0; i < e->front_count; i++) {
+        fputs(i ? ", <code>" : " <code>", file);
+        ll_html_text(e->metrics[e->front[i]], file);
+        fputs("</code>", file);
+    }
+    fputs(": no other point is as good in all of them and better in one.</p>\n", file);
+}
+
 ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,
                           FILE *file)
 {
@@ -248,10 +259,12 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
     if (ll_failed(&status))
         return status;
     write_title(e, version, file);
-    if (e->cost_metric >= 0) {
-        ll_points_mark_front(&points, e->cost_metric, e->error_metric);
+    if (e->front_count > 0)
+        ll_points_mark_fronts(&points, e->front, e->front_count);
+    if (e->front_count > 2)
+        write_front(e, file);
+    if (e->cost_metric >= 0)
         status = plot_trade(e, &points, file);
-    }
     if (e->axis_count > 0)
         fputs("<h2>Along each axis</h2><div class=\"multiples\">\n", file);
     for (int i = 0; i < e->axis_count && !ll_failed(&status); i++)

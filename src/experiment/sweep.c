@@ -24,7 +24,7 @@
 
 typedef struct sweep {
     const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces, *compare;
-    bool points, dry_run, anew;
+    bool points, sensitivity, dry_run, anew;
     ll_experiment *experiment;
     const ll_format *format;
     ll_result_store *store;
@@ -151,6 +151,8 @@ static ll_status make_table(const sweep *s, ll_stored_rows *rows, ll_result_tabl
 {
     ll_row *baseline = NULL;
     int64_t count = 0;
+    if (s->sensitivity)
+        return ll_result_table_sensitivity(s->experiment, ll_stored_rows_next, rows, table);
     if (!s->points)
         return ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next, rows, table);
     ll_status status = s->compare
@@ -219,6 +221,18 @@ static void remove_own_store(const sweep *s)
 
 /* ---- the verb ---- */
 
+static ll_status check_sensitivity(const sweep *s)
+{
+    if (s->points || s->shard)
+        return ll_error(LL_BAD_INPUT,
+                        "--sensitivity needs all runs, and gives no points: neither --points nor "
+                        "--shard go with it");
+    if (s->experiment->head.sample.method != LL_SAMPLE_SALTELLI)
+        return ll_error(LL_BAD_INPUT, "--sensitivity needs an experiment with \"sample\": {\"method\": "
+                                      "\"saltelli\"}");
+    return ll_ok();
+}
+
 /* Of whole points where those decide which of their runs are made. */
 static ll_status find_shard(sweep *s)
 {
@@ -246,6 +260,10 @@ static ll_status prepare(sweep *s, int argc, char **argv)
          "With --points: the differences to this point, by runs of the same seed: first, a number, or "
          "PATH=VALUE[,PATH=VALUE].",
          .value = &s->compare},
+        {"--sensitivity",
+         .help = "First and total Sobol' indices of each metric in place of runs: of an experiment that is "
+                 "sampled by saltelli.",
+         .flag = &s->sensitivity},
         {"--report", "FILE.html", "A page with the plots and their tables.", .value = &s->report},
         {"--traces", "DIR", "A CSV of each run over its time.", .value = &s->traces},
         {"--store", "URL",
@@ -278,6 +296,8 @@ static ll_status prepare(sweep *s, int argc, char **argv)
         status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
     if (!ll_failed(&status))
         status = find_shard(s);
+    if (!ll_failed(&status) && s->sensitivity)
+        status = check_sensitivity(s);
     if (!ll_failed(&status) && s->compare && !s->points)
         status = ll_error(LL_BAD_INPUT, "--compare compares points: give --points, too");
     if (!ll_failed(&status) && s->compare)

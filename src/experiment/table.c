@@ -184,5 +184,6 @@ void ll_result_table_free(ll_result_table *t)
     free(t->held);
     free(t->baseline);
     free(t->scratch);
+    free(t->indices);
     free(t);
 }

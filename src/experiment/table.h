@@ -56,6 +56,12 @@ ll_status ll_result_table_points(const ll_experiment *experiment, ll_row_source 
 ll_status ll_result_table_compared(const ll_experiment *experiment, const ll_row *baseline, int64_t count,
                                    ll_row_source *source, void *context, ll_result_table **table);
 
+/* One row per metric and dimension of the axes: `metric`, `parameter`, its first and total Sobol' index with
+ * the bounds of their 95 % intervals, and over how many base `samples` (sensitivity.h). Reads all rows at
+ * once. LL_BAD_INPUT: the experiment is not sampled for that. */
+ll_status ll_result_table_sensitivity(const ll_experiment *experiment, ll_row_source *source, void *context,
+                                      ll_result_table **table);
+
 /* Of the points that were read from a table of points. */
 int64_t ll_result_table_identical(const ll_result_table *table);
 

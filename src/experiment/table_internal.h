@@ -1,6 +1,7 @@
 /* For the files of the tables of results. */
 #pragma once
 
+#include "experiment/sensitivity.h"
 #include "experiment/summary.h"
 #include "experiment/table.h"
 
@@ -30,6 +31,7 @@ struct ll_result_table {
     bool compares;
     double *scratch; /* one metric's, without gaps */
     ll_resampler resampler;
+    ll_sensitivity *indices; /* of a table of those, by metric and dimension */
     char hash[17];
     ll_table table;
 };

@@ -179,6 +179,18 @@ test('a point is run until its mean is known well enough, the same for any numbe
   assert.ok(points.some((/** @type {any} */ point) => point.runs < 60), 'some point has enough');
 });
 
+test('sensitivity indices tell which axis a metric follows', () => {
+  // free fall for 1 s with Euler steps: the error is g dt / 2 to first order, and does not know of the speed at first
+  const sampled = { scenario: { kind: 'motion', problem: 'free_fall', duration_s: 1, methods: [{ method: 'explicit_euler', dt_s: 0.01 }] }, sample: { method: 'saltelli', count: 128 },
+    axes: [{ path: 'methods.0.dt_s', from: 0.001, to: 0.01 }, { path: 'params.v0', from: 0, to: 5 }], metrics: ['methods.0.e_final'] };
+  const name = write('sampled.json', sampled), rows = JSON.parse(good(['sweep', name, '--sensitivity', '--format', 'json']));
+  assert.deepEqual(rows.map((/** @type {any} */ row) => [row.metric, row.parameter, row.samples]), [['methods.0.e_final', 'methods.0.dt_s', 128], ['methods.0.e_final', 'params.v0', 128]]);
+  assert.ok(Math.abs(rows[0].first - 1) < 0.05 && Math.abs(rows[0].total - 1) < 0.05 && rows[0].total_low < 1 && rows[0].total_high > 0.95);
+  assert.ok(rows[1].total < 1e-6);
+  assert.match(laglab(['sweep', race(), '--sensitivity']).stderr, /saltelli/);
+  assert.match(laglab(['sweep', name, '--sensitivity', '--points']).stderr, /neither --points nor --shard/);
+});
+
 test('points are compared with one of them by seed', () => {
   const name = race(), lead = 'players.0.own_lead_m.mean';
   const rows = JSON.parse(good(['sweep', name, '--format', 'json']));

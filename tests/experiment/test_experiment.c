@@ -10,6 +10,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "base/rng.h"
 #include "experiment/compare.h"
 #include "experiment/experiment.h"
 #include "experiment/metric_path.h"
@@ -121,6 +122,112 @@ static void samples_fill_the_range(void **state)
             assert_true(filled == 256 && predicted == 128);
         else /* 256 (1 - 1/e) = 162 are expected, with a deviation of 5 */
             assert_true(filled > 132 && filled < 192 && predicted > 80 && predicted < 176);
+        ll_experiment_free(e);
+    }
+}
+
+/* Counts of what an axis gives over a sample, from `least` on. */
+static void count_values(const char *sample, const char *axis, const char *path, int least, int *counts,
+                         int kinds)
+{
+    char text[600];
+    snprintf(text, sizeof text,
+             "{\"scenario\":\"race\",\"sample\":%s,\"axes\":[{\"path\":\"%s\",%s}]," METRICS "}", sample,
+             path, axis);
+    ll_experiment *e = experiment(text);
+    memset(counts, 0, (size_t)kinds * sizeof *counts);
+    for (int p = 0; p < e->points; p++) {
+        int at = (int)value(e, p, path) - least;
+        assert_true(at >= 0 && at < kinds);
+        counts[at]++;
+    }
+    ll_experiment_free(e);
+}
+
+/* Each whole number as often as the others, the ends too, from either end; on a logarithmic scale 1 has what
+ * is below 1.5, log(1.5 / 0.5) of log(8.5 / 0.5). */
+static void whole_numbers_are_drawn_evenly(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"sobol", "lhs"};
+    static const char path[] = "players.0.redundancy";
+    int counts[16];
+    for (int m = 0; m < 2; m++) {
+        char sample[80];
+        snprintf(sample, sizeof sample, "{\"method\":\"%s\",\"count\":1024}", methods[m]);
+        count_values(sample, "\"from\":3,\"to\":10", path, 3, counts, 8);
+        for (int i = 0; i < 8; i++)
+            assert_int_equal(counts[i], 128);
+        count_values(sample, "\"from\":10,\"to\":3", path, 3, counts, 8);
+        for (int i = 0; i < 8; i++)
+            assert_int_equal(counts[i], 128);
+        count_values(sample, "\"from\":1,\"to\":8,\"scale\":\"log\"", path, 1, counts, 8);
+        for (int i = 0; i < 8; i++)
+            assert_true(fabs(counts[i] - 1024 * log((i + 1.5) / (i + 0.5)) / log(17)) < 2);
+    }
+}
+
+/* A range with a count has its values alone, each as often. */
+static void a_count_is_honoured_when_sampled(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment("{\"scenario\":\"race\",\"sample\":{\"method\":\"sobol\",\"count\":128},"
+                                  "\"axes\":[{\"path\":\"players.0."
+                                  "lag_ms\",\"from\":10,\"to\":25,\"count\":4}]," METRICS "}");
+    int counts[4] = {0};
+    for (int p = 0; p < 128; p++) {
+        double lag = value(e, p, "players.0.lag_ms");
+        assert_true(lag == 10 || lag == 15 || lag == 20 || lag == 25);
+        counts[(int)(lag - 10) / 5]++;
+    }
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(counts[i], 32);
+    ll_experiment_free(e);
+}
+
+/* Base sample j: A, B, and A with one dimension of B; zipped axes are one. */
+static void saltelli_mixes_two_samples(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment("{\"scenario\":\"race\",\"sample\":{\"method\":\"saltelli\",\"count\":32},"
+                                  "\"axes\":[{\"path\":\"players.0."
+                                  "lag_ms\",\"from\":0,\"to\":100},{\"zip\":[{\"path\":\"players.1.lag_ms\","
+                                  "\"from\":0,\"to\":100},{\"path\":"
+                                  "\"server.update_hz\",\"from\":10,\"to\":60}]}]," METRICS "}");
+    assert_int_equal(e->points, 32 * 4);
+    for (int j = 0; j < 32; j++) {
+        double x[4], y[4];
+        for (int k = 0; k < 4; k++) {
+            x[k] = value(e, 4 * j + k, "players.0.lag_ms");
+            y[k] = value(e, 4 * j + k, "players.1.lag_ms");
+            assert_true(fabs(value(e, 4 * j + k, "server.update_hz") - (10 + y[k] / 2)) < 1e-9);
+        }
+        assert_true(x[2] == x[1] && y[2] == y[0] && x[3] == x[0] && y[3] == y[1] && x[0] != x[1]);
+    }
+    ll_experiment_free(e);
+}
+
+static void there_may_be_twenty_axes(void **state)
+{
+    (void)state;
+    for (int axes = 20; axes <= 21; axes++) {
+        char text[3000];
+        int used = snprintf(text, sizeof text,
+                            "{\"scenario\":\"race\",\"sample\":{\"method\":\"saltelli\",\"count\":2}," METRICS
+                            ",\"axes\":[");
+        static const char *const rows[] = {"jitter_ms", "loss_pct", "loss_corr_pct", "ge_1h_pct",
+                                           "ge_1k_pct", "p13_pct",  "p31_pct",       "p32_pct",
+                                           "p23_pct",   "p14_pct",  "delay_ms"};
+        for (int a = 0; a < axes; a++)
+            used += snprintf(text + used, sizeof text - (size_t)used,
+                             "%s{\"path\":\"players.0.link.%s.%s\",\"from\":1,\"to\":2}", a ? "," : "",
+                             a % 2 ? "up" : "down", rows[a / 2]);
+        snprintf(text + used, sizeof text - (size_t)used, "]}");
+        ll_experiment *e = NULL;
+        ll_status status = parse(text, &e);
+        if (axes == 20 && ll_failed(&status))
+            fail_msg("%s", status.text);
+        assert_true(axes == 20 ? e->points == 44 : strstr(status.text, "at most 20") != NULL);
         ll_experiment_free(e);
     }
 }
@@ -298,6 +405,41 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
     assert_true(fabs(points.points[2].size[0] - 0.15) < 1e-15);
     ll_points_free(&points);
     ll_experiment_free(e);
+}
+
+/* Against a naive search over random points with ties, of two to four metrics. */
+static void fronts_of_several_metrics_are_naive_ones(void **state)
+{
+    (void)state;
+    enum { POINTS = 200 };
+    ll_point *p = calloc(POINTS, sizeof *p);
+    static const int metrics[4] = {3, 0, 7, 1};
+    for (uint64_t seed = 0; seed < 30; seed++)
+        for (int count = 2; count <= 4; count++) {
+            for (int i = 0; i < POINTS; i++)
+                for (int k = 0; k < 4; k++) {
+                    double u = ll_rng_unit(seed, (uint64_t)k, (uint64_t)i);
+                    p[i].size[metrics[k]] = u < 0.02 ? NAN : floor(u * 12);
+                }
+            ll_points_mark_fronts(&(ll_points){.points = p, .count = POINTS}, metrics, count);
+            for (int i = 0; i < POINTS; i++) {
+                bool on = true;
+                for (int k = 0; k < count; k++)
+                    on &= !isnan(p[i].size[metrics[k]]);
+                for (int j = 0; j < POINTS && on; j++) {
+                    bool as_good = true, better = false;
+                    for (int k = 0; k < count; k++) {
+                        as_good &= p[j].size[metrics[k]] <= p[i].size[metrics[k]];
+                        better |= p[j].size[metrics[k]] < p[i].size[metrics[k]];
+                    }
+                    for (int k = 0; k < count; k++)
+                        as_good &= !isnan(p[j].size[metrics[k]]);
+                    on = !(as_good && better);
+                }
+                assert_int_equal(p[i].front, on);
+            }
+        }
+    free(p);
 }
 
 /* ---- points and comparisons ---- */
@@ -519,6 +661,13 @@ static void bad_input_is_told(void **state)
          "{\"path\":\"players.1.lag_ms\",\"from\":0,\"to\":9,\"count\":5000}]," METRICS "}",
          "axes", "10000 x 5000 points, with 10 repeats 5e+08 runs"},
         {"{\"scenario\":\"race\",\"sample\":{\"method\":\"halton\"}," METRICS "}", "sample.method", "sobol"},
+        {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\"]," METRICS "}", "front", "2 to 32"},
+        {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\",\"tick\"]," METRICS "}", "front.1",
+         "one of the metrics; got tick"},
+        {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\",\"players.0.own_lead_m.mean\"]"
+         "," METRICS "}",
+         "front.1", "twice"},
+        {"{\"scenario\":\"race\",\"interval\":\"bca\"," METRICS "}", "interval", "auto, t"},
         {"{\"scenario\":\"race\",\"stop\":{\"metric\":\"nosuch\"}," METRICS "}", "stop.metric",
          "server, players"},
     };
@@ -556,6 +705,11 @@ int main(void)
         cmocka_unit_test(zipped_axes_go_together),
         cmocka_unit_test(ranges_hit_both_ends),
         cmocka_unit_test(samples_fill_the_range),
+        cmocka_unit_test(whole_numbers_are_drawn_evenly),
+        cmocka_unit_test(a_count_is_honoured_when_sampled),
+        cmocka_unit_test(saltelli_mixes_two_samples),
+        cmocka_unit_test(there_may_be_twenty_axes),
+        cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
         cmocka_unit_test(a_row_is_that_of_a_session),
         cmocka_unit_test(a_stop_rule_ends_a_run),
         cmocka_unit_test(a_part_that_fails_has_no_metrics),

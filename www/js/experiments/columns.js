@@ -47,6 +47,28 @@ export function frontOf(rows, cost, error) {
   return front;
 }
 
+/** The metrics whose front is told: those that the experiment names, or cost and error. @param {any} experiment @returns {string[]} */
+export function frontMetricsOf(experiment) {
+  const { cost, error } = tradeOf(experiment);
+  return Array.isArray(experiment.front) ? experiment.front.map(String) : cost === '' ? [] : [cost, error];
+}
+
+/** The same of any number of metrics: no other point is as good in all and better in one. @param {Cells[]} rows @param {string[]} metrics @returns {Set<number>} places */
+export function frontOfAll(rows, metrics) {
+  if (metrics.length < 2) return new Set();
+  if (metrics.length === 2) return frontOf(rows, /** @type {string} */ (metrics[0]), /** @type {string} */ (metrics[1]));
+  const places = rows.map((row, i) => ({ i, sizes: metrics.map((name) => Math.abs(numberOf(row, name))) }))
+    .filter((p) => !(numberOf(/** @type {Cells} */ (rows[p.i]), 'failed') > 0) && p.sizes.every(Number.isFinite))
+    .sort((a, b) => a.sizes.reduce((order, size, k) => order || size - /** @type {number} */ (b.sizes[k]), 0));
+  /** @type {typeof places} */
+  const front = [];
+  for (const p of places) {
+    const beaten = front.some((q) => q.sizes.every((size, k) => size <= /** @type {number} */ (p.sizes[k])) && q.sizes.some((size, k) => size < /** @type {number} */ (p.sizes[k])));
+    if (!beaten) front.push(p);
+  }
+  return new Set(front.map((p) => p.i));
+}
+
 /** Three significant digits, powers of ten where the number is far from one. @param {number} value */
 export function exact(value) {
   if (!Number.isFinite(value)) return '–';
