@@ -1,7 +1,8 @@
 /* An experiment: a scenario, what is varied, how often each point is repeated, and which metrics are kept.
  *
  * A row is a pure function of (specification, index): it can be run on any thread or machine, again after a
- * crash, and in any order. Run i is repeat i % repeats of point i / repeats; repeat r has the scenario's seed
+ * crash, and in any order (but for the metric cost.ns_per_sim_s, which is measured). Run i is repeat i %
+ * repeats of point i / repeats; repeat r has the scenario's seed
  * + r, at every point, so that points differ by their parameters and not by their luck. */
 #pragma once
 

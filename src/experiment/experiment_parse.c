@@ -269,7 +269,9 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         if (!cJSON_IsString(item) || strlen(item->valuestring) > LL_EXPERIMENT_PATH_MAX)
             return ll_field_error(LL_BAD_INPUT, field, "%s must be a path of at most %d characters", field,
                                   LL_EXPERIMENT_PATH_MAX);
-        ll_status status = ll_metric_check(present, field, item->valuestring);
+        ll_status status = ll_metric_is_cost(item->valuestring)
+                               ? ll_ok()
+                               : ll_metric_check(present, field, item->valuestring);
         if (ll_failed(&status))
             return status;
         for (int i = 0; i < e->metric_count; i++)

@@ -182,10 +182,12 @@ cJSON *ll_experiment_schema(void)
         "axis\"},{\"type\":\"object\","
         "\"properties\":{\"zip\":{\"type\":\"array\",\"minItems\":1,\"items\":{\"$ref\":\"#/$defs/axis\"}}},"
         "\"required\":[\"zip\"],\"additionalProperties\":false}]}}");
-    add_other(
-        properties, "metrics",
-        "{\"description\":\"Paths of numbers in the metrics of a run.\",\"type\":\"array\",\"minItems\":1,"
-        "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+    add_other(properties, "metrics",
+              "{\"description\":\"Paths of numbers in the metrics of a run, and cost.ns_per_sim_s, which is "
+              "measured: "
+              "nanoseconds of a processor for a second of simulated time, the least of "
+              "several.\",\"type\":\"array\",\"minItems\":1,"
+              "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
     add_other(
         properties, "front",
         "{\"description\":\"Metrics whose front the report marks: points that no other point is as good as "

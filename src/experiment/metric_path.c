@@ -129,6 +129,11 @@ static bool ends_in(const char *path, const char *end)
     return size >= n && strcmp(path + size - n, end) == 0;
 }
 
+bool ll_metric_is_cost(const char *path)
+{
+    return strcmp(path, "cost.ns_per_sim_s") == 0;
+}
+
 bool ll_metric_is_rate(const char *path)
 {
     return ends_in(path, "_per_s");
@@ -160,7 +165,7 @@ ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics
     const char *missing;
     if (cJSON_IsBool(metric_at(metrics, path, reached, sizeof reached, &missing)))
         return LL_SCALE_FLAG;
-    if (kind->no_rare_events)
+    if (kind->no_rare_events || ll_metric_is_cost(path))
         return LL_SCALE_AMOUNT;
     if (is_among(events, path))
         return LL_SCALE_COUNT;

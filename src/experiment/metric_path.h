@@ -26,5 +26,9 @@ bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path);
  * after a loss, packets, bytes) and all else is an amount. */
 ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const struct cJSON *metrics, const char *path);
 
+/* `cost.ns_per_sim_s`, which is measured beside a run and is none of its own metrics: nanoseconds of a
+ * processor's time for a second of simulated time. It differs each time. */
+bool ll_metric_is_cost(const char *path);
+
 /* Whether it is a count for each second that was counted: from warmup_s on. */
 bool ll_metric_is_rate(const char *path);

@@ -205,15 +205,23 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
                 points->left_out);
 }
 
+static bool has_cost(const ll_experiment *e)
+{
+    bool has = false;
+    for (int i = 0; i < e->metric_count; i++)
+        has |= ll_metric_is_cost(e->metrics[i]);
+    return has;
+}
+
 static void write_specification(const ll_experiment *e, const char *version, FILE *file)
 {
     char *text = cJSON_Print(e->json);
     fprintf(
         file,
         "<h2>Repeat it</h2><p>Save the specification as <code>experiment.json</code>. With laglab %s this "
-        "gives the same rows, bit for bit, on any machine:</p><pre>laglab sweep experiment.json --out "
+        "gives the same rows, bit for bit, on any machine%s:</p><pre>laglab sweep experiment.json --out "
         "results.csv --report report.html</pre><h2>Specification</h2><pre>",
-        version);
+        version, has_cost(e) ? ", but for <code>cost.ns_per_sim_s</code>, which is measured" : "");
     ll_html_text(text ? text : "", file);
     fputs("</pre>\n", file);
     cJSON_free(text);

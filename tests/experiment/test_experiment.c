@@ -277,6 +277,65 @@ static void a_stop_rule_ends_a_run(void **state)
     ll_experiment_free(e);
 }
 
+/* Rows that are given, by run. */
+typedef struct given {
+    const ll_row *rows;
+    int at, count;
+} given;
+
+static bool next_given(void *context, ll_row *row, ll_status *status)
+{
+    given *g = context;
+    *status = ll_ok();
+    if (g->at == g->count)
+        return false;
+    *row = g->rows[g->at++];
+    return true;
+}
+
+#define COST "cost.ns_per_sim_s"
+
+/* Sixteen times the steps cost more; hashes and all other metrics are as without it. */
+static void cost_is_measured_and_changes_nothing(void **state)
+{
+    (void)state;
+    static const char form[] =
+        "{\"scenario\":\"rigid/column\",\"set\":{\"duration_s\":1},\"axes\":[{\"path\":\"hz\","
+        "\"values\":[60,960]}],\"repeats\":2,\"metrics\":[%s\"energy_change_j\"]}";
+    char with[400], without[400];
+    snprintf(with, sizeof with, form, "\"" COST "\",");
+    snprintf(without, sizeof without, form, "");
+    ll_experiment *e = experiment(with), *plain = experiment(without);
+    ll_row rows[4], row;
+    for (int run = 0; run < 4; run++) {
+        must(ll_experiment_run(e, run, NULL, &rows[run]));
+        must(ll_experiment_run(plain, run, NULL, &row));
+        assert_true(rows[run].hash == row.hash && rows[run].metrics[1] == row.metrics[0]);
+        assert_true(rows[run].metrics[0] > 0 && rows[run].metrics[0] < 1e10);
+    }
+    assert_true(rows[2].metrics[0] > 3 * rows[0].metrics[0]);
+    ll_points points;
+    rows[1].metrics[0] = rows[0].metrics[0] + 1;
+    must(ll_points_read(e, next_given, &(given){rows, 0, 4}, &points));
+    assert_int_equal(points.identical, 2); /* nothing random but what was measured */
+    ll_points_free(&points);
+    ll_experiment_free(e);
+    ll_experiment_free(plain);
+}
+
+/* A run that goes wrong has no cost. */
+static void what_fails_costs_nothing(void **state)
+{
+    (void)state;
+    ll_row row;
+    ll_experiment *e = experiment(
+        "{\"scenario\":{\"kind\":\"rigid\",\"duration_s\":20,\"gravity\":[0,0],\"bodies\":[{},{\"velocity\":"
+        "[800000,0],\"position\":[990000000,3]}]},\"metrics\":[\"" COST "\"]}");
+    must(ll_experiment_run(e, 0, NULL, &row));
+    assert_true(row.status == LL_ROW_DIVERGED && isnan(row.metrics[0]));
+    ll_experiment_free(e);
+}
+
 /* A step of 5 s suits a duration of 10 s and not one of 1 s: each value is right alone. */
 static void what_does_not_go_together_is_told_in_the_row(void **state)
 {
@@ -354,22 +413,6 @@ static void a_run_that_is_lost_has_no_metrics(void **state)
     must(ll_experiment_run(e, 0, NULL, &row));
     assert_true(row.status == LL_ROW_DIVERGED && isnan(row.metrics[0]) && isnan(row.metrics[1]));
     ll_experiment_free(e);
-}
-
-/* Rows that are given, by run. */
-typedef struct given {
-    const ll_row *rows;
-    int at, count;
-} given;
-
-static bool next_given(void *context, ll_row *row, ll_status *status)
-{
-    given *g = context;
-    *status = ll_ok();
-    if (g->at == g->count)
-        return false;
-    *row = g->rows[g->at++];
-    return true;
 }
 
 /* Cost and error of four points with two runs each: the first is best but failed once, the second has errors
@@ -711,6 +754,8 @@ int main(void)
         cmocka_unit_test(there_may_be_twenty_axes),
         cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
         cmocka_unit_test(a_row_is_that_of_a_session),
+        cmocka_unit_test(cost_is_measured_and_changes_nothing),
+        cmocka_unit_test(what_fails_costs_nothing),
         cmocka_unit_test(a_stop_rule_ends_a_run),
         cmocka_unit_test(a_part_that_fails_has_no_metrics),
         cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
