@@ -146,7 +146,7 @@ function words() {
   const row = points.value[selected.value];
   if (!row) return '';
   const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${told(row[column.name])}`);
-  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => [`${name} ${meanOf(row, name)}`, spreadOf(row, name)].filter(Boolean).join(', '));
+  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row, name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`);
   return `Point ${row.point}${front.value.has(selected.value) ? ', on the front' : ''}: ${[...axes, ...values].join('; ')}`;
 }
 
