@@ -271,6 +271,8 @@ void ll_host_stop(ll_host *host)
 
 void ll_host_save(ll_host *host, bool wait)
 {
+    if (!wait)
+        pthread_mutex_lock(&host->lock); /* others may be at the registry still */
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
             if (wait)
@@ -281,6 +283,8 @@ void ll_host_save(ll_host *host, bool wait)
             pthread_mutex_unlock(&hosted->lock);
         }
     }
+    if (!wait)
+        pthread_mutex_unlock(&host->lock);
 }
 
 void ll_host_free(ll_host *host)

@@ -161,10 +161,10 @@ static void emit_marks(const ll_session *s, int *next, int64_t before, ll_log_li
         ll_session_emit_mark(&s->marks[(*next)++], line, context);
 }
 
-/* The state that is at hand, when it is that of the log's present tick. */
+/* The state that is at hand, of a session whose log is kept: who writes a log himself has his own hashes. */
 static void emit_present(const ll_session *s, ll_log_line *line, void *context)
 {
-    if (s->block && s->errand == LL_ERRAND_NONE && s->status != LL_SESSION_FAILED)
+    if (s->on_line && s->block && s->errand == LL_ERRAND_NONE && s->status != LL_SESSION_FAILED)
         ll_session_emit_mark(&(ll_mark){s->tick, s->scenario.kind->hash(s->block)}, line, context);
 }
 

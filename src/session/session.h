@@ -150,7 +150,7 @@ ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, con
                                  void (*write)(void *context, const char *text, size_t length),
                                  void *context);
 
-/* All lines of the log, with hashes at some ticks, the present one among them. */
+/* All lines of the log; with `on_line` also hashes at some ticks, the present one among them. */
 void ll_session_log(const ll_session *session, ll_log_line *line, void *context);
 /* The last tick before the failure in which the present log ends; -1: it does not. And what the state that
  * failed hashes to; 0: the log does not tell. */
