@@ -77,8 +77,8 @@ ll_host_start(ll_host *host,
 void ll_host_stop(ll_host *host); /* joins the workers: nothing is published after it */
 /* Queues the clocks of all sessions; after stop. Those that somebody works on are waited for, or left as they
  * were stored last. */
-void ll_host_save(ll_host *host, bool wait);
-void ll_host_free(ll_host *host); /* after the door was closed */
+uint64_t ll_host_save(ll_host *host, bool wait); /* the last ticket; 0: there is none */
+void ll_host_free(ll_host *host);                /* after the door was closed */
 
 ll_time ll_host_now(void); /* monotonic */
 const ll_host_config *ll_host_get_config(const ll_host *host);

@@ -269,8 +269,9 @@ void ll_host_stop(ll_host *host)
         ll_worker_stop(&host->workers[i]);
 }
 
-void ll_host_save(ll_host *host, bool wait)
+uint64_t ll_host_save(ll_host *host, bool wait)
 {
+    uint64_t last = 0;
     if (!wait)
         pthread_mutex_lock(&host->lock); /* others may be at the registry still */
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
@@ -280,11 +281,13 @@ void ll_host_save(ll_host *host, bool wait)
             else if (pthread_mutex_trylock(&hosted->lock) != 0)
                 continue;
             ll_hosted_save(hosted);
+            last = hosted->ticket > last ? hosted->ticket : last;
             pthread_mutex_unlock(&hosted->lock);
         }
     }
     if (!wait)
         pthread_mutex_unlock(&host->lock);
+    return last;
 }
 
 void ll_host_free(ll_host *host)

@@ -172,8 +172,8 @@ static void *end_in_time(void *argument)
     if (atomic_flag_test_and_set(&d->saving))
         return NULL; /* it is at that already */
     ll_log_write("warn", "stopping", "Something does not let itself be ended; it is left.");
-    ll_host_save(d->host, false);
-    ll_status status = ll_store_close(d->store);
+    /* The store is not closed: who is left may use it still. */
+    ll_status status = ll_store_wait(d->store, ll_host_save(d->host, false));
     if (ll_failed(&status))
         ll_log_write("error", "not all was stored", "%s", status.text);
     _exit(ll_failed(&status));

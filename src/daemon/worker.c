@@ -298,10 +298,12 @@ void ll_worker_stop(ll_worker *worker)
     pthread_mutex_unlock(&worker->lock);
     pthread_join(worker->thread, NULL);
     worker->started = false;
-    for (int i = 0; i < worker->count; i++) {
+    pthread_mutex_lock(&worker->lock); /* requests may nudge still, in vain */
+    for (int i = 0; i < worker->count; i++)
         worker->active[i]->active = false;
+    pthread_mutex_unlock(&worker->lock);
+    for (int i = 0; i < worker->count; i++)
         ll_hosted_release(worker->active[i]);
-    }
     worker->count = worker->capacity = 0;
     free(worker->active);
     worker->active = NULL;
