@@ -31,12 +31,10 @@ static ll_status read_order(const ll_api *api, const cJSON *body, ll_advice_orde
                                      experiment);
     if (ll_failed(&status))
         return status;
-    int64_t fifth = (*experiment)->runs / 5;
     *order = (ll_advice_order){.experiment = *experiment,
                                .max_error = max_error->valuedouble,
-                               .most_runs = runs                ? (int64_t)runs->valuedouble
-                                            : fifth > RUNS_MOST ? RUNS_MOST
-                                                                : 0};
+                               .most_runs = runs ? (int64_t)runs->valuedouble : 0};
+    order->most_runs = ll_advise_runs(order) < RUNS_MOST ? ll_advise_runs(order) : RUNS_MOST;
     return status;
 }
 

@@ -9,55 +9,13 @@
 #include "base/detmath.h"
 #include "base/rng.h"
 
-#define LEAST_RUNS 40 /* below that a fifth says little of nine methods */
-#define TINY 1e-12    /* below it, costs and errors are equal */
-#define FAR 15        /* errors are told apart up to so many factors of e from the limit */
-#define WORTH 2e-3    /* a saving, as a part of the cost, before which what is found is verified */
-#define MARGIN                                                                                               \
-    0.8 /* standard deviations of a run by which a bound over some fresh seeds is above the mean             \
-         */
-#define FIRST_PART 0.3  /* of the runs that may be spent go to an even spread */
-#define NEVER_SEEN 3.69 /* events that may be expected where none was seen, at 97.5 % (Poisson) */
-
-enum { FRESH_LEAST = 4, FRESH_MOST = 64 }; /* seeds that no search has seen, for a setting that is advised */
-
-/* ---- running ---- */
-
-/* One run more, of a fresh seed or of the repeats. */
-static ll_status run_once(ll_advise_search *s, int point, bool fresh)
-{
-    ll_trial *t = &s->trials[point];
-    const ll_experiment *e = fresh ? &s->fresh : s->experiment;
-    ll_sums *sums = fresh ? t->fresh : t->own;
-    int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
-    ll_row row;
-    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->order->interrupt, &row);
-    if (ll_failed(&status))
-        return status;
-    s->runs++;
-    if (s->order->runs)
-        atomic_store(s->order->runs, s->runs);
-    double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
-    bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
-    t->failed += !good;
-    t->runs += good && !fresh;
-    if (good) {
-        ll_sums_add(&sums[COST], cost);
-        ll_sums_add(&sums[ERROR], error);
-    }
-    return status;
-}
-
-static bool same(const ll_sums *a, const ll_sums *b)
-{
-    return a->squares == 0 && b->squares == 0 && a->mean == b->mean;
-}
-
-static void rule_out(ll_trial *t, const char *why)
-{
-    t->state = RULED_OUT;
-    t->why = why;
-}
+#define LEAST_RUNS 40  /* below that a fifth says little of nine methods */
+#define TINY 1e-12     /* below it, costs and errors are equal */
+#define FAR 15         /* errors are told apart up to so many factors of e from the limit */
+#define FAILED 2       /* factors of e by which a failed run is worse than the worst that was seen */
+#define WORTH 2e-3     /* a saving, as a part of the cost, before which what is found is verified */
+#define MARGIN 0.8     /* deviations of a run by which a bound over some fresh seeds is above the mean */
+#define FIRST_PART 0.3 /* of the runs that may be spent go to an even spread */
 
 /* With a single seed the error has no interval: a point that misses by so much more than others scatter is
  * not run again before all others are. */
@@ -66,135 +24,20 @@ static bool is_hopeless(const ll_advise_search *s, const ll_trial *t)
     return t->runs == 1 && t->own[ERROR].mean > 2 * s->order->max_error;
 }
 
-/* The relative scatter of the error between seeds, over all that was run: a point's own few tell little. */
-static double scatter(const ll_advise_search *s)
-{
-    double sum = 0, n = 0;
-    for (int p = 0; p < s->points; p++)
-        for (int fresh = 0; fresh < 2; fresh++) {
-            const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
-            if (error->n < 2 || !(error->mean > 0))
-                continue;
-            sum += error->squares / (error->mean * error->mean);
-            n += (double)(error->n - 1);
-        }
-    return n > 0 ? sqrt(sum / n) : 0;
-}
-
-static bool ends_with(const char *member, size_t size, const char *end)
-{
-    size_t n = strlen(end);
-    return size >= n && strncmp(member + size - n, end, n) == 0;
-}
-
-/* Whether a member of the path names a length, a time or the like: it counts nothing. */
-static bool has_unit(const char *path)
-{
-    static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
-    for (const char *member = path; *member;) {
-        size_t size = strcspn(member, ".");
-        for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
-            if (ends_with(member, size, units[i]) && !ends_with(member, size, "_per_s"))
-                return true;
-        member += size + (member[size] == '.');
-    }
-    return false;
-}
-
-/* Whether the error counts something that may be rare: then equal values say little. */
-static bool is_count(const ll_advise_search *s, const ll_trial *t)
-{
-    const ll_experiment *e = s->experiment;
-    return !has_unit(e->metrics[e->error_metric]) && !s->experiment->base.kind->no_rare_events &&
-           t->own[ERROR].mean == floor(t->own[ERROR].mean);
-}
-
-/* Of all seeds of a point. */
-static ll_sums pooled(const ll_trial *t)
-{
-    const ll_sums *a = &t->own[ERROR], *b = &t->fresh[ERROR];
-    double n = (double)(a->n + b->n), apart = a->mean - b->mean;
-    if (n == 0)
-        return *a;
-    return (ll_sums){.n = a->n + b->n,
-                     .mean = ((double)a->n * a->mean + (double)b->n * b->mean) / n,
-                     .squares = a->squares + b->squares + apart * apart * (double)a->n * (double)b->n / n};
-}
-
-/* Fresh seeds after which the upper bound is below the limit, by how errors scatter. */
-static double needed(const ll_advise_search *s, const ll_trial *t)
-{
-    ll_sums error = pooled(t);
-    double room = s->order->max_error - error.mean, deviation = scatter(s) * error.mean;
-    double variance =
-        error.n >= 2 * FRESH_LEAST ? error.squares / (double)(error.n - 1) : deviation * deviation;
-    if (is_count(s, t) && variance < error.mean)
-        variance = error.mean;
-    if (room <= 0)
-        return INFINITY;
-    if (variance == 0)
-        return s->experiment->base.kind->no_rare_events ? 1 : FRESH_LEAST;
-    return fmax(FRESH_LEAST, 5 * variance / (room * room));
-}
-
-/* Whether fresh seeds may show it, with the runs that are left. */
-static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
-{
-    double wanted = needed(s, t);
-    return wanted <= FRESH_MOST && wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
-}
-
-/* Whether it holds so surely that it is worth to verify it. */
-static bool is_clear(const ll_advise_search *s, const ll_trial *t)
-{
-    double off = scatter(s) / sqrt((double)t->runs);
-    return t->own[ERROR].mean * (1 + off) <= s->order->max_error && can_be_shown(s, t);
-}
-
+/* What missed the limit by no more than its seeds scatter may hold on others. */
 static void judge(const ll_advise_search *s, ll_trial *t)
 {
     double error = t->own[ERROR].mean, limit = s->order->max_error;
+    bool all = t->runs == s->experiment->head.repeats;
+    bool single = all && t->runs == 1 && s->experiment->base.kind->no_rare_events;
     if (t->failed > 0)
-        rule_out(t, "a run failed");
-    else if (t->runs == s->experiment->head.repeats && error <= limit)
-        t->state = is_clear(s, t) ? HOLDS : UNCLEAR;
-    else if (t->runs == s->experiment->head.repeats || error - half(&t->own[ERROR]) > limit)
-        rule_out(t, "the error is above the limit");
+        ll_advise_rule_out(t, t->lacking == t->failed ? "a run has no such error or cost" : "a run failed");
+    else if (error > limit && (single || error - half(&t->own[ERROR]) > limit))
+        ll_advise_rule_out(t, "the error is above the limit");
+    else if (all)
+        t->state = ll_advise_is_clear(s, t) ? HOLDS : UNCLEAR;
     else
         t->state = is_hopeless(s, t) ? HOPELESS : OPEN;
-}
-
-/* Whether nothing random reaches the setting: fresh seeds give what the others gave. Where events may be
- * rare, equal counts say little. */
-bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
-{
-    return t->fresh[ERROR].n > 0 && !is_count(s, t) && same(&t->own[ERROR], &t->fresh[ERROR]) &&
-           same(&t->own[COST], &t->fresh[COST]);
-}
-
-double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
-{
-    const ll_sums *error = &t->fresh[ERROR];
-    if (ll_advise_is_certain(s, t))
-        return 0;
-    if (error->n < FRESH_LEAST)
-        return INFINITY;
-    return error->squares > 0 || !is_count(s, t) ? half(error) : NEVER_SEEN / (double)error->n;
-}
-
-static const char unsure[] = "on fresh seeds the error is not surely within the limit";
-
-static void judge_fresh(const ll_advise_search *s, ll_trial *t)
-{
-    double error = t->fresh[ERROR].mean, off = ll_advise_doubt(s, t), limit = s->order->max_error;
-    if (t->failed > 0)
-        rule_out(t, "a run failed on a fresh seed");
-    else if (error + off <= limit)
-        t->state = VERIFIED;
-    else if (error - off > limit)
-        rule_out(t, "on fresh seeds the error is above the limit");
-    else if (t->fresh[ERROR].n >= FRESH_MOST || (t->fresh[ERROR].n >= 2 * FRESH_LEAST && !can_be_shown(s, t)))
-        rule_out(t, unsure);
 }
 
 static void find_best(ll_advise_search *s)
@@ -203,19 +46,29 @@ static void find_best(ll_advise_search *s)
     for (int p = 0; p < s->points; p++) {
         ll_trial *t = &s->trials[p];
         if (t->state == HOLDS || t->state == UNCLEAR)
-            t->state = is_clear(s, t) ? HOLDS : UNCLEAR;
-        if ((t->state == HOLDS || t->state == VERIFIED) && (s->best < 0 || beats(t, &s->trials[s->best])))
+            t->state = ll_advise_is_clear(s, t) ? HOLDS : UNCLEAR;
+        if ((t->state == HOLDS || t->state == VERIFIED) &&
+            (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])))
             s->best = p;
     }
+}
+
+/* Where a run fails, errors are no less than the worst that was seen. */
+static double worst_error(const ll_advise_search *s)
+{
+    double worst = s->order->max_error;
+    for (int p = 0; p < s->points; p++)
+        worst = fmax(worst, s->trials[p].own[ERROR].mean);
+    return ll_log(worst) + FAILED;
 }
 
 static void tell(ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
     double limit = ll_log(s->order->max_error), values[2];
-    double seen = pooled(t).mean * (1 + MARGIN * scatter(s));
-    double error = t->runs == 0 ? limit + FAR : ll_log(fmax(seen, TINY));
-    values[COST] = ll_log(fmax(t->own[COST].mean, TINY));
+    double seen = ll_advise_pooled(t).mean * (1 + MARGIN * s->scatter);
+    double error = t->runs == 0 ? worst_error(s) : ll_log(fmax(seen, TINY)) + ll_advise_shift(s, t, ERROR);
+    values[COST] = ll_log(fmax(t->own[COST].mean, TINY)) + ll_advise_shift(s, t, COST);
     values[ERROR] = fmin(fmax(error, limit - FAR), limit + FAR);
     if (t->runs == 0) { /* it failed: its cost says nothing */
         double deviation[2], mean[2];
@@ -234,7 +87,7 @@ static bool may_beat(const ll_advise_search *s, const ll_trial *t)
     const ll_trial *best = &s->trials[s->best];
     bool sure = t->runs == s->experiment->head.repeats || t->own[COST].mean > 2 * best->own[COST].mean ||
                 (t->runs > 1 && t->own[COST].mean - half(&t->own[COST]) > best->own[COST].mean);
-    return !sure || beats(t, best);
+    return !sure || ll_advise_beats(t, best);
 }
 
 /* Twice as many seeds each time, as long as it may be the best; the first look ends when it is hopeless. */
@@ -248,26 +101,20 @@ static ll_status try_point(ll_advise_search *s, int point)
     do {
         next = next < repeats ? next : repeats;
         while (!ll_failed(&status) && t->runs + t->failed < next && s->runs < s->most - s->kept)
-            status = run_once(s, point, false);
+            status = ll_advise_run(s, point, false);
         judge(s, t);
         next *= 2;
     } while (!ll_failed(&status) && t->state == OPEN && s->runs < s->most - s->kept &&
-             (s->best < 0 || beats(t, &s->trials[s->best])));
+             (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])));
     if (!ll_failed(&status))
         tell(s, point);
     find_best(s);
     return status;
 }
 
-/* A first fresh seed shows whether anything is random; then there are twice as many each time. */
 static ll_status verify(ll_advise_search *s, int point)
 {
-    ll_trial *t = &s->trials[point];
-    int64_t n = t->fresh[ERROR].n, next = n == 0 ? 1 : n < FRESH_LEAST ? FRESH_LEAST : 2 * n;
-    ll_status status = ll_ok();
-    while (!ll_failed(&status) && t->failed == 0 && t->fresh[ERROR].n < next && s->runs < s->most)
-        status = run_once(s, point, true);
-    judge_fresh(s, t);
+    ll_status status = ll_advise_verify(s, point);
     if (!ll_failed(&status))
         tell(s, point);
     find_best(s);
@@ -333,7 +180,62 @@ static int cheapest_open(const ll_advise_search *s)
         const ll_trial *t = &s->trials[p], *other = found < 0 ? NULL : &s->trials[found];
         bool open = t->state == OPEN || t->state == UNCLEAR || t->state == HOPELESS;
         if (open && may_beat(s, t) &&
-            (!other || t->state < other->state || (t->state == other->state && beats(t, other))))
+            (!other || t->state < other->state || (t->state == other->state && ll_advise_beats(t, other))))
+            found = p;
+    }
+    return found;
+}
+
+/* Of those that hold or may hold, and were not verified, the one for which that takes the fewest runs; -1:
+ * there is none for which they are left, or one was verified. */
+static int surest(const ll_advise_search *s)
+{
+    int found = -1;
+    double fewest = (double)(s->most - s->runs);
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (t->state == VERIFIED)
+            return -1;
+        double wanted = t->state == HOLDS || t->state == UNCLEAR
+                            ? ll_advise_needed(s, t) - (double)t->fresh[ERROR].n
+                            : INFINITY;
+        if (wanted < fewest || (wanted == fewest && found < 0)) {
+            found = p;
+            fewest = wanted;
+        }
+    }
+    return found;
+}
+
+/* What is to be verified: the best, as long as enough runs are left for the surest, so that in the end
+ * something is advised. */
+static int to_verify(const ll_advise_search *s, int sure)
+{
+    bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
+    if (sure < 0 || sure == s->best || !found)
+        return sure < 0 || found ? s->best : sure;
+    double left = (double)(s->most - s->runs) - ll_advise_next(s, &s->trials[s->best]);
+    return left < ll_advise_needed(s, &s->trials[sure]) ? sure : s->best;
+}
+
+/* Runs that are kept for verifying what was found. */
+static int64_t keep(const ll_advise_search *s, int sure)
+{
+    bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
+    double wanted = found ? ll_advise_needed(s, &s->trials[s->best]) + 1 : 0;
+    if (sure >= 0 && sure != s->best)
+        wanted += ll_advise_needed(s, &s->trials[sure]);
+    return (int64_t)fmin(wanted, (double)(s->most - s->runs));
+}
+
+/* The cheapest that would be the best if more fresh seeds showed that it holds; -1: there is none. */
+static int cheapest_unsure(const ll_advise_search *s)
+{
+    int found = -1;
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (ll_advise_is_unsure(t) && (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])) &&
+            (found < 0 || ll_advise_beats(t, &s->trials[found])))
             found = p;
     }
     return found;
@@ -344,14 +246,15 @@ static int cheapest_open(const ll_advise_search *s)
 static bool act(ll_advise_search *s, ll_status *status)
 {
     double most;
-    int untried = most_promising(s, &most), open = cheapest_open(s);
+    int untried = most_promising(s, &most), open = cheapest_open(s), sure = surest(s),
+        unsure = cheapest_unsure(s);
     bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
     bool promising = untried >= 0 && (s->best < 0 || most >= WORTH);
     bool more = promising || (open >= 0 && s->trials[open].state == OPEN);
-    double verifying = found ? needed(s, &s->trials[s->best]) + 1 : 0;
-    s->kept = (int64_t)fmin(verifying, (double)(s->most - s->runs));
-    if (found && (!more || s->most - s->runs <= s->kept))
-        *status = verify(s, s->best);
+    s->kept = keep(s, sure);
+    bool last = s->kept > 0 && s->most - s->runs <= s->kept;
+    if ((found && !more) || last)
+        *status = verify(s, to_verify(s, sure));
     else if (promising)
         *status = try_point(s, untried);
     else if (open >= 0 && s->trials[open].state == UNCLEAR)
@@ -360,6 +263,8 @@ static bool act(ll_advise_search *s, ll_status *status)
         *status = try_point(s, open);
     else if (untried >= 0)
         *status = try_point(s, untried);
+    else if (unsure >= 0 && s->trials[unsure].fresh[ERROR].n < LL_ADVISE_FRESH_MOST)
+        *status = verify(s, unsure);
     else
         return false;
     return !ll_failed(status);
@@ -379,8 +284,7 @@ static ll_status look(ll_advise_search *s, bool *proven)
     }
     while (!ll_failed(&status) && !*proven && s->runs < s->most)
         *proven = !act(s, &status) && !ll_failed(&status);
-    for (int p = 0; p < s->points; p++) /* what may hold, and may be the best, is no proof */
-        *proven = *proven && s->trials[p].why != unsure;
+    *proven = *proven && cheapest_unsure(s) < 0; /* what may hold, and may be the best, is no proof */
     return status.code == LL_LIMIT ? ll_ok() : status;
 }
 
@@ -404,8 +308,11 @@ ll_status ll_advise_check(const ll_advice_order *order)
 
 int64_t ll_advise_runs(const ll_advice_order *order)
 {
-    int64_t fifth = order->experiment->runs / 5;
-    return order->most_runs > 0 ? order->most_runs : fifth > LEAST_RUNS ? fifth : LEAST_RUNS;
+    const ll_experiment *e = order->experiment;
+    if (order->most_runs > 0)
+        return order->most_runs;
+    int64_t part = e->runs / (e->head.repeats > 1 && !e->base.kind->no_rare_events ? 5 : 10) * 2;
+    return part > LEAST_RUNS ? part : LEAST_RUNS;
 }
 
 ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
@@ -417,11 +324,11 @@ ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
         return status;
     bool proven = false;
     ll_advise_search s = {.order = order, .experiment = e, .fresh = *e, .points = (int)e->points, .best = -1};
-    s.fresh.head.repeats = e->head.repeats + FRESH_MOST;
+    s.fresh.head.repeats = e->head.repeats + LL_ADVISE_FRESH_MOST;
     s.most = ll_advise_runs(order);
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
-    status =
-        s.trials ? ll_surrogate_create(e, &s.surrogate) : ll_error(LL_NO_MEMORY, "no memory for the adviser");
+    status = s.trials ? ll_surrogate_create(e, s.most, &s.surrogate)
+                      : ll_error(LL_NO_MEMORY, "no memory for the adviser");
     if (!ll_failed(&status))
         status = look(&s, &proven);
     if (!ll_failed(&status))

@@ -17,11 +17,17 @@ static cJSON *describe(const ll_advise_search *s, int point)
     return json;
 }
 
-/* What fresh seeds gave. */
+/* With what fresh seeds gave; the error is that over all of its seeds. */
 static cJSON *describe_verified(const ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
     cJSON *json = describe(s, point), *verified = cJSON_AddObjectToObject(json, "verified");
+    ll_sums all = ll_advise_pooled(t);
+    cJSON_ReplaceItemInObject(json, "error", ll_param_number(all.mean));
+    cJSON_ReplaceItemInObject(json, "error_ci95",
+                              has_interval(t->own) || all.squares > 0
+                                  ? ll_param_number(ll_interval_95(all.n, all.squares))
+                                  : cJSON_CreateNull());
     cJSON_AddNumberToObject(verified, "runs", (double)t->fresh[ERROR].n);
     cJSON_AddItemToObject(verified, "error", ll_param_number(t->fresh[ERROR].mean));
     cJSON_AddItemToObject(verified, "error_ci95",
@@ -34,7 +40,7 @@ static const char *reason(const ll_advise_search *s, const ll_trial *t)
 {
     if (t->state == RULED_OUT)
         return t->why;
-    if (s->best >= 0 && !beats(t, &s->trials[s->best]))
+    if (s->best >= 0 && !ll_advise_beats(t, &s->trials[s->best]))
         return "it costs more";
     return t->state == HOLDS || t->state == UNCLEAR ? "it was not verified" : "not all seeds were run";
 }
@@ -68,7 +74,8 @@ static int advised(const ll_advise_search *s)
 {
     int found = -1;
     for (int p = 0; p < s->points; p++)
-        if (s->trials[p].state == VERIFIED && (found < 0 || beats(&s->trials[p], &s->trials[found])))
+        if (s->trials[p].state == VERIFIED &&
+            (found < 0 || ll_advise_beats(&s->trials[p], &s->trials[found])))
             found = p;
     return found;
 }

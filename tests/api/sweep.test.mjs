@@ -410,7 +410,7 @@ test('advise knows for every kind what may vary and what it costs', () => {
     assert.equal(answer.holds, true, scenario);
     assert.equal(answer.cost_metric, cost);
     assert.equal(answer.of_runs, runs, scenario);
-    assert.ok(answer.runs <= Math.max(40, runs / 5));
+    assert.ok(answer.runs <= Math.max(40, scenario === 'race' ? 2 * runs / 5 : runs / 5)); // with fresh seeds where they matter
   }
 });
 

@@ -1,0 +1,304 @@
+/* What the adviser runs, and when runs on fresh seeds show that a setting holds. */
+#include <math.h>
+#include <string.h>
+
+#include "base/detmath.h"
+#include "experiment/advise_internal.h"
+
+#define LOOKS 1.2 /* an interval that is looked at several times is wider by this, to be right as often */
+#define ROOMY 7   /* squared room below the limit over the variance, from which the least seeds do */
+#define ROOM 12   /* else seeds after which it fits, times that */
+#define NEVER_SEEN 3.7  /* events that may be expected where none was seen, at 97.5 % (Poisson) */
+#define UNSEEN 1.92     /* beside k that were: this + 1.96 sqrt(k + 1) */
+#define FEW 30          /* events, up to which Student's t is too narrow */
+#define WHOLE 1e-6      /* relative: how near to a multiple of the least a count is */
+#define MOST_EVENTS 1e4 /* in a run, of a metric that counts */
+#define LARGE 4 /* limits: how large a rare event is taken to be at most, where the error is no count */
+
+#define SAME 1e-12 /* relative: costs that are equal */
+#define PRIOR 1    /* settings' worth of trust in seeds being all alike */
+
+enum { FRESH_LEAST = 4 };
+
+static const char unsure[] = "on fresh seeds the error is not surely within the limit";
+
+bool ll_advise_is_unsure(const ll_trial *t)
+{
+    return t->state == RULED_OUT && t->why == unsure;
+}
+
+void ll_advise_rule_out(ll_trial *t, const char *why)
+{
+    t->state = RULED_OUT;
+    t->why = why;
+}
+
+/* ---- running ---- */
+
+/* Of what errors are multiples, if they count: the greatest common divisor, by Euclid. */
+static void note_event(ll_advise_search *s, double error)
+{
+    if (error <= 0)
+        return;
+    s->largest = fmax(s->largest, error);
+    double a = error, b = s->least > 0 ? s->event : error, small = s->largest * WHOLE;
+    while (b > small) {
+        double rest = fmod(a, b);
+        a = b;
+        b = rest < a - small ? rest : 0;
+    }
+    s->event = a;
+    s->least = s->least > 0 ? fmin(s->least, error) : error;
+}
+
+/* The relative scatter of the error between seeds, over all that was run: a point's own few tell little. */
+static double scatter(const ll_advise_search *s)
+{
+    double sum = 0, n = 0;
+    for (int p = 0; p < s->points; p++)
+        for (int fresh = 0; fresh < 2; fresh++) {
+            const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
+            if (error->n < 2 || !(error->mean > 0))
+                continue;
+            sum += error->squares / (error->mean * error->mean);
+            n += (double)(error->n - 1);
+        }
+    return n > 0 ? sqrt(sum / n) : 0;
+}
+
+/* The level at which so many repeats are all of it; else -1. */
+static int level_of(int64_t runs)
+{
+    for (int level = 0; level < LL_ADVISE_LEVELS; level++)
+        if (runs == (int64_t)1 << level)
+            return level;
+    return -1;
+}
+
+static void note_first(ll_trial *t)
+{
+    int level = level_of(t->runs);
+    for (int k = 0; k < 2 && level >= 0; k++)
+        t->first[level][k] = t->own[k].mean;
+}
+
+ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
+{
+    ll_trial *t = &s->trials[point];
+    const ll_experiment *e = fresh ? &s->fresh : s->experiment;
+    ll_sums *sums = fresh ? t->fresh : t->own;
+    int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
+    ll_row row;
+    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->order->interrupt, &row);
+    if (ll_failed(&status))
+        return status;
+    s->runs++;
+    if (s->order->runs)
+        atomic_store(s->order->runs, s->runs);
+    double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
+    bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
+    t->failed += !good;
+    t->lacking += !good && ll_row_good(&row);
+    t->runs += good && !fresh;
+    if (good) {
+        ll_sums_add(&sums[COST], cost);
+        ll_sums_add(&sums[ERROR], error);
+        if (!fresh)
+            note_first(t);
+        note_event(s, error);
+        s->scatter = scatter(s);
+    }
+    return status;
+}
+
+/* ---- what seeds show ---- */
+
+bool ll_advise_beats(const ll_trial *a, const ll_trial *b)
+{
+    const double own[2][2] = {{a->own[COST].mean, a->own[ERROR].mean},
+                              {b->own[COST].mean, b->own[ERROR].mean}};
+    const double *x = own[0], *y = own[1];
+    int64_t shared = a->runs < b->runs ? a->runs : b->runs;
+    int level = 0;
+    if (a->runs != b->runs && shared > 0) {
+        while (level + 1 < LL_ADVISE_LEVELS && (int64_t)2 << level <= shared)
+            level++;
+        x = a->first[level];
+        y = b->first[level];
+    }
+    if (fabs(x[COST] - y[COST]) > SAME * fmax(x[COST], y[COST]))
+        return x[COST] < y[COST];
+    return x[ERROR] < y[ERROR];
+}
+
+double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
+{
+    int64_t repeats = s->experiment->head.repeats;
+    int level = t->runs < repeats ? level_of(t->runs) : -1;
+    double sum = 0, n = PRIOR;
+    for (int p = 0; p < s->points && level >= 0; p++) {
+        const ll_trial *other = &s->trials[p];
+        double all = other->own[output].mean, first = other->first[level][output];
+        if (other->runs == repeats && all > 0 && first > 0) {
+            sum += ll_log(all / first);
+            n++;
+        }
+    }
+    return sum / n;
+}
+
+static bool same(const ll_sums *a, const ll_sums *b)
+{
+    return a->squares == 0 && b->squares == 0 && a->mean == b->mean;
+}
+
+static bool ends_with(const char *member, size_t size, const char *end)
+{
+    size_t n = strlen(end);
+    return size >= n && strncmp(member + size - n, end, n) == 0;
+}
+
+/* Whether a member of the path names a length, a time or the like: it counts nothing. */
+static bool has_unit(const char *path)
+{
+    static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
+    for (const char *member = path; *member;) {
+        size_t size = strcspn(member, ".");
+        for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
+            if (ends_with(member, size, units[i]) && !ends_with(member, size, "_per_s"))
+                return true;
+        member += size + (member[size] == '.');
+    }
+    return false;
+}
+
+static bool is_exact(const ll_advise_search *s)
+{
+    return s->experiment->base.kind->no_rare_events;
+}
+
+/* Whether the error counts events, or their rate. */
+static bool is_count(const ll_advise_search *s)
+{
+    const ll_experiment *e = s->experiment;
+    return !is_exact(s) && !has_unit(e->metrics[e->error_metric]) && s->largest <= MOST_EVENTS * s->event;
+}
+
+/* By how much a rare event adds to the error of a run. Before any was seen a count is taken to be whole. */
+static double event(const ll_advise_search *s)
+{
+    double size = s->least > 0 ? is_count(s) ? s->event : s->least : 1;
+    return is_count(s) ? size : fmin(size, LARGE * s->order->max_error);
+}
+
+ll_sums ll_advise_pooled(const ll_trial *t)
+{
+    const ll_sums *a = &t->own[ERROR], *b = &t->fresh[ERROR];
+    double n = (double)(a->n + b->n), apart = a->mean - b->mean;
+    if (n == 0)
+        return *a;
+    return (ll_sums){.n = a->n + b->n,
+                     .mean = ((double)a->n * a->mean + (double)b->n * b->mean) / n,
+                     .squares = a->squares + b->squares + apart * apart * (double)a->n * (double)b->n / n};
+}
+
+bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
+{
+    bool rare = is_count(s) || (!is_exact(s) && t->own[ERROR].mean == 0);
+    return t->fresh[ERROR].n > 0 && !rare && same(&t->own[ERROR], &t->fresh[ERROR]) &&
+           same(&t->own[COST], &t->fresh[COST]);
+}
+
+/* Half of the 95 % interval of the mean over fresh seeds, by the scatter of all seeds of the setting. */
+static double half_fresh(const ll_trial *t)
+{
+    const ll_sums *own = &t->own[ERROR], *fresh = &t->fresh[ERROR];
+    int64_t degrees = own->n + fresh->n - 2;
+    if (degrees < 1)
+        return INFINITY;
+    return ll_interval_95(degrees + 1, own->squares + fresh->squares) *
+           sqrt((double)(degrees + 1) / (double)fresh->n);
+}
+
+double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
+{
+    const ll_sums *error = &t->fresh[ERROR];
+    double n = (double)error->n, off = half_fresh(t), seen = error->mean * n / event(s);
+    if (ll_advise_is_certain(s, t))
+        return 0;
+    if (error->n < FRESH_LEAST)
+        return INFINITY;
+    if (is_exact(s) || (error->mean > 0 && (!is_count(s) || seen > FEW)))
+        return off;
+    if (error->squares == 0)
+        return NEVER_SEEN * event(s) / n;
+    return fmax(off, event(s) * (UNSEEN + 1.96 * sqrt(seen + 1)) / n);
+}
+
+double ll_advise_needed(const ll_advise_search *s, const ll_trial *t)
+{
+    ll_sums error = ll_advise_pooled(t);
+    double room = s->order->max_error - error.mean, deviation = s->scatter * error.mean;
+    double variance =
+        error.n >= 2 * FRESH_LEAST ? error.squares / (double)(error.n - 1) : deviation * deviation;
+    bool rare = is_count(s) || (!is_exact(s) && error.mean == 0);
+    if (room <= 0)
+        return INFINITY;
+    if (variance == 0 && is_exact(s))
+        return 1;
+    if (is_count(s) && variance > 0)
+        variance = fmax(variance, error.mean * event(s));
+    double events = rare ? LOOKS * NEVER_SEEN * event(s) / room : 0;
+    double ratio = room * room / variance; /* infinite where all are the same */
+    return ceil(fmax(events, ratio >= ROOMY ? FRESH_LEAST : fmax(2 * FRESH_LEAST, ROOM / ratio)));
+}
+
+double ll_advise_next(const ll_advise_search *s, const ll_trial *t)
+{
+    double n = (double)t->fresh[ERROR].n;
+    if (n < FRESH_LEAST)
+        return n == 0 ? 1 : FRESH_LEAST - n;
+    return fmin(fmax(ll_advise_needed(s, t) - n, n / 2), n);
+}
+
+/* Whether fresh seeds may show it, with the runs that are left. */
+static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
+{
+    double wanted = ll_advise_needed(s, t);
+    return wanted <= LL_ADVISE_FRESH_MOST &&
+           wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
+}
+
+bool ll_advise_is_clear(const ll_advise_search *s, const ll_trial *t)
+{
+    double off = s->scatter / sqrt((double)t->runs);
+    return t->own[ERROR].mean * (1 + off) <= s->order->max_error && can_be_shown(s, t);
+}
+
+/* ---- verifying ---- */
+
+static void judge(const ll_advise_search *s, ll_trial *t)
+{
+    double error = t->fresh[ERROR].mean, off = ll_advise_doubt(s, t), limit = s->order->max_error;
+    if (t->failed > 0)
+        ll_advise_rule_out(t, "a run failed on a fresh seed");
+    else if (error + LOOKS * off <= limit && ll_advise_pooled(t).mean <= limit)
+        t->state = VERIFIED;
+    else if (error - LOOKS * off > limit)
+        ll_advise_rule_out(t, "on fresh seeds the error is above the limit");
+    else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MOST ||
+             (t->fresh[ERROR].n >= 2 * FRESH_LEAST && !can_be_shown(s, t)))
+        ll_advise_rule_out(t, unsure);
+}
+
+ll_status ll_advise_verify(ll_advise_search *s, int point)
+{
+    ll_trial *t = &s->trials[point];
+    double next = (double)t->fresh[ERROR].n + ll_advise_next(s, t);
+    ll_status status = ll_ok();
+    next = fmin(next, LL_ADVISE_FRESH_MOST);
+    while (!ll_failed(&status) && t->failed == 0 && (double)t->fresh[ERROR].n < next && s->runs < s->most)
+        status = ll_advise_run(s, point, true);
+    judge(s, t);
+    return status;
+}
