@@ -142,7 +142,8 @@ typedef struct ll_client {
 
     /* prediction */
     int64_t predicted_tick;            /* of the predicted world */
-    uint32_t played, reserved3;        /* newest input in it */
+    uint32_t played;                   /* newest input in it */
+    uint32_t gaps;                     /* it lacks inputs behind those of the state that it began with */
     ll_entity_set predicted;           /* what of it is stepped */
     ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
     int64_t begun_tick;                /* of the last state that it began with, or was equal to the bit */

@@ -116,10 +116,23 @@ static void apply_by_step(ll_client *c, const ll_client_setup *s)
     }
 }
 
+/* Whether all inputs behind the acknowledged are open. Where inputs count as they come, one that overtook
+ * another is not: the state has it, and the prediction has it on top. Nor are those that an older state is
+ * without, when a newer one had them: then the prediction lacks them, which the checked world does not know.
+ */
+static bool none_overtook(ll_client *c, const ll_client_setup *s)
+{
+    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
+        if (!ll_client_is_open(c, seq))
+            return false;
+    return true;
+}
+
 void ll_predict_again(ll_client *c, const ll_client_setup *s)
 {
     begin(c, s);
     c->played = newest_due(c, s);
+    c->gaps = !none_overtook(c, s);
     if (!s->sync->drains)
         apply_by_step(c, s);
     for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
@@ -131,6 +144,7 @@ static void forget(ll_client *c, const ll_client_setup *s)
 {
     begin(c, s);
     c->played = newest_due(c, s);
+    c->gaps = c->played > c->acked;
 }
 
 static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -147,16 +161,6 @@ static bool guessed_right(const ll_client *c, const ll_client_setup *s, int play
 {
     for (int i = 0; i < players && scope_of(s)->guesses; i++)
         if (i != c->self && memcmp(&c->guessed[i], &c->told[i], sizeof c->told[i]) != 0)
-            return false;
-    return true;
-}
-
-/* Whether all inputs behind the acknowledged are open. Where inputs count as they come, one that overtook
- * another is not: the state has it, and the prediction has it on top. */
-static bool none_overtook(ll_client *c, const ll_client_setup *s)
-{
-    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
-        if (!ll_client_is_open(c, seq))
             return false;
     return true;
 }
@@ -211,7 +215,8 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_recei
     ll_world *checked = ll_client_checked(c);
     ll_grid grid = grid_of(c, state);
     if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
-        !guessed_right(c, s, truth->players) || !none_overtook(c, s) || !check_upto(c, s, state, acked))
+        !guessed_right(c, s, truth->players) || c->gaps || !none_overtook(c, s) ||
+        !check_upto(c, s, state, acked))
         return false;
     ll_entity_set set = choose(c, s, truth, state->tick);
     if (memcmp(&set, &c->predicted, sizeof set) != 0)

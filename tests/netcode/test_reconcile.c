@@ -437,6 +437,41 @@ static void what_stands_is_what_a_replay_makes(void **state)
     assert_true(replays > 500 && replays < states * 3 / 4);
 }
 
+/* Reconciliation that is switched on while the game runs begins with the next state: from then on the
+ * prediction has every open input, also on a link where nothing has gone wrong. */
+static void reconciliation_may_be_switched_on(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"server.sync=free", "server.sync=lockstep_pipelined",
+                                        "server.sync=gambetta"};
+    _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
+    ll_world *world = (ll_world *)(void *)bytes;
+    for (int k = 0; k < 3; k++) {
+        const char *const sets[] = {syncs[k],
+                                    "players.0.prediction=true",
+                                    "players.0.reconciliation=false",
+                                    "players.0.lag_ms=85",
+                                    "players.1.prediction=false",
+                                    "warmup_s=0",
+                                    NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 2, NULL);
+        replay(s.game, 0, world);
+        assert_false(ll_same_in(world, ll_client_predicted(ll_netgame_client(s.game, 0)),
+                                &ll_netgame_client(s.game, 0)->predicted));
+        ll_netgame_config config = s.game->config;
+        config.players[0].reconciliation = true;
+        s.scenario.kind->change(s.game, &config, s.game->now);
+        for (int frame = 2 * 60 + 7; frame < 6 * 60; frame++) {
+            ll_client *c = ll_netgame_client(s.game, 0);
+            scene_run(&s, frame / 60.0, NULL);
+            replay(s.game, 0, world);
+            assert_true(ll_same_in(world, ll_client_predicted(c), &c->predicted));
+        }
+        scene_close(&s);
+    }
+}
+
 /* Whatever goes wrong on the way up: what is predicted is within the tolerance of what a replay would make of
  * the newest state, at any time, in every sync that has states. */
 static void what_stands_is_within_the_tolerance_of_a_replay(void **state)
@@ -500,6 +535,7 @@ int main(void)
         cmocka_unit_test(rounding_alone_replays_nothing),
         cmocka_unit_test(rounding_is_handed_on_by_contacts),
         cmocka_unit_test(what_stands_is_what_a_replay_makes),
+        cmocka_unit_test(reconciliation_may_be_switched_on),
         cmocka_unit_test(what_stands_is_within_the_tolerance_of_a_replay),
         cmocka_unit_test(a_tolerance_saves_replays),
     };
