@@ -53,7 +53,7 @@ class Client:
         self.begun = False
         self.number = 0
         self.next_step = 0
-        self.inputs = []
+        self.inputs, self.made = [], []
         self.closed_unsent = []  # inputs whose step was over before a packet left
         self.again_at = None  # stop-and-wait: when the input is sent again
         self.taken_at = 0  # when the newest state came
@@ -79,6 +79,14 @@ class Client:
     @property
     def player(self):
         return self.sim.players[self.index]
+
+    @property
+    def plays(self):
+        return self.connection.state in PLAYS
+
+    @property
+    def unacknowledged(self):
+        return self.number - self.newest.last
 
     # ---- the machine ----
 
@@ -149,6 +157,7 @@ class Client:
                 self.joins += 1
                 self.accepted_at = body["answered"]  # by the server's clock
                 c.enter("resynchronising" if c.ever_played else "synchronising", now)
+                self.join(now)
             c.hear(now)
             c.answer(now, body["asked"], body["answered"], self.player["clock_filter"])
             if c.state in ("connecting", "disconnected"):
@@ -166,6 +175,17 @@ class Client:
         c.hear(now)
         if kind == "state":
             self.state_comes(now, body["state"])
+
+    def game_begins(self, epoch):
+        """At time 0, in a new epoch for all who are connected."""
+        if self.connection.state not in ("connecting", "disconnected"):
+            self.connection.epoch = epoch
+
+    def join(self, now):
+        """The server has let it in: its inputs begin anew."""
+        self.number = self.unsent = 0
+        self.inputs, self.made = [], []
+        self.sim.joined(self.index)
 
     def begins_to_play(self, now):
         self.connection.enter("playing", now)

@@ -7,10 +7,12 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from gambetta import DemoSimulation
 from metrics import distributions, numbers
 from simulation import Simulation
 
 RELATIVE = 1e-9
+SIMULATIONS = {"gambetta": DemoSimulation}
 
 
 def close(told, own):
@@ -39,14 +41,14 @@ def laglab_says(laglab, scenario):
 
 def at_path(node, path):
     for part in path.split("."):
-        node = node[part]
+        node = node[int(part)] if isinstance(node, list) else node[part]
     return node
 
 
 def differences(laglab, filler, scenario):
     """(columns compared, numbers compared, list of differences), the first tick first."""
     told, rows = laglab_says(laglab, scenario)
-    sim = Simulation(filler.fill(scenario)).run()
+    sim = SIMULATIONS.get(scenario["server"]["sync"], Simulation)(filler.fill(scenario)).run()
     out = []
     if len(rows) != len(sim.rows):
         return 0, 0, [f"{len(rows)} rows and not {len(sim.rows)}"]
@@ -69,4 +71,8 @@ def differences(laglab, filler, scenario):
             count += 1
             if not close(at_path(node, path), value):
                 out.append(f"player {i}: {path} {at_path(node, path)}, oracle {value}")
+    for path, value in sim.server_numbers():
+        count += 1
+        if not close(at_path(told["metrics"]["server"], path), value):
+            out.append(f"server: {path} {at_path(told['metrics']['server'], path)}, oracle {value}")
     return len(columns), count, out

@@ -1,6 +1,6 @@
 """Random scenarios: what the oracle knows of, crossed at random."""
 
-SYNCS = ("free", "lockstep", "lockstep_pipelined")
+SYNCS = ("free", "lockstep", "lockstep_pipelined", "gambetta")
 
 
 def maybe(r, share, values, otherwise=None):
@@ -64,19 +64,31 @@ def player(r, sync, rough, tick_hz):
         row["reconciliation"] = row["prediction"] and r.random() < 0.7
         if r.random() < 0.2:
             row.update(input_delay_ticks=1, slack_ticks=r.choice([1, 2]))
+    if sync == "gambetta":
+        row.update(
+            send_hz=maybe(r, 0.4, [10, 20, 25, 30] if tick_hz <= 64 else [30, 60]), redundancy=maybe(r, 0.7, [0, 0, 1, 5]),
+            prediction=r.random() < 0.75, interpolation=r.random() < 0.6, timer_jitter_ms=maybe(r, 0.3, [2, 8, 20, 40]))
+        row["reconciliation"] = row["prediction"] and r.random() < 0.7
     return without_none(row)
+
+
+PARAMS = {
+    "race": lambda r: {"laps": r.choice([0.05, 0.1, 0.2, 6]), "drag_per_s": r.choice([0.05, 0.3]), "restitution": r.choice([0, 0.3, 1]),
+                       "top_speed_mps": r.choice([6, 16])},
+    "gambetta": lambda r: {"speed_mps": r.choice([2, 0.7, 5]), "width_m": r.choice([10, 7])},
+}
 
 
 def scenario(r, sync):
     tick_hz = r.choice([60, 60, 60, 50, 30, 20, 64, 33.3, 128])
     update_hz = r.choice([5, 10, 20, 25, 30, 30, 47.5, 60])
     rough = r.random() < 0.7
+    game = r.choice(["gambetta", "gambetta", "race"]) if sync == "gambetta" else "race"
     return {
-        "kind": "netgame", "game": "race", "duration_s": r.choice([2, 3, 4, 6]), "seed": r.randrange(10**6), "tick_hz": tick_hz,
+        "kind": "netgame", "game": game, "duration_s": r.choice([2, 3, 4, 6]), "seed": r.randrange(10**6), "tick_hz": tick_hz,
         "warmup_s": r.choice([0, 1, 2]),
-        "params": {"laps": r.choice([0.05, 0.1, 0.2, 6]), "drag_per_s": r.choice([0.05, 0.3]), "restitution": r.choice([0, 0.3, 1]),
-                   "top_speed_mps": r.choice([6, 16])},
-        "server": {"sync": sync, "update_hz": update_hz if sync == "free" else min(update_hz, tick_hz),
+        "params": PARAMS[game](r),
+        "server": {"sync": sync, "update_hz": min(update_hz, tick_hz) if sync.startswith("lockstep") else update_hz,
                    "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"])},
         "players": [player(r, sync, rough, tick_hz) for _ in range(r.choice([1, 2, 2, 3, 4]))],
     }

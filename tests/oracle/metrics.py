@@ -40,8 +40,9 @@ def distributions(sim, i):
         "unacked": Distribution(client.unacked, "1"),
         "correction_m": Distribution(client.correction_sizes, "m"),
     }
-    if player["interpolation"] and sim.sync == "free" and client.reference.quarters and len(sim.players) > 1:
+    if player["interpolation"] and sim.sync in ("free", "gambetta") and client.kept and len(sim.players) > 1:
         out["buffer_ms"] = Distribution([max(0, p.buffer) / 1e6 for p in pictures if p.interpolated], "ms")
+    out.update(sim.more_distributions(i))
     return out
 
 
@@ -75,7 +76,9 @@ def numbers(sim, i):
             yield f"bandwidth.{kind}.messages_per_s", sum(c for c, _ in sent) / span
             yield f"bandwidth.{kind}.payload_bytes_per_s", sum(b for _, b in sent) / span
     yield "game.speed_mps", sim.server.world[i][2]
-    yield "game.finish_s", sim.server.world[i][3]
+    if sim.scenario["game"] == "race":
+        yield "game.finish_s", sim.server.world[i][3]
+    yield from sim.more_numbers(i)
 
 
 KINDS = {

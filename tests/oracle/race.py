@@ -4,6 +4,8 @@ import math
 
 from draws import draw
 
+BODY_BYTES = 24, 64  # of a state: once, and for each player
+
 
 def start(params, players):
     cars, in_lane = [], {}
@@ -58,6 +60,13 @@ def step_alone(params, cars, me, axis, h, at_s):
     return out
 
 
+def apply(params, cars, me, axis, h):
+    """The same where an input counts as it comes: nobody finishes."""
+    out = [list(car) for car in cars]
+    out[me][0], out[me][2] = drive(params, cars[me][0], cars[me][2], axis, h)
+    return out
+
+
 def finish(params, cars, at_s):
     line = params["laps"] * params["lap_m"]
     for car in cars:
@@ -96,8 +105,8 @@ def purpose(seed, player, q, n):
     return draw(seed, 0x7363726970740000 + 16 * player + q, n)
 
 
-def slot(seed, player, q, t, mean, spread):
-    """The slot of `mean` +- `spread` that holds t."""
+def slot_of(seed, player, q, t, mean, spread):
+    """The slot of `mean` +- `spread` that holds t, and for how long it has lasted."""
     at = t + purpose(seed, player, q, 0) % mean
 
     def begin(k):
@@ -106,13 +115,13 @@ def slot(seed, player, q, t, mean, spread):
     k = max(0, at // mean - 2)
     while begin(k + 1) <= at:
         k += 1
-    return k
+    return k, at - begin(k)
 
 
 def varied(seed, player, t, _finished):
     if t < 2 * 10**9:
         return 1.0
-    k = slot(seed, player, 0, t, 750 * 10**6, 500 * 10**6)
+    k, _ = slot_of(seed, player, 0, t, 750 * 10**6, 500 * 10**6)
     return (1.0, 1.0, 0.8, 0.6, 0.3, -0.4)[purpose(seed, player, 3, k) % 6]
 
 

@@ -38,10 +38,11 @@ def main():
         if options.one:
             with open(options.one, encoding="utf-8") as file:
                 given = json.load(file)
-            sync = given["server"]["sync"]
+            sync, name = given["server"]["sync"], options.one
         else:
             sync = syncs[k % len(syncs)]
-            given = scenario(random.Random(f"{options.seed}/{k}"), sync)
+            name = f"{options.seed}/{sync}/{k // len(syncs)}"
+            given = scenario(random.Random(name), sync)
         line = table[sync]
         try:
             columns, numbers, found = differences(options.laglab, filler, given)
@@ -55,7 +56,7 @@ def main():
         line[4] += numbers
         if found:
             wrong += 1
-            print(f"scenario {options.seed}/{k} ({sync}):", *found[:4], sep="\n  ")
+            print(f"scenario {name}:", *found[:4], sep="\n  ")
             print(" ", json.dumps(given))
         else:
             line[0] += 1

@@ -41,7 +41,7 @@ class Seat:
         self.last_slack = 0
         self.ahead = None  # step - number of every input of this epoch
         self.last = self.applied = 0
-        self.accepted = self.duplicate = self.late = self.starved = 0
+        self.accepted = self.duplicate = self.late = self.starved = self.refused = 0
 
 
 class Server:
@@ -51,6 +51,7 @@ class Server:
         self.world = sim.first_state.world
         self.step = 0
         self.updates = 0
+        self.epoch = 1  # the last that was given out
         self.look_at = -100 * LOOK
         self.history = {0: self.world}
         self.times = {0: 0}
@@ -70,7 +71,7 @@ class Server:
             else:
                 self.reply(now, index, "pong", body)
         elif kind == "ping":
-            if seat.connected and body["epoch"] == seat.epoch and body["answer"] is not None:
+            if seat.connected and body["answer"] is not None:
                 seat.known_answer = max(seat.known_answer, body["answer"])
             self.reply(now, index, "pong", body)
         elif kind == "inputs" and seat.connected and body["epoch"] == seat.epoch:
@@ -82,11 +83,18 @@ class Server:
 
     def let_in(self, now, seat):
         seat.connected = True
-        seat.epoch += 1
+        self.epoch += 1
+        seat.epoch = self.epoch
         seat.known_answer = now
         seat.inputs, seat.numbers, seat.came = {}, set(), {}
         seat.slack = None
         seat.ahead, seat.last, seat.applied = None, 0, 0
+
+    def begin(self):
+        """The game begins, in a new epoch for all."""
+        self.epoch += 1
+        for seat in self.seats:
+            seat.epoch = self.epoch
 
     def reply(self, now, index, kind, body):
         self.send(now, index, kind, {"asked": body["asked"], "answered": now, "attempt": body.get("attempt"), "connected": self.seats[index].connected}, PONG_BYTES)

@@ -2,6 +2,7 @@
 
 import heapq
 
+import demo
 import race
 from client import Client
 from draws import SECOND, millihertz, tick_time
@@ -10,29 +11,33 @@ from scenario import change
 from server import Server, State
 
 LOBBY = 10 * SECOND
+GAMES = {"race": race, "gambetta": demo}
 
 
 class Simulation:
+    client_type, server_type = Client, Server
+
     def __init__(self, scenario):
         self.scenario = scenario
         self.players = scenario["players"]
         self.seed = scenario["seed"]
-        self.game, self.params = race, scenario["params"]
+        self.game, self.params = GAMES[scenario["game"]], scenario["params"]
         self.sync = scenario["server"]["sync"]
-        self.step_hz = scenario["tick_hz"] if self.sync == "free" else scenario["server"]["update_hz"]
-        self.h = 1.0 / self.step_hz
         self.lockstep = self.sync in ("lockstep", "lockstep_pipelined")
+        self.step_hz = scenario["server"]["update_hz"] if self.lockstep else scenario["tick_hz"]
+        self.h = 1000.0 / millihertz(self.step_hz)
         self.now = -LOBBY
-        self.first_state = State(0, 0, race.start(self.params, self.players))
-        self.state_bytes = 72 + 64 * len(self.players)
+        self.first_state = State(0, 0, self.game.start(self.params, self.players))
+        once, each = self.game.BODY_BYTES
+        self.state_bytes = 48 + once + each * len(self.players)
         places = [int(1.3 * scenario["tick_hz"]) + 32, 156]
         self.ups = [Link(self.seed, i, 0, places[0]) for i in range(len(self.players))]
         self.downs = [Link(self.seed, i, 1, places[1]) for i in range(len(self.players))]
         self.flying = [[[] for _ in self.players], [[] for _ in self.players]]
         self.sends = 0
         self.sent = {}
-        self.clients = [Client(self, i) for i in range(len(self.players))]
-        self.server = Server(self)
+        self.clients = [self.client_type(self, i) for i in range(len(self.players))]
+        self.server = self.server_type(self)
         self.rows = []
         self.pictures = [None] * len(self.players)
         self.waiting = [[] for _ in self.players]  # pictures whose step the server has not made
@@ -73,14 +78,18 @@ class Simulation:
 
     # ---- events ----
 
+    def server_events(self):
+        """(time, rank) of what the server does next."""
+        yield self.server.look_at, 5
+        if not self.lockstep:
+            yield tick_time(self.step_hz, self.server.step + 1), 3
+            yield tick_time(self.update_hz, self.server.updates + 1), 4
+        elif self.server.lockstep_due() is not None:
+            yield self.server.lockstep_due(), 3
+
     def next_event(self):
         """(time, rank, player) of what comes next."""
-        best = (self.server.look_at, 5, 0)
-        if not self.lockstep:
-            best = min(best, (tick_time(self.step_hz, self.server.step + 1), 3, 0))
-            best = min(best, (tick_time(self.update_hz, self.server.updates + 1), 4, 0))
-        elif self.server.lockstep_due() is not None:
-            best = min(best, (self.server.lockstep_due(), 3, 0))
+        best = min((*event, 0) for event in self.server_events())
         for i, client in enumerate(self.clients):
             for way in (0, 1):
                 if self.flying[way][i]:
@@ -112,6 +121,11 @@ class Simulation:
         ticks = int(self.scenario["duration_s"] * self.scenario["tick_hz"])
         timeline = list(self.scenario["timeline"] or [])
         hz = self.scenario["tick_hz"]
+        while self.next_event()[0] < 0:
+            self.handle(self.next_event())
+        self.server.begin()
+        for client in self.clients:
+            client.game_begins(self.server.epoch)
         for k in range(ticks + 1):
             end = tick_time(hz, k)
             while True:
@@ -125,6 +139,17 @@ class Simulation:
                 for path, value in timeline.pop(0)["set"].items():
                     change(self.scenario, path, value)
         return self
+
+    # ---- what one sync tells beside the common metrics ----
+
+    def more_distributions(self, _index):
+        return {}
+
+    def more_numbers(self, _index):
+        return ()
+
+    def server_numbers(self):
+        return ()
 
     # ---- the game ----
 
@@ -140,8 +165,15 @@ class Simulation:
         picture.remote = {i: p[0] - truth[i][0] for i, p in picture.others.items()}
         if self.counts:
             self.drawn[index].append(picture)
+        self.observed(index, picture)
+
+    def observed(self, index, picture):
+        """The own entity against the truth at the picture's step, as soon as that is known."""
         self.waiting[index] = [p for p in self.waiting[index] if p.own_step != picture.own_step] + [picture]
         self.compare(index)
+
+    def joined(self, index):
+        """A player was let in again."""
 
     def server_stepped(self, now):
         for i in range(len(self.players)):
@@ -170,11 +202,11 @@ class Simulation:
             row[name + "own_x_m"], row[name + "own_y_m"] = p.own if p else (car[0], car[1])
             row[name + "own_timeline_error_m"], row[name + "own_lead_ms"] = self.compared[i]
             row[name + "own_lead_m"] = p.lead if p else 0
-            row[name + "remote_error_m"] = max(p.remote.values(), key=abs) if p and p.remote else 0
+            row[name + "remote_error_m"] = max(reversed(list(p.remote.values())), key=abs) if p and p.remote else 0
             row[name + "view_age_ms"] = max(0, p.at - p.others_time) / 1e6 if p and p.remote else 0
             row[name + "age_of_information_ms"] = (p.at - p.newest_time) / 1e6 if p else 0
             row[name + "buffer_ms"] = p.buffer / 1e6 if p else 0
-            row[name + "unacked"] = self.clients[i].number - self.clients[i].newest.last
+            row[name + "unacked"] = self.clients[i].unacknowledged
             row[name + "corrections"] = self.clients[i].corrections
             row[name + "lag_ms"] = self.players[i]["lag_ms"]
         self.rows.append(row)
