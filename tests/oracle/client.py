@@ -7,7 +7,6 @@ from draws import SECOND, first_tick_from, millihertz, ns, single, tick_time, tr
 from interpolation import KEPT, DrawnTime, Reference, between, delay_ns
 
 SNAP = 100 * 10**6
-ROUNDING = 1e-12  # in m: less is no correction, but that two programs round differently
 WINDOW = 2 * SECOND
 CONNECT_BYTES, PING_BYTES, INPUTS_HEADER, INPUT_BYTES = 24, 24, 16, 16
 
@@ -415,7 +414,7 @@ class Client:
                 world = self.sim.predict(world, self.index, self.own_input(step), step)
         self.world, self.world_step = world, step
         moved = abs(world[self.index][0] - before)
-        if moved > ROUNDING and (before_step >= state.step or not self.player["reconciliation"]):
+        if moved > 0 and (before_step >= state.step or not self.player["reconciliation"]):
             if self.sim.counts:
                 self.corrections += 1
                 self.correction_sizes.append(moved)

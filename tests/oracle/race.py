@@ -1,6 +1,7 @@
 """The race (docs/netgame.md, "The race"): cars on lanes. A world is a list of cars [x, y, v, finish_s]; finish_s is 0 until the car is through."""
 
 import math
+from functools import cache
 
 from draws import draw
 
@@ -17,27 +18,45 @@ def start(params, players):
     return cars
 
 
+LN2_HIGH, LN2_LOW = float.fromhex("0x1.62e42feep-1"), float.fromhex("0x1.a39ef35793c76p-33")
+
+
+def exp(x):
+    """As the docs have it, to the bit."""
+    k = round(x * (1 / 0.6931471805599453))
+    r = (x - k * LN2_HIGH) - k * LN2_LOW
+    total = 1.0 / math.factorial(14)
+    for n in range(13, 1, -1):
+        total = total * r + 1.0 / math.factorial(n)
+    return math.ldexp(1 + (r + r * r * total), k)
+
+
+@cache
+def drag_over(c, h):
+    """What is left of a speed after h seconds, and the ways per speed and per acceleration."""
+    z = c * h
+    e = exp(-z)
+    if z > 1:
+        f = (1 - e) / c
+        return e, f, (h - f) / c
+    f = g = 0.0
+    for n in range(22, 0, -1):
+        f = 1 - f * z / (n + 1)
+        g = 1 - g * z / (n + 2)
+    return e, h * f, h * h / 2 * g
+
+
 def drive(params, x, v, axis, h):
-    """One car for h seconds: v' = force - drag v."""
-    top, drag = params["top_speed_mps"], params["drag_per_s"]
-    force = params["acceleration_mps2"] * axis if axis > 0 else params["brake_mps2"] * axis
-    if drag > 0:
-        end = force / drag
-        faded = 1 - math.exp(-drag * h)
-        v1 = v + (end - v) * faded
-        x1 = x + end * h + (v - end) * faded / drag
-    else:
-        v1 = v + force * h
-        x1 = x + v * h + force * h * h / 2
+    """One car for h seconds: v' = a - drag v."""
+    top = params["top_speed_mps"]
+    e, f, g = drag_over(params["drag_per_s"], h)
+    a = axis * params["acceleration_mps2"] if axis > 0 else axis * params["brake_mps2"] if v > 0 else 0.0
+    x1, v1 = x + (v * f + a * g), v * e + a * f
     if v1 > top:
-        return x + (v + top) / 2 * h, top
-    if axis < 0 and v1 < 0:
-        return x + v * v / (-2 * force), 0.0
+        return x + h * (v + top) / 2, top
+    if v1 < 0:
+        return x + v * v / (2 * -a), 0.0
     return x1, v1
-
-
-def limited(axis):
-    return min(1.0, max(-1.0, axis))
 
 
 def step(params, cars, inputs, h, at_s):
@@ -45,7 +64,7 @@ def step(params, cars, inputs, h, at_s):
     out = []
     for car, axis in zip(cars, inputs):
         x, y, v, finished = car
-        x, v = drive(params, x, v, limited(axis), h)
+        x, v = drive(params, x, v, axis, h)
         out.append([x, y, v, finished])
     touch(params, out)
     finish(params, out, at_s)
@@ -55,7 +74,7 @@ def step(params, cars, inputs, h, at_s):
 def step_alone(params, cars, me, axis, h, at_s):
     """The world when only one car moves: the others stand still and are not touched."""
     out = [list(car) for car in cars]
-    out[me][0], out[me][2] = drive(params, cars[me][0], cars[me][2], limited(axis), h)
+    out[me][0], out[me][2] = drive(params, cars[me][0], cars[me][2], axis, h)
     finish(params, [out[me]], at_s)
     return out
 
@@ -78,24 +97,17 @@ def touch(params, cars):
     length, e = params["car_length_m"], params["restitution"]
     for i in range(len(cars)):
         for j in range(i + 1, len(cars)):
-            a, b = cars[i], cars[j]
-            if a[1] != b[1]:
+            if cars[i][1] != cars[j][1] or abs(cars[j][0] - cars[i][0]) >= length:
                 continue
-            if a[0] > b[0] or (a[0] == b[0]):
-                front, back = a, b
-            else:
-                front, back = b, a
-            gap = front[0] - back[0]
-            if gap >= length:
-                continue
-            push = (length - gap) / 2
-            front[0] += push
-            back[0] -= push
+            back, front = (cars[i], cars[j]) if cars[j][0] - cars[i][0] >= 0 else (cars[j], cars[i])
+            missing = length - (front[0] - back[0])
+            back[0] -= missing / 2
+            front[0] += missing / 2
             closing = back[2] - front[2]
             if closing > 0:
-                change = (1 + e) * closing / 2
-                front[2] += change
+                change = (1 + e) / 2 * closing
                 back[2] -= change
+                front[2] += change
 
 
 # ---- scripts (docs/concepts.md, "Scripts") ----
