@@ -55,8 +55,10 @@ class Client:
         self.inputs, self.made = [], []
         self.closed_unsent = []  # inputs whose step was over before a packet left
         self.again_at = None  # stop-and-wait: when the input is sent again
+        self.answers_at = None  # and when a newer state has come
         self.taken_at = 0  # when the newest state came
         self.unsent = 0
+        self.run = 1  # inputs from this one on have a number for every step
         self.unacked = []  # of every frame that counts
         self.pending = 0
         self.settle = 0
@@ -67,6 +69,7 @@ class Client:
         self.drawn_time = DrawnTime()
         self.world = [list(c) for c in self.newest.world]  # the prediction
         self.world_step = 0
+        self.felt = 0  # without reconciliation: the newest input in the prediction
         self.corrections = 0
         self.correction_sizes = []
         self.stale_states = 0
@@ -100,10 +103,14 @@ class Client:
         return self.next_tick() if self.with_ticks else self.machine_time(self.display_hz, self.displays)
 
     def next_time(self):
+        if self.answers_at is not None:
+            return self.sim.now
         again = self.again_at if self.again_at is not None else self.next_tick()
         return min(self.next_tick(), self.next_display(), again, max(self.connection.due(self.sim.timeout_s)[0], self.sim.now))
 
     def wake(self, now):
+        if self.answers_at == now:
+            self.answers(now)
         if self.next_tick() == now:
             if self.with_ticks:
                 self.tick(now)
@@ -202,11 +209,8 @@ class Client:
         self.kept.append(state)
         del self.kept[:-KEPT]
         self.reference.add(now, state.time - now)
-        if self.sync == "lockstep" and self.connection.state in PLAYS and self.begun and state.step >= self.number:
-            self.take(now)
-            self.answer_state(now)
-        elif self.sync == "lockstep" and self.number:  # the state of step 0, which the server sends only on demand
-            self.send_again(now)
+        if self.sync == "lockstep":
+            self.answers_at = now
 
     # ---- inputs ----
 
@@ -244,6 +248,15 @@ class Client:
         fresh, self.unsent = self.number - self.unsent, 0
         if chosen:
             self.send(now, "inputs", {"inputs": chosen, "fresh": fresh}, INPUTS_HEADER + INPUT_BYTES * len(chosen))
+
+    def answers(self, now):
+        """Stop-and-wait: a newer state has come, with all else that comes at this instant."""
+        self.answers_at = None
+        if self.plays and self.begun and self.arrived.step >= self.number:
+            self.take(now)
+            self.answer_state(now)
+        elif self.number:  # the state of step 0, which the server sends only on demand
+            self.send_again(now)
 
     def answer_state(self, now):
         """Stop-and-wait: the next input, as soon as the state of the one before has come."""
@@ -294,7 +307,7 @@ class Client:
             count, self.pending = 0, self.pending + 1
         for _ in range(count):
             self.make(now)
-        self.predict_on(count)
+        self.predict_on()
         self.count_unacked()
         rate, hz = millihertz(self.tick_hz), millihertz(player["send_hz"])
         if hz == 0 or self.ticks * hz // rate != (self.ticks - 1) * hz // rate:
@@ -319,9 +332,9 @@ class Client:
     def send_inputs(self, now):
         fresh = self.number - self.unsent
         count = min(self.unsent + self.player["redundancy"], 16)
-        # By numbers: those that a snap has left out count too.
+        # By numbers, and none from before a snap.
         open_or_fresh = self.closed_unsent + self.inputs
-        chosen = [i for i in open_or_fresh if i.number > max(self.number - count, min(self.newest.last, fresh))]
+        chosen = [i for i in open_or_fresh if i.number > max(self.number - count, min(self.newest.last, fresh), self.run - 1)]
         self.closed_unsent = []
         self.unsent = 0
         if chosen and fresh < self.number:
@@ -363,7 +376,8 @@ class Client:
         if by > 0 and by * tick_time(self.sim.step_hz, 1) >= SNAP:
             self.number += by
             self.next_step += by
-            self.settle = self.number + 1
+            self.settle = self.run = self.number + 1
+            self.unsent = 0
         else:
             self.pending = by
             self.settle = self.number + 2 * max(by, 0) + 1
@@ -381,17 +395,21 @@ class Client:
                 return i.axis
         return 0.0
 
-    def predict_on(self, made):
+    def newest_felt(self):
+        """By number; a snap has left some numbers without an input."""
+        return max(self.number - self.input_delay(), self.newest.last)
+
+    def predict_on(self):
         if not self.player["prediction"]:
             return
         if not self.player["reconciliation"]:
             if self.inputs and self.inputs[0].number == 1 and self.newest is self.sim.first_state:
                 self.coast(self.inputs[0].step - 1)
-            for i in range(len(self.inputs) - made, len(self.inputs)):
-                felt = i - self.input_delay()
-                if felt >= 0 and self.world_step < self.inputs[felt].step:
-                    self.world_step += 1
-                    self.world = self.sim.predict(self.world, self.index, self.inputs[felt].axis, self.world_step)
+            by_number = {i.number: i.axis for i in self.inputs}
+            while self.felt < self.newest_felt():
+                self.felt += 1
+                self.world_step += 1
+                self.world = self.sim.predict(self.world, self.index, by_number.get(self.felt, 0.0), self.world_step)
             return
         while self.world_step < self.target_step():
             self.world_step += 1
@@ -412,7 +430,7 @@ class Client:
             while step < before_step:
                 step += 1
                 world = self.sim.predict(world, self.index, self.own_input(step), step)
-        self.world, self.world_step = world, step
+        self.world, self.world_step, self.felt = world, step, self.newest_felt()
         moved = abs(world[self.index][0] - before)
         if moved > 0 and (before_step >= state.step or not self.player["reconciliation"]):
             if self.sim.counts:

@@ -28,7 +28,7 @@ class Seat:
         self.connected = False
         self.epoch = 0
         self.attempt = 0
-        self.known_answer = None
+        self.known_answer = self.known_at = 0  # the newest answer that it is known to have, and since when
         self.sent = None
         self.inputs = {}  # step: input
         self.came = {}  # step: when its input came
@@ -62,17 +62,16 @@ class Server:
     def receive(self, now, index, kind, body):
         seat = self.seats[index]
         if kind == "connect":
+            known = seat.connected and seat.attempt == body["attempt"]
             answer = body["answer"]
-            if answer is not None and now - answer <= CONNECT_AGE:
-                if not seat.connected or seat.attempt != body["attempt"]:
-                    self.let_in(now, seat)
-                    seat.attempt = body["attempt"]
-                self.reply(now, index, "accept", body)
-            else:
-                self.reply(now, index, "pong", body)
+            if not known and body["attempt"] >= seat.attempt and answer is not None and now - answer <= CONNECT_AGE:
+                self.let_in(now, seat, answer)
+                seat.attempt = body["attempt"]
+                known = True
+            self.reply(now, index, "accept" if known else "pong", body)
         elif kind == "ping":
-            if seat.connected and body["answer"] is not None:
-                seat.known_answer = max(seat.known_answer, body["answer"])
+            if body["answer"] is not None and body["answer"] > seat.known_answer:
+                seat.known_answer, seat.known_at = body["answer"], now
             self.reply(now, index, "pong", body)
         elif kind == "inputs" and seat.connected and body["epoch"] == seat.epoch:
             before = seat.accepted
@@ -81,11 +80,11 @@ class Server:
             if seat.accepted == before:
                 seat.idle = True
 
-    def let_in(self, now, seat):
+    def let_in(self, now, seat, answer):
         seat.connected = True
         self.epoch += 1
         seat.epoch = self.epoch
-        seat.known_answer = now
+        seat.known_answer, seat.known_at = now, 2 * now - answer
         seat.inputs, seat.numbers, seat.came = {}, set(), {}
         seat.slack = None
         seat.ahead, seat.last, seat.applied = None, 0, 0
@@ -112,7 +111,7 @@ class Server:
         for index, seat in enumerate(self.seats):
             if not seat.connected:
                 continue
-            if timeout > 0 and now - seat.known_answer > int(timeout * SECOND):
+            if timeout > 0 and now - seat.known_at > int(timeout * SECOND):
                 seat.connected = False
                 continue
             if self.sim.lockstep and seat.idle:
