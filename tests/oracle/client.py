@@ -59,6 +59,8 @@ class Client:
         self.taken_at = 0  # when the newest state came
         self.unsent = 0
         self.run = 1  # inputs from this one on have a number for every step
+        self.acked = 0
+        self.begins = False  # the prediction begins anew with the next look
         self.unacked = []  # of every frame that counts
         self.pending = 0
         self.settle = 0
@@ -73,9 +75,7 @@ class Client:
         self.corrections = 0
         self.correction_sizes = []
         self.stale_states = 0
-        self.joins = 0
-        self.accepted_at = 0
-        self.check_begin = False
+        self.joins = self.time_outs = 0
         self.seen_finish = False  # what the script has seen
 
     @property
@@ -88,7 +88,7 @@ class Client:
 
     @property
     def unacknowledged(self):
-        return self.number - self.newest.last
+        return self.number - self.acked
 
     # ---- the machine ----
 
@@ -135,6 +135,7 @@ class Client:
             if what == "stall":
                 c.enter("stalled", now)
             elif what == "timeout":
+                self.time_outs += 1
                 self.loses_connection(now)
             else:
                 c.next_request = now + AGAIN[c.state]
@@ -144,7 +145,8 @@ class Client:
         c = self.connection
         c.enter("disconnected" if c.ever_played else "connecting", now)
         self.inputs = []
-        self.closed_unsent = []  # inputs whose step was over before a packet left
+        self.closed_unsent = []
+        self.acked = self.number
 
     def send(self, now, kind, body, size):
         self.connection.sent = now
@@ -155,32 +157,34 @@ class Client:
     def receive(self, now, kind, body):
         c = self.connection
         self.begin_if_playing(now)
-        if kind in ("accept", "pong"):
-            if kind == "accept" and body["attempt"] != c.attempt:
-                return
-            if kind == "accept" and c.state in ("connecting", "disconnected"):
+        c.hear(now)
+        if kind in ("accept", "pong", "keep"):
+            self.answer_comes(now, kind, body)
+        elif kind == "state" and body["epoch"] == c.epoch:
+            self.state_comes(now, body["state"])
+
+    def answer_comes(self, now, kind, body):
+        c = self.connection
+        asks = c.state in ("connecting", "disconnected")
+        news = c.newest_answer is None or body["answered"] > c.newest_answer
+        if news:
+            c.newest_answer = body["answered"]
+        if kind == "accept":
+            if asks and body["attempt"] == c.attempt:
                 c.epoch = body["epoch"]
                 self.joins += 1
-                self.accepted_at = body["answered"]  # by the server's clock
                 c.enter("resynchronising" if c.ever_played else "synchronising", now)
                 self.join(now)
-            c.hear(now)
-            c.answer(now, body["asked"], body["answered"], self.player["clock_filter"])
-            if c.state in ("connecting", "disconnected"):
-                if not body["connected"]:
-                    c.next_request = now
-            elif not body["connected"] and body["answered"] > self.accepted_at:
-                self.loses_connection(now)
-            elif c.state in ("synchronising", "resynchronising"):
-                c.answers += 1
-                if c.answers >= ANSWERS:
-                    self.begins_to_play(now)
+        elif asks and not body["connected"]:
+            c.next_request = now
+        elif not asks and news and (not body["connected"] or body["epoch"] > c.epoch):
+            self.loses_connection(now)
+        if body["asked"] is None:
             return
-        if body["epoch"] != c.epoch:
-            return
-        c.hear(now)
-        if kind == "state":
-            self.state_comes(now, body["state"])
+        c.answer(now, body["asked"], body["answered"], self.player["clock_filter"])
+        c.answers += 1
+        if c.state in ("synchronising", "resynchronising") and c.answers >= ANSWERS:
+            self.begins_to_play(now)
 
     def game_begins(self, epoch):
         """At time 0, in a new epoch for all who are connected."""
@@ -189,14 +193,18 @@ class Client:
 
     def join(self, now):
         """The server has let it in: its inputs begin anew."""
-        self.number = self.unsent = 0
-        self.inputs, self.made = [], []
+        self.number = self.unsent = self.acked = self.felt = self.settle = self.pending = 0
+        self.run = 1
+        self.inputs, self.made, self.closed_unsent = [], [], []
+        self.window_at = None
+        self.begins = self.begun
+        self.reference.begins()
         self.sim.joined(self.index)
 
     def begins_to_play(self, now):
         self.connection.enter("playing", now)
         if self.begun:
-            self.check_begin = True
+            self.compare_begin()
         self.begin_if_playing(now)
 
     def state_comes(self, now, state):
@@ -297,9 +305,6 @@ class Client:
         if self.sync == "lockstep_pipelined":
             self.pipelined(now)
             return
-        if self.check_begin:
-            self.check_begin = False
-            self.compare_begin()
         count = 1
         if self.pending > 0:
             count, self.pending = 2, self.pending - 1
@@ -314,7 +319,23 @@ class Client:
             self.send_inputs(now)
 
     def compare_begin(self):
-        pass
+        """It has been away: is the step of its next input still the one to begin with?"""
+        if self.sync != "free":
+            return
+        by = self.first_step() - self.next_step
+        if abs(by) * tick_time(self.sim.step_hz, 1) < SNAP:
+            return
+        if by > 0 or self.number == 0:
+            self.snap(by)
+        else:
+            self.pending = by
+
+    def snap(self, by):
+        if self.number:
+            self.number += by
+        self.next_step += by
+        self.settle = self.run = self.number + 1
+        self.unsent = self.pending = 0
 
     def make(self, now):
         self.number += 1
@@ -327,14 +348,14 @@ class Client:
 
     def count_unacked(self):
         if self.sim.counts:
-            self.unacked.append(max(0, self.number - self.newest.last))
+            self.unacked.append(self.unacknowledged)
 
     def send_inputs(self, now):
         fresh = self.number - self.unsent
         count = min(self.unsent + self.player["redundancy"], 16)
         # By numbers, and none from before a snap.
         open_or_fresh = self.closed_unsent + self.inputs
-        chosen = [i for i in open_or_fresh if i.number > max(self.number - count, min(self.newest.last, fresh), self.run - 1)]
+        chosen = [i for i in open_or_fresh if i.number > max(self.number - count, min(self.acked, fresh), self.run - 1)]
         self.closed_unsent = []
         self.unsent = 0
         if chosen and fresh < self.number:
@@ -343,13 +364,24 @@ class Client:
     # ---- what is taken in ----
 
     def take(self, now):
-        if self.arrived is self.newest:
-            return
-        state = self.newest = self.arrived
-        sent = self.number - self.unsent
-        self.closed_unsent = [i for i in self.closed_unsent + self.inputs if sent < i.number <= state.last]
-        self.inputs = [i for i in self.inputs if i.number > state.last]
-        self.reconcile(state)
+        if self.arrived is not self.newest:
+            state = self.newest = self.arrived
+            sent = self.number - self.unsent
+            self.acked = max(self.acked, min(state.last, self.number))
+            self.closed_unsent = [i for i in self.closed_unsent + self.inputs if sent < i.number <= state.last]
+            self.inputs = [i for i in self.inputs if i.number > self.acked]
+            if not self.begins:
+                self.reconcile(state)
+        if self.begins:
+            self.begins = False
+            self.begin_again()
+
+    def begin_again(self):
+        """The prediction begins anew, with what the client has."""
+        self.world, self.world_step = [list(c) for c in self.newest.world], self.newest.step
+        self.felt = self.newest_felt()
+        if self.player["prediction"]:
+            self.coast(self.next_step - 1 - (self.number - self.felt))
 
     def read_slack(self, now, state):
         if self.player["time_dilation"] or state.slack is None or state.slack_number < self.settle:
@@ -374,10 +406,7 @@ class Client:
     def change(self, by):
         self.window_at = None
         if by > 0 and by * tick_time(self.sim.step_hz, 1) >= SNAP:
-            self.number += by
-            self.next_step += by
-            self.settle = self.run = self.number + 1
-            self.unsent = 0
+            self.snap(by)
         else:
             self.pending = by
             self.settle = self.number + 2 * max(by, 0) + 1
@@ -397,7 +426,7 @@ class Client:
 
     def newest_felt(self):
         """By number; a snap has left some numbers without an input."""
-        return max(self.number - self.input_delay(), self.newest.last)
+        return max(self.number - self.input_delay(), self.acked)
 
     def predict_on(self):
         if not self.player["prediction"]:

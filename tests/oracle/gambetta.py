@@ -23,7 +23,6 @@ class DemoClient(Client):
     def __init__(self, sim, index):
         super().__init__(sim, index)
         self.came = self.taken = 0  # states
-        self.acked = 0
         self.played = 0  # the newest input in the prediction
         self.begins = True  # the prediction begins with the next look
         self.interval = tick_time(self.tick_hz, 1)
@@ -31,10 +30,6 @@ class DemoClient(Client):
         self.ticked = self.tick_due - self.interval
         self.drawn_others = [(c[0], c[1]) for c in self.newest.world]
         self.drawn_at = 0
-
-    @property
-    def unacknowledged(self):
-        return self.number - self.acked
 
     # ---- the machine ----
 
@@ -51,15 +46,9 @@ class DemoClient(Client):
         while self.machine_time(self.tick_hz, self.ticks + 1) <= self.tick_due:
             self.ticks += 1
 
-    # ---- the connection ----
-
-    def loses_connection(self, now):
-        super().loses_connection(now)
-        self.acked = self.number
-
     def join(self, now):
         super().join(now)
-        self.acked = self.played = 0
+        self.played = 0
         self.begins = True
 
     # ---- what comes ----
@@ -80,7 +69,7 @@ class DemoClient(Client):
                 self.reconcile(self.newest)
         if self.begins:
             self.begins = False
-            self.begin_again(self.newest)
+            self.play_again(self.newest)
 
     # ---- inputs ----
 
@@ -129,7 +118,7 @@ class DemoClient(Client):
     def apply(self, one):
         self.world = self.sim.game.apply(self.sim.params, self.world, self.index, one.axis, self.sim.h)
 
-    def begin_again(self, state):
+    def play_again(self, state):
         self.world = [list(c) for c in state.world]
         if not self.player["prediction"]:
             return
@@ -139,7 +128,7 @@ class DemoClient(Client):
 
     def reconcile(self, state):
         before = self.world[self.index][0]
-        self.begin_again(state)
+        self.play_again(state)
         moved = abs(self.world[self.index][0] - before)
         if moved != 0 and self.player["prediction"] and self.sim.counts:
             self.corrections += 1

@@ -84,7 +84,7 @@ def scenario(r, sync):
     update_hz = r.choice([5, 10, 20, 25, 30, 30, 47.5, 60])
     rough = r.random() < 0.7
     game = r.choice(["gambetta", "gambetta", "race"]) if sync == "gambetta" else "race"
-    return {
+    given = {
         "kind": "netgame", "game": game, "duration_s": r.choice([2, 3, 4, 6]), "seed": r.randrange(10**6), "tick_hz": tick_hz,
         "warmup_s": r.choice([0, 1, 2]),
         "params": PARAMS[game](r),
@@ -92,3 +92,18 @@ def scenario(r, sync):
                    "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"])},
         "players": [player(r, sync, rough, tick_hz) for _ in range(r.choice([1, 2, 2, 3, 4]))],
     }
+    if r.random() < 0.3:
+        outages(r, given, sync)
+    return given
+
+
+def outages(r, given, sync):
+    """The network of some is down for a while, one way or both."""
+    given["server"]["timeout_s"] = r.choice([0, 5]) if sync.startswith("lockstep") else r.choice([0, 0.7, 1.2, 2, 5])
+    given["duration_s"] = r.choice([4, 6])
+    for one in r.sample(given["players"], r.randrange(1, len(given["players"]) + 1)):
+        link = one.setdefault("link", {"up": {}, "down": {}})
+        row = {"blackout_at_ms": r.randrange(200, 2500), "blackout_length_ms": r.choice([100, 400, 700, 1500, r.randrange(2500)]),
+               "blackout_every_ms": r.choice([0, 0, 3000])}
+        for way in r.choice([["up"], ["down"], ["up", "down"]]):
+            link[way].update(row)

@@ -14,6 +14,10 @@ class Reference:
         self.quarters = None
         self.at = 0
 
+    def begins(self):
+        """All quarters have the sample that comes next."""
+        self.at = -QUARTERS
+
     def add(self, arrived, sample):
         q = arrived // QUARTER
         if self.quarters is None or q - self.at >= QUARTERS:

@@ -59,6 +59,8 @@ def numbers(sim, i):
     yield "inputs.starved_steps", seat.starved
     yield "buffer.stale_states", client.stale_states
     yield "connection.joins", client.joins
+    yield "connection.time_outs", client.time_outs
+    yield "connection.drops", seat.drops
     for state, ns in client.connection.told(sim.now).items():
         yield f"connection.seconds.{state}", ns / 1e9
     yield "connection.round_trip_ms", 2 * client.connection.longest() / 2e6

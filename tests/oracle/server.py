@@ -41,7 +41,7 @@ class Seat:
         self.last_slack = 0
         self.ahead = None  # step - number of every input of this epoch
         self.last = self.applied = 0
-        self.accepted = self.duplicate = self.late = self.starved = self.refused = 0
+        self.accepted = self.duplicate = self.late = self.starved = self.refused = self.drops = 0
 
 
 class Server:
@@ -73,7 +73,10 @@ class Server:
             if body["answer"] is not None and body["answer"] > seat.known_answer:
                 seat.known_answer, seat.known_at = body["answer"], now
             self.reply(now, index, "pong", body)
-        elif kind == "inputs" and seat.connected and body["epoch"] == seat.epoch:
+        elif kind == "inputs" and not seat.connected:
+            if now - seat.sent >= QUIET:
+                self.reply(now, index, "pong", {"asked": None})
+        elif kind == "inputs" and body["epoch"] == seat.epoch:
             before = seat.accepted
             for one in body["inputs"]:
                 self.input_comes(now, seat, one, one.number > body["fresh"])
@@ -84,6 +87,7 @@ class Server:
         seat.connected = True
         self.epoch += 1
         seat.epoch = self.epoch
+        seat.last_axis = 0.0
         seat.known_answer, seat.known_at = now, 2 * now - answer
         seat.inputs, seat.numbers, seat.came = {}, set(), {}
         seat.slack = None
@@ -111,15 +115,16 @@ class Server:
         for index, seat in enumerate(self.seats):
             if not seat.connected:
                 continue
-            if timeout > 0 and now - seat.known_at > int(timeout * SECOND):
-                seat.connected = False
-                continue
             if self.sim.lockstep and seat.idle:
                 again = replace(seat.last_state, slack=seat.slack, slack_number=seat.slack_number)
                 seat.slack, seat.idle = None, False
                 self.send(now, index, "state", {"state": again}, self.sim.state_bytes)
             elif now - seat.sent >= QUIET:
-                self.send(now, index, "keep", {}, PONG_BYTES)
+                self.reply(now, index, "keep", {"asked": None})
+            if timeout > 0 and now - seat.known_at > int(timeout * SECOND):
+                seat.connected = False
+                seat.last_axis = 0.0
+                seat.drops += 1
 
     # ---- inputs ----
 

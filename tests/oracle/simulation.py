@@ -173,7 +173,8 @@ class Simulation:
         self.compare(index)
 
     def joined(self, index):
-        """A player was let in again."""
+        """A player was let in again: pictures of steps to come are void."""
+        self.waiting[index] = []
 
     def server_stepped(self, now):
         for i in range(len(self.players)):
