@@ -2,6 +2,8 @@
 
 import math
 
+from views import fairness
+
 UNITS = {"ms": 0.1, "m": 0.001, "1": 1.0}
 
 
@@ -80,7 +82,27 @@ def numbers(sim, i):
     yield "game.speed_mps", sim.server.world[i][2]
     if sim.scenario["game"] == "race":
         yield "game.finish_s", sim.server.world[i][3]
+    yield from sim.screens[i].numbers()
     yield from sim.more_numbers(i)
+
+
+def mean(values):
+    return math.fsum(values) / len(values) if values else None
+
+
+def rms(values):
+    return math.sqrt(math.fsum(x * x for x in values) / len(values)) if values else None
+
+
+def server_numbers(sim):
+    """The same of metrics.server."""
+    every = [distributions(sim, i) for i in range(len(sim.players))]
+    measures = {name: [mean(d[name].values) for d in every] for name in ("view_age_ms", "age_of_information_ms")}
+    measures |= {name: [rms(d[name].values) for d in every] for name in ("own_timeline_error_m", "remote_error_m")}
+    measures["inconsistency_m_s_per_min"] = [dict(s.numbers())["inconsistency.server.sum_m_s_per_min"] for s in sim.screens]
+    trips = [mean(up.delays) + mean(down.delays) if up.delays and down.delays else None for up, down in zip(sim.ups, sim.downs)]
+    for path, value in fairness(measures, trips):
+        yield f"fairness.{path}", value
 
 
 KINDS = {

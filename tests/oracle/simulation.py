@@ -9,6 +9,7 @@ from draws import SECOND, millihertz, tick_time
 from links import Link
 from scenario import change
 from server import Server, State
+from views import Screen
 
 LOBBY = 10 * SECOND
 GAMES = {"race": race, "gambetta": demo}
@@ -43,6 +44,8 @@ class Simulation:
         self.waiting = [[] for _ in self.players]  # pictures whose step the server has not made
         self.drawn = [[] for _ in self.players]  # every picture that counts
         self.comparisons = [[] for _ in self.players]
+        self.screens = [Screen(len(self.players), i) for i in range(len(self.players))]
+        self.displayed = [c.phase - tick_time(c.display_hz, 1) for c in self.clients]  # when each drew last
         self.compared = [(0.0, 0.0)] * len(self.players)  # own timeline error and lead, as last known
 
     @property
@@ -163,8 +166,10 @@ class Simulation:
         truth = self.server.world
         picture.lead = picture.own[0] - truth[index][0]
         picture.remote = {i: p[0] - truth[i][0] for i, p in picture.others.items()}
+        elapsed, self.displayed[index] = picture.at - self.displayed[index], picture.at
         if self.counts:
             self.drawn[index].append(picture)
+            self.screens[index].add(picture, truth, elapsed)
         self.observed(index, picture)
 
     def observed(self, index, picture):
