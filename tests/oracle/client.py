@@ -150,6 +150,8 @@ class Client:
 
     def send(self, now, kind, body, size):
         self.connection.sent = now
+        if kind == "inputs":
+            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0}
         self.sim.send_up(self.index, now, kind, {"epoch": self.connection.epoch, **body}, size)
 
     # ---- what comes ----

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 from client import Client, Drawn, Input
 from draws import SECOND, millihertz, ns, single, tick_time, trunc, unit
 from interpolation import KEPT
-from server import Server, State
+from server import WORDS, Server, State
 from simulation import Simulation
 
 PICTURES = 256
 PRESS_S = 1 / 40
+OVERTAKEN = 64
 
 
 @dataclass
@@ -25,6 +26,7 @@ class DemoClient(Client):
         self.came = self.taken = 0  # states
         self.played = 0  # the newest input in the prediction
         self.begins = True  # the prediction begins with the next look
+        self.given_up = set()  # no longer waited for
         self.interval = tick_time(self.tick_hz, 1)
         self.tick_due = self.machine_time(self.tick_hz, 0)
         self.ticked = self.tick_due - self.interval
@@ -50,6 +52,7 @@ class DemoClient(Client):
         super().join(now)
         self.played = 0
         self.begins = True
+        self.given_up = set()
 
     # ---- what comes ----
 
@@ -63,13 +66,31 @@ class DemoClient(Client):
         if self.came > self.taken:
             self.taken = self.came
             self.newest = self.arrived
-            self.acked = min(self.newest.last, self.number)
-            self.inputs = [i for i in self.inputs if i.number > self.acked]
+            if self.player["ack"] == "per_input":
+                self.take_bits(self.newest)
+            else:
+                self.acked = min(self.newest.last, self.number)
+                self.inputs = [i for i in self.inputs if i.number > self.acked]
             if not self.begins or not self.player["prediction"]:
                 self.reconcile(self.newest)
         if self.begins:
             self.begins = False
             self.play_again(self.newest)
+
+    def take_bits(self, state):
+        """What the state does not include is open, unless it is overtaken by 64."""
+        newest = min(state.decided if state.done is not None else state.applied, self.number)
+        first = max(1, newest - OVERTAKEN + 1)
+        for number in range(self.acked + 1, first):
+            self.given_up.add(number)
+        self.acked = first - 1
+        self.inputs = [i for i in self.made if i.number >= first and i.number not in self.given_up and not self.includes(state, i.number)]
+        open_ones = {i.number for i in self.inputs}
+        while self.acked < self.number and self.acked + 1 not in open_ones:
+            self.acked += 1
+
+    def includes(self, state, number):
+        return number <= state.applied if state.done is None else number in state.done
 
     # ---- inputs ----
 
@@ -110,7 +131,7 @@ class DemoClient(Client):
         open_ones = max(self.number - self.acked, self.unsent)
         count = min(self.unsent + self.player["redundancy"], open_ones, 16)
         fresh, self.unsent = self.number - self.unsent, 0
-        del self.made[:-32]
+        del self.made[:-512]
         self.send(now, "inputs", {"inputs": self.made[-count:], "fresh": fresh}, 16 + 16 * count)
 
     # ---- prediction ----
@@ -191,9 +212,16 @@ class DemoServer(Server):
                 one = seat.inputs.pop(number)
                 self.world = self.sim.game.apply(self.sim.params, self.world, index, one.axis, self.sim.h)
                 seat.last, seat.applied = number, max(seat.applied, number)
+                seat.done.add(number)
         self.history[self.step] = self.world
         self.sim.server_stepped(now)
         self.update(now)
+
+    def decided(self, seat):
+        return seat.applied
+
+    def told_since(self, _seat):
+        return WORDS * 32
 
 
 class DemoSimulation(Simulation):

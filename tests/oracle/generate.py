@@ -94,6 +94,9 @@ def scenario(r, sync):
     }
     if r.random() < 0.3:
         outages(r, given, sync)
+    for one in given["players"]:
+        if r.random() < 0.4:
+            one["ack"] = "per_input"
     return given
 
 

@@ -8,6 +8,7 @@ PONG_BYTES, STATE_HEADER = 40, 48
 CONNECT_AGE = 3 * SECOND
 QUIET = 100 * 10**6
 LOOK = 100 * 10**6
+WORDS = 16  # of 32 inputs each, with `per_input`
 
 
 @dataclass
@@ -19,6 +20,8 @@ class State:
     applied: int = 0
     slack: int = None
     slack_number: int = 0
+    done: frozenset = None  # with `per_input`: the numbers that were applied; None: it does not tell
+    decided: int = 0
 
 
 class Seat:
@@ -40,7 +43,10 @@ class Seat:
         self.slack, self.slack_number = None, 0
         self.last_slack = 0
         self.ahead = None  # step - number of every input of this epoch
-        self.last = self.applied = 0
+        self.last = self.applied = self.decided = 0
+        self.wants = False  # a bit for each input
+        self.known = 0  # the newest state that the client is known to have
+        self.done = set()
         self.accepted = self.duplicate = self.late = self.starved = self.refused = self.drops = 0
 
 
@@ -78,6 +84,9 @@ class Server:
                 self.reply(now, index, "pong", {"asked": None})
         elif kind == "inputs" and body["epoch"] == seat.epoch:
             before = seat.accepted
+            seat.wants = body["wants"]
+            if body["inputs"][0].step > body["known"]:
+                seat.known = max(seat.known, body["known"])
             for one in body["inputs"]:
                 self.input_comes(now, seat, one, one.number > body["fresh"])
             if seat.accepted == before:
@@ -91,7 +100,8 @@ class Server:
         seat.known_answer, seat.known_at = now, 2 * now - answer
         seat.inputs, seat.numbers, seat.came = {}, set(), {}
         seat.slack = None
-        seat.ahead, seat.last, seat.applied = None, 0, 0
+        seat.ahead, seat.last, seat.applied, seat.decided = None, 0, 0, 0
+        seat.wants, seat.known, seat.done = False, 0, set()
 
     def begin(self):
         """The game begins, in a new epoch for all."""
@@ -118,7 +128,7 @@ class Server:
             if self.sim.lockstep and seat.idle:
                 again = replace(seat.last_state, slack=seat.slack, slack_number=seat.slack_number)
                 seat.slack, seat.idle = None, False
-                self.send(now, index, "state", {"state": again}, self.sim.state_bytes)
+                self.send(now, index, "state", {"state": again}, self.sim.state_bytes + self.verdict_bytes(seat))
             elif now - seat.sent >= QUIET:
                 self.reply(now, index, "keep", {"asked": None})
             if timeout > 0 and now - seat.known_at > int(timeout * SECOND):
@@ -151,6 +161,7 @@ class Server:
         if one is not None:
             seat.last_axis, seat.starved_for = one.axis, 0
             seat.applied = max(seat.applied, one.number)
+            seat.done.add(one.number)
             return one.axis
         if not seat.connected or seat.ahead is None or step <= seat.ahead:
             return 0.0
@@ -185,8 +196,23 @@ class Server:
             if not seat.connected:
                 continue
             state = State(self.step, self.times[self.step], self.world, seat.last, seat.applied, seat.slack, seat.slack_number)
+            if seat.wants:
+                state.done, state.decided = frozenset(seat.done), self.decided(seat)
             seat.slack, seat.idle, seat.last_state = None, False, state
-            self.send(now, index, "state", {"state": state}, self.sim.state_bytes)
+            self.send(now, index, "state", {"state": state}, self.sim.state_bytes + self.verdict_bytes(seat))
+
+    def decided(self, seat):
+        return seat.last
+
+    def told_since(self, seat):
+        """So many inputs at most are told of."""
+        return self.step - seat.known if seat.known else WORDS * 32
+
+    def verdict_bytes(self, seat):
+        if not seat.wants:
+            return 0
+        told = min(self.decided(seat), self.told_since(seat))
+        return 8 + 4 * min(WORDS, -(-told // 32))
 
 
 def decay(row, axis, n, h):
