@@ -394,7 +394,8 @@ static turn player_turn(const ll_netgame *g, int i)
     turn next = {ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i};
     consider_later(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
     consider_later(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
-    consider_later(&next, ll_netgame_client(g, i)->due, ACTOR_CLIENT);
+    ll_time due = ll_netgame_client(g, i)->due; /* what has come may have made something due that was not */
+    consider_later(&next, due > g->now ? due : g->now, ACTOR_CLIENT);
     return next;
 }
 

@@ -144,8 +144,7 @@ class Client:
     def loses_connection(self, now):
         c = self.connection
         c.enter("disconnected" if c.ever_played else "connecting", now)
-        self.inputs = []
-        self.closed_unsent = []
+        self.inputs, self.made, self.closed_unsent = [], [], []
         self.acked = self.number
 
     def send(self, now, kind, body, size):

@@ -251,9 +251,47 @@ static void everything_is_as_before(void **state)
     assert_true(all);
 }
 
+/* What comes at one instant comes before the client acts, also when it is let in again just then: the accept
+ * and the state of one update that come together are drawn together. */
+static void packets_come_before_clients_act(void **state)
+{
+    (void)state;
+    int rejoined = 0;
+    for (int k = 0; k < 80; k++) {
+        char begins[64], lasts[64];
+        snprintf(begins, sizeof begins, "players.0.link.up.blackout_at_ms=%d", 2000 + 7 * k);
+        snprintf(lasts, sizeof lasts, "players.0.link.up.blackout_length_ms=%d", 1400 + 31 * (k % 8));
+        const char *const sets[] = {begins,
+                                    lasts,
+                                    "players.0.clock_phase=0",
+                                    "players.0.lag_ms=150",
+                                    "server.update_hz=20",
+                                    "server.timeout_s=0.7",
+                                    NULL};
+        tape t = {0};
+        scene s = scene_open("race", sets);
+        ll_recorder r = tape_recorder(&t);
+        scene_run(&s, 6, &r);
+        ll_time acted = -1;
+        for (size_t i = 0; i < t.count; i++) {
+            const ll_event *e = &t.events[i];
+            if (e->player != 0)
+                continue;
+            if (e->type == LL_EVENT_INPUT || e->type == LL_EVENT_PING || e->type == LL_EVENT_CONNECT)
+                acted = e->begin;
+            assert_true(e->type != LL_EVENT_APPLIED || e->begin != acted);
+        }
+        rejoined += ll_netgame_client(s.game, 0)->connection.joins > 1;
+        tape_free(&t);
+        scene_close(&s);
+    }
+    assert_true(rejoined > 40);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(packets_come_before_clients_act),
         cmocka_unit_test(everything_is_as_before),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
