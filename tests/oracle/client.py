@@ -71,6 +71,8 @@ class Client:
         self.drawn_time = DrawnTime()
         self.world = [list(c) for c in self.newest.world]  # the prediction
         self.world_step = 0
+        self.guessed = [0.0] * len(sim.players)  # the others' controls in the prediction
+        self.chosen = {index}  # who is predicted
         self.felt = 0  # without reconciliation: the newest input in the prediction
         self.corrections = 0
         self.correction_sizes = []
@@ -150,7 +152,7 @@ class Client:
     def send(self, now, kind, body, size):
         self.connection.sent = now
         if kind == "inputs":
-            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0}
+            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0, "axes": self.guesses}
         self.sim.send_up(self.index, now, kind, {"epoch": self.connection.epoch, **body}, size)
 
     # ---- what comes ----
@@ -288,11 +290,12 @@ class Client:
             self.next_step = 1
             return
         self.next_step = self.first_step()
+        self.begins = True
 
     def tick(self, now):
+        self.begin_if_playing(now)
         self.take(now)
         player, plays = self.player, self.connection.state in PLAYS
-        self.begin_if_playing(now)
         self.ticks += 1
         if not self.begun:
             return
@@ -381,6 +384,7 @@ class Client:
         """The prediction begins anew, with what the client has."""
         self.world, self.world_step = [list(c) for c in self.newest.world], self.newest.step
         self.felt = self.newest_felt()
+        self.choose(self.newest)
         if self.player["prediction"]:
             self.coast(self.next_step - 1 - (self.number - self.felt))
 
@@ -414,6 +418,27 @@ class Client:
 
     # ---- prediction ----
 
+    @property
+    def guesses(self):
+        return self.player["prediction"] and self.player["prediction_scope"] != "own"
+
+    def choose(self, state):
+        """What is predicted from this state on, and what others are guessed to do."""
+        if not self.guesses:
+            return
+        if state.axes is not None:
+            self.guessed = list(state.axes)
+        horizon = (self.next_step - state.step) * self.sim.h + (1 / single(self.sim.update_hz) if self.kept else 0)
+        everybody = set(range(len(state.world)))
+        self.chosen = everybody if self.player["prediction_scope"] == "all" else self.sim.game.reach(self.sim.params, state.world, self.index, horizon)
+
+    def step_world(self, world, axis, step):
+        if not self.guesses:
+            return self.sim.predict(world, self.index, axis, step)
+        axes = list(self.guessed)
+        axes[self.index] = axis
+        return self.sim.game.step(self.sim.params, world, axes, self.sim.h, step * self.sim.h, self.chosen)
+
     def target_step(self):
         if not self.inputs:
             return self.newest.step
@@ -433,22 +458,20 @@ class Client:
         if not self.player["prediction"]:
             return
         if not self.player["reconciliation"]:
-            if self.inputs and self.inputs[0].number == 1 and self.newest is self.sim.first_state:
-                self.coast(self.inputs[0].step - 1)
             by_number = {i.number: i.axis for i in self.inputs}
             while self.felt < self.newest_felt():
                 self.felt += 1
                 self.world_step += 1
-                self.world = self.sim.predict(self.world, self.index, by_number.get(self.felt, 0.0), self.world_step)
+                self.world = self.step_world(self.world, by_number.get(self.felt, 0.0), self.world_step)
             return
         while self.world_step < self.target_step():
             self.world_step += 1
-            self.world = self.sim.predict(self.world, self.index, self.own_input(self.world_step), self.world_step)
+            self.world = self.step_world(self.world, self.own_input(self.world_step), self.world_step)
 
     def coast(self, step):
         while self.world_step < step:
             self.world_step += 1
-            self.world = self.sim.predict(self.world, self.index, 0.0, self.world_step)
+            self.world = self.step_world(self.world, 0.0, self.world_step)
 
     def reconcile(self, state):
         if not self.player["prediction"]:
@@ -456,10 +479,11 @@ class Client:
             return
         before, before_step = self.world[self.index][0], self.world_step
         world, step = [list(c) for c in state.world], state.step
+        self.choose(state)
         if self.player["reconciliation"]:
             while step < before_step:
                 step += 1
-                world = self.sim.predict(world, self.index, self.own_input(step), step)
+                world = self.step_world(world, self.own_input(step), step)
         self.world, self.world_step, self.felt = world, step, self.newest_felt()
         moved = abs(world[self.index][0] - before)
         if moved > 0 and (before_step >= state.step or not self.player["reconciliation"]):
@@ -468,6 +492,14 @@ class Client:
                 self.correction_sizes.append(moved)
 
     # ---- pictures ----
+
+    def draw_predicted(self, picture):
+        """Others that are predicted, at the tick of the own entity."""
+        picture.times = dict.fromkeys(picture.others, picture.others_time)
+        if self.guesses:
+            for i in self.chosen - {self.index}:
+                picture.others[i] = tuple(self.world[i][:2])
+                picture.times[i] = tick_time(self.sim.step_hz, self.world_step)
 
     def display(self, now):
         if not self.with_ticks:
@@ -496,5 +528,6 @@ class Client:
         picture.interpolated = bool(player["interpolation"] and self.reference.quarters)
         picture.others = {i: p for i, p in enumerate(places) if i != me}
         picture.others_time = t
-        self.seen_finish = self.newest.world[me][3] > 0
+        self.draw_predicted(picture)
+        self.seen_finish = (self.world if self.guesses else self.newest.world)[me][3] > 0
         self.sim.observe(self.index, picture)

@@ -175,6 +175,7 @@ class DemoClient(Client):
             self.drawn_others, self.drawn_at = [(c[0], c[1]) for c in self.newest.world], self.newest.time
         picture.others = {i: p for i, p in enumerate(self.drawn_others) if i != me}
         picture.others_time = self.drawn_at
+        self.draw_predicted(picture)
         self.sim.observe(me, picture)
 
     def interpolate(self, now, picture):

@@ -97,6 +97,8 @@ def scenario(r, sync):
     for one in given["players"]:
         if r.random() < 0.4:
             one["ack"] = "per_input"
+        if sync == "free" and one["prediction"] and r.random() < 0.4:
+            one["prediction_scope"] = r.choice(["contacts", "all"])
     return given
 
 

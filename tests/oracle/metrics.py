@@ -35,7 +35,7 @@ def distributions(sim, i):
     player = sim.players[i]
     out = {
         "age_of_information_ms": Distribution([(p.at - p.newest_time) / 1e6 for p in pictures], "ms"),
-        "view_age_ms": Distribution([max(0, p.at - p.others_time) / 1e6 for p in pictures for _ in p.others], "ms"),
+        "view_age_ms": Distribution([max(0, p.at - t) / 1e6 for p in pictures for t in p.times.values()], "ms"),
         "own_lead_m": Distribution([abs(p.lead) for p in pictures], "m"),
         "remote_error_m": Distribution([abs(e) for p in pictures for e in p.remote.values()], "m"),
         "own_timeline_error_m": Distribution([e for e, _ in sim.comparisons[i]], "m"),

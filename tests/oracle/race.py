@@ -59,16 +59,26 @@ def drive(params, x, v, axis, h):
     return x1, v1
 
 
-def step(params, cars, inputs, h, at_s):
-    """The world after a step of h seconds; inputs holds an axis per car."""
-    out = []
-    for car, axis in zip(cars, inputs):
-        x, y, v, finished = car
-        x, v = drive(params, x, v, axis, h)
-        out.append([x, y, v, finished])
-    touch(params, out)
-    finish(params, out, at_s)
+def step(params, cars, inputs, h, at_s, chosen=None):
+    """The world after a step of h seconds of all, or of those who are chosen; inputs holds an axis per car."""
+    out = [list(car) for car in cars]
+    moved = [i for i in range(len(cars)) if chosen is None or i in chosen]
+    for i in moved:
+        out[i][0], out[i][2] = drive(params, cars[i][0], cars[i][2], inputs[i], h)
+    touch(params, [out[i] for i in moved])
+    finish(params, [out[i] for i in moved], at_s)
     return out
+
+
+def reach(params, cars, me, horizon):
+    """Whoever may touch `me` so soon, directly or through others."""
+    far = 2 * params["car_length_m"] + params["top_speed_mps"] * horizon
+    found = {me}
+    while True:
+        more = {j for j in range(len(cars)) for i in found if cars[i][1] == cars[j][1] and abs(cars[j][0] - cars[i][0]) < far}
+        if more <= found:
+            return found
+        found |= more
 
 
 def step_alone(params, cars, me, axis, h, at_s):

@@ -22,6 +22,7 @@ class State:
     slack_number: int = 0
     done: frozenset = None  # with `per_input`: the numbers that were applied; None: it does not tell
     decided: int = 0
+    axes: tuple = None  # of all in the last step, where the client asks for it
 
 
 class Seat:
@@ -44,7 +45,7 @@ class Seat:
         self.last_slack = 0
         self.ahead = None  # step - number of every input of this epoch
         self.last = self.applied = self.decided = 0
-        self.wants = False  # a bit for each input
+        self.wants = self.wants_axes = False  # a bit for each input; what others do
         self.known = 0  # the newest state that the client is known to have
         self.done = set()
         self.accepted = self.duplicate = self.late = self.starved = self.refused = self.drops = 0
@@ -57,6 +58,7 @@ class Server:
         self.world = sim.first_state.world
         self.step = 0
         self.updates = 0
+        self.axes = [0.0] * len(sim.players)  # in the last step
         self.epoch = 1  # the last that was given out
         self.look_at = -100 * LOOK
         self.history = {0: self.world}
@@ -84,7 +86,7 @@ class Server:
                 self.reply(now, index, "pong", {"asked": None})
         elif kind == "inputs" and body["epoch"] == seat.epoch:
             before = seat.accepted
-            seat.wants = body["wants"]
+            seat.wants, seat.wants_axes = body["wants"], body["axes"]
             if body["inputs"][0].step > body["known"]:
                 seat.known = max(seat.known, body["known"])
             for one in body["inputs"]:
@@ -96,12 +98,13 @@ class Server:
         seat.connected = True
         self.epoch += 1
         seat.epoch = self.epoch
+        self.axes[self.seats.index(seat)] = 0.0
         seat.last_axis = 0.0
         seat.known_answer, seat.known_at = now, 2 * now - answer
         seat.inputs, seat.numbers, seat.came = {}, set(), {}
         seat.slack = None
         seat.ahead, seat.last, seat.applied, seat.decided = None, 0, 0, 0
-        seat.wants, seat.known, seat.done = False, 0, set()
+        seat.wants, seat.wants_axes, seat.known, seat.done = False, False, 0, set()
 
     def begin(self):
         """The game begins, in a new epoch for all."""
@@ -128,7 +131,7 @@ class Server:
             if self.sim.lockstep and seat.idle:
                 again = replace(seat.last_state, slack=seat.slack, slack_number=seat.slack_number)
                 seat.slack, seat.idle = None, False
-                self.send(now, index, "state", {"state": again}, self.sim.state_bytes + self.verdict_bytes(seat))
+                self.send(now, index, "state", {"state": again}, self.sim.state_bytes + self.parts_bytes(seat))
             elif now - seat.sent >= QUIET:
                 self.reply(now, index, "keep", {"asked": None})
             if timeout > 0 and now - seat.known_at > int(timeout * SECOND):
@@ -183,7 +186,7 @@ class Server:
         self.step += 1
         self.stepped_at = now
         self.times[self.step] = now
-        axes = [self.axis_for(seat, self.step) for seat in self.seats]
+        axes = self.axes = [self.axis_for(seat, self.step) for seat in self.seats]
         self.world = self.sim.game.step(self.sim.params, self.world, axes, self.sim.h, now / 1e9)
         self.history[self.step] = self.world
         for seat in self.seats:
@@ -198,8 +201,10 @@ class Server:
             state = State(self.step, self.times[self.step], self.world, seat.last, seat.applied, seat.slack, seat.slack_number)
             if seat.wants:
                 state.done, state.decided = frozenset(seat.done), self.decided(seat)
+            if seat.wants_axes:
+                state.axes = tuple(self.axes)
             seat.slack, seat.idle, seat.last_state = None, False, state
-            self.send(now, index, "state", {"state": state}, self.sim.state_bytes + self.verdict_bytes(seat))
+            self.send(now, index, "state", {"state": state}, self.sim.state_bytes + self.parts_bytes(seat))
 
     def decided(self, seat):
         return seat.last
@@ -208,11 +213,12 @@ class Server:
         """So many inputs at most are told of."""
         return self.step - seat.known if seat.known else WORDS * 32
 
-    def verdict_bytes(self, seat):
+    def parts_bytes(self, seat):
+        axes = 8 * (len(self.seats) - 1) if seat.wants_axes else 0
         if not seat.wants:
-            return 0
+            return axes
         told = min(self.decided(seat), self.told_since(seat))
-        return 8 + 4 * min(WORDS, -(-told // 32))
+        return axes + 8 + 4 * min(WORDS, -(-told // 32))
 
 
 def decay(row, axis, n, h):

@@ -209,7 +209,7 @@ class Simulation:
             row[name + "own_timeline_error_m"], row[name + "own_lead_ms"] = self.compared[i]
             row[name + "own_lead_m"] = p.lead if p else 0
             row[name + "remote_error_m"] = max(reversed(list(p.remote.values())), key=abs) if p and p.remote else 0
-            row[name + "view_age_ms"] = max(0, p.at - p.others_time) / 1e6 if p and p.remote else 0
+            row[name + "view_age_ms"] = max(0, *(p.at - t for t in p.times.values())) / 1e6 if p and p.remote else 0
             row[name + "age_of_information_ms"] = (p.at - p.newest_time) / 1e6 if p else 0
             row[name + "buffer_ms"] = p.buffer / 1e6 if p else 0
             row[name + "unacked"] = self.clients[i].unacknowledged
