@@ -28,6 +28,7 @@ class Drawn:
     own_step: int = 0
     others: dict = field(default_factory=dict)
     others_time: int = 0
+    times: dict = None  # of each, where they differ
     newest_time: int = 0
 
 
@@ -152,7 +153,7 @@ class Client:
     def send(self, now, kind, body, size):
         self.connection.sent = now
         if kind == "inputs":
-            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0, "axes": self.guesses}
+            body |= {"wants": self.player["ack"] == "per_input", "known": self.arrived.step if self.kept else 0, "wants_axes": self.predicts_others}
         self.sim.send_up(self.index, now, kind, {"epoch": self.connection.epoch, **body}, size)
 
     # ---- what comes ----
@@ -177,7 +178,7 @@ class Client:
                 c.epoch = body["epoch"]
                 self.joins += 1
                 c.enter("resynchronising" if c.ever_played else "synchronising", now)
-                self.join(now)
+                self.starts_anew(now)
         elif asks and not body["connected"]:
             c.next_request = now
         elif not asks and news and (not body["connected"] or body["epoch"] > c.epoch):
@@ -194,7 +195,7 @@ class Client:
         if self.connection.state not in ("connecting", "disconnected"):
             self.connection.epoch = epoch
 
-    def join(self, now):
+    def starts_anew(self, now):
         """The server has let it in: its inputs begin anew."""
         self.number = self.unsent = self.acked = self.felt = self.settle = self.pending = 0
         self.run = 1
@@ -256,7 +257,9 @@ class Client:
         if len(o) > 16 and n % 2:
             first = 16 * ((n // 2) % ((len(o) - 1) // 16))
             chosen = o[first:first + 16]
-        fresh, self.unsent = self.number - self.unsent, 0
+        fresh = self.number - self.unsent
+        if not chosen or chosen[-1].number == self.number:
+            self.unsent = 0
         if chosen:
             self.send(now, "inputs", {"inputs": chosen, "fresh": fresh}, INPUTS_HEADER + INPUT_BYTES * len(chosen))
 
@@ -419,12 +422,12 @@ class Client:
     # ---- prediction ----
 
     @property
-    def guesses(self):
+    def predicts_others(self):
         return self.player["prediction"] and self.player["prediction_scope"] != "own"
 
     def choose(self, state):
         """What is predicted from this state on, and what others are guessed to do."""
-        if not self.guesses:
+        if not self.predicts_others:
             return
         if state.axes is not None:
             self.guessed = list(state.axes)
@@ -433,7 +436,7 @@ class Client:
         self.chosen = everybody if self.player["prediction_scope"] == "all" else self.sim.game.reach(self.sim.params, state.world, self.index, horizon)
 
     def step_world(self, world, axis, step):
-        if not self.guesses:
+        if not self.predicts_others:
             return self.sim.predict(world, self.index, axis, step)
         axes = list(self.guessed)
         axes[self.index] = axis
@@ -495,8 +498,8 @@ class Client:
 
     def draw_predicted(self, picture):
         """Others that are predicted, at the tick of the own entity."""
-        picture.times = dict.fromkeys(picture.others, picture.others_time)
-        if self.guesses:
+        if self.predicts_others:
+            picture.times = dict.fromkeys(picture.others, picture.others_time)
             for i in self.chosen - {self.index}:
                 picture.others[i] = tuple(self.world[i][:2])
                 picture.times[i] = tick_time(self.sim.step_hz, self.world_step)
@@ -529,5 +532,5 @@ class Client:
         picture.others = {i: p for i, p in enumerate(places) if i != me}
         picture.others_time = t
         self.draw_predicted(picture)
-        self.seen_finish = (self.world if self.guesses else self.newest.world)[me][3] > 0
+        self.seen_finish = (self.world if self.predicts_others else self.newest.world)[me][3] > 0
         self.sim.observe(self.index, picture)

@@ -48,8 +48,8 @@ class DemoClient(Client):
         while self.machine_time(self.tick_hz, self.ticks + 1) <= self.tick_due:
             self.ticks += 1
 
-    def join(self, now):
-        super().join(now)
+    def starts_anew(self, now):
+        super().starts_anew(now)
         self.played = 0
         self.begins = True
         self.given_up = set()
@@ -175,7 +175,6 @@ class DemoClient(Client):
             self.drawn_others, self.drawn_at = [(c[0], c[1]) for c in self.newest.world], self.newest.time
         picture.others = {i: p for i, p in enumerate(self.drawn_others) if i != me}
         picture.others_time = self.drawn_at
-        self.draw_predicted(picture)
         self.sim.observe(me, picture)
 
     def interpolate(self, now, picture):

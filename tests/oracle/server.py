@@ -86,7 +86,7 @@ class Server:
                 self.reply(now, index, "pong", {"asked": None})
         elif kind == "inputs" and body["epoch"] == seat.epoch:
             before = seat.accepted
-            seat.wants, seat.wants_axes = body["wants"], body["axes"]
+            seat.wants, seat.wants_axes = body["wants"], body["wants_axes"]
             if body["inputs"][0].step > body["known"]:
                 seat.known = max(seat.known, body["known"])
             for one in body["inputs"]:

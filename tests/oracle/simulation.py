@@ -137,10 +137,10 @@ class Simulation:
                     break
                 self.handle(event)
             self.now = end
-            self.row(k, end)
             while timeline and timeline[0]["at_s"] * hz <= k:
                 for path, value in timeline.pop(0)["set"].items():
                     change(self.scenario, path, value)
+            self.row(k, end)
         return self
 
     # ---- what one sync tells beside the common metrics ----
@@ -164,6 +164,7 @@ class Simulation:
     def observe(self, index, picture):
         self.pictures[index] = picture
         truth = self.server.world
+        picture.times = picture.times or dict.fromkeys(picture.others, picture.others_time)
         picture.lead = picture.own[0] - truth[index][0]
         picture.remote = {i: p[0] - truth[i][0] for i, p in picture.others.items()}
         elapsed, self.displayed[index] = picture.at - self.displayed[index], picture.at
