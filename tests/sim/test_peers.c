@@ -383,6 +383,32 @@ static void lag_does_not_change_the_outcome(void **state)
     }
 }
 
+/* ---- ages ---- */
+
+/* With `deterministic` everybody draws the newest tick that is sure: the others are as old as what is known.
+ * Ticks that the server has not made have no age yet, and tick 0 is of time 0 however long it is drawn. */
+static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"server.sync=deterministic",     "server.update_hz=12",
+                                "players.0.lag_ms=210",          "players.1.lag_ms=35",
+                                "players.0.input_delay_ticks=7", "players.0.display_hz=144",
+                                "players.1.display_hz=75",       NULL};
+    scene s = scene_open("contact", sets);
+    int ahead = 0, at_start = 0;
+    for (int k = 0; k < 600; k++) {
+        scene_run(&s, k / 60.0, NULL);
+        for (int p = 0; p < 2; p++) {
+            const ll_instruments *in = ll_netgame_instruments(s.game, p);
+            assert_true(in->view_age == in->age_of_information);
+            ahead += peer_of(&s, p)->tick > ll_netgame_server(s.game)->step;
+            at_start += peer_of(&s, p)->tick == 0 && in->view_age > 0;
+        }
+    }
+    assert_true(ahead > 10 && at_start > 10);
+    scene_close(&s);
+}
+
 /* ---- stalls ---- */
 
 /* With no time-out, or one that is not reached. */
@@ -580,6 +606,7 @@ int main(void)
         cmocka_unit_test(events_tell_what_the_counters_count),
         cmocka_unit_test(rollback_of_none_is_deterministic_lockstep),
         cmocka_unit_test(lag_does_not_change_the_outcome),
+        cmocka_unit_test(what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known),
         cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
         cmocka_unit_test(who_is_silent_is_dropped_and_joins_again),
         cmocka_unit_test(pace_follows_lag_and_delay),
