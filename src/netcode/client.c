@@ -456,9 +456,10 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
 static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     int64_t ahead = c->tick - c->confirmed;
+    ll_time heard = c->heard < 0 ? 0 : c->heard; /* before the first state comes: that of step 0, at once */
     if (s->sync->answers)
         return ahead == 0;
-    if (now - c->heard > QUIET * c->period)
+    if (now - heard > QUIET * c->period)
         return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
     return ll_budget_ticks(c->clock.freq) - 1 - ahead;
 }
@@ -593,6 +594,8 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
     if (s->sync->waits && open > count && (c->frame & 1)) {
         uint32_t turns = (open - 1) / count;
         first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
+        c->composed -= fresh; /* they go with the next packet */
+        fresh = 0;
     }
     return put_inputs(c, s, first, count, fresh, m);
 }

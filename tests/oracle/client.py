@@ -222,7 +222,9 @@ class Client:
         if len(o) > 16 and n % 2:
             first = 16 * ((n // 2) % ((len(o) - 1) // 16))
             chosen = o[first:first + 16]
-        fresh, self.unsent = self.number - self.unsent, 0
+        fresh = self.number - self.unsent
+        if not chosen or chosen[-1].number == self.number:
+            self.unsent = 0
         if chosen:
             self.send(now, "inputs", {"inputs": chosen, "fresh": fresh}, INPUTS_HEADER + INPUT_BYTES * len(chosen))
 
