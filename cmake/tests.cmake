@@ -105,7 +105,7 @@ endif()
 # ---- a second program, from the docs alone ----
 find_program(PYTHON_PROGRAM NAMES python3)
 if(PYTHON_PROGRAM AND TARGET laglab)
-    laglab_test(oracle.netgame oracle ${PYTHON_PROGRAM} tests/oracle/run.py --count 90 --seed 1)
+    laglab_test(oracle.netgame oracle ${PYTHON_PROGRAM} tests/oracle/run.py --count 150 --seed 1)
 else()
     message(WARNING "python3 was not found: the oracle is left out")
 endif()

@@ -62,8 +62,9 @@ class Server:
         seat = self.seats[index]
         if kind == "connect":
             answer = body["answer"]
-            if answer is not None and now - answer <= CONNECT_AGE:
-                if not seat.connected or seat.attempt != body["attempt"]:
+            again = seat.connected and seat.attempt == body["attempt"]
+            if again or (answer is not None and now - answer <= CONNECT_AGE):
+                if not again:
                     self.let_in(now, seat)
                     seat.attempt = body["attempt"]
                 self.reply(now, index, "accept", body)

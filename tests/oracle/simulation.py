@@ -126,6 +126,17 @@ class Simulation:
                     change(self.scenario, path, value)
         return self
 
+    # ---- what one sync tells beside the common metrics ----
+
+    def more_distributions(self, _index):
+        return {}
+
+    def more_numbers(self, _index):
+        return ()
+
+    def server_numbers(self):
+        return ()
+
     # ---- the game ----
 
     def predict(self, world, me, axis, step):

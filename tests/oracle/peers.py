@@ -1,0 +1,423 @@
+"""Deterministic lockstep and rollback: docs/netgame.md, the section of that name.
+
+Clients have worlds of their own; the server relays inputs and steps a world that is the truth.
+"""
+
+from client import ROUNDING, Client, Drawn
+from connection import PLAYS
+from draws import ns, single, tick_time, unit
+from peer_metrics import peer_distributions, peer_numbers, server_numbers
+from server import Seat, Server, State
+from simulation import Simulation
+
+PACKET_BYTES, RELAY_BYTES, PART_BYTES, HEARD_BYTES, RUN_BYTES, HASH_BYTES = 32, 32, 16, 8, 16, 4
+RUNS = 32  # in a packet, of one player
+TAKEN = 16  # new inputs that the server takes of a packet
+KEPT = 56  # ticks behind the confirmed one of which a client takes inputs
+HASHES, HASHES_EVERY = 64, 4
+STATES = ("connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected")
+PACE_EVERY, PACE_MOST, PACE_SHARE = 10, 9, 1 / 16
+
+
+def runs(axes):
+    """How many runs of equal inputs there are, and how many inputs the first RUNS of them hold."""
+    count = 0
+    for n, axis in enumerate(axes):
+        if n == 0 or axis != axes[n - 1]:
+            if count == RUNS:
+                return count, n
+            count += 1
+    return count, len(axes)
+
+
+class Pace:
+    """How far one is ahead of another player: by what one hears of it, and by what it hears of one."""
+
+    def __init__(self):
+        self.at = None  # its tick, when it was last told
+        self.ahead = self.behind = 0.0
+
+    def hear(self, tick, at, told):
+        if at is None or (self.at is not None and at <= self.at):
+            return
+        share = 1.0 if self.at is None else PACE_SHARE
+        self.ahead += share * (tick - at - self.ahead)
+        self.behind += share * (told - self.behind)
+        self.at = at
+
+
+class PeerClient(Client):
+    def __init__(self, sim, index):
+        super().__init__(sim, index)
+        n = len(sim.players)
+        self.k = 0  # its tick
+        self.confirmed = 0
+        self.worlds = {0: sim.first_state.world}
+        self.known = [0] * n
+        self.axes = [{} for _ in range(n)]  # of each player by tick, guesses too
+        self.wrong = None  # the first tick that a wrong guess went into
+        self.pace = [Pace() for _ in range(n)]
+        self.rest = 0
+        self.made_at = {}  # tick: when the own input for it was made
+        self.controls = 0.0
+        self.changes = []  # [tick, when the controls changed, felt, sure, {other: seen}]
+        self.hashed = 0  # the server has the hashes up to here
+        self.server_step = 0  # as relays tell
+        self.waiting = False
+        self.stalls = self.stalled = self.rested = 0
+        self.waited = [0] * n
+        self.rollbacks = []  # ticks that each made again
+        self.sync_tests = 0
+        self.compared = 0  # the newest tick whose hash was held against the server's
+        self.late_tick = None  # with timer_jitter_ms, when the next tick is
+        self.round_trips = []
+        self.newest = State(0, 0, sim.first_state.world)  # `last` is what the server has of the own inputs
+
+    @property
+    def guesses(self):
+        return self.sim.scenario["server"]["max_rollback_ticks"] if self.sync == "rollback" else 0
+
+    # ---- what comes ----
+
+    def state_comes(self, now, state):
+        raise AssertionError("nobody sends states here")
+
+    def receive(self, now, kind, body):
+        super().receive(now, kind, body)
+        if kind == "relay" and body["epoch"] == self.connection.epoch:
+            self.take_relay(now, body)
+
+    def take_relay(self, now, body):
+        self.newest.last = max(self.newest.last, body["has"])
+        self.hashed = max(self.hashed, body["hashed"])
+        for tick in range(self.server_step + 1, body["step"] + 1):
+            if self.sim.counts:
+                self.round_trips.append(now - self.made_at[tick])
+        self.server_step = max(self.server_step, body["step"])
+        for part in body["parts"]:
+            other = part["player"]
+            self.pace[other].hear(self.k, part["at"], part["ahead"])
+            for n, axis in enumerate(part["axes"]):
+                self.take_input(other, part["first"] + n, axis)
+
+    def take_input(self, other, tick, axis):
+        if tick != self.known[other] + 1 or tick >= self.confirmed + KEPT:
+            return
+        if tick <= self.k and self.axes[other][tick] != axis and (self.wrong is None or tick < self.wrong):
+            self.wrong = tick
+        self.axes[other][tick] = axis
+        self.known[other] = tick
+
+    # ---- a tick of its machine ----
+
+    def game_begins(self, epoch):
+        if self.connection.state not in ("connecting", "disconnected"):
+            self.connection.epoch = epoch
+
+    def next_tick(self):
+        return super().next_tick() if self.late_tick is None else self.late_tick
+
+    def set_timer(self, now):
+        late = self.player["timer_jitter_ms"]
+        self.late_tick = None
+        if late > 0:
+            share = unit(self.sim.seed, 0x74696D6572 + self.index, (self.connection.epoch << 32) + self.ticks)
+            self.late_tick = now + tick_time(self.tick_hz, 1) + ns(late * share)
+            while self.machine_time(self.tick_hz, self.ticks + 1) <= self.late_tick:
+                self.ticks += 1
+
+    def tick(self, now):
+        self.ticks += 1
+        if self.connection.state in PLAYS:
+            self.play(now)
+        self.compared = max(self.compared, min(self.confirmed, self.sim.server.step))
+        self.set_timer(now)
+
+    def play(self, now):
+        delay = self.player["input_delay_ticks"]
+        self.roll_back()
+        self.make_inputs(now, self.k + 1 + delay)
+        if self.may_step():
+            self.make_tick(self.k + 1)
+            self.k += 1
+            if not self.guesses:
+                self.make_inputs(now, self.k + 1 + delay)
+        self.confirmed = max(self.confirmed, min([self.k] + self.known))
+        back = self.sim.scenario["server"]["sync_test_ticks"]
+        self.sync_tests += 0 < back <= self.k and self.sim.counts
+        if self.sim.counts:
+            self.unacked.append(self.number - self.newest.last)
+        self.send_packet(now)
+
+    def roll_back(self):
+        if self.wrong is None:
+            return
+        before = self.worlds[self.k][self.index]
+        for tick in range(self.wrong, self.k + 1):
+            self.make_tick(tick)
+        if self.sim.counts:
+            self.rollbacks.append(self.k - self.wrong + 1)
+            moved = abs(self.worlds[self.k][self.index][0] - before[0])
+            if moved > 0:
+                self.corrections += 1
+                self.correction_sizes.append(moved)
+        self.wrong = None
+
+    def make_tick(self, tick):
+        for axes, known in zip(self.axes, self.known):
+            if tick > known:
+                axes[tick] = axes.get(known, 0.0)
+        self.worlds[tick] = self.sim.step_world(self.worlds[tick - 1], [axes[tick] for axes in self.axes], tick)
+
+    def make_inputs(self, now, upto):
+        delay = self.player["input_delay_ticks"]
+        for tick in range(self.known[self.index] + 1, upto + 1):
+            axis = 0.0
+            if tick > delay:
+                seen = self.worlds[max(0, tick - 1 - delay - self.guesses)]
+                at = tick_time(self.tick_hz, tick)
+                axis = single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, at, seen[self.index][3] > 0))
+            self.number += 1
+            self.axes[self.index][tick] = axis
+            self.known[self.index] = tick
+            self.made_at[tick] = now
+            if abs(axis - self.controls) > 1e-6 and self.sim.counts:
+                self.changes.append([tick, now, None, None, {}])
+            self.controls = axis
+
+    def may_step(self):
+        missing = [p for p, known in enumerate(self.known) if known + self.guesses <= self.k]
+        if missing and self.sim.counts:
+            self.stalls += not self.waiting
+            self.stalled += 1
+            for p in missing:
+                self.waited[p] += 1
+        self.waiting = bool(missing)
+        if missing:
+            return False
+        if self.ticks % PACE_EVERY == 0:
+            leads = [(p.ahead - p.behind) / 2 for p in self.pace if p.at is not None]
+            self.rest = min(PACE_MOST, int(max(leads + [0.0])))
+        if self.rest == 0:
+            return True
+        self.rest -= 1
+        for pace in self.pace:
+            pace.ahead -= 1
+        self.rested += self.sim.counts
+        return False
+
+    def send_packet(self, now):
+        first = self.newest.last + 1
+        axes = [self.axes[self.index][tick] for tick in range(first, self.known[self.index] + 1)]
+        count, held = runs(axes)
+        hashes = []
+        if self.ticks % HASHES_EVERY == 0:
+            hashes = list(range(max(self.hashed + 1, self.confirmed - HASHES + 1), self.confirmed + 1))
+        heard = [(known, 0 if pace.at is None else self.k - pace.at) for known, pace in zip(self.known, self.pace)]
+        size = PACKET_BYTES + HEARD_BYTES * len(heard) + RUN_BYTES * count + HASH_BYTES * len(hashes)
+        self.send(now, "inputs", {"first": first, "axes": axes[:held], "heard": heard, "at": self.k, "hashes": hashes}, size)
+
+    # ---- pictures ----
+
+    def display(self, now):
+        if not self.with_ticks:
+            self.displays += 1
+        server, world = self.sim.server, self.worlds[self.k]
+        sure = server.times[self.confirmed] if self.confirmed <= server.step else now
+        picture = Drawn(now, own=tuple(world[self.index][:2]), own_step=self.k, newest_time=sure)
+        picture.others = {i: tuple(car[:2]) for i, car in enumerate(world) if i != self.index}
+        picture.others_time = server.times[self.k] if self.k <= server.step else now
+        picture.buffer, picture.interpolated = 0, False
+        self.sim.observe(self.index, picture)
+
+
+class PeerSeat(Seat):
+    def __init__(self, world, players):
+        super().__init__(world)
+        self.known = 0  # its inputs have come up to here
+        self.at = None
+        self.heard = [0] * players  # by it of every player
+        self.told = [0] * players  # how far it sees itself ahead
+        self.hashed = 0
+        self.axes = {}
+
+
+class Referee(Server):
+    def __init__(self, sim):
+        super().__init__(sim)
+        self.seats = [PeerSeat(sim.first_state.world, len(sim.players)) for _ in sim.players]
+        self.stalled = 0
+        self.begun = False
+        self.epoch = 1  # the last that was given out
+
+    def begin(self):
+        """The game begins, in a new epoch for all."""
+        if not self.begun:
+            self.begun = True
+            self.epoch += 1
+            for seat in self.seats:
+                seat.epoch = self.epoch
+
+    def let_in(self, now, seat):
+        before = self.epoch
+        super().let_in(now, seat)
+        self.epoch = seat.epoch = before + 1
+
+    def receive(self, now, index, kind, body):
+        seat = self.seats[index]
+        if kind != "inputs":
+            super().receive(now, index, kind, body)
+        elif seat.connected and body["epoch"] == seat.epoch:
+            self.take(now, seat, body)
+
+    def take(self, now, seat, body):
+        for p, (known, ahead) in enumerate(body["heard"]):
+            seat.heard[p] = max(seat.heard[p], known)
+            if seat.at is None or body["at"] >= seat.at:
+                seat.told[p] = ahead
+        seat.at = body["at"] if seat.at is None else max(seat.at, body["at"])
+        for tick in body["hashes"]:
+            if tick == seat.hashed + 1 and tick <= self.step:
+                seat.hashed = tick
+        before = seat.known
+        for n, axis in enumerate(body["axes"]):
+            tick = body["first"] + n
+            if tick <= before:
+                seat.duplicate += 1
+            elif tick == seat.known + 1 and tick <= before + TAKEN:
+                seat.accepted += 1
+                seat.known, seat.axes[tick], seat.last_slack = tick, axis, tick - self.step - 1
+        self.stand_in()
+
+    def stand_in(self):
+        """For who is not connected."""
+        newest = max([self.step] + [seat.known for seat in self.seats if seat.connected])
+        for seat in self.seats:
+            while not seat.connected and seat.known < newest:
+                seat.known += 1
+                seat.axes[seat.known] = 0.0
+
+    def has_all(self):
+        return all(seat.known > self.step for seat in self.seats)
+
+    def make_step(self, now):
+        self.stalled += max(0, now - self.stepped_at - tick_time(self.sim.step_hz, 1))
+        self.step += 1
+        self.stepped_at = self.times[self.step] = now
+        self.world = self.sim.step_world(self.world, [seat.axes[self.step] for seat in self.seats], self.step)
+        self.history[self.step] = self.world
+        self.sim.server_stepped(now)
+
+    def update(self, now):
+        self.updates += 1
+        for index, seat in enumerate(self.seats):
+            if seat.connected:
+                parts = [self.part(seat, index, other) for other in range(len(self.seats)) if other != index]
+                size = RELAY_BYTES + sum(PART_BYTES + RUN_BYTES * part["runs"] for part in parts)
+                self.send(now, index, "relay", {"step": self.step, "has": seat.known, "hashed": seat.hashed, "parts": parts}, size)
+
+    def part(self, seat, index, other):
+        of = self.seats[other]
+        first = seat.heard[other] + 1
+        axes = [of.axes[tick] for tick in range(first, of.known + 1)]
+        count, held = runs(axes)
+        return {"player": other, "first": first, "axes": axes[:held], "runs": count, "at": of.at, "ahead": of.told[index]}
+
+
+class PeerSimulation(Simulation):
+    def __init__(self, scenario):
+        super().__init__(scenario)
+        n = len(self.players)
+        self.step_hz = scenario["tick_hz"]
+        self.h = 1.0 / self.step_hz
+        self.clients = [PeerClient(self, i) for i in range(n)]
+        self.server = Referee(self)
+        self.awaited = [[None] * n for _ in range(n)]  # (tick, place) that a player's screen showed ahead of the server
+        self.timeline_errors = [[] for _ in range(n)]
+
+    def step_world(self, world, axes, tick):
+        return self.game.step(self.params, world, axes, self.h, tick_time(self.step_hz, tick) / 1e9)
+
+    def next_event(self):
+        """(time, rank, player) of what comes next."""
+        events = [(self.server.look_at, 5, 0), (tick_time(self.update_hz, self.server.updates + 1), 4, 0)]
+        if self.server.has_all():
+            events.append((self.now, 3, 0))
+        for i, client in enumerate(self.clients):
+            events += [(self.flying[way][i][0][0], way, i) for way in (0, 1) if self.flying[way][i]]
+            events.append((client.next_time(), 6, i))
+        return min(events)
+
+    def handle(self, event):
+        if event[0] >= 0 and not self.server.begun:
+            self.server.begin()
+            for client in self.clients:
+                client.game_begins(self.server.epoch)
+        if event[1] == 3:
+            self.now = event[0]
+            self.server.make_step(self.now)
+        else:
+            super().handle(event)
+
+    def observe(self, index, picture):
+        super().observe(index, picture)
+        self.note_latencies(index, picture.own_step)
+        for other, place in picture.others.items():
+            self.note_timeline(index, other, picture.own_step, place[0])
+
+    def note_timeline(self, index, other, tick, x):
+        """The others as drawn against the truth of that tick, when it is made; one place at a time."""
+        if not self.counts:
+            return
+        made, errors = self.server.step, self.timeline_errors[index]
+        waiting = self.awaited[index][other]
+        if waiting is not None and waiting[0] <= made:
+            errors.append(abs(waiting[1] - self.server.history[waiting[0]][other][0]))
+            waiting = None
+        if tick <= made:
+            errors.append(abs(x - self.server.history[tick][other][0]))
+        elif waiting is None:
+            waiting = (tick, x)
+        self.awaited[index][other] = waiting
+
+    def note_latencies(self, index, drawn):
+        client = self.clients[index]
+        for change in client.changes:
+            tick = change[0]
+            if change[2] is None and tick <= drawn:
+                change[2] = self.now
+            if change[3] is None and tick <= min(drawn, client.confirmed):
+                change[3] = self.now
+        for other, who in enumerate(self.clients):
+            if other == index:
+                continue
+            for change in who.changes:
+                if index not in change[4] and change[0] <= min(drawn, client.known[other]):
+                    change[4][index] = self.now
+
+    def more_distributions(self, index):
+        return peer_distributions(self, index)
+
+    def more_numbers(self, index):
+        return peer_numbers(self, index)
+
+    def server_numbers(self):
+        return server_numbers(self)
+
+    def row(self, k, t):
+        super().row(k, t)
+        row = self.rows[-1]
+        for i, client in enumerate(self.clients):
+            name = f"player_{i}_"
+            row[name + "remote_error_m"] = self.largest(self.pictures[i])
+            row[name + "unacked"] = client.number - client.newest.last
+            row[name + "compared_step"], row[name + "desync_m"] = client.compared, 0.0
+            row[name + "connection"] = STATES.index(client.connection.state)
+            row[name + "connected"] = self.server.seats[i].connected
+
+    @staticmethod
+    def largest(picture):
+        """Of errors that are equal but for rounding either may be told."""
+        errors = picture.remote.values() if picture else ()
+        most = max(map(abs, errors), default=0)
+        return tuple(e for e in errors if abs(e) >= most - ROUNDING) or 0
