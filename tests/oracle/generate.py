@@ -66,7 +66,6 @@ def player(r, sync, rough, tick_hz):
         row["reconciliation"] = row["prediction"] and r.random() < 0.7
         if r.random() < 0.2:
             row.update(input_delay_ticks=1, slack_ticks=r.choice([1, 2]))
-    row.update(peers.player(r) if sync in peers.SYNCS else {})
     return without_none(row)
 
 
@@ -74,13 +73,13 @@ def scenario(r, sync):
     tick_hz = r.choice([60, 60, 60, 50, 30, 20, 64, 33.3, 128])
     update_hz = r.choice([5, 10, 20, 25, 30, 30, 47.5, 60])
     rough = r.random() < 0.7
-    more = peers.server(r) if sync in peers.SYNCS else {}
-    return {
+    given = {
         "kind": "netgame", "game": "race", "duration_s": r.choice([2, 3, 4, 6]), "seed": r.randrange(10**6), "tick_hz": tick_hz,
         "warmup_s": r.choice([0, 1, 2]),
         "params": {"laps": r.choice([0.05, 0.1, 0.2, 6]), "drag_per_s": r.choice([0.05, 0.3]), "restitution": r.choice([0, 0.3, 1]),
                    "top_speed_mps": r.choice([6, 16])},
         "server": {"sync": sync, "update_hz": min(update_hz, tick_hz) if sync.startswith("lockstep") else update_hz,
-                   "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"]), **more},
+                   "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"])},
         "players": [player(r, sync, rough, tick_hz) for _ in range(r.choice([1, 2, 2, 3, 4]))],
     }
+    return peers.enrich(r, given) if sync in peers.SYNCS else given
