@@ -104,11 +104,18 @@ static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, co
                                                               .value = (float)field_ulps(d, truth, world)});
 }
 
-/* Who plays alone may be further ahead of the server than it keeps worlds: what is gone is compared with
- * nothing. `begin` needs the world before as well. */
+/* Who plays alone may be further ahead of the server than it keeps worlds, and the server of who was dropped
+ * and does not know it further than it keeps hashes: what is gone is compared with nothing. `begin` needs the
+ * world before as well. */
 static bool kept(const ll_peer *peer, int64_t tick)
 {
     return tick - 1 > peer->tick - LL_PEER_RING;
+}
+
+static bool same(const ll_peer *peer, const ll_server *server, int64_t tick)
+{
+    return !ll_server_has_hash(server, tick) ||
+           peer->hashes[tick & (LL_PEER_RING - 1)] == server->hashes[tick & (LL_HASH_RING - 1)];
 }
 
 void ll_desync_observe(ll_desync *d, const ll_client *c, const ll_client_setup *s, const ll_server *server)
@@ -123,7 +130,7 @@ void ll_desync_observe(ll_desync *d, const ll_client *c, const ll_client_setup *
         if (!kept(peer, tick))
             continue;
         if (d->tick < 0) {
-            if (peer->hashes[tick & (LL_PEER_RING - 1)] == server->hashes[tick & (LL_HASH_RING - 1)])
+            if (same(peer, server, tick))
                 continue;
             begin(d, c, s, server);
         }

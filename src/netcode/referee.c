@@ -74,14 +74,16 @@ static void hear(ll_refereed *peer, const ll_peer_message *m, const ll_heard *he
     peer->at = m->at > peer->at ? m->at : peer->at;
 }
 
-/* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again. */
+/* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again.
+ * One that comes so late that the server's own is gone is taken for equal. */
 static void compare(ll_server *server, ll_refereed *peer, int64_t first, const uint32_t *hashes,
                     int64_t count)
 {
     int64_t end = first + count <= server->step ? first + count : server->step + 1;
     for (int64_t k = peer->hashed >= first ? peer->hashed + 1 : first; k < end; k++) {
         peer->hashed = k;
-        if (peer->desync < 0 && hashes[k - first] != server->hashes[k & (LL_HASH_RING - 1)])
+        if (peer->desync < 0 && ll_server_has_hash(server, k) &&
+            hashes[k - first] != server->hashes[k & (LL_HASH_RING - 1)])
             peer->desync = k;
     }
 }

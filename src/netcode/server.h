@@ -112,6 +112,12 @@ size_t ll_server_size(int players, ll_extent extent); /* a multiple of 8 */
 void ll_server_init(ll_server *server, int players, ll_extent extent);
 void ll_server_configure(ll_server *server, const ll_server_config *config); /* how it sends its world */
 
+/* Whether the hash of its world after `step` is kept. */
+static inline bool ll_server_has_hash(const ll_server *server, int64_t step)
+{
+    return step <= server->step && step > server->step - LL_HASH_RING;
+}
+
 static inline ll_world *ll_server_world(ll_server *server)
 {
     return (ll_world *)&server->seats[server->players];

@@ -388,9 +388,11 @@ static void lag_does_not_change_the_outcome(void **state)
 static void who_is_far_ahead_alone_is_in_step(void **state)
 {
     (void)state;
-    for (int i = 0; i < 2; i++) {
-        const char *const sets[] = {"players=[{\"lag_ms\":870,\"input_delay_ticks\":5}]", syncs[i],
-                                    "tick_hz=110", "params.laps=10000", NULL};
+    static const char *const players[] = {"players=[{\"lag_ms\":870,\"input_delay_ticks\":5}]",
+                                          "players=[{\"lag_ms\":30,\"link\":{\"up\":{\"jitter_ms\":200,"
+                                          "\"blackout_at_ms\":3100,\"blackout_length_ms\":1200}}}]"};
+    for (int i = 0; i < 4; i++) {
+        const char *const sets[] = {players[i / 2], syncs[i % 2], "tick_hz=110", "params.laps=10000", NULL};
         scene s = scene_open("race", sets);
         int64_t ahead = 0;
         for (int k = 0; k < 20 * 60; k++) {
