@@ -6,13 +6,41 @@ from draws import tick_time
 from metrics import Distribution
 
 
+class Latencies(Distribution):
+    """What does not come about is infinite, what is not decided counts nowhere."""
+
+    def __init__(self, values, unit):
+        super().__init__([v for v in values if v is not None], unit)
+
+    def facts(self):
+        finite = Distribution([], "ms")
+        finite.values = [v for v in self.values if v < math.inf]
+        told = {name: (value, off) for name, value, off in finite.facts()}
+        told["count"] = len(self.values), 0
+        for name, q in (("p50", 0.5), ("p95", 0.95), ("p99", 0.99)):
+            if self.values:
+                x = self.quantile(q)
+                told[name] = (None, None) if x == math.inf else (x, max(self.unit / 2, abs(x) / 63 if x > 32 * self.unit else 0))
+        lost = len(self.values) - len(finite.values)
+        told["lost_ratio"] = (lost / len(self.values) if self.values else None), None
+        for name, (value, off) in told.items():
+            yield name, value, off
+
+
+def until(change, shown):
+    if change.lost:
+        return math.inf
+    return None if shown is None else (shown - change.made) / 1e6
+
+
 def peer_distributions(sim, i):
     changes = sim.clients[i].changes
-    decided = [c for c in changes if c[0] <= sim.server.step]  # and applied: nothing is late or lost here
+    decided, others = [c for c in changes if c.applied or c.lost], len(sim.players) - 1
+    seen = [(at - c.made) / 1e6 for c in changes for at in c.seen.values()]
     return {
-        "input_latency_ms": Distribution([(c[2] - c[1]) / 1e6 for c in decided if c[2] is not None], "ms"),
-        "confirmed_latency_ms": Distribution([(c[3] - c[1]) / 1e6 for c in decided if c[3] is not None], "ms"),
-        "seen_latency_ms": Distribution([(at - c[1]) / 1e6 for c in changes for at in c[4].values()], "ms"),
+        "input_latency_ms": Latencies([until(c, c.felt) for c in decided], "ms"),
+        "confirmed_latency_ms": Latencies([until(c, c.sure) for c in decided], "ms"),
+        "seen_latency_ms": Latencies(seen + [math.inf for c in changes if c.lost for _ in range(others - len(c.seen))], "ms"),
         "ack_rtt_ms": Distribution([t / 1e6 for t in sim.clients[i].round_trips], "ms"),
         "timeline_error_m": Distribution(sim.timeline_errors[i], "m"),
     }
@@ -33,17 +61,20 @@ def peer_numbers(sim, i):
     yield "rollback.ticks_max", max(ticks, default=0)
     yield "sync_test.count", client.sync_tests
     yield "sync_test.mismatches", 0
-    for name, value in (("tick", -1), ("reported_tick", -1), ("entity", -1), ("error_max_m", 0)):
+    desync = client.desync
+    for name, value in (("tick", desync.tick), ("reported_tick", seat.reported), ("entity", desync.entity), ("error_m", desync.error), ("error_max_m", desync.most)):
         yield f"desync.{name}", value
     yield "own_lead_ms.count", len(leads)
     yield "own_lead_ms.mean", math.fsum(leads) / len(leads) if leads else None
     yield "own_lead_ms.min", min(leads, default=None)
     yield "own_lead_ms.max", max(leads, default=None)
-    yield "own_pictures_void", 0
-    applied = min(client.number, sim.server.step)
-    for name, value in (("made", client.number), ("applied", applied), ("open", client.number - applied), ("refused", 0), ("late", 0), ("lost", 0)):
+    yield "own_pictures_void", client.pictures_void
+    for name, value in (*client.verdicts.items(), ("open", len(client.open)), ("refused", 0), ("late", 0)):
         yield f"inputs.verdicts.{name}", value
-    yield "inputs.slack_ticks", seat.last_slack if seat.accepted else None
+    yield "inputs.slack_ticks", seat.last_slack
+    yield "connection.drops", seat.drops
+    for cause in ("refused", "late", "loss", "contact", "other"):
+        yield f"corrections_by_cause.{cause}.count", client.corrections if cause == "contact" else 0
     for name in ("relay", "state", "refusal"):
         count, size = sim.sent.get((i, "down", name), (0, 0))
         yield f"bandwidth.{name}.messages_per_s", count / span if span > 0 else None

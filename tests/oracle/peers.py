@@ -3,18 +3,22 @@
 Clients have worlds of their own; the server relays inputs and steps a world that is the truth.
 """
 
+import math
+
 from client import ROUNDING, Client, Drawn
 from connection import PLAYS
-from draws import ns, single, tick_time, unit
+from draws import SECOND, ns, single, tick_time, unit
 from peer_metrics import peer_distributions, peer_numbers, server_numbers
-from server import Seat, Server, State
+from server import CONNECT_AGE, LOOK, PONG_BYTES, QUIET, Seat, Server, State
 from simulation import Simulation
 
 PACKET_BYTES, RELAY_BYTES, PART_BYTES, HEARD_BYTES, RUN_BYTES, HASH_BYTES = 32, 32, 16, 8, 16, 4
 RUNS = 32  # in a packet, of one player
 TAKEN = 16  # new inputs that the server takes of a packet
 KEPT = 56  # ticks behind the confirmed one of which a client takes inputs
+WORLDS = 64  # that a client keeps, and hashes that the server does
 HASHES, HASHES_EVERY = 64, 4
+WORLD_BYTES, PLAYER_BYTES = 24, 64
 STATES = ("connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected")
 PACE_EVERY, PACE_MOST, PACE_SHARE = 10, 9, 1 / 16
 
@@ -28,6 +32,33 @@ def runs(axes):
                 return count, n
             count += 1
     return count, len(axes)
+
+
+class Change:
+    """Of a player's controls: by the input for `tick`."""
+
+    def __init__(self, tick, made, lost):
+        self.tick, self.made, self.lost = tick, made, lost
+        self.applied = False
+        self.felt = self.sure = None
+        self.seen = {}  # other player: when
+
+
+class Desync:
+    """The first confirmed world that differs from the server's, and how far they are apart from then on."""
+
+    def __init__(self):
+        self.tick = self.entity = -1
+        self.error = self.most = 0.0
+
+    def compare(self, tick, world, truth):
+        if self.tick < 0:
+            if world == truth:
+                return
+            self.tick = tick
+            self.entity = next(i for i, car in enumerate(world) if car != truth[i])
+        self.error = max(math.hypot(a[0] - b[0], a[1] - b[1]) for a, b in zip(world, truth))
+        self.most = max(self.most, self.error)
 
 
 class Pace:
@@ -58,9 +89,13 @@ class PeerClient(Client):
         self.wrong = None  # the first tick that a wrong guess went into
         self.pace = [Pace() for _ in range(n)]
         self.rest = 0
+        self.start = self.base = 0  # the world that it began with; own inputs are for the ticks behind `base`
         self.made_at = {}  # tick: when the own input for it was made
+        self.open = set()  # ticks of own inputs that have no verdict
+        self.verdicts = {"made": 0, "applied": 0, "lost": 0}
         self.controls = 0.0
-        self.changes = []  # [tick, when the controls changed, felt, sure, {other: seen}]
+        self.changes = []
+        self.pictures_void = 0
         self.hashed = 0  # the server has the hashes up to here
         self.server_step = 0  # as relays tell
         self.waiting = False
@@ -68,7 +103,8 @@ class PeerClient(Client):
         self.waited = [0] * n
         self.rollbacks = []  # ticks that each made again
         self.sync_tests = 0
-        self.compared = 0  # the newest tick whose hash was held against the server's
+        self.compared = 0  # the newest tick whose world was held against the server's
+        self.desync = Desync()
         self.late_tick = None  # with timer_jitter_ms, when the next tick is
         self.round_trips = []
         self.newest = State(0, 0, sim.first_state.world)  # `last` is what the server has of the own inputs
@@ -83,15 +119,63 @@ class PeerClient(Client):
         raise AssertionError("nobody sends states here")
 
     def receive(self, now, kind, body):
-        super().receive(now, kind, body)
-        if kind == "relay" and body["epoch"] == self.connection.epoch:
-            self.take_relay(now, body)
+        c, joins = self.connection, self.joins
+        if kind == "relay":
+            c.hear(now)
+            if body["epoch"] == c.epoch:
+                self.take_relay(now, body)
+        elif kind == "keep":
+            self.take_notice(now, body)
+        else:
+            super().receive(now, kind, body)
+            if self.joins > joins and "world" in body:
+                self.join(body)
+
+    def take_notice(self, now, body):
+        """A keep-alive, or word that one is not connected: an answer that tells nothing of the clock."""
+        c = self.connection
+        c.hear(now)
+        news = c.newest_answer is None or body["answered"] > c.newest_answer
+        if news:
+            c.newest_answer = body["answered"]
+        if c.state in ("connecting", "disconnected"):
+            if not body["connected"]:
+                c.next_request = now
+        elif news and not body["connected"]:
+            self.loses_connection(now)
+
+    def loses_connection(self, now):
+        super().loses_connection(now)
+        self.newest.last = self.number
+        self.made_at = {}
+
+    def join(self, body):
+        """The game is under way: it begins with the world that the accept has brought."""
+        self.start = self.k = self.confirmed = self.hashed = self.compared = body["step"]
+        self.desync = Desync()
+        self.base = body["first"]
+        self.worlds = {self.start: body["world"]}
+        self.known = [self.start] * len(self.known)
+        self.known[self.index] = self.base
+        self.axes = [{} for _ in self.known]
+        self.axes[self.index] = dict.fromkeys(range(self.start + 1, self.base + 1), 0.0)
+        self.pace = [Pace() for _ in self.known]
+        self.wrong, self.rest, self.waiting = None, 0, False
+        self.number = self.newest.last = 0
+        self.controls = 0.0
+        for change in self.changes:
+            if change.tick in self.open:
+                change.lost = True
+        self.verdicts["lost"] += len(self.open)
+        self.open = set()
+        self.made_at = {}
+        self.sim.meets(self.index)
 
     def take_relay(self, now, body):
         self.newest.last = max(self.newest.last, body["has"])
         self.hashed = max(self.hashed, body["hashed"])
         for tick in range(self.server_step + 1, body["step"] + 1):
-            if self.sim.counts:
+            if self.sim.counts and tick in self.made_at and tick in self.sim.server.seats[self.index].real:
                 self.round_trips.append(now - self.made_at[tick])
         self.server_step = max(self.server_step, body["step"])
         for part in body["parts"]:
@@ -130,8 +214,26 @@ class PeerClient(Client):
         self.ticks += 1
         if self.connection.state in PLAYS:
             self.play(now)
-        self.compared = max(self.compared, min(self.confirmed, self.sim.server.step))
+        else:
+            self.miss(now)
+        for tick in range(self.compared + 1, min(self.confirmed, self.sim.server.step) + 1):
+            self.compared = tick
+            kept = self.desync.tick >= 0 or tick > self.sim.server.step - WORLDS
+            if kept and tick > self.k - WORLDS + 1:
+                self.desync.compare(tick, self.worlds[tick], self.sim.server.history[tick])
         self.set_timer(now)
+
+    def script(self, at, world):
+        return single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, at, world[self.index][3] > 0))
+
+    def note_controls(self, now, axis, tick):
+        """A change is noted; `tick` is None where no input is made."""
+        if abs(axis - self.controls) > 1e-6 and self.sim.counts:
+            self.changes.append(Change(tick, now, lost=tick is None))
+        self.controls = axis
+
+    def miss(self, now):
+        self.note_controls(now, self.script(now, self.worlds[self.k]), None)
 
     def play(self, now):
         delay = self.player["input_delay_ticks"]
@@ -144,7 +246,7 @@ class PeerClient(Client):
                 self.make_inputs(now, self.k + 1 + delay)
         self.confirmed = max(self.confirmed, min([self.k] + self.known))
         back = self.sim.scenario["server"]["sync_test_ticks"]
-        self.sync_tests += 0 < back <= self.k and self.sim.counts
+        self.sync_tests += 0 < back <= self.k - self.start and self.sim.counts
         if self.sim.counts:
             self.unacked.append(self.number - self.newest.last)
         self.send_packet(now)
@@ -173,17 +275,15 @@ class PeerClient(Client):
         delay = self.player["input_delay_ticks"]
         for tick in range(self.known[self.index] + 1, upto + 1):
             axis = 0.0
-            if tick > delay:
-                seen = self.worlds[max(0, tick - 1 - delay - self.guesses)]
-                at = tick_time(self.tick_hz, tick)
-                axis = single(self.sim.game.SCRIPTS[self.player["script"]](self.sim.seed, self.index, at, seen[self.index][3] > 0))
+            if tick > self.start + delay:
+                axis = self.script(tick_time(self.tick_hz, tick), self.worlds[max(self.start, tick - 1 - delay - self.guesses)])
             self.number += 1
+            self.verdicts["made"] += 1
+            self.open.add(tick)
             self.axes[self.index][tick] = axis
             self.known[self.index] = tick
             self.made_at[tick] = now
-            if abs(axis - self.controls) > 1e-6 and self.sim.counts:
-                self.changes.append([tick, now, None, None, {}])
-            self.controls = axis
+            self.note_controls(now, axis, tick)
 
     def may_step(self):
         missing = [p for p, known in enumerate(self.known) if known + self.guesses <= self.k]
@@ -207,12 +307,13 @@ class PeerClient(Client):
         return False
 
     def send_packet(self, now):
-        first = self.newest.last + 1
+        first = self.base + self.newest.last + 1
         axes = [self.axes[self.index][tick] for tick in range(first, self.known[self.index] + 1)]
         count, held = runs(axes)
         hashes = []
         if self.ticks % HASHES_EVERY == 0:
-            hashes = list(range(max(self.hashed + 1, self.confirmed - HASHES + 1), self.confirmed + 1))
+            ticks = range(max(self.hashed + 1, self.confirmed - HASHES + 1), self.confirmed + 1)
+            hashes = [(tick, self.worlds[tick]) for tick in ticks]  # no two worlds have one hash
         heard = [(known, 0 if pace.at is None else self.k - pace.at) for known, pace in zip(self.known, self.pace)]
         size = PACKET_BYTES + HEARD_BYTES * len(heard) + RUN_BYTES * count + HASH_BYTES * len(hashes)
         self.send(now, "inputs", {"first": first, "axes": axes[:held], "heard": heard, "at": self.k, "hashes": hashes}, size)
@@ -240,6 +341,13 @@ class PeerSeat(Seat):
         self.told = [0] * players  # how far it sees itself ahead
         self.hashed = 0
         self.axes = {}
+        self.base = 0  # its inputs are for the ticks behind
+        self.real = set()  # ticks of which its own input has come
+        self.attempt = 0
+        self.answer = None  # the newest that it told of, and when
+        self.told_at = 0
+        self.drops = 0
+        self.reported = -1  # the first tick whose hash was another
 
 
 class Referee(Server):
@@ -258,17 +366,58 @@ class Referee(Server):
             for seat in self.seats:
                 seat.epoch = self.epoch
 
-    def let_in(self, now, seat):
-        before = self.epoch
-        super().let_in(now, seat)
-        self.epoch = seat.epoch = before + 1
-
     def receive(self, now, index, kind, body):
         seat = self.seats[index]
-        if kind != "inputs":
-            super().receive(now, index, kind, body)
-        elif seat.connected and body["epoch"] == seat.epoch:
+        if kind == "connect":
+            again = seat.connected and seat.attempt == body["attempt"]
+            fresh = body["answer"] is not None and now - body["answer"] <= CONNECT_AGE
+            lets_in = fresh and not again and body["attempt"] >= seat.attempt
+            if lets_in:
+                self.opens(now, seat, body)
+            self.reply(now, index, "accept" if again or lets_in else "pong", body)
+        elif kind == "ping":
+            if body["answer"] is not None and (seat.answer is None or body["answer"] > seat.answer):
+                seat.answer, seat.told_at = body["answer"], now
+            self.reply(now, index, "pong", body)
+        elif not seat.connected:
+            if now - seat.sent >= QUIET:
+                self.notice(now, index)
+        elif body["epoch"] == seat.epoch:
             self.take(now, seat, body)
+
+    def opens(self, now, seat, body):
+        """Where inputs stood in for the player its own come behind them."""
+        self.epoch += 1
+        seat.connected, seat.epoch, seat.attempt = True, self.epoch, body["attempt"]
+        seat.answer, seat.told_at = now, now + (now - body["answer"])
+        seat.base = seat.known = max(seat.known, self.step)
+        seat.heard, seat.hashed = [self.step] * len(self.seats), self.step
+        seat.at, seat.told = None, [0] * len(self.seats)
+        seat.last_slack, seat.reported = None, -1
+
+    def notice(self, now, index):
+        self.send(now, index, "keep", {"answered": now, "connected": self.seats[index].connected}, PONG_BYTES)
+
+    def reply(self, now, index, kind, body):
+        seat, size = self.seats[index], PONG_BYTES
+        answer = {"asked": body["asked"], "answered": now, "attempt": body.get("attempt"), "connected": seat.connected}
+        if kind == "accept" and now >= 0:  # the game is under way
+            answer.update(step=self.step, first=seat.base, world=self.world)
+            size += WORLD_BYTES + PLAYER_BYTES * len(self.seats)
+        self.send(now, index, kind, answer, size)
+
+    def look(self, now):
+        self.look_at += LOOK
+        if self.look_at == 0:  # the game's clocks begin at 0, but with tick 1
+            self.look_at += LOOK
+        timeout = int(self.sim.timeout_s * SECOND)
+        for index, seat in enumerate(self.seats):
+            if seat.connected and now - seat.sent >= QUIET:
+                self.notice(now, index)
+            if seat.connected and 0 < timeout < now - seat.told_at:
+                seat.connected = False
+                seat.drops += 1
+                self.stand_in()
 
     def take(self, now, seat, body):
         for p, (known, ahead) in enumerate(body["heard"]):
@@ -276,9 +425,11 @@ class Referee(Server):
             if seat.at is None or body["at"] >= seat.at:
                 seat.told[p] = ahead
         seat.at = body["at"] if seat.at is None else max(seat.at, body["at"])
-        for tick in body["hashes"]:
-            if tick == seat.hashed + 1 and tick <= self.step:
+        for tick, world in body["hashes"]:
+            if seat.hashed < tick <= self.step:
                 seat.hashed = tick
+                if seat.reported < 0 and tick > self.step - WORLDS and world != self.history[tick]:
+                    seat.reported = tick
         before = seat.known
         for n, axis in enumerate(body["axes"]):
             tick = body["first"] + n
@@ -287,6 +438,7 @@ class Referee(Server):
             elif tick == seat.known + 1 and tick <= before + TAKEN:
                 seat.accepted += 1
                 seat.known, seat.axes[tick], seat.last_slack = tick, axis, tick - self.step - 1
+                seat.real.add(tick)
         self.stand_in()
 
     def stand_in(self):
@@ -314,7 +466,7 @@ class Referee(Server):
             if seat.connected:
                 parts = [self.part(seat, index, other) for other in range(len(self.seats)) if other != index]
                 size = RELAY_BYTES + sum(PART_BYTES + RUN_BYTES * part["runs"] for part in parts)
-                self.send(now, index, "relay", {"step": self.step, "has": seat.known, "hashed": seat.hashed, "parts": parts}, size)
+                self.send(now, index, "relay", {"step": self.step, "has": seat.known - seat.base, "hashed": seat.hashed, "parts": parts}, size)
 
     def part(self, seat, index, other):
         of = self.seats[other]
@@ -383,17 +535,38 @@ class PeerSimulation(Simulation):
     def note_latencies(self, index, drawn):
         client = self.clients[index]
         for change in client.changes:
-            tick = change[0]
-            if change[2] is None and tick <= drawn:
-                change[2] = self.now
-            if change[3] is None and tick <= min(drawn, client.confirmed):
-                change[3] = self.now
-        for other, who in enumerate(self.clients):
-            if other == index:
+            if change.lost:
                 continue
+            if change.felt is None and change.tick <= drawn:
+                change.felt = self.now
+            if change.sure is None and change.tick <= min(drawn, client.confirmed):
+                change.sure = self.now
+        for other, who in enumerate(self.clients):
+            heard = min(drawn, client.known[other])
             for change in who.changes:
-                if index not in change[4] and change[0] <= min(drawn, client.known[other]):
-                    change[4][index] = self.now
+                there = not change.lost and change.tick in self.server.seats[other].real
+                if other != index and there and change.tick <= heard:
+                    change.seen.setdefault(index, self.now)
+
+    def server_stepped(self, now):
+        super().server_stepped(now)
+        step = self.server.step
+        for client, seat in zip(self.clients, self.server.seats):
+            over = {tick for tick in client.open if tick <= step}  # more than one, where one is made for a step that is over
+            client.open -= over
+            for tick in over:
+                client.verdicts["applied" if tick in seat.real else "lost"] += 1
+            for change in client.changes:
+                if change.tick in over and not change.lost:
+                    change.applied = change.tick in seat.real
+                    change.lost = not change.applied
+
+    def meets(self, index):
+        """The player begins anew: what its pictures waited for does not come."""
+        since = self.scenario["warmup_s"] * SECOND
+        self.clients[index].pictures_void += sum(p.at >= since for p in self.waiting[index])
+        self.waiting[index] = []
+        self.awaited[index] = [None] * len(self.clients)
 
     def more_distributions(self, index):
         return peer_distributions(self, index)
@@ -411,7 +584,7 @@ class PeerSimulation(Simulation):
             name = f"player_{i}_"
             row[name + "remote_error_m"] = self.largest(self.pictures[i])
             row[name + "unacked"] = client.number - client.newest.last
-            row[name + "compared_step"], row[name + "desync_m"] = client.compared, 0.0
+            row[name + "compared_step"], row[name + "desync_m"] = client.compared, client.desync.error
             row[name + "connection"] = STATES.index(client.connection.state)
             row[name + "connected"] = self.server.seats[i].connected
 
