@@ -394,7 +394,9 @@ static turn player_turn(const ll_netgame *g, int i)
     turn next = {ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i};
     consider_later(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
     consider_later(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
-    consider_later(&next, ll_netgame_client(g, i)->due, ACTOR_CLIENT);
+    /* What a packet has made it due for is due now, behind the other packets of this instant. */
+    ll_time acts = ll_netgame_client(g, i)->due;
+    consider_later(&next, acts < g->now ? g->now : acts, ACTOR_CLIENT);
     return next;
 }
 
