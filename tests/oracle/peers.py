@@ -7,7 +7,7 @@ import math
 
 from client import Client, Drawn
 from connection import PLAYS
-from draws import SECOND, ns, single, tick_time, unit
+from draws import SECOND, millihertz, ns, single, tick_time, unit
 from peer_metrics import peer_distributions, peer_numbers, server_numbers
 from server import CONNECT_AGE, LOOK, PONG_BYTES, QUIET, Seat, Server, State
 from simulation import Simulation
@@ -22,6 +22,7 @@ WORLD_BYTES, PLAYER_BYTES = 24, 64
 STATES = ("connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected")
 PACE_EVERY, PACE_MOST, PACE_SHARE = 10, 9, 1 / 16
 ROUNDING = 1e-12  # in m: two places are as far off, but that two programs round differently
+GAP, HOLD_EVERY = 60 * 10**6, 5 * SECOND
 
 
 def runs(axes):
@@ -108,6 +109,10 @@ class PeerClient(Client):
         self.desync = Desync()
         self.late_tick = None  # with timer_jitter_ms, when the next tick is
         self.round_trips = []
+        self.relayed = None  # when the last relay came
+        self.gap = False  # relays had stopped, and the server does not know it
+        self.hold, self.resume = 0, 0
+        self.paced = 0  # looks at the pace are those of ticks so many after a multiple of 10
         self.newest = State(0, 0, sim.first_state.world)  # `last` is what the server has of the own inputs
 
     @property
@@ -169,6 +174,7 @@ class PeerClient(Client):
         self.axes[self.index] = dict.fromkeys(range(self.start + 1, self.base + 1), 0.0)
         self.pace = [Pace() for _ in self.known]
         self.wrong, self.rest, self.waiting = None, 0, False
+        self.relayed, self.gap, self.hold, self.resume, self.paced = None, False, 0, 0, 0
         self.number = self.newest.last = 0
         self.controls = 0.0
         for change in self.changes:
@@ -186,11 +192,30 @@ class PeerClient(Client):
             if self.sim.counts and tick in self.made_at and tick in self.sim.server.seats[self.index].real:
                 self.round_trips.append(now - self.made_at[tick])
         self.server_step = max(self.server_step, body["step"])
+        self.hear_hold(now, body)
         for part in body["parts"]:
             other = part["player"]
             self.pace[other].hear(self.k, part["at"], part["ahead"])
             for n, axis in enumerate(part["axes"]):
                 self.take_input(other, part["first"] + n, axis)
+
+    def hear_hold(self, now, body):
+        before = self.connection.half_trip() if self.relayed is None else self.relayed
+        self.gap |= now - before > int(1e9 / self.sim.update_hz) + tick_time(self.tick_hz, 1) + GAP
+        self.relayed = now
+        if body["hold"]:
+            self.gap &= body["resume"] != 0
+            news = (body["hold"], body["resume"])
+            if body["hold"] >= self.known[self.index] and news > (self.hold, self.resume):
+                self.hold, self.resume = news
+
+    def end_hold(self, now):
+        if self.resume == 0 or self.connection.shown(now) + self.connection.offset < tick_time(self.tick_hz, self.resume) - 1000:
+            return
+        self.hold = self.resume = 0
+        self.paced = self.ticks - 1
+        self.rest = 0
+        self.pace = [Pace() for _ in self.pace]
 
     def take_input(self, other, tick, axis):
         if tick != self.known[other] + 1 or tick >= self.confirmed + KEPT:
@@ -246,6 +271,7 @@ class PeerClient(Client):
     def play(self, now):
         delay = self.player["input_delay_ticks"]
         self.roll_back()
+        self.end_hold(now)
         self.make_inputs(now, self.k + 1 + delay)
         if self.may_step():
             self.make_tick(self.k + 1)
@@ -280,6 +306,7 @@ class PeerClient(Client):
         self.worlds[tick] = self.sim.step_world(self.worlds[tick - 1], [axes[tick] for axes in self.axes], tick)
 
     def make_inputs(self, now, upto):
+        upto = min(upto, self.hold) if self.hold else upto
         delay = self.player["input_delay_ticks"]
         for tick in range(self.known[self.index] + 1, upto + 1):
             axis = 0.0
@@ -294,6 +321,10 @@ class PeerClient(Client):
             self.note_controls(now, axis, tick)
 
     def may_step(self):
+        if self.hold and self.k >= self.hold:
+            self.waiting = False
+            self.rested += self.sim.counts
+            return False
         missing = [p for p, known in enumerate(self.known) if known + self.guesses <= self.k]
         if missing and self.sim.counts:
             self.stalls += not self.waiting
@@ -303,7 +334,7 @@ class PeerClient(Client):
         self.waiting = bool(missing)
         if missing:
             return False
-        if self.ticks % PACE_EVERY == 0:
+        if (self.ticks - self.paced) % PACE_EVERY == 0:
             leads = [(p.ahead - p.behind) / 2 for p in self.pace if p.at is not None]
             self.rest = min(PACE_MOST, int(max(leads + [0.0])))
         if self.rest == 0:
@@ -324,7 +355,8 @@ class PeerClient(Client):
             hashes = [(tick, self.worlds[tick]) for tick in ticks]  # no two worlds have one hash
         heard = [(known, 0 if pace.at is None else self.k - pace.at) for known, pace in zip(self.known, self.pace)]
         size = PACKET_BYTES + HEARD_BYTES * len(heard) + RUN_BYTES * count + HASH_BYTES * len(hashes)
-        self.send(now, "inputs", {"first": first, "axes": axes[:held], "heard": heard, "at": self.k, "hashes": hashes}, size)
+        self.send(now, "inputs", {"first": first, "axes": axes[:held], "heard": heard, "at": self.k, "hashes": hashes,
+                                 "way": self.connection.half_trip() // 1000 + 1, "gap": self.gap}, size)
 
     # ---- pictures ----
 
@@ -356,6 +388,8 @@ class PeerSeat(Seat):
         self.told_at = 0
         self.drops = 0
         self.reported = -1  # the first tick whose hash was another
+        self.packet_at = 0  # when the last packet came
+        self.way = None  # in ns, as the last packet told
 
 
 class Referee(Server):
@@ -365,6 +399,9 @@ class Referee(Server):
         self.stalled = 0
         self.begun = False
         self.epoch = 1  # the last that was given out
+        self.uneven = False  # a hold is to follow
+        self.no_hold_before = 0
+        self.hold, self.resume = 0, 0
 
     def begin(self):
         """The game begins, in a new epoch for all."""
@@ -392,6 +429,7 @@ class Referee(Server):
                 self.notice(now, index)
         elif body["epoch"] == seat.epoch:
             self.take(now, seat, body)
+            self.follow(now, seat, body)
 
     def opens(self, now, seat, body):
         """Where inputs stood in for the player its own come behind them."""
@@ -402,6 +440,9 @@ class Referee(Server):
         seat.heard, seat.hashed = [self.step] * len(self.seats), self.step
         seat.at, seat.told = None, [0] * len(self.seats)
         seat.last_slack, seat.reported = None, -1
+        seat.packet_at, seat.way = max(now, 0), None
+        if now >= 0:
+            self.uneven, self.no_hold_before = True, now
 
     def notice(self, now, index):
         self.send(now, index, "keep", {"answered": now, "connected": self.seats[index].connected}, PONG_BYTES)
@@ -428,11 +469,13 @@ class Referee(Server):
                 self.stand_in()
 
     def take(self, now, seat, body):
+        waits = self.resume and body["first"] + len(body["axes"]) - 1 <= self.hold
         for p, (known, ahead) in enumerate(body["heard"]):
             seat.heard[p] = max(seat.heard[p], known)
-            if seat.at is None or body["at"] >= seat.at:
+            if not waits and (seat.at is None or body["at"] >= seat.at):
                 seat.told[p] = ahead
-        seat.at = body["at"] if seat.at is None else max(seat.at, body["at"])
+        if not waits:
+            seat.at = body["at"] if seat.at is None else max(seat.at, body["at"])
         for tick, world in body["hashes"]:
             if seat.hashed < tick <= self.step:
                 seat.hashed = tick
@@ -448,6 +491,46 @@ class Referee(Server):
                 seat.known, seat.axes[tick], seat.last_slack = tick, axis, tick - self.step - 1
                 seat.real.add(tick)
         self.stand_in()
+
+    # ---- holds ----
+
+    def follow(self, now, seat, body):
+        """What a packet says of a hold."""
+        way = body["way"] * 1000
+        stopped = now - seat.packet_at - (way if seat.way is None else 0) > 2 * tick_time(self.sim.step_hz, 1) + GAP
+        self.uneven |= body["gap"] or stopped
+        seat.packet_at, seat.way = now, way
+        there = [s for s in self.seats if s.connected]
+        if self.resume:
+            if all(s.known > self.hold for s in there):
+                self.hold = self.resume = 0
+        elif self.hold or (self.uneven and now >= self.no_hold_before):
+            self.uneven = False
+            if len(there) < 2:
+                self.hold = 0
+                return
+            if self.hold == 0 or any(s.known > self.hold for s in there):
+                self.hold = max(self.reach(s) for s in there)
+            if all(s.at == s.known == self.hold and min(s.heard) >= self.hold for s in there):
+                self.decide(there)
+
+    def reach(self, seat):
+        others = min(s.known for s in self.seats if s is not seat)
+        delay = seat.known - seat.at if seat.at is not None and seat.known > seat.at else 1
+        guesses = self.sim.scenario["server"]["max_rollback_ticks"] if self.sim.sync == "rollback" else 0
+        return max(seat.known, others + guesses + delay)
+
+    def decide(self, there):
+        hz, updates = self.sim.step_hz, self.sim.update_hz
+        told = tick_time(updates, self.updates + 1) + max(s.way for s in there)
+        tick = 0
+        while tick_time(hz, tick) <= told:
+            tick += 1
+        meets = [k for k in range(tick, tick + 1024) if k * millihertz(updates) % millihertz(hz) == 0]
+        self.resume = meets[0] if meets else tick
+        self.no_hold_before = tick_time(hz, self.resume) + HOLD_EVERY
+        for seat in self.seats:
+            seat.at, seat.told = None, [0] * len(self.seats)
 
     def stand_in(self):
         """For who is not connected."""
@@ -474,7 +557,8 @@ class Referee(Server):
             if seat.connected:
                 parts = [self.part(seat, index, other) for other in range(len(self.seats)) if other != index]
                 size = RELAY_BYTES + sum(PART_BYTES + RUN_BYTES * part["runs"] for part in parts)
-                self.send(now, index, "relay", {"step": self.step, "has": seat.known - seat.base, "hashed": seat.hashed, "parts": parts}, size)
+                self.send(now, index, "relay", {"step": self.step, "has": seat.known - seat.base, "hashed": seat.hashed, "parts": parts,
+                                               "hold": self.hold, "resume": self.resume}, size)
 
     def part(self, seat, index, other):
         of = self.seats[other]
