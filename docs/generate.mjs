@@ -418,6 +418,19 @@ function resultDoc({ name, title, by, columns }) {
   `[All rows](../${file}). ${machine}.`].join('\n\n');
 }
 
+// ---- errors against closed forms ----
+
+/** A row a case, a column a solver; in brackets what the solver has no limit for. */
+function closedFormsDoc() {
+  const { rows } = parseCsv(read('tests/rigid/closed_forms.csv'));
+  const solvers = [...new Set(rows.map((row) => row.solver))], cases = [...new Set(rows.map((row) => row.case))];
+  const of = (/** @type {string} */ name, /** @type {string} */ solver) => rows.find((row) => row.case === name && row.solver === solver);
+  const limits = (/** @type {string} */ name) => [...new Set(solvers.map((solver) => of(name, solver).limit).filter((limit) => limit !== ''))].map(Number).sort((a, b) => a - b);
+  return table(['Case', 'Unit', ...solvers.map(code), 'Test allows'], cases.map((name) => [name, of(name, solvers[0]).unit,
+    ...solvers.map((solver) => (of(name, solver).limit === '' ? `(${of(name, solver).error})` : of(name, solver).error)),
+    limits(name).length > 1 ? `${limits(name)[0]} to ${limits(name).at(-1)}` : limits(name)[0]]));
+}
+
 // ---- memory of a session ----
 
 const PARTS = [['block_bytes', 'server, clients, links, instruments: one block, of a size that follows from the scenario'],
@@ -474,6 +487,7 @@ export function generate(binary) {
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
     ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(read('api/asyncapi.yaml')))],
+    ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],

@@ -395,6 +395,44 @@ static int64_t compare_hashes(ll_session *s, const char *text, size_t length)
     return compared;
 }
 
+/* Behind the log's last tick, where the session that made it failed. */
+static bool fails_alike(ll_session *s, int64_t tick)
+{
+    char wanted[17], got[17];
+    ll_status status = ll_session_run_to(s, tick);
+    snprintf(wanted, sizeof wanted, "%016" PRIx64, ll_session_failed_hash(s));
+    if (!ll_failed(&status))
+        status = ll_session_run_to(s, tick + 1);
+    snprintf(got, sizeof got, "%016" PRIx64, ll_session_hash(s));
+    if (!ll_failed(&status))
+        fprintf(stderr,
+                "laglab: the log says that the session failed behind tick %" PRId64 "; the replay goes on\n",
+                tick);
+    else if (strcmp(wanted, got) != 0)
+        fprintf(stderr, "laglab: it failed behind tick %" PRId64 ": the log says %s, the replay gives %s\n",
+                tick, wanted, got);
+    else
+        fprintf(stderr, "laglab: it failed behind tick %" PRId64 ", as the log says: %s\n", tick,
+                status.text);
+    return ll_failed(&status) && strcmp(wanted, got) == 0;
+}
+
+/* A session that failed is told as one: exit 1, also when the replay fails alike. */
+static int replay(ll_session *session, const char *text, size_t length)
+{
+    int64_t head = ll_session_get_info(session).head_tick, failed_at = ll_session_failed_at(session);
+    int64_t compared = compare_hashes(session, text, length);
+    if (compared < 0)
+        return 1;
+    if (failed_at >= 0)
+        compared += fails_alike(session, failed_at);
+    else if (ll_session_run_to(session, head).code != LL_OK)
+        failed_at = ll_session_failed_at(session);
+    printf("{\"ticks\":%" PRId64 ",\"compared\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", head, compared,
+           ll_session_hash(session));
+    return failed_at >= 0;
+}
+
 static int verb_replay(int argc, char **argv)
 {
     arguments a = {0};
@@ -414,18 +452,10 @@ static int verb_replay(int argc, char **argv)
     }
     if (!ll_failed(&status))
         status = ll_session_restore(text, length, NULL, NULL, &session);
-    if (!ll_failed(&status)) {
-        int64_t head = ll_session_get_info(session).head_tick;
-        int64_t compared = compare_hashes(session, text, length);
-        result = compared < 0;
-        if (compared >= 0) {
-            status = ll_session_run_to(session, head);
-            printf("{\"ticks\":%" PRId64 ",\"compared\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", head,
-                   compared, ll_session_hash(session));
-        }
-    }
     if (ll_failed(&status))
         result = fail(&status);
+    else
+        result = replay(session, text, length);
     ll_session_destroy(session);
     free(text);
     if (f && f != stdin)

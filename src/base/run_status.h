@@ -7,7 +7,8 @@ typedef enum ll_run_status {
     LL_RUN_OK,
     LL_RUN_DIVERGED, /* a value was not finite, or blew up: beyond LL_BLOWN_UP times the problem's scale */
     LL_RUN_OFF,      /* it was not run */
-    LL_RUN_FAILED,   /* it gave up: no solution of its equations, too small a step, too many steps */
+    LL_RUN_FAILED, /* it gave up: no solution of its equations, too small a step, too many steps; or its steps
+                    do not resolve the problem */
 } ll_run_status;
 
 extern const char *const ll_run_status_names[]; /* `ok`, `diverged`, `off`, `failed`; NULL-terminated */

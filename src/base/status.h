@@ -18,6 +18,7 @@ typedef enum ll_code {
     LL_NO_MEMORY,
     LL_DIVERGED,    /* a simulation produced a value that is not finite */
     LL_UNAVAILABLE, /* a server that is needed does not answer; it may later */
+    LL_INTERRUPTED, /* broken off from outside (base/interrupt.h): the sentence tells how far it came */
 } ll_code;
 
 typedef struct ll_status {

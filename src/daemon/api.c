@@ -8,6 +8,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/problem.h"
+#include "daemon/tasks.h"
 #include "session/scenario.h"
 
 bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response)
@@ -79,6 +80,10 @@ cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
 
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
 {
+    if (error->code == LL_INTERRUPTED && ll_http_to_work(request, response))
+        return;
+    ll_status told = error->code == LL_INTERRUPTED ? ll_task_told(request->task, error->text) : *error;
+    error = &told;
     if (error->code == LL_LIMIT)
         ll_problem_later(response, request, 429, 1, error);
     else if (error->code == LL_IO)

@@ -19,11 +19,14 @@ typedef enum ll_api_phase { LL_API_STARTING, LL_API_READY, LL_API_DRAINING } ll_
 
 typedef struct ll_api_idempotency ll_api_idempotency;
 typedef struct ll_experiments ll_experiments;
+typedef struct ll_jobs ll_jobs;
 
 typedef struct ll_api {
     ll_host *host;
     ll_store *store;
     ll_experiments *experiments;
+    struct ll_tasks *tasks;
+    ll_jobs *jobs;                     /* advice that is being sought */
     _Atomic(ll_door *) door;           /* set when it is open */
     const char *scenarios, *documents; /* folders */
     atomic_int phase;
@@ -35,7 +38,8 @@ typedef struct ll_api {
     _Atomic uint64_t duration_us[6]; /* summed */
 } ll_api;
 
-ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments);
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,
+                      struct ll_tasks *tasks);
 void ll_api_end(ll_api *api);
 void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
                  double seconds);
@@ -58,7 +62,8 @@ const char *ll_api_key(const ll_http_request *request, ll_http_response *respons
 /* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
 
-/* A problem with the status that fits the API: LL_IO is 507, LL_LIMIT 429 with Retry-After. */
+/* A problem with the status that fits the API: LL_IO is 507, LL_LIMIT 429 with Retry-After. LL_INTERRUPTED of
+ * a handler that is no task has it called again as one; of a task it is told why that was ended. */
 void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
 
 /* 400 unless all keys of `object` are in the NULL-terminated list. */
@@ -75,6 +80,7 @@ ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_for
 ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
 ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_log;
 ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
-ll_http_handler ll_post_advise, ll_get_experiment_run, ll_get_experiment_results, ll_get_experiment_report,
-    ll_get_experiment_trace, ll_get_experiment_schema, ll_get_experiment_library;
+ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
+    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
+    ll_get_experiment_library;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

@@ -34,7 +34,11 @@ static const ll_param rows[] = {
     TEXT(allow_host, "",
          "Host names beside localhost and addresses under which the daemon may be reached, comma separated."),
     COUNT(http_threads, 1, 16, 2, NULL, "Threads that read requests and run fast handlers."),
-    COUNT(slow_threads, 1, 64, 2, NULL, "Threads for requests that compute for long."),
+    COUNT(control_threads, 1, 64, 4, NULL,
+          "Threads for requests that are short but wait until their change is stored."),
+    REAL(
+        request_cpu_s, 0.01, 86400, 20, "s",
+        "Processor time that one request may use; then it is answered with a 503 that says how far it came."),
     COUNT(stream_threads, 1, 16, 1, NULL, "Threads that send frames; a session's viewers share one."),
     COUNT(max_connections, 16, 30000, 4096, NULL, "Connections at once, of every kind; more get a 503."),
     COUNT(max_connections_per_ip, 4, 30000, 2048, NULL,
@@ -178,7 +182,11 @@ ll_door_stats ll_door_get_stats(ll_door *door)
                            .bridged = ll_bridge_count(door->bridge),
                            .connections = (uint64_t)ll_gate_count(door->gate),
                            .ws = ll_ws_get_stats(door->ws)};
-    ll_http_counts(door->http, &stats.requests, &stats.cut);
+    ll_http_counted counted = ll_http_counts(door->http);
+    stats.requests = counted.requests;
+    stats.cut = counted.cut;
+    stats.control = counted.control;
+    stats.control_s = counted.control_s;
     return stats;
 }
 

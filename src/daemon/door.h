@@ -27,7 +27,8 @@ typedef struct ll_door_config {
     char allow_origin[1024]; /* comma separated: https://lab.example */
     char allow_host[1024];   /* comma separated: lab.example */
     int64_t http_threads;    /* that read requests and run fast handlers */
-    int64_t slow_threads;    /* that run handlers of rows marked `slow` */
+    int64_t control_threads; /* that run the handlers of the lane of control */
+    double request_cpu_s;    /* processor time that one request may use */
     int64_t stream_threads;  /* libwebsockets contexts */
     int64_t max_connections;
     int64_t max_connections_per_ip;
@@ -57,6 +58,8 @@ typedef struct ll_door_stats {
     uint64_t bridged;                       /* upgrades on kept connections */
     uint64_t cut;                           /* slow requests on kept connections */
     uint64_t connections;                   /* open now, of every kind */
+    int control;                            /* requests on the lane of control */
+    double control_s;                       /* the longest that one of them has been there */
     ll_ws_stats ws;
 } ll_door_stats;
 

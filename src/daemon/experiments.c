@@ -132,6 +132,12 @@ ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
     return x->store->kind->list(x->store, show, progress);
 }
 
+void ll_experiments_ask_to_end(ll_experiments *x)
+{
+    if (x && x->workers)
+        ll_workers_ask_to_end(x->workers);
+}
+
 void ll_experiments_stop(ll_experiments *x)
 {
     ll_progress *progress = x ? atomic_load(&x->progress) : NULL;

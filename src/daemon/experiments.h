@@ -11,7 +11,8 @@ typedef struct ll_experiments ll_experiments;
 
 /* In `config->store`, or `folder`, or in memory where that is NULL. `config` and `folder` outlive it. */
 ll_status ll_experiments_open(const char *folder, const ll_host_config *config, ll_experiments **experiments);
-void ll_experiments_stop(ll_experiments *experiments); /* each thread breaks off the run it is at */
+void ll_experiments_ask_to_end(ll_experiments *experiments); /* returns at once; NULL is fine */
+void ll_experiments_stop(ll_experiments *experiments);       /* each thread breaks off the run it is at */
 void ll_experiments_close(ll_experiments *experiments);
 
 /* Begins their streams. Any viewer's hook ends before the stop. */

@@ -13,6 +13,10 @@
 #include "daemon/log.h"
 
 static const double mebi = 1 << 20;
+static const double piece_ms = 2;      /* for which a session is locked */
+static const double heavy_ms = 2;      /* a tick that is longer is not for a worker */
+static const double patience_ms = 20;  /* with a session that somebody works on */
+static const double catch_up_ms = 250; /* what a request waits for at most */
 
 ll_time ll_host_now(void)
 {
@@ -38,7 +42,6 @@ ll_hosted *ll_hosted_new(ll_host *host)
     hosted->host = host;
     hosted->created_ms = unix_ms();
     hosted->published_tick = -1;
-    hosted->tick_ns = 10000;
     hosted->inputs_end = &hosted->inputs;
     atomic_init(&hosted->references, 1);
     atomic_init(&hosted->touched, ll_host_now());
@@ -102,7 +105,7 @@ void ll_hosted_on_line(void *context, const char *line, size_t length)
     hosted->ticket = ll_store_line(hosted->host->store, hosted->stored.number, hosted->lines++, line, length);
 }
 
-static void count_memory(ll_hosted *hosted, int64_t bytes)
+void ll_hosted_count_memory(ll_hosted *hosted, int64_t bytes)
 {
     atomic_fetch_add(&hosted->host->memory, bytes - hosted->memory);
     hosted->memory = bytes;
@@ -113,7 +116,7 @@ void ll_hosted_note(ll_hosted *hosted)
     ll_session_info info = ll_session_get_info(hosted->session);
     atomic_store(&hosted->status, (int)info.status);
     atomic_store(&hosted->parked, info.parked);
-    count_memory(hosted, (int64_t)(info.parked ? info.bytes : info.awake_bytes));
+    ll_hosted_count_memory(hosted, (int64_t)(info.parked ? info.bytes : info.awake_bytes));
 }
 
 ll_status ll_hosted_fits(ll_hosted *hosted)
@@ -122,7 +125,7 @@ ll_status ll_hosted_fits(ll_hosted *hosted)
     int64_t others = atomic_load(&host->memory) - hosted->memory;
     int64_t wanted = (int64_t)ll_session_get_info(hosted->session).awake_bytes;
     if (others + wanted <= host->memory_max) {
-        count_memory(hosted, wanted); /* before it catches up, which may take long */
+        ll_hosted_count_memory(hosted, wanted); /* before it catches up, which may take long */
         return ll_ok();
     }
     atomic_fetch_add(&host->refused_memory, 1);
@@ -157,32 +160,18 @@ void ll_hosted_save(ll_hosted *hosted)
 
 /* ---- loading ---- */
 
-static void control_number(ll_session *session, ll_time wall, const char *op, const char *name, double value)
-{
-    cJSON *control = cJSON_CreateObject();
-    cJSON_AddStringToObject(control, "op", op);
-    if (name)
-        cJSON_AddNumberToObject(control, name, value);
-    ll_session_control(session, wall, control); /* what was possible before the restart is possible now */
-    cJSON_Delete(control);
-}
-
 /* As it was when its clock was last stored, or at the last stamped command when that is later. A playing
  * session went on from the daemon's start. */
 static void resume(ll_hosted *hosted)
 {
     const ll_stored *row = &hosted->stored;
-    ll_session *session = hosted->session;
-    ll_time wall = hosted->host->started;
-    if (ll_session_get_info(session).head_tick < row->head_tick)
-        ll_session_run_to(session, row->head_tick); /* an error is the session's own, it shows as `failed` */
-    if (row->tick < row->head_tick && ll_session_get_info(session).head_tick == row->head_tick)
-        control_number(session, wall, "seek", "tick", (double)row->tick);
-    if (row->speed > 0 && ll_session_get_info(session).speed != row->speed)
-        control_number(session, wall, "speed", "speed", row->speed);
-    if (row->playing && ll_session_get_info(session).status == LL_SESSION_PAUSED)
-        control_number(session, wall, "play", NULL, 0);
-    hosted->wall = wall;
+    bool older = row->head_tick < ll_session_get_info(hosted->session).head_tick;
+    ll_session_place(hosted->session, hosted->host->started,
+                     &(ll_session_place_at){.tick = older ? -1 : row->tick,
+                                            .head = row->head_tick,
+                                            .speed = row->speed,
+                                            .playing = row->playing});
+    hosted->wall = hosted->host->started;
 }
 
 ll_status ll_hosted_load(ll_hosted *hosted)
@@ -218,59 +207,163 @@ static int64_t cpu_now_ns(void)
     return (int64_t)t.tv_sec * LL_SECOND + t.tv_nsec;
 }
 
+bool ll_hosted_is_heavy(const ll_hosted *hosted)
+{
+    return hosted->tick_ns == 0 || hosted->tick_ns > heavy_ms * 1e6; /* not known yet: it may be */
+}
+
+static void learn_cost(ll_hosted *hosted, int64_t ns, int64_t ticks)
+{
+    double each = (double)ns / (double)ticks, weight = hosted->tick_ns == 0 ? 1 : ticks > 16 ? 0.5 : 0.1;
+    hosted->tick_ns += (each - hosted->tick_ns) * weight;
+    if (hosted->tick_ns < 10)
+        hosted->tick_ns = 10;
+}
+
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms)
 {
     if (wall < hosted->wall)
         wall = hosted->wall;
     hosted->wall = wall;
-    double chunk = max_ms * 1e6 / hosted->tick_ns;
+    double chunk = hosted->tick_ns > 0 ? max_ms * 1e6 / hosted->tick_ns : 1;
     int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk;
     ll_session_info before = ll_session_get_info(hosted->session);
     int64_t from = cpu_now_ns();
     ll_session_meter(hosted->session, ll_viewers_any(hosted) ? cpu_now_ns : NULL); /* a page shows it */
     int64_t due = ll_session_advance(hosted->session, wall, most);
-    int64_t ticks = ll_session_get_info(hosted->session).tick - before.tick;
+    int64_t ticks = ll_session_get_info(hosted->session).at_tick - before.at_tick;
     if (ticks > 0) {
         int64_t ns = cpu_now_ns() - from;
-        ll_session_account(hosted->session, ns, ticks);
-        hosted->tick_ns += ((double)ns / (double)ticks - hosted->tick_ns) * (ticks > 16 ? 0.5 : 0.1);
-        if (hosted->tick_ns < 10)
-            hosted->tick_ns = 10;
+        learn_cost(hosted, ns, ticks);
+        if (!before.parked)
+            ll_session_account(hosted->session, ns, ticks);
         atomic_fetch_add(&hosted->host->ticks, (uint64_t)ticks);
     }
     hosted->behind = due > 0;
     return due;
 }
 
-ll_status ll_hosted_enter(ll_hosted *hosted, ll_session **session, bool *was_parked)
+/* ---- entering ---- */
+
+static bool try_lock(ll_hosted *hosted, double ms)
+{
+    struct timespec until;
+    if (pthread_mutex_trylock(&hosted->lock) == 0)
+        return true;
+    clock_gettime(CLOCK_REALTIME, &until);
+    int64_t ns = until.tv_nsec + (int64_t)(ms * 1e6);
+    until.tv_sec += ns / LL_SECOND;
+    until.tv_nsec = ns % LL_SECOND;
+    return pthread_mutex_timedlock(&hosted->lock, &until) == 0;
+}
+
+ll_status ll_hosted_lock(ll_hosted *hosted, ll_task *task)
+{
+    while (!try_lock(hosted, patience_ms)) {
+        if (!task || !ll_task_go_on(task))
+            return ll_error(LL_INTERRUPTED, "the session was busy");
+    }
+    if (!hosted->deleted)
+        return ll_ok();
+    pthread_mutex_unlock(&hosted->lock);
+    return ll_error(LL_NOT_FOUND, "There is no such session.");
+}
+
+/* Into memory, and on its way to be awake; locked. */
+static ll_status stir(ll_hosted *hosted)
+{
+    bool loaded = !hosted->session;
+    ll_status status = ll_hosted_load(hosted);
+    if (!ll_failed(&status))
+        status = ll_hosted_fits(hosted);
+    if (!ll_failed(&status))
+        status = ll_session_begin_to_wake(hosted->session);
+    if (ll_failed(&status) && hosted->session) {
+        if (loaded)
+            ll_session_park(hosted->session);
+        ll_hosted_note(hosted);
+    }
+    return status;
+}
+
+/* Lets others at the session, and the task's turn pass. Locked again unless it fails. */
+static ll_status pause_between(ll_hosted *hosted, ll_task *task)
+{
+    pthread_mutex_unlock(&hosted->lock);
+    atomic_store(&hosted->touched, ll_host_now());
+    if (!ll_task_go_on(task))
+        return ll_error(LL_INTERRUPTED, "the session was not awake yet");
+    return ll_hosted_lock(hosted, task);
+}
+
+static ll_status wake(ll_hosted *hosted, ll_task *task)
+{
+    ll_status status = ll_ok();
+    while (!hosted->session || ll_session_get_info(hosted->session).parked) {
+        status = stir(hosted);
+        if (ll_failed(&status)) {
+            pthread_mutex_unlock(&hosted->lock);
+            return status;
+        }
+        ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        if (!ll_session_get_info(hosted->session).parked)
+            break;
+        status = pause_between(hosted, task);
+        if (ll_failed(&status))
+            return status;
+    }
+    return status;
+}
+
+/* How long it would take to bring it to the present; 0 when it is there, or is not meant to be. */
+static double behind_ms(ll_hosted *hosted)
+{
+    bool seeking = ll_session_get_info(hosted->session).seeking;
+    int64_t due = seeking ? 0 : ll_session_due(hosted->session, ll_host_now());
+    double tick_ns = hosted->tick_ns > 0 ? hosted->tick_ns : 1000;
+    return (double)due * tick_ns * 1e-6;
+}
+
+/* What can be brought to the present soon is. */
+static ll_status catch_up(ll_hosted *hosted, ll_task *task)
+{
+    ll_status status = ll_ok();
+    ll_time until = ll_host_now() + (ll_time)(2 * catch_up_ms * 1e6);
+    double behind = behind_ms(hosted);
+    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until) {
+        if (!task && (behind > piece_ms || hosted->tick_ns == 0)) {
+            pthread_mutex_unlock(&hosted->lock);
+            return ll_error(LL_INTERRUPTED, "the session was not up to date");
+        }
+        ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        behind = behind_ms(hosted);
+        if (!task || behind == 0)
+            break;
+        status = pause_between(hosted, task);
+        if (ll_failed(&status))
+            return status;
+    }
+    return status;
+}
+
+ll_status ll_hosted_enter(ll_hosted *hosted, ll_task *task, ll_session **session, bool *was_parked)
 {
     atomic_store(&hosted->touched, ll_host_now());
-    pthread_mutex_lock(&hosted->lock);
-    bool parked = hosted->session && ll_session_get_info(hosted->session).parked, loaded = !hosted->session;
-    ll_status status =
-        hosted->deleted ? ll_error(LL_NOT_FOUND, "There is no such session.") : ll_hosted_load(hosted);
-    if (!ll_failed(&status) && (parked || loaded))
-        status = ll_hosted_fits(hosted);
-    if (ll_failed(&status)) {
-        if (hosted->session && loaded)
-            ll_session_park(hosted->session);
-        if (hosted->session)
-            ll_hosted_note(hosted);
-        pthread_mutex_unlock(&hosted->lock);
+    ll_status status = ll_hosted_lock(hosted, task);
+    if (ll_failed(&status))
         return status;
-    }
+    bool parked = hosted->session && ll_session_get_info(hosted->session).parked;
     if (was_parked)
         *was_parked = parked;
-    while (ll_hosted_advance(hosted, ll_host_now(), 2) > 0) {
-        pthread_mutex_unlock(&hosted->lock); /* a worker or another request may want it between two chunks */
-        pthread_mutex_lock(&hosted->lock);
-        if (hosted->deleted) {
-            pthread_mutex_unlock(&hosted->lock);
-            return ll_error(LL_NOT_FOUND, "There is no such session.");
-        }
+    if (!task && (!hosted->session || parked)) {
+        pthread_mutex_unlock(&hosted->lock);
+        return ll_error(LL_INTERRUPTED, "the session was asleep");
     }
+    status = wake(hosted, task);
+    if (!ll_failed(&status))
+        status = catch_up(hosted, task);
     *session = hosted->session;
-    return ll_ok();
+    return status;
 }
 
 void ll_hosted_leave(ll_hosted *hosted)
@@ -280,89 +373,19 @@ void ll_hosted_leave(ll_hosted *hosted)
     ll_hosted_nudge(hosted);
 }
 
-/* ---- changes ---- */
+/* ---- memory of requests ---- */
 
-ll_status ll_host_storable(ll_host *host)
+ll_status ll_host_reserve(ll_host *host, int64_t bytes)
 {
-    ll_status why;
-    if (!ll_store_failing(host->store, &why))
+    if (atomic_fetch_add(&host->memory, bytes) + bytes <= host->memory_max)
         return ll_ok();
-    atomic_fetch_add(&host->refused_store, 1);
-    return ll_error(LL_IO, "Changes cannot be stored now, hence none is made: %.180s", why.text);
+    atomic_fetch_sub(&host->memory, bytes);
+    atomic_fetch_add(&host->refused_memory, 1);
+    return ll_error(LL_NO_MEMORY, "This needs %.1f MiB beside the session; there is no room for it now.",
+                    (double)bytes / mebi);
 }
 
-static ll_status apply(ll_hosted *hosted, ll_host_change *change, void *context, uint64_t *ticket)
+void ll_host_give_back(ll_host *host, int64_t bytes)
 {
-    ll_session *session;
-    ll_status status = ll_hosted_enter(hosted, &session, NULL);
-    if (ll_failed(&status))
-        return status;
-    ll_time now = ll_host_now();
-    double rate = hosted->host->config.max_commands_per_s;
-    if (!ll_bucket_take(&hosted->commands, rate, rate * 2, now)) {
-        atomic_fetch_add(&hosted->host->refused_commands, 1);
-        status = ll_error(LL_LIMIT, "This session takes at most %g commands a second.", rate);
-    } else {
-        if (now > hosted->wall)
-            hosted->wall = now;
-        int64_t lines = hosted->lines;
-        status = change(context, session, hosted->wall);
-        if (!ll_failed(&status) || lines != hosted->lines)
-            ll_hosted_save(hosted);
-        *ticket = hosted->ticket;
-    }
-    ll_hosted_leave(hosted);
-    return status;
-}
-
-ll_status ll_host_command(ll_host *host, ll_hosted *hosted, ll_host_change *change, void *context)
-{
-    ll_status status = ll_host_storable(host);
-    if (ll_failed(&status))
-        return status;
-    uint64_t ticket = 0;
-    status = apply(hosted, change, context, &ticket);
-    if (ll_failed(&status))
-        return status;
-    atomic_fetch_add(&host->commands, 1);
-    status = ll_store_wait(host->store, ticket);
-    if (ll_failed(&status)) {
-        atomic_fetch_add(&host->refused_store, 1);
-        return ll_error(LL_IO, "The command could not be stored and may be lost at a restart: %.170s",
-                        status.text);
-    }
-    return ll_ok();
-}
-
-/* Out of everything, whether the store works or not: its row goes when it works again. */
-bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket)
-{
-    pthread_mutex_lock(&hosted->lock);
-    bool first = !hosted->deleted;
-    hosted->deleted = true;
-    if (first) {
-        if (hosted->session)
-            ll_session_destroy(hosted->session);
-        hosted->session = NULL;
-        count_memory(hosted, 0);
-        atomic_store(&hosted->status, -1);
-        *ticket = ll_store_delete(host->store, hosted->stored.number);
-        ll_ws_stream_close(hosted->stream, LL_WS_NO_SESSION, "the session was deleted");
-    }
-    pthread_mutex_unlock(&hosted->lock);
-    if (first)
-        ll_host_unregister(host, hosted);
-    return first;
-}
-
-ll_status ll_host_delete(ll_host *host, ll_hosted *hosted)
-{
-    ll_status status = ll_host_storable(host);
-    if (ll_failed(&status))
-        return status;
-    uint64_t ticket = 0;
-    if (!ll_host_discard(host, hosted, &ticket))
-        return ll_error(LL_NOT_FOUND, "There is no such session.");
-    atomic_fetch_add(&host->deleted, 1);
-    return ll_store_wait(host->store, ticket);
+    atomic_fetch_sub(&host->memory, bytes);
 }

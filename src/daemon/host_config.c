@@ -17,6 +17,10 @@ static const ll_param rows[] = {
      .help = "Folder of openapi.yaml and asyncapi.yaml; empty: `api` beside the program."},
     {ROW(threads, LL_PARAM_INT), .min = 0, .max = 256, .standard = 0,
      .help = "Threads that step sessions; 0 is one per core."},
+    {ROW(work_threads, LL_PARAM_INT), .min = 0, .max = 256, .standard = 0,
+     .help =
+         "Requests that take long (seeks, traces, results, advice) that are worked on at once; 0 is one per "
+         "core. The others wait for their turns, which go round."},
     {ROW(max_sessions, LL_PARAM_INT), .min = 1, .max = 1000000, .standard = 2000,
      .help = "Sessions in total."},
     {ROW(max_memory_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 0, .unit = "MiB",
@@ -36,6 +40,10 @@ static const ll_param rows[] = {
      .help = "An experiment that was made so long ago and is neither running nor paused is deleted, at the "
              "next start or "
              "when the next is made."},
+    {ROW(job_cpu_s, LL_PARAM_REAL), .min = 0.01, .max = 1e6, .standard = 600, .unit = "s",
+     .help = "Processor time that one search for advice may use."},
+    {ROW(job_idle_s, LL_PARAM_REAL), .min = 0.1, .max = 86400, .standard = 10, .unit = "s",
+     .help = "A search for advice that nobody has asked for in that time is cancelled."},
     {ROW(max_body_bytes, LL_PARAM_INT), .min = 1024, .max = 67108864, .standard = 1048576, .unit = "B",
      .help = "Largest body of a request."},
     {ROW(park_after_s, LL_PARAM_REAL), .min = 0, .max = 86400, .standard = 5, .unit = "s",

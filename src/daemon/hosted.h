@@ -1,7 +1,8 @@
-/* Inside of hosting: what host.c, make.c, worker.c and viewers.c share. Nobody else includes it.
+/* Inside of hosting: what host.c, command.c, make.c, worker.c, carrier.c and viewers.c share. Nobody else
+ * includes it.
  *
  * Locks, in the order in which they may be taken: hosted.lock, then one of hosted.inbox_lock, worker.lock,
- * host.lock, host.replies_lock. The store's and the streams' own locks come last. */
+ * host.lock, host.replies_lock. The store's, the streams' and the tasks' own locks come last. */
 #pragma once
 
 #include <pthread.h>
@@ -9,6 +10,7 @@
 
 #include "daemon/host.h"
 #include "daemon/rates.h"
+#include "daemon/tasks.h"
 
 enum { LL_SLOTS = 4 }; /* of a frame's 16.7 ms: sessions wake in groups, so that threads wake seldom */
 
@@ -51,8 +53,7 @@ struct ll_hosted {
     atomic_bool pending;                  /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
-    bool waking;                          /* waker.lock: in the queue of the wakers */
-    ll_hosted *next_to_wake;              /* waker.lock */
+    atomic_bool carried;                  /* a task of the daemon's own runs it */
 
     pthread_mutex_t lock; /* all below, and the calls that publish */
     ll_session *session;  /* NULL while unloaded */
@@ -63,7 +64,8 @@ struct ll_hosted {
     int64_t memory;  /* its share of the host's */
     uint64_t ticket; /* of the last queued line or row */
     ll_time wall, saved_wall, published_wall;
-    double tick_ns; /* running mean cost */
+    double tick_ns;  /* running mean cost; 0: not known */
+    uint32_t orders; /* counts commands */
     bool behind;
     uint32_t seq, published_params, published_generation;
     int64_t published_tick;
@@ -89,16 +91,6 @@ typedef struct ll_worker {
     ll_buffer buffer[LL_WS_VARIANTS];
 } ll_worker;
 
-/* Threads that load, wake and catch up what a worker finds asleep: that may take long. */
-typedef struct ll_waker {
-    pthread_mutex_t lock;
-    pthread_cond_t more;
-    ll_hosted *first, **end; /* each with a reference */
-    pthread_t *threads;
-    int count;
-    bool stopping;
-} ll_waker;
-
 enum { LL_HOST_BUCKETS = 4096 };
 
 struct ll_host {
@@ -108,7 +100,7 @@ struct ll_host {
     ll_time started;
     ll_worker *workers;
     int worker_count;
-    ll_waker waker;
+    ll_tasks *tasks;
     ll_rates *creations, *lookups;
 
     pthread_t caretaker;
@@ -136,17 +128,24 @@ struct ll_host {
 ll_hosted *ll_hosted_new(ll_host *host); /* one reference; not registered */
 void ll_hosted_retain(ll_hosted *hosted);
 bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
-bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket); /* false when it was done before */
 void ll_host_unregister(ll_host *host, ll_hosted *hosted);
 void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
 void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
-ll_status ll_host_storable(ll_host *host);                              /* LL_IO while the store fails */
 ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */
+void ll_hosted_count_memory(ll_hosted *hosted, int64_t bytes);
 void ll_hosted_note(ll_hosted *hosted); /* status and memory for the statistics; locked */
 /* LL_NO_MEMORY when the other sessions leave too little for this one awake; else it is counted. Locked. */
 ll_status ll_hosted_fits(ll_hosted *hosted);
+bool ll_hosted_is_heavy(const ll_hosted *hosted); /* a tick is, or may be, too long for a worker; locked */
+/* Locks within a few milliseconds, or with a task's patience. LL_INTERRUPTED: not. */
+ll_status ll_hosted_lock(ll_hosted *hosted, ll_task *task);
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
+
+/* ---- command.c ---- */
+
+bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket); /* false when it was done before */
+ll_status ll_host_storable(ll_host *host);                                /* LL_IO while the store fails */
 
 /* ---- worker.c ---- */
 
@@ -155,13 +154,11 @@ ll_status ll_worker_start(ll_worker *worker);
 void ll_worker_stop(ll_worker *worker);
 void ll_hosted_nudge(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
 
-/* ---- waker.c ---- */
+/* ---- carrier.c ---- */
 
-void ll_waker_init(ll_waker *waker);
-ll_status ll_waker_start(ll_host *host);
-void ll_waker_stop(ll_waker *waker);
-void ll_waker_take(ll_waker *waker,
-                   ll_hosted *hosted); /* any thread; the session is nudged when it is awake */
+/* Any thread. A task wakes the session, brings it to the present, and stays with it while it is heavy and
+ * watched; its worker is nudged whenever there is something new. */
+void ll_hosted_carry(ll_hosted *hosted);
 
 /* ---- viewers.c ---- */
 

@@ -1,9 +1,10 @@
-/* libmicrohttpd's callbacks: connections and their watchdog, bodies, the threads of slow handlers. */
+/* libmicrohttpd's callbacks: connections and their watchdog, bodies. */
 #include "daemon/http.h"
 
 #include <arpa/inet.h>
 #include <errno.h>
 #include <netinet/in.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -15,8 +16,6 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/http_internal.h"
-
-#define WAITING_JOBS 256
 
 int64_t ll_http_now(void)
 {
@@ -109,6 +108,13 @@ static void on_connection(void *closure, struct MHD_Connection *connection, void
     }
 }
 
+/* Also one that only says that it sends no more: nobody can tell the two apart. */
+static bool has_hung_up(int fd)
+{
+    struct pollfd p = {.fd = fd, .events = POLLRDHUP};
+    return poll(&p, 1, 0) > 0 && (p.revents & (POLLRDHUP | POLLHUP | POLLERR)) != 0;
+}
+
 static bool has_left(int fd)
 {
     char byte;
@@ -123,6 +129,9 @@ void ll_http_watch(ll_http *http, int64_t now_ns)
     pthread_mutex_lock(&http->watch_lock);
     bool look = http->watch_turn++ % 8 == 0;
     for (http_connection *watched = http->first; watched != NULL; watched = watched->next) {
+        if (watched->task != NULL && has_hung_up(watched->fd)) {
+            ll_task_stop(watched->task, LL_TASK_LEFT);
+        }
         int64_t deadline = atomic_load_explicit(&watched->deadline_ns, memory_order_relaxed);
         bool late = deadline != 0 && now_ns > deadline;
         if (late ||
@@ -301,61 +310,6 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
                                                                             : MHD_YES;
 }
 
-/* ---- slow handlers ---- */
-
-bool ll_http_submit(ll_http *http, http_exchange *exchange)
-{
-    pthread_mutex_lock(&http->job_lock);
-    bool taken = http->jobs < WAITING_JOBS && !http->jobs_end;
-    if (taken) {
-        exchange->next_job = NULL;
-        if (http->last_job != NULL) {
-            http->last_job->next_job = exchange;
-        } else {
-            http->first_job = exchange;
-        }
-        http->last_job = exchange;
-        http->jobs++;
-        pthread_cond_signal(&http->job_there);
-    }
-    pthread_mutex_unlock(&http->job_lock);
-    return taken;
-}
-
-static void *slow_main(void *argument)
-{
-    ll_http *http = argument;
-    for (;;) {
-        pthread_mutex_lock(&http->job_lock);
-        while (http->first_job == NULL && !http->jobs_end) {
-            pthread_cond_wait(&http->job_there, &http->job_lock);
-        }
-        http_exchange *exchange = http->first_job;
-        if (exchange == NULL) {
-            pthread_mutex_unlock(&http->job_lock);
-            return NULL;
-        }
-        http->first_job = exchange->next_job;
-        http->last_job = http->first_job != NULL ? http->last_job : NULL;
-        http->jobs--;
-        pthread_mutex_unlock(&http->job_lock);
-        ll_http_run_handler(exchange);
-        MHD_resume_connection(exchange->connection);
-    }
-}
-
-static void stop_slow(ll_http *http)
-{
-    pthread_mutex_lock(&http->job_lock);
-    http->jobs_end = true;
-    pthread_cond_broadcast(&http->job_there);
-    pthread_mutex_unlock(&http->job_lock);
-    for (int i = 0; i < http->slow_threads; i++) {
-        pthread_join(http->slow[i], NULL);
-    }
-    http->slow_threads = 0;
-}
-
 /* ---- start and stop ---- */
 
 static void discard_log(void *closure, const char *format, va_list arguments)
@@ -403,14 +357,13 @@ ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, co
     pthread_mutex_init(&http->watch_lock, NULL);
     pthread_mutex_init(&http->job_lock, NULL);
     pthread_cond_init(&http->job_there, NULL);
+    pthread_cond_init(&http->work_done, NULL);
     if (getrandom(&http->request_seed, sizeof http->request_seed, GRND_NONBLOCK) < 0) {
         http->request_seed = (uint64_t)ll_http_now(); /* ids only have to differ */
     }
-    while (http->slow_threads < (int)config->slow_threads &&
-           pthread_create(&http->slow[http->slow_threads], NULL, slow_main, http) == 0) {
-        http->slow_threads++;
+    while (http->control_threads < (int)config->control_threads && ll_http_start_control(http)) {
     }
-    http->daemon = http->slow_threads > 0 ? start_daemon(http) : NULL;
+    http->daemon = http->control_threads > 0 ? start_daemon(http) : NULL;
     if (http->daemon == NULL) {
         ll_status error = ll_error(LL_IO, "cannot start the HTTP threads: %s", strerror(errno));
         ll_http_stop(http);
@@ -425,15 +378,10 @@ bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsign
     return MHD_add_connection(http->daemon, fd, address, address_size) == MHD_YES;
 }
 
-void ll_http_counts(ll_http *http, uint64_t *requests, uint64_t *cut)
-{
-    *requests = atomic_load(&http->requests);
-    *cut = atomic_load(&http->cut);
-}
-
 void ll_http_stop(ll_http *http)
 {
-    stop_slow(http); /* resumes whatever is suspended, as the library demands */
+    ll_http_stop_control(http);
+    ll_http_end_work(http); /* both resume whatever is suspended, as the library demands */
     if (http->daemon != NULL) {
         MHD_stop_daemon(http->daemon);
     }
@@ -441,5 +389,6 @@ void ll_http_stop(ll_http *http)
     pthread_mutex_destroy(&http->watch_lock);
     pthread_mutex_destroy(&http->job_lock);
     pthread_cond_destroy(&http->job_there);
+    pthread_cond_destroy(&http->work_done);
     free(http);
 }

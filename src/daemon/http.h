@@ -1,9 +1,10 @@
 /* HTTP: a table of routes over libmicrohttpd, and the files of the page.
  *
- * Handlers run on a thread of the HTTP pool and should answer within a millisecond or so; those of rows
- * marked `slow` run on threads of their own pool and may compute for as long as they like (the client sees
- * the answer late, nobody else does). A handler fills the response; it cannot fail in any other way than by a
- * problem document (problem.h).
+ * A handler runs on the lane of its row (ll_http_lane). What is short but may wait, for the store or a
+ * session, has threads of its own, so that nothing that computes is ever before it; what may take long is a
+ * task (tasks.h). A handler of the lane of control that finds that it would take long asks to be called again
+ * as a task (ll_http_to_work), and so is one whose body is large. A handler fills the response; it cannot
+ * fail in any other way than by a problem document (problem.h).
  *
  * Done here, before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
  * and Sec-Fetch-Site of requests that change something (403), Content-Type (415), body limit (413),
@@ -26,8 +27,9 @@ typedef struct ll_http_request {
                                                   wildcard last */
     const char *body;                          /* NUL-terminated beyond `body_size`; never NULL */
     size_t body_size;
-    char peer[48]; /* address of the other end, without port */
-    char id[65];   /* X-Request-Id as given, or one that was made */
+    char peer[48];        /* address of the other end, without port */
+    char id[65];          /* X-Request-Id as given, or one that was made */
+    struct ll_task *task; /* on the lane of work; else NULL */
     const void *impl;
 } ll_http_request;
 
@@ -61,6 +63,7 @@ typedef struct ll_http_response {
     ll_http_header_line header[LL_HTTP_HEADERS];
     int headers;
     bool failed; /* memory ran out while it was written: becomes a 503 */
+    bool to_work;
 } ll_http_response;
 
 void ll_http_set_header(ll_http_response *response, const char *name, const char *value);
@@ -69,6 +72,9 @@ void ll_http_printf(ll_http_response *response, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 void ll_http_clear(
     ll_http_response *response); /* frees the body and the reader; status 200 again, headers gone */
+
+/* True: the handler returns, having changed nothing, and is called again as a task. */
+bool ll_http_to_work(const ll_http_request *request, ll_http_response *response);
 
 struct cJSON;
 void ll_http_json(ll_http_response *response, int status,
@@ -79,6 +85,12 @@ void ll_http_take(ll_http_response *response, int status, const char *type, char
 
 typedef void ll_http_handler(void *context, const ll_http_request *request, ll_http_response *response);
 
+typedef enum ll_http_lane {
+    LL_HTTP_AT_ONCE, /* on the thread that reads requests: within a millisecond, without waiting */
+    LL_HTTP_CONTROL, /* short, but may wait until its change is stored */
+    LL_HTTP_WORK,    /* a task */
+} ll_http_lane;
+
 typedef struct ll_http_route {
     const char *method;  /* GET answers HEAD too */
     const char *pattern; /* `/api/v1/sessions/{id}/state`; {name} is one segment, a last {name*} all the rest
@@ -87,13 +99,14 @@ typedef struct ll_http_route {
     size_t body_limit; /* bytes; 0: no body is read (one that is sent is a 413) */
     const char *types; /* accepted Content-Types, comma separated; NULL: any. A body without Content-Type is a
                           415 if set */
-    bool slow;         /* run on the pool for slow handlers */
+    ll_http_lane lane;
 } ll_http_route;
 
 typedef struct ll_http_app {
     const ll_http_route *routes; /* the first match wins */
     int route_count;
-    void *context; /* of the handlers */
+    void *context;          /* of the handlers */
+    struct ll_tasks *tasks; /* for the lane of work */
     /* After each answer, for logs and metrics; on an HTTP thread. `route` is NULL for files and for what no
      * route took. May be NULL. */
     void (*done)(void *context, const ll_http_request *request, const ll_http_route *route, int status,
@@ -120,5 +133,11 @@ bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsign
 /* Cuts connections whose request takes too long. Call it a few times a second, from one thread. */
 void ll_http_watch(ll_http *http, int64_t now_ns);
 
-void ll_http_counts(ll_http *http, uint64_t *requests, uint64_t *cut);
-void ll_http_stop(ll_http *http); /* waits for handlers; frees */
+typedef struct ll_http_counted {
+    uint64_t requests, cut;
+    int control;      /* requests on the lane of control, waiting or in hand */
+    double control_s; /* the longest that one of them has been there */
+} ll_http_counted;
+
+ll_http_counted ll_http_counts(ll_http *http);
+void ll_http_stop(ll_http *http); /* drains the tasks, waits for handlers; frees */

@@ -1,5 +1,5 @@
-/* What http.c (the library's callbacks), http_routes.c (which handler), ll_http_send.c (answers) and
- * http_files.c (the page) share. */
+/* What http.c (the library's callbacks), http_routes.c (which handler), http_lanes.c (on which thread),
+ * ll_http_send.c (answers) and http_files.c (the page) share. */
 #pragma once
 
 #include <microhttpd.h>
@@ -11,9 +11,11 @@
 #include "daemon/gate.h"
 #include "daemon/http.h"
 #include "daemon/problem.h"
+#include "daemon/tasks.h"
 #include "daemon/upgrade.h"
 
-#define HTTP_SWALLOW (8u << 20) /* of a refused body, so that its sender sees the answer */
+#define HTTP_LARGE_BODY (64u << 10) /* to read and check it is work */
+#define HTTP_SWALLOW (8u << 20)     /* of a refused body, so that its sender sees the answer */
 
 /* A connection, for the watchdog. */
 typedef struct http_connection {
@@ -24,11 +26,12 @@ typedef struct http_connection {
     char peer[48];
     _Atomic int64_t deadline_ns; /* 0: none */
     atomic_bool idle;            /* between two requests */
+    ll_task *task;               /* watch_lock: what works for it */
 } http_connection;
 
 typedef enum http_phase {
     HTTP_BODY,    /* the body is being read */
-    HTTP_WAITING, /* suspended, a slow handler works */
+    HTTP_WAITING, /* suspended, a handler of another lane works */
     HTTP_READY,   /* the response is complete */
     HTTP_QUEUED,
 } http_phase;
@@ -55,6 +58,7 @@ typedef struct http_exchange {
     int file;                     /* descriptor of a file to send, or -1 */
     uint64_t file_size;
     struct http_exchange *next_job;
+    int64_t queued_ns; /* on the lane of control */
 } http_exchange;
 
 struct ll_http {
@@ -74,11 +78,13 @@ struct ll_http {
 
     pthread_mutex_t job_lock;
     pthread_cond_t job_there;
+    pthread_cond_t work_done;
     http_exchange *first_job, *last_job;
-    int jobs;
+    int jobs, working; /* working: tasks of requests */
     bool jobs_end;
-    int slow_threads;
-    pthread_t slow[64];
+    int control_threads;
+    pthread_t control[64];
+    int64_t busy_since[64]; /* of each; 0: it waits */
 };
 
 int64_t ll_http_now(void);
@@ -87,12 +93,19 @@ void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 /* Routing: what can be said before the body is there. Sets `route` or a response with `refused`. */
 void ll_http_begin(http_exchange *exchange, const char *version);
 /* The whole request is there. True: the response is ready to be sent. False: the connection was suspended,
- * and is resumed when a slow handler has made the response; the exchange must then not be touched by the
- * caller. */
+ * and is resumed when a handler of another lane has made the response; the exchange must then not be touched
+ * by the caller. */
 bool ll_http_handle(http_exchange *exchange);
 void ll_http_run_handler(http_exchange *exchange);
 
-bool ll_http_submit(ll_http *http, http_exchange *exchange); /* to the slow pool; false when it is full */
+bool ll_http_submit(ll_http *http,
+                    http_exchange *exchange); /* to the lane of control; false when it is full */
+/* To the lane of work. On an error nobody else has the exchange. */
+ll_status ll_http_work(ll_http *http, http_exchange *exchange);
+
+bool ll_http_start_control(ll_http *http); /* one thread more */
+void ll_http_stop_control(ll_http *http);
+void ll_http_end_work(ll_http *http); /* drains the tasks, and waits for those of requests */
 
 enum MHD_Result ll_http_send(http_exchange *exchange);
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,

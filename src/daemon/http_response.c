@@ -110,6 +110,12 @@ void ll_http_text(ll_http_response *response, int status, const char *type, cons
     ll_http_append(response, text, strlen(text));
 }
 
+bool ll_http_to_work(const ll_http_request *request, ll_http_response *response)
+{
+    response->to_work = request->task == NULL;
+    return response->to_work;
+}
+
 /* ---- Accept ---- */
 
 /* How well a media range fits a type: 0 not at all, 1 by a star, 2 by the main type, 3 exactly. */

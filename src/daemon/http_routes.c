@@ -306,16 +306,25 @@ bool ll_http_handle(http_exchange *exchange)
         return true;
     }
     exchange->request.body = exchange->body != NULL ? exchange->body : "";
-    if (!exchange->route->slow) {
+    ll_http_lane lane = exchange->route->lane;
+    if (lane == LL_HTTP_AT_ONCE) {
         ll_http_run_handler(exchange);
         return true;
     }
+    if (exchange->request.body_size > HTTP_LARGE_BODY) {
+        lane = LL_HTTP_WORK;
+    }
     exchange->phase = HTTP_WAITING;
-    /* Suspended first: the slow thread may be done before this returns. */
+    /* Suspended first: the other thread may be done before this returns. */
     MHD_suspend_connection(exchange->connection);
-    if (!ll_http_submit(exchange->http, exchange)) {
-        ll_status error = ll_error(LL_LIMIT, "too many requests that take long are waiting already");
-        ll_problem_later(&exchange->response, &exchange->request, 503, 2, &error);
+    ll_status status = ll_ok();
+    if (lane == LL_HTTP_WORK) {
+        status = ll_http_work(exchange->http, exchange);
+    } else if (!ll_http_submit(exchange->http, exchange)) {
+        status = ll_error(LL_UNAVAILABLE, "too many requests are waiting already");
+    }
+    if (ll_failed(&status)) {
+        ll_problem(&exchange->response, &exchange->request, &status);
         exchange->phase = HTTP_READY;
         MHD_resume_connection(exchange->connection);
     }

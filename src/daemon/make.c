@@ -5,7 +5,10 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/hosted.h"
+#include "session/scenario.h"
 #include "session/workload.h"
+
+enum { LIGHT_BYTES = 2 << 20 }; /* of a state that is made within a millisecond or so */
 
 static int count_players(ll_session *session)
 {
@@ -29,10 +32,10 @@ static bool make_keys(ll_hosted *hosted, ll_host_made *made)
     return true;
 }
 
-static ll_status fork_of(ll_hosted *origin, ll_hosted *hosted)
+static ll_status fork_of(ll_hosted *origin, ll_task *task, ll_hosted *hosted)
 {
     ll_session *session;
-    ll_status status = ll_hosted_enter(origin, &session, NULL);
+    ll_status status = ll_hosted_enter(origin, task, &session, NULL);
     if (ll_failed(&status))
         return status;
     status = ll_session_fork(session, ll_hosted_on_line, hosted, &hosted->session);
@@ -51,11 +54,11 @@ static ll_status control(ll_hosted *hosted, const char *op, const char *name, do
     return status;
 }
 
-static ll_status make_session(ll_hosted *hosted, const ll_host_order *order, ll_host_made *made)
+static ll_status make_session(ll_hosted *hosted, const ll_host_order *order, ll_scenario *scenario,
+                              ll_host_made *made)
 {
-    ll_status status = order->origin ? fork_of(order->origin, hosted)
-                                     : ll_session_create(order->scenario, order->seed, ll_hosted_on_line,
-                                                         hosted, &hosted->session);
+    ll_status status = order->origin ? fork_of(order->origin, order->task, hosted)
+                                     : ll_session_open(scenario, ll_hosted_on_line, hosted, &hosted->session);
     if (ll_failed(&status))
         return status;
     if (order->workload)
@@ -91,6 +94,22 @@ static ll_status allowed(ll_host *host, const ll_host_order *order)
     return ll_ok();
 }
 
+/* Reads the scenario of a new session. To make a large one is work. */
+static ll_status read_scenario(const ll_host_order *order, ll_scenario *scenario)
+{
+    if (order->origin)
+        return ll_ok();
+    ll_status status = ll_scenario_parse(order->scenario, scenario);
+    if (ll_failed(&status))
+        return status;
+    if (order->seed >= 0)
+        ((ll_scenario_head *)scenario->config)->seed = order->seed;
+    if (order->task || scenario->kind->size(scenario->config) <= LIGHT_BYTES)
+        return ll_ok();
+    ll_scenario_free(scenario);
+    return ll_error(LL_INTERRUPTED, "the session is large");
+}
+
 static ll_status enrol(ll_host *host, ll_hosted *hosted, ll_host_made *made)
 {
     if (!ll_host_register(host, hosted)) {
@@ -112,17 +131,23 @@ static ll_status enrol(ll_host *host, ll_hosted *hosted, ll_host_made *made)
 ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *made)
 {
     memset(made, 0, sizeof *made);
-    ll_status status = allowed(host, order);
-    if (ll_failed(&status))
+    ll_scenario scenario = {0};
+    ll_status status = read_scenario(order, &scenario);
+    if (!ll_failed(&status))
+        status = allowed(host, order);
+    ll_hosted *hosted = ll_failed(&status) ? NULL : ll_hosted_new(host);
+    if (ll_failed(&status)) {
+        ll_scenario_free(&scenario);
         return status;
-    ll_hosted *hosted = ll_hosted_new(host);
+    }
     if (!hosted || !ll_new_id(hosted->id)) {
+        ll_scenario_free(&scenario);
         ll_hosted_release(hosted);
         return ll_error(LL_NO_MEMORY, "There is no memory for another session.");
     }
     hosted->stored.number = ll_store_new_number(host->store);
     pthread_mutex_lock(&hosted->lock);
-    status = make_session(hosted, order, made);
+    status = make_session(hosted, order, &scenario, made);
     if (!ll_failed(&status))
         status = ll_hosted_fits(hosted);
     if (!ll_failed(&status))
@@ -132,8 +157,12 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
     if (!ll_failed(&status))
         ll_hosted_save(hosted);
     hosted->deleted = ll_failed(&status);
-    if (hosted->session)
+    if (hosted->session) {
+        ll_session_info info = ll_session_get_info(hosted->session);
+        made->status = info.status;
+        made->tick = info.tick;
         ll_hosted_note(hosted);
+    }
     uint64_t ticket = hosted->ticket;
     pthread_mutex_unlock(&hosted->lock);
     if (ll_failed(&status)) {

@@ -25,6 +25,7 @@ int ll_problem_http_status(ll_code code)
     case LL_NO_MEMORY:
         return 503;
     case LL_UNAVAILABLE:
+    case LL_INTERRUPTED:
         return 503;
     case LL_DIVERGED:
         return 409; /* the session is in a state that does not allow it any more */

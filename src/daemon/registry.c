@@ -128,7 +128,7 @@ static void expire(ll_host *host)
         pthread_mutex_unlock(&host->lock);
         if (!old)
             return;
-        ll_status status = ll_host_delete(host, old);
+        ll_status status = ll_host_delete(host, old, NULL);
         ll_hosted_release(old);
         if (ll_failed(&status))
             return; /* the store fails: another time */
@@ -197,7 +197,7 @@ static int64_t all_memory(void)
     return bytes;
 }
 
-ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host **result)
+ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks *tasks, ll_host **result)
 {
     *result = NULL;
     ll_host *host = calloc(1, sizeof *host);
@@ -205,6 +205,7 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host 
         return ll_error(LL_NO_MEMORY, "There is no memory for hosting.");
     host->config = *config;
     host->store = store;
+    host->tasks = tasks;
     host->started = ll_host_now();
     host->replies_end = &host->replies;
     pthread_mutex_init(&host->lock, NULL);
@@ -220,7 +221,6 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_host 
     host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
     for (int i = 0; host->workers && i < host->worker_count; i++)
         ll_worker_init(host, &host->workers[i], i);
-    ll_waker_init(&host->waker);
     host->creations = ll_rates_new(config->max_new_sessions_per_min / 60, config->max_new_sessions_per_min);
     host->lookups = ll_rates_new(config->max_code_lookups_per_min / 60, config->max_code_lookups_per_min);
     ll_status status = host->workers && host->creations && host->lookups
@@ -251,9 +251,6 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         if (ll_failed(&status))
             return status;
     }
-    ll_status status = ll_waker_start(host);
-    if (ll_failed(&status))
-        return status;
     host->caretaker_started = pthread_create(&host->caretaker, NULL, take_care, host) == 0;
     return host->caretaker_started ? ll_ok()
                                    : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
@@ -268,20 +265,29 @@ void ll_host_stop(ll_host *host)
     if (host->caretaker_started)
         pthread_join(host->caretaker, NULL);
     host->caretaker_started = false;
-    ll_waker_stop(&host->waker);
     for (int i = 0; i < host->worker_count; i++)
         ll_worker_stop(&host->workers[i]);
 }
 
-void ll_host_save(ll_host *host)
+uint64_t ll_host_save(ll_host *host, bool wait)
 {
+    uint64_t last = 0;
+    if (!wait)
+        pthread_mutex_lock(&host->lock); /* others may be at the registry still */
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
-            pthread_mutex_lock(&hosted->lock);
+            if (wait)
+                pthread_mutex_lock(&hosted->lock);
+            else if (pthread_mutex_trylock(&hosted->lock) != 0)
+                continue;
             ll_hosted_save(hosted);
+            last = hosted->ticket > last ? hosted->ticket : last;
             pthread_mutex_unlock(&hosted->lock);
         }
     }
+    if (!wait)
+        pthread_mutex_unlock(&host->lock);
+    return last;
 }
 
 void ll_host_free(ll_host *host)

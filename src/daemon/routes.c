@@ -5,6 +5,7 @@
 
 #include "daemon/api.h"
 #include "daemon/idempotency.h"
+#include "daemon/jobs.h"
 #include "daemon/log.h"
 
 #define JSON_TYPE "application/json"
@@ -13,9 +14,9 @@
 
 enum { BODY = 1 }; /* becomes --max-body-bytes */
 
-/* `slow`: may compute for long, or waits until its change is stored. */
+/* What computes for long, whatever the request, is work; what may turn out to be long asks for it. */
 static const ll_http_route table[] = {
-    {.method = "GET", .pattern = V1 "/scenarios", .handler = ll_get_scenarios, .slow = true},
+    {.method = "GET", .pattern = V1 "/scenarios", .handler = ll_get_scenarios, .lane = LL_HTTP_WORK},
     {.method = "GET", .pattern = V1 "/scenarios/{id*}", .handler = ll_get_scenario},
     {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema},
     {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
@@ -25,98 +26,115 @@ static const ll_http_route table[] = {
      .handler = ll_post_sessions,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
-    {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .slow = true},
-    {.method = "DELETE", .pattern = V1 "/sessions/{id}", .handler = ll_delete_session, .slow = true},
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .lane = LL_HTTP_CONTROL},
+    {.method = "DELETE",
+     .pattern = V1 "/sessions/{id}",
+     .handler = ll_delete_session,
+     .lane = LL_HTTP_CONTROL},
     {.method = "PATCH",
      .pattern = V1 "/sessions/{id}/params",
      .handler = ll_patch_params,
      .body_limit = BODY,
      .types = PATCH_TYPES,
-     .slow = true},
+     .lane = LL_HTTP_CONTROL},
     {.method = "POST",
      .pattern = V1 "/sessions/{id}/control",
      .handler = ll_post_control,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
+     .lane = LL_HTTP_CONTROL},
     {.method = "POST",
      .pattern = V1 "/sessions/{id}/input",
      .handler = ll_post_input,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
+     .lane = LL_HTTP_CONTROL},
     {.method = "POST",
      .pattern = V1 "/sessions/{id}/fork",
      .handler = ll_post_fork,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/state", .handler = ll_get_state, .slow = true},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/metrics", .handler = ll_get_metrics, .slow = true},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/trace", .handler = ll_get_trace, .slow = true},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .slow = true},
+     .lane = LL_HTTP_WORK},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/state", .handler = ll_get_state, .lane = LL_HTTP_CONTROL},
+    {.method = "GET",
+     .pattern = V1 "/sessions/{id}/metrics",
+     .handler = ll_get_metrics,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/trace", .handler = ll_get_trace, .lane = LL_HTTP_WORK},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .lane = LL_HTTP_CONTROL},
     {.method = "POST",
      .pattern = V1 "/experiments",
      .handler = ll_post_experiments,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
+     .lane = LL_HTTP_CONTROL},
     {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_experiment_schema},
     {.method = "GET",
      .pattern = V1 "/experiments/library",
      .handler = ll_get_experiment_library,
-     .slow = true},
-    {.method = "GET", .pattern = V1 "/experiments/{id}", .handler = ll_get_experiment, .slow = true},
-    {.method = "DELETE", .pattern = V1 "/experiments/{id}", .handler = ll_delete_experiment, .slow = true},
+     .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}",
+     .handler = ll_get_experiment,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "DELETE",
+     .pattern = V1 "/experiments/{id}",
+     .handler = ll_delete_experiment,
+     .lane = LL_HTTP_CONTROL},
     {.method = "POST",
      .pattern = V1 "/experiments/{id}/control",
      .handler = ll_post_experiment_control,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
+     .lane = LL_HTTP_CONTROL},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/results",
      .handler = ll_get_experiment_results,
-     .slow = true},
+     .lane = LL_HTTP_WORK},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/runs/{run}",
      .handler = ll_get_experiment_run,
-     .slow = true},
+     .lane = LL_HTTP_WORK},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/runs/{run}/trace",
      .handler = ll_get_experiment_trace,
-     .slow = true},
+     .lane = LL_HTTP_WORK},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/report",
      .handler = ll_get_experiment_report,
-     .slow = true},
+     .lane = LL_HTTP_WORK},
     {.method = "POST",
      .pattern = V1 "/advise",
      .handler = ll_post_advise,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .slow = true},
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = V1 "/advise/{id}", .handler = ll_get_advice},
+    {.method = "DELETE", .pattern = V1 "/advise/{id}", .handler = ll_delete_advice},
     {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code},
     {.method = "GET", .pattern = "/healthz", .handler = ll_get_healthz},
     {.method = "GET", .pattern = "/readyz", .handler = ll_get_readyz},
     {.method = "GET", .pattern = "/metrics", .handler = ll_get_prometheus},
 };
 
-ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments)
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,
+                      ll_tasks *tasks)
 {
     memset(api, 0, sizeof *api);
     const ll_host_config *config = ll_host_get_config(host);
     api->host = host;
     api->store = store;
     api->experiments = experiments;
+    api->tasks = tasks;
+    api->jobs = ll_jobs_new(tasks, config);
     api->scenarios = config->scenarios;
     api->documents = config->api;
     api->started = ll_host_now();
     api->route_count = (int)(sizeof table / sizeof table[0]);
     api->routes = malloc(sizeof table);
     api->idempotency = ll_api_idempotency_new();
-    if (!api->routes || !api->idempotency) {
+    if (!api->routes || !api->idempotency || !api->jobs) {
         ll_api_end(api);
         return ll_error(LL_NO_MEMORY, "There is no memory for the routes.");
     }
@@ -132,6 +150,8 @@ void ll_api_end(ll_api *api)
 {
     free(api->routes);
     api->routes = NULL;
+    ll_jobs_free(api->jobs);
+    api->jobs = NULL;
     ll_api_idempotency_free(api->idempotency);
     api->idempotency = NULL;
 }

@@ -1,5 +1,6 @@
 /* Changes of a session: parameters, control, inputs. Each is answered when its line of the log is stored. */
 #include <stdlib.h>
+#include <string.h>
 
 #include <cjson/cJSON.h>
 
@@ -36,10 +37,13 @@ static ll_status patch(void *context, ll_session *session, ll_time wall)
 
 static ll_status control(void *context, ll_session *session, ll_time wall)
 {
+    const order *o = context;
+    return ll_session_begin_control(session, wall, o->body);
+}
+
+static void tell_control(void *context, ll_session *session)
+{
     order *o = context;
-    ll_status status = ll_session_control(session, wall, o->body);
-    if (ll_failed(&status))
-        return status;
     ll_session_info info = ll_session_get_info(session);
     char hash[17];
     ll_api_hash_text(ll_session_hash(session), hash);
@@ -50,7 +54,6 @@ static ll_status control(void *context, ll_session *session, ll_time wall)
     cJSON_AddNumberToObject(o->answer, "speed", info.speed);
     cJSON_AddNumberToObject(o->answer, "generation", info.generation);
     cJSON_AddStringToObject(o->answer, "hash", hash);
-    return status;
 }
 
 static ll_status input(void *context, ll_session *session, ll_time wall)
@@ -66,9 +69,11 @@ static ll_status input(void *context, ll_session *session, ll_time wall)
 }
 
 static void command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                    ll_hosted *hosted, ll_host_change *change, order *o)
+                    ll_hosted *hosted, ll_host_orders *orders, order *o)
 {
-    ll_status status = ll_host_command(api->host, hosted, change, o);
+    orders->context = o;
+    orders->task = request->task;
+    ll_status status = ll_host_command(api->host, hosted, orders);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else
@@ -76,8 +81,16 @@ static void command(ll_api *api, const ll_http_request *request, ll_http_respons
     cJSON_Delete(o->answer);
 }
 
+/* What moves a session may have to run it for long. */
+static bool moves(const cJSON *body)
+{
+    const cJSON *op = cJSON_GetObjectItemCaseSensitive(body, "op");
+    return cJSON_IsString(op) &&
+           (strcmp(op->valuestring, "seek") == 0 || strcmp(op->valuestring, "step") == 0);
+}
+
 static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                          ll_host_change *change)
+                          ll_host_orders orders)
 {
     ll_hosted *hosted = ll_api_session(api, request, response);
     if (!hosted)
@@ -85,8 +98,8 @@ static void owner_command(ll_api *api, const ll_http_request *request, ll_http_r
     if (ll_api_permits(request, response, hosted, -1)) {
         cJSON *body = ll_api_body(request, response);
         order o = {.body = body};
-        if (body)
-            command(api, request, response, hosted, change, &o);
+        if (body && !(moves(body) && ll_http_to_work(request, response)))
+            command(api, request, response, hosted, &orders, &o);
         cJSON_Delete(body);
     }
     ll_hosted_release(hosted);
@@ -94,12 +107,12 @@ static void owner_command(ll_api *api, const ll_http_request *request, ll_http_r
 
 void ll_patch_params(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    owner_command(context, request, response, patch);
+    owner_command(context, request, response, (ll_host_orders){.change = patch});
 }
 
 void ll_post_control(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    owner_command(context, request, response, control);
+    owner_command(context, request, response, (ll_host_orders){.change = control, .tell = tell_control});
 }
 
 /* The body says which player it is for, hence whose key will do. Without any key nothing is read. */
@@ -115,11 +128,12 @@ void ll_post_input(void *context, const ll_http_request *request, ll_http_respon
         ll_api_permits(request, response, hosted, 0);
     if (body) {
         order o = {0};
+        ll_host_orders orders = {.change = input};
         ll_status status = ll_action_parse(body, "", &o.player, &o.action);
         if (ll_failed(&status))
             ll_problem(response, request, &status);
         else if (ll_api_permits(request, response, hosted, o.player))
-            command(context, request, response, hosted, input, &o);
+            command(context, request, response, hosted, &orders, &o);
     }
     cJSON_Delete(body);
     ll_hosted_release(hosted);

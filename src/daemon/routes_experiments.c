@@ -1,14 +1,19 @@
 /* Experiments: made, watched, paused, read. */
+#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <cjson/cJSON.h>
 
 #include "daemon/api.h"
 #include "daemon/experiments.h"
 #include "daemon/problem.h"
+#include "daemon/tasks.h"
+#include "experiment/compare.h"
 #include "experiment/report.h"
 #include "experiment/table.h"
 
@@ -44,11 +49,12 @@ static double thread_seconds(void)
 }
 
 /* Runs the first run, which tells what one costs. */
-static ll_status answer_dry_run(const ll_experiment *e, ll_http_response *response)
+static ll_status answer_dry_run(const ll_experiment *e, ll_task *task, ll_http_response *response)
 {
     ll_row row;
+    ll_interrupt interrupt = ll_task_interrupt(task);
     double from = thread_seconds();
-    ll_status status = ll_experiment_run(e, 0, NULL, &row);
+    ll_status status = ll_experiment_run(e, 0, &interrupt, &row);
     double run_s = thread_seconds() - from;
     if (ll_failed(&status))
         return status;
@@ -93,11 +99,13 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     if (!ll_failed(&status) && dry && strcmp(dry, "true") != 0 && strcmp(dry, "false") != 0)
         status =
             ll_field_error(LL_BAD_INPUT, "dry_run", "dry_run must be true or false; it is `%.40s`.", dry);
+    bool only_dry = dry && strcmp(dry, "true") == 0;
+    if (!ll_failed(&status) && only_dry && !request->task) /* before it is counted as made */
+        status = ll_error(LL_INTERRUPTED, "a dry run is work");
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
-    else if (!ll_failed(&status))
-        status =
-            dry && strcmp(dry, "true") == 0 ? answer_dry_run(e, response) : answer_made(api, e, response);
+    if (!ll_failed(&status))
+        status = only_dry ? answer_dry_run(e, request->task, response) : answer_made(api, e, response);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     ll_experiment_free(e);
@@ -256,10 +264,16 @@ static void answer_file(const ll_http_request *request, ll_http_response *respon
     response->reader_free = close_file;
 }
 
-/* Rows and traces may be long: they go through a file without a name. */
-static FILE *open_file(ll_status *status)
+/* Rows and traces may be long: they go through a file without a name, in the daemon's own folder, since that
+ * may be all that it can write to; without one, in memory. */
+static FILE *open_file(const ll_api *api, ll_status *status)
 {
-    FILE *file = tmpfile();
+    int fd = open(ll_host_get_config(api->host)->data, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (fd < 0)
+        fd = memfd_create("laglab-answer", MFD_CLOEXEC);
+    FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;
+    if (fd >= 0 && !file)
+        close(fd);
     *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the answer.");
     return file;
 }
@@ -313,10 +327,11 @@ void ll_get_experiment_trace(void *context, const ll_http_request *request, ll_h
     if (!find(context, request, response, &record, &e))
         return;
     ll_status status = read_run(request, e, &run);
+    ll_interrupt interrupt = ll_task_interrupt(request->task);
     if (!ll_failed(&status))
-        file = open_file(&status);
+        file = open_file(context, &status);
     if (file)
-        status = ll_experiment_trace(e, run, put, file);
+        status = ll_experiment_trace(e, run, &interrupt, put, file);
     if (file && !ll_failed(&status) && ferror(file))
         status = ll_error(LL_IO, "The trace does not fit on the disk.");
     answer_file(request, response, &status, file, "text/csv; charset=utf-8");
@@ -356,21 +371,59 @@ static const ll_format *choose_format(const ll_http_request *request, ll_http_re
     return NULL;
 }
 
+/* Rows of the store, asking now and then whether they are still wanted. */
+typedef struct asked_rows {
+    ll_stored_rows rows;
+    ll_task *task;
+    int64_t given;
+} asked_rows;
+
+enum { ASK_EVERY = 64 };
+
+static bool next_row(void *context, ll_row *row, ll_status *status)
+{
+    asked_rows *a = context;
+    if (a->given++ % ASK_EVERY == 0 && !ll_task_go_on(a->task)) {
+        *status = ll_error(LL_INTERRUPTED, "%lld rows were written", (long long)a->given - 1);
+        return false;
+    }
+    return ll_stored_rows_next(&a->rows, row, status);
+}
+
+/* The table of what the query asks for: runs, points, or points against one of them. */
+static ll_status make_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
+                            const ll_experiment *e, asked_rows *rows, ll_result_table **table)
+{
+    const char *points = ll_http_query(request, "points"), *compare = ll_http_query(request, "compare");
+    const char *sensitivity = ll_http_query(request, "sensitivity");
+    ll_row *baseline = NULL;
+    int64_t point, count = 0;
+    if (sensitivity && strcmp(sensitivity, "true") == 0)
+        return ll_result_table_sensitivity(e, ll_stored_rows_next, rows, table);
+    if (!points || strcmp(points, "true") != 0)
+        return ll_result_table_rows(e, record->version, next_row, rows, table);
+    ll_status status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
+    if (!ll_failed(&status) && compare)
+        status =
+            ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, point, &baseline, &count);
+    if (!ll_failed(&status))
+        status = ll_result_table_compared(e, baseline, count, next_row, rows, table);
+    free(baseline);
+    return status;
+}
+
 static ll_status write_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
                              const ll_experiment *e, const ll_format *format, FILE *file)
 {
-    ll_stored_rows rows;
+    asked_rows a = {.task = request->task};
     ll_result_table *table = NULL;
-    const char *points = ll_http_query(request, "points");
-    bool of_points = points && strcmp(points, "true") == 0;
-    ll_status status = ll_stored_rows_open(&rows, ll_experiments_store(api->experiments), record->id);
+    ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record->id);
     if (!ll_failed(&status))
-        status = of_points ? ll_result_table_points(e, ll_stored_rows_next, &rows, &table)
-                           : ll_result_table_rows(e, record->version, ll_stored_rows_next, &rows, &table);
+        status = make_table(api, request, record, e, &a, &table);
     if (!ll_failed(&status))
         status = format->write(ll_result_table_get(table), file);
     ll_result_table_free(table);
-    ll_stored_rows_close(&rows);
+    ll_stored_rows_close(&a.rows);
     return status;
 }
 
@@ -384,7 +437,7 @@ void ll_get_experiment_results(void *context, const ll_http_request *request, ll
     const ll_format *format = choose_format(request, response);
     if (format) {
         ll_status status;
-        FILE *file = open_file(&status);
+        FILE *file = open_file(api, &status);
         if (file)
             status = write_table(api, request, &record, e, format, file);
         answer_file(request, response, &status, file, format->type);
@@ -398,16 +451,16 @@ void ll_get_experiment_report(void *context, const ll_http_request *request, ll_
     ll_api *api = context;
     ll_experiment_record record;
     ll_experiment *e = NULL;
-    ll_stored_rows rows;
+    asked_rows a = {.task = request->task};
     if (!find(api, request, response, &record, &e))
         return;
-    ll_status status = ll_stored_rows_open(&rows, ll_experiments_store(api->experiments), record.id);
-    FILE *file = ll_failed(&status) ? NULL : open_file(&status);
+    ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record.id);
+    FILE *file = ll_failed(&status) ? NULL : open_file(api, &status);
     if (file)
-        status = ll_report_write(e, record.version, ll_stored_rows_next, &rows, file);
+        status = ll_report_write(e, record.version, next_row, &a, file);
     answer_file(request, response, &status, file, "text/html; charset=utf-8");
     ll_http_set_header(response, "Content-Security-Policy",
                        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
-    ll_stored_rows_close(&rows);
+    ll_stored_rows_close(&a.rows);
     ll_experiment_free(e);
 }

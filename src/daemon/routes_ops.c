@@ -5,6 +5,7 @@
 #include "base/version.h"
 #include "daemon/api.h"
 #include "daemon/problem.h"
+#include "daemon/tasks.h"
 
 void ll_get_healthz(void *context, const ll_http_request *request, ll_http_response *response)
 {
@@ -14,11 +15,30 @@ void ll_get_healthz(void *context, const ll_http_request *request, ll_http_respo
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
 
+/* Nobody waits as long for a turn, however many there are, unless something does not give it back. */
+#define STUCK_S 5.0
+
+static ll_status find_stuck(ll_api *api)
+{
+    ll_door *door = atomic_load(&api->door);
+    double control_s = door ? ll_door_get_stats(door).control_s : 0;
+    double work_s = ll_tasks_get_stats(api->tasks).longest_s;
+    if (control_s > STUCK_S)
+        return ll_error(LL_UNAVAILABLE, "A request that is short has not been answered for %.0f s.",
+                        control_s);
+    if (work_s > STUCK_S)
+        return ll_error(LL_UNAVAILABLE, "A request that takes long has waited %.0f s for its turn.", work_s);
+    return ll_ok();
+}
+
 void ll_get_readyz(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
     int phase = atomic_load(&api->phase);
-    if (phase == LL_API_READY) {
+    ll_status stuck = phase == LL_API_READY ? find_stuck(api) : ll_ok();
+    if (ll_failed(&stuck)) {
+        ll_problem_later(response, request, 503, 5, &stuck);
+    } else if (phase == LL_API_READY) {
         ll_http_text(response, 200, "application/json", "{\"status\":\"ready\"}");
     } else {
         ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
@@ -108,6 +128,21 @@ static void write_door(ll_http_response *r, const ll_door_stats *d)
     counter(r, "messages_received_total", d->ws.messages, "Messages of viewers, acknowledgements included.");
 }
 
+static void write_tasks(ll_http_response *r, ll_api *api, const ll_door_stats *d)
+{
+    ll_tasks_stats t = ll_tasks_get_stats(api->tasks);
+    gauge(r, "control_requests", (double)d->control, "Short requests that wait or are in hand.");
+    gauge(r, "control_longest_seconds", d->control_s, "How long the oldest of them has been there.");
+    gauge(r, "tasks_running", (double)t.running,
+          "Requests that take long, and sessions that wake: worked on now.");
+    gauge(r, "tasks_waiting", (double)t.waiting, "Of those, that wait for their turn.");
+    gauge(r, "tasks_longest_wait_seconds", t.longest_s, "How long one of them has waited for its turn.");
+    counter(r, "tasks_total", t.done, "Tasks that came to an end.");
+    counter(r, "tasks_ended_total", t.ended,
+            "Of those, ended before they were done: by budget, client, daemon or whoever ordered them.");
+    counter(r, "tasks_refused_total", t.refused, "Tasks refused because too many waited.");
+}
+
 static void write_requests(ll_http_response *r, ll_api *api)
 {
     static const char *const class[] = {"other", "1xx", "2xx", "3xx", "4xx", "5xx"};
@@ -138,6 +173,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     write_sessions(response, &s);
     write_door(response, &d);
     write_requests(response, api);
+    write_tasks(response, api, &d);
     write_refused(response, &s, &d);
     gauge(response, "store_queue", (double)store.queued, "Records that wait to be stored.");
     counter(response, "store_commits_total", (uint64_t)store.commits, "Commits of the database.");

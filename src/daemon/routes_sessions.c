@@ -94,14 +94,8 @@ static cJSON *describe_made(const ll_host_made *made)
     cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
     for (int i = 0; i < made->players; i++)
         cJSON_AddItemToArray(keys, cJSON_CreateString(made->player_keys[i]));
-    ll_session *session;
-    ll_status status = ll_hosted_enter(made->hosted, &session, NULL);
-    if (!ll_failed(&status)) {
-        ll_session_info info = ll_session_get_info(session);
-        cJSON_AddStringToObject(json, "status", ll_api_status_name(&info));
-        cJSON_AddNumberToObject(json, "tick", (double)info.tick);
-        ll_hosted_leave(made->hosted);
-    }
+    cJSON_AddStringToObject(json, "status", ll_session_status_names[made->status]);
+    cJSON_AddNumberToObject(json, "tick", (double)made->tick);
     ll_api_links(json, ll_hosted_id(made->hosted));
     return json;
 }
@@ -153,7 +147,7 @@ static char *make_new(ll_api *api, const ll_http_request *request, ll_http_respo
     if (!body)
         return NULL;
     ll_workload *workload = NULL;
-    ll_host_order order = {.seed = -1, .peer = request->peer};
+    ll_host_order order = {.seed = -1, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status))
         status = read_options(body, &order);
@@ -217,7 +211,8 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
         return;
     cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
     if (body) {
-        ll_host_order order = {.origin = origin, .seed = -1, .paused = true, .peer = request->peer};
+        ll_host_order order = {
+            .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
         ll_status status = ll_api_only(body, names);
         if (!ll_failed(&status))
             status = read_options(body, &order);
@@ -279,7 +274,7 @@ void ll_get_session(void *context, const ll_http_request *request, ll_http_respo
         return;
     ll_session *session;
     bool parked;
-    ll_status status = ll_hosted_enter(hosted, &session, &parked);
+    ll_status status = ll_hosted_enter(hosted, request->task, &session, &parked);
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
     } else {
@@ -298,7 +293,7 @@ void ll_delete_session(void *context, const ll_http_request *request, ll_http_re
     if (!hosted)
         return;
     if (ll_api_permits(request, response, hosted, -1)) {
-        ll_status status = ll_host_delete(api->host, hosted);
+        ll_status status = ll_host_delete(api->host, hosted, request->task);
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else

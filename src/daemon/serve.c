@@ -1,12 +1,15 @@
 #include "daemon/serve.h"
 
+#include <math.h>
 #include <pthread.h>
 #include <signal.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "base/program.h"
@@ -17,16 +20,21 @@
 #include "daemon/log.h"
 #include "daemon/options.h"
 #include "daemon/store.h"
+#include "daemon/tasks.h"
+
+#define LAST_RESORT_S 0.7 /* after the time that viewers may take */
 
 typedef struct daemon_parts {
     ll_door_config door_config;
     ll_host_config host_config;
     ll_store *store;
+    ll_tasks *tasks;
     ll_host *host;
     ll_experiments *experiments;
     ll_api api;
     ll_door *door;
     sigset_t signals;
+    atomic_flag saving; /* who ends the daemon: the usual way or the last resort */
 } daemon_parts;
 
 static int complain(const ll_status *status, int exit_status)
@@ -110,16 +118,25 @@ static void log_door(void *context, const char *level, const char *message)
 static ll_status start(daemon_parts *d)
 {
     ll_status status = open_store(d);
+    if (!ll_failed(&status) && d->store)
+        setenv("TMPDIR", d->host_config.data, 1); /* it may be all that can be written to */
     if (!ll_failed(&status))
-        status = ll_host_create(&d->host_config, d->store, &d->host);
+        status = ll_tasks_start((int)d->host_config.work_threads, &d->tasks);
+    if (!ll_failed(&status))
+        status = ll_host_create(&d->host_config, d->store, d->tasks, &d->host);
     if (!ll_failed(&status))
         status = ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments);
     if (!ll_failed(&status))
-        status = ll_api_init(&d->api, d->host, d->store, d->experiments);
+        status = ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks);
     if (ll_failed(&status))
         return status;
     ll_http_app app = {
-        .routes = d->api.routes, .route_count = d->api.route_count, .context = &d->api, .done = ll_api_done};
+        .routes = d->api.routes,
+        .route_count = d->api.route_count,
+        .context = &d->api,
+        .tasks = d->tasks,
+        .done = ll_api_done,
+    };
     ll_ws_hooks hooks = ll_host_hooks(d->host);
     status = ll_door_open(&d->door_config, &app, &hooks, log_door, NULL, &d->door);
     if (ll_failed(&status))
@@ -144,6 +161,24 @@ static void *exit_at_once(void *argument)
     _exit(1);
 }
 
+/* What cannot be broken off, as a tick of many seconds, does not keep the daemon from ending in time: all
+ * that was acknowledged is stored, and clocks are, but for those of the sessions that are at it. */
+static void *end_in_time(void *argument)
+{
+    daemon_parts *d = argument;
+    double left = d->door_config.drain_s + LAST_RESORT_S;
+    struct timespec wait = {(time_t)left, (long)((left - floor(left)) * 1e9)};
+    nanosleep(&wait, NULL);
+    if (atomic_flag_test_and_set(&d->saving))
+        return NULL; /* it is at that already */
+    ll_log_write("warn", "stopping", "Something does not let itself be ended; it is left.");
+    /* The store is not closed: who is left may use it still. */
+    ll_status status = ll_store_wait(d->store, ll_host_save(d->host, false));
+    if (ll_failed(&status))
+        ll_log_write("error", "not all was stored", "%s", status.text);
+    _exit(ll_failed(&status));
+}
+
 static void wait_for_end(daemon_parts *d)
 {
     int got = 0;
@@ -156,20 +191,28 @@ static void wait_for_end(daemon_parts *d)
     pthread_t impatient;
     if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
         pthread_detach(impatient);
+    if (pthread_create(&impatient, NULL, end_in_time, d) == 0)
+        pthread_detach(impatient);
 }
 
 /* In the opposite order of the start; also after half a start. */
 static ll_status stop(daemon_parts *d)
 {
+    if (d->tasks)
+        ll_tasks_drain(d->tasks);
+    ll_experiments_ask_to_end(d->experiments);
     if (d->door)
         ll_door_drain(d->door);
     if (d->host)
         ll_host_stop(d->host);
     ll_experiments_stop(d->experiments);
     ll_door_close(d->door);
+    ll_tasks_free(d->tasks);
     ll_experiments_close(d->experiments);
+    if (atomic_flag_test_and_set(&d->saving))
+        pause(); /* the last resort came first, and ends the process */
     if (d->host)
-        ll_host_save(d->host);
+        ll_host_save(d->host, true);
     ll_status status = ll_store_close(d->store);
     ll_host_free(d->host);
     ll_api_end(&d->api);

@@ -82,6 +82,8 @@ static verdict unobserved(ll_hosted *hosted)
     ll_time idle = ll_host_now() - atomic_load(&hosted->touched);
     if (idle < (ll_time)(hosted->host->config.park_after_s * 1e9))
         return KEEP;
+    if (hosted->session && ll_session_get_info(hosted->session).seeking)
+        return KEEP; /* whoever asked for it takes it there */
     if (hosted->session && !ll_session_get_info(hosted->session).parked) {
         ll_hosted_save(hosted);
         ll_session_park(hosted->session);
@@ -98,13 +100,16 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
     if (!ll_viewers_any(hosted))
         return unobserved(hosted);
     if (!hosted->session || ll_session_get_info(hosted->session).parked) {
-        ll_waker_take(&worker->host->waker, hosted);
+        ll_hosted_carry(hosted);
         return LET_GO;
     }
     atomic_store(&hosted->touched, ll_host_now());
     ll_viewers_greet(hosted);
     ll_viewers_apply(hosted, deadline > hosted->wall ? deadline : hosted->wall);
-    ll_hosted_advance(hosted, deadline, chunk_ms);
+    if (!ll_hosted_is_heavy(hosted))
+        ll_hosted_advance(hosted, deadline, chunk_ms);
+    else if (ll_session_due(hosted->session, deadline) > 0)
+        ll_hosted_carry(hosted);
     bool sent = publish(worker, hosted, asked);
     ll_session_status status = ll_session_get_info(hosted->session).status;
     if (hosted->wall - hosted->saved_wall > (ll_time)(hosted->host->config.save_every_s * 1e9) &&
@@ -195,7 +200,8 @@ static void serve_slot(ll_worker *worker, round *r, int slot, ll_time deadline)
     gather(worker, r, slot);
     for (int i = 0; i < r->count; i++) {
         ll_hosted *hosted = r->members[i];
-        /* A request that computes something long holds the lock: its session misses frames, no other does. */
+        /* Whoever computes for it holds the lock for some milliseconds: its session misses a frame, no other
+         * does. */
         if (pthread_mutex_trylock(&hosted->lock) == 0) {
             verdict v = serve_locked(worker, hosted, deadline);
             pthread_mutex_unlock(&hosted->lock);
@@ -221,7 +227,7 @@ static void catch_up(ll_worker *worker, round *r, ll_time end)
         for (int i = 0; i < r->count; i++) {
             ll_hosted *hosted = r->members[i];
             if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&hosted->lock) == 0) {
-                if (hosted->behind && hosted->session && !hosted->deleted)
+                if (hosted->behind && hosted->session && !hosted->deleted && !ll_hosted_is_heavy(hosted))
                     more = ll_hosted_advance(hosted, hosted->wall, chunk_ms) > 0 || more;
                 pthread_mutex_unlock(&hosted->lock);
             }
@@ -292,10 +298,12 @@ void ll_worker_stop(ll_worker *worker)
     pthread_mutex_unlock(&worker->lock);
     pthread_join(worker->thread, NULL);
     worker->started = false;
-    for (int i = 0; i < worker->count; i++) {
+    pthread_mutex_lock(&worker->lock); /* requests may nudge still, in vain */
+    for (int i = 0; i < worker->count; i++)
         worker->active[i]->active = false;
+    pthread_mutex_unlock(&worker->lock);
+    for (int i = 0; i < worker->count; i++)
         ll_hosted_release(worker->active[i]);
-    }
     worker->count = worker->capacity = 0;
     free(worker->active);
     worker->active = NULL;

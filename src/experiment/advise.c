@@ -31,10 +31,12 @@ static ll_status run_once(ll_advise_search *s, int point, bool fresh)
     ll_sums *sums = fresh ? t->fresh : t->own;
     int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
     ll_row row;
-    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, NULL, &row);
+    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->order->interrupt, &row);
     if (ll_failed(&status))
         return status;
     s->runs++;
+    if (s->order->runs)
+        atomic_store(s->order->runs, s->runs);
     double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
     bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
     t->failed += !good;
@@ -382,7 +384,7 @@ static ll_status look(ll_advise_search *s, bool *proven)
     return status.code == LL_LIMIT ? ll_ok() : status;
 }
 
-static ll_status check(const ll_advice_order *order)
+ll_status ll_advise_check(const ll_advice_order *order)
 {
     const ll_experiment *e = order->experiment;
     if (!(order->max_error > 0 && isfinite(order->max_error)))
@@ -400,17 +402,23 @@ static ll_status check(const ll_advice_order *order)
     return ll_ok();
 }
 
+int64_t ll_advise_runs(const ll_advice_order *order)
+{
+    int64_t fifth = order->experiment->runs / 5;
+    return order->most_runs > 0 ? order->most_runs : fifth > LEAST_RUNS ? fifth : LEAST_RUNS;
+}
+
 ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
 {
     const ll_experiment *e = order->experiment;
-    ll_status status = check(order);
+    ll_status status = ll_advise_check(order);
     *answer = NULL;
     if (ll_failed(&status))
         return status;
     bool proven = false;
     ll_advise_search s = {.order = order, .experiment = e, .fresh = *e, .points = (int)e->points, .best = -1};
     s.fresh.head.repeats = e->head.repeats + FRESH_MOST;
-    s.most = order->most_runs > 0 ? order->most_runs : e->runs / 5 > LEAST_RUNS ? e->runs / 5 : LEAST_RUNS;
+    s.most = ll_advise_runs(order);
     s.trials = calloc((size_t)e->points, sizeof *s.trials);
     status =
         s.trials ? ll_surrogate_create(e, &s.surrogate) : ll_error(LL_NO_MEMORY, "no memory for the adviser");

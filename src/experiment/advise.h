@@ -18,8 +18,13 @@
 typedef struct ll_advice_order {
     const ll_experiment *experiment; /* error and cost are its two metrics of the trade; not sampled */
     double max_error;
-    int64_t most_runs; /* 0: a fifth of all, but at least 40 */
+    int64_t most_runs;             /* 0: a fifth of all, but at least 40 */
+    const ll_interrupt *interrupt; /* NULL: it is never broken off; else LL_INTERRUPTED */
+    _Atomic int64_t *runs;         /* NULL, or where it counts the runs as they are done */
 } ll_advice_order;
+
+ll_status ll_advise_check(const ll_advice_order *order); /* what can be told before any run */
+int64_t ll_advise_runs(const ll_advice_order *order);    /* that it may do */
 
 /* The answer as JSON:
  * {"holds","optimum","max_error","error_metric","cost_metric","advice":{...},"nearest":{...},"front":[...],

@@ -109,13 +109,28 @@ void ll_axis_column(const char *path, const char *unit, char *name, int size)
 
 /* ---- values ---- */
 
+static double between(const ll_axis *a, double from, double to, double position)
+{
+    return a->scale ? from * ll_exp(ll_log(to / from) * position) : from + (to - from) * position;
+}
+
+/* Each whole number has as much of the range as the others: of a linear range the same width, of a
+ * logarithmic one what is rounded to it, the ends included. */
+static double whole_sample(const ll_axis *a, double position)
+{
+    double from = floor(a->from + 0.5), to = floor(a->to + 0.5), side = to < from ? -0.5 : 0.5;
+    double value = floor(between(a, from - side, to + side, position) + 0.5);
+    return fmin(fmax(value, fmin(from, to)), fmax(from, to));
+}
+
 cJSON *ll_axis_sample(const ll_axis *a, double position)
 {
-    if (a->values)
-        return ll_axis_at(a, (int64_t)(position * (double)a->count));
-    double value = a->scale ? a->from * ll_exp(ll_log(a->to / a->from) * position)
-                            : a->from + (a->to - a->from) * position;
-    return ll_param_number(a->type == LL_CELL_INT ? floor(value + 0.5) : value);
+    if (!a->sampled) {
+        int64_t k = (int64_t)(position * (double)a->count);
+        return ll_axis_at(a, k < a->count ? k : a->count - 1);
+    }
+    return ll_param_number(a->type == LL_CELL_INT ? whole_sample(a, position)
+                                                  : between(a, a->from, a->to, position));
 }
 
 cJSON *ll_axis_at(const ll_axis *a, int64_t k)
@@ -130,7 +145,8 @@ cJSON *ll_axis_at(const ll_axis *a, int64_t k)
     }
     if (k == a->count - 1 && k > 0) /* to the last bit */
         return ll_param_number(a->type == LL_CELL_INT ? floor(a->to + 0.5) : a->to);
-    return ll_axis_sample(a, a->count > 1 ? (double)k / (double)(a->count - 1) : 0);
+    double value = between(a, a->from, a->to, a->count > 1 ? (double)k / (double)(a->count - 1) : 0);
+    return ll_param_number(a->type == LL_CELL_INT ? floor(value + 0.5) : value);
 }
 
 /* ---- reading ---- */
@@ -246,7 +262,7 @@ ll_status ll_axis_parse(const cJSON *json, const char *field, bool sampled, cons
     a->from = s.from;
     a->to = s.to;
     a->scale = s.scale;
-    a->sampled = sampled && !a->values;
+    a->sampled = sampled && !a->values && !cJSON_HasObjectItem(json, "count");
     a->count = a->values ? cJSON_GetArraySize(a->values) : a->sampled ? 2 : s.count;
     void *copy = malloc(scenario->size);
     if (!copy)

@@ -17,7 +17,7 @@ typedef struct ll_axis {
     double from, to;
     int64_t count;
     int32_t scale; /* 0 linear, 1 log */
-    bool sampled;  /* a range of a sampled experiment: has no count of its own */
+    bool sampled;  /* a range of a sampled experiment without a count: any value in it may be drawn */
 } ll_axis;
 
 /* Reads `json` and holds it against the scenario: the path must be there, each value alone in its range.
@@ -26,7 +26,8 @@ ll_status ll_axis_parse(const struct cJSON *json, const char *field, bool sample
                         const ll_param_table *table, const void *config, ll_axis *axis);
 void ll_axis_free(ll_axis *axis);
 
-/* The k-th of its `count` values, or that of a position in [0, 1). Caller deletes. */
+/* The k-th of its `count` values, or that of a position in [0, 1): one of these values, each as often, or of
+ * a sampled range any. Caller deletes. */
 struct cJSON *ll_axis_at(const ll_axis *axis, int64_t k);
 struct cJSON *ll_axis_sample(const ll_axis *axis, double position);
 

@@ -5,25 +5,22 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "base/rng.h"
-#include "experiment/sobol.h"
 
-static double coordinate(const ll_experiment *e, int dimension, int64_t point)
+ll_sample_order ll_experiment_sample(const ll_experiment *e)
 {
-    uint64_t seed = (uint64_t)e->head.sample.seed;
-    if (e->head.sample.method == LL_SAMPLE_RANDOM)
-        return ll_rng_unit(seed, (uint64_t)dimension, (uint64_t)point);
-    return ll_sobol(dimension, (uint32_t)point, (uint32_t)(ll_rng_u64(seed, (uint64_t)dimension, 0) >> 32));
+    return (ll_sample_order){(ll_sampling)e->head.sample.method, e->dimension_count, e->head.sample.count,
+                             (uint64_t)e->head.sample.seed};
 }
 
 cJSON *ll_experiment_point(const ll_experiment *e, int64_t point)
 {
     cJSON *values = cJSON_CreateObject(), *value[LL_EXPERIMENT_AXES_MAX];
+    ll_sample_order sample = ll_experiment_sample(e);
     int64_t left = point;
     for (int a = e->axis_count - 1; a >= 0; a--) { /* the last is the fastest */
         const ll_axis *axis = &e->axes[a];
-        if (e->head.sample.method != LL_SAMPLE_NONE) {
-            value[a] = ll_axis_sample(axis, coordinate(e, e->dimension[a], point));
+        if (sample.method != LL_SAMPLE_NONE) {
+            value[a] = ll_axis_sample(axis, ll_sample_coordinate(&sample, e->dimension[a], point));
         } else {
             value[a] = ll_axis_at(axis, left % axis->count);
             if (a == 0 || e->dimension[a - 1] != e->dimension[a])

@@ -1,7 +1,8 @@
 /* An experiment: a scenario, what is varied, how often each point is repeated, and which metrics are kept.
  *
  * A row is a pure function of (specification, index): it can be run on any thread or machine, again after a
- * crash, and in any order. Run i is repeat i % repeats of point i / repeats; repeat r has the scenario's seed
+ * crash, and in any order (but for the metric cost.ns_per_sim_s, which is measured). Run i is repeat i %
+ * repeats of point i / repeats; repeat r has the scenario's seed
  * + r, at every point, so that points differ by their parameters and not by their luck. */
 #pragma once
 
@@ -9,19 +10,22 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "experiment/axis.h"
+#include "experiment/interval.h"
+#include "experiment/sample.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 
 enum {
-    LL_EXPERIMENT_AXES_MAX = 10,
+    LL_EXPERIMENT_AXES_MAX = 20,
     LL_EXPERIMENT_METRICS_MAX = 32,
     LL_EXPERIMENT_PATH_MAX = 120,
     LL_EXPERIMENT_RUNS_MAX = 10000000,
     LL_EXPERIMENT_TRACES_MAX = 1000, /* runs of an experiment whose traces are kept */
 };
 
-typedef enum ll_sampling { LL_SAMPLE_NONE, LL_SAMPLE_RANDOM, LL_SAMPLE_SOBOL } ll_sampling;
+typedef enum ll_interval_choice { LL_INTERVALS_AUTO, LL_INTERVALS_T } ll_interval_choice;
 
 /* What has one value, in a table of its own. */
 typedef struct ll_experiment_head {
@@ -34,7 +38,8 @@ typedef struct ll_experiment_head {
     char error[LL_EXPERIMENT_PATH_MAX + 8], cost[LL_EXPERIMENT_PATH_MAX + 8];
     int64_t repeats;
     bool traces; /* `sweep` writes each run's, too */
-    char reserved[7];
+    char reserved[3];
+    int32_t interval; /* ll_interval_choice */
     struct {
         int32_t method, reserved; /* ll_sampling */
         int64_t count, seed;
@@ -43,6 +48,11 @@ typedef struct ll_experiment_head {
         char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: runs go to their end */
         double above, every_s;
     } stop;
+    struct {
+        char metric[LL_EXPERIMENT_PATH_MAX + 8]; /* empty: the error */
+        double half_width, relative;             /* of the interval, at most; 0: no such rule */
+        int64_t least;
+    } until;
 } ll_experiment_head;
 
 typedef struct ll_experiment {
@@ -55,7 +65,11 @@ typedef struct ll_experiment {
     int dimension[LL_EXPERIMENT_AXES_MAX]; /* of each axis: zipped ones share it */
     int axis_count, dimension_count;
     char metrics[LL_EXPERIMENT_METRICS_MAX][LL_EXPERIMENT_PATH_MAX + 8];
+    ll_metric_scale scales[LL_EXPERIMENT_METRICS_MAX];
     int metric_count;
+    int until_metric;
+    int front[LL_EXPERIMENT_METRICS_MAX],
+        front_count;               /* whose front is told: cost and error, or those named */
     int error_metric, cost_metric; /* indices into `metrics`; cost_metric < 0: there is none */
     int64_t points, runs;
 } ll_experiment;
@@ -71,6 +85,8 @@ char *ll_experiment_text(const ll_experiment *experiment);
 /* What differs between two experiments gives other keys: specification and scenario. */
 uint64_t ll_experiment_key(const ll_experiment *experiment);
 
+ll_sample_order ll_experiment_sample(const ll_experiment *experiment);
+
 /* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */
 struct cJSON *ll_experiment_point(const ll_experiment *experiment, int64_t point);
 int64_t ll_experiment_seed(const ll_experiment *experiment, int64_t run);
@@ -85,6 +101,7 @@ typedef enum ll_row_status {
     LL_ROW_DIVERGED, /* the run, or a part that metrics are of; `error` tells when and where */
     LL_ROW_REFUSED,  /* these values do not go together; there are no metrics */
     LL_ROW_FAILED,   /* a part that metrics are of gave up or was not run: `error` tells which and why */
+    LL_ROW_SKIPPED,  /* not made: the runs of its point before it were enough (until.h) */
 } ll_row_status;
 
 extern const char *const ll_row_status_names[];
@@ -106,8 +123,8 @@ static inline bool ll_row_good(const ll_row *row)
 
 void ll_row_clear(ll_row *row); /* all 0, without metrics; rows are compared and stored as bytes */
 
-/* Fails for want of memory, and with LL_CONFLICT when `cancel` (may be NULL) becomes true meanwhile. */
-ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const atomic_bool *cancel,
+/* Fails for want of memory, and with LL_INTERRUPTED (`interrupt` may be NULL). */
+ll_status ll_experiment_run(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                             ll_row *row);
 
 /* The scenario of a run: to be opened live, together with the workload. */
@@ -115,5 +132,5 @@ ll_status ll_experiment_open(const ll_experiment *experiment, int64_t run, ll_sc
 
 /* The trace of a run as CSV, as `laglab run --trace` writes it: it is run again for that. Ends where the run
  * ended, or with the last tick before it diverged. LL_BAD_INPUT: it was refused. */
-ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run,
+ll_status ll_experiment_trace(const ll_experiment *experiment, int64_t run, const ll_interrupt *interrupt,
                               void (*write)(void *context, const char *text, size_t length), void *context);

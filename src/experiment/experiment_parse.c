@@ -6,6 +6,7 @@
 
 #include "experiment/experiment_internal.h"
 #include "experiment/metric_path.h"
+#include "experiment/until.h"
 #include "session/session.h"
 
 /* Puts the scenario in place of its id. */
@@ -167,7 +168,8 @@ static ll_status count_runs(ll_experiment *e)
                  (long long)e->axes[a].count);
     }
     if (e->head.sample.method != LL_SAMPLE_NONE) {
-        points = (double)e->head.sample.count;
+        ll_sample_order sample = ll_experiment_sample(e);
+        points = (double)ll_sample_points(&sample);
         snprintf(product, sizeof product, "%.0f", points);
     }
     if (points * (double)e->head.repeats > LL_EXPERIMENT_RUNS_MAX)
@@ -204,6 +206,53 @@ static ll_status read_trade(ll_experiment *e)
     return ll_failed(&status) ? status : find_metric(e, "cost", e->head.cost, 1, &e->cost_metric);
 }
 
+/* The metrics of the front; without a list cost and error, where there is a cost. */
+static ll_status read_front(ll_experiment *e)
+{
+    const cJSON *front = cJSON_GetObjectItemCaseSensitive(e->json, "front"), *item;
+    if (!front && e->cost_metric >= 0) {
+        e->front[e->front_count++] = e->cost_metric;
+        e->front[e->front_count++] = e->error_metric;
+    }
+    if (front && (!cJSON_IsArray(front) || cJSON_GetArraySize(front) < 2 ||
+                  cJSON_GetArraySize(front) > LL_EXPERIMENT_METRICS_MAX))
+        return ll_field_error(LL_BAD_INPUT, "front", "front must be an array of 2 to %d of the metrics",
+                              LL_EXPERIMENT_METRICS_MAX);
+    cJSON_ArrayForEach(item, front)
+    {
+        char field[32];
+        int metric;
+        snprintf(field, sizeof field, "front.%d", e->front_count);
+        if (!cJSON_IsString(item) || !item->valuestring[0])
+            return ll_field_error(LL_BAD_INPUT, field, "%s must be one of the metrics", field);
+        ll_status status = find_metric(e, field, item->valuestring, -1, &metric);
+        if (ll_failed(&status))
+            return status;
+        for (int i = 0; i < e->front_count; i++)
+            if (e->front[i] == metric)
+                return ll_field_error(LL_BAD_INPUT, field, "%s: %.100s is given twice", field,
+                                      item->valuestring);
+        e->front[e->front_count++] = metric;
+    }
+    return ll_ok();
+}
+
+static ll_status check_until(const ll_experiment *e)
+{
+    bool extreme = e->scales[e->until_metric] == LL_SCALE_EXTREME && e->head.interval != LL_INTERVALS_T;
+    if (!ll_until_is_set(e))
+        return ll_ok();
+    if (e->head.until.least > e->head.repeats)
+        return ll_field_error(LL_BAD_INPUT, "until.least",
+                              "until.least must be at most repeats, which is %lld; got %lld",
+                              (long long)e->head.repeats, (long long)e->head.until.least);
+    if (extreme)
+        return ll_field_error(LL_BAD_INPUT, "until.metric",
+                              "until.metric: the mean of %s, a largest value, has no interval",
+                              e->metrics[e->until_metric]);
+    return ll_ok();
+}
+
 static ll_status read_metrics(ll_experiment *e, const cJSON *present)
 {
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(e->json, "metrics"), *item;
@@ -220,15 +269,24 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         if (!cJSON_IsString(item) || strlen(item->valuestring) > LL_EXPERIMENT_PATH_MAX)
             return ll_field_error(LL_BAD_INPUT, field, "%s must be a path of at most %d characters", field,
                                   LL_EXPERIMENT_PATH_MAX);
-        ll_status status = ll_metric_check(present, field, item->valuestring);
+        ll_status status = ll_metric_is_cost(item->valuestring)
+                               ? ll_ok()
+                               : ll_metric_check(present, field, item->valuestring);
         if (ll_failed(&status))
             return status;
         for (int i = 0; i < e->metric_count; i++)
             if (strcmp(e->metrics[i], item->valuestring) == 0)
                 return ll_field_error(LL_BAD_INPUT, field, "%s: %s is given twice", field, item->valuestring);
+        e->scales[e->metric_count] = ll_metric_scale_of(e->base.kind, present, item->valuestring);
         snprintf(e->metrics[e->metric_count++], sizeof e->metrics[0], "%s", item->valuestring);
     }
     ll_status status = read_trade(e);
+    if (!ll_failed(&status))
+        status = find_metric(e, "until.metric", e->head.until.metric, e->error_metric, &e->until_metric);
+    if (!ll_failed(&status))
+        status = read_front(e);
+    if (!ll_failed(&status))
+        status = check_until(e);
     if (ll_failed(&status))
         return status;
     return e->head.stop.metric[0] ? ll_metric_check(present, "stop.metric", e->head.stop.metric) : ll_ok();

@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
+#include <time.h>
 
 #include "base/run_status.h"
 #include "base/utf8.h"
@@ -10,7 +11,7 @@
 #include "experiment/metric_path.h"
 #include "session/session.h"
 
-const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed"};
+const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed", "skipped"};
 
 static bool stops(const ll_experiment *e, ll_session *session)
 {
@@ -20,34 +21,16 @@ static bool stops(const ll_experiment *e, ll_session *session)
     return value > e->head.stop.above;
 }
 
-static bool is_cancelled(const atomic_bool *cancel)
-{
-    return cancel && atomic_load_explicit(cancel, memory_order_relaxed);
-}
-
-static ll_status run_to(ll_session *session, int64_t tick, const atomic_bool *cancel)
-{
-    enum { TICKS_AT_ONCE = 64 };
-    ll_status status = ll_ok();
-    for (int64_t at = ll_session_get_info(session).tick;
-         at < tick && !ll_failed(&status) && !is_cancelled(cancel);) {
-        at = tick - at > TICKS_AT_ONCE ? at + TICKS_AT_ONCE : tick;
-        status = ll_session_run_to(session, at);
-    }
-    return status;
-}
-
-static ll_status advance(const ll_experiment *e, ll_session *session, const atomic_bool *cancel,
+static ll_status advance(const ll_experiment *e, ll_session *session, const ll_interrupt *interrupt,
                          bool *stopped)
 {
     ll_session_info info = ll_session_get_info(session);
     if (!e->head.stop.metric[0])
-        return run_to(session, info.end_tick, cancel);
+        return ll_session_run_within(session, info.end_tick, interrupt);
     ll_status status = ll_ok();
-    for (int64_t k = 1;
-         !ll_failed(&status) && !*stopped && info.tick < info.end_tick && !is_cancelled(cancel); k++) {
+    for (int64_t k = 1; !ll_failed(&status) && !*stopped && info.tick < info.end_tick; k++) {
         int64_t to = ll_tick_at((ll_time)((double)k * e->head.stop.every_s * 1e9), info.tick_freq);
-        status = run_to(session, to < info.end_tick ? to : info.end_tick, cancel);
+        status = ll_session_run_within(session, to < info.end_tick ? to : info.end_tick, interrupt);
         info = ll_session_get_info(session);
         *stopped = !ll_failed(&status) && info.tick < info.end_tick && stops(e, session);
     }
@@ -124,7 +107,51 @@ static ll_status open_session(const ll_experiment *e, int64_t run, ll_session **
     return status;
 }
 
-ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bool *cancel, ll_row *row)
+/* ---- cost ---- */
+
+enum { COST_LEAST = 3, COST_MOST = 7 }; /* times that a run is made to measure it */
+
+#define COST_SHORT_NS 5e7 /* of all of them, below which there are more than the least */
+
+static double thread_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
+}
+
+static int cost_metric_of(const ll_experiment *e)
+{
+    for (int i = 0; i < e->metric_count; i++)
+        if (ll_metric_is_cost(e->metrics[i]))
+            return i;
+    return -1;
+}
+
+/* The same run again and again; the least is what others on the machine disturbed least. `first_ns` is what
+ * the run itself took. */
+static ll_status measure_cost(const ll_experiment *e, int metric, double first_ns,
+                              const ll_interrupt *interrupt, ll_row *row)
+{
+    double least = first_ns, all = first_ns;
+    ll_status status = ll_ok();
+    for (int n = 1; !ll_failed(&status) && (n < COST_LEAST || (n < COST_MOST && all < COST_SHORT_NS)); n++) {
+        ll_session *session = NULL;
+        bool stopped = false;
+        status = open_session(e, row->run, &session);
+        double from = thread_ns();
+        if (!ll_failed(&status))
+            status = advance(e, session, interrupt, &stopped);
+        double took = thread_ns() - from;
+        all += took;
+        least = took < least ? took : least;
+        ll_session_destroy(session);
+    }
+    row->metrics[metric] = !ll_failed(&status) && row->t_s > 0 ? least / row->t_s : NAN;
+    return status;
+}
+
+ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt, ll_row *row)
 {
     ll_session *session = NULL;
     bool stopped = false;
@@ -138,20 +165,25 @@ ll_status ll_experiment_run(const ll_experiment *e, int64_t run, const atomic_bo
         tell_error(row, &status);
         return ll_ok();
     }
-    status = advance(e, session, cancel, &stopped);
-    if (is_cancelled(cancel)) {
+    double from = thread_ns();
+    status = advance(e, session, interrupt, &stopped);
+    double took = thread_ns() - from;
+    if (status.code == LL_INTERRUPTED) {
         ll_session_destroy(session);
-        return ll_error(LL_CONFLICT, "run %lld was cancelled", (long long)run);
+        return status;
     }
     row->status = ll_failed(&status) ? LL_ROW_DIVERGED : stopped ? LL_ROW_STOPPED : LL_ROW_OK;
     if (ll_failed(&status))
         tell_error(row, &status);
     read_row(e, session, row);
     ll_session_destroy(session);
-    return ll_ok();
+    int cost = cost_metric_of(e);
+    if (cost >= 0 && ll_row_good(row))
+        status = measure_cost(e, cost, took, interrupt, row);
+    return status.code == LL_INTERRUPTED || status.code == LL_NO_MEMORY ? status : ll_ok();
 }
 
-ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
+ll_status ll_experiment_trace(const ll_experiment *e, int64_t run, const ll_interrupt *interrupt,
                               void (*write)(void *context, const char *text, size_t length), void *context)
 {
     ll_session *session = NULL;
@@ -159,9 +191,14 @@ ll_status ll_experiment_trace(const ll_experiment *e, int64_t run,
     ll_status status = open_session(e, run, &session);
     if (ll_failed(&status))
         return status;
-    ll_status ended = advance(e, session, NULL, &stopped);
+    ll_status ended = advance(e, session, interrupt, &stopped);
     int64_t tick = ll_session_get_info(session).tick;
-    status = ll_session_trace(session, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, write, context);
+    ll_session *copy = NULL;
+    status = ended.code == LL_INTERRUPTED ? ended : ll_session_copy(session, tick, &copy);
+    if (copy)
+        status = ll_session_write_trace(copy, 0, ll_failed(&ended) && tick > 0 ? tick - 1 : tick, interrupt,
+                                        write, context);
+    ll_session_destroy(copy);
     ll_session_destroy(session);
     return status;
 }

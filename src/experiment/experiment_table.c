@@ -6,7 +6,8 @@
 
 #include "experiment/experiment_internal.h"
 
-static const char *const samplings[] = {"none", "random", "sobol", NULL};
+static const char *const intervals[] = {"auto", "t", NULL};
+static const char *const samplings[] = {"none", "random", "sobol", "lhs", "saltelli", NULL};
 
 #define SAMPLE(member) offsetof(ll_experiment_head, sample.member) - offsetof(ll_experiment_head, sample)
 #define STOP(member) offsetof(ll_experiment_head, stop.member) - offsetof(ll_experiment_head, stop)
@@ -16,16 +17,18 @@ static const ll_param sample_rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = SAMPLE(method),
      .choices = samplings,
-     .help =
-         "Points drawn from the axes in place of their product: at random, or a Sobol' sequence, which fills "
-         "evenly."},
+     .help = "Points drawn from the axes in place of their product: at random, a Sobol' sequence, which "
+             "fills evenly, a "
+             "Latin hypercube (lhs), or what sensitivity indices are made of (saltelli)."},
     {.name = "count",
      .type = LL_PARAM_INT,
      .offset = SAMPLE(count),
      .min = 1,
      .max = LL_EXPERIMENT_RUNS_MAX,
      .standard = 64,
-     .help = "How many points; powers of two suit a Sobol' sequence."},
+     .help = "How many points, of saltelli base samples, each of as many points as there are dimensions and "
+             "two; powers "
+             "of two suit Sobol' sequences and saltelli."},
     {.name = "seed",
      .type = LL_PARAM_INT,
      .offset = SAMPLE(seed),
@@ -68,6 +71,39 @@ static const ll_param_table stop_table = {.name = "stop",
                                           .count = sizeof stop_rows / sizeof stop_rows[0],
                                           .size = sizeof((ll_experiment_head *)0)->stop};
 
+#define UNTIL(member) offsetof(ll_experiment_head, until.member) - offsetof(ll_experiment_head, until)
+
+static const ll_param until_rows[] = {
+    {.name = "metric",
+     .type = LL_PARAM_TEXT,
+     .offset = UNTIL(metric),
+     .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "One of the metrics; empty: the error."},
+    {.name = "half_width",
+     .type = LL_PARAM_REAL,
+     .offset = UNTIL(half_width),
+     .max = 1e15,
+     .help = "A point has enough runs when half of the interval's width is at most this; 0: no such rule."},
+    {.name = "relative",
+     .type = LL_PARAM_REAL,
+     .offset = UNTIL(relative),
+     .max = 1,
+     .help = "Or when it is at most this part of the mean's magnitude; 0: no such rule."},
+    {.name = "least",
+     .type = LL_PARAM_INT,
+     .offset = UNTIL(least),
+     .min = LL_INTERVAL_LEAST,
+     .max = 100000,
+     .standard = 10,
+     .help = "Runs before the first look; there is another whenever there are twice as many."},
+};
+
+static const ll_param_table until_table = {.name = "until",
+                                           .help = "When a point has enough runs, below `repeats`.",
+                                           .rows = until_rows,
+                                           .count = sizeof until_rows / sizeof until_rows[0],
+                                           .size = sizeof((ll_experiment_head *)0)->until};
+
 #define ROW(member) .name = #member, .offset = offsetof(ll_experiment_head, member)
 
 static const ll_param head_rows[] = {
@@ -81,10 +117,15 @@ static const ll_param head_rows[] = {
      .help = "The metric that this is paid with; empty: the second, if there is one."},
     {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .standard = 1,
      .help = "Runs of each point, with seeds that count up from the scenario's."},
+    {ROW(interval), .type = LL_PARAM_CHOICE, .choices = intervals,
+     .help = "How intervals of means are made: auto chooses by what the values are, t is Student's for all "
+             "but shares, for who knows that they are near to normal."},
     {ROW(traces), .type = LL_PARAM_BOOL,
      .help = "Write each run's trace beside the rows: for at most 1000 runs."},
     {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},
     {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "When a run ends early."},
+    {ROW(until), .type = LL_PARAM_OBJECT, .child = &until_table,
+     .help = "When a point has enough runs, below `repeats`."},
 };
 
 static const ll_param_table head_table = {.name = "experiment",
@@ -94,7 +135,7 @@ static const ll_param_table head_table = {.name = "experiment",
                                           .size = sizeof(ll_experiment_head)};
 
 /* Keys that are not values of one type, so not in the table. */
-static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload"};
+static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload", "front"};
 
 /* ---- schema ---- */
 
@@ -141,9 +182,17 @@ cJSON *ll_experiment_schema(void)
         "axis\"},{\"type\":\"object\","
         "\"properties\":{\"zip\":{\"type\":\"array\",\"minItems\":1,\"items\":{\"$ref\":\"#/$defs/axis\"}}},"
         "\"required\":[\"zip\"],\"additionalProperties\":false}]}}");
+    add_other(properties, "metrics",
+              "{\"description\":\"Paths of numbers in the metrics of a run, and cost.ns_per_sim_s, which is "
+              "measured: "
+              "nanoseconds of a processor for a second of simulated time, the least of "
+              "several.\",\"type\":\"array\",\"minItems\":1,"
+              "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
     add_other(
-        properties, "metrics",
-        "{\"description\":\"Paths of numbers in the metrics of a run.\",\"type\":\"array\",\"minItems\":1,"
+        properties, "front",
+        "{\"description\":\"Metrics whose front the report marks: points that no other point is as good as "
+        "in all "
+        "and better than in one, by magnitude; left out, cost and error.\",\"type\":\"array\",\"minItems\":2,"
         "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
     add_workload(properties);
     cJSON_AddItemToObject(
@@ -161,7 +210,7 @@ cJSON *ll_experiment_schema(void)
 
 static ll_status check_keys(const cJSON *json)
 {
-    char known[200] = "";
+    char known[240] = "";
     const cJSON *item;
     for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s, ", other_keys[i]);

@@ -1,5 +1,5 @@
 /* An SQLite database with one table, `results`. SQLite writes files by name, so it is made in a temporary
- * one. */
+ * one, below $TMPDIR or /tmp; in memory where nothing can be written. */
 #include <sqlite3.h>
 #include <stdlib.h>
 #include <string.h>
@@ -64,17 +64,46 @@ static ll_status fill(sqlite3 *db, const ll_table *t)
     return status;
 }
 
-static ll_status copy(const char *path, FILE *file)
+static ll_status copy(int fd, FILE *file)
 {
     char piece[65536];
-    size_t got;
-    FILE *from = fopen(path, "rbe");
-    if (!from)
-        return ll_error(LL_IO, "the SQLite file could not be read back from %s", path);
-    while ((got = fread(piece, 1, sizeof piece, from)) > 0)
-        fwrite(piece, 1, got, file);
-    fclose(from);
-    return ll_ok();
+    ssize_t got;
+    off_t at = 0;
+    while ((got = pread(fd, piece, sizeof piece, at)) > 0) {
+        fwrite(piece, 1, (size_t)got, file);
+        at += got;
+    }
+    return got == 0 ? ll_ok() : ll_error(LL_IO, "the SQLite file could not be read back");
+}
+
+/* Where no file can be made: all of it in memory. */
+static ll_status write_memory(const ll_table *t, FILE *file)
+{
+    sqlite3 *db = NULL;
+    sqlite3_int64 size = 0;
+    ll_status status = sqlite3_open(":memory:", &db) == SQLITE_OK
+                           ? fill(db, t)
+                           : ll_error(LL_NO_MEMORY, "no memory for an SQLite file");
+    unsigned char *bytes = ll_failed(&status) ? NULL : sqlite3_serialize(db, "main", &size, 0);
+    if (bytes)
+        fwrite(bytes, 1, (size_t)size, file);
+    else if (!ll_failed(&status))
+        status = ll_error(LL_NO_MEMORY, "no memory for an SQLite file");
+    sqlite3_free(bytes);
+    sqlite3_close(db);
+    return status;
+}
+
+/* Its name goes as soon as SQLite has it open, so that nothing is left by a process that dies. */
+static ll_status write_disk(const ll_table *t, const char *path, int fd, FILE *file)
+{
+    sqlite3 *db = NULL;
+    bool open = sqlite3_open(path, &db) == SQLITE_OK &&
+                sqlite3_exec(db, "SELECT 1 FROM sqlite_master", NULL, NULL, NULL) == SQLITE_OK;
+    unlink(path);
+    ll_status status = open ? fill(db, t) : ll_error(LL_IO, "%s cannot be opened", path);
+    sqlite3_close(db);
+    return ll_failed(&status) ? status : copy(fd, file);
 }
 
 static ll_status write_file(const ll_table *t, FILE *file)
@@ -83,16 +112,9 @@ static ll_status write_file(const ll_table *t, FILE *file)
     char path[512];
     snprintf(path, sizeof path, "%s/laglab-results-XXXXXX", folder && strlen(folder) < 400 ? folder : "/tmp");
     int fd = mkstemp(path);
-    sqlite3 *db = NULL;
-    if (fd < 0)
-        return ll_error(LL_IO, "no temporary file can be made in %s; TMPDIR names another folder", path);
-    close(fd);
-    ll_status status =
-        sqlite3_open(path, &db) == SQLITE_OK ? fill(db, t) : ll_error(LL_IO, "%s cannot be opened", path);
-    sqlite3_close(db);
-    if (!ll_failed(&status))
-        status = copy(path, file);
-    unlink(path);
+    ll_status status = fd >= 0 ? write_disk(t, path, fd, file) : write_memory(t, file);
+    if (fd >= 0)
+        close(fd);
     return ll_format_end(file, &status);
 }
 

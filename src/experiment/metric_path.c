@@ -113,3 +113,62 @@ bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path)
             return true;
     return false;
 }
+
+static bool is_among(const char *const *names, const char *path)
+{
+    for (; *path; path += strcspn(path, "."), path += *path == '.')
+        for (const char *const *name = names; *name; name++)
+            if (strncmp(path, *name, strlen(*name)) == 0 && strchr(".", path[strlen(*name)]))
+                return true;
+    return false;
+}
+
+static bool ends_in(const char *path, const char *end)
+{
+    size_t size = strlen(path), n = strlen(end);
+    return size >= n && strcmp(path + size - n, end) == 0;
+}
+
+bool ll_metric_is_cost(const char *path)
+{
+    return strcmp(path, "cost.ns_per_sim_s") == 0;
+}
+
+bool ll_metric_is_rate(const char *path)
+{
+    return ends_in(path, "_per_s");
+}
+
+ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics, const char *path)
+{
+    static const char *const events[] = {"visible_corrections",
+                                         "visible_corrections_per_s",
+                                         "hitches",
+                                         "underruns",
+                                         "overruns",
+                                         "false_hits",
+                                         "false_misses",
+                                         "shot_behind_cover",
+                                         "clamped",
+                                         "distrusted",
+                                         "rifle_hits",
+                                         "shell_hits",
+                                         "mismatches",
+                                         "drops",
+                                         "time_outs",
+                                         "clock_snaps",
+                                         "false_refusals",
+                                         "hits_on_players",
+                                         "seen_second",
+                                         NULL};
+    char reached[160];
+    const char *missing;
+    if (cJSON_IsBool(metric_at(metrics, path, reached, sizeof reached, &missing)))
+        return LL_SCALE_FLAG;
+    if (kind->no_rare_events || ll_metric_is_cost(path))
+        return LL_SCALE_AMOUNT;
+    if (is_among(events, path))
+        return LL_SCALE_COUNT;
+    return ends_in(path, ".max") || ends_in(path, "_max") || ends_in(path, ".p99") ? LL_SCALE_EXTREME
+                                                                                   : LL_SCALE_AMOUNT;
+}

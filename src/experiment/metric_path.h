@@ -1,6 +1,7 @@
 /* Paths into the metrics of a run, such as `players.0.remote_error_m.mean`. */
 #pragma once
 
+#include "experiment/interval.h"
 #include "sim/sim.h"
 
 struct cJSON;
@@ -19,3 +20,15 @@ const struct cJSON *ll_metric_failed_part(const struct cJSON *metrics, const cha
 /* Whether the kind declares the metric at the path as one that may be below 0 and is better the nearer it is
  * to 0. Comparisons take the magnitude of every metric; of these the sign says something beside. */
 bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path);
+
+/* What the values at the path are, whose value in `metrics` of some run tells flags: counts are only those of
+ * events that come one by one, so that their number is near to Poisson's; what comes in bursts (corrections
+ * after a loss, packets, bytes) and all else is an amount. */
+ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const struct cJSON *metrics, const char *path);
+
+/* `cost.ns_per_sim_s`, which is measured beside a run and is none of its own metrics: nanoseconds of a
+ * processor's time for a second of simulated time. It differs each time. */
+bool ll_metric_is_cost(const char *path);
+
+/* Whether it is a count for each second that was counted: from warmup_s on. */
+bool ll_metric_is_rate(const char *path);

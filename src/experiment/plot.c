@@ -145,7 +145,7 @@ static void draw_points(FILE *file, const ll_plot *plot, const scale *x, const s
     fputs("<path class=\"front\" d=\"", file);
     for (int i = 0; i < plot->count; i++) {
         const ll_plot_point *p = &plot->points[i];
-        if (!p->front || !drawable(p))
+        if (!p->front || plot->apart || !drawable(p))
             continue;
         fprintf(file, "%c%.1f %.1f", begun ? 'L' : 'M', position(x, p->x), position(y, p->y));
         begun = true;
@@ -156,11 +156,11 @@ static void draw_points(FILE *file, const ll_plot *plot, const scale *x, const s
         if (!drawable(p))
             continue;
         double px = position(x, p->x), py = position(y, p->y);
-        double low = p->y - p->half, lowest = plot->height - BOTTOM;
-        if (p->half > 0)
+        double lowest = plot->height - BOTTOM;
+        if (p->low < p->high)
             fprintf(file, "<path class=\"ci\" d=\"M%.1f %.1fV%.1f\"/>", px,
-                    y->log && low <= 0 ? lowest : fmin(position(y, low), lowest),
-                    fmax(position(y, p->y + p->half), TOP));
+                    y->log && p->low <= 0 ? lowest : fmin(position(y, p->low), lowest),
+                    isinf(p->high) ? TOP : fmax(position(y, p->high), TOP));
         fprintf(file, "<circle%s cx=\"%.1f\" cy=\"%.1f\" r=\"%s\"><title>", p->front ? " class=\"on\"" : "",
                 px, py, p->front ? "4.5" : "3");
         ll_html_text(p->name, file);
@@ -221,7 +221,7 @@ static void write_table(FILE *file, const ll_plot *plot)
     ll_html_text(plot->x_name, file);
     fputs("</th><th>", file);
     ll_html_text(plot->y_name, file);
-    fputs("</th><th>± 95 %</th></tr></thead><tbody>\n", file);
+    fputs("</th><th>95 % from</th><th>to</th></tr></thead><tbody>\n", file);
     for (int i = 0; i < plot->count; i++) {
         const ll_plot_point *p = &plot->points[i];
         fprintf(file, "<tr%s><td class=\"l\">", p->front ? " class=\"on\"" : "");
@@ -235,7 +235,8 @@ static void write_table(FILE *file, const ll_plot *plot)
             write_cell(file, p->x);
         }
         write_cell(file, p->y);
-        write_cell(file, p->half);
+        write_cell(file, p->low);
+        write_cell(file, p->high);
         fputs("</tr>\n", file);
     }
     fputs("</tbody></table></div>\n", file);

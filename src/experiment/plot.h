@@ -6,7 +6,7 @@
 
 typedef struct ll_plot_point {
     double x, y;
-    double half;       /* width of half of y's interval; NaN: there is none */
+    double low, high;  /* of y's interval; NaN or infinite: there is none */
     bool front;        /* on the front: drawn in the other colour, and joined */
     const char *label; /* of a choice on the x axis; NULL: x is a number */
     const char *name;  /* told when a pointer rests on it */
@@ -17,6 +17,7 @@ typedef struct ll_plot {
     const ll_plot_point *points; /* of a front: in the order of x */
     int count;
     bool log_x, log_y; /* where all values are above 0; otherwise the axis is linear */
+    bool apart;        /* the front is not joined: it is of more than what is drawn */
     int width, height;
 } ll_plot;
 

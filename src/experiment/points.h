@@ -7,10 +7,9 @@ enum { LL_POINTS_MAX = 20000 };
 
 typedef struct ll_point {
     int64_t point, runs, failed;
-    struct cJSON *values; /* what is varied; owned */
-    char *name;           /* `players.0.lag_ms 100, server.update_hz 30`; owned */
-    double mean[LL_EXPERIMENT_METRICS_MAX],
-        half[LL_EXPERIMENT_METRICS_MAX];    /* of the 95 % interval; NaN: none */
+    struct cJSON *values;                   /* what is varied; owned */
+    char *name;                             /* `players.0.lag_ms 100, server.update_hz 30`; owned */
+    ll_summary *metrics;                    /* by metric; owned */
     double size[LL_EXPERIMENT_METRICS_MAX]; /* mean magnitude: what is compared; NaN: not all runs have it */
     bool front; /* no other is as good in one of cost and error and better in the other */
 } ll_point;
@@ -28,5 +27,8 @@ void ll_points_free(ll_points *points);
 
 /* Marks the front of least cost and least error, by magnitude; of points all of whose runs have both. */
 void ll_points_mark_front(ll_points *points, int cost, int error);
+
+/* The same of any number of metrics from 2 on: no other point is as good in all and better in one. */
+void ll_points_mark_fronts(ll_points *points, const int *metrics, int count);
 
 char *ll_point_name(const struct cJSON *values); /* caller frees */

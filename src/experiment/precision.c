@@ -1,182 +1,194 @@
 #include "experiment/precision.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "ode/scale.h"
+#include "ode/measure.h"
 
-enum { SAMPLES = 64, REPEATS = 7, STEPS_MAX = 1 << 20 };
+enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
 
 #define LONG_NS 200000000 /* a run of more than so long is not repeated */
+#define SLACK 1e-9        /* a step that ends within this part of itself before the end ends there */
 
-/* What one ladder needs: the solution at the sample times, and a run. */
+/* What one ladder needs: a run, the solution beside it, and what is not known of that. */
 typedef struct bench {
     const ll_precision_order *order;
     ll_ode ode;
     double duration;
-    double *solution;          /* SAMPLES + 1 states, the first at time 0 */
-    double doubt[SAMPLES + 1]; /* by how much two references differ */
-    ll_ode_run *run;
+    double start[LL_ODE_DIM_MAX];
+    bool formula;
+    ll_ode_run *run, *solution; /* the solution's is the first reference's, where there is no formula */
+    double *each, *doubt_each;  /* of components: measure.h */
+    ll_ode_measure doubt;       /* by how much two references differ */
+    double predictable_s;       /* until when that is little; the duration: all along */
+    ll_ode_scale whole;         /* of the solution, as far as it is predictable */
 } bench;
 
-static double sample_time(const bench *b, int k)
+static ll_status start_reference(const bench *b, int which, ll_ode_run *run)
 {
-    return k == SAMPLES ? b->duration : b->duration * k / SAMPLES;
-}
-
-static double distance(const double *a, const double *b, int dim)
-{
-    double sum = 0;
-    for (int i = 0; i < dim; i++)
-        sum += (a[i] - b[i]) * (a[i] - b[i]);
-    return sqrt(sum);
-}
-
-/* One of the references at the sample times, from the second on. */
-static ll_status integrate(const bench *b, int which, double *states)
-{
-    const ll_ode_problem *p = b->order->problem;
-    const ll_ode_method *method = ll_ode_reference_method(p, which);
     ll_ode_control control = ll_ode_reference_control(b->duration);
-    ll_ode_run *run = malloc(ll_ode_run_size(method, &b->ode));
-    ll_status status = run ? ll_ode_start(run, method, &b->ode, &control, b->solution)
-                           : ll_error(LL_NO_MEMORY, "no memory for a solution");
-    for (int k = 1; k <= SAMPLES && !ll_failed(&status); k++) {
-        double t = sample_time(b, k);
-        if (run->t < t && ll_ode_advance(run, method, &b->ode, t) == LL_ODE_DIVERGED)
-            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
-        else
-            ll_ode_sample(run, method, &b->ode, t, states + k * b->ode.dim);
-    }
-    free(run);
-    return status;
+    return ll_ode_start(run, ll_ode_reference_method(b->order->problem, which), &b->ode, &control, b->start);
 }
 
-/* By formula, else by two references. */
+/* Reference `which` at `t`, which only goes forward. */
+static void reference_at(const bench *b, ll_ode_run *run, int which, double t, double *y)
+{
+    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, which);
+    if (run->t < t)
+        ll_ode_advance(run, method, &b->ode, t);
+    ll_ode_sample(run, method, &b->ode, t, y);
+}
+
+static void solution_at(const bench *b, double t, double *y)
+{
+    if (b->formula)
+        b->order->problem->exact(b->order->params, t, y);
+    else
+        reference_at(b, b->solution, 0, t, y);
+}
+
+/* Compares both references over the last step of the first; false where they part. */
+static bool compare(bench *b, ll_ode_run *second)
+{
+    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, 0);
+    double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
+    int points = ll_ode_measure_points(b->solution, method, at);
+    for (int k = 0; k < points; k++) {
+        ll_ode_measure before = b->doubt;
+        ll_ode_sample(b->solution, method, &b->ode, at[k], y);
+        reference_at(b, second, 1, at[k], other);
+        ll_ode_scale_see(&b->doubt.scale, b->order->problem, &b->ode, at[k], y);
+        ll_ode_measure_at(&b->doubt, b->doubt_each, &b->ode, at[k],
+                          (b->solution->t - b->solution->t_last) / points, other, y, true);
+        if (!(b->doubt.error <= LL_ODE_PREDICTABLE * b->doubt.scale.state)) {
+            b->doubt = before;
+            return false;
+        }
+        b->predictable_s = at[k];
+    }
+    return true;
+}
+
+/* By formula, else what two references differ by. */
 static ll_status solve(bench *b)
 {
     const ll_ode_problem *p = b->order->problem;
-    int dim = b->ode.dim;
-    bool formula = p->exact != NULL;
-    p->start(b->order->params, b->solution);
-    for (int k = 1; k <= SAMPLES && formula; k++)
-        formula = p->exact(b->order->params, sample_time(b, k), b->solution + k * dim);
-    if (formula)
+    double y[LL_ODE_DIM_MAX];
+    b->predictable_s = b->duration;
+    b->formula = p->exact != NULL && p->exact(b->order->params, b->duration, y);
+    ll_ode_measure_start(&b->doubt, b->doubt_each, p, &b->ode, b->start);
+    for (int k = 1; b->formula && k <= TIMES; k++) {
+        p->exact(b->order->params, b->duration * k / TIMES, y);
+        ll_ode_scale_see(&b->whole, p, &b->ode, b->duration * k / TIMES, y);
+    }
+    if (b->formula)
         return ll_ok();
-    double *other = calloc((SAMPLES + 1) * (size_t)dim, sizeof *other);
+    ll_ode_run *second = malloc(ll_ode_run_size(ll_ode_reference_method(p, 1), &b->ode));
     ll_status status =
-        other ? integrate(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "no memory for a solution");
+        second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "no memory for a solution");
     if (!ll_failed(&status))
-        status = integrate(b, 1, other);
-    for (int k = 1; k <= SAMPLES && !ll_failed(&status); k++)
-        b->doubt[k] = distance(b->solution + k * dim, other + k * dim, dim);
-    free(other);
+        status = start_reference(b, 1, second);
+    bool together = !ll_failed(&status);
+    for (b->predictable_s = 0; together && b->solution->state == LL_ODE_RUNNING;) {
+        ll_ode_state state = ll_ode_step(b->solution, ll_ode_reference_method(p, 0), &b->ode);
+        together = compare(b, second);
+        if (state == LL_ODE_DIVERGED || second->state == LL_ODE_DIVERGED)
+            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
+        together = together && !ll_failed(&status);
+    }
+    b->whole = b->doubt.scale;
+    free(second);
     return status;
-}
-
-static double energy_at(const bench *b, double t, const double *y)
-{
-    const ll_ode_problem *p = b->order->problem;
-    return p->energy ? p->energy(b->order->params, t, y) : 0;
 }
 
 static ll_status start(bench *b, const ll_ode_method *method, double setting)
 {
     ll_ode_control control = {
         .t_end = b->duration, .dt = setting, .tolerance = setting, .max_steps = 100 * (int64_t)STEPS_MAX};
-    return ll_ode_start(b->run, method, &b->ode, &control, b->solution);
+    return ll_ode_start(b->run, method, &b->ode, &control, b->start);
 }
 
 static void forget(ll_precision *r)
 {
     r->e_final = r->e_max = r->e_l2 = r->drift_final = r->drift_max = r->drift_per_s = NAN;
+    r->e_final_weighted = r->e_max_weighted = r->e_l2_weighted = NAN;
     r->predictable_s = r->uncertainty = NAN;
 }
 
-/* Of the whole solution. */
-static ll_ode_scale scale_of(const bench *b)
+/* What is above what is not known of the solution. */
+static double above(double error, double doubt)
 {
-    ll_ode_scale scale = {0};
-    for (int k = 0; k <= SAMPLES; k++)
-        ll_ode_scale_see(&scale, b->order->problem, &b->ode, sample_time(b, k), b->solution + k * b->ode.dim);
-    return scale;
+    return doubt == 0 || error > doubt ? error : NAN;
 }
 
-/* How many of the sample times the solution is predictable for. */
-static int predictable(const bench *b, const ll_ode_scale *scale)
+static double weighted(const bench *b, const ll_ode_measure *m, int row)
 {
-    int k = 0;
-    while (k < SAMPLES && b->doubt[k + 1] <= LL_ODE_PREDICTABLE * scale->state)
-        k++;
-    return k;
+    return above(ll_ode_measure_weighted(m, b->each, &b->ode, row),
+                 ll_ode_measure_weighted(&b->doubt, b->doubt_each, &b->ode, row));
 }
 
-/* The error at the sample times, as far as the solution is predictable, and above what is not known of it. */
-static void errors(const bench *b, const double *error, int known, ll_precision *r)
+static void errors(const bench *b, const ll_ode_measure *m, ll_precision *r)
 {
-    double squares = 0, unknown = 0;
-    for (int k = 1; k <= known; k++) {
-        r->e_max = fmax(r->e_max, error[k]);
-        r->uncertainty = fmax(r->uncertainty, b->doubt[k]);
-        squares += error[k] * error[k];
-        unknown += b->doubt[k] * b->doubt[k];
+    bool all = b->predictable_s >= b->duration;
+    r->e_final = all ? above(m->error, b->doubt.error) : NAN;
+    r->e_final_weighted = all ? weighted(b, m, LL_ODE_LAST) : NAN;
+    r->e_max = above(m->error_max, b->doubt.error_max);
+    r->e_max_weighted = weighted(b, m, LL_ODE_MOST);
+    r->e_l2 = above(ll_ode_measure_rms(m), ll_ode_measure_rms(&b->doubt));
+    r->e_l2_weighted = weighted(b, m, LL_ODE_SQUARES);
+    r->uncertainty = b->doubt.error_max;
+    r->predictable_s = all ? NAN : b->predictable_s;
+    r->size = m->scale.state;
+    r->drift_final = ll_ode_measure_relative(m, m->drift);
+    r->drift_max = ll_ode_measure_relative(m, m->drift_max);
+    r->drift_per_s = ll_ode_measure_slope(m);
+}
+
+/* The step that the run has made last, up to the duration. */
+static void measure_step(bench *b, const ll_ode_method *method, ll_ode_measure *m)
+{
+    double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], wanted[LL_ODE_DIM_MAX], from = m->t;
+    int points = ll_ode_measure_points(b->run, method, at);
+    bool within = b->run->t < b->duration;
+    double end = within ? b->run->t : b->duration;
+    for (int k = 0; k < points; k++) {
+        double t = k == points - 1 || at[k] > end ? end : at[k];
+        if (t == end && within && b->run->event >= 0)
+            return; /* at its jump it need not be on the side on which the solution is */
+        ll_ode_sample(b->run, method, &b->ode, t, y);
+        solution_at(b, t, wanted);
+        ll_ode_scale_see(&m->scale, b->order->problem, &b->ode, t, wanted);
+        ll_ode_measure_at(m, b->each, &b->ode, t, (end - from) / points, y, wanted, t <= b->predictable_s);
     }
-    r->e_final = known == SAMPLES ? error[SAMPLES] : NAN;
-    r->e_l2 = sqrt(squares / (known > 0 ? known : 1));
-    r->predictable_s = known < SAMPLES ? sample_time(b, known) : NAN;
-    if (b->doubt[known] > 0 && !(r->e_final > b->doubt[known]))
-        r->e_final = NAN;
-    if (r->uncertainty > 0 && !(r->e_max > r->uncertainty))
-        r->e_max = NAN;
-    if (unknown > 0 && !(squares > unknown))
-        r->e_l2 = NAN;
+    ll_ode_measure_energy(m, b->order->problem, &b->ode, end, end - from, y);
+    if (ll_ode_measure_blown_up(m))
+        ll_ode_give_up(b->run, LL_ODE_BLEW_UP);
 }
 
-/* Least squares. */
-static double slope(const double *t, const double *value, int n)
+/* The run, held against the solution over all of its steps. */
+static ll_status measure(bench *b, const ll_ode_method *method, ll_precision *r)
 {
-    double sum_t = 0, sum_tt = 0, sum = 0, sum_tv = 0;
-    for (int k = 1; k <= n; k++) {
-        sum_t += t[k];
-        sum_tt += t[k] * t[k];
-        sum += value[k];
-        sum_tv += t[k] * value[k];
-    }
-    return (n * sum_tv - sum_t * sum) / (n * sum_tt - sum_t * sum_t);
-}
-
-/* The run, held against the solution. */
-static void measure(bench *b, const ll_ode_method *method, ll_precision *r)
-{
-    int dim = b->ode.dim;
-    ll_ode_scale most = scale_of(b);
-    r->size = most.state;
-    double at[SAMPLES + 1], error[SAMPLES + 1], drift[SAMPLES + 1], y[LL_ODE_DIM_MAX];
-    double e0 = energy_at(b, 0, b->solution), scale = fabs(e0) > 0 ? fabs(e0) : 1;
-    for (int k = 1; k <= SAMPLES; k++) {
-        at[k] = sample_time(b, k);
-        if (ll_ode_advance(b->run, method, &b->ode, at[k]) == LL_ODE_DIVERGED)
-            break;
-        ll_ode_sample(b->run, method, &b->ode, at[k], y);
-        error[k] = distance(y, b->solution + k * dim, dim);
-        drift[k] = (energy_at(b, at[k], y) - e0) / scale;
-        r->drift_max = fmax(r->drift_max, fabs(drift[k]));
-        if (ll_ode_blown_up(&most, error[k], drift[k] * scale)) {
-            ll_ode_blow_up(b->run);
-            break;
-        }
-    }
+    ll_ode_measure m;
+    ll_ode_measure_start(&m, b->each, b->order->problem, &b->ode, b->start);
+    ll_ode_scale_join(&m.scale, &b->whole);
+    ll_status status = b->formula ? ll_ok() : start_reference(b, 0, b->solution);
+    double slack = method->adaptive ? 0 : SLACK * r->setting;
+    while (!ll_failed(&status) && b->run->state == LL_ODE_RUNNING && b->duration - b->run->t > slack)
+        if (ll_ode_step(b->run, method, &b->ode) != LL_ODE_DIVERGED)
+            measure_step(b, method, &m);
+    if (b->run->state != LL_ODE_DIVERGED && b->predictable_s >= b->duration &&
+        !ll_ode_measure_resolved(&m, b->each, b->order->problem, &b->ode))
+        ll_ode_give_up(b->run, LL_ODE_UNRESOLVED);
     r->status = ll_ode_run_status(b->run);
     r->reason = (ll_ode_reason)b->run->reason;
     r->counters = b->run->counters;
-    if (r->status != LL_RUN_OK) {
+    if (r->status == LL_RUN_OK)
+        errors(b, &m, r);
+    else
         forget(r);
-        return;
-    }
-    r->drift_final = drift[SAMPLES];
-    r->drift_per_s = slope(at, drift, SAMPLES);
-    errors(b, error, predictable(b, &most), r);
+    return status;
 }
 
 static int by_size(const void *a, const void *b)
@@ -210,7 +222,7 @@ static ll_status rung(bench *b, const ll_ode_method *method, double setting, ll_
     if (!ll_failed(&status))
         status = start(b, method, setting);
     if (!ll_failed(&status))
-        measure(b, method, r);
+        status = measure(b, method, r);
     return status;
 }
 
@@ -222,15 +234,23 @@ static ll_status open_bench(bench *b, const ll_precision_order *order, const ll_
     ll_status status = ll_ode_method_fits(method, &b->ode);
     if (ll_failed(&status))
         return status;
-    b->solution = calloc((SAMPLES + 1) * (size_t)b->ode.dim, sizeof *b->solution);
+    size_t each = LL_ODE_ROWS * (size_t)b->ode.dim;
+    order->problem->start(order->params, b->start);
     b->run = malloc(ll_ode_run_size(method, &b->ode));
-    return b->solution && b->run ? solve(b) : ll_error(LL_NO_MEMORY, "no memory to measure a method");
+    b->solution = malloc(ll_ode_run_size(ll_ode_reference_method(order->problem, 0), &b->ode));
+    b->each = calloc(each, sizeof *b->each);
+    b->doubt_each = calloc(each, sizeof *b->doubt_each);
+    return b->run && b->solution && b->each && b->doubt_each
+               ? solve(b)
+               : ll_error(LL_NO_MEMORY, "no memory to measure a method");
 }
 
 static void close_bench(bench *b)
 {
-    free(b->solution);
     free(b->run);
+    free(b->solution);
+    free(b->each);
+    free(b->doubt_each);
 }
 
 ll_status ll_precision_rung(const ll_precision_order *order, const ll_ode_method *method, double setting,
@@ -244,10 +264,12 @@ ll_status ll_precision_rung(const ll_precision_order *order, const ll_ode_method
     return status;
 }
 
-/* Above what is not known of the solution, and below a tenth of its size: an order can be told. */
+/* Above what is not known of the solution and what rounding makes of so many steps, and below a tenth of the
+ * solution's size: an order can be told. */
 static bool is_well_known(const ll_precision *r)
 {
-    return r->e_max > 4 * r->uncertainty && r->e_max < r->size / 10;
+    double rounding = 16 * DBL_EPSILON * r->size * sqrt((double)r->counters.steps);
+    return r->e_max > 4 * r->uncertainty && r->e_max > rounding && r->e_max < r->size / 10;
 }
 
 /* Shorter steps tell no more: rounding has the say, or the solution is not known better. */

@@ -6,9 +6,9 @@
 #include "ode/problem.h"
 #include "ode/run.h"
 
-/* One rung. Errors are Euclidean distances of the whole state from the solution, as in simulations of kind
- * motion: `e_max` and `e_l2` over 64 even times, as far as the solution is predictable. Of a run that failed
- * (ll_ode_scale tells what has blown up) errors and drifts are NaN. */
+/* One rung. Errors are Euclidean distances of the whole state from the solution, and weighted, as in
+ * simulations of kind motion: `e_max` and `e_l2` over all steps (ode/measure.h), as far as the solution is
+ * predictable. Of a run that failed (ll_ode_scale tells what has blown up) errors and drifts are NaN. */
 typedef struct ll_precision {
     double setting; /* dt in s, or the tolerance */
     ll_run_status status;
@@ -16,14 +16,15 @@ typedef struct ll_precision {
     ll_ode_counters counters;
     double cpu_min_s, cpu_median_s;
     double e_final, e_max, e_l2;
+    double e_final_weighted, e_max_weighted, e_l2_weighted;
     double size;          /* of the solution: its largest length */
-    double uncertainty;   /* of the solution, the most at these times: 0 by formula. Errors below are NaN */
+    double uncertainty;   /* of the solution, the most: 0 by formula. Errors below are NaN */
     double predictable_s; /* until when the solution is known to LL_ODE_PREDICTABLE of its size; NaN: all
                              along */
     double drift_final, drift_max, drift_per_s; /* of the energy, relative; 0 where the problem has none */
     double order; /* of this rung against the one before: log of errors over log of settings; NaN for the
-                     first, and where an error of both is not well above the uncertainty, or above a tenth of
-                     the size */
+                     first, and where an error of both is not well above the uncertainty and rounding, or
+                     above a tenth of the size */
 } ll_precision;
 
 typedef struct ll_precision_order {

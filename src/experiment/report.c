@@ -9,6 +9,7 @@
 #include "experiment/metric_path.h"
 #include "experiment/plot.h"
 #include "experiment/points.h"
+#include "experiment/until.h"
 
 static const char head[] =
     "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
@@ -55,6 +56,22 @@ static const char *name_of(const ll_experiment *e, int metric, char name[LL_COLU
     return name;
 }
 
+/* A point as it is drawn: by magnitude, which the bounds are of only where all runs have one sign. */
+static ll_plot_point drawn(const ll_point *from, int metric)
+{
+    const ll_summary *m = &from->metrics[metric];
+    double size = from->size[metric], rest = 1e-9 * size;
+    ll_plot_point p = {.y = size, .low = NAN, .high = NAN, .front = from->front, .name = from->name};
+    if (fabs(m->mean - size) <= rest) {
+        p.low = m->of_mean.low;
+        p.high = m->of_mean.high;
+    } else if (fabs(m->mean + size) <= rest) {
+        p.low = -m->of_mean.high;
+        p.high = -m->of_mean.low;
+    }
+    return p;
+}
+
 static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     int x = e->cost_metric, y = e->error_metric;
@@ -64,11 +81,8 @@ static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FIL
         return ll_error(LL_NO_MEMORY, "no memory for a plot");
     for (int i = 0; i < points->count; i++) {
         const ll_point *from = &points->points[i];
-        p[i] = (ll_plot_point){.x = from->size[x],
-                               .y = from->size[y],
-                               .half = from->half[y],
-                               .front = from->front,
-                               .name = from->name};
+        p[i] = drawn(from, y);
+        p[i].x = from->size[x];
     }
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     fputs("<h2>Error against cost</h2><p>Left is cheap, low is good. The marked points are the Pareto "
@@ -77,7 +91,7 @@ static ll_status plot_trade(const ll_experiment *e, const ll_points *points, FIL
           "drawn.</p>\n",
           file);
     ll_plot_write(&(ll_plot){"Error against cost", name_of(e, x, x_name), name_of(e, y, y_name), p,
-                             points->count, true, true, 760, 420},
+                             points->count, true, true, e->front_count > 2, 760, 420},
                   file);
     free(p);
     return ll_ok();
@@ -117,22 +131,44 @@ static ll_status plot_axis(const ll_experiment *e, const ll_points *points, cons
     for (int i = 0; i < points->count; i++) {
         const ll_point *from = &points->points[i];
         const cJSON *value = cJSON_GetObjectItemCaseSensitive(from->values, axis->path);
-        p[i] = (ll_plot_point){.x = place_of(axis, value),
-                               .y = from->size[e->error_metric],
-                               .half = from->half[e->error_metric],
-                               .label = label_of(axis, value),
-                               .name = from->name};
+        p[i] = drawn(from, e->error_metric);
+        p[i].x = place_of(axis, value);
+        p[i].label = label_of(axis, value);
+        p[i].front = false;
     }
     qsort(p, (size_t)points->count, sizeof *p, by_x);
     snprintf(title, sizeof title, "Error along %s", column);
     ll_plot_write(&(ll_plot){title, column, name_of(e, e->error_metric, name), p, points->count,
-                             axis->scale == 1, true, 400, 260},
+                             axis->scale == 1, true, true, 400, 260},
                   file);
     free(p);
     return ll_ok();
 }
 
 /* ---- tables and texts ---- */
+
+static void write_number(double value, FILE *file)
+{
+    if (isfinite(value))
+        fprintf(file, "<td>%.6g</td>", value);
+    else
+        fputs("<td></td>", file);
+}
+
+static void write_summary(const ll_summary *s, FILE *file)
+{
+    char text[LL_SUMMARY_TEXT_MAX];
+    write_number(s->mean, file);
+    write_number(s->of_mean.low, file);
+    write_number(s->of_mean.high, file);
+    fputs("<td class=\"l\">", file);
+    ll_summary_text(s, text);
+    ll_html_text(text, file);
+    fputs("</td>", file);
+    write_number(s->deviation, file);
+    for (int q = 0; q < 3; q++)
+        write_number(s->quartiles[q], file);
+}
 
 static void write_points(const ll_experiment *e, const ll_points *points, FILE *file)
 {
@@ -142,7 +178,9 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
     for (int i = 0; i < e->metric_count; i++) {
         fputs("<th>", file);
         ll_html_text(e->metrics[i], file);
-        fputs("</th><th>± 95 %</th>", file);
+        fputs("</th><th>95 % from</th><th>to</th><th>by</th><th>SD</th><th>25 %</th><th>median</th><th>75 "
+              "%</th>",
+              file);
     }
     fputs("</tr></thead><tbody>\n", file);
     for (int k = 0; k < points->count; k++) {
@@ -151,13 +189,8 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
                 p->point);
         ll_html_text(p->name, file);
         fprintf(file, "</td><td>%" PRId64 "</td><td>%" PRId64 "</td>", p->runs, p->failed);
-        for (int i = 0; i < 2 * e->metric_count; i++) {
-            double value = i % 2 ? p->half[i / 2] : p->mean[i / 2];
-            if (isfinite(value))
-                fprintf(file, "<td>%.6g</td>", value);
-            else
-                fputs("<td></td>", file);
-        }
+        for (int i = 0; i < e->metric_count; i++)
+            write_summary(&p->metrics[i], file);
         fputs("</tr>\n", file);
     }
     fputs("</tbody></table></div>\n", file);
@@ -165,11 +198,19 @@ static void write_points(const ll_experiment *e, const ll_points *points, FILE *
         fprintf(file,
                 "<p>At %" PRId64 " of %" PRId64
                 " points all repeats gave identical metrics: nothing random in "
-                "this scenario reaches them, so there is no interval.</p>\n",
+                "this scenario reaches them, or what does is rare.</p>\n",
                 points->identical, e->points);
     if (points->left_out > 0)
         fprintf(file, "<p>%" PRId64 " more points are left out here; the results have them.</p>\n",
                 points->left_out);
+}
+
+static bool has_cost(const ll_experiment *e)
+{
+    bool has = false;
+    for (int i = 0; i < e->metric_count; i++)
+        has |= ll_metric_is_cost(e->metrics[i]);
+    return has;
 }
 
 static void write_specification(const ll_experiment *e, const char *version, FILE *file)
@@ -178,9 +219,9 @@ static void write_specification(const ll_experiment *e, const char *version, FIL
     fprintf(
         file,
         "<h2>Repeat it</h2><p>Save the specification as <code>experiment.json</code>. With laglab %s this "
-        "gives the same rows, bit for bit, on any machine:</p><pre>laglab sweep experiment.json --out "
+        "gives the same rows, bit for bit, on any machine%s:</p><pre>laglab sweep experiment.json --out "
         "results.csv --report report.html</pre><h2>Specification</h2><pre>",
-        version);
+        version, has_cost(e) ? ", but for <code>cost.ns_per_sim_s</code>, which is measured" : "");
     ll_html_text(text ? text : "", file);
     fputs("</pre>\n", file);
     cJSON_free(text);
@@ -201,10 +242,21 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
     fprintf(file, "</p>\n<p>Scenario <code>");
     ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);
     fprintf(file,
-            "</code>, %" PRId64 " points with %" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
+            "</code>, %" PRId64 " points with %s%" PRId64 " runs each, seeds %" PRId64 " to %" PRId64
             "; key %016" PRIx64 ", laglab %s.</p>\n",
-            e->points, e->head.repeats, scenario->seed, scenario->seed + e->head.repeats - 1,
-            ll_experiment_key(e), version);
+            e->points, ll_until_is_set(e) ? "up to " : "", e->head.repeats, scenario->seed,
+            scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
+}
+
+static void write_front(const ll_experiment *e, FILE *file)
+{
+    fputs("<p>Marked is the front of", file);
+    for (int i = 0; i < e->front_count; i++) {
+        fputs(i ? ", <code>" : " <code>", file);
+        ll_html_text(e->metrics[e->front[i]], file);
+        fputs("</code>", file);
+    }
+    fputs(": no other point is as good in all of them and better in one.</p>\n", file);
 }
 
 ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_source *source, void *context,
@@ -215,10 +267,12 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
     if (ll_failed(&status))
         return status;
     write_title(e, version, file);
-    if (e->cost_metric >= 0) {
-        ll_points_mark_front(&points, e->cost_metric, e->error_metric);
+    if (e->front_count > 0)
+        ll_points_mark_fronts(&points, e->front, e->front_count);
+    if (e->front_count > 2)
+        write_front(e, file);
+    if (e->cost_metric >= 0)
         status = plot_trade(e, &points, file);
-    }
     if (e->axis_count > 0)
         fputs("<h2>Along each axis</h2><div class=\"multiples\">\n", file);
     for (int i = 0; i < e->axis_count && !ll_failed(&status); i++)

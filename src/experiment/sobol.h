@@ -4,7 +4,7 @@
 
 #include <stdint.h>
 
-enum { LL_SOBOL_DIMENSIONS = 10 };
+enum { LL_SOBOL_DIMENSIONS = 40 };
 
 /* Coordinate of a point in [0, 1), a multiple of 2^-32. `shift` is a digital shift (32 random bits), which
  * keeps the points' evenness; 0 leaves them as published. */

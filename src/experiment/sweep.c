@@ -9,10 +9,12 @@
 #include <unistd.h>
 
 #include "experiment/arguments.h"
+#include "experiment/compare.h"
 #include "experiment/report.h"
 #include "experiment/shard.h"
 #include "experiment/table.h"
 #include "experiment/traces.h"
+#include "experiment/until.h"
 #include "experiment/verbs.h"
 #include "experiment/work.h"
 
@@ -21,14 +23,14 @@
 #define SHARED_LEASE_S 60
 
 typedef struct sweep {
-    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces;
-    bool points, dry_run, anew;
+    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces, *compare;
+    bool points, sensitivity, dry_run, anew;
     ll_experiment *experiment;
     const ll_format *format;
     ll_result_store *store;
     char id[LL_EXPERIMENT_ID_MAX + 1];
     char own_store[4096]; /* beside the output, gone when it is written; empty when one was named */
-    int64_t threads, from, to;
+    int64_t threads, from, to, baseline; /* point, where --compare names one */
 } sweep;
 
 static double seconds(void)
@@ -145,22 +147,37 @@ static ll_status run_all(sweep *s)
 
 /* ---- after ---- */
 
+static ll_status make_table(const sweep *s, ll_stored_rows *rows, ll_result_table **table)
+{
+    ll_row *baseline = NULL;
+    int64_t count = 0;
+    if (s->sensitivity)
+        return ll_result_table_sensitivity(s->experiment, ll_stored_rows_next, rows, table);
+    if (!s->points)
+        return ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next, rows, table);
+    ll_status status = s->compare
+                           ? ll_compare_rows(s->experiment, s->store, s->id, s->baseline, &baseline, &count)
+                           : ll_ok();
+    if (!ll_failed(&status))
+        status = ll_result_table_compared(s->experiment, baseline, count, ll_stored_rows_next, rows, table);
+    free(baseline);
+    return status;
+}
+
 static ll_status write_out(const sweep *s)
 {
     ll_stored_rows rows;
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
     if (!ll_failed(&status))
-        status = s->points ? ll_result_table_points(s->experiment, ll_stored_rows_next, &rows, &table)
-                           : ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next,
-                                                  &rows, &table);
+        status = make_table(s, &rows, &table);
     if (!ll_failed(&status))
         status = ll_argument_write(s->out, s->format, ll_result_table_get(table));
     if (!ll_failed(&status) && ll_result_table_identical(table) > 0)
         fprintf(stderr,
                 "laglab: at %" PRId64 " of %" PRId64
                 " points all repeats gave identical metrics: nothing random "
-                "in this scenario reaches them, so there is no interval\n",
+                "in this scenario reaches them, or what does is rare\n",
                 ll_result_table_identical(table), s->experiment->points);
     ll_result_table_free(table);
     ll_stored_rows_close(&rows);
@@ -204,6 +221,28 @@ static void remove_own_store(const sweep *s)
 
 /* ---- the verb ---- */
 
+static ll_status check_sensitivity(const sweep *s)
+{
+    if (s->points || s->shard)
+        return ll_error(LL_BAD_INPUT,
+                        "--sensitivity needs all runs, and gives no points: neither --points nor "
+                        "--shard go with it");
+    if (s->experiment->head.sample.method != LL_SAMPLE_SALTELLI)
+        return ll_error(LL_BAD_INPUT, "--sensitivity needs an experiment with \"sample\": {\"method\": "
+                                      "\"saltelli\"}");
+    return ll_ok();
+}
+
+/* Of whole points where those decide which of their runs are made. */
+static ll_status find_shard(sweep *s)
+{
+    int64_t unit = ll_until_is_set(s->experiment) ? s->experiment->head.repeats : 1;
+    ll_status status = ll_shard(s->shard, s->experiment->runs / unit, &s->from, &s->to);
+    s->from *= unit;
+    s->to *= unit;
+    return status;
+}
+
 static ll_status prepare(sweep *s, int argc, char **argv)
 {
     const ll_option options[] = {
@@ -217,6 +256,14 @@ static ll_status prepare(sweep *s, int argc, char **argv)
          .value = &s->format_name},
         {"--points", .help = "Means and 95 % intervals of each point in place of its runs.",
          .flag = &s->points},
+        {"--compare", "POINT",
+         "With --points: the differences to this point, by runs of the same seed: first, a number, or "
+         "PATH=VALUE[,PATH=VALUE].",
+         .value = &s->compare},
+        {"--sensitivity",
+         .help = "First and total Sobol' indices of each metric in place of runs: of an experiment that is "
+                 "sampled by saltelli.",
+         .flag = &s->sensitivity},
         {"--report", "FILE.html", "A page with the plots and their tables.", .value = &s->report},
         {"--traces", "DIR", "A CSV of each run over its time.", .value = &s->traces},
         {"--store", "URL",
@@ -248,7 +295,13 @@ static ll_status prepare(sweep *s, int argc, char **argv)
     if (!ll_failed(&status))
         status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
     if (!ll_failed(&status))
-        status = ll_shard(s->shard, s->experiment->runs, &s->from, &s->to);
+        status = find_shard(s);
+    if (!ll_failed(&status) && s->sensitivity)
+        status = check_sensitivity(s);
+    if (!ll_failed(&status) && s->compare && !s->points)
+        status = ll_error(LL_BAD_INPUT, "--compare compares points: give --points, too");
+    if (!ll_failed(&status) && s->compare)
+        status = ll_compare_point(s->experiment, "--compare", s->compare, &s->baseline);
     if (!ll_failed(&status) && s->points && s->shard)
         status = ll_error(LL_BAD_INPUT,
                           "--points needs all runs of a point, so not --shard: merge the shards first");

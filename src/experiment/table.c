@@ -1,4 +1,4 @@
-#include "experiment/table.h"
+#include "experiment/table_internal.h"
 
 #include <cjson/cJSON.h>
 #include <inttypes.h>
@@ -6,28 +6,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct ll_result_table {
-    const ll_experiment *experiment;
-    const char *version;
-    ll_row_source *source;
-    void *context;
-    ll_column columns[LL_COLUMNS_MAX];
-    int column_count, parameter_count;
-    char paths[LL_COLUMNS_MAX][LL_EXPERIMENT_PATH_MAX + 8]; /* of the parameters' columns */
-    bool varied[LL_COLUMNS_MAX];
-    int64_t point; /* whose values are held */
-    cJSON *values;
-    ll_row row; /* the one being written, or the first of the next point */
-    bool row_held;
-    int64_t identical;                       /* points so far whose repeats gave the same */
-    ll_sums sums[LL_EXPERIMENT_METRICS_MAX]; /* of the point */
-    char hash[17];
-    ll_table table;
-};
-
 /* ---- columns ---- */
 
-static ll_column *add_column(ll_result_table *t, const char *name, ll_cell_type type, bool nullable)
+ll_column *ll_table_add(ll_result_table *t, const char *name, ll_cell_type type, bool nullable)
 {
     ll_column *column = &t->columns[t->column_count++];
     snprintf(column->name, sizeof column->name, "%s", name);
@@ -42,12 +23,12 @@ static void add_parameter(ll_result_table *t, const char *path, bool varied)
     const ll_param *row = ll_param_find(base->kind->table, base->config, path, NULL);
     char name[LL_COLUMN_NAME_MAX];
     if (!row || row->type >= LL_PARAM_OBJECT ||
-        t->column_count > LL_COLUMNS_MAX - 3 * LL_EXPERIMENT_METRICS_MAX)
+        t->column_count > LL_COLUMNS_MAX - LL_METRIC_COLUMNS * LL_EXPERIMENT_METRICS_MAX - 16)
         return; /* an object or an array among the fixed ones: the specification tells it */
     ll_axis_column(path, row->unit, name, sizeof name);
     snprintf(t->paths[t->parameter_count], sizeof t->paths[0], "%s", path);
     t->varied[t->parameter_count++] = varied;
-    add_column(t, name, ll_axis_type(row), false);
+    ll_table_add(t, name, ll_axis_type(row), false);
 }
 
 static bool on_axis(const ll_experiment *e, const char *path)
@@ -58,7 +39,7 @@ static bool on_axis(const ll_experiment *e, const char *path)
     return false;
 }
 
-static void add_parameters(ll_result_table *t)
+void ll_table_add_parameters(ll_result_table *t)
 {
     const cJSON *item;
     for (int i = 0; i < t->experiment->axis_count; i++)
@@ -67,7 +48,7 @@ static void add_parameters(ll_result_table *t)
         add_parameter(t, item->string, false);
 }
 
-static ll_status make(const ll_experiment *e, ll_row_source *source, void *context, ll_result_table **table)
+ll_status ll_table_make(const ll_experiment *e, ll_row_source *source, void *context, ll_result_table **table)
 {
     ll_result_table *t = *table = calloc(1, sizeof *t);
     if (!t)
@@ -81,27 +62,27 @@ static ll_status make(const ll_experiment *e, ll_row_source *source, void *conte
 
 /* ---- cells ---- */
 
-static ll_cell number(double value)
+ll_cell ll_cell_number(double value)
 {
     return (ll_cell){.null = isnan(value), .number = value};
 }
 
-static ll_cell text(const char *value)
+ll_cell ll_cell_text(const char *value)
 {
     return (ll_cell){.null = value[0] == '\0', .text = value};
 }
 
 /* Fixed values stay those that were given; varied ones change with the point. */
-static ll_cell parameter(const ll_result_table *t, int i)
+ll_cell ll_table_parameter(const ll_result_table *t, int i)
 {
     const cJSON *from = t->varied[i] ? t->values : t->experiment->set;
     const cJSON *value = cJSON_GetObjectItemCaseSensitive(from, t->paths[i]);
     if (cJSON_IsString(value))
         return (ll_cell){.text = value->valuestring};
-    return number(cJSON_IsBool(value) ? cJSON_IsTrue(value) : value ? value->valuedouble : NAN);
+    return ll_cell_number(cJSON_IsBool(value) ? cJSON_IsTrue(value) : value ? value->valuedouble : NAN);
 }
 
-static void hold_point(ll_result_table *t, int64_t point)
+void ll_table_hold(ll_result_table *t, int64_t point)
 {
     if (t->point == point)
         return;
@@ -117,49 +98,49 @@ static bool next_row(void *context, ll_cell *cells, ll_status *status)
     ll_row *r = &t->row;
     if (!t->source(t->context, r, status))
         return false;
-    hold_point(t, r->run / e->head.repeats);
-    *cells++ = number((double)r->run);
-    *cells++ = number((double)t->point);
-    *cells++ = number((double)(r->run % e->head.repeats));
-    *cells++ = number((double)ll_experiment_seed(e, r->run));
+    ll_table_hold(t, r->run / e->head.repeats);
+    *cells++ = ll_cell_number((double)r->run);
+    *cells++ = ll_cell_number((double)t->point);
+    *cells++ = ll_cell_number((double)(r->run % e->head.repeats));
+    *cells++ = ll_cell_number((double)ll_experiment_seed(e, r->run));
     for (int i = 0; i < t->parameter_count; i++)
-        *cells++ = parameter(t, i);
+        *cells++ = ll_table_parameter(t, i);
     snprintf(t->hash, sizeof t->hash, "%016" PRIx64, r->hash);
-    *cells++ = text(ll_row_status_names[r->status]);
-    *cells++ = text(r->error);
-    *cells++ = text(t->hash);
-    *cells++ = number(r->t_s);
+    *cells++ = ll_cell_text(ll_row_status_names[r->status]);
+    *cells++ = ll_cell_text(r->error);
+    *cells++ = ll_cell_text(t->hash);
+    *cells++ = ll_cell_number(r->t_s);
     for (int i = 0; i < e->metric_count; i++)
-        *cells++ = number(r->metrics[i]);
-    *cells++ = text(t->version);
+        *cells++ = ll_cell_number(r->metrics[i]);
+    *cells++ = ll_cell_text(t->version);
     return true;
 }
 
 ll_status ll_result_table_rows(const ll_experiment *e, const char *version, ll_row_source *source,
                                void *context, ll_result_table **table)
 {
-    ll_status status = make(e, source, context, table);
+    ll_status status = ll_table_make(e, source, context, table);
     if (ll_failed(&status))
         return status;
     ll_result_table *t = *table;
     t->version = version;
-    add_column(t, "run", LL_CELL_INT, false);
-    add_column(t, "point", LL_CELL_INT, false);
-    add_column(t, "repeat", LL_CELL_INT, false);
-    add_column(t, "seed", LL_CELL_INT, false);
-    add_parameters(t);
-    add_column(t, "status", LL_CELL_TEXT, false);
-    add_column(t, "error", LL_CELL_TEXT, true);
-    add_column(t, "hash", LL_CELL_TEXT, false);
-    add_column(t, "t_s", LL_CELL_REAL, false);
+    ll_table_add(t, "run", LL_CELL_INT, false);
+    ll_table_add(t, "point", LL_CELL_INT, false);
+    ll_table_add(t, "repeat", LL_CELL_INT, false);
+    ll_table_add(t, "seed", LL_CELL_INT, false);
+    ll_table_add_parameters(t);
+    ll_table_add(t, "status", LL_CELL_TEXT, false);
+    ll_table_add(t, "error", LL_CELL_TEXT, true);
+    ll_table_add(t, "hash", LL_CELL_TEXT, false);
+    ll_table_add(t, "t_s", LL_CELL_REAL, false);
     for (int i = 0; i < e->metric_count; i++)
-        add_column(t, e->metrics[i], LL_CELL_REAL, true);
-    add_column(t, "version", LL_CELL_TEXT, true);
+        ll_table_add(t, e->metrics[i], LL_CELL_REAL, true);
+    ll_table_add(t, "version", LL_CELL_TEXT, true);
     t->table = (ll_table){t->columns, t->column_count, next_row, t};
     return status;
 }
 
-/* ---- points ---- */
+/* ---- sums ---- */
 
 double ll_interval_95(int64_t n, double squares)
 {
@@ -189,108 +170,20 @@ void ll_sums_add(ll_sums *s, double value)
     s->size += (fabs(value) - s->size) / (double)s->n;
 }
 
-const ll_sums *ll_result_table_sums(const ll_result_table *t)
+const ll_table *ll_result_table_get(ll_result_table *table)
 {
-    return t->sums;
-}
-
-/* NaN: there is none. */
-static bool same_metrics(const ll_experiment *e, const double *a, const double *b)
-{
-    for (int i = 0; i < e->metric_count; i++)
-        if (a[i] != b[i] && !(isnan(a[i]) && isnan(b[i])))
-            return false;
-    return true;
-}
-
-/* The runs of a point; those that ended well are compared. */
-typedef struct repeats {
-    int64_t good, failed;
-    bool differ;
-    double first[LL_EXPERIMENT_METRICS_MAX];
-    ll_sums *sums;
-} repeats;
-
-static void add_run(repeats *r, const ll_experiment *e, const ll_row *row)
-{
-    for (int i = 0; i < e->metric_count; i++)
-        ll_sums_add(&r->sums[i], row->metrics[i]);
-    if (!ll_row_good(row)) {
-        r->failed++;
-        return;
-    }
-    if (r->good++ == 0)
-        memcpy(r->first, row->metrics, sizeof r->first);
-    r->differ = r->differ || !same_metrics(e, r->first, row->metrics);
-}
-
-static bool next_point(void *context, ll_cell *cells, ll_status *status)
-{
-    ll_result_table *t = context;
-    const ll_experiment *e = t->experiment;
-    repeats r = {.sums = t->sums};
-    if (!t->row_held && !t->source(t->context, &t->row, status))
-        return false;
-    int64_t point = t->row.run / e->head.repeats;
-    memset(t->sums, 0, sizeof t->sums);
-    do {
-        add_run(&r, e, &t->row);
-        t->row_held = t->source(t->context, &t->row, status);
-    } while (t->row_held && t->row.run / e->head.repeats == point);
-    if (ll_failed(status))
-        return false;
-    hold_point(t, point);
-    *cells++ = number((double)point);
-    for (int i = 0; i < t->parameter_count; i++)
-        *cells++ = parameter(t, i);
-    bool known = r.good > 1 && r.differ;
-    t->identical += r.good > 1 && !r.differ;
-    *cells++ = number((double)r.good);
-    *cells++ = number((double)r.failed);
-    *cells++ = number(r.good > 1 ? !r.differ : NAN);
-    for (int i = 0; i < e->metric_count; i++) {
-        const ll_sums *s = &t->sums[i];
-        *cells++ = number(s->n > 0 ? s->mean : NAN);
-        *cells++ = number(known && s->n > 1 ? ll_interval_95(s->n, s->squares) : NAN);
-    }
-    return true;
-}
-
-ll_status ll_result_table_points(const ll_experiment *e, ll_row_source *source, void *context,
-                                 ll_result_table **table)
-{
-    ll_status status = make(e, source, context, table);
-    if (ll_failed(&status))
-        return status;
-    ll_result_table *t = *table;
-    add_column(t, "point", LL_CELL_INT, false);
-    add_parameters(t);
-    add_column(t, "runs", LL_CELL_INT, false);
-    add_column(t, "failed", LL_CELL_INT, false);
-    add_column(t, "identical", LL_CELL_BOOL, true);
-    for (int i = 0; i < e->metric_count; i++) {
-        char name[LL_COLUMN_NAME_MAX];
-        add_column(t, e->metrics[i], LL_CELL_REAL, true);
-        snprintf(name, sizeof name, "%s.ci95", e->metrics[i]);
-        add_column(t, name, LL_CELL_REAL, true);
-    }
-    t->table = (ll_table){t->columns, t->column_count, next_point, t};
-    return status;
-}
-
-int64_t ll_result_table_identical(const ll_result_table *t)
-{
-    return t->identical;
-}
-
-const ll_table *ll_result_table_get(ll_result_table *t)
-{
-    return &t->table;
+    return &table->table;
 }
 
 void ll_result_table_free(ll_result_table *t)
 {
-    if (t)
-        cJSON_Delete(t->values);
+    if (!t)
+        return;
+    cJSON_Delete(t->values);
+    ll_resampler_free(&t->resampler);
+    free(t->held);
+    free(t->baseline);
+    free(t->scratch);
+    free(t->indices);
     free(t);
 }

@@ -6,8 +6,9 @@
 #include <stdio.h>
 
 #include "experiment/experiment.h"
+#include "experiment/summary.h"
 
-enum { LL_COLUMN_NAME_MAX = 160, LL_COLUMNS_MAX = 256 };
+enum { LL_COLUMN_NAME_MAX = 160, LL_COLUMNS_MAX = 768 };
 
 typedef struct ll_column {
     char name[LL_COLUMN_NAME_MAX];
@@ -42,12 +43,24 @@ ll_status ll_result_table_rows(const ll_experiment *experiment, const char *vers
                                void *context, ll_result_table **table);
 
 /* One row per point: its parameters, `runs` that ended well and `failed` that did not, whether all that ended
- * well gave `identical` metrics, and for each metric the mean over the runs that have it and the half width
- * of its 95 % interval (Student's t). Both are NULL below two runs, the half width also where the runs are
- * identical: then nothing random reaches these metrics, and repeating says nothing of how far off they are.
- */
+ * well gave `identical` metrics, and for each metric over the runs that have it: the mean; `.ci95`, half the
+ * width of its 95 % interval, `.ci95_low` and `.ci95_high`, its bounds, which need not be as far from the
+ * mean, and `.ci95_method` (interval.h), or why there is none; the standard deviation `.sd`; the quartiles
+ * `.p25`, `.p50`, `.p75`, and the bounds of the median's 95 % interval. */
 ll_status ll_result_table_points(const ll_experiment *experiment, ll_row_source *source, void *context,
                                  ll_result_table **table);
+
+/* The same with each metric's difference to a baseline, of which all rows are given: `.diff` is the mean of
+ * the differences of runs with the same seed, with its bounds, method, and how many `.diff_pairs` there are.
+ * With `baseline` NULL nothing is compared; where it has no rows (yet), differences are null. */
+ll_status ll_result_table_compared(const ll_experiment *experiment, const ll_row *baseline, int64_t count,
+                                   ll_row_source *source, void *context, ll_result_table **table);
+
+/* One row per metric and dimension of the axes: `metric`, `parameter`, its first and total Sobol' index with
+ * the bounds of their 95 % intervals, and over how many base `samples` (sensitivity.h). Reads all rows at
+ * once. LL_BAD_INPUT: the experiment is not sampled for that. */
+ll_status ll_result_table_sensitivity(const ll_experiment *experiment, ll_row_source *source, void *context,
+                                      ll_result_table **table);
 
 /* Of the points that were read from a table of points. */
 int64_t ll_result_table_identical(const ll_result_table *table);
@@ -63,6 +76,8 @@ void ll_sums_add(ll_sums *sums, double value); /* NaN is passed over */
 
 /* Of the point that a table of points gave last. */
 const ll_sums *ll_result_table_sums(const ll_result_table *table);
+
+const ll_summary *ll_result_table_summaries(const ll_result_table *table); /* by metric */
 
 const ll_table *ll_result_table_get(ll_result_table *table);
 void ll_result_table_free(ll_result_table *table);

@@ -31,7 +31,7 @@ static ll_status write_one(const traces *t, int64_t run)
     FILE *file = fopen(path, "wb");
     if (!file)
         return ll_error(LL_IO, "cannot write %.200s: %s", path, strerror(errno));
-    ll_status status = ll_experiment_trace(t->experiment, run, put, file);
+    ll_status status = ll_experiment_trace(t->experiment, run, NULL, put, file);
     bool bad = ferror(file) != 0;
     bad |= fclose(file) != 0;
     if (ll_failed(&status))

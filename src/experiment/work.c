@@ -14,6 +14,7 @@
 #include <unistd.h>
 
 #include "base/hash.h"
+#include "experiment/until.h"
 
 enum { THREADS_MAX = 256, LOOK_EVERY_S = 1, RETRY_EVERY_S = 1, PATIENCE_S = 120 };
 
@@ -25,6 +26,7 @@ typedef struct bench {
     char id[LL_EXPERIMENT_ID_MAX + 1]; /* of the experiment that is held */
     ll_row *rows;
     int64_t capacity;
+    ll_resampler resampler;
     atomic_bool drop; /* what it is at: the lease was lost, or the workers stop */
     /* Of the workers' lock: */
     ll_lease lease; /* chunk < 0: none */
@@ -138,7 +140,10 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
     char *text = ll_experiment_text(experiment);
     if (!text)
         return ll_error(LL_NO_MEMORY, "no memory for an experiment");
-    ll_status status = store->kind->create(store, &record, text, ll_chunk_size(to - from, run_s));
+    int64_t chunk = ll_chunk_size(to - from, run_s), repeats = experiment->head.repeats;
+    if (ll_until_is_set(experiment)) /* whole points: whether a run is made follows from those before it */
+        chunk = share(chunk, repeats) * repeats;
+    ll_status status = store->kind->create(store, &record, text, chunk);
     free(text);
     return status;
 }
@@ -297,10 +302,41 @@ static ll_status hand_in(bench *b, const ll_lease *lease)
     return status;
 }
 
-/* LL_CONFLICT: it is no longer this worker's, or not wanted. */
+static bool is_wanted(void *context)
+{
+    const bench *b = context;
+    return !atomic_load_explicit(&b->drop, memory_order_relaxed);
+}
+
+static int64_t now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+/* A run, or what stands in its place where its point has enough. */
+static ll_status run_or_skip(bench *b, const ll_lease *lease, int64_t run, const ll_interrupt *interrupt,
+                             bool *enough)
+{
+    ll_row *row = &b->rows[run - lease->from];
+    int64_t repeat = run % b->experiment->head.repeats;
+    *enough = *enough && repeat > 0;
+    if (*enough) {
+        ll_until_skip(run, row);
+        return ll_ok();
+    }
+    ll_status status = ll_experiment_run(b->experiment, run, interrupt, row);
+    if (!ll_failed(&status) && run - repeat >= lease->from)
+        *enough = ll_until_reached(b->experiment, row - repeat, repeat + 1, &b->resampler);
+    return status;
+}
+
+/* LL_CONFLICT, LL_INTERRUPTED: it is no longer this worker's, or not wanted. */
 static ll_status run_chunk(bench *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
+    ll_interrupt interrupt = {is_wanted, now_ns, b};
     int64_t counted = 0;
     if (lease->to - lease->from > b->capacity) {
         free(b->rows);
@@ -308,8 +344,9 @@ static ll_status run_chunk(bench *b, const ll_lease *lease)
         b->rows = malloc((size_t)b->capacity * sizeof *b->rows);
     }
     ll_status status = b->rows ? load(b, lease->id) : ll_error(LL_NO_MEMORY, "no memory for rows");
+    bool enough = false; /* of the point */
     for (int64_t run = lease->from; run < lease->to && !ll_failed(&status); run++) {
-        status = ll_experiment_run(b->experiment, run, &b->drop, &b->rows[run - lease->from]);
+        status = run_or_skip(b, lease, run, &interrupt, &enough);
         atomic_fetch_add_explicit(&w->runs, 1, memory_order_relaxed);
         counted++;
     }
@@ -383,6 +420,8 @@ static ll_status work_once(bench *b, bool *found)
     hold(b, &lease);
     status = run_chunk(b, &lease);
     let_go(b);
+    if (status.code == LL_INTERRUPTED) /* the lease was lost, unless the workers stop */
+        status.code = LL_CONFLICT;
     if (status.code == LL_CONFLICT && atomic_load(&w->stopping))
         status = w->order.store->kind->give_back(w->order.store, &lease);
     ll_workers_wake(w); /* others may wait to hear that this was the last */
@@ -412,6 +451,7 @@ static void *work(void *context)
             rest(w, calls, LOOK_EVERY_S);
     }
     ll_experiment_free(b->experiment);
+    ll_resampler_free(&b->resampler);
     free(b->rows);
     atomic_fetch_sub(&w->alive, 1);
     return NULL;

@@ -46,17 +46,31 @@ static ll_status write_rows(const ll_table *table, const request *q)
 /* ---- of a problem ---- */
 
 static const ll_column problem_columns[] = {
-    {"problem", LL_CELL_TEXT, false},       {"method", LL_CELL_TEXT, false},
-    {"order", LL_CELL_INT, false},          {"setting", LL_CELL_TEXT, false},
-    {"value", LL_CELL_REAL, false},         {"status", LL_CELL_TEXT, false},
-    {"steps", LL_CELL_INT, false},          {"rejected", LL_CELL_INT, false},
-    {"evaluations", LL_CELL_INT, false},    {"jacobians", LL_CELL_INT, false},
-    {"factorisations", LL_CELL_INT, false}, {"cpu_min_s", LL_CELL_REAL, false},
-    {"cpu_median_s", LL_CELL_REAL, false},  {"e_final", LL_CELL_REAL, true},
-    {"e_max", LL_CELL_REAL, true},          {"e_l2", LL_CELL_REAL, true},
-    {"drift_final", LL_CELL_REAL, true},    {"drift_max", LL_CELL_REAL, true},
-    {"drift_per_s", LL_CELL_REAL, true},    {"order_observed", LL_CELL_REAL, true},
-    {"e_uncertainty", LL_CELL_REAL, true},  {"predictable_s", LL_CELL_REAL, true},
+    {"problem", LL_CELL_TEXT, false},
+    {"method", LL_CELL_TEXT, false},
+    {"order", LL_CELL_INT, false},
+    {"setting", LL_CELL_TEXT, false},
+    {"value", LL_CELL_REAL, false},
+    {"status", LL_CELL_TEXT, false},
+    {"steps", LL_CELL_INT, false},
+    {"rejected", LL_CELL_INT, false},
+    {"evaluations", LL_CELL_INT, false},
+    {"jacobians", LL_CELL_INT, false},
+    {"factorisations", LL_CELL_INT, false},
+    {"cpu_min_s", LL_CELL_REAL, false},
+    {"cpu_median_s", LL_CELL_REAL, false},
+    {"e_final", LL_CELL_REAL, true},
+    {"e_max", LL_CELL_REAL, true},
+    {"e_l2", LL_CELL_REAL, true},
+    {"drift_final", LL_CELL_REAL, true},
+    {"drift_max", LL_CELL_REAL, true},
+    {"drift_per_s", LL_CELL_REAL, true},
+    {"order_observed", LL_CELL_REAL, true},
+    {"e_uncertainty", LL_CELL_REAL, true},
+    {"predictable_s", LL_CELL_REAL, true},
+    {"e_final_weighted", LL_CELL_REAL, true},
+    {"e_max_weighted", LL_CELL_REAL, true},
+    {"e_l2_weighted", LL_CELL_REAL, true},
 };
 
 typedef struct problem_rows {
@@ -102,9 +116,10 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
     put_text(&cell, ll_run_status_names[r->status]);
     const int64_t counts[] = {r->counters.steps, r->counters.rejected, r->counters.evaluations,
                               r->counters.jacobians, r->counters.factorisations};
-    const double numbers[] = {r->cpu_min_s, r->cpu_median_s, r->e_final,      r->e_max,
-                              r->e_l2,      r->drift_final,  r->drift_max,    r->drift_per_s,
-                              r->order,     r->uncertainty,  r->predictable_s};
+    const double numbers[] = {r->cpu_min_s,      r->cpu_median_s, r->e_final,       r->e_max,
+                              r->e_l2,           r->drift_final,  r->drift_max,     r->drift_per_s,
+                              r->order,          r->uncertainty,  r->predictable_s, r->e_final_weighted,
+                              r->e_max_weighted, r->e_l2_weighted};
     for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++)
         put_number(&cell, (double)counts[i]);
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)

@@ -15,6 +15,7 @@ enum {
     LL_FLUID_PARAMS_MAX = 256, /* bytes of a scene's own parameters, and of a method's settings */
     LL_FLUID_NUMBERS_MAX = 48,
     LL_FLUID_POINTS_MAX = 256, /* of a profile */
+    LL_FLUID_NOTICES_MAX = 4,
 };
 
 #define LL_FLUID_BYTES_MAX (INT64_C(256) << 20) /* of a block; a session holds three */
@@ -24,6 +25,11 @@ typedef struct ll_fluid_number {
     const char *name;
     double value;
 } ll_fluid_number;
+
+/* Why a result is not that of the open sea, the free stream or the equations: a sentence with its numbers. */
+typedef struct ll_fluid_notice {
+    char text[240];
+} ll_fluid_notice;
 
 /* What a person does to the fluid until told otherwise: it is drawn along at `velocity` around a point. */
 typedef struct ll_fluid_stir {
@@ -86,6 +92,9 @@ typedef struct ll_fluid_scene {
      * What is known of the curve `u` is the curve `u_reference`.
      * `index` counts from 0; returns 0 points beyond the last. NULL: there is none. */
     int (*profile)(const void *block, int index, const char **name, double (*pairs)[2]);
+    /* What does not fit the box or its cells; at most LL_FLUID_NOTICES_MAX. NULL: nothing is known of that.
+     */
+    int (*notices)(const void *block, ll_fluid_notice *out);
 } ll_fluid_scene;
 
 extern const ll_fluid_scene *const ll_fluid_scenes[];        /* NULL-terminated */

@@ -99,6 +99,27 @@ double ll_ocean_energy(const ll_ocean_setup *s, double frequency)
     return 8.1e-3 * s->gravity * s->gravity / (f2 * f2 * frequency) * ll_exp(-0.74 * r2 * r2);
 }
 
+/* Of the energy, what is slower than `frequency`: the integral of the spectrum. */
+static double slower(const ll_ocean_setup *s, double frequency)
+{
+    double r = s->gravity / (s->wind_speed * frequency), r2 = r * r;
+    return ll_exp(-0.74 * r2 * r2);
+}
+
+ll_ocean_fit ll_ocean_fit_of(const ll_ocean_setup *s)
+{
+    double cell = s->length / (double)s->n;
+    ll_ocean_fit fit = {.length = s->method == LL_OCEAN_TILED ? cell * (double)s->tile : s->length};
+    if (!(s->wind_speed > 0))
+        return fit;
+    double peak = 0.877 * s->gravity / s->wind_speed;
+    fit.peak = TURN * s->gravity / (peak * peak);
+    fit.longer = slower(s, ll_ocean_frequency(TURN / fit.length, s->gravity, s->depth));
+    fit.shorter = 1 - slower(s, ll_ocean_frequency(TURN / (2 * cell), s->gravity, s->depth));
+    fit.height = 4 * sqrt(8.1e-3 / (4 * 0.74)) * s->wind_speed * s->wind_speed / s->gravity;
+    return fit;
+}
+
 /* ---- the block ---- */
 
 static int64_t place(int64_t *end, size_t size)

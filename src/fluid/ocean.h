@@ -48,6 +48,17 @@ extern const ll_param_table ll_ocean_table;
 
 double ll_ocean_frequency(double k, double gravity, double depth); /* rad/s by the dispersion relation */
 
+/* Shares of the wind's energy in waves that are longer than the box (of `tiled`: the tile), and in such as
+ * are shorter than two of its cells; and the significant height of all of it (Pierson and Moskowitz 1964). */
+typedef struct ll_ocean_fit {
+    double length; /* m: of the box or the tile */
+    double peak;   /* m: length of the waves at the spectrum's peak */
+    double longer, shorter;
+    double height; /* m */
+} ll_ocean_fit;
+
+ll_ocean_fit ll_ocean_fit_of(const ll_ocean_setup *setup);
+
 ll_status ll_ocean_check(const ll_ocean_setup *setup);             /* rules that tie rows together */
 size_t ll_ocean_size(const ll_ocean_setup *setup);                 /* bytes of the block; setup is checked */
 ll_ocean *ll_ocean_init(void *block, const ll_ocean_setup *setup); /* aligned to 16 */

@@ -38,10 +38,11 @@ static ll_wave choose(const ll_ocean_setup *s, int64_t index)
     uint64_t seed = (uint64_t)s->seed, counter = (uint64_t)index;
     double angle = s->wind_angle + 1.2 * (ll_rng_unit(seed, 0, counter) - 0.5);
     double most = (double)s->n / 2 - 1;
+    bool fits = k >= 1 && k <= most; /* what does not is left out, not put into another wave */
     k = fmax(1, fmin(k, most));
     int64_t mx = (int64_t)floor(k * ll_cos(angle) + 0.5), mz = (int64_t)floor(k * ll_sin(angle) + 0.5);
     ll_wave w = ll_wave_of(s, mx, mx == 0 && mz == 0 ? 1 : mz);
-    w.amplitude = sqrt(2 * ll_ocean_energy(s, frequency) * (high - low));
+    w.amplitude = fits ? sqrt(2 * ll_ocean_energy(s, frequency) * (high - low)) : 0;
     w.phase = TURN * ll_rng_unit(seed, 1, counter);
     return w;
 }

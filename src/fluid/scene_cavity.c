@@ -1,5 +1,6 @@
 /* The driven cavity: a box of 1 m whose lid moves at 1 m/s. */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "fluid/cavity_reference.h"
@@ -146,10 +147,33 @@ static int numbers(const void *block, ll_fluid_number *out)
     return 2;
 }
 
+/* Along the walls the flow has layers of about 1 / sqrt(Re) (Prandtl 1904). */
+static int notices(const void *block, ll_fluid_notice *out)
+{
+    const ll_grid_config *c = ll_grid_get_config(block);
+    params p;
+    memcpy(&p, c->params, sizeof p);
+    double layer = (double)p.n / sqrt(p.re);
+    int count = 0;
+    if (layer < 1)
+        snprintf(
+            out[count++].text, sizeof out->text,
+            "The layers along the walls are about %.2g cells thick at Re %g with params.n %lld: they are not "
+            "resolved; params.n of %.0f would give them one.",
+            layer, p.re, (long long)p.n, sqrt(p.re));
+    if (p.re > 8000)
+        snprintf(
+            out[count++].text, sizeof out->text,
+            "Beyond Re 8,000 the flow in the cavity does not become steady: there is no solution to be held "
+            "against.");
+    return count;
+}
+
 const ll_fluid_scene ll_fluid_cavity = {
     .name = "cavity",
     .title = "Driven cavity",
-    .help = "A box whose lid moves: the steady state of Re 100 and 1000 is known to 1e-4.",
+    .help =
+        "A box whose lid moves: the steady state of Re 100 and 1000 is known to 1e-4, of Re 400 to 0.006.",
     .source = "Ghia, Ghia and Shin 1982; cavity_reference.h",
     .method = &ll_fluid_grid,
     .params = &ll_fluid_cavity_params,
@@ -160,4 +184,5 @@ const ll_fluid_scene ll_fluid_cavity = {
     .init = init,
     .numbers = numbers,
     .profile = profile,
+    .notices = notices,
 };

@@ -1,4 +1,6 @@
 /* Smoke past a cylinder in a tunnel of 2 m: a street of vortices. */
+#include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "fluid/grid_table.h"
@@ -81,6 +83,28 @@ static void init(void *block, const void *given, const void *solver)
     ll_grid_start(block);
 }
 
+/* A layer along a body is about its diameter over the square root of Re thick (Prandtl 1904). */
+static int notices(const void *block, ll_fluid_notice *out)
+{
+    params p;
+    const ll_grid_config *c = ll_grid_get_config(block);
+    memcpy(&p, c->params, sizeof p);
+    double across = 2 * RADIUS / c->h, layer = across / sqrt(p.re);
+    int count = 0;
+    snprintf(out[count++].text, sizeof out->text,
+             "The cylinder takes %.0f %% of the tunnel's width: the flow beside it is faster than in a free "
+             "stream, "
+             "and its frequency higher.",
+             100 * 2 * RADIUS / SIDE);
+    if (layer < 1)
+        snprintf(out[count++].text, sizeof out->text,
+                 "The layer along the cylinder is about %.2g cells thick at Re %g with %.3g cells across it: "
+                 "params.n "
+                 "of %.0f would give it one.",
+                 layer, p.re, across, (double)p.n / layer);
+    return count;
+}
+
 const ll_fluid_scene ll_fluid_cylinder = {
     .name = "cylinder",
     .title = "Smoke past a cylinder",
@@ -93,4 +117,5 @@ const ll_fluid_scene ll_fluid_cylinder = {
     .check = check,
     .size = ll_grid_scene_size,
     .init = init,
+    .notices = notices,
 };

@@ -129,6 +129,7 @@ static int numbers(const void *block, ll_fluid_number *out)
 {
     const sea *s = block;
     ll_ocean_surface f = ll_ocean_surface_of(ocean_of(block));
+    ll_ocean_fit fit = ll_ocean_fit_of(&s->setup);
     double sum = 0, squares = 0, low = INFINITY, high = -INFINITY, points = (double)(f.n * f.n);
     for (int64_t i = 0; i < f.n * f.n; i++) {
         sum += f.height[i];
@@ -145,9 +146,35 @@ static int numbers(const void *block, ll_fluid_number *out)
         {"body_pitch_rad", s->buoy.pitch},
         {"body_roll_rad", s->buoy.roll},
         {"water_at_body_m", ll_ocean_height_at(ocean_of(block), s->buoy.x, s->buoy.z)},
+        {"wind_sea_height_m", fit.height},
+        {"wind_sea_share_in_box", fit.height > 0 ? fmax(0, 1 - fit.longer - fit.shorter) : NAN},
     };
     memcpy(out, all, sizeof all);
     return sizeof all / sizeof all[0];
+}
+
+/* Beyond so much of the energy the height of the waves is another than the wind's. */
+static const double share_told = 0.05;
+
+static int notices(const void *block, ll_fluid_notice *out)
+{
+    const ll_ocean_setup *s = &((const sea *)block)->setup;
+    ll_ocean_fit fit = ll_ocean_fit_of(s);
+    const char *where = s->method == LL_OCEAN_TILED ? "tile" : "box";
+    int count = 0;
+    if (fit.longer > share_told)
+        snprintf(
+            out[count++].text, sizeof out->text,
+            "%.0f %% of the sea's energy is in waves longer than the %s of %.4g m (at a wind of %g m/s the "
+            "peak has %.0f m), which have no place in it: the significant height is not the wind's %.3g m.",
+            100 * fit.longer, where, fit.length, s->wind_speed, fit.peak, fit.height);
+    if (fit.shorter > share_told)
+        snprintf(out[count++].text, sizeof out->text,
+                 "%.0f %% of the sea's energy is in waves shorter than two cells of %.3g m: they are left "
+                 "out, and "
+                 "the significant height is below the wind's %.3g m.",
+                 100 * fit.shorter, s->length / (double)s->n, fit.height);
+    return count;
 }
 
 static void extent(const void *block, double *x0, double *y0, double *x1, double *y1)
@@ -219,4 +246,5 @@ const ll_fluid_scene ll_fluid_sea = {
     .check = check,
     .size = size,
     .init = init,
+    .notices = notices,
 };

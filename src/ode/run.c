@@ -392,9 +392,9 @@ void ll_ode_sample(ll_ode_run *run, const ll_ode_method *method, const ll_ode *o
         cubic(run, ode, theta, y);
 }
 
-void ll_ode_blow_up(ll_ode_run *run)
+void ll_ode_give_up(ll_ode_run *run, ll_ode_reason reason)
 {
-    fail(run, LL_ODE_BLEW_UP, run->t);
+    fail(run, reason, run->t);
 }
 
 ll_run_status ll_ode_run_status(const ll_ode_run *run)
@@ -403,6 +403,7 @@ ll_run_status ll_ode_run_status(const ll_ode_run *run)
         [LL_ODE_NO_REASON] = LL_RUN_OK,          [LL_ODE_NOT_FINITE] = LL_RUN_DIVERGED,
         [LL_ODE_STEP_TOO_SMALL] = LL_RUN_FAILED, [LL_ODE_NO_SOLUTION] = LL_RUN_FAILED,
         [LL_ODE_STEP_LIMIT] = LL_RUN_FAILED,     [LL_ODE_BLEW_UP] = LL_RUN_DIVERGED,
+        [LL_ODE_UNRESOLVED] = LL_RUN_FAILED,
     };
     return statuses[run->reason];
 }
@@ -416,6 +417,8 @@ void ll_ode_reason_text(const ll_ode_run *run, char *text, size_t size)
         [LL_ODE_NO_SOLUTION] = "The equations of the implicit step could not be solved",
         [LL_ODE_STEP_LIMIT] = "The limit of steps was reached",
         [LL_ODE_BLEW_UP] = "The error or the energy was above ten times the scale of the problem",
+        [LL_ODE_UNRESOLVED] = "The steps do not resolve the problem: a component is off by more than a third "
+                              "of its scale, in the mean or at the end,",
     };
     snprintf(text, size, "%s at t = %.9g s.", reasons[run->reason], run->failed_t);
 }

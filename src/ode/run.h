@@ -37,6 +37,7 @@ typedef enum ll_ode_reason {
     LL_ODE_NO_SOLUTION,    /* Newton's iteration of an implicit method does not converge */
     LL_ODE_STEP_LIMIT,     /* max_steps */
     LL_ODE_BLEW_UP,        /* the caller found it beyond all bounds: scale.h */
+    LL_ODE_UNRESOLVED,     /* the caller found it far from the solution of a stiff problem: measure.h */
 } ll_ode_reason;
 
 typedef struct ll_ode_counters {
@@ -109,8 +110,9 @@ void ll_ode_round(ll_ode_run *run, int positions, double origin);
  * through both ends. */
 void ll_ode_sample(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t, double *y);
 
-/* Ends a run whose state has left all bounds though its values are finite. */
-void ll_ode_blow_up(ll_ode_run *run);
+/* Fails a run for what its caller has found, though its values are finite: LL_ODE_BLEW_UP, LL_ODE_UNRESOLVED.
+ */
+void ll_ode_give_up(ll_ode_run *run, ll_ode_reason reason);
 
 /* What has become of it: ok as long as it has not failed. */
 ll_run_status ll_ode_run_status(const ll_ode_run *run);

@@ -35,6 +35,12 @@ void ll_ode_scale_see(ll_ode_scale *scale, const ll_ode_problem *problem, const 
         see_energy(scale, problem, ode, t, y);
 }
 
+void ll_ode_scale_join(ll_ode_scale *scale, const ll_ode_scale *other)
+{
+    raise_to(&scale->state, other->state);
+    raise_to(&scale->energy, other->energy);
+}
+
 static bool beyond(double value, double scale)
 {
     double size = value < 0 ? -value : value;

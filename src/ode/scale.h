@@ -17,6 +17,9 @@ typedef struct ll_ode_scale {
 void ll_ode_scale_see(ll_ode_scale *scale, const ll_ode_problem *problem, const ll_ode *ode, double t,
                       const double *y);
 
+/* Of both together. */
+void ll_ode_scale_join(ll_ode_scale *scale, const ll_ode_scale *other);
+
 /* Whether a state whose distance from the solution is `error`, and whose energy has changed by `energy` J, is
  * beyond LL_BLOWN_UP times the scale. Where the scale is 0 nothing is known to be large; a value that is not
  * finite always is. */

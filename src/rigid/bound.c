@@ -103,11 +103,97 @@ double ll_bound_area(ll_volume volume, const ll_geometry *g, ll_rot q)
     return ll_shape_area(&bound);
 }
 
+/* ---- made once, placed at each pose, tested ---- */
+
+ll_bound ll_bound_make(ll_volume volume, const ll_geometry *g)
+{
+    ll_bound b = {.shape = g, .axis = {1, 0}};
+    if (volume == LL_VOLUME_SPHERE) {
+        ll_geometry circle = enclosing_circle(g);
+        b.centre = circle.centre;
+        b.radius = circle.radius;
+    } else if (volume == LL_VOLUME_OBB) {
+        ll_geometry box = oriented(g);
+        b.centre = ll_lerp(box.vertex[0], box.vertex[2], 0.5);
+        b.axis = (ll_rot){box.normal[1].x, box.normal[1].y};
+        b.half = ll_vec(0.5 * ll_length(ll_sub(box.vertex[1], box.vertex[0])),
+                        0.5 * ll_length(ll_sub(box.vertex[2], box.vertex[1])));
+    }
+    return b;
+}
+
+/* As ll_shape_aabb, but the place is added once. */
+static ll_aabb box_at(const ll_geometry *g, ll_pose pose)
+{
+    double c = pose.q.c, s = pose.q.s, left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;
+    for (int i = 0; i < g->count; i++) {
+        double x = c * g->vertex[i].x - s * g->vertex[i].y, y = s * g->vertex[i].x + c * g->vertex[i].y;
+        left = ll_min(left, x);
+        right = ll_max(right, x);
+        low = ll_min(low, y);
+        high = ll_max(high, y);
+    }
+    return (ll_aabb){{pose.p.x + left - g->radius, pose.p.y + low - g->radius},
+                     {pose.p.x + right + g->radius, pose.p.y + high + g->radius}};
+}
+
+void ll_bound_place(ll_volume volume, const ll_bound *made, ll_pose pose, ll_placed_bound *out)
+{
+    switch (volume) {
+    case LL_VOLUME_AABB:
+        out->box = box_at(made->shape, pose);
+        return;
+    case LL_VOLUME_SPHERE:
+        out->centre = ll_to_world(pose, made->centre);
+        out->radius = made->radius;
+        return;
+    case LL_VOLUME_OBB:
+        out->centre = ll_to_world(pose, made->centre);
+        out->axis = ll_rot_mul(pose.q, made->axis);
+        out->half = made->half;
+        return;
+    default:
+        out->shape = made->shape;
+        out->pose = pose;
+    }
+}
+
+/* Four axes are enough for two rectangles (Gottschalk, Lin, Manocha, "OBBTree", 1996). */
+static bool rectangles_meet(const ll_placed_bound *a, const ll_placed_bound *b)
+{
+    ll_rot q = ll_rot_between(a->axis, b->axis);
+    double c = fabs(q.c), s = fabs(q.s);
+    ll_vec2 gap = ll_sub(b->centre, a->centre), seen = ll_unrotate(a->axis, gap);
+    if (fabs(seen.x) > a->half.x + (c * b->half.x + s * b->half.y) ||
+        fabs(seen.y) > a->half.y + (s * b->half.x + c * b->half.y))
+        return false;
+    seen = ll_unrotate(b->axis, gap);
+    return fabs(seen.x) <= b->half.x + (c * a->half.x + s * a->half.y) &&
+           fabs(seen.y) <= b->half.y + (s * a->half.x + c * a->half.y);
+}
+
+bool ll_bounds_meet(ll_volume volume, const ll_placed_bound *a, const ll_placed_bound *b)
+{
+    ll_vec2 gap;
+    switch (volume) {
+    case LL_VOLUME_AABB:
+        return ll_aabb_overlap(a->box, b->box);
+    case LL_VOLUME_SPHERE:
+        gap = ll_sub(b->centre, a->centre);
+        return ll_dot(gap, gap) <= (a->radius + b->radius) * (a->radius + b->radius);
+    case LL_VOLUME_OBB:
+        return rectangles_meet(a, b);
+    default:
+        return ll_distance(a->shape, a->pose, b->shape, b->pose).distance <= 0;
+    }
+}
+
 bool ll_bound_hit(ll_volume volume, const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
                   ll_pose pose_b)
 {
-    if (volume == LL_VOLUME_AABB)
-        return ll_aabb_overlap(ll_shape_aabb(a, pose_a), ll_shape_aabb(b, pose_b));
-    ll_geometry bound_a = ll_bound_of(volume, a, pose_a.q), bound_b = ll_bound_of(volume, b, pose_b.q);
-    return ll_distance(&bound_a, pose_a, &bound_b, pose_b).distance <= 0;
+    ll_bound made_a = ll_bound_make(volume, a), made_b = ll_bound_make(volume, b);
+    ll_placed_bound at_a, at_b;
+    ll_bound_place(volume, &made_a, pose_a, &at_a);
+    ll_bound_place(volume, &made_b, pose_b, &at_b);
+    return ll_bounds_meet(volume, &at_a, &at_b);
 }

@@ -21,7 +21,29 @@ ll_geometry ll_bound_of(ll_volume volume, const ll_geometry *g, ll_rot q);
 
 double ll_bound_area(ll_volume volume, const ll_geometry *g, ll_rot q);
 
-/* Whether two bodies hit each other by the volumes: a false hit when the exact shapes do not, a missed one
- * when they do and the volumes do not (which encloses, hence never). */
+/* A volume is made once, brought to a pose whenever its body has moved, and tested as often as there are
+ * pairs. Both point to the shape, which must stay. */
+typedef struct ll_bound { /* in the body's frame */
+    const ll_geometry *shape;
+    ll_vec2 centre, half; /* of a sphere and an OBB; half the OBB's sides */
+    ll_rot axis;          /* of the OBB */
+    double radius;
+} ll_bound;
+
+typedef struct ll_placed_bound { /* in the world; only what the volume has is set */
+    const ll_geometry *shape;
+    ll_pose pose;
+    ll_aabb box;
+    ll_vec2 centre, half;
+    ll_rot axis;
+    double radius;
+} ll_placed_bound;
+
+ll_bound ll_bound_make(ll_volume volume, const ll_geometry *g);
+void ll_bound_place(ll_volume volume, const ll_bound *made, ll_pose pose, ll_placed_bound *out);
+bool ll_bounds_meet(ll_volume volume, const ll_placed_bound *a, const ll_placed_bound *b);
+
+/* All three at once. Whether two bodies hit each other by the volumes: a false hit when the exact shapes do
+ * not, a missed one when they do and the volumes do not (which encloses, hence never). */
 bool ll_bound_hit(ll_volume volume, const ll_geometry *a, ll_pose pose_a, const ll_geometry *b,
                   ll_pose pose_b);

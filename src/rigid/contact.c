@@ -230,7 +230,7 @@ void ll_find_pairs(ll_rigid *w, bool *overflowed)
  * with their body are off by so much of their length. */
 static const double recycle_cos = 0.995;
 
-static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_geometry *room)
+static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_geometry *room)
 {
     const ll_shape *shape = &ll_shapes(w)[s];
     const ll_geometry *exact = ll_geometry_of(w, shape, room);
@@ -238,7 +238,7 @@ static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_geometry *ro
         return exact;
     if (w->params.volume != LL_VOLUME_AABB)
         return &ll_bounds(w)[s];
-    *room = ll_bound_of(LL_VOLUME_AABB, exact, ll_poses(w)[shape->body].q);
+    *room = ll_bound_of(LL_VOLUME_AABB, exact, q);
     return room;
 }
 
@@ -269,12 +269,17 @@ static double margin_of(const ll_rigid *w, const ll_contact *c)
     return reach;
 }
 
+ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin)
+{
+    ll_geometry room_a, room_b;
+    return ll_collide(collider(w, c->shape[0], a.q, &room_a), collider(w, c->shape[1], b.q, &room_b),
+                      ll_pose_between(a, b), margin);
+}
+
 static void compute(ll_rigid *w, ll_contact *c, ll_pose a, ll_pose b)
 {
     ll_pose rel = ll_pose_between(a, b);
-    ll_geometry room_a, room_b;
-    ll_manifold m = ll_collide(collider(w, c->shape[0], &room_a), collider(w, c->shape[1], &room_b), rel,
-                               margin_of(w, c));
+    ll_manifold m = ll_manifold_of(w, c, a, b, margin_of(w, c));
     ll_contact_point old[2] = {c->at[0], c->at[1]};
     int32_t old_count = c->count;
     memset(c->at, 0, sizeof c->at);

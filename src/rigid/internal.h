@@ -90,7 +90,7 @@ typedef struct ll_contact {
     int32_t awake;                /* place in the awake list, or LL_NONE; of a free slot: the next free one */
     int32_t colour;               /* LL_NONE when not touching */
     int32_t count;                /* points */
-    int32_t recycled;
+    int32_t recycled; /* 1: the manifold was kept; bounce.c marks others in the course of a step */
     double friction, restitution;
     ll_vec2 normal;
     ll_vec2 rel; /* b's centre seen from a */
@@ -251,6 +251,8 @@ ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot); /* an i
 
 void ll_find_pairs(ll_rigid *w, bool *overflowed);
 void ll_update_contacts(ll_rigid *w);
+/* With the bodies in these poses; in a's frame. */
+ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
 void ll_remove_contact(ll_rigid *w, int32_t contact);
 void ll_awake_contact(ll_rigid *w, int32_t contact);
 void ll_rest_contact(ll_rigid *w, int32_t contact);

@@ -163,9 +163,13 @@ static void nearest_of_edges(ll_vec2 p, ll_vec2 d1, ll_vec2 q, ll_vec2 d2, doubl
     }
 }
 
+/* Sides that face each other keep two points when their ends are one above the other: a corner that is so
+ * little beside the other is no corner. */
+static const double beside_edge = 0.01; /* sine */
+
 /* Corner against corner: apart, and nearest at an end of each edge, where no edge's normal is the shortest
- * way out. */
-static bool corners_meet(const ll_geometry *a, int edge_a, const ll_geometry *b, int edge_b, double margin,
+ * way out. `m` comes as the edges' own manifold. */
+static void corners_meet(const ll_geometry *a, int edge_a, const ll_geometry *b, int edge_b, double margin,
                          ll_manifold *m)
 {
     ll_vec2 p = a->vertex[edge_a], q = b->vertex[edge_b];
@@ -173,13 +177,15 @@ static bool corners_meet(const ll_geometry *a, int edge_a, const ll_geometry *b,
     double s, t;
     nearest_of_edges(p, d1, q, d2, &s, &t);
     if ((s > 0 && s < 1) || (t > 0 && t < 1))
-        return false;
+        return;
     ll_vec2 on_a = ll_madd(p, s, d1), on_b = ll_madd(q, t, d2);
-    if (ll_length(ll_sub(on_b, on_a)) < 0.1 * LL_LINEAR_SLOP)
-        return false;
+    ll_vec2 gap = ll_sub(on_b, on_a);
+    double length = ll_length(gap);
+    if (length < 0.1 * LL_LINEAR_SLOP ||
+        (m->count == 2 && fabs(ll_cross(gap, m->normal)) < beside_edge * length))
+        return;
     int va = s > 0 ? after(a, edge_a) : edge_a, vb = t > 0 ? after(b, edge_b) : edge_b;
     *m = points_meet(on_a, a->radius, on_b, b->radius, margin, (uint32_t)(va << 8 | vb | 1 << 17));
-    return true;
 }
 
 /* `b` is in a's frame here. */
@@ -197,10 +203,11 @@ static ll_manifold hulls(const ll_geometry *a, const ll_geometry *b, double marg
     int edge_a = flip ? facing_edge(a, b->normal[axis_b.edge]) : axis_a.edge;
     int edge_b = flip ? axis_b.edge : facing_edge(b, a->normal[axis_a.edge]);
     double separation = flip ? axis_b.separation : axis_a.separation;
-    ll_manifold m;
-    if (separation > 0.1 * LL_LINEAR_SLOP && corners_meet(a, edge_a, b, edge_b, margin, &m))
-        return m;
-    return flip ? clip(b, edge_b, a, edge_a, margin, true) : clip(a, edge_a, b, edge_b, margin, false);
+    ll_manifold m =
+        flip ? clip(b, edge_b, a, edge_a, margin, true) : clip(a, edge_a, b, edge_b, margin, false);
+    if (separation > 0.1 * LL_LINEAR_SLOP)
+        corners_meet(a, edge_a, b, edge_b, margin, &m);
+    return m;
 }
 
 /* A hull against a link: the link's own normal, or an axis of the hull that the link may take. */

@@ -71,8 +71,7 @@ typedef struct ll_line { /* a point of a contact; normal and arms lean with thei
     double adjust;       /* separation = n . (gap of the anchors) + adjust */
     double normal_mass, tangent_mass;
     double normal_impulse, tangent_impulse;
-    double approach; /* normal velocity at the beginning of the step */
-    double most;     /* largest normal impulse in the step */
+    double before; /* xpbd: normal velocity before overlaps are corrected */
 } ll_line;
 
 typedef struct ll_touch_row {
@@ -95,7 +94,46 @@ void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows);
 void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows);
 double ll_line_separation(const ll_rigid *w, const ll_touch_row *row,
                           const ll_line *line); /* where they are now */
-void ll_apply_restitution(ll_rigid *w, ll_touch_rows rows);
+
+/* How velocities along `axis` (the normal or the tangent) change at one point by an impulse at the other. */
+static inline double ll_coupling(const ll_touch_row *r, ll_vec2 axis)
+{
+    return r->ma + r->mb + r->ia * ll_cross(r->at[0].ra, axis) * ll_cross(r->at[1].ra, axis) +
+           r->ib * ll_cross(r->at[0].rb, axis) * ll_cross(r->at[1].rb, axis);
+}
+
+static inline double ll_clamped_sum(double sum, double mass, double v, double low, double high)
+{
+    return ll_min(ll_max(sum - mass * v, low), high);
+}
+
+/* The sums of both points' impulses that take out the velocities `v`, each between its bounds: the mean of
+ * solving the first before the second and the second before the first. Gauss-Seidel in one order prefers a
+ * point, and a column of boxes that is exactly symmetric leans to it. */
+static inline void ll_solve_both(const double v[2], const double mass[2], double coupling,
+                                 const double low[2], const double high[2], double sum[2])
+{
+    double a = ll_clamped_sum(sum[0], mass[0], v[0], low[0], high[0]);
+    double b = ll_clamped_sum(sum[1], mass[1], v[1], low[1], high[1]);
+    double a_then = ll_clamped_sum(sum[0], mass[0], v[0] + coupling * (b - sum[1]), low[0], high[0]);
+    double b_then = ll_clamped_sum(sum[1], mass[1], v[1] + coupling * (a - sum[0]), low[1], high[1]);
+    sum[0] = 0.5 * (a + a_then);
+    sum[1] = 0.5 * (b + b_then);
+}
+
+/* ---- impacts of contacts with restitution; see bounce.c ---- */
+
+typedef struct ll_bounces {
+    int32_t *at; /* numbers of contacts, in the memory of `order` */
+    int32_t count, pad;
+} ll_bounces;
+
+/* Of those that may meet in this step: behind ll_prepare_drives, and what uses `order`. */
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts);
+/* Before velocities and places of a substep of h. What meets within `reach` seconds is turned round: h, or 2
+ * h where contacts are looked at again when the bodies have moved, and would slow them down. */
+void ll_bounce(ll_rigid *w, ll_bounces *bounces, double h, double reach);
+void ll_end_bounces(ll_rigid *w, const ll_bounces *bounces);
 
 /* Velocities by projected Gauss-Seidel, of pgs and pgs_ngs: all of the step but the positions. */
 ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte);

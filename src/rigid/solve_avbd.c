@@ -140,7 +140,6 @@ static void begin_joints(ll_rigid *w, memory *m)
 static void begin_bodies(ll_rigid *w, memory *m)
 {
     double h = m->h;
-    ll_prepare_drives(w, ll_whole(w).bodies, h);
     for (int32_t i = 0; i < w->awake; i++) {
         int32_t k = ll_awakes(w)[i];
         ll_motion *motion = &ll_motions(w)[k];
@@ -366,7 +365,12 @@ static void descend_all(ll_rigid *w, const memory *m)
 static void solve(ll_rigid *w)
 {
     memory m = memory_of(w);
+    ll_group all = ll_whole(w);
     begin_touches(w, &m);
+    ll_prepare_drives(w, all.bodies, m.h);
+    ll_bounces bounces = ll_begin_bounces(w, all.contacts);
+    ll_bounce(w, &bounces, m.h, m.h);
+    ll_end_bounces(w, &bounces);
     begin_joints(w, &m);
     begin_bodies(w, &m);
     for (int64_t n = 0; n < w->params.iterations; n++) {
@@ -383,7 +387,7 @@ const ll_solver ll_solver_avbd = {
     .name = "avbd",
     .help =
         "Augmented vertex block descent (Giles et al. 2025): bodies one by one against growing penalties; 3 "
-        "passes an iteration. Restitution is left out, as in the paper.",
+        "passes an iteration. The paper has no restitution: impacts come before the step.",
     .passes = {[LL_PER_ITERATION] = 3},
     .size = size,
     .solve = solve};

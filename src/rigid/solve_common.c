@@ -140,8 +140,6 @@ static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, cons
     double ta = ll_cross(line->ra, t), tb = ll_cross(line->rb, t);
     line->normal_mass = inverse(r->ma + r->mb + r->ia * na * na + r->ib * nb * nb);
     line->tangent_mass = inverse(r->ma + r->mb + r->ia * ta * ta + r->ib * tb * tb);
-    line->approach = ll_dot(ll_relative(&ll_motions(w)[r->a], &ll_motions(w)[r->b], line), r->n);
-    line->most = 0;
 }
 
 ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
@@ -204,27 +202,4 @@ double ll_line_separation(const ll_rigid *w, const ll_touch_row *r, const ll_lin
     ll_vec2 gap = ll_add(ll_sub(poses[r->b].p, poses[r->a].p), ll_sub(b->d, a->d));
     gap = ll_add(gap, ll_sub(ll_rotate(b->q, line->rb), ll_rotate(a->q, line->ra)));
     return ll_dot(gap, r->n) + line->adjust;
-}
-
-/* Once, at the end: what came in fast and was pushed goes out with its share of that speed. */
-void ll_apply_restitution(ll_rigid *w, ll_touch_rows rows)
-{
-    if (w->bouncing == 0)
-        return;
-    for (int32_t i = 0; i < rows.count; i++) {
-        ll_touch_row *r = &rows.at[i];
-        for (int k = 0; k < r->count && r->restitution > 0; k++) {
-            ll_line *line = &r->at[k];
-            if (line->approach > -w->params.restitution_speed || line->most == 0)
-                continue;
-            ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
-            double vn = ll_dot(ll_relative(a, b, line), r->n);
-            double sum =
-                ll_max(line->normal_impulse - line->normal_mass * (vn + r->restitution * line->approach), 0);
-            double impulse = sum - line->normal_impulse;
-            line->normal_impulse = sum;
-            line->most = ll_max(line->most, impulse);
-            ll_push(a, b, r, line, ll_scale(impulse, r->n));
-        }
-    }
 }

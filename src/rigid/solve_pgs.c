@@ -3,27 +3,54 @@
  * that speed in the bodies. Passes over contacts: 1 + iterations. */
 #include "rigid/solve.h"
 
-static bool solve_friction(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line)
+#include <string.h>
+
+/* The new sums of a row's impulses along `axis`; whether one has changed. */
+static bool push_both(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_vec2 axis, const double sum[2],
+                      const double old[2])
 {
-    ll_vec2 t = ll_right(r->n);
-    double most = r->friction * line->normal_impulse;
-    double sum = line->tangent_impulse - line->tangent_mass * ll_dot(ll_relative(a, b, line), t);
-    sum = ll_min(ll_max(sum, -most), most);
-    double impulse = sum - line->tangent_impulse;
-    line->tangent_impulse = sum;
-    ll_push(a, b, r, line, ll_scale(impulse, t));
-    return impulse != 0;
+    bool changed = false;
+    for (int k = 0; k < r->count; k++) {
+        ll_push(a, b, r, &r->at[k], ll_scale(sum[k] - old[k], axis));
+        changed |= sum[k] != old[k];
+    }
+    return changed;
 }
 
-static bool solve_normal(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_line *line, double bias)
+static bool solve_friction(ll_motion *a, ll_motion *b, ll_touch_row *r)
 {
-    double vn = ll_dot(ll_relative(a, b, line), r->n);
-    double sum = ll_max(line->normal_impulse - line->normal_mass * (vn + bias), 0),
-           impulse = sum - line->normal_impulse;
-    line->normal_impulse = sum;
-    line->most = ll_max(line->most, sum);
-    ll_push(a, b, r, line, ll_scale(impulse, r->n));
-    return impulse != 0;
+    ll_vec2 t = ll_right(r->n);
+    double v[2] = {0}, mass[2] = {0}, low[2] = {0}, high[2] = {0}, sum[2] = {0}, old[2];
+    for (int k = 0; k < r->count; k++) {
+        const ll_line *line = &r->at[k];
+        v[k] = ll_dot(ll_relative(a, b, line), t);
+        mass[k] = line->tangent_mass;
+        high[k] = r->friction * line->normal_impulse;
+        low[k] = -high[k];
+        sum[k] = line->tangent_impulse;
+    }
+    memcpy(old, sum, sizeof old);
+    ll_solve_both(v, mass, r->count == 2 ? ll_coupling(r, t) : 0, low, high, sum);
+    for (int k = 0; k < r->count; k++)
+        r->at[k].tangent_impulse = sum[k];
+    return push_both(a, b, r, t, sum, old);
+}
+
+static bool solve_normal(ll_motion *a, ll_motion *b, ll_touch_row *r, const double bias[2])
+{
+    double v[2] = {0}, mass[2] = {0}, sum[2] = {0}, old[2];
+    for (int k = 0; k < r->count; k++) {
+        const ll_line *line = &r->at[k];
+        v[k] = ll_dot(ll_relative(a, b, line), r->n) + bias[k];
+        mass[k] = line->normal_mass;
+        sum[k] = line->normal_impulse;
+    }
+    memcpy(old, sum, sizeof old);
+    ll_solve_both(v, mass, r->count == 2 ? ll_coupling(r, r->n) : 0, (double[2]){0, 0},
+                  (double[2]){INFINITY, INFINITY}, sum);
+    for (int k = 0; k < r->count; k++)
+        r->at[k].normal_impulse = sum[k];
+    return push_both(a, b, r, r->n, sum, old);
 }
 
 /* Whether an impulse has changed. */
@@ -34,15 +61,14 @@ static bool pass(ll_rigid *w, ll_touch_rows rows, double baumgarte)
     for (int32_t i = 0; i < rows.count; i++) {
         ll_touch_row *r = &rows.at[i];
         ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
-        for (int k = 0; k < r->count; k++)
-            changed |= solve_friction(a, b, r, &r->at[k]);
+        double bias[2] = {0};
         for (int k = 0; k < r->count; k++) {
             double s = ll_line_separation(w, r, &r->at[k]);
-            double bias =
-                s > 0 ? s * rate
-                      : ll_max(baumgarte * rate * ll_min(0, s + LL_LINEAR_SLOP), -w->params.push_speed);
-            changed |= solve_normal(a, b, r, &r->at[k], bias);
+            bias[k] = s > 0 ? s * rate
+                            : ll_max(baumgarte * rate * ll_min(0, s + LL_LINEAR_SLOP), -w->params.push_speed);
         }
+        changed |= solve_friction(a, b, r);
+        changed |= solve_normal(a, b, r, bias);
     }
     return changed;
 }
@@ -53,6 +79,8 @@ ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
     ll_touch_rows rows = ll_prepare_touch_rows(w);
     ll_softness stiff = {w->params.baumgarte / w->dt, 1, 0};
     ll_prepare_drives(w, all.bodies, w->dt);
+    ll_bounces bounces = ll_begin_bounces(w, all.contacts);
+    ll_bounce(w, &bounces, w->dt, w->dt);
     ll_integrate_velocities(w, all.bodies, w->dt);
     ll_joint_set joints = ll_prepare_joints(w, all.joints);
     ll_warm_start_joints(w, &joints);
@@ -63,7 +91,7 @@ ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
         changed = ll_solve_joints(w, &joints, w->dt, stiff, true);
         changed |= pass(w, rows, baumgarte);
     }
-    ll_apply_restitution(w, rows);
+    ll_end_bounces(w, &bounces);
     ll_store_joints(w, &joints);
     return rows;
 }

@@ -11,21 +11,47 @@ static void turn(ll_motion *m, double angle)
     m->turn += angle;
 }
 
-static bool correct(ll_rigid *w, const ll_touch_row *r, const ll_line *line)
+static double asked(const ll_rigid *w, double separation)
+{
+    double c = w->params.baumgarte * (separation + LL_LINEAR_SLOP);
+    return -ll_max(ll_min(c, 0), -longest_push);
+}
+
+typedef struct lever { /* of the normal, where the bodies are now */
+    double a, b, mass;
+} lever;
+
+static lever lever_of(const ll_rigid *w, const ll_touch_row *r, const ll_line *line)
+{
+    double a = ll_cross(ll_rotate(ll_motions(w)[r->a].q, line->ra), r->n);
+    double b = ll_cross(ll_rotate(ll_motions(w)[r->b].q, line->rb), r->n);
+    double k = r->ma + r->mb + r->ia * a * a + r->ib * b * b;
+    return (lever){a, b, k > 0 ? 1 / k : 0};
+}
+
+/* Both points of a row, as ll_solve_both does it for velocities. */
+static bool correct(ll_rigid *w, const ll_touch_row *r)
 {
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
-    double c = w->params.baumgarte * (ll_line_separation(w, r, line) + LL_LINEAR_SLOP);
-    c = ll_max(ll_min(c, 0), -longest_push);
-    if (c == 0)
+    lever at[2] = {{0}};
+    double s[2] = {0}, one[2] = {0}, push[2];
+    for (int k = 0; k < r->count; k++) {
+        at[k] = lever_of(w, r, &r->at[k]);
+        s[k] = ll_line_separation(w, r, &r->at[k]);
+        one[k] = at[k].mass * asked(w, s[k]);
+    }
+    if (one[0] == 0 && one[1] == 0)
         return false;
-    ll_vec2 ra = ll_rotate(a->q, line->ra), rb = ll_rotate(b->q, line->rb);
-    double na = ll_cross(ra, r->n), nb = ll_cross(rb, r->n),
-           k = r->ma + r->mb + r->ia * na * na + r->ib * nb * nb;
-    double impulse = k > 0 ? -c / k : 0;
-    a->d = ll_madd(a->d, -r->ma * impulse, r->n);
-    turn(a, -r->ia * na * impulse);
-    b->d = ll_madd(b->d, r->mb * impulse, r->n);
-    turn(b, r->ib * nb * impulse);
+    double coupling = r->ma + r->mb + r->ia * at[0].a * at[1].a + r->ib * at[0].b * at[1].b;
+    for (int k = 0; k < 2; k++)
+        push[k] = 0.5 * (one[k] + at[k].mass * asked(w, s[k] + coupling * one[1 - k]));
+    if (r->count < 2)
+        push[0] = one[0];
+    double along = push[0] + push[1];
+    a->d = ll_madd(a->d, -r->ma * along, r->n);
+    turn(a, -r->ia * (at[0].a * push[0] + at[1].a * push[1]));
+    b->d = ll_madd(b->d, r->mb * along, r->n);
+    turn(b, r->ib * (at[0].b * push[0] + at[1].b * push[1]));
     return true;
 }
 
@@ -34,8 +60,7 @@ static bool correct_all(ll_rigid *w, ll_touch_rows rows)
 {
     bool corrected = false;
     for (int32_t i = 0; i < rows.count; i++)
-        for (int k = 0; k < rows.at[i].count; k++)
-            corrected |= correct(w, &rows.at[i], &rows.at[i].at[k]);
+        corrected |= correct(w, &rows.at[i]);
     return corrected;
 }
 

@@ -157,58 +157,6 @@ static void store(ll_rigid *w, const batches *all)
         }
 }
 
-/* ---- bounces: few contacts have them, so they are done one by one ---- */
-
-static double approach(const ll_motion *a, const ll_motion *b, const ll_wide_contact *c, int lane, int k)
-{
-    const ll_wide_point *p = &c->at[k];
-    double along = (b->v.x - a->v.x) * c->nx[lane] + (b->v.y - a->v.y) * c->ny[lane];
-    return along + (b->w * p->cross_b[lane] - a->w * p->cross_a[lane]);
-}
-
-/* Speeds before the step, kept where the impulses of the contact will be stored in the end. */
-static void note_approach(ll_rigid *w, const batches *all)
-{
-    for (int32_t i = 0; i < all->contacts; i++)
-        for (int lane = 0; lane < LL_LANES; lane++) {
-            const ll_wide_contact *c = &all->all[i];
-            if (c->contact[lane] == LL_NONE || ll_contacts(w)[c->contact[lane]].restitution == 0)
-                continue;
-            for (int k = 0; k < c->points[lane]; k++)
-                ll_contacts(w)[c->contact[lane]].at[k].normal_impulse =
-                    approach(&ll_motions(w)[c->a[lane]], &ll_motions(w)[c->b[lane]], c, lane, k);
-        }
-}
-
-static void bounce(ll_rigid *w, ll_wide_contact *c, int lane)
-{
-    ll_contact *contact = &ll_contacts(w)[c->contact[lane]];
-    ll_motion *a = &ll_motions(w)[c->a[lane]], *b = &ll_motions(w)[c->b[lane]];
-    for (int k = 0; k < c->points[lane]; k++) {
-        ll_wide_point *p = &c->at[k];
-        double before = contact->at[k].normal_impulse;
-        double vn = approach(a, b, c, lane, k), old = p->normal_impulse[lane];
-        if (before > -w->params.restitution_speed || vn < 0.5 * before) /* slow, or did not meet */
-            continue;
-        double sum = ll_max(old - p->normal_mass[lane] * (vn + contact->restitution * before), 0);
-        ll_vec2 impulse = ll_scale(sum - old, ll_vec(c->nx[lane], c->ny[lane]));
-        p->normal_impulse[lane] = sum;
-        a->v = ll_madd(a->v, -c->ma[lane], impulse);
-        a->w -= c->ia[lane] * p->cross_a[lane] * (sum - old);
-        b->v = ll_madd(b->v, c->mb[lane], impulse);
-        b->w += c->ib[lane] * p->cross_b[lane] * (sum - old);
-    }
-}
-
-static void bounce_all(ll_rigid *w, const batches *all)
-{
-    for (int32_t i = 0; i < all->contacts; i++)
-        for (int lane = 0; lane < LL_LANES; lane++)
-            if (all->all[i].contact[lane] != LL_NONE &&
-                ll_contacts(w)[all->all[i].contact[lane]].restitution > 0)
-                bounce(w, &all->all[i], lane);
-}
-
 /* ---- substeps ---- */
 
 /* After gravity: what the contacts held the body with in the substep before. */
@@ -281,13 +229,13 @@ static void solve_group(ll_rigid *w, const ll_soft_loops *loops, const ll_group 
     double h = w->dt / (double)w->params.substeps;
     batches all = prepare(w, group->contacts);
     ll_prepare_drives(w, group->bodies, h);
-    if (w->bouncing > 0)
-        note_approach(w, &all);
+    ll_bounces bounces = ll_begin_bounces(w, group->contacts);
     ll_joint_set set = ll_prepare_joints(w, group->joints);
-    for (int64_t i = 0; i < w->params.substeps; i++)
+    for (int64_t i = 0; i < w->params.substeps; i++) {
+        ll_bounce(w, &bounces, h, 2 * h);
         substep(w, loops, group->bodies, &all, &set, h, i == 0);
-    if (w->bouncing > 0)
-        bounce_all(w, &all);
+    }
+    ll_end_bounces(w, &bounces);
     store(w, &all);
     ll_store_joints(w, &set);
 }

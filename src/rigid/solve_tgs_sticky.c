@@ -25,31 +25,51 @@ static gap_now gap_of(const ll_rigid *w, const ll_touch_row *r, const ll_line *l
     return (gap_now){ll_dot(gap, r->n) + line->adjust, ll_dot(gap, ll_right(r->n))};
 }
 
-static void solve_normal(ll_rigid *w, ll_touch_row *r, ll_line *line, double rate, bool bias)
+static void push_both(ll_rigid *w, ll_touch_row *r, ll_vec2 axis, const double sum[2], const double old[2])
 {
-    ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
-    double gap = gap_of(w, r, line).normal, share = bias ? normal_share * rate : 0;
-    double wanted = gap > 0 ? gap * rate : ll_max(share * gap, -w->params.push_speed);
-    double vn = ll_dot(ll_relative(a, b, line), r->n);
-    double sum = ll_max(line->normal_impulse - line->normal_mass * (vn + wanted), 0);
-    ll_push(a, b, r, line, ll_scale(sum - line->normal_impulse, r->n));
-    line->normal_impulse = sum;
-    line->most = ll_max(line->most, sum);
+    for (int k = 0; k < r->count; k++)
+        ll_push(&ll_motions(w)[r->a], &ll_motions(w)[r->b], r, &r->at[k], ll_scale(sum[k] - old[k], axis));
 }
 
-static void solve_friction(ll_rigid *w, ll_touch_row *r, ll_line *line, double most, double rate, bool bias)
+static void solve_normal(ll_rigid *w, ll_touch_row *r, const gap_now gap[2], double rate, bool bias)
 {
-    ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    double v[2] = {0}, mass[2] = {0}, sum[2] = {0}, old[2], share = bias ? normal_share * rate : 0;
+    for (int k = 0; k < r->count; k++) {
+        double s = gap[k].normal;
+        double wanted = s > 0 ? s * rate : ll_max(share * s, -w->params.push_speed);
+        v[k] = ll_dot(ll_relative(a, b, &r->at[k]), r->n) + wanted;
+        mass[k] = r->at[k].normal_mass;
+        sum[k] = old[k] = r->at[k].normal_impulse;
+    }
+    ll_solve_both(v, mass, r->count == 2 ? ll_coupling(r, r->n) : 0, (double[2]){0, 0},
+                  (double[2]){INFINITY, INFINITY}, sum);
+    for (int k = 0; k < r->count; k++)
+        r->at[k].normal_impulse = sum[k];
+    push_both(w, r, r->n, sum, old);
+}
+
+static void solve_friction(ll_rigid *w, ll_touch_row *r, const gap_now gap[2], double most, double rate,
+                           bool bias)
+{
+    const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
     ll_vec2 t = ll_right(r->n);
+    double v[2] = {0}, mass[2] = {0}, sum[2] = {0}, old[2];
     double push = w->params.push_speed, share = bias ? friction_share * rate : 0;
-    double back = ll_min(ll_max(share * gap_of(w, r, line).tangent, -push), push);
-    double vt = ll_dot(ll_relative(a, b, line), t);
-    double held = line->tangent_impulse - line->tangent_mass * (vt + back);
-    double sum = ll_min(ll_max(held, -most), most);
-    if (sum != held && most > 0 && !bias) /* slides */
-        ll_contacts(w)[r->contact].rel.x = INFINITY;
-    ll_push(a, b, r, line, ll_scale(sum - line->tangent_impulse, t));
-    line->tangent_impulse = sum;
+    for (int k = 0; k < r->count; k++) {
+        double back = ll_min(ll_max(share * gap[k].tangent, -push), push);
+        v[k] = ll_dot(ll_relative(a, b, &r->at[k]), t) + back;
+        mass[k] = r->at[k].tangent_mass;
+        sum[k] = old[k] = r->at[k].tangent_impulse;
+    }
+    ll_solve_both(v, mass, r->count == 2 ? ll_coupling(r, t) : 0, (double[2]){-most, -most},
+                  (double[2]){most, most}, sum);
+    for (int k = 0; k < r->count; k++) {
+        if (fabs(sum[k]) == most && most > 0 && !bias) /* slides */
+            ll_contacts(w)[r->contact].rel.x = INFINITY;
+        r->at[k].tangent_impulse = sum[k];
+    }
+    push_both(w, r, t, sum, old);
 }
 
 /* Both points' friction has the mean of what presses on them for its limit. */
@@ -57,13 +77,14 @@ static void pass(ll_rigid *w, ll_touch_rows rows, double rate, bool bias)
 {
     for (int32_t i = 0; i < rows.count; i++) {
         ll_touch_row *r = &rows.at[i];
+        gap_now gap[2] = {{0}};
         double sum = 0;
-        for (int k = 0; k < r->count; k++) {
-            solve_normal(w, r, &r->at[k], rate, bias);
-            sum += r->at[k].normal_impulse;
-        }
         for (int k = 0; k < r->count; k++)
-            solve_friction(w, r, &r->at[k], r->friction * sum / r->count, rate, bias);
+            gap[k] = gap_of(w, r, &r->at[k]);
+        solve_normal(w, r, gap, rate, bias);
+        for (int k = 0; k < r->count; k++)
+            sum += r->at[k].normal_impulse;
+        solve_friction(w, r, gap, r->friction * sum / r->count, rate, bias);
     }
 }
 
@@ -78,7 +99,9 @@ static void solve(ll_rigid *w)
     for (int32_t i = 0; i < rows.count; i++)
         for (int k = 0; k < rows.at[i].count; k++)
             rows.at[i].at[k].normal_impulse = rows.at[i].at[k].tangent_impulse = 0;
+    ll_bounces bounces = ll_begin_bounces(w, all.contacts);
     for (int64_t i = 0; i < w->params.substeps; i++) {
+        ll_bounce(w, &bounces, h, 2 * h);
         ll_integrate_velocities(w, all.bodies, h);
         ll_warm_start_joints(w, &joints);
         ll_solve_joints(w, &joints, h, stiff, true);
@@ -89,7 +112,7 @@ static void solve(ll_rigid *w)
         ll_solve_joints(w, &joints, h, stiff, false);
         pass(w, rows, rate, false);
     }
-    ll_apply_restitution(w, rows);
+    ll_end_bounces(w, &bounces);
     ll_store_touch_rows(w, rows);
     ll_store_joints(w, &joints);
 }

@@ -19,6 +19,7 @@ static ll_status do_pause(ll_session *s, ll_time wall, const control_args *a)
     if (s->status == LL_SESSION_PLAYING) {
         s->status = LL_SESSION_PAUSED;
         ll_session_line(s, "pause");
+        ll_session_mark(s);
     }
     return ll_ok();
 }
@@ -40,12 +41,7 @@ static ll_status do_play(ll_session *s, ll_time wall, const control_args *a)
 
 static ll_status go_to(ll_session *s, int64_t tick)
 {
-    if (s->status != LL_SESSION_FAILED)
-        s->status = LL_SESSION_PAUSED;
-    int64_t clamped = tick < 0 ? 0 : tick > s->end ? s->end : tick;
-    if (clamped != s->tick)
-        ll_session_move_to(s, clamped);
-    ll_session_line(s, "pause");
+    ll_session_set_out(s, tick < 0 ? 0 : tick > s->end ? s->end : tick);
     return ll_ok();
 }
 
@@ -141,6 +137,14 @@ static const ll_param_table control_table = {.name = "control",
 
 ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
 {
+    ll_status status = ll_session_begin_control(s, wall, control);
+    if (!ll_failed(&status))
+        ll_session_pursue(s, INT64_MAX);
+    return status;
+}
+
+ll_status ll_session_begin_control(ll_session *s, ll_time wall, const cJSON *control)
+{
     ll_status status = ll_session_wake(s);
     if (ll_failed(&status))
         return status;
@@ -159,8 +163,10 @@ ll_status ll_session_control(ll_session *s, ll_time wall, const cJSON *control)
     args.has_tick = cJSON_HasObjectItem(control, "tick");
     args.has_time = cJSON_HasObjectItem(control, "time_s");
     for (size_t i = 0; i < sizeof operations / sizeof operations[0]; i++)
-        if (strcmp(op->valuestring, operations[i].name) == 0)
+        if (strcmp(op->valuestring, operations[i].name) == 0) {
+            ll_session_rest(s);
             return operations[i].run(s, wall, &args);
+        }
     return ll_field_error(LL_BAD_INPUT, "op",
                           "op must be one of pause, play, step, seek, speed, restart; got %.20s",
                           op->valuestring);

@@ -81,8 +81,9 @@
  *     24 u32 own_timeline_errors (displays)   28 u32 input_latencies (changes of controls that were felt)   32 u32 input_changes
  *     36 u32 input_changes_lost (never applied)   40 u32 visible_corrections (displays)
  *   section 16, a motion: record 0 is the solution, record 1 + i method i; stride = bytes / count
- *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
- *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected   64 state, f64 each
+ *      0 u8 index   1 u8 status 0 ok 1 diverged 2 off 3 failed   2 u16 components   8 f64 t_s (of the last step)   16 f64 error
+ *     24 f64 error_max  32 f64 energy_drift  40 f64 evaluations  48 f64 steps  56 f64 rejected
+ *     64 f64 error_max_weighted   72 state, f64 each
  *   section 32, worlds of rigid bodies, 152 bytes each
  *      0 u8 world   1 u8 status 0 ok 1 diverged   2 u8 solver   3 u8 dragging   4 u32 bodies, awake, pairs, touching, points, recycled,
  *      tested, islands, passed, stopped, joints    48 f64 energy, energy_start, kinetic, penetration, penetration_worst, sag, drift,

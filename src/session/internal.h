@@ -1,10 +1,12 @@
 /* Inside of a session; for the files of this room. */
 #pragma once
 
+#include "base/version.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
 #define LL_EVENT_RING 2048 /* events kept for views: 4 s of two players */
+#define LL_MARKS 64        /* hashes kept of the present log: the last ones */
 #define LL_SNAPSHOTS 2     /* kept of a run: at a third and two thirds of its duration */
 
 typedef enum ll_op { LL_OP_SET, LL_OP_INPUT } ll_op;
@@ -22,6 +24,15 @@ typedef struct ll_log {
     ll_entry *entries;
     size_t count, capacity, text_bytes;
 } ll_log;
+
+/* What the state of a tick hashes to, after all commands of that tick. */
+typedef struct ll_mark {
+    int64_t tick;
+    uint64_t hash;
+} ll_mark;
+
+/* Where a session is on its way to: it is run there piece by piece. */
+typedef enum ll_errand { LL_ERRAND_NONE, LL_ERRAND_WAKE, LL_ERRAND_SEEK } ll_errand;
 
 typedef struct ll_snapshot {
     void *block;
@@ -50,8 +61,18 @@ struct ll_session {
     uint32_t event_count;
     uint32_t event_base; /* the first since time jumped last: those before it are of another past */
 
+    ll_errand errand;
+    int64_t goal;                    /* of the errand */
+    int64_t quiet;                   /* before that tick no events are kept on the way */
+    ll_session_status status_asleep; /* while it wakes: what it will be again */
+
     ll_session_status status;
     ll_status error;
+    int64_t failed_at;       /* the tick behind which the present log ends in a failure; -1: it does not */
+    uint64_t failed_hash;    /* of the state as it failed; 0: not known */
+    ll_mark marks[LL_MARKS]; /* in the order of ticks */
+    int mark_count;
+    char version[LL_VERSION_MAX + 1]; /* of the laglab that made it */
     double speed;
     ll_time anchor_wall; /* the wall time at which ... */
     ll_time anchor_time; /* ... this virtual time was shown */
@@ -79,6 +100,8 @@ void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *contex
 void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context);
 void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line,
                         void *context); /* rewind, head, play, pause */
+void ll_session_emit_mark(const ll_mark *mark, ll_log_line *line, void *context);
+void ll_session_emit_failure(const ll_session *s, ll_log_line *line, void *context);
 
 void ll_session_emit_restart(const ll_session *s);
 
@@ -93,15 +116,27 @@ struct cJSON *ll_input_write(const ll_entry *entry); /* caller deletes */
 int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
 ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
 
+/* ---- errand.c ---- */
+
+/* Sets out for `tick`; ll_session_pursue goes. When it is there a seek tells the log that it paused. */
+void ll_session_set_out(ll_session *s, int64_t tick);
+void ll_session_make_state(ll_session *s, int64_t tick);   /* at once */
+void ll_session_forget_marks(ll_session *s, int64_t from); /* of `from` and later ticks */
+void ll_session_keep_mark(ll_session *s, const ll_mark *mark);
+void ll_session_mark(ll_session *s); /* the present tick's, also told to the listener */
+ll_status ll_session_wake(ll_session *s);
+
 /* ---- session.c ---- */
 
+void ll_session_run(ll_session *s, int64_t to, bool record);
+void ll_session_start_from(ll_session *s, const ll_snapshot *shot,
+                           bool record);                   /* NULL: from the beginning */
 void ll_session_line(const ll_session *s, const char *op); /* to the session's own listener */
 void ll_session_move_to(ll_session *s, int64_t tick);
 void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is the present tick */
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session);
-ll_status ll_session_wake(ll_session *s);
 void ll_session_apply_due(ll_session *s); /* what the log and the timeline say up to the present tick */
 ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
                           const char *values);           /* of an entry; all or nothing */

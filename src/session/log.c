@@ -4,6 +4,7 @@
  * everything, no longer holds. Restoring folds them. */
 #include <cjson/cJSON.h>
 #include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -67,6 +68,7 @@ cJSON *ll_session_create_line(const ll_session *s)
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "create");
     cJSON_AddNumberToObject(o, "laglab_log", LOG_FORMAT);
+    cJSON_AddStringToObject(o, "version", s->version);
     cJSON_AddItemToObject(o, "scenario", ll_param_write(s->scenario.kind->table, s->base));
     return o;
 }
@@ -125,15 +127,63 @@ void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line, 
     emit(o, line, context);
 }
 
+static void add_hash(cJSON *o, uint64_t hash)
+{
+    char text[17];
+    snprintf(text, sizeof text, "%016" PRIx64, hash);
+    cJSON_AddStringToObject(o, "hash", text);
+}
+
+void ll_session_emit_mark(const ll_mark *mark, ll_log_line *line, void *context)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", "hash");
+    cJSON_AddNumberToObject(o, "tick", (double)mark->tick);
+    add_hash(o, mark->hash);
+    emit(o, line, context);
+}
+
+/* `tick` is the last that was reached; the hash is of the state as it failed behind it. */
+void ll_session_emit_failure(const ll_session *s, ll_log_line *line, void *context)
+{
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "op", "fail");
+    cJSON_AddNumberToObject(o, "tick", (double)s->failed_at);
+    cJSON_AddStringToObject(o, "detail", s->error.text);
+    if (s->failed_hash)
+        add_hash(o, s->failed_hash);
+    emit(o, line, context);
+}
+
+static void emit_marks(const ll_session *s, int *next, int64_t before, ll_log_line *line, void *context)
+{
+    while (*next < s->mark_count && s->marks[*next].tick < before)
+        ll_session_emit_mark(&s->marks[(*next)++], line, context);
+}
+
+/* The state that is at hand, of a session whose log is kept: who writes a log himself has his own hashes. */
+static void emit_present(const ll_session *s, ll_log_line *line, void *context)
+{
+    if (s->on_line && s->block && s->errand == LL_ERRAND_NONE && s->status != LL_SESSION_FAILED)
+        ll_session_emit_mark(&(ll_mark){s->tick, s->scenario.kind->hash(s->block)}, line, context);
+}
+
 void ll_session_log(const ll_session *s, ll_log_line *line, void *context)
 {
+    int mark = 0;
     ll_session_emit_create(s, line, context);
-    for (size_t i = 0; i < s->log.count; i++)
+    for (size_t i = 0; i < s->log.count; i++) {
+        emit_marks(s, &mark, s->log.entries[i].tick, line, context);
         ll_session_emit_entry(&s->log.entries[i], line, context);
+    }
+    emit_marks(s, &mark, INT64_MAX, line, context);
+    emit_present(s, line, context);
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", "head");
     cJSON_AddNumberToObject(o, "tick", (double)s->head);
     emit(o, line, context);
+    if (s->failed_at >= 0)
+        ll_session_emit_failure(s, line, context);
 }
 
 /* ---- reading ---- */
@@ -161,7 +211,11 @@ static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *
     ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
     if (ll_failed(&status))
         return status;
-    return ll_session_new(&scenario, scenario.config, on_line, context, session);
+    status = ll_session_new(&scenario, scenario.config, on_line, context, session);
+    const cJSON *version = cJSON_GetObjectItemCaseSensitive(o, "version");
+    if (!ll_failed(&status) && cJSON_IsString(version)) /* older logs do not tell it */
+        snprintf((*session)->version, sizeof(*session)->version, "%s", version->valuestring);
+    return status;
 }
 
 /* A restart may change what is live, never what the block's size and the clock follow from. */
@@ -257,6 +311,40 @@ static void rewind_to(ll_session *s, int64_t tick)
         keep--;
     ll_log_truncate(&s->log, keep);
     s->head = tick;
+    s->failed_at = -1;
+    ll_session_forget_marks(s, tick + 1);
+}
+
+/* A command makes another future of its tick. */
+static void read_command(ll_session *s, int64_t tick)
+{
+    ll_session_forget_marks(s, tick);
+    if (s->failed_at >= tick)
+        s->failed_at = -1;
+}
+
+static bool read_hash(const cJSON *o, uint64_t *hash)
+{
+    const cJSON *text = cJSON_GetObjectItemCaseSensitive(o, "hash");
+    bool whole = cJSON_IsString(text) && strlen(text->valuestring) == 16 &&
+                 strspn(text->valuestring, "0123456789abcdef") == 16;
+    *hash = whole ? strtoull(text->valuestring, NULL, 16) : 0;
+    return whole;
+}
+
+static void read_mark(ll_session *s, const cJSON *o, int64_t tick)
+{
+    ll_mark mark = {.tick = tick};
+    if (read_hash(o, &mark.hash))
+        ll_session_keep_mark(s, &mark);
+}
+
+static void read_failure(ll_session *s, const cJSON *o, int64_t tick)
+{
+    const cJSON *detail = cJSON_GetObjectItemCaseSensitive(o, "detail");
+    s->failed_at = tick;
+    read_hash(o, &s->failed_hash);
+    s->error = ll_error(LL_DIVERGED, "%s", cJSON_IsString(detail) ? detail->valuestring : "it failed");
 }
 
 static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line,
@@ -280,14 +368,19 @@ static ll_status read_line(ll_session **session, const cJSON *o, size_t number, 
         return bad_line(number, "is stamped earlier than the line before it");
     if (tick > s->head && strcmp(op, "rewind") != 0)
         s->head = tick;
+    if (command)
+        read_command(s, tick);
     if (strcmp(op, "set") == 0)
         return read_set(s, o, tick, number);
     if (strcmp(op, "input") == 0)
         return read_input(s, o, number);
     if (strcmp(op, "rewind") == 0)
         rewind_to(s, tick);
-    else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0 &&
-             strcmp(op, "hash") != 0)
+    else if (strcmp(op, "hash") == 0)
+        read_mark(s, o, tick);
+    else if (strcmp(op, "fail") == 0)
+        read_failure(s, o, tick);
+    else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0)
         return bad_line(number, "has an unknown op");
     return ll_ok();
 }
@@ -338,7 +431,10 @@ ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_lin
         ll_session_destroy(*session);
         *session = NULL;
     } else {
-        (*session)->tick = (*session)->head;
+        ll_session *s = *session;
+        bool failed = s->failed_at >= 0 && s->failed_at <= s->head;
+        s->tick = failed ? s->failed_at : s->head;
+        s->status = failed ? LL_SESSION_FAILED : LL_SESSION_PAUSED;
     }
     return status;
 }

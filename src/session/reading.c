@@ -51,13 +51,17 @@ static size_t awake_bytes(const ll_session *s)
 ll_session_info ll_session_get_info(const ll_session *s)
 {
     const ll_scenario_head *head = ll_session_head(s);
+    bool waking = s->errand == LL_ERRAND_WAKE;
+    int64_t tick = waking ? s->goal : s->tick;
     return (ll_session_info){
-        .status = s->status,
-        .parked = s->block == NULL,
-        .tick = s->tick,
+        .status = waking ? s->status_asleep : s->status,
+        .parked = s->block == NULL || waking,
+        .seeking = s->errand == LL_ERRAND_SEEK,
+        .tick = tick,
+        .at_tick = s->tick,
         .head_tick = s->head,
         .end_tick = s->end,
-        .time = ll_tick_time(s->tick, s->freq),
+        .time = ll_tick_time(tick, s->freq),
         .head = ll_tick_time(s->head, s->freq),
         .duration = ll_tick_time(s->end, s->freq),
         .tick_freq = s->freq,
@@ -72,6 +76,16 @@ ll_session_info ll_session_get_info(const ll_session *s)
         .title = head->title,
         .kind = s->scenario.kind->name,
     };
+}
+
+int64_t ll_session_failed_at(const ll_session *s)
+{
+    return s->failed_at;
+}
+
+uint64_t ll_session_failed_hash(const ll_session *s)
+{
+    return s->failed_hash;
 }
 
 const ll_status *ll_session_error(const ll_session *s)
@@ -183,21 +197,56 @@ static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, v
     return status;
 }
 
+ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
+{
+    if (tick < 0 || tick > s->head)
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
+                              (long long)s->head, (long long)tick);
+    return copy(s, tick, NULL, NULL, out);
+}
+
+/* A state is as good as the log that made it. */
+static ll_status copy_state(const ll_session *s, ll_session *c)
+{
+    c->block = malloc(s->block_size);
+    c->events = malloc(LL_EVENT_RING * sizeof *c->events);
+    if (!c->block || !c->events)
+        return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
+    memcpy(c->block, s->block, s->block_size);
+    memcpy(c->events, s->events, LL_EVENT_RING * sizeof *c->events);
+    ll_param_copy(s->scenario.kind->table, c->config, s->config);
+    c->event_count = s->event_count;
+    c->event_base = s->event_base;
+    c->next = c->log.count;
+    c->step = s->step;
+    c->skipped = s->skipped;
+    return ll_ok();
+}
+
 ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll_session **out)
 {
-    ll_status status = copy(s, s->tick, on_line, context, out);
+    ll_status status = copy(s, ll_session_get_info(s).tick, on_line, context, out);
     if (ll_failed(&status))
         return status;
     ll_session *c = *out;
-    c->tick = c->head = s->tick;
+    ll_session_info info = ll_session_get_info(s);
+    c->tick = c->head = info.tick;
     c->speed = s->speed;
-    status = ll_session_wake(c);
+    if (info.status == LL_SESSION_FAILED) {
+        c->status = LL_SESSION_FAILED;
+        c->failed_at = s->failed_at;
+        c->failed_hash = s->failed_hash;
+        c->error = s->error;
+    }
+    status = info.parked ? ll_session_wake(c) : copy_state(s, c);
     if (ll_failed(&status)) {
         ll_session_destroy(c);
         *out = NULL;
         return status;
     }
-    if (on_line)
+    if (on_line && c->failed_at >= 0)
+        ll_session_emit_failure(c, on_line, context);
+    else if (on_line)
         ll_session_emit_op(c, "pause", on_line, context);
     return status;
 }
@@ -206,10 +255,7 @@ ll_status ll_session_state_at(ll_session *s, int64_t tick, cJSON **state)
 {
     ll_session *scratch;
     *state = NULL;
-    if (tick < 0 || tick > s->head)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
-                              (long long)s->head, (long long)tick);
-    ll_status status = copy(s, tick, NULL, NULL, &scratch);
+    ll_status status = ll_session_copy(s, tick, &scratch);
     if (ll_failed(&status))
         return status;
     status = ll_session_run_to(scratch, tick);
@@ -263,32 +309,53 @@ static void put_row(csv *out, const ll_session *s)
     put_text(out, "\r\n");
 }
 
+static void put_header(csv *out, const ll_session *s)
+{
+    char names[COLUMNS_MAX][48];
+    int n = s->scenario.kind->trace_columns(s->config, names, COLUMNS_MAX);
+    put_text(out, "time_s,tick");
+    for (int i = 0; i < n; i++) {
+        put_text(out, ",");
+        put_text(out, names[i]);
+    }
+    put_text(out, "\r\n");
+}
+
+ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, const ll_interrupt *interrupt,
+                                 void (*write)(void *context, const char *text, size_t length), void *context)
+{
+    csv out = {.write = write, .context = context};
+    ll_piece piece = {1, 0};
+    put_header(&out, copy);
+    ll_status status = ll_session_run_within(copy, from, interrupt);
+    for (int64_t tick = from, stop = from; tick <= to && !ll_failed(&status); tick++) {
+        if (tick >= stop) {
+            if (!ll_next_piece(&piece, interrupt))
+                status =
+                    ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)tick, (long long)to);
+            stop = tick + piece.size;
+        }
+        if (!ll_failed(&status))
+            status = ll_session_run_to(copy, tick);
+        if (!ll_failed(&status))
+            put_row(&out, copy);
+    }
+    flush(&out);
+    return status;
+}
+
 ll_status ll_session_trace(ll_session *s, int64_t from, int64_t to,
                            void (*write)(void *context, const char *text, size_t length), void *context)
 {
     ll_session *scratch;
-    csv out = {.write = write, .context = context};
     if (from < 0 || from > to || to > s->head)
         return ll_field_error(LL_BAD_INPUT, "to_s",
                               "a trace covers ticks from 0 to %lld in order; got %lld to %lld",
                               (long long)s->head, (long long)from, (long long)to);
-    ll_status status = copy(s, to, NULL, NULL, &scratch);
+    ll_status status = ll_session_copy(s, to, &scratch);
     if (ll_failed(&status))
         return status;
-    char names[COLUMNS_MAX][48];
-    int n = s->scenario.kind->trace_columns(s->config, names, COLUMNS_MAX);
-    put_text(&out, "time_s,tick");
-    for (int i = 0; i < n; i++) {
-        put_text(&out, ",");
-        put_text(&out, names[i]);
-    }
-    put_text(&out, "\r\n");
-    for (int64_t tick = from; tick <= to && !ll_failed(&status); tick++) {
-        status = ll_session_run_to(scratch, tick);
-        if (!ll_failed(&status))
-            put_row(&out, scratch);
-    }
-    flush(&out);
+    status = ll_session_write_trace(scratch, from, to, NULL, write, context);
     ll_session_destroy(scratch);
     return status;
 }

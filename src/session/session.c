@@ -2,13 +2,12 @@
 
 #include <cjson/cJSON.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
 #include "session/internal.h"
-
-#define EVENT_WINDOW (4 * LL_SECOND)
 
 const char *const ll_session_status_names[] = {"paused", "playing", "ended", "failed"};
 
@@ -48,6 +47,8 @@ ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_l
     s->end = ll_tick_at((ll_time)llround(ll_session_head(s)->duration_s * 1e9), s->freq);
     s->block_size = scenario->kind->size(base);
     s->speed = 1;
+    s->failed_at = -1;
+    snprintf(s->version, sizeof s->version, "%s", ll_version);
     for (int i = 0; i < LL_SNAPSHOTS; i++)
         s->snapshots[i].tick = -1;
     s->on_line = on_line;
@@ -100,6 +101,12 @@ static void drop_snapshots(ll_session *s, int64_t from)
 
 void ll_session_park(ll_session *s)
 {
+    if (s->errand == LL_ERRAND_WAKE) { /* half awake: as it was asleep */
+        s->tick = s->goal;
+        s->status = s->status_asleep;
+        s->errand = LL_ERRAND_NONE;
+    }
+    ll_session_rest(s);
     drop_snapshots(s, -1);
     free(s->block);
     free(s->events);
@@ -216,39 +223,35 @@ static void maybe_snapshot(ll_session *s)
     shot->skipped = s->skipped;
 }
 
-/* The next tick at which something must be done besides running: a command, or a snapshot. */
-static int64_t next_stop(const ll_session *s, int64_t to)
+/* The block stays as it failed, between this tick and the next; the log tells it, once. */
+static void fail(ll_session *s, const ll_status *why)
 {
-    int64_t stop = to;
-    int64_t every = s->end / (LL_SNAPSHOTS + 1);
-    if (s->next < s->log.count && s->log.entries[s->next].tick < stop)
-        stop = s->log.entries[s->next].tick;
-    int64_t step = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
-    stop = step < stop ? step : stop;
-    if (every > 0) {
-        int64_t mark = (s->tick / every + 1) * every;
-        stop = mark < stop ? mark : stop;
-    }
-    return stop;
+    bool told = s->failed_at == s->tick;
+    s->status = LL_SESSION_FAILED;
+    s->error = *why;
+    s->failed_at = s->tick;
+    if (!told || !s->failed_hash) /* what the log says stays */
+        s->failed_hash = s->scenario.kind->hash(s->block);
+    if (s->on_line && !told)
+        ll_session_emit_failure(s, s->on_line, s->line_context);
 }
 
-static void run(ll_session *s, int64_t to, bool record)
+/* One tick at a time, so that a session that fails does so behind the same tick however it is driven. */
+void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     ll_recorder recorder = {keep_event, s};
+    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
     while (s->tick < to && s->status != LL_SESSION_FAILED) {
         maybe_snapshot(s);
-        int64_t stop = next_stop(s, to);
-        ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-        ll_time until = ll_tick_time(stop, s->freq);
+        ll_time until = ll_tick_time(s->tick + 1, s->freq);
         ll_status status = s->scenario.kind->advance(s->block, until, record ? &recorder : NULL, meter);
         if (meter)
             meter->metered += until - ll_tick_time(s->tick, s->freq);
         if (ll_failed(&status)) {
-            s->status = LL_SESSION_FAILED;
-            s->error = status;
+            fail(s, &status);
             break;
         }
-        s->tick = stop;
+        s->tick++;
         ll_session_apply_due(s);
     }
     if (s->tick > s->head)
@@ -263,7 +266,7 @@ static ll_status run_first_instant(ll_session *s, bool record)
     return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, meter);
 }
 
-static void start_from(ll_session *s, const ll_snapshot *shot, bool record)
+void ll_session_start_from(ll_session *s, const ll_snapshot *shot, bool record)
 {
     const void *config = shot ? shot->config : s->base;
     ll_status made = ll_ok();
@@ -278,49 +281,15 @@ static void start_from(ll_session *s, const ll_snapshot *shot, bool record)
     s->next = shot ? shot->next : 0;
     s->step = shot ? shot->step : 0;
     s->skipped = shot ? shot->skipped : 0;
-    if (s->status == LL_SESSION_FAILED)
+    if (s->status == LL_SESSION_FAILED) {
         s->status = LL_SESSION_PAUSED;
+        s->error = ll_ok();
+    }
     if (ll_failed(&made)) {
         s->status = LL_SESSION_FAILED;
         s->error = made;
     }
     ll_session_apply_due(s);
-}
-
-/* Makes the state of `tick` from the nearest that is kept, with the events of the last seconds before it. */
-static void make_state(ll_session *s, int64_t tick)
-{
-    int64_t quiet = tick - ll_tick_at(EVENT_WINDOW, s->freq);
-    const ll_snapshot *best = NULL;
-    for (int i = 0; i < LL_SNAPSHOTS; i++)
-        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
-            (!best || s->snapshots[i].tick > best->tick))
-            best = &s->snapshots[i];
-    start_from(s, best, quiet <= 0);
-    s->generation++;
-    s->event_base = s->event_count;
-    if (quiet > s->tick)
-        run(s, quiet, false);
-    run(s, tick, true);
-}
-
-ll_status ll_session_wake(ll_session *s)
-{
-    if (s->block)
-        return ll_ok();
-    int64_t head = s->head;
-    ll_session_status status = s->status;
-    s->block = malloc(s->block_size);
-    s->events = calloc(LL_EVENT_RING, sizeof *s->events);
-    if (!s->block || !s->events) {
-        ll_session_park(s);
-        return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
-    }
-    make_state(s, s->tick);
-    s->head = head;
-    if (s->status != LL_SESSION_FAILED)
-        s->status = status;
-    return ll_ok();
 }
 
 /* ---- driving ---- */
@@ -337,28 +306,43 @@ static void end_if_over(ll_session *s)
         s->status = LL_SESSION_ENDED;
 }
 
-int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
+int64_t ll_session_due(const ll_session *s, ll_time wall)
 {
-    ll_status status = ll_session_wake(s);
-    if (ll_failed(&status) || s->status != LL_SESSION_PLAYING)
+    if (s->errand != LL_ERRAND_NONE)
+        return s->goal - s->tick;
+    if (s->status != LL_SESSION_PLAYING)
         return 0;
     ll_time due = s->anchor_time + (ll_time)((double)(wall - s->anchor_wall) * s->speed);
     int64_t target = due > 0 ? ll_tick_at(due, s->freq) : 0;
-    if (target > s->end)
-        target = s->end;
+    target = target > s->end ? s->end : target;
+    return target > s->tick ? target - s->tick : 0;
+}
+
+int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
+{
+    ll_status status = ll_session_begin_to_wake(s);
+    if (ll_failed(&status))
+        return 0;
+    if (s->errand != LL_ERRAND_NONE) {
+        int64_t left = ll_session_pursue(s, max_ticks);
+        return left > 0 ? left : ll_session_due(s, wall);
+    }
+    if (s->status != LL_SESSION_PLAYING)
+        return 0;
+    int64_t target = s->tick + ll_session_due(s, wall);
     int64_t to = target - s->tick > max_ticks ? s->tick + max_ticks : target;
     if (to > s->tick)
-        run(s, to, true);
+        ll_session_run(s, to, true);
     end_if_over(s);
     return s->status == LL_SESSION_PLAYING ? target - s->tick : 0;
 }
 
 void ll_session_move_to(ll_session *s, int64_t tick)
 {
-    if (tick < s->tick)
-        make_state(s, tick);
+    if (tick < s->tick || (tick == s->tick && s->status == LL_SESSION_FAILED))
+        ll_session_make_state(s, tick);
     else
-        run(s, tick, true);
+        ll_session_run(s, tick, true);
     s->params_version++;
 }
 
@@ -370,15 +354,33 @@ ll_status ll_session_run_to(ll_session *s, int64_t tick)
     if (tick < 0 || tick > s->end)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
                               (long long)s->end, (long long)tick);
-    if (tick != s->tick)
+    ll_session_rest(s);
+    if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);
     return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
+}
+
+ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt *interrupt)
+{
+    ll_piece piece = {1, 0};
+    ll_status status = ll_ok();
+    int64_t at = s->tick;
+    do {
+        if (!ll_next_piece(&piece, interrupt))
+            return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)at, (long long)tick);
+        at = tick - at > piece.size ? at + piece.size : tick;
+        status = ll_session_run_to(s, at);
+    } while (at < tick && !ll_failed(&status));
+    return status;
 }
 
 /* A command belongs to the present tick: what the log said of later ones no longer holds. */
 static void take_over(ll_session *s)
 {
+    ll_session_rest(s);
     drop_snapshots(s, s->tick);
+    ll_session_forget_marks(s, s->tick);
+    s->failed_at = -1;
     if (s->head == s->tick)
         return;
     ll_log_truncate(&s->log, s->next);
@@ -465,6 +467,9 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
 
 void ll_session_rebase(ll_session *s, const void *base)
 {
+    s->errand = LL_ERRAND_NONE;
+    s->failed_at = -1;
+    s->mark_count = 0;
     drop_snapshots(s, -1);
     ll_log_truncate(&s->log, 0);
     ll_param_copy(s->scenario.kind->table, s->base, base);
@@ -476,7 +481,7 @@ void ll_session_rebase(ll_session *s, const void *base)
         s->status = LL_SESSION_PAUSED;
     s->params_version++;
     if (s->block)
-        make_state(s, 0);
+        ll_session_make_state(s, 0);
 }
 
 void ll_session_meter(ll_session *s, int64_t (*now_ns)(void))

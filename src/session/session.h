@@ -16,6 +16,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "base/status.h"
 #include "base/vtime.h"
 #include "sim/sim.h"
@@ -61,8 +62,13 @@ ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *conte
 /* Runs what is due at `wall`, at most `max_ticks`. Returns how many ticks are still due (0: up to date). */
 int64_t ll_session_advance(ll_session *session, ll_time wall, int64_t max_ticks);
 
+/* How many ticks are due at `wall`: of the errand that it is on, or of a playing session's clock. */
+int64_t ll_session_due(const ll_session *session, ll_time wall);
+
 /* Runs unpaced to `tick` (beyond the head it moves the head). */
 ll_status ll_session_run_to(ll_session *session, int64_t tick);
+/* The same in pieces, from where it is: LL_INTERRUPTED tells how far it came. */
+ll_status ll_session_run_within(ll_session *session, int64_t tick, const ll_interrupt *interrupt);
 
 /* {"op":"pause"} {"op":"play"} {"op":"step","ticks":1} (negative steps back) {"op":"seek","tick":N} or
  * {"op":"seek","time_s":X}
@@ -70,6 +76,13 @@ ll_status ll_session_run_to(ll_session *session, int64_t tick);
  * created). Unknown keys are errors. Step and seek pause. Play at the end starts again from tick 0 with the
  * same log (a replay). */
 ll_status ll_session_control(ll_session *session, ll_time wall, const struct cJSON *control);
+/* The same, but step and seek only set out: the session is on an errand until ll_session_pursue, or
+ * ll_session_advance, has brought it there. A change on the way ends the errand at the tick that was reached,
+ * as ll_session_rest does. The session must be awake. */
+ll_status ll_session_begin_control(ll_session *session, ll_time wall, const struct cJSON *control);
+/* Goes at most `max_ticks` of the errand. Returns how many are left; 0: there is none any more. */
+int64_t ll_session_pursue(ll_session *session, int64_t max_ticks);
+void ll_session_rest(ll_session *session); /* a seek ends where it is */
 
 /* JSON merge patch of live parameters, applied at the present tick, all or nothing. */
 ll_status ll_session_patch(ll_session *session, ll_time wall, const struct cJSON *patch);
@@ -82,8 +95,10 @@ ll_status ll_session_input(ll_session *session, ll_time wall, int player, const 
 
 typedef struct ll_session_info {
     ll_session_status status;
-    bool parked;
+    bool parked;  /* or not awake yet: `tick` and `status` are those that it will have */
+    bool seeking; /* on its way; `tick` is where it is now */
     int64_t tick, head_tick, end_tick;
+    int64_t at_tick; /* where it is while it wakes; else `tick` */
     ll_time time, head, duration;
     ll_freq tick_freq;
     double speed;
@@ -119,21 +134,45 @@ void ll_session_time_parts(const ll_session *session, struct cJSON *metrics, int
  * "metered_s" and "parts": [{"all":{"ns_per_sim_s"}, ...phases}], one for each of those side by side. */
 struct cJSON *ll_session_cost(const ll_session *session);
 
-/* The state at another tick (0 <= tick <= head), from a scratch copy: the session itself does not move. */
+/* A copy with the commands up to `tick` (at most the head), at tick 0: for what is told of other ticks while
+ * the session itself does not move. Caller destroys. */
+ll_status ll_session_copy(const ll_session *session, int64_t tick, ll_session **copy);
+
+/* The state at another tick (0 <= tick <= head), from such a copy. */
 ll_status ll_session_state_at(ll_session *session, int64_t tick, struct cJSON **state);
 
-/* CSV (RFC 4180) of ticks from..to (at most the head), header first, from a scratch copy. `write` gets
- * pieces. */
+/* CSV (RFC 4180) of ticks from..to (at most the head), header first, from such a copy. `write` gets pieces.
+ */
 ll_status ll_session_trace(ll_session *session, int64_t from, int64_t to,
                            void (*write)(void *context, const char *text, size_t length), void *context);
+/* The same of a copy that is at hand. */
+ll_status ll_session_write_trace(ll_session *copy, int64_t from, int64_t to, const ll_interrupt *interrupt,
+                                 void (*write)(void *context, const char *text, size_t length),
+                                 void *context);
 
-void ll_session_log(const ll_session *session, ll_log_line *line, void *context); /* all lines of the log */
+/* All lines of the log; with `on_line` also hashes at some ticks, the present one among them. */
+void ll_session_log(const ll_session *session, ll_log_line *line, void *context);
+/* The last tick before the failure in which the present log ends; -1: it does not. And what the state that
+ * failed hashes to; 0: the log does not tell. */
+int64_t ll_session_failed_at(const ll_session *session);
+uint64_t ll_session_failed_hash(const ll_session *session);
 
 /* ---- hosting ---- */
 
 /* Drops everything that the log can give again. Any other call wakes the session. While nobody looks, virtual
  * time goes on by `wall` and is caught up by ll_session_advance. */
 void ll_session_park(ll_session *session);
+
+/* Begins to wake a parked one, which is an errand; LL_NO_MEMORY. */
+ll_status ll_session_begin_to_wake(ll_session *session);
+
+/* Puts a session that was restored, and is parked, where it was when its clock was stored. */
+typedef struct ll_session_place_at {
+    int64_t tick, head;
+    double speed; /* 0: as it is */
+    bool playing;
+} ll_session_place_at;
+void ll_session_place(ll_session *session, ll_time wall, const ll_session_place_at *at);
 
 /* From now on parts of steps are metered by the owner's clock, for `cost`; NULL: no longer. */
 void ll_session_meter(ll_session *session, int64_t (*now_ns)(void));

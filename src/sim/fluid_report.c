@@ -75,9 +75,20 @@ static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
     }
 }
 
+static void add_notices(cJSON *o, const ll_fluid_sim *s)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    ll_fluid_notice all[LL_FLUID_NOTICES_MAX];
+    int count = scene->notices ? scene->notices(ll_fluid_sim_block(s), all) : 0;
+    cJSON *notices = cJSON_AddArrayToObject(o, "notices");
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToArray(notices, cJSON_CreateString(all[i].text));
+}
+
 static cJSON *metrics_of(const void *block, int place)
 {
     cJSON *metrics = numbers_of(block, place);
+    add_notices(metrics, ll_fluid_sim_at(block, place));
     add_profiles(metrics, ll_fluid_sim_at(block, place));
     return metrics;
 }
@@ -164,6 +175,7 @@ static cJSON *layout_of(const void *block, int place)
     add_layers(fluid, scene->method);
     add_view(fluid, s);
     add_numbers(fluid, s);
+    add_notices(fluid, s);
     return fluid;
 }
 

@@ -2,7 +2,6 @@
 
 #include <string.h>
 
-#include "base/detmath.h"
 #include "base/hash.h"
 #include "sim/kinds.h"
 
@@ -25,15 +24,6 @@ ll_ode_control ll_motion_control(const ll_motion_config *config, int i)
                             .dt = method->steps == LL_MOTION_FRAME ? config->frame_s : method->dt_s,
                             .tolerance = config->methods[i].tolerance,
                             .max_steps = LL_MOTION_STEPS_MAX};
-}
-
-/* ---- the reference, where there is no formula ---- */
-
-static bool has_formula(const ll_motion_config *config)
-{
-    double y[LL_ODE_DIM_MAX];
-    const ll_ode_problem *problem = ll_motion_problem(config);
-    return problem->exact && problem->exact(config->params, 0, y);
 }
 
 /* ---- layout ---- */
@@ -64,12 +54,16 @@ static int64_t lay_out(ll_motion *m, const ll_motion_config *c)
     at->dim = ode.dim;
     at->solution = end;
     at->reference = end + vector;
-    at->second = at->reference + reference;
-    end = at->second + second;
+    at->first = at->reference + reference;
+    at->second = at->first + reference;
+    at->ahead = at->second + second;
+    at->doubt_each = at->ahead + reference;
+    end = at->doubt_each + LL_ODE_ROWS * vector;
     for (int i = 0; i < c->method_count; i++) {
         at->at[i].shown = end;
         at->at[i].wanted = end + vector;
-        at->at[i].run = end + 2 * vector;
+        at->at[i].each = end + 2 * vector;
+        at->at[i].run = at->at[i].each + LL_ODE_ROWS * vector;
         end = at->at[i].run + run;
         at->at[i].reference = end;
         end += reference;
@@ -84,38 +78,15 @@ static size_t size(const void *config)
 
 /* ---- start ---- */
 
-static double energy_of(const ll_motion *m, double t, const double *y)
-{
-    const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    return problem->energy ? problem->energy(m->config.params, t, y) : 0;
-}
-
-static ll_ode_run *run_at(const ll_motion *m, int64_t offset)
-{
-    return (ll_ode_run *)((char *)m + offset);
-}
-
-static void start_reference(ll_motion *m, const ll_ode *ode, int64_t offset, int which, const double *y0)
-{
-    ll_ode_control control = ll_ode_reference_control(m->config.head.duration_s);
-    control.max_steps = LL_MOTION_STEPS_MAX;
-    if (!has_formula(&m->config))
-        ll_ode_start(run_at(m, offset), ll_ode_reference_method(ll_motion_problem(&m->config), which), ode,
-                     &control, y0);
-}
-
 static void start_one(ll_motion *m, const ll_ode *ode, int i, const double *y0)
 {
     ll_ode_control control = ll_motion_control(&m->config, i);
     size_t vector = (size_t)m->dim * sizeof(double);
     ll_ode_start(ll_motion_run(m, i), ll_motion_method_of(&m->config, i), ode, &control,
                  y0); /* was checked */
-    start_reference(m, ode, m->at[i].reference, 0, y0);
     memcpy(ll_motion_vector(m, m->at[i].shown), y0, vector);
     memcpy(ll_motion_vector(m, m->at[i].wanted), y0, vector);
     ll_motion_drive_start(m, i, ode);
-    m->record[i] = (ll_motion_record){.energy_start = energy_of(m, 0, y0)};
-    ll_ode_scale_see(&m->record[i].scale, ll_motion_problem(&m->config), ode, 0, y0);
 }
 
 static ll_status init(void *block, const void *config)
@@ -128,11 +99,9 @@ static ll_status init(void *block, const void *config)
     ll_ode ode = ll_motion_system(&m->config);
     ll_motion_problem(&m->config)->start(m->config.params, y0);
     memcpy(ll_motion_vector(m, m->solution), y0, (size_t)m->dim * sizeof *y0);
-    start_reference(m, &ode, m->reference, 0, y0);
-    start_reference(m, &ode, m->second, 1, y0);
-    ll_ode_scale_see(&m->doubt.scale, ll_motion_problem(&m->config), &ode, 0, y0);
     for (int i = 0; i < m->config.method_count; i++)
         start_one(m, &ode, i, y0);
+    ll_motion_measure_start(m, &ode, y0);
     return ll_ok();
 }
 
@@ -148,97 +117,6 @@ static void settle(void *config, const void *before)
 }
 
 /* ---- time ---- */
-
-/* From where it is back to the start. */
-static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *reference, int which)
-{
-    double y[LL_ODE_DIM_MAX];
-    ll_ode_control back = reference->control;
-    memcpy(y, ll_ode_y(reference), (size_t)m->dim * sizeof *y);
-    back.t0 = reference->t;
-    back.t_end = 0;
-    ll_ode_start(reference, ll_ode_reference_method(ll_motion_problem(&m->config), which), ode, &back, y);
-}
-
-/* The solution at `t`, which goes forward, and after the turn backward, by reference `which`. */
-static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int which, double t, double *y)
-{
-    const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    const ll_ode_method *method = ll_ode_reference_method(problem, which);
-    ll_ode_run *reference = run_at(m, offset);
-    if (t == 0) {
-        problem->start(m->config.params, y);
-        return;
-    }
-    if (problem->exact && problem->exact(m->config.params, t, y))
-        return;
-    if (t < reference->t_last && reference->control.t_end > 0)
-        turn_reference(m, ode, reference, which);
-    if (reference->control.t_end > 0 ? reference->t < t : reference->t > t)
-        ll_ode_advance(reference, method, ode, t);
-    ll_ode_sample(reference, method, ode, t, y);
-}
-
-static double distance(const double *a, const double *b, int dim)
-{
-    double square = 0;
-    for (int k = 0; k < dim; k++)
-        square += (a[k] - b[k]) * (a[k] - b[k]);
-    return ll_sqrt(square);
-}
-
-/* The solution for the session's time `t`, and by how much the second reference differs from it. */
-static void solve(ll_motion *m, const ll_ode *ode, double t)
-{
-    ll_motion_doubt *d = &m->doubt;
-    double other[LL_ODE_DIM_MAX], *solution = ll_motion_vector(m, m->solution);
-    double moment = ll_motion_moment(&m->config, t);
-    solution_at(m, ode, m->reference, 0, moment, solution);
-    if (has_formula(&m->config) || d->parted)
-        return;
-    solution_at(m, ode, m->second, 1, moment, other);
-    ll_ode_scale_see(&d->scale, ll_motion_problem(&m->config), ode, moment, solution);
-    d->now = distance(solution, other, m->dim);
-    if (!(d->now <= LL_ODE_PREDICTABLE * d->scale.state) ||
-        run_at(m, m->reference)->state == LL_ODE_DIVERGED || run_at(m, m->second)->state == LL_ODE_DIVERGED) {
-        d->parted = 1;
-        return;
-    }
-    d->predictable_s = t;
-    d->max = d->now > d->max ? d->now : d->max;
-    d->squares += d->now * d->now;
-    d->samples++;
-}
-
-static void measure(ll_motion *m, const ll_ode *ode, int i, double t, const double *wanted)
-{
-    ll_motion_record *r = &m->record[i];
-    const double *y = ll_ode_y(ll_motion_run(m, i));
-    double error = distance(y, wanted, m->dim);
-    ll_ode_scale_see(&r->scale, ll_motion_problem(&m->config), ode, t, wanted);
-    if (ll_ode_blown_up(&r->scale, error, energy_of(m, t, y) - r->energy_start)) {
-        ll_ode_blow_up(ll_motion_run(m, i));
-        return;
-    }
-    r->t = t;
-    r->error = error;
-    if (!m->doubt.parted) {
-        r->error_max = error > r->error_max ? error : r->error_max;
-        r->error_squares += error * error;
-        r->errors++;
-    }
-    double scale = r->energy_start < 0 ? -r->energy_start : r->energy_start;
-    double drift = (energy_of(m, t, y) - r->energy_start) / (scale > 0 ? scale : 1);
-    double size_of_drift = drift < 0 ? -drift : drift;
-    r->energy_drift = drift;
-    r->energy_drift_max = size_of_drift > r->energy_drift_max ? size_of_drift : r->energy_drift_max;
-    double passed = m->drive[i].turned ? m->config.head.duration_s - t : t;
-    r->sums[0] += passed;
-    r->sums[1] += passed * passed;
-    r->sums[2] += drift;
-    r->sums[3] += passed * drift;
-    r->samples++;
-}
 
 /* Where its last step passed `t`; a wrong clock or a coarse state is drawn as it is. Between two huge values
  * the interpolation can overflow: then the method's own state is drawn. */
@@ -260,17 +138,11 @@ static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
 static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool last)
 {
     ll_ode_run *run = ll_motion_run(m, i);
-    double *wanted = ll_motion_vector(m, m->at[i].wanted);
     if (!m->config.methods[i].shown || run->state == LL_ODE_DIVERGED)
         return;
     if (ll_motion_drive_to(m, i, ode, t) == LL_ODE_DIVERGED)
         return;
-    double own = ll_motion_time(m, i);
     draw(m, ode, i, last ? run->t : ll_motion_moment(&m->config, t)); /* at the end what is told is drawn */
-    if (own == m->record[i].t && m->record[i].samples > 0)
-        return; /* a long step: this state has been measured */
-    solution_at(m, ode, m->at[i].reference, 0, own, wanted);
-    measure(m, ode, i, own, wanted);
 }
 
 static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
@@ -284,9 +156,12 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
     for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
         m->now = ll_tick_time(tick, freq);
         double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
-        solve(m, &ode, t);
-        for (int i = 0; i < m->config.method_count; i++)
+        ll_motion_solve(m, &ode, t);
+        for (int i = 0; i < m->config.method_count; i++) {
             advance_one(m, &ode, i, t, tick == last);
+            if (tick == last && m->config.methods[i].shown)
+                ll_motion_judge(m, i, &ode);
+        }
     }
     m->now = until;
     return ll_ok();

@@ -8,9 +8,9 @@
 #pragma once
 
 #include "ode/accumulator.h"
+#include "ode/measure.h"
 #include "ode/problem.h"
 #include "ode/run.h"
-#include "ode/scale.h"
 #include "sim/sim.h"
 
 #define LL_MOTION_METHODS_MAX 8
@@ -51,18 +51,6 @@ extern const ll_param_table ll_motion_table;
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
-/* What is measured of one method, at every tick. An error is the Euclidean distance of the whole state from
- * the solution at the method's own time. */
-typedef struct ll_motion_record {
-    double t; /* s, of the state that was measured last */
-    double error, error_max, error_squares;
-    double energy_start, energy_drift, energy_drift_max; /* relative, where the start has any */
-    double sums[4];                                      /* t, t^2, drift, t drift: for the secular slope */
-    ll_ode_scale scale;                                  /* of the solution so far */
-    int64_t samples;
-    int64_t errors; /* of the samples: those for which the solution is predictable */
-} ll_motion_record;
-
 /* How a method has been driven so far. */
 typedef struct ll_motion_drive {
     ll_accumulator saved; /* frame time */
@@ -75,13 +63,12 @@ typedef struct ll_motion_drive {
     ll_ode_counters before; /* it turned */
 } ll_motion_drive;
 
-/* What is not known of the solution: by how much two references differ, at the ticks; all 0 by formula. */
+/* What is not known of the solution: by how much two references differ, over the steps of the first; all 0 by
+ * formula. Times are the session's. */
 typedef struct ll_motion_doubt {
-    double now, max, squares;
+    ll_ode_measure by;
     double predictable_s; /* until when it is below LL_ODE_PREDICTABLE of the scale */
-    ll_ode_scale scale;   /* of the solution so far */
-    int64_t samples;
-    int64_t parted; /* it is above: no error is known any more */
+    int64_t parted;       /* it is above: no error is known any more */
 } ll_motion_doubt;
 
 /* The start of a block. Offsets are from here; a vector has `dim` doubles. */
@@ -90,17 +77,21 @@ typedef struct ll_motion {
     ll_motion_config config;
     ll_time now;
     int32_t dim;
-    int32_t reserved;
-    int64_t solution;  /* vector: the solution now, for drawing; */
-    int64_t reference; /* and the run that gives it where there is no formula, */
-    int64_t second;    /* and another beside it */
+    int32_t formula;                   /* whether there is one */
+    int64_t solution;                  /* vector: the solution now, for drawing; */
+    int64_t reference;                 /* and the run that gives it where there is no formula */
+    int64_t first, second, doubt_each; /* two references, and by how much their components differ */
+    int64_t ahead;                     /* one that is run to the end when something seems to blow up: */
+    int64_t looked;                    /* it has been; */
+    ll_ode_scale whole;                /* of the whole solution then */
     ll_motion_doubt doubt;
     struct {
         int64_t run, reference; /* ll_ode_run */
         int64_t shown,
-            wanted; /* vectors: the state now, for drawing; the solution at the method's own time */
+            wanted;   /* vectors: the state now, for drawing; the solution at the method's own time */
+        int64_t each; /* what is measured of components */
     } at[LL_MOTION_METHODS_MAX];
-    ll_motion_record record[LL_MOTION_METHODS_MAX];
+    ll_ode_measure measure[LL_MOTION_METHODS_MAX];
     ll_motion_drive drive[LL_MOTION_METHODS_MAX];
 } ll_motion;
 
@@ -116,9 +107,14 @@ static inline const ll_ode_method *ll_motion_method_of(const ll_motion_config *c
     return ll_ode_methods[config->methods[i].method];
 }
 
+static inline ll_ode_run *ll_motion_run_at(const ll_motion *m, int64_t offset)
+{
+    return (ll_ode_run *)((char *)m + offset);
+}
+
 static inline ll_ode_run *ll_motion_run(const ll_motion *m, int i)
 {
-    return (ll_ode_run *)((char *)m + m->at[i].run);
+    return ll_motion_run_at(m, m->at[i].run);
 }
 
 static inline double *ll_motion_vector(const ll_motion *m, int64_t offset)
@@ -142,6 +138,20 @@ double ll_motion_moment(const ll_motion_config *config,
                         double t);                       /* of the motion, at the session's time `t` */
 double ll_motion_time(const ll_motion *m, int i);        /* of the motion, of the method's state */
 double ll_motion_clock_error(const ll_motion *m, int i); /* s: what its clock shows beyond that */
+
+/* ---- motion_measure.c: the solution, and what is measured against it ---- */
+
+/* The run of references and what is measured start anew, the drives' runs having been started. */
+void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0);
+
+/* The solution now, for drawing; time only goes forward. */
+void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t);
+
+/* Measures the step that method `i` has just made, and ends its run where it has blown up. */
+void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode);
+
+/* The whole run of method `i` is over: fails it where its steps do not resolve a stiff problem. */
+void ll_motion_judge(ll_motion *m, int i, const ll_ode *ode);
 
 /* ---- motion_report.c: what is told of a block ---- */
 struct cJSON *ll_motion_state(const void *block);

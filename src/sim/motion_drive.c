@@ -114,6 +114,8 @@ static void one_step(ll_motion *m, int i, const ll_ode *ode)
     else
         ll_ode_step(ll_motion_run(m, i), ll_motion_method_of(&m->config, i), ode);
     round_state(m, i, ode);
+    if (ll_motion_run(m, i)->state != LL_ODE_DIVERGED)
+        ll_motion_measure_step(m, i, ode);
 }
 
 /* All frames that have ended by `t`, each with the steps that its time is enough for. */
@@ -136,12 +138,10 @@ static void go_to(ll_motion *m, int i, const ll_ode *ode, double t)
 {
     const ll_motion_method *method = &m->config.methods[i];
     ll_ode_run *run = ll_motion_run(m, i);
-    double sign = m->drive[i].turned ? -1 : 1, slack = SLACK * method->dt_s;
+    double sign = m->drive[i].turned ? -1 : 1;
+    double slack = ll_motion_method_of(&m->config, i)->adaptive ? 0 : SLACK * method->dt_s;
     if (method->steps == LL_MOTION_ACCUMULATOR)
         spend_frames(m, i, ode, t);
-    else if (method->steps == LL_MOTION_FIXED && method->clock == LL_MOTION_EXACT &&
-             method->precision == LL_MOTION_DOUBLE)
-        ll_ode_advance(run, ll_motion_method_of(&m->config, i), ode, t);
     else
         while (run->state == LL_ODE_RUNNING && sign * (t - ll_motion_time(m, i)) > slack)
             one_step(m, i, ode);

@@ -62,35 +62,47 @@ cJSON *ll_motion_state(const void *block)
 const char *const ll_motion_signed_metrics[] = {"energy_drift_final", "energy_drift_per_s", "clock_error_s",
                                                 "t_s", NULL};
 
-/* Least squares over the samples: relative drift per second. */
-static double secular_slope(const ll_motion_record *r)
-{
-    double n = (double)r->samples, determinant = n * r->sums[1] - r->sums[0] * r->sums[0];
-    return r->samples > 1 && determinant > 0 ? (n * r->sums[3] - r->sums[0] * r->sums[2]) / determinant : 0;
-}
-
 /* An error that is not above what is not known of the solution is not known. */
 static double above(double error, double doubt)
 {
     return doubt == 0 || error > doubt ? error : NAN;
 }
 
-/* Null where it has failed or was not run: what was measured before says nothing of the whole. */
-static void errors(cJSON *o, const ll_motion *m, int i, ll_run_status status)
+/* The Euclidean errors and the weighted ones. */
+static void errors(cJSON *o, const ll_motion *m, int i, double known)
 {
-    const ll_motion_record *r = &m->record[i];
-    const ll_motion_doubt *d = &m->doubt;
+    static const struct {
+        const char *name;
+        int row;
+    } weighted[] = {{"e_final_weighted", LL_ODE_LAST},
+                    {"e_max_weighted", LL_ODE_MOST},
+                    {"e_l2_weighted", LL_ODE_SQUARES}};
+    const ll_ode_measure *r = &m->measure[i], *d = &m->doubt.by;
+    const double *each = ll_motion_vector(m, m->at[i].each), *doubts = ll_motion_vector(m, m->doubt_each);
+    double last = m->doubt.parted ? NAN : known;
+    ll_motion_config copy = m->config;
+    ll_ode ode = ll_motion_system(&copy);
+    number(o, "e_final", last * above(r->error, d->error));
+    number(o, "e_max", known * above(r->error_max, d->error_max));
+    number(o, "e_l2", known * above(ll_ode_measure_rms(r), ll_ode_measure_rms(d)));
+    for (int k = 0; k < 3; k++)
+        number(o, weighted[k].name,
+               (weighted[k].row == LL_ODE_LAST ? last : known) *
+                   above(ll_ode_measure_weighted(r, each, &ode, weighted[k].row),
+                         ll_ode_measure_weighted(d, doubts, &ode, weighted[k].row)));
+}
+
+/* Null where it has failed or was not run: what was measured before says nothing of the whole. */
+static void measures(cJSON *o, const ll_motion *m, int i, ll_run_status status)
+{
+    const ll_ode_measure *r = &m->measure[i];
     double known = status == LL_RUN_OK ? 1 : NAN;
-    double rms = r->errors > 0 ? ll_sqrt(r->error_squares / (double)r->errors) : 0;
-    double rms_doubt = d->samples > 0 ? ll_sqrt(d->squares / (double)d->samples) : 0;
-    number(o, "e_final", d->parted ? NAN : known * above(r->error, d->now));
-    number(o, "e_max", known * above(r->error_max, d->max));
-    number(o, "e_l2", known * above(rms, rms_doubt));
+    errors(o, m, i, known);
     if (!ll_motion_problem(&m->config)->energy)
         return;
-    number(o, "energy_drift_final", known * r->energy_drift);
-    number(o, "energy_drift_max", known * r->energy_drift_max);
-    number(o, "energy_drift_per_s", known * secular_slope(r));
+    number(o, "energy_drift_final", known * ll_ode_measure_relative(r, r->drift));
+    number(o, "energy_drift_max", known * ll_ode_measure_relative(r, r->drift_max));
+    number(o, "energy_drift_per_s", known * ll_ode_measure_slope(r));
 }
 
 /* Of the way there and back; of one that failed, what it took until then. */
@@ -153,7 +165,7 @@ static cJSON *method_metrics(const ll_motion *m, int i)
     number(o, "t_s", status == LL_RUN_OFF ? NAN : ll_motion_time(m, i));
     cJSON_AddItemToObject(o, "state", vector_json(status == LL_RUN_OK ? ll_ode_y(run) : NULL, m->dim));
     cJSON_AddItemToObject(o, "solution", vector_json(ll_motion_vector(m, m->at[i].wanted), m->dim));
-    errors(o, m, i, status);
+    measures(o, m, i, status);
     drive(o, m, i);
     counters(o, m, i, status);
     return o;
@@ -163,12 +175,10 @@ cJSON *ll_motion_metrics(const void *block)
 {
     const ll_motion *m = block;
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
-    double y[LL_ODE_DIM_MAX];
-    bool formula = problem->exact && problem->exact(m->config.params, 0, y);
     cJSON *metrics = cJSON_CreateObject();
     cJSON_AddStringToObject(metrics, "problem", problem->name);
-    cJSON_AddStringToObject(metrics, "solution_by", formula ? "formula" : "integration");
-    number(metrics, "solution_uncertainty_max", m->doubt.max);
+    cJSON_AddStringToObject(metrics, "solution_by", m->formula ? "formula" : "integration");
+    number(metrics, "solution_uncertainty_max", m->doubt.by.error_max);
     number(metrics, "predictable_until_s", m->doubt.parted ? m->doubt.predictable_s : NAN);
     cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
     for (int i = 0; i < m->config.method_count; i++)
@@ -217,28 +227,39 @@ void ll_motion_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(
 
 /* ---- the paper's text ---- */
 
+static bool is_listing(const ll_motion_config *c, int i)
+{
+    return strcmp(ll_motion_problem(c)->name, "free_fall") == 0 && c->methods[i].shown &&
+           strcmp(ll_motion_method_of(c, i)->name, "semi_implicit_euler") == 0;
+}
+
+/* The lines that the program of the paper prints for each step that its method has, a blank line between. */
 ll_status ll_motion_text(const void *config, void (*write)(void *context, const char *text, size_t length),
                          void *context)
 {
-    const ll_motion_config *c = config;
+    ll_motion_config c = *(const ll_motion_config *)config;
     double start[LL_ODE_DIM_MAX], slope[LL_ODE_DIM_MAX];
     char line[160];
-    if (strcmp(ll_motion_problem(c)->name, "free_fall") != 0 ||
-        strcmp(ll_motion_method_of(c, 0)->name, "semi_implicit_euler") != 0)
-        return ll_error(LL_BAD_INPUT,
-                        "the paper prints lines of free_fall with semi_implicit_euler as first method; "
-                        "this is %s with %s",
-                        ll_motion_problem(c)->name, ll_motion_method_of(c, 0)->name);
-    ll_motion_config copy = *c;
-    ll_ode ode = ll_motion_system(&copy);
-    ll_motion_problem(c)->start(copy.params, start);
+    int listings = 0;
+    ll_ode ode = ll_motion_system(&c);
+    ll_motion_problem(&c)->start(c.params, start);
     ll_ode_eval(&ode, 0, start, slope);
-    ll_ode_listing listing = {.dt = (float)c->methods[0].dt_s,
-                              .acceleration = (float)slope[1],
-                              .displacement = (float)start[0],
-                              .velocity = (float)start[1]};
-    while (ll_ode_listing_next(&listing, c->head.duration_s, line, sizeof line))
-        write(context, line, strlen(line));
+    for (int i = 0; i < c.method_count; i++) {
+        if (!is_listing(&c, i))
+            continue;
+        ll_ode_listing listing = {.dt = (float)c.methods[i].dt_s,
+                                  .acceleration = (float)slope[1],
+                                  .displacement = (float)start[0],
+                                  .velocity = (float)start[1]};
+        if (listings++ > 0)
+            write(context, "\n", 1);
+        while (ll_ode_listing_next(&listing, c.head.duration_s, line, sizeof line))
+            write(context, line, strlen(line));
+    }
+    if (listings == 0)
+        return ll_error(LL_BAD_INPUT,
+                        "the paper prints lines of free_fall with semi_implicit_euler; this is %s with %s",
+                        ll_motion_problem(&c)->name, ll_motion_method_of(&c, 0)->name);
     return ll_ok();
 }
 
@@ -310,8 +331,8 @@ int ll_motion_trace_row(const void *block, double *values, int capacity)
     for (int i = 0; i < m->config.method_count; i++) {
         for (int k = 0; k < traced(m->dim); k++)
             values[n++] = ll_motion_vector(m, m->at[i].shown)[k];
-        values[n++] = m->record[i].error;
-        values[n++] = m->record[i].energy_drift;
+        values[n++] = m->measure[i].error;
+        values[n++] = ll_ode_measure_relative(&m->measure[i], m->measure[i].drift);
     }
     return n;
 }
@@ -324,11 +345,11 @@ typedef struct motion_record {
     uint8_t index, status;
     uint16_t components; /* of `state` */
     uint32_t reserved;
-    double t_s, error, error_max, energy_drift, evaluations, steps, rejected;
+    double t_s, error, error_max, energy_drift, evaluations, steps, rejected, error_max_weighted;
     double state[LL_ODE_DIM_MAX];
 } motion_record;
 
-_Static_assert(offsetof(motion_record, state) == 64, "the layout of session/frame.h");
+_Static_assert(offsetof(motion_record, state) == 72, "the layout of session/frame.h");
 
 /* Record 0 is the solution, 1 + i method i. */
 static void record_of(const ll_motion *m, int index, motion_record *out)
@@ -343,12 +364,16 @@ static void record_of(const ll_motion *m, int index, motion_record *out)
     if (index == 0)
         return;
     const ll_ode_run *run = ll_motion_run(m, i);
-    const ll_motion_record *r = &m->record[i];
+    const ll_ode_measure *r = &m->measure[i];
+    ll_motion_config copy = m->config;
+    ll_ode ode = ll_motion_system(&copy);
     out->status = (uint8_t)status_of(m, i);
     out->t_s = ll_motion_time(m, i);
     out->error = r->error;
     out->error_max = r->error_max;
-    out->energy_drift = r->energy_drift;
+    out->error_max_weighted =
+        ll_ode_measure_weighted(r, ll_motion_vector(m, m->at[i].each), &ode, LL_ODE_MOST);
+    out->energy_drift = ll_ode_measure_relative(r, r->drift);
     const ll_ode_counters *before = &m->drive[i].before;
     out->evaluations = (double)(before->evaluations + run->counters.evaluations);
     out->steps = (double)(before->steps + run->counters.steps);
@@ -385,6 +410,7 @@ void ll_motion_sections_json(const void *block, cJSON *frame)
         number(o, "evaluations", r.evaluations);
         number(o, "steps", r.steps);
         number(o, "rejected", r.rejected);
+        number(o, "error_max_weighted", r.error_max_weighted);
         cJSON_AddItemToObject(o, "state", vector_json(r.state, m->dim));
         cJSON_AddItemToArray(array, o);
     }

@@ -286,7 +286,7 @@ static ll_status step_all(ll_rigid_sim *s, ll_meter *meter)
         }
         ll_status status = step_metered(s, i, meter);
         if (!ll_failed(&status))
-            status = ll_rigid_sim_measure(s, i);
+            status = ll_rigid_sim_measure(s, i, meter);
         if (ll_failed(&status) && i == 0)
             return ll_error(LL_DIVERGED, "%s", status.text);
     }

@@ -12,8 +12,9 @@
 #define LL_RIGID_JOINTS_MAX 4096
 #define LL_RIGID_POINTS_MAX 16
 #define LL_RIGID_BLOCK_MAX ((size_t)512 << 20) /* bytes of a session's worlds */
-#define LL_RIGID_PARTS (LL_PHASES + 1)         /* of a world in a meter: its phases, then the whole step */
-#define LL_RIGID_COMPARED_MAX 256              /* shapes that compare_volumes looks at */
+/* Of a world in a meter: its phases, the whole step, then what each volume took to judge the pairs. */
+#define LL_RIGID_PARTS (LL_PHASES + 1 + LL_VOLUMES)
+#define LL_RIGID_COMPARED_MAX 256 /* shapes that compare_volumes looks at */
 
 typedef enum ll_rigid_form {
     LL_FORM_BOX,
@@ -163,7 +164,10 @@ ll_status ll_rigid_sim_build(const ll_rigid_config *config, ll_rigid *world);
 
 void ll_rigid_sim_measure_start(ll_rigid_sim *s, int world);
 /* LL_DIVERGED, kept in the record, too: bodies have gained more than LL_BLOWN_UP times energy_scale. */
-ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world);
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world, ll_meter *meter);
+/* ns for a pair of shapes, over those that are near each other now (where none are, over the last two): to
+ * bring the volumes to their bodies' poses, and to test them. NAN of fewer than two shapes. */
+double ll_rigid_sim_time_volume(const ll_rigid *world, ll_volume volume, int64_t (*now_ns)(void));
 
 /* ---- rigid_report.c and rigid_frame.c: what is told and streamed of a block ---- */
 

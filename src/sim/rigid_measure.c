@@ -66,24 +66,6 @@ static bool far_apart(const ll_shape_view *a, const ll_shape_view *b)
     return ll_dot(d, d) > reach * reach;
 }
 
-static void judge(ll_rigid_record *r, const ll_shape_view *a, const ll_shape_view *b)
-{
-    double distance = ll_distance(&a->geometry, a->pose, &b->geometry, b->pose).distance;
-    for (int v = 0; v < LL_VOLUMES; v++) {
-        ll_volume_record *record = &r->volume[v];
-        bool hit = ll_bound_hit((ll_volume)v, &a->geometry, a->pose, &b->geometry, b->pose);
-        record->tests++;
-        record->hits += hit;
-        record->exact_hits += distance <= 0;
-        record->missed_hits += !hit && distance <= 0;
-        if (hit && distance > 0) {
-            record->false_hits++;
-            record->gap_sum += distance;
-            record->gap_max = ll_max(record->gap_max, distance);
-        }
-    }
-}
-
 static bool moves(const ll_rigid *w, ll_body_id id)
 {
     ll_body_state state;
@@ -91,19 +73,99 @@ static bool moves(const ll_rigid *w, ll_body_id id)
     return !ll_failed(&status) && state.type == LL_BODY_DYNAMIC;
 }
 
-static void compare_volumes(const ll_rigid *w, ll_rigid_record *r)
+enum { MOST = LL_RIGID_COMPARED_MAX, PAIRS = MOST * (MOST - 1) / 2 };
+
+typedef struct judged {
+    ll_shape_view shape[MOST];
+    uint8_t pair[PAIRS][2]; /* of shapes that are not far apart */
+    uint8_t hit[LL_VOLUMES][PAIRS];
+    int shapes, pairs;
+} judged;
+
+static void find_pairs(const ll_rigid *w, judged *j)
 {
+    bool moving[MOST];
     int32_t end = ll_rigid_shape_end(w);
-    end = end < LL_RIGID_COMPARED_MAX ? end : LL_RIGID_COMPARED_MAX;
-    for (int32_t i = 0; i < end; i++) {
-        ll_shape_view a, b;
-        if (!ll_rigid_shape_at(w, i, &a))
-            continue;
-        for (int32_t k = i + 1; k < end; k++)
-            if (ll_rigid_shape_at(w, k, &b) && a.body.index != b.body.index && !far_apart(&a, &b) &&
-                (moves(w, a.body) || moves(w, b.body)))
-                judge(r, &a, &b);
+    j->shapes = j->pairs = 0;
+    for (int32_t i = 0; i < end && i < MOST; i++)
+        if (ll_rigid_shape_at(w, i, &j->shape[j->shapes])) {
+            moving[j->shapes] = moves(w, j->shape[j->shapes].body);
+            j->shapes++;
+        }
+    for (int a = 0; a < j->shapes; a++)
+        for (int b = a + 1; b < j->shapes; b++)
+            if ((moving[a] || moving[b]) && j->shape[a].body.index != j->shape[b].body.index &&
+                !far_apart(&j->shape[a], &j->shape[b])) {
+                j->pair[j->pairs][0] = (uint8_t)a;
+                j->pair[j->pairs++][1] = (uint8_t)b;
+            }
+}
+
+/* Its cost is that of bringing the volumes to where the bodies are, and of the tests; shapes do not change.
+ */
+static void test_pairs(judged *j, ll_volume volume, int64_t rounds, ll_meter *meter, int part)
+{
+    ll_bound made[MOST];
+    ll_placed_bound at[MOST];
+    for (int i = 0; i < j->shapes; i++)
+        made[i] = ll_bound_make(volume, &j->shape[i].geometry);
+    int64_t from = ll_meter_start(meter);
+    for (int64_t round = 0; round < rounds; round++) {
+        for (int i = 0; i < j->shapes; i++)
+            ll_bound_place(volume, &made[i], j->shape[i].pose, &at[i]);
+        for (int i = 0; i < j->pairs; i++)
+            j->hit[volume][i] = ll_bounds_meet(volume, &at[j->pair[i][0]], &at[j->pair[i][1]]);
     }
+    ll_meter_add(meter, part, from);
+}
+
+static void count_hits(const judged *j, ll_volume volume, ll_volume_record *record)
+{
+    for (int i = 0; i < j->pairs; i++) {
+        bool hit = j->hit[volume][i], exact = j->hit[LL_VOLUME_EXACT][i];
+        record->tests++;
+        record->hits += hit;
+        record->exact_hits += exact;
+        record->missed_hits += !hit && exact;
+        if (!hit || exact)
+            continue;
+        const ll_shape_view *a = &j->shape[j->pair[i][0]], *b = &j->shape[j->pair[i][1]];
+        double distance = ll_distance(&a->geometry, a->pose, &b->geometry, b->pose).distance;
+        record->false_hits++;
+        record->gap_sum += distance;
+        record->gap_max = ll_max(record->gap_max, distance);
+    }
+}
+
+static void compare_volumes(const ll_rigid *w, ll_rigid_record *r, ll_meter *meter, int first_part)
+{
+    judged j;
+    find_pairs(w, &j);
+    for (int v = 0; v < LL_VOLUMES; v++) {
+        test_pairs(&j, (ll_volume)v, 1, meter, first_part + v);
+        count_hits(&j, (ll_volume)v, &r->volume[v]);
+    }
+}
+
+double ll_rigid_sim_time_volume(const ll_rigid *w, ll_volume volume, int64_t (*now_ns)(void))
+{
+    enum { TESTS = 10000, REPEATS = 7 }; /* the least: what else runs only adds */
+    judged j;
+    ll_meter meter = {.now_ns = now_ns};
+    find_pairs(w, &j);
+    if (j.shapes < 2)
+        return NAN;
+    if (j.pairs == 0) {
+        j.pair[0][0] = (uint8_t)(j.shapes - 2);
+        j.pair[j.pairs++][1] = (uint8_t)(j.shapes - 1);
+    }
+    int64_t rounds = 1 + TESTS / j.pairs, least = INT64_MAX;
+    for (int i = 0; i < REPEATS; i++) {
+        meter.ns[0] = 0;
+        test_pairs(&j, volume, rounds, &meter, 0);
+        least = meter.ns[0] < least ? meter.ns[0] : least;
+    }
+    return (double)least / (double)(rounds * j.pairs);
 }
 
 /* ---- a step ---- */
@@ -133,7 +195,7 @@ static ll_status judge_energy(ll_rigid_sim *s, int i)
     return status;
 }
 
-ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i)
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i, ll_meter *meter)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
     ll_rigid_record *r = &s->record[i];
@@ -156,6 +218,6 @@ ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i)
     r->drift_worst = larger(r->drift_worst, r->now.drift_max);
     r->energy_most = larger(r->energy_most, energy_of(&r->now) - r->energy_start);
     if (s->setup.compare_volumes)
-        compare_volumes(w, r);
+        compare_volumes(w, r, meter, i * LL_RIGID_PARTS + LL_PHASES + 1);
     return judge_energy(s, i);
 }

@@ -198,38 +198,32 @@ cJSON *ll_rigid_sim_metrics(const void *block)
 
 /* ---- cost ---- */
 
-enum { TESTS_TIMED = 20000 };
-
 void ll_rigid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
 {
     const ll_rigid_config *c = config;
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
     for (int i = 0; i < ll_rigid_sim_worlds(&c->setup); i++) {
         cJSON *part = cJSON_CreateObject();
-        for (int k = 0; k < LL_RIGID_PARTS; k++)
-            number(cJSON_AddObjectToObject(part, k < LL_PHASES ? ll_rigid_phase_names[k] : "all"),
-                   "ns_per_sim_s", ll_meter_ns_per_s(meter, i * LL_RIGID_PARTS + k));
+        int told = c->setup.compare_volumes ? LL_RIGID_PARTS : LL_PHASES + 1;
+        for (int k = 0; k < told; k++) {
+            char name[32];
+            snprintf(name, sizeof name, "%s%s", k > LL_PHASES ? "volume_" : "",
+                     k > LL_PHASES    ? ll_volume_names[k - LL_PHASES - 1]
+                     : k == LL_PHASES ? "all"
+                                      : ll_rigid_phase_names[k]);
+            number(cJSON_AddObjectToObject(part, name), "ns_per_sim_s",
+                   ll_meter_ns_per_s(meter, i * LL_RIGID_PARTS + k));
+        }
         cJSON_AddItemToArray(parts, part);
     }
 }
 
-/* Two shapes of the scene against each other, again and again. */
 static void time_volumes(const ll_rigid *w, cJSON *o, int64_t (*now_ns)(void))
 {
     cJSON *all = cJSON_GetObjectItemCaseSensitive(o, "volumes");
-    ll_shape_view a, b;
-    int32_t end = ll_rigid_shape_end(w);
-    if (end < 2 || !ll_rigid_shape_at(w, end - 1, &a) || !ll_rigid_shape_at(w, end - 2, &b))
-        return;
-    for (int v = 0; v < LL_VOLUMES; v++) {
-        int64_t from = now_ns();
-        volatile int hits = 0;
-        for (int k = 0; k < TESTS_TIMED; k++)
-            hits += ll_bound_hit((ll_volume)v, &a.geometry, a.pose, &b.geometry, b.pose);
-        (void)hits; /* counted so that the tests are made */
+    for (int v = 0; v < LL_VOLUMES; v++)
         number(cJSON_GetObjectItemCaseSensitive(all, ll_volume_names[v]), "ns_per_test",
-               (double)(now_ns() - from) / TESTS_TIMED);
-    }
+               ll_rigid_sim_time_volume(w, (ll_volume)v, now_ns));
 }
 
 void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(void))

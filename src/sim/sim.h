@@ -49,7 +49,7 @@ typedef struct ll_scenario_head {
     ll_activity activity[LL_ACTIVITY_MAX];
 } ll_scenario_head;
 
-enum { LL_METER_PARTS = 18 };
+enum { LL_METER_PARTS = 30 };
 
 /* What parts of a step cost, by the caller's clock: the engine reads none, and its state holds nothing of it.
  */

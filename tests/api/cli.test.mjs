@@ -370,6 +370,9 @@ test('--text prints the lines of the paper', () => {
   assert.equal(md5('paper/fig01'), '60ecd924');
   assert.equal(md5('paper/fig02', '--set', 'methods.0.dt_s=0.1'), 'acae7536');
   assert.match(good(['run', 'paper/fig03', '--text']), /t = 4.800000, velocity = 48.000000, displacement = 122.400009\n$/);
+  const table = good(['run', 'paper/fig04', '--text']).split('\n\n').map((/** @type {string} */ part) => part.trimEnd().split('\n'));
+  assert.deepEqual(table.map((lines) => lines.length), [7, 11, 31, 91], 'a listing for each step of the method');
+  assert.match(table[3].at(-1) ?? '', /^t = 2.970000, velocity = 29.699995, displacement = 44.594551$/);
   refused(['run', 'race', '--text'], ['--text', 'netgame']);
   refused(['run', 'motion/orbit', '--text'], ['free_fall', 'kepler']);
 });

@@ -49,7 +49,19 @@ test('rows are those of the command line, in each format and by Accept', async (
   assert.equal((await c.get(`${E}/${id}/results`, { headers: { accept: 'text/csv;q=0.1, application/json' } })).headers['content-type'], 'application/json');
   const points = (await c.get(`${E}/${id}/results?points=true&format=json`)).json;
   assert.equal(points.length, 6);
-  assert.ok(points[0]['players.0.own_lead_m.mean.ci95'] >= 0);
+  assert.match(points[0]['players.0.own_lead_m.mean.ci95_method'], /^none: fewer than 5 runs have it$/); // there are four
+  const compared = (await c.get(`${E}/${id}/results?points=true&compare=3&format=json`)).json, lead = 'players.0.own_lead_m.mean';
+  for (const [i, point] of compared.entries()) assert.ok(Math.abs(point[`${lead}.diff`] - (points[i][lead] - points[3][lead])) < 1e-9);
+  for (const [query, words] of [['points=true&compare=6', /compare must be a point from 0 to 5; got 6/], ['points=true&compare=x.y=1', /x.y is on no axis/], ['sensitivity=true', /saltelli/]]) {
+    const refused = await c.get(`${E}/${id}/results?${query}`);
+    assert.equal(refused.status, 400);
+    assert.match(refused.json.detail, /** @type {RegExp} */ (words));
+  }
+  const sampled = { ...experiment(), sample: { method: 'saltelli', count: 4 }, repeats: 1, axes: [{ path: 'players.0.lag_ms', from: 0, to: 100 }] };
+  const of = (await c.call('POST', E, { body: sampled })).json.id;
+  await ended(of);
+  const indices = (await c.get(`${E}/${of}/results?sensitivity=true&format=json`)).json;
+  assert.deepEqual([indices[0].parameter, indices[0].samples, indices[0].first_low], ['players.0.lag_ms', 4, null]);
 });
 
 test('a run is opened live from its scenario, and is the same run', async () => {

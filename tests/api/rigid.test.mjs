@@ -98,6 +98,8 @@ test('volumes: what each overestimates, and its price', () => {
   near(volumes.obb.area_overestimated_pct, 0, 1e-9, 'a rectangle is its own OBB');
   assert.ok(volumes.sphere.false_hits > volumes.aabb.false_hits && volumes.aabb.false_hits > 0 && volumes.obb.false_hits === 0);
   for (const one of Object.values(volumes)) assert.ok(one.ns_per_test > 0 && one.missed_hits === 0);
+  const price = Object.fromEntries(Object.entries(run('rigid/rugged_wall', '--duration', '0.1').metrics.volumes).map(([name, one]) => [name, one.ns_per_test]));
+  assert.ok(price.sphere < price.obb && price.aabb < price.exact / 3 && price.obb < price.exact / 3, JSON.stringify(price));
 });
 
 test('bullets: none passes a swept wall, and as many as theory says an unswept one', () => {

@@ -137,32 +137,89 @@ test('Parquet of many rows and many row groups is read back', async () => {
   assert.ok(Math.abs(Number(row.g) - 60000 * 10.5) < 1e-6);
 });
 
-test('points are the means of their runs with 95 % intervals', () => {
-  const name = race();
+test('points are the means of their runs with spread and 95 % intervals', () => {
+  const name = race(), lead = 'players.0.own_lead_m.mean';
   const rows = JSON.parse(good(['sweep', name, '--format', 'json']));
   const points = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  const specification = { ...JSON.parse(readFileSync(file(name), 'utf8')), interval: 't' };
+  const byT = JSON.parse(good(['sweep', write('race_t.json', specification), '--points', '--format', 'json']));
   assert.equal(points.length, 6);
-  for (const point of points) {
-    const values = rows.filter((row) => row.point === point.point).map((row) => row['players.0.own_lead_m.mean']);
-    const mean = values.reduce((a, b) => a + b) / 6;
-    const deviation = Math.sqrt(values.reduce((sum, value) => sum + (value - mean) ** 2, 0) / 5);
+  for (const [i, point] of points.entries()) {
+    const values = rows.filter((/** @type {any} */ row) => row.point === point.point).map((/** @type {any} */ row) => row[lead]).sort((/** @type {number} */ a, /** @type {number} */ b) => a - b);
+    const mean = values.reduce((/** @type {number} */ a, /** @type {number} */ b) => a + b) / 6;
+    const deviation = Math.sqrt(values.reduce((/** @type {number} */ sum, /** @type {number} */ value) => sum + (value - mean) ** 2, 0) / 5);
     assert.equal(point.runs, 6);
-    assert.ok(Math.abs(point['players.0.own_lead_m.mean'] - mean) < 1e-12);
-    assert.ok(Math.abs(point['players.0.own_lead_m.mean.ci95'] - 2.570581836 * deviation / Math.sqrt(6)) < 1e-9);
+    assert.ok(Math.abs(point[lead] - mean) < 1e-12 && Math.abs(point[`${lead}.sd`] - deviation) < 1e-9);
+    assert.ok(Math.abs(point[`${lead}.p25`] - (values[1] + 0.25 * (values[2] - values[1]))) < 1e-9);
+    assert.ok(Math.abs(point[`${lead}.p50`] - (values[2] + values[3]) / 2) < 1e-9);
+    assert.deepEqual([point[`${lead}.p50_low`], point[`${lead}.p50_high`]], [values[0], values[5]]);
+    assert.equal(byT[i][`${lead}.ci95_method`], 't');
+    assert.ok(Math.abs(byT[i][`${lead}.ci95`] - 2.570581836 * deviation / Math.sqrt(6)) < 1e-9);
+    assert.equal(point[`${lead}.ci95_method`], 'bootstrap-t');
+    assert.ok(point[`${lead}.ci95_low`] < mean && mean < point[`${lead}.ci95_high`]);
+    assert.ok(Math.abs(point[`${lead}.ci95_high`] - point[`${lead}.ci95_low`] - 2 * point[`${lead}.ci95`]) < 1e-9);
   }
+});
+
+test('a point is run until its mean is known well enough, the same for any number of jobs and from shards', () => {
+  const error = 'players.0.remote_error_m.mean', until = { half_width: 0.15, least: 10 };
+  const name = write('until.json', { scenario: 'race', set: { duration_s: 4 }, axes: [{ path: 'players.0.link.down.jitter_ms', values: [0, 10, 150] }], repeats: 60, until, metrics: [error] });
+  const all = good(['sweep', name, '--jobs', '1']), rows = JSON.parse(good(['sweep', name, '--format', 'json']));
+  assert.equal(good(['sweep', name, '--jobs', '4']), all);
+  for (const shard of [1, 2]) good(['sweep', name, '--shard', `${shard}/2`, '--out', file(`until${shard}.csv`)]);
+  assert.equal(good(['merge', name, 'until1.csv', 'until2.csv']), all);
+  const points = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  for (const point of points) {
+    const made = rows.filter((/** @type {any} */ row) => row.point === point.point && row.status === 'ok').length;
+    assert.deepEqual([point.runs, point.failed], [made, 0]);
+    assert.ok([10, 20, 40, 60].includes(made));
+    assert.ok(made === 60 || point[`${error}.ci95`] <= 0.15);
+    for (const row of rows) if (row.point === point.point) assert.equal(row.status, row.repeat < made ? 'ok' : 'skipped');
+  }
+  assert.ok(points.some((/** @type {any} */ point) => point.runs < 60), 'some point has enough');
+});
+
+test('sensitivity indices tell which axis a metric follows', () => {
+  // free fall for 1 s with Euler steps: the error is g dt / 2 to first order, and does not know of the speed at first
+  const sampled = { scenario: { kind: 'motion', problem: 'free_fall', duration_s: 1, methods: [{ method: 'explicit_euler', dt_s: 0.01 }] }, sample: { method: 'saltelli', count: 128 },
+    axes: [{ path: 'methods.0.dt_s', from: 0.001, to: 0.01 }, { path: 'params.v0', from: 0, to: 5 }], metrics: ['methods.0.e_final'] };
+  const name = write('sampled.json', sampled), rows = JSON.parse(good(['sweep', name, '--sensitivity', '--format', 'json']));
+  assert.deepEqual(rows.map((/** @type {any} */ row) => [row.metric, row.parameter, row.samples]), [['methods.0.e_final', 'methods.0.dt_s', 128], ['methods.0.e_final', 'params.v0', 128]]);
+  assert.ok(Math.abs(rows[0].first - 1) < 0.05 && Math.abs(rows[0].total - 1) < 0.05 && rows[0].total_low < 1 && rows[0].total_high > 0.95);
+  assert.ok(rows[1].total < 1e-6);
+  assert.match(laglab(['sweep', race(), '--sensitivity']).stderr, /saltelli/);
+  assert.match(laglab(['sweep', name, '--sensitivity', '--points']).stderr, /neither --points nor --shard/);
+});
+
+test('points are compared with one of them by seed', () => {
+  const name = race(), lead = 'players.0.own_lead_m.mean';
+  const rows = JSON.parse(good(['sweep', name, '--format', 'json']));
+  const of = (/** @type {number} */ point) => rows.filter((/** @type {any} */ row) => row.point === point).map((/** @type {any} */ row) => row[lead]);
+  const points = JSON.parse(good(['sweep', name, '--points', '--compare', '2', '--format', 'json'])), base = of(2);
+  for (const point of points) {
+    const differences = of(point.point).map((/** @type {number} */ value, /** @type {number} */ i) => value - base[i]);
+    const mean = differences.reduce((/** @type {number} */ a, /** @type {number} */ b) => a + b) / 6;
+    assert.ok(Math.abs(point[`${lead}.diff`] - mean) < 1e-9);
+    assert.equal(point[`${lead}.diff_pairs`], 6);
+    assert.equal(point[`${lead}.diff_low`] === null, point.point === 2);
+  }
+  for (const format of ['csv', 'parquet', 'sqlite']) good(['sweep', name, '--points', '--compare', 'first', '--format', format, '--out', file(`compared.${format}`)]);
+  assert.match(laglab(['sweep', name, '--compare', 'first']).stderr, /give --points/);
+  assert.match(laglab(['sweep', name, '--points', '--compare', '99']).stderr, /from 0 to 5; got 99/);
 });
 
 test('repeats that are all equal give no interval, and say so', () => {
   // frames of random lengths are drawn from the seed, alternating ones are not
   const name = write('frames.json', { scenario: { kind: 'motion', problem: 'kepler', duration_s: 3, methods: [{ method: 'velocity_verlet', steps: 'frame' }], frame_jitter: 0.5 },
-    axes: [{ path: 'params.e', values: [0.2, 0.5] }, { path: 'frames', values: ['alternating', 'random'] }], repeats: 4, metrics: ['methods.0.e_max', 'methods.0.evaluations'] });
+    axes: [{ path: 'params.e', values: [0.2, 0.5] }, { path: 'frames', values: ['alternating', 'random'] }], repeats: 6, metrics: ['methods.0.e_max', 'methods.0.evaluations'] });
   const sweep = laglab(['sweep', name, '--points', '--format', 'json', '--report', file('frames.html')]);
   assert.equal(sweep.status, 0, sweep.stderr);
   assert.match(sweep.stderr, /at 2 of 4 points all repeats gave identical metrics/);
   const points = JSON.parse(sweep.stdout), half = 'methods.0.e_max.ci95';
   assert.deepEqual(points.map((/** @type {any} */ p) => p.identical), [true, false, true, false]);
   for (const point of points) {
-    assert.equal(point.runs, 4);
+    assert.equal(point.runs, 6);
+    assert.match(point[`${half}_method`], point.identical ? /^none: all runs gave the same; others are at most 45.9 % of runs$/ : /^bootstrap-t$/);
     if (point.identical) assert.equal(point[half], null);
     else assert.ok(point[half] > 0);
   }

@@ -10,6 +10,8 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "base/rng.h"
+#include "experiment/compare.h"
 #include "experiment/experiment.h"
 #include "experiment/metric_path.h"
 #include "experiment/points.h"
@@ -124,6 +126,112 @@ static void samples_fill_the_range(void **state)
     }
 }
 
+/* Counts of what an axis gives over a sample, from `least` on. */
+static void count_values(const char *sample, const char *axis, const char *path, int least, int *counts,
+                         int kinds)
+{
+    char text[600];
+    snprintf(text, sizeof text,
+             "{\"scenario\":\"race\",\"sample\":%s,\"axes\":[{\"path\":\"%s\",%s}]," METRICS "}", sample,
+             path, axis);
+    ll_experiment *e = experiment(text);
+    memset(counts, 0, (size_t)kinds * sizeof *counts);
+    for (int p = 0; p < e->points; p++) {
+        int at = (int)value(e, p, path) - least;
+        assert_true(at >= 0 && at < kinds);
+        counts[at]++;
+    }
+    ll_experiment_free(e);
+}
+
+/* Each whole number as often as the others, the ends too, from either end; on a logarithmic scale 1 has what
+ * is below 1.5, log(1.5 / 0.5) of log(8.5 / 0.5). */
+static void whole_numbers_are_drawn_evenly(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"sobol", "lhs"};
+    static const char path[] = "players.0.redundancy";
+    int counts[16];
+    for (int m = 0; m < 2; m++) {
+        char sample[80];
+        snprintf(sample, sizeof sample, "{\"method\":\"%s\",\"count\":1024}", methods[m]);
+        count_values(sample, "\"from\":3,\"to\":10", path, 3, counts, 8);
+        for (int i = 0; i < 8; i++)
+            assert_int_equal(counts[i], 128);
+        count_values(sample, "\"from\":10,\"to\":3", path, 3, counts, 8);
+        for (int i = 0; i < 8; i++)
+            assert_int_equal(counts[i], 128);
+        count_values(sample, "\"from\":1,\"to\":8,\"scale\":\"log\"", path, 1, counts, 8);
+        for (int i = 0; i < 8; i++)
+            assert_true(fabs(counts[i] - 1024 * log((i + 1.5) / (i + 0.5)) / log(17)) < 2);
+    }
+}
+
+/* A range with a count has its values alone, each as often. */
+static void a_count_is_honoured_when_sampled(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment("{\"scenario\":\"race\",\"sample\":{\"method\":\"sobol\",\"count\":128},"
+                                  "\"axes\":[{\"path\":\"players.0."
+                                  "lag_ms\",\"from\":10,\"to\":25,\"count\":4}]," METRICS "}");
+    int counts[4] = {0};
+    for (int p = 0; p < 128; p++) {
+        double lag = value(e, p, "players.0.lag_ms");
+        assert_true(lag == 10 || lag == 15 || lag == 20 || lag == 25);
+        counts[(int)(lag - 10) / 5]++;
+    }
+    for (int i = 0; i < 4; i++)
+        assert_int_equal(counts[i], 32);
+    ll_experiment_free(e);
+}
+
+/* Base sample j: A, B, and A with one dimension of B; zipped axes are one. */
+static void saltelli_mixes_two_samples(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment("{\"scenario\":\"race\",\"sample\":{\"method\":\"saltelli\",\"count\":32},"
+                                  "\"axes\":[{\"path\":\"players.0."
+                                  "lag_ms\",\"from\":0,\"to\":100},{\"zip\":[{\"path\":\"players.1.lag_ms\","
+                                  "\"from\":0,\"to\":100},{\"path\":"
+                                  "\"server.update_hz\",\"from\":10,\"to\":60}]}]," METRICS "}");
+    assert_int_equal(e->points, 32 * 4);
+    for (int j = 0; j < 32; j++) {
+        double x[4], y[4];
+        for (int k = 0; k < 4; k++) {
+            x[k] = value(e, 4 * j + k, "players.0.lag_ms");
+            y[k] = value(e, 4 * j + k, "players.1.lag_ms");
+            assert_true(fabs(value(e, 4 * j + k, "server.update_hz") - (10 + y[k] / 2)) < 1e-9);
+        }
+        assert_true(x[2] == x[1] && y[2] == y[0] && x[3] == x[0] && y[3] == y[1] && x[0] != x[1]);
+    }
+    ll_experiment_free(e);
+}
+
+static void there_may_be_twenty_axes(void **state)
+{
+    (void)state;
+    for (int axes = 20; axes <= 21; axes++) {
+        char text[3000];
+        int used = snprintf(text, sizeof text,
+                            "{\"scenario\":\"race\",\"sample\":{\"method\":\"saltelli\",\"count\":2}," METRICS
+                            ",\"axes\":[");
+        static const char *const rows[] = {"jitter_ms", "loss_pct", "loss_corr_pct", "ge_1h_pct",
+                                           "ge_1k_pct", "p13_pct",  "p31_pct",       "p32_pct",
+                                           "p23_pct",   "p14_pct",  "delay_ms"};
+        for (int a = 0; a < axes; a++)
+            used += snprintf(text + used, sizeof text - (size_t)used,
+                             "%s{\"path\":\"players.0.link.%s.%s\",\"from\":1,\"to\":2}", a ? "," : "",
+                             a % 2 ? "up" : "down", rows[a / 2]);
+        snprintf(text + used, sizeof text - (size_t)used, "]}");
+        ll_experiment *e = NULL;
+        ll_status status = parse(text, &e);
+        if (axes == 20 && ll_failed(&status))
+            fail_msg("%s", status.text);
+        assert_true(axes == 20 ? e->points == 44 : strstr(status.text, "at most 20") != NULL);
+        ll_experiment_free(e);
+    }
+}
+
 /* ---- rows ---- */
 
 static void a_row_is_that_of_a_session(void **state)
@@ -166,6 +274,65 @@ static void a_stop_rule_ends_a_run(void **state)
     must(ll_experiment_run(e, 0, NULL, &row));
     assert_int_equal(row.status, LL_ROW_STOPPED); /* 60 steps per second: 90 at 1.5 s, 120 at 2 s */
     assert_true(row.t_s == 2 && row.metrics[0] == 120);
+    ll_experiment_free(e);
+}
+
+/* Rows that are given, by run. */
+typedef struct given {
+    const ll_row *rows;
+    int at, count;
+} given;
+
+static bool next_given(void *context, ll_row *row, ll_status *status)
+{
+    given *g = context;
+    *status = ll_ok();
+    if (g->at == g->count)
+        return false;
+    *row = g->rows[g->at++];
+    return true;
+}
+
+#define COST "cost.ns_per_sim_s"
+
+/* Sixteen times the steps cost more; hashes and all other metrics are as without it. */
+static void cost_is_measured_and_changes_nothing(void **state)
+{
+    (void)state;
+    static const char form[] =
+        "{\"scenario\":\"rigid/column\",\"set\":{\"duration_s\":1},\"axes\":[{\"path\":\"hz\","
+        "\"values\":[60,960]}],\"repeats\":2,\"metrics\":[%s\"energy_change_j\"]}";
+    char with[400], without[400];
+    snprintf(with, sizeof with, form, "\"" COST "\",");
+    snprintf(without, sizeof without, form, "");
+    ll_experiment *e = experiment(with), *plain = experiment(without);
+    ll_row rows[4], row;
+    for (int run = 0; run < 4; run++) {
+        must(ll_experiment_run(e, run, NULL, &rows[run]));
+        must(ll_experiment_run(plain, run, NULL, &row));
+        assert_true(rows[run].hash == row.hash && rows[run].metrics[1] == row.metrics[0]);
+        assert_true(rows[run].metrics[0] > 0 && rows[run].metrics[0] < 1e10);
+    }
+    assert_true(rows[2].metrics[0] > 3 * rows[0].metrics[0]);
+    ll_points points;
+    rows[1].metrics[0] = rows[0].metrics[0] + 1;
+    must(ll_points_read(e, next_given, &(given){rows, 0, 4}, &points));
+    assert_int_equal(points.identical, 2); /* nothing random but what was measured */
+    ll_points_free(&points);
+    ll_experiment_free(e);
+    ll_experiment_free(plain);
+}
+
+/* A run that goes wrong has no cost. */
+static void what_fails_costs_nothing(void **state)
+{
+    (void)state;
+    ll_row row;
+    ll_experiment *e = experiment(
+        "{\"scenario\":{\"kind\":\"rigid\",\"duration_s\":20,\"gravity\":[0,0],\"bodies\":[{},{\"velocity\":"
+        "[800000,0],\"position\":[990000000,3]}]},\"metrics\":[\"" COST "\"]}");
+    must(ll_experiment_run(e, 0, NULL, &row));
+    assert_true(row.status == LL_ROW_DIVERGED && isnan(row.metrics[0]));
     ll_experiment_free(e);
 }
 
@@ -248,22 +415,6 @@ static void a_run_that_is_lost_has_no_metrics(void **state)
     ll_experiment_free(e);
 }
 
-/* Rows that are given, by run. */
-typedef struct given {
-    const ll_row *rows;
-    int at, count;
-} given;
-
-static bool next_given(void *context, ll_row *row, ll_status *status)
-{
-    given *g = context;
-    *status = ll_ok();
-    if (g->at == g->count)
-        return false;
-    *row = g->rows[g->at++];
-    return true;
-}
-
 /* Cost and error of four points with two runs each: the first is best but failed once, the second has errors
  * that are large with either sign, the third is on the front, and so is the last. */
 static void fronts_take_magnitudes_and_no_failures(void **state)
@@ -291,10 +442,171 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
     for (int i = 0; i < 4; i++)
         assert_int_equal(points.points[i].front, front[i]);
     assert_true(points.points[0].runs == 1 && points.points[0].failed == 1);
-    assert_true(points.points[0].mean[0] == 0.001 && isnan(points.points[0].size[0]));
-    assert_true(fabs(points.points[1].mean[0]) < 1e-15 && fabs(points.points[1].size[0] - 0.9) < 1e-15);
+    assert_true(points.points[0].metrics[0].mean == 0.001 && isnan(points.points[0].size[0]));
+    assert_true(fabs(points.points[1].metrics[0].mean) < 1e-15 &&
+                fabs(points.points[1].size[0] - 0.9) < 1e-15);
     assert_true(fabs(points.points[2].size[0] - 0.15) < 1e-15);
     ll_points_free(&points);
+    ll_experiment_free(e);
+}
+
+/* Against a naive search over random points with ties, of two to four metrics. */
+static void fronts_of_several_metrics_are_naive_ones(void **state)
+{
+    (void)state;
+    enum { POINTS = 200 };
+    ll_point *p = calloc(POINTS, sizeof *p);
+    static const int metrics[4] = {3, 0, 7, 1};
+    for (uint64_t seed = 0; seed < 30; seed++)
+        for (int count = 2; count <= 4; count++) {
+            for (int i = 0; i < POINTS; i++)
+                for (int k = 0; k < 4; k++) {
+                    double u = ll_rng_unit(seed, (uint64_t)k, (uint64_t)i);
+                    p[i].size[metrics[k]] = u < 0.02 ? NAN : floor(u * 12);
+                }
+            ll_points_mark_fronts(&(ll_points){.points = p, .count = POINTS}, metrics, count);
+            for (int i = 0; i < POINTS; i++) {
+                bool on = true;
+                for (int k = 0; k < count; k++)
+                    on &= !isnan(p[i].size[metrics[k]]);
+                for (int j = 0; j < POINTS && on; j++) {
+                    bool as_good = true, better = false;
+                    for (int k = 0; k < count; k++) {
+                        as_good &= p[j].size[metrics[k]] <= p[i].size[metrics[k]];
+                        better |= p[j].size[metrics[k]] < p[i].size[metrics[k]];
+                    }
+                    for (int k = 0; k < count; k++)
+                        as_good &= !isnan(p[j].size[metrics[k]]);
+                    on = !(as_good && better);
+                }
+                assert_int_equal(p[i].front, on);
+            }
+        }
+    free(p);
+}
+
+/* ---- points and comparisons ---- */
+
+typedef struct spread {
+    ll_row rows[24];
+} spread;
+
+/* Two points of eight runs: what a seed adds is in both, and the second has 0.5 more, give or take 0.1. The
+ * fourth run of the second failed. */
+static void fill(const ll_experiment *e, spread *s)
+{
+    static const double luck[8] = {3, -1, 4, -1.5, 5, -9, 2.6, -5},
+                        rest[8] = {0.1, -0.1, 0.05, 0, -0.08, 0.03, 0, 0.02};
+    assert_int_equal(e->runs, 16);
+    for (int i = 0; i < 16; i++) {
+        ll_row_clear(&s->rows[i]);
+        s->rows[i].run = i;
+        s->rows[i].metrics[0] = 20 + luck[i % 8] + (i / 8) * (0.5 + rest[i % 8]);
+        s->rows[i].metrics[1] = 0;
+    }
+    s->rows[11].status = LL_ROW_FAILED;
+    s->rows[11].metrics[0] = s->rows[11].metrics[1] = NAN;
+}
+
+static double cell_of(const ll_table *t, const ll_cell *cells, const char *name)
+{
+    for (int i = 0; i < t->column_count; i++)
+        if (strcmp(t->columns[i].name, name) == 0)
+            return cells[i].null ? NAN : cells[i].number;
+    fail_msg("there is no column %s", name);
+    return 0;
+}
+
+static const char *text_of(const ll_table *t, const ll_cell *cells, const char *name)
+{
+    for (int i = 0; i < t->column_count; i++)
+        if (strcmp(t->columns[i].name, name) == 0)
+            return cells[i].null ? "" : cells[i].text;
+    fail_msg("there is no column %s", name);
+    return NULL;
+}
+
+#define LEAD "players.0.own_lead_m.mean"
+#define HITCHES "players.0.smoothness.hitches"
+#define PAIR                                                                                                 \
+    "{\"scenario\":\"race\",\"repeats\":8,\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[0,100]}],"    \
+    "\"metrics\":[\"" LEAD "\",\"" HITCHES "\"]}"
+
+static void points_are_compared_by_seed(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(PAIR);
+    ll_result_table *table;
+    ll_cell cells[LL_COLUMNS_MAX];
+    ll_status status = ll_ok();
+    spread s;
+    fill(e, &s);
+    must(ll_result_table_compared(e, s.rows, 8, next_given, &(given){s.rows, 0, 16}, &table));
+    const ll_table *t = ll_result_table_get(table);
+    assert_true(t->next(t->context, cells, &status));
+    assert_true(cell_of(t, cells, LEAD ".diff") == 0 && isnan(cell_of(t, cells, LEAD ".diff_low")));
+    assert_true(t->next(t->context, cells, &status));
+    /* 0.5 + (0.1 - 0.1 + 0.05 - 0.08 + 0.03 + 0 + 0.02) / 7 */
+    assert_true(fabs(cell_of(t, cells, LEAD ".diff") - (0.5 + 0.02 / 7)) < 1e-12);
+    assert_true(cell_of(t, cells, LEAD ".diff_pairs") == 7);
+    double low = cell_of(t, cells, LEAD ".diff_low"), high = cell_of(t, cells, LEAD ".diff_high");
+    assert_true(low > 0.35 && low < 0.5 && high > 0.5 && high < 0.65);
+    assert_string_equal(text_of(t, cells, LEAD ".diff_method"), "bootstrap-t");
+    /* unpaired, nothing could be said: the seeds make a deviation of 5 */
+    assert_true(cell_of(t, cells, LEAD ".ci95_high") - cell_of(t, cells, LEAD ".ci95_low") > 5);
+    assert_true(fabs(cell_of(t, cells, LEAD ".sd") - 5) < 1);
+    assert_true(cell_of(t, cells, HITCHES ".ci95_low") == 0);
+    assert_true(fabs(cell_of(t, cells, HITCHES ".ci95_high") - 3.6888794541139354 / 7) < 1e-9);
+    assert_string_equal(text_of(t, cells, HITCHES ".ci95_method"), "poisson");
+    assert_false(t->next(t->context, cells, &status));
+    ll_result_table_free(table);
+    ll_experiment_free(e);
+}
+
+static void baselines_are_found(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(
+        "{\"scenario\":\"race\",\"axes\":[{\"path\":\"players.0.lag_ms\",\"values\":[0,100,200]},{\"path\":"
+        "\"players.0.prediction\",\"values\":[false,true]}]," METRICS "}");
+    static const struct {
+        const char *text;
+        int64_t point;
+        const char *words; /* of the error */
+    } cases[] = {{"first", 0, NULL},
+                 {"5", 5, NULL},
+                 {"players.0.lag_ms=200", 4, NULL},
+                 {"players.0.prediction=true,players.0.lag_ms=100", 3, NULL},
+                 {"6", 0, "from 0 to 5; got 6"},
+                 {"-1", 0, "got -1"},
+                 {"players.0.lag_ms=150", 0, "no point has players.0.lag_ms=150"},
+                 {"players.1.lag_ms=0", 0, "on no axis"},
+                 {"last", 0, "must be first"},
+                 {"", 0, "must be first"}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        int64_t point;
+        ll_status status = ll_compare_point(e, "compare", cases[i].text, &point);
+        if (cases[i].words)
+            assert_true(status.code == LL_BAD_INPUT && strstr(status.text, cases[i].words) &&
+                        strcmp(status.field, "compare") == 0);
+        else
+            assert_true(!ll_failed(&status) && point == cases[i].point);
+    }
+    ll_experiment_free(e);
+}
+
+static void scales_are_told(void **state)
+{
+    (void)state;
+    ll_experiment *e = experiment(
+        "{\"scenario\":\"rifle\",\"metrics\":[\"players.0.shots.rifle.false_hits\",\"players.0.connection."
+        "connected\","
+        "\"players.0.pop_m.max\",\"players.0.visible_corrections_per_s\",\"players.0.corrections\","
+        "\"players.0.remote_error_m.mean\"]}");
+    static const ll_metric_scale scales[] = {LL_SCALE_COUNT, LL_SCALE_FLAG,   LL_SCALE_EXTREME,
+                                             LL_SCALE_COUNT, LL_SCALE_AMOUNT, LL_SCALE_AMOUNT};
+    for (int i = 0; i < 6; i++)
+        assert_int_equal(e->scales[i], scales[i]);
     ll_experiment_free(e);
 }
 
@@ -392,6 +704,13 @@ static void bad_input_is_told(void **state)
          "{\"path\":\"players.1.lag_ms\",\"from\":0,\"to\":9,\"count\":5000}]," METRICS "}",
          "axes", "10000 x 5000 points, with 10 repeats 5e+08 runs"},
         {"{\"scenario\":\"race\",\"sample\":{\"method\":\"halton\"}," METRICS "}", "sample.method", "sobol"},
+        {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\"]," METRICS "}", "front", "2 to 32"},
+        {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\",\"tick\"]," METRICS "}", "front.1",
+         "one of the metrics; got tick"},
+        {"{\"scenario\":\"race\",\"front\":[\"players.0.own_lead_m.mean\",\"players.0.own_lead_m.mean\"]"
+         "," METRICS "}",
+         "front.1", "twice"},
+        {"{\"scenario\":\"race\",\"interval\":\"bca\"," METRICS "}", "interval", "auto, t"},
         {"{\"scenario\":\"race\",\"stop\":{\"metric\":\"nosuch\"}," METRICS "}", "stop.metric",
          "server, players"},
     };
@@ -429,12 +748,22 @@ int main(void)
         cmocka_unit_test(zipped_axes_go_together),
         cmocka_unit_test(ranges_hit_both_ends),
         cmocka_unit_test(samples_fill_the_range),
+        cmocka_unit_test(whole_numbers_are_drawn_evenly),
+        cmocka_unit_test(a_count_is_honoured_when_sampled),
+        cmocka_unit_test(saltelli_mixes_two_samples),
+        cmocka_unit_test(there_may_be_twenty_axes),
+        cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
         cmocka_unit_test(a_row_is_that_of_a_session),
+        cmocka_unit_test(cost_is_measured_and_changes_nothing),
+        cmocka_unit_test(what_fails_costs_nothing),
         cmocka_unit_test(a_stop_rule_ends_a_run),
         cmocka_unit_test(a_part_that_fails_has_no_metrics),
         cmocka_unit_test(a_part_that_is_not_asked_for_does_not_matter),
         cmocka_unit_test(a_run_that_is_lost_has_no_metrics),
         cmocka_unit_test(fronts_take_magnitudes_and_no_failures),
+        cmocka_unit_test(points_are_compared_by_seed),
+        cmocka_unit_test(baselines_are_found),
+        cmocka_unit_test(scales_are_told),
         cmocka_unit_test(what_may_be_below_0_is_declared),
         cmocka_unit_test(what_does_not_go_together_is_told_in_the_row),
         cmocka_unit_test(bad_input_is_told),

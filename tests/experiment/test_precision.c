@@ -8,6 +8,7 @@
 #include <cmocka.h>
 
 #include "experiment/precision.h"
+#include "sim/motion_lab.h"
 
 /* A clock that only counts how often it is read: a millisecond each time. */
 static int64_t ticks;
@@ -148,6 +149,72 @@ static void errors_below_the_uncertainty_are_not_known(void **state)
     assert_true(unknown >= 1 && unknown <= 4);
 }
 
+/* By rungs of the smallest steps rounding has the say: no order is told there, though all is known of the
+ * solution, and wherever one is told it is the method's. */
+static void orders_are_told_above_rounding(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"rk4", "yoshida6", "yoshida8", "ab4", "implicit_midpoint"};
+    for (int k = 0; k < 5; k++) {
+        _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+        ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+        int count, told = 0;
+        ll_precision_order order = order_of("oscillator", params);
+        order.duration = 7;
+        const ll_ode_method *method = ll_ode_method_find(methods[k]);
+        ll_status status = ll_precision_ladder(&order, method, rungs, &count);
+        assert_false(ll_failed(&status));
+        for (int n = 0; n < count; n++) {
+            if (isnan(rungs[n].order))
+                continue;
+            told++;
+            if (rungs[n].e_max < 1e-3 && !(fabs(rungs[n].order - method->order) < 0.5))
+                fail_msg("%s: order %g at an error of %g", methods[k], rungs[n].order, rungs[n].e_max);
+        }
+        assert_true(told >= 2);
+    }
+}
+
+/* Both ways of measuring a method are one: the same figures of the same run. */
+static void a_rung_is_what_a_motion_tells(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *problem, *method, *setting;
+        double value, duration;
+    } cases[] = {{"kepler", "dopri5", "tolerance", 1e-7, 9},
+                 {"robertson", "radau5", "tolerance", 1e-6, 11},
+                 {"double_pendulum", "rk4", "dt_s", 0.005, 6},
+                 {"bouncing_ball", "dop853", "tolerance", 1e-8, 1.5},
+                 {"hires", "trapezoid", "dt_s", 0.25, 50}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        char text[512];
+        ll_precision r = rung_of(cases[k].problem, cases[k].duration, cases[k].method, cases[k].value);
+        snprintf(text, sizeof text,
+                 "\"problem\":\"%s\",\"duration_s\":%.17g,\"methods\":[{\"method\":\"%s\",\"%s\":%.17g}]",
+                 cases[k].problem, cases[k].duration, cases[k].method, cases[k].setting, cases[k].value);
+        cJSON *metrics = lab_run(text);
+        const cJSON *m = lab_method(metrics, 0);
+        const struct {
+            const char *name;
+            double value;
+        } same[] = {{"e_final", r.e_final},
+                    {"e_max", r.e_max},
+                    {"e_l2", r.e_l2},
+                    {"e_final_weighted", r.e_final_weighted},
+                    {"e_max_weighted", r.e_max_weighted},
+                    {"e_l2_weighted", r.e_l2_weighted}};
+        assert_true(isfinite(r.e_max) && r.status == LL_RUN_OK);
+        for (size_t n = 0; n < sizeof same / sizeof same[0]; n++) {
+            double told = lab_number(m, same[n].name);
+            if (!(fabs(told - same[n].value) <= 1e-4 * fabs(told) + 1e-13))
+                fail_msg("%s: %s is %.12g of a motion, %.12g of a rung", cases[k].problem, same[n].name, told,
+                         same[n].value);
+        }
+        cJSON_Delete(metrics);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -157,6 +224,8 @@ int main(void)
         cmocka_unit_test(finite_blow_ups_have_no_error_and_no_order),
         cmocka_unit_test(chaos_is_predictable_for_a_while),
         cmocka_unit_test(errors_below_the_uncertainty_are_not_known),
+        cmocka_unit_test(orders_are_told_above_rounding),
+        cmocka_unit_test(a_rung_is_what_a_motion_tells),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -29,6 +29,20 @@ static void begins_as_published(void **state)
             assert_true(ll_sobol(d, k ^ k >> 1, 0) == published[k][d]);
 }
 
+/* Point 77 of SciPy 1.10's, in its order. */
+static void forty_dimensions_are_scipys(void **state)
+{
+    (void)state;
+    static const double known[LL_SOBOL_DIMENSIONS] = {
+        0.8359375, 0.8359375, 0.0078125, 0.7734375, 0.8359375, 0.5078125, 0.2265625, 0.6484375,
+        0.1796875, 0.4296875, 0.1328125, 0.7890625, 0.4921875, 0.3359375, 0.9921875, 0.0703125,
+        0.8203125, 0.8828125, 0.7890625, 0.0078125, 0.1484375, 0.8828125, 0.8671875, 0.7890625,
+        0.8515625, 0.6796875, 0.8046875, 0.3671875, 0.1640625, 0.4609375, 0.9765625, 0.7421875,
+        0.1796875, 0.0546875, 0.6953125, 0.7734375, 0.5546875, 0.8984375, 0.1328125, 0.2734375};
+    for (int d = 0; d < LL_SOBOL_DIMENSIONS; d++)
+        assert_true(ll_sobol(d, 77 ^ 77 >> 1, 0) == known[d]);
+}
+
 /* Any 2^k points in a row, from a multiple of 2^k, fall one into each of 2^k equal intervals, shifted or not.
  */
 static void each_interval_has_one(void **state)
@@ -65,6 +79,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(begins_as_published),
+        cmocka_unit_test(forty_dimensions_are_scipys),
         cmocka_unit_test(each_interval_has_one),
         cmocka_unit_test(each_box_has_one),
     };

@@ -38,7 +38,7 @@ static void profiles_run_from_wall_to_wall(void **state)
     assert_true(pairs[8][0] == 0.5 && pairs[8][1] == -0.209149);
     assert_int_equal(t.scene->profile(t.block, 4, &name, pairs), 0);
     tank_close(&t);
-    t = tank_open("cavity", "params.n=16 params.re=400");
+    t = tank_open("cavity", "params.n=16 params.re=500");
     assert_int_equal(t.scene->profile(t.block, 2, &name, pairs), 0);
     tank_close(&t);
 }
@@ -47,8 +47,8 @@ static void profiles_run_from_wall_to_wall(void **state)
 static void ghias_table_has_its_known_errors(void **state)
 {
     (void)state;
-    static const double known[2] = {0.00926, 0.01842};
-    for (int r = 0; r < 2; r++) {
+    static const double known[3] = {0.00926, 0, 0.01842}; /* at Re 400 it is all that is known */
+    for (int r = 0; r < 3; r++) {
         double most = 0;
         for (int c = 0; c < 2; c++)
             for (int i = 0; i < ll_cavity_references[r].count[c]; i++) {

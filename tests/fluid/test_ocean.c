@@ -1,7 +1,7 @@
 /* Surfaces of oceans against closed forms and sums. */
 #include "fluid/harness.h"
 
-#include "fluid/ocean.h"
+#include "fluid/ocean_internal.h"
 #include "support/allocations.h"
 
 #define TURN 6.283185307179586
@@ -79,7 +79,7 @@ static void crests_run_at_the_speed_of_dispersion(void **state)
     (void)state;
     for (int depth = 0; depth < 2; depth++) {
         ll_ocean *o =
-            open(depth ? "method=gerstner n=32 waves=1 depth_m=10" : "method=gerstner n=32 waves=1");
+            open(depth ? "method=gerstner n=64 waves=1 depth_m=10" : "method=gerstner n=64 waves=1");
         ll_wave w = ll_ocean_wave(o, 0);
         int64_t mx = llround(w.kx * 200 / TURN), mz = llround(w.kz * 200 / TURN);
         double before = phase_of(o, mx, mz), t = 0.7;
@@ -283,6 +283,39 @@ static void evaluating_does_not_allocate(void **state)
     }
 }
 
+/* The shares of energy are those of the spectrum, summed up; what does not fit has no amplitude. */
+static void what_does_not_fit_is_told(void **state)
+{
+    (void)state;
+    static const char *const settings[] = {"n=64 length_m=120 wind_speed_mps=14",
+                                           "n=96 length_m=500 wind_speed_mps=6 method=gerstner waves=40",
+                                           "n=64 tile=16 loop_s=12 wind_speed_mps=9 method=tiled"};
+    for (int row = 0; row < 3; row++) {
+        ll_ocean *o = open(settings[row]);
+        const ll_ocean_setup *s = ll_ocean_setup_of(o);
+        ll_ocean_fit fit = ll_ocean_fit_of(s);
+        double length = row == 2 ? s->length * 16 / 64 : s->length, cell = s->length / (double)s->n;
+        double slow = sqrt(TURN * s->gravity / length), fast = sqrt(TURN * s->gravity / (2 * cell));
+        double all = 0, longer = 0, shorter = 0, step = 1e-4;
+        for (double f = 0.05; f < 60; f += step) {
+            double e = ll_ocean_energy(s, f + step / 2) * step;
+            all += e;
+            longer += f < slow ? e : 0;
+            shorter += f > fast ? e : 0;
+        }
+        between("longer", fit.longer, longer / all - 1e-3, longer / all + 1e-3);
+        between("shorter", fit.shorter, shorter / all - 1e-3, shorter / all + 1e-3);
+        between("height", fit.height, 4 * sqrt(all) * 0.999, 4 * sqrt(all) * 1.001);
+        if (row == 1) { /* no more energy than the box has room for, within what 40 bands make of it */
+            double carried = 0;
+            for (int64_t i = 0; i < s->waves; i++)
+                carried += pow(ll_ocean_wave(o, i).amplitude, 2) / 2;
+            between("carried", carried / all, 0.5, 1 - fit.shorter + 0.02);
+        }
+        free(o);
+    }
+}
+
 /* The same on every compiler and optimisation level. */
 static void hashes_are_the_same_everywhere(void **state)
 {
@@ -290,7 +323,7 @@ static void hashes_are_the_same_everywhere(void **state)
     static const struct {
         const char *settings;
         uint64_t hash;
-    } rows[] = {{"method=gerstner n=64 depth_m=30", 0x52da951841f24127},
+    } rows[] = {{"method=gerstner n=64 depth_m=30", 0x3e6a55575f9dafd5},
                 {"method=spectrum n=60 loop_s=12", 0x755e59c328b2e54c},
                 {"n=64 tile=32 loop_s=12 method=tiled", 0x37c5d124c435b964}};
     for (int i = 0; i < 3; i++) {
@@ -348,6 +381,7 @@ int main(void)
         cmocka_unit_test(frequencies_follow_dispersion),
         cmocka_unit_test(crests_run_at_the_speed_of_dispersion),
         cmocka_unit_test(gerstner_is_the_sum_of_its_waves),
+        cmocka_unit_test(what_does_not_fit_is_told),
         cmocka_unit_test(points_without_a_grid_are_the_grids),
         cmocka_unit_test(trochoids_lie_low),
         cmocka_unit_test(transforms_equal_the_direct_sum),

@@ -142,9 +142,38 @@ static void layers_are_as_large_as_they_say(void **state)
     }
 }
 
+/* Only where something does not fit is something told. */
+static void what_does_not_fit_is_told(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *scene, *settings;
+        int told;
+    } rows[] = {
+        {"sea", "params.n=64 params.length_m=400 params.wind_speed_mps=9", 0},
+        {"sea", "params.n=64 params.length_m=150 params.wind_speed_mps=18", 1},
+        {"sea", "params.n=64 params.length_m=3000 params.wind_speed_mps=6", 1},
+        {"cavity", "params.n=32 params.re=400", 0},
+        {"cavity", "params.n=32 params.re=2000", 1},
+        {"cylinder", "params.n=64 params.re=30", 1},
+        {"cylinder", "params.n=64 params.re=3000", 2},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        tank t = tank_open(rows[i].scene, rows[i].settings);
+        ll_fluid_notice all[LL_FLUID_NOTICES_MAX];
+        int told = t.scene->notices(t.block, all);
+        if (told != rows[i].told)
+            fail_msg("%s %s: %d", rows[i].scene, rows[i].settings, told);
+        for (int k = 0; k < told; k++)
+            assert_in_range(strlen(all[k].text), 60, sizeof all[k].text - 2);
+        tank_close(&t);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_does_not_fit_is_told),
         cmocka_unit_test(fronts_are_held_against_the_table),
         cmocka_unit_test(channels_are_held_against_the_series),
         cmocka_unit_test(columns_are_held_against_their_depth),

@@ -3,6 +3,7 @@
 #include "check.h"
 
 #include "daemon/host.h"
+#include "daemon/tasks.h"
 #include "session/scenario.h"
 
 #define MESSAGES 20
@@ -117,7 +118,10 @@ static void start(void)
     ll_param_defaults(&ll_host_table, &config);
     config.threads = 1;
     config.max_commands_per_s = 1e6;
-    ll_status status = ll_host_create(&config, NULL, &host);
+    ll_tasks *tasks;
+    ll_status status = ll_tasks_start(1, &tasks);
+    FUZZ_CHECK(!fuzz_failed(&status));
+    status = ll_host_create(&config, NULL, tasks, &host);
     FUZZ_CHECK(!fuzz_failed(&status));
     hooks = ll_host_hooks(host);
     status = ll_host_start(host, NULL);

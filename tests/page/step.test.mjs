@@ -39,6 +39,18 @@ test('Figure 4 shows the numbers of the paper, and what the listing really is', 
   await close();
 });
 
+test('each method tells its order on the problem, and the error of its worst component', async () => {
+  const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/lorentz`);
+  await page.waitForFunction(() => Number(document.querySelector('[data-motion="1/weighted"]')?.textContent) > 0);
+  const before = await page.locator('[data-order="0"]').textContent();
+  await page.locator('[data-path="methods.0.method"]').selectOption('yoshida4');
+  await page.waitForFunction(() => document.querySelector('[data-order="0"]')?.textContent?.includes('order 1 on'));
+  await page.locator('[data-path="methods.0.method"]').selectOption('rk4');
+  await page.waitForFunction(() => document.querySelector('[data-order="0"]')?.textContent?.includes('order 4 on'));
+  assert.match(before ?? '', /^Of order \d on this problem\.$/);
+  await close();
+});
+
 test('how a method is driven changes live, and the scenarios for it open', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=motion/accumulator`);
   await page.waitForSelector('[data-path="methods.0.steps"]', { state: 'attached' });

@@ -227,7 +227,7 @@ static void worlds_with_the_same_solver_stay_the_same(void **state)
     run_to(s, 180);
     near(metric(s, "energy_j"), metric(s, "beside.0.energy_j"), 0); /* with the first's substeps */
     assert_true(metric(s, "energy_j") != metric(s, "beside.1.energy_j"));
-    near(metric(s, "beside.1.passes_per_s"), 60 * 8, 0);
+    near(metric(s, "beside.1.passes_per_s"), 60 * 8 * 3, 0);
     patch(s, "{\"beside.0.solver.method\":\"pgs\"}");
     patch(s, "{\"gravity\":[1,-10]}"); /* which wakes all */
     run_to(s, 170);

@@ -41,7 +41,7 @@ export const FIELDS = ['x', 'y', 'vx', 'vy', 'angle', 'spin', 'flags', 'tail'];
  */
 
 /** @typedef {{status: number, t: number, error: number, errorMax: number, drift: number, evaluations: number, steps: number,
- *   rejected: number, state: number[]}} Motion  status: 0 ok, 1 diverged, 2 off, 3 failed */
+ *   rejected: number, weightedMax: number, state: number[]}} Motion  status: 0 ok, 1 diverged, 2 off, 3 failed */
 
 /** @typedef {{id: number, type: number, player: number, fate: number, outcome: number, begin: number, end: number,
  *   number: number, value: number}} Event */
@@ -146,7 +146,7 @@ export const NOBODY = -1, NOT_YET = -2; /* what a shot hits, instead of a body *
 
 /** `bytes` begins with the first of `count` records. @typedef {{bytes: DataView, count: number, stride: number}} Section */
 
-const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, RUNG = 24, MOTION = 64,
+const HEADER = 80, SECTION = 8, VIEW = 64, ENTITY = 32, EVENT = 32, PEER = 64, BUFFER = 32, BUFFERED = 24, RUNG = 24, MOTION = 72,
   SHOT = 80, SHOT_BODY = 24, SHELL_RECORD = 40, MEASURES = 48;
 
 /** @param {DataView} d @param {number} at @param {number} stride @returns {View} */
@@ -233,7 +233,7 @@ function motion(d, at, stride) {
   const count = Math.min(d.getUint16(at + 2, true), (stride - MOTION) / 8);
   const f = (/** @type {number} */ offset) => d.getFloat64(at + offset, true);
   return {
-    status: d.getUint8(at + 1), t: f(8), error: f(16), errorMax: f(24), drift: f(32), evaluations: f(40), steps: f(48), rejected: f(56),
+    status: d.getUint8(at + 1), t: f(8), error: f(16), errorMax: f(24), drift: f(32), evaluations: f(40), steps: f(48), rejected: f(56), weightedMax: f(64),
     state: Array.from({ length: count }, (_, k) => f(MOTION + 8 * k)),
   };
 }

@@ -12,7 +12,7 @@ import { link } from './early.js';
  *   view: left, right, bottom, top in m */
 /** @typedef {{name: string, help: string, shape: 'field' | 'points', columns: string[]}} FluidLayer */
 /** @typedef {{scene: string, title: string, help: string, source: string, method: string, hz: number, layers: FluidLayer[], view: number[],
- *   numbers: string[], beside?: FluidLayout[]}} FluidLayout  view: as of rigid bodies */
+ *   numbers: string[], notices?: string[], beside?: FluidLayout[]}} FluidLayout  view: as of rigid bodies */
 /** @typedef {{kind: string, width_m: number, height_m: number, round: boolean}} Shape */
 /** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene, entities: Shape[],
  *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null, rigid: RigidLayout | null, fluid: FluidLayout | null}} Layout

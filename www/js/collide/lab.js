@@ -177,12 +177,15 @@ function meter() {
       <span data-rigid=${`${i}/passed`}>–</span></div>`)}</section>`;
 }
 
+/** What a volume took to judge all pairs of a step. @param {number | undefined} ms */
+const perStep = (ms) => (ms === undefined ? '–' : fixed(1000 * ms, 2));
+
 /** @returns {Template | typeof nothing} */
 function judgements() {
   if (!params.value?.compare_volumes) return nothing;
   return html`<table class="data judged"><caption>Bounding volumes</caption><thead><tr><td></td><th scope="col">hits</th><th scope="col">false</th><th scope="col">missed</th>
-    <th scope="col">at (cm)</th></tr></thead><tbody>${VOLUMES.map((name, v) => html`<tr><th scope="row">${name}</th>
-      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}</tr>`)}</tbody></table>`;
+    <th scope="col">at (cm)</th><th scope="col">µs per step</th></tr></thead><tbody>${VOLUMES.map((name, v) => html`<tr><th scope="row">${name}</th>
+      ${['hits', 'false', 'missed', 'gap'].map((what) => html`<td data-rigid=${`volume${v}/${what}`}>–</td>`)}<td data-volume=${name}>${perStep(costs.value[0]?.[`volume_${name}`])}</td></tr>`)}</tbody></table>`;
 }
 
 const PHASES = /** @type {[string, string][]} */ ([

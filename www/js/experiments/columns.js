@@ -47,6 +47,28 @@ export function frontOf(rows, cost, error) {
   return front;
 }
 
+/** The metrics whose front is told: those that the experiment names, or cost and error. @param {any} experiment @returns {string[]} */
+export function frontMetricsOf(experiment) {
+  const { cost, error } = tradeOf(experiment);
+  return Array.isArray(experiment.front) ? experiment.front.map(String) : cost === '' ? [] : [cost, error];
+}
+
+/** The same of any number of metrics: no other point is as good in all and better in one. @param {Cells[]} rows @param {string[]} metrics @returns {Set<number>} places */
+export function frontOfAll(rows, metrics) {
+  if (metrics.length < 2) return new Set();
+  if (metrics.length === 2) return frontOf(rows, /** @type {string} */ (metrics[0]), /** @type {string} */ (metrics[1]));
+  const places = rows.map((row, i) => ({ i, sizes: metrics.map((name) => Math.abs(numberOf(row, name))) }))
+    .filter((p) => !(numberOf(/** @type {Cells} */ (rows[p.i]), 'failed') > 0) && p.sizes.every(Number.isFinite))
+    .sort((a, b) => a.sizes.reduce((order, size, k) => order || size - /** @type {number} */ (b.sizes[k]), 0));
+  /** @type {typeof places} */
+  const front = [];
+  for (const p of places) {
+    const beaten = front.some((q) => q.sizes.every((size, k) => size <= /** @type {number} */ (p.sizes[k])) && q.sizes.some((size, k) => size < /** @type {number} */ (p.sizes[k])));
+    if (!beaten) front.push(p);
+  }
+  return new Set(front.map((p) => p.i));
+}
+
 /** Three significant digits, powers of ten where the number is far from one. @param {number} value */
 export function exact(value) {
   if (!Number.isFinite(value)) return '–';
@@ -62,8 +84,24 @@ export const told = (value) => (typeof value === 'number' ? String(Number(value.
 /** How many points' repeats all gave the same: nothing random reaches their metrics, and there is no interval. @param {Cells[]} rows */
 export const identicalOf = (rows) => rows.filter((row) => row.identical === true).length;
 
-/** A mean, and the half width of its 95 % interval where there is one. @param {Cells} row @param {string} metric */
+/** The bounds of a mean's 95 % interval; NaN where there is none. @param {Cells} row @param {string} metric @returns {{low: number, high: number}} */
+export const boundsOf = (row, metric) => ({ low: numberOf(row, `${metric}.ci95_low`), high: numberOf(row, `${metric}.ci95_high`) });
+
+/** By which method the interval was made, or why there is none. @param {Cells} row @param {string} metric */
+export const methodOf = (row, metric) => (typeof row[`${metric}.ci95_method`] === 'string' ? String(row[`${metric}.ci95_method`]) : '');
+
+/** A mean, and what its 95 % interval goes from and to, where there is one; an open end where one bound is not known. @param {Cells} row @param {string} metric */
 export function meanOf(row, metric) {
-  const mean = numberOf(row, metric), half = numberOf(row, `${metric}.ci95`);
-  return Number.isFinite(half) && Number.isFinite(mean) ? `${exact(mean)} ± ${exact(half)}` : exact(mean);
+  const mean = numberOf(row, metric), { low, high } = boundsOf(row, metric);
+  if (!Number.isFinite(mean) || (!Number.isFinite(low) && !Number.isFinite(high))) return exact(mean);
+  if (!Number.isFinite(high)) return `${exact(mean)} (from ${exact(low)})`;
+  if (!Number.isFinite(low)) return `${exact(mean)} (to ${exact(high)})`;
+  return `${exact(mean)} (${exact(low)} to ${exact(high)})`;
+}
+
+/** What stands beside the mean: how the interval was made, and the spread of the runs. @param {Cells} row @param {string} metric */
+export function spreadOf(row, metric) {
+  const told = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)), method = methodOf(row, metric);
+  const spread = Number.isFinite(numberOf(row, `${metric}.sd`)) ? `SD ${told('sd')}, quartiles ${told('p25')}, ${told('p50')}, ${told('p75')}` : '';
+  return [method && `95 % interval: ${method}`, spread].filter(Boolean).join('; ');
 }

@@ -149,7 +149,7 @@ function axesPanel() {
       <button type="button" class="small" id="add-axis" ?disabled=${!free || d.axes.length >= 10} @click=${() => { if (free) write({ axes: [...d.axes, axisAround(free.path)] }); }}>Add an axis</button></div>
     ${d.axes.length === 0 ? html`<p class="facts">Nothing is varied: one point.</p>` : d.axes.map(axisPanel)}
     <div class="pair"><label class="field choice"><span>Points</span><select id="sampling" aria-invalid=${bad.is} aria-describedby=${bad.by} @change=${(/** @type {Event} */ event) => write({ sampling: valueOf(event) })}>
-      ${[['none', 'all combinations'], ['sobol', 'Sobol sequence'], ['random', 'at random']].map(([value, label]) => html`<option value=${value} .selected=${value === d.sampling}>${label}</option>`)}</select></label>
+      ${[['none', 'all combinations'], ['sobol', 'Sobol sequence'], ['lhs', 'Latin hypercube'], ['random', 'at random'], ['saltelli', 'for sensitivity indices']].map(([value, label]) => html`<option value=${value} .selected=${value === d.sampling}>${label}</option>`)}</select></label>
       ${d.sampling === 'none' ? nothing : html`<label class="field"><span class="unseen">How many points</span><input inputmode="numeric" autocomplete="off" class="narrow" .value=${d.points}
         @input=${(/** @type {Event} */ event) => write({ points: valueOf(event) })}></label>`}</div>${sentence('sample')}</fieldset>`;
 }

@@ -2,7 +2,7 @@
 import { drawPlot } from '../step/plot.js';
 import { paintOf } from '../theme.js';
 import { outline } from '../views/marks.js';
-import { numberOf } from './columns.js';
+import { boundsOf, numberOf } from './columns.js';
 
 /** @typedef {import('./shown.js').Cells} Cells */
 /** @typedef {{x: string, y: string, by: string, logX: boolean, logY: boolean}} Choice  by: the column of the series; empty: one series */
@@ -43,14 +43,14 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
   const mark = (/** @type {number} */ index, /** @type {number} */ series, /** @type {number} */ vx, /** @type {number} */ vy) => {
     if ((of.logX && vx <= 0) || (of.logY && vy <= 0)) return;
     const x = plot.toX(vx), y = plot.toY(vy), row = /** @type {Cells} */ (rows[index]);
-    const half = numberOf(row, `${of.y}.ci95`);
+    const { low, high } = boundsOf(row, of.y);
     pen.setLineDash([]);
-    if (half > 0 && (!of.logY || vy - half > 0)) {
+    if (low < high && (!of.logY || low > 0)) {
       pen.strokeStyle = colours.faint;
       pen.lineWidth = 1.5;
       pen.beginPath();
-      pen.moveTo(x, plot.toY(vy - half));
-      pen.lineTo(x, plot.toY(vy + half));
+      pen.moveTo(x, plot.toY(low));
+      pen.lineTo(x, plot.toY(high));
       pen.stroke();
     }
     outline(pen, series, x, y, front.has(index) ? size * 1.25 : size);

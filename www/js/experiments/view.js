@@ -7,7 +7,7 @@ import { mark } from '../panels.js';
 import { experiment, tell, theme } from '../state.js';
 import { palette } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { columnsOf, frontOf, meanOf, numberOf, told, tradeOf, identicalOf } from './columns.js';
+import { columnsOf, frontMetricsOf, frontOfAll, meanOf, numberOf, spreadOf, told, tradeOf, identicalOf } from './columns.js';
 import { choose, draft, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
@@ -58,11 +58,12 @@ const plotted = computed(() => {
   const by = c.by ?? axes.find((column) => !column.numbers && several(column.name))?.name ?? (axes.length > 1 ? axes.find((column) => column.name !== x && several(column.name))?.name : '') ?? '';
   return { x, y, by, logX: (c.logX ?? spans(x)) && positive(x), logY: (c.logY ?? spans(y)) && positive(y) };
 });
-/** The front, where both sides of the trade are plotted or tabled. */
-const front = computed(() => (trade.value.cost === '' ? new Set() : frontOf(points.value, trade.value.cost, trade.value.error)));
+/** The front, where both sides of the trade are plotted, or tabled; that of more metrics is tabled alone. */
+const fronted = computed(() => (record.value ? frontMetricsOf(record.value.experiment) : []));
+const front = computed(() => frontOfAll(points.value, fronted.value));
 const isTrade = computed(() => {
   const { x, y } = plotted.value, { error, cost } = trade.value;
-  return cost !== '' && ((x === cost && y === error) || (x === error && y === cost));
+  return cost !== '' && fronted.value.length === 2 && fronted.value.includes(cost) && fronted.value.includes(error) && ((x === cost && y === error) || (x === error && y === cost));
 });
 
 // ---- the head of the results ----
@@ -145,7 +146,7 @@ function words() {
   const row = points.value[selected.value];
   if (!row) return '';
   const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${told(row[column.name])}`);
-  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row, name)}`);
+  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row, name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`);
   return `Point ${row.point}${front.value.has(selected.value) ? ', on the front' : ''}: ${[...axes, ...values].join('; ')}`;
 }
 
@@ -203,16 +204,16 @@ function sortable(name, label) {
 /** @returns {Template} */
 function table() {
   const order = sorted(), list = columns.value;
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table class="data points"><caption>Points: mean ± half the 95 % interval</caption>
-    <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th scope="col">Runs</th>${trade.value.cost === '' ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table class="data points"><caption>Points: mean and its 95 % interval</caption>
+    <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th scope="col">Runs</th>${fronted.value.length === 0 ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
     <tbody>${order.slice(0, rowsShown.value).map((i) => {
       const row = /** @type {Cells} */ (points.value[i]);
       return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th scope="row">${row.point}</th>
-        ${list.map((column) => html`<td>${column.kind === 'axis' ? told(row[column.name]) : meanOf(row, column.name)}</td>`)}<td>${row.runs}</td>
-        ${trade.value.cost === '' ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
+        ${list.map((column) => (column.kind === 'axis' ? html`<td>${told(row[column.name])}</td>` : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`))}<td>${row.runs}</td>
+        ${fronted.value.length === 0 ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
         <td><button type="button" class="small" aria-label=${`Open point ${row.point} live`} @click=${(/** @type {Event} */ event) => { event.stopPropagation(); live(row); }}>Open</button></td></tr>`;
     })}</tbody></table></div>
-    ${identicalOf(points.value) > 0 ? html`<p class="facts" id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics: nothing random in this scenario reaches them, so there is no interval.</p>` : nothing}
+    ${identicalOf(points.value) > 0 ? html`<p class="facts" id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics: nothing random in this scenario reaches them, or what does is rare.</p>` : nothing}
     ${order.length > rowsShown.value ? html`<button type="button" @click=${() => { rowsShown.value += PAGE; }}>${many(order.length - rowsShown.value)} more points</button>` : nothing}`;
 }
 

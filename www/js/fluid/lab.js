@@ -274,7 +274,8 @@ export function fluidLab() {
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
         ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
       ${numbers()}
-      <div class="about"><p>${at?.help ?? ''}</p>${at?.source ? html`<p>Reference: ${at.source}</p>` : nothing}</div>
+      <div class="about"><p>${at?.help ?? ''}</p>${at?.source ? html`<p>Reference: ${at.source}</p>` : nothing}
+        ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>Does not fit.</strong> ${text}</p>`)}</div>
     </aside></main>`;
 }
 

@@ -35,6 +35,8 @@ const nameOf = (i) => String(params.value?.methods?.[i]?.method ?? '');
 const words = (/** @type {string} */ name) => name.replaceAll('_', ' ');
 /** @param {number} i */
 const isAdaptive = (i) => motion()?.methods.some((one) => one.method === nameOf(i) && one.adaptive) === true;
+/** The order of method `i` on this problem: forces that depend on velocities lower that of some. @param {number} i */
+const orderOf = (i) => motion()?.methods.find((one) => one.method === nameOf(i))?.order;
 const places = () => Array.from({ length: params.value?.methods?.length ?? 0 }, (_, i) => i);
 const unitOf = (/** @type {string} */ name) => {
   const unit = /_(m|mps|rad|radps)$/.exec(name)?.[1] ?? '';
@@ -60,6 +62,7 @@ function methodPanel(i) {
     <legend class="unseen">Method ${i + 1}</legend>
     <div class="head"><h2>${mark(i)} ${words(nameOf(i))}</h2>${control(`${at}.shown`, { label: 'Shown' })}</div>
     ${control(`${at}.method`, { label: 'Method' })}
+    <p class="facts" data-order=${i}>${orderOf(i) === undefined ? nothing : `Of order ${orderOf(i)} on this problem.`}</p>
     <div class="pair">${control(adaptive ? `${at}.tolerance` : `${at}.dt_s`, { label: adaptive ? 'Tolerance' : 'Step' })}
       <span class="units"><button type="button" aria-label=${`${adaptive ? '÷10' : '½'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 0.5)}>${adaptive ? '÷10' : '½'}</button><button
       type="button" aria-label=${`${adaptive ? '×10' : '×2'} ${word} of method ${i + 1}`} @click=${() => scaleStep(i, 2)}>${adaptive ? '×10' : '×2'}</button></span></div>
@@ -170,7 +173,8 @@ export function stepLab() {
       }}>${(at?.components ?? []).map((name, k) => html`<option value=${k} .selected=${k === component.value}>${name}</option>`)}</select></label>
       <button type="button" ?disabled=${measuring.value || locked.value !== ''} @click=${() => measure()}>${measuring.value ? 'Measuring' : 'Measure error against step and cost'}</button>
       <div class="wide-table" tabindex="0" role="region" aria-label="Numbers of now"><table class="data now"><caption>Now</caption><thead><tr><td></td>
-        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th scope="col">largest</th></tr></thead>
+        <th scope="col">t (s)</th><th scope="col">${at?.components[component.value] ?? ''}</th><th scope="col">error</th><th scope="col">largest</th>
+        <th scope="col"><abbr title="The largest error of the component that is worst, over its scale in the solution">weighted</abbr></th></tr></thead>
         <tbody><tr><th scope="row">solution</th>${cells(0)}</tr>
         ${places().map((i) => html`<tr><th scope="row">${mark(i)} ${words(nameOf(i))}</th>${cells(i + 1)}</tr>`)}</tbody></table></div>
       ${errata()}
@@ -179,7 +183,7 @@ export function stepLab() {
 
 /** @param {number} row @returns {Template[]} */
 function cells(row) {
-  return ['t', 'value', 'error', 'largest'].map((name) => html`<td data-motion=${`${row}/${name}`}>–</td>`);
+  return ['t', 'value', 'error', 'largest', 'weighted'].map((name) => html`<td data-motion=${`${row}/${name}`}>–</td>`);
 }
 
 // ---- drawing ----
@@ -201,11 +205,11 @@ function showNumbers(frame) {
   frame.motion.forEach((one, row) => {
     const off = row > 0 && one.status === 2;
     const values = { t: fixed(one.t, 3), value: fixed(one.state[component.value] ?? 0, 6), error: row === 0 ? '' : exact(one.error),
-      largest: row === 0 ? '' : exact(one.errorMax) };
+      largest: row === 0 ? '' : exact(one.errorMax), weighted: row === 0 ? '' : exact(one.weightedMax) };
     for (const [name, text] of Object.entries(values)) {
       const cell = document.querySelector(`[data-motion="${row}/${name}"]`);
       const failed = one.status === 1 ? 'diverged' : one.status === 3 ? 'failed' : '';
-      if (cell) cell.textContent = off ? '–' : failed && name === 'error' ? failed : failed && name === 'largest' ? '' : text;
+      if (cell) cell.textContent = off ? '–' : failed && name === 'error' ? failed : failed && (name === 'largest' || name === 'weighted') ? '' : text;
     }
   });
 }
