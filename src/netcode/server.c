@@ -229,7 +229,7 @@ ll_action ll_server_action(ll_server *server, int player, int64_t step)
     ll_action action;
     if (slot->tick == step) {
         action = slot->action;
-        seat->held = action;
+        seat->held = seat->connected ? action : (ll_action){0}; /* nothing of who is gone goes on */
         seat->held_step = step;
     } else {
         double steps_per_ms = (double)server->clock.freq / 1e6;

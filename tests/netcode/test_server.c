@@ -1,4 +1,5 @@
 /* The server: what it makes of the inputs that come, in whatever order and number. */
+#include "netcode/admission.h"
 #include "toy.h"
 
 /* The head of what an update sends. */
@@ -69,6 +70,29 @@ static void inputs_apply_at_their_step(void **state)
     assert_int_equal(s->seats[0].starved, 3); /* step 1, whose input was made but never came, 5 and 6 */
     assert_int_equal(s->seats[1].starved, 0); /* never came to be */
     free(s);
+}
+
+/* A player who is gone is neutral behind what has come, whatever stands in for others. */
+static void who_is_gone_is_neutral_behind_what_has_come(void **state)
+{
+    (void)state;
+    static const char *const starved[] = {"starved=decay", "starved=repeat", "starved=repeat_n",
+                                          "starved=neutral"};
+    for (int i = 0; i < 4; i++) {
+        ll_server *s = new_server(2, &ll_sync_free, 50, 50);
+        ll_input_message m = inputs(1, 4, (double[]){1, -0.5, 0.25, 0.75}); /* for steps 1 to 4 */
+        configure(s, (const char *[]){starved[i], NULL});
+        assert_int_equal(take(s, &ll_sync_free, &m, NULL), 4);
+        step(s, &ll_sync_free);
+        step(s, &ll_sync_free);
+        assert_true(ll_admission_tend(s, 0, LL_SECOND, s->seats[0].heard + 1001 * LL_MS));
+        const double expected[] = {0.75, 1.5, 1.5, 1.5, 1.5};
+        for (int k = 0; k < 5; k++) {
+            step(s, &ll_sync_free);
+            assert_true(at(s, 0) == expected[k]);
+        }
+        free(s);
+    }
 }
 
 static void repetitions_are_no_news(void **state)
@@ -546,6 +570,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(inputs_apply_at_their_step),
+        cmocka_unit_test(who_is_gone_is_neutral_behind_what_has_come),
         cmocka_unit_test(repetitions_are_no_news),
         cmocka_unit_test(late_inputs_are_told_and_not_applied),
         cmocka_unit_test(refused_inputs_are_neutral),
