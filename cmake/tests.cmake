@@ -106,7 +106,12 @@ endif()
 # ---- a second program, from the docs alone ----
 find_program(PYTHON_PROGRAM NAMES python3)
 if(PYTHON_PROGRAM AND TARGET laglab)
-    laglab_test(oracle.netgame oracle ${PYTHON_PROGRAM} tests/oracle/run.py --count 120 --seed 1)
+    laglab_test(oracle.netgame oracle ${PYTHON_PROGRAM} tests/oracle/run.py --count 150 --seed 1)
+    file(GLOB FOUND RELATIVE ${CMAKE_SOURCE_DIR}/tests/oracle/found CONFIGURE_DEPENDS tests/oracle/found/*.json)
+    foreach(name IN LISTS FOUND) # scenarios in which both once differed
+        string(REPLACE ".json" "" name ${name})
+        laglab_test(oracle.${name} oracle ${PYTHON_PROGRAM} tests/oracle/run.py --one tests/oracle/found/${name}.json)
+    endforeach()
 else()
     message(WARNING "python3 was not found: the oracle is left out")
 endif()

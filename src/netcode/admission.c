@@ -42,6 +42,10 @@ static void let_in(ll_server *server, bool with_world, int player, const ll_requ
     seat->newest = with_world ? first : seat->newest;
     seat->attempt = request->head.seq;
     seat->connected = 1;
+    if (with_world) {
+        server->uneven = 1;
+        server->even = now;
+    }
     seat->seen = now;
     seat->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
     seat->joins++;
@@ -76,6 +80,8 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
         return take_connect(server, with_world, player, &request, now, reply);
     if (!asks && seat->connected)
         return (ll_admitted){.game = head.epoch == seat->epoch};
+    if (head.type == LL_MESSAGE_PING)
+        seat->offset = head.count;
     if (asks && request.seen != LL_NEVER && request.seen > seat->seen) {
         seat->seen = request.seen;
         seat->heard = now;

@@ -188,6 +188,19 @@ static int64_t step_reached(const ll_client *c, const ll_client_setup *s, ll_tim
     return step;
 }
 
+uint8_t ll_client_offset(const ll_client *c, const ll_client_setup *s)
+{
+    const ll_clock_sync *clock = &c->connection.clock;
+    if (c->tick_due == LL_NEVER)
+        return 0; /* the game has not begun */
+    ll_time tick = ll_client_local(s, c->tick_due) + clock->offset - c->met_at;
+    if (tick < 0)
+        return 0;
+    tick -= ll_tick_time(ll_tick_at(tick, c->clock.freq), c->clock.freq);
+    int64_t whole = ll_tick_at(tick + (ll_clock_sync_round_trip(clock) + 1) / 2, c->clock.freq);
+    return (uint8_t)(whole < UINT8_MAX ? whole : UINT8_MAX);
+}
+
 void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_time now)
 {
     if (!s->sync->leads || c->tick_due == LL_NEVER)
@@ -456,9 +469,10 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
 static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
     int64_t ahead = c->tick - c->confirmed;
+    ll_time heard = c->heard < 0 ? 0 : c->heard; /* before the first state comes: that of step 0, at once */
     if (s->sync->answers)
         return ahead == 0;
-    if (now - c->heard > QUIET * c->period)
+    if (now - heard > QUIET * c->period)
         return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
     return ll_budget_ticks(c->clock.freq) - 1 - ahead;
 }
@@ -566,8 +580,16 @@ static bool sends_now(const ll_client *c, const ll_client_setup *s)
     return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
 }
 
-/* A packet holds a run of inputs up to the newest. Where the server waits for each of them and they are too
- * many for one, every other packet holds older ones instead: from the oldest that is open on, in turns. */
+/* Whether the oldest input that is open would have its answer if it had come. */
+static bool overdue(const ll_client *c, ll_time now)
+{
+    const ll_pending *oldest = &c->pending[(c->acked + 1) & (LL_PENDING_RING - 1)];
+    return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->period;
+}
+
+/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, more are open
+ * than one holds, and the oldest is overdue, every other packet holds older ones instead: from the oldest
+ * that is open on, in turns. */
 static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
 {
     uint32_t open = c->seq - c->acked, fresh = c->seq - c->composed;
@@ -590,9 +612,11 @@ static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input
     if (count > LL_INPUTS_MAX)
         count = LL_INPUTS_MAX;
     uint32_t first = c->seq - count + 1;
-    if (s->sync->waits && open > count && (c->frame & 1)) {
+    if (s->sync->waits && open > count && (c->frame & 1) && overdue(c, now)) {
         uint32_t turns = (open - 1) / count;
         first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
+        c->composed -= fresh; /* they go with the next packet */
+        fresh = 0;
     }
     return put_inputs(c, s, first, count, fresh, m);
 }

@@ -218,6 +218,10 @@ void ll_client_join(ll_client *client, const ll_client_setup *setup, uint16_t ep
 /* The connection is over: what is open will never be applied. */
 void ll_client_leave(ll_client *client, const ll_client_setup *setup);
 
+/* How many whole intervals of its ticks after the game began its first input would come at the server, by the
+ * measured clock; at most 255. */
+uint8_t ll_client_offset(const ll_client *client, const ll_client_setup *setup);
+
 /* Makes the next input for the step that it can be in time for, by the measured clock: where the difference
  * is LL_CLOCK_SNAP or more, or `always`. Steps in between get no input. */
 void ll_client_align(ll_client *client, const ll_client_setup *setup, bool always, ll_time now);

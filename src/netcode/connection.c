@@ -101,6 +101,7 @@ int ll_connection_tend(ll_client *c, const ll_client_setup *s, ll_time now, void
         return 0;
     bool in = asks_in(n);
     ll_request_message m = {.head = {.type = in ? LL_MESSAGE_CONNECT : LL_MESSAGE_PING,
+                                     .count = in ? 0 : ll_client_offset(c, s),
                                      .epoch = n->epoch,
                                      .seq = in ? n->attempt : ++n->pings},
                             .sent = ll_client_local(s, now),

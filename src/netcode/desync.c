@@ -104,6 +104,20 @@ static void begin(ll_desync *d, const ll_client *c, const ll_client_setup *s, co
                                                               .value = (float)field_ulps(d, truth, world)});
 }
 
+/* Who plays alone may be further ahead of the server than it keeps worlds, and the server of who was dropped
+ * and does not know it further than it keeps hashes: what is gone is compared with nothing. `begin` needs the
+ * world before as well. */
+static bool kept(const ll_peer *peer, int64_t tick)
+{
+    return tick - 1 > peer->tick - LL_PEER_RING;
+}
+
+static bool same(const ll_peer *peer, const ll_server *server, int64_t tick)
+{
+    return !ll_server_has_hash(server, tick) ||
+           peer->hashes[tick & (LL_PEER_RING - 1)] == server->hashes[tick & (LL_HASH_RING - 1)];
+}
+
 void ll_desync_observe(ll_desync *d, const ll_client *c, const ll_client_setup *s, const ll_server *server)
 {
     const ll_peer *peer = ll_client_peer(c);
@@ -113,10 +127,13 @@ void ll_desync_observe(ll_desync *d, const ll_client *c, const ll_client_setup *
         int64_t tick = ++d->compared;
         if (d->tick >= 0)
             step_truth(truth, s, server, tick);
-        else if (peer->hashes[tick & (LL_PEER_RING - 1)] != server->hashes[tick & (LL_HASH_RING - 1)])
-            begin(d, c, s, server);
-        else
+        if (!kept(peer, tick))
             continue;
+        if (d->tick < 0) {
+            if (same(peer, server, tick))
+                continue;
+            begin(d, c, s, server);
+        }
         measure(d, truth, ll_peer_world(c, tick), tick, server->clock.freq);
     }
 }

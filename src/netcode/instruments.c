@@ -170,28 +170,34 @@ static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
 }
 
 /* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a
- * negative number. */
+ * negative number, step 0 as -1. */
 static int64_t when_of(const ll_client *c, int entity)
 {
-    return c->view_step >= 0 ? -c->view_step : ll_client_marks_const(c)[entity].time;
+    return c->view_step >= 0 ? -1 - c->view_step : ll_client_marks_const(c)[entity].time;
+}
+
+static int64_t step_of(int64_t when)
+{
+    return -1 - when;
 }
 
 static bool has_been(const ll_history *history, int64_t when, ll_time now)
 {
-    return when < 0 ? -when < history->count : when <= now;
+    return when < 0 ? step_of(when) < history->count : when <= now;
 }
 
 static ll_moment moment_of(const ll_history *history, int64_t when)
 {
-    return when < 0 ? ll_history_step(-when) : ll_history_find(history, when);
+    return when < 0 ? ll_history_step(step_of(when)) : ll_history_find(history, when);
 }
 
+/* A step that the server has not made has no time yet: it is of now. */
 static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
 {
     int64_t when = when_of(c, entity);
-    if (when < 0 && has_been(history, when, now))
-        return ll_history_time(history, -when);
-    return ll_client_marks_const(c)[entity].time;
+    if (when >= 0)
+        return ll_client_marks_const(c)[entity].time;
+    return has_been(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
 /* M5 of what is drawn ahead of the server. */

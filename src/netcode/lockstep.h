@@ -10,3 +10,9 @@
 ll_time ll_lockstep_due(const ll_server *server);
 void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
                       ll_time now);
+
+/* The same where inputs are in flight: for a while after an outage steps are made where the inputs of the
+ * player who is farthest have them, as at the start. */
+ll_time ll_lockstep_due_in_rhythm(const ll_server *server);
+void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
+                                ll_time now);

@@ -5,6 +5,7 @@
 #include "base/assert.h"
 
 #include "netcode/gunner.h"
+#include "netcode/hold.h"
 
 /* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
 #define HASHES_EVERY 4
@@ -88,6 +89,24 @@ static const char *take_part(ll_peer *peer, const char *at)
     return (const char *)(runs + part->runs);
 }
 
+/* The first relay comes when the game has begun, an update later, and by the way down. */
+static void hear_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    ll_time update = (ll_time)(1e9 / s->rules->update_hz);
+    ll_time since = peer->relayed != 0 ? peer->relayed : c->met_at + ll_hold_way(&c->connection.clock);
+    peer->gap |= now - since > update + c->period + LL_HOLD_GAP;
+    peer->relayed = now;
+    if (m->hold == 0)
+        return;
+    peer->gap &= m->resume != 0;
+    bool news = m->hold > peer->hold || (m->hold == peer->hold && m->resume > peer->resume);
+    if (m->hold >= c->tick && news) {
+        peer->hold = m->hold;
+        peer->resume = m->resume;
+    }
+}
+
 int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, int bytes, ll_time now)
 {
     (void)bytes;
@@ -106,6 +125,7 @@ int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, 
         c->latest_tick = c->confirmed = m->tick;
         c->latest_time = m->time;
     }
+    hear_hold(c, s, m, now);
     const char *at = (const char *)(m + 1);
     for (int i = 0; i < m->head.count; i++)
         at = take_part(peer, at);
@@ -133,6 +153,7 @@ static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
 static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
+    newest = peer->hold != 0 && newest > peer->hold ? peer->hold : newest;
     while (c->tick < newest) {
         bool early = c->tick < peer->start + s->config->input_delay_ticks;
         ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
@@ -186,7 +207,7 @@ static void keep_pace(ll_client *c)
 {
     ll_peer *peer = ll_client_peer(c);
     double most = 0;
-    if (c->frame % FAIR_EVERY != 0)
+    if ((c->frame - peer->paced) % FAIR_EVERY != 0)
         return;
     for (int p = 0; p < ll_client_shown(c)->players; p++) {
         double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
@@ -196,9 +217,30 @@ static void keep_pace(ll_client *c)
     peer->rest = most < FAIR_MAX ? (int32_t)most : FAIR_MAX;
 }
 
+/* A hold ends as the game begins: with nothing in flight, and nothing known of the pace. */
+static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    ll_time until = c->met_at + ll_tick_time(peer->resume, c->clock.freq);
+    if (peer->resume == 0 || ll_client_local(s, now) + c->connection.clock.offset < until - LL_HOLD_BLUR)
+        return;
+    peer->hold = peer->resume = 0;
+    peer->paced = c->frame - 1;
+    peer->rest = 0;
+    for (int p = 0; p < ll_client_shown(c)->players; p++) {
+        peer->player[p].at = -1;
+        peer->player[p].ahead = peer->player[p].behind = 0;
+    }
+}
+
 static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
+    if (peer->hold != 0 && peer->tick >= peer->hold) {
+        stall(c, s, 0, now);
+        s->instruments->stepping.rested_frames += now >= s->instruments->from;
+        return false;
+    }
     stall(c, s, missing(peer, ll_client_shown(c)->players, guesses_max(s)), now);
     if (peer->waiting != 0)
         return false;
@@ -251,7 +293,9 @@ static int compose(const ll_client *c, void *packet)
     for (int64_t k = hashed; k <= peer->confirmed && c->frame % HASHES_EVERY == 0; k++)
         hash[hashes++] = peer->hashes[k & (LL_PEER_RING - 1)];
     *m = (ll_peer_message){.head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, c->acked + 1},
-                           .tick = first,
+                           .tick = (int32_t)first,
+                           .way = (uint32_t)(ll_hold_way(&c->connection.clock) / 1000 + 1) |
+                                  (peer->gap ? LL_WAY_GAP : 0),
                            .at = (int32_t)peer->tick,
                            .hashed = (int32_t)hashed,
                            .runs = (uint32_t)runs,
@@ -269,6 +313,7 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
         return 0;
     }
     ll_peer_roll_back(c, s, now);
+    end_hold(c, s, now);
     make_inputs(c, s, peer->tick + 1 + delay, now);
     if (may_step(c, s, now)) {
         ll_peer_step(c, s);

@@ -1,6 +1,7 @@
 #include "netcode/referee.h"
 
 #include "base/hash.h"
+#include "netcode/hold.h"
 
 uint32_t ll_world_hash(const ll_world *world)
 {
@@ -63,25 +64,29 @@ void ll_referee_step(ll_server *server, const ll_game *game, const ll_game_env *
 
 /* ---- packets ---- */
 
-static void hear(ll_refereed *peer, const ll_peer_message *m, const ll_heard *heard, int players)
+static void hear(const ll_server *server, ll_refereed *peer, const ll_peer_message *m, const ll_heard *heard)
 {
-    for (int p = 0; p < players; p++) {
+    bool paced = !ll_hold_waits(server, m->tick + m->head.count - 1);
+    for (int p = 0; p < server->players; p++) {
         if (heard[p].known > peer->heard[p].known)
             peer->heard[p].known = heard[p].known;
-        if (m->at >= peer->at)
+        if (m->at >= peer->at && paced)
             peer->heard[p].ahead = heard[p].ahead;
     }
-    peer->at = m->at > peer->at ? m->at : peer->at;
+    if (m->at > peer->at && paced)
+        peer->at = m->at;
 }
 
-/* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again. */
+/* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again.
+ * One that comes so late that the server's own is gone is taken for equal. */
 static void compare(ll_server *server, ll_refereed *peer, int64_t first, const uint32_t *hashes,
                     int64_t count)
 {
     int64_t end = first + count <= server->step ? first + count : server->step + 1;
     for (int64_t k = peer->hashed >= first ? peer->hashed + 1 : first; k < end; k++) {
         peer->hashed = k;
-        if (peer->desync < 0 && hashes[k - first] != server->hashes[k & (LL_HASH_RING - 1)])
+        if (peer->desync < 0 && ll_server_has_hash(server, k) &&
+            hashes[k - first] != server->hashes[k & (LL_HASH_RING - 1)])
             peer->desync = k;
     }
 }
@@ -116,7 +121,7 @@ int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const vo
     const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
     ll_seat *seat = &server->seats[player];
     ll_input_message inputs = {.wants = 0}; /* of states, which nobody gets here */
-    hear(&seat->peer, m, heard, server->players);
+    hear(server, &seat->peer, m, heard);
     compare(server, &seat->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
     unpack(server, seat, m, runs, &inputs);
     /* An input is for its own tick alone, however many come at once: after an outage all that were open do.
@@ -124,6 +129,7 @@ int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const vo
     seat->allowance = (ll_allowance){ll_rate_burst(server->client_freq), now};
     int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
     ll_referee_fill(server, now);
+    ll_hold_follow(server, sync, player, m, now);
     return judged;
 }
 
@@ -171,9 +177,11 @@ int ll_referee_compose(ll_server *server, const ll_sync *sync, int player, void 
                                      .count = (uint8_t)(server->players - 1),
                                      .epoch = seat->epoch,
                                      .seq = (uint32_t)(known(server, seat) - seat->first)},
-                            .tick = server->step,
+                            .tick = (int32_t)server->step,
+                            .hold = (int32_t)server->hold,
                             .time = server->stepped,
-                            .hashed = seat->peer.hashed};
+                            .hashed = (int32_t)seat->peer.hashed,
+                            .resume = (int32_t)server->resume};
     char *at = (char *)(m + 1);
     for (int other = 0; other < server->players; other++)
         if (other != player)

@@ -29,6 +29,7 @@ void ll_server_configure(ll_server *server, const ll_server_config *config)
     server->refused = config->refused;
     server->starved = config->starved;
     server->starved_ticks = (int32_t)config->starved_ticks;
+    server->rollback = (int32_t)config->max_rollback_ticks;
     server->starved_tau_ms = config->starved_tau_ms;
     server->grid = (ll_grid){(float)config->quantum_m, (float)config->quantum_mps, (float)config->quantum_rad,
                              (float)config->quantum_radps};
@@ -54,7 +55,7 @@ void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
     seat->account = (ll_time_account){0, now};
     seat->first = step;
-    seat->peer = (ll_refereed){.at = -1, .hashed = step, .desync = -1};
+    seat->peer = (ll_refereed){.at = -1, .came = now, .hashed = step, .desync = -1};
     for (int i = 0; i < LL_PLAYERS_MAX; i++)
         seat->peer.heard[i].known = (int32_t)step;
 }
@@ -68,6 +69,9 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
     server->update = 1;
     server->stepped = now;
     server->tend = now + LL_TEND_EVERY;
+    server->hold = server->resume = 0;
+    server->even = now;
+    server->uneven = 0;
     server->client_freq = client_freq;
     ll_baselines_clear(ll_server_baselines(server));
     for (int i = 0; i < server->players; i++) {
@@ -225,7 +229,7 @@ ll_action ll_server_action(ll_server *server, int player, int64_t step)
     ll_action action;
     if (slot->tick == step) {
         action = slot->action;
-        seat->held = action;
+        seat->held = seat->connected ? action : (ll_action){0}; /* nothing of who is gone goes on */
         seat->held_step = step;
     } else {
         double steps_per_ms = (double)server->clock.freq / 1e6;

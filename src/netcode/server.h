@@ -36,6 +36,8 @@ typedef struct ll_input_slot {
 typedef struct ll_refereed {
     int32_t at; /* its tick; -1: not heard of */
     int32_t reserved;
+    ll_time way;  /* to its client, as that measured it; 0: none of its packets has come */
+    ll_time came; /* when the last of them came; before, when its epoch began */
     ll_heard heard[LL_PLAYERS_MAX];
     int64_t hashed; /* its hashes up to this tick have been compared */
     int64_t desync; /* the first that differed; -1: none */
@@ -72,7 +74,8 @@ typedef struct ll_seat {
     int64_t first;    /* its inputs count for the steps behind this one */
     uint32_t attempt; /* of the client's, by which it was let in */
     uint16_t epoch;
-    uint8_t connected, reserved;
+    uint8_t connected;
+    uint8_t offset; /* lockstep_pipelined: of its inputs, in whole intervals, as its pings tell */
     int64_t joins, drops;
     ll_time waited; /* both locksteps: that everybody waited for this player's inputs, the last to come */
     int64_t accepted, duplicate, late, starved;
@@ -94,12 +97,17 @@ typedef struct ll_server {
     uint16_t epoch; /* the last that was given out */
     uint16_t codec; /* index into ll_codecs */
     uint32_t validates;
-    int32_t refused;               /* ll_refused */
-    int32_t starved;               /* index into ll_starves */
-    int32_t starved_ticks;         /* that repeat_n repeats for */
-    double starved_tau_ms;         /* that decay takes */
-    ll_grid grid;                  /* that the codec rounds to */
-    ll_time from;                  /* what snapshots cost counts from then on */
+    int32_t refused;       /* ll_refused */
+    int32_t starved;       /* index into ll_starves */
+    int32_t starved_ticks; /* that repeat_n repeats for */
+    double starved_tau_ms; /* that decay takes */
+    ll_grid grid;          /* that the codec rounds to */
+    ll_time from;          /* what snapshots cost counts from then on */
+    int32_t rollback;      /* rollback: how far clients may step on by guesses */
+    uint32_t uneven;       /* deterministic and rollback: the network failed, a hold is to follow */
+    int64_t hold, resume;  /* netcode/hold.h, as a relay tells them */
+    ll_time even; /* lockstep_pipelined: steps before then keep to the rhythm of one player; deterministic and
+                     rollback: no hold before then */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
     ll_seat seats[];               /* one per player; then the world; then the baselines */
 } ll_server;
@@ -111,6 +119,12 @@ size_t ll_server_size(int players, ll_extent extent); /* a multiple of 8 */
 /* All zero but for the size of the world: what is in it is the caller's to set. */
 void ll_server_init(ll_server *server, int players, ll_extent extent);
 void ll_server_configure(ll_server *server, const ll_server_config *config); /* how it sends its world */
+
+/* Whether the hash of its world after `step` is kept. */
+static inline bool ll_server_has_hash(const ll_server *server, int64_t step)
+{
+    return step <= server->step && step > server->step - LL_HASH_RING;
+}
 
 static inline ll_world *ll_server_world(ll_server *server)
 {

@@ -122,11 +122,14 @@ typedef struct ll_heard {
     int32_t ahead; /* is so many ticks ahead of it */
 } ll_heard;
 
+#define LL_WAY_GAP (UINT32_C(1) << 31)
+
 /* From a client: all inputs that are not acknowledged, head.count of them, and the hashes of its world after
  * ticks hashed, hashed + 1, ... that are not. An ll_heard per player, runs and hashes (uint32_t) follow. */
 typedef struct ll_peer_message {
     ll_message_head head;
-    int64_t tick;   /* that the first input is for */
+    int32_t tick;   /* that the first input is for */
+    uint32_t way;   /* as it measured it, one way, us; LL_WAY_GAP is set beside it where relays had stopped */
     int32_t at;     /* the client's tick */
     int32_t hashed; /* tick of the first hash */
     uint32_t runs, hashes;
@@ -135,9 +138,11 @@ typedef struct ll_peer_message {
 /* To a client: what it has not acknowledged of the others' inputs, a part per player. The parts follow. */
 typedef struct ll_relay_message {
     ll_message_head head; /* count: parts */
-    int64_t tick;         /* steps that the server has made */
-    ll_time time;         /* of the last, by the server's clock */
-    int64_t hashed;       /* the client's hashes up to this tick have come */
+    int32_t tick;         /* steps that the server has made */
+    int32_t hold;         /* nobody makes inputs for a tick beyond this one (netcode/hold.h); 0: no hold */
+    ll_time time;         /* of the last step, by the server's clock */
+    int32_t hashed;       /* the client's hashes up to this tick have come */
+    int32_t resume;       /* until so many ticks have passed since the game began; 0: that is not known yet */
 } ll_relay_message;
 
 /* The runs follow. */

@@ -6,12 +6,16 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/vtime.h"
 #include "session/internal.h"
 
 int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq)
 {
-    return step < head->timeline_count ? ll_tick_at((ll_time)llround(head->timeline[step].at_s * 1e9), freq)
-                                       : INT64_MAX;
+    if (step >= head->timeline_count)
+        return INT64_MAX;
+    ll_time at = (ll_time)llround(head->timeline[step].at_s * 1e9);
+    int64_t tick = ll_tick_at(at, freq);
+    return ll_tick_time(tick, freq) < at ? tick + 1 : tick; /* not before its time */
 }
 
 static ll_status in_step(const ll_status *status, int step)

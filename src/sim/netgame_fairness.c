@@ -33,20 +33,41 @@ static double round_trip_ms(const ll_netgame *g, int i)
 }
 
 typedef struct sums {
-    double n, x, x2, y, xy; /* x: the measure, y: the round trip */
-    double y2, min, max;
+    double n, x, x2, y2; /* x: the measure, y: the round trip */
+    double min, max;
+    double from_x, from_y;     /* the first player's */
+    double dx, dy, dy2, dx_dy; /* less these, so that round trips that are close are told apart */
 } sums;
+
+static void add(sums *s, double x, double y)
+{
+    if (s->n == 0) {
+        s->min = s->max = s->from_x = x;
+        s->from_y = y;
+    }
+    double dx = x - s->from_x, dy = y - s->from_y;
+    s->min = x < s->min ? x : s->min;
+    s->max = x > s->max ? x : s->max;
+    s->n++;
+    s->x += x;
+    s->x2 += x * x;
+    s->y2 += y * y;
+    s->dx += dx;
+    s->dy += dy;
+    s->dy2 += dy * dy;
+    s->dx_dy += dx * dy;
+}
 
 static cJSON *fairness_json(const sums *s)
 {
     cJSON *o = cJSON_CreateObject();
     bool several = s->n > 1;
-    double spread = s->n * s->y2 - s->y * s->y, least = 1e-9 * s->n * s->y2; /* what rounding leaves */
+    double spread = s->n * s->dy2 - s->dy * s->dy, least = 1e-9 * s->n * s->y2; /* what rounding leaves */
     double jain = s->x2 > 0 ? s->x * s->x / (s->n * s->x2) : 1;
     ll_netgame_number(o, "spread", several ? s->max - s->min : NAN);
     ll_netgame_number(o, "jain", several ? jain : NAN);
     ll_netgame_number(o, "per_ms_of_round_trip",
-                      several && spread > least ? (s->n * s->xy - s->x * s->y) / spread : NAN);
+                      several && spread > least ? (s->n * s->dx_dy - s->dx * s->dy) / spread : NAN);
     return o;
 }
 
@@ -62,14 +83,7 @@ void ll_netgame_add_fairness(const ll_netgame *g, cJSON *server, const cJSON *pl
             double x = value ? value->valuedouble : NAN, y = round_trip_ms(g, i);
             if (!(x - x == 0 && y - y == 0))
                 continue; /* nothing was counted, or nothing has arrived */
-            s.min = s.n == 0 || x < s.min ? x : s.min;
-            s.max = s.n == 0 || x > s.max ? x : s.max;
-            s.n++;
-            s.x += x;
-            s.x2 += x * x;
-            s.y += y;
-            s.y2 += y * y;
-            s.xy += x * y;
+            add(&s, x, y);
         }
         cJSON_AddItemToObject(fairness, measures[m].name, fairness_json(&s));
     }

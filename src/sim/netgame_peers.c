@@ -15,9 +15,14 @@ static double per_s(const ll_netgame *g, int i, double count)
     return ll_netgame_ratio(count, seconds > 0 ? seconds : 0);
 }
 
+static int64_t waited_frames(const ll_netgame *g, int i, int for_player)
+{
+    return ll_netgame_instruments(g, i)->stepping.waited_frames[for_player];
+}
+
 static double waited_s(const ll_netgame *g, int i, int for_player)
 {
-    return (double)ll_netgame_instruments(g, i)->stepping.waited_frames[for_player] * g->env.dt;
+    return (double)waited_frames(g, i, for_player) * g->env.dt;
 }
 
 static void desync(cJSON *player, const ll_netgame *g, int i)
@@ -63,9 +68,10 @@ void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
     int slowest = -1;
     double most = 0;
     for (int p = 0; p < g->config.player_count; p++) {
-        double sum = ll_to_s(ll_netgame_server(g)->seats[p].waited);
+        int64_t frames = 0; /* whole ones, so that equal sums are equal */
         for (int i = 0; i < g->config.player_count; i++)
-            sum += waited_s(g, i, p);
+            frames += waited_frames(g, i, p);
+        double sum = ll_to_s(ll_netgame_server(g)->seats[p].waited) + (double)frames * g->env.dt;
         if (sum > most) {
             most = sum;
             slowest = p;

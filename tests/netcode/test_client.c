@@ -320,7 +320,7 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
     ll_input_message m;
-    int oldest = 0, made = 0;
+    int oldest = 0, made = 0, told = 0;
     start_lone(l, 60, 0, 0);
     for (int f = 0; f < 400; f++) { /* the server steps at a third of the pace and tells of no input */
         int steps = f / 3, most = LL_BUDGET_TICKS - 1 + steps;
@@ -332,9 +332,12 @@ static void pipelined_lockstep_repeats_the_oldest(void **state)
         if (made > 16 && f % 2 == 0) { /* the older ones in turns, from the oldest on */
             int turns = (made - 1) / 16, first = 1 + (f + 1) / 2 % turns * 16;
             must_hold(&m, (uint32_t)first, 16, first);
+            assert_int_equal(m.fresh, 0); /* what is repeated tells nothing of the link */
             oldest += first == 1;
         } else {
             must_hold(&m, (uint32_t)(made - count + 1), count, made - count + 1);
+            assert_int_equal(m.fresh, made - told); /* also what was made with a packet of older ones */
+            told = made;
         }
     }
     assert_int_equal(made, LL_BUDGET_TICKS - 1 + 399 / 3);
@@ -405,6 +408,20 @@ static void pipelined_lockstep_waits_for_the_first_state_too(void **state)
         assert_int_equal(l->client->seq, before + 1);
         free_lone(l);
     }
+}
+
+/* The state of step 0 came at time 0: four intervals later, to the ns, the wait is not over yet. */
+static void pipelined_lockstep_waits_four_intervals_whole(void **state)
+{
+    (void)state;
+    lone *l = new_lone(1, &toy, &ll_sync_lockstep_pipelined);
+    ll_input_message m;
+    start_lone(l, 40, 0, 0); /* an interval is 25 ms to the ns */
+    for (int f = 0; f < 8; f++) {
+        assert_true(frame(l, f * 25 * LL_MS, &m) > 0);
+        assert_int_equal(l->client->seq, f < 4 ? f + 1 : 5);
+    }
+    free_lone(l);
 }
 
 /* Stop and wait: input n + 1 is made when the state that includes n has come, however long that takes, and
@@ -585,6 +602,7 @@ int main(void)
         cmocka_unit_test(pipelined_lockstep_repeats_the_oldest),
         cmocka_unit_test(pipelined_lockstep_makes_nothing_in_a_stall),
         cmocka_unit_test(pipelined_lockstep_waits_for_the_first_state_too),
+        cmocka_unit_test(pipelined_lockstep_waits_four_intervals_whole),
         cmocka_unit_test(lockstep_makes_one_input_a_state),
         cmocka_unit_test(cheats_send_what_they_say),
         cmocka_unit_test(a_leap_is_one_huge_input_now_and_then),

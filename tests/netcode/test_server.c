@@ -1,4 +1,5 @@
 /* The server: what it makes of the inputs that come, in whatever order and number. */
+#include "netcode/admission.h"
 #include "toy.h"
 
 /* The head of what an update sends. */
@@ -69,6 +70,29 @@ static void inputs_apply_at_their_step(void **state)
     assert_int_equal(s->seats[0].starved, 3); /* step 1, whose input was made but never came, 5 and 6 */
     assert_int_equal(s->seats[1].starved, 0); /* never came to be */
     free(s);
+}
+
+/* A player who is gone is neutral behind what has come, whatever stands in for others. */
+static void who_is_gone_is_neutral_behind_what_has_come(void **state)
+{
+    (void)state;
+    static const char *const starved[] = {"starved=decay", "starved=repeat", "starved=repeat_n",
+                                          "starved=neutral"};
+    for (int i = 0; i < 4; i++) {
+        ll_server *s = new_server(2, &ll_sync_free, 50, 50);
+        ll_input_message m = inputs(1, 4, (double[]){1, -0.5, 0.25, 0.75}); /* for steps 1 to 4 */
+        configure(s, (const char *[]){starved[i], NULL});
+        assert_int_equal(take(s, &ll_sync_free, &m, NULL), 4);
+        step(s, &ll_sync_free);
+        step(s, &ll_sync_free);
+        assert_true(ll_admission_tend(s, 0, LL_SECOND, s->seats[0].heard + 1001 * LL_MS));
+        const double expected[] = {0.75, 1.5, 1.5, 1.5, 1.5};
+        for (int k = 0; k < 5; k++) {
+            step(s, &ll_sync_free);
+            assert_true(at(s, 0) == expected[k]);
+        }
+        free(s);
+    }
 }
 
 static void repetitions_are_no_news(void **state)
@@ -392,11 +416,13 @@ static void lockstep_keeps_its_pace(void **state)
     const ll_sync *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
     double x = 0;
+    for (int64_t k = 1; k <= 3; k++) { /* some are there early */
+        ll_input_message early = patterned(k, 1);
+        take_at(s, sync, 0, &early, (k - 4) * 100 * LL_MS, NULL);
+    }
     for (int64_t k = 1; k <= 50; k++) {
-        ll_input_message a = patterned(k + 3, 1), b = patterned(k, 1), first = patterned(1, 3);
-        take_at(s, sync, 0, k == 1 ? &first : &a, (k - 1) * 100 * LL_MS, NULL); /* some are there early */
-        if (k == 1)
-            take_at(s, sync, 0, &a, 0, NULL);
+        ll_input_message a = patterned(k + 3, 1), b = patterned(k, 1);
+        take_at(s, sync, 0, &a, (k - 1) * 100 * LL_MS, NULL);
         take_at(s, sync, 1, &b, (k - 1) * 100 * LL_MS, NULL);
         assert_int_equal(sync->due(s), k * 100 * LL_MS);
         step(s, sync);
@@ -405,6 +431,37 @@ static void lockstep_keeps_its_pace(void **state)
         assert_int_equal(sync->due(s), LL_NEVER);
     }
     assert_int_equal(s->stalled, 0);
+    free(s);
+}
+
+/* Of two players whose inputs come 30 ms apart either may be the last of an interval. At the start it is B,
+ * who is farther. Then A's inputs stop for a while and come again a step later, so that B's are there early
+ * and A's are the last: steps stay where B's inputs have them, 30 ms later, for as long as it takes B to
+ * leave one out. */
+static void lockstep_finds_its_rhythm_again(void **state)
+{
+    (void)state;
+    const ll_sync *sync = &ll_sync_lockstep_pipelined;
+    ll_server *s = new_server(2, sync, 10, 10);
+    s->seats[0].offset = 1; /* as their pings tell: the first of A would come after 120 ms, of B after 250 */
+    s->seats[1].offset = 2;
+    ll_time slowest = 0;
+    for (int64_t k = 1; k <= 60; k++) {
+        ll_time outage = k > 20 ? 3 * 100 * LL_MS : 0; /* of A's, who is early by a step before */
+        ll_input_message a = patterned(k, 1), b = patterned(k, 1);
+        ll_time at_a = (k * 100 + 20) * LL_MS + outage, at_b = (k * 100 + 150) * LL_MS;
+        take_at(s, sync, at_a < at_b ? 0 : 1, at_a < at_b ? &a : &b, at_a < at_b ? at_a : at_b, NULL);
+        take_at(s, sync, at_a < at_b ? 1 : 0, at_a < at_b ? &b : &a, at_a < at_b ? at_b : at_a, NULL);
+        ll_time due = sync->due(s), natural = (at_a > at_b ? at_a : at_b) + 100 * LL_MS;
+        assert_true(due >= natural);
+        slowest = due - natural > slowest ? due - natural : slowest;
+        if (k <= 20)
+            assert_int_equal(due, natural);
+        else if (k > 21 && due < 21 * 100 * LL_MS + 4 * LL_SECOND)
+            assert_in_range(due - natural, 30 * LL_MS, 31 * LL_MS); /* B's 50 ms are A's 20 and 30 */
+        step(s, sync);
+    }
+    assert_true(slowest < 100 * LL_MS);
     free(s);
 }
 
@@ -513,6 +570,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(inputs_apply_at_their_step),
+        cmocka_unit_test(who_is_gone_is_neutral_behind_what_has_come),
         cmocka_unit_test(repetitions_are_no_news),
         cmocka_unit_test(late_inputs_are_told_and_not_applied),
         cmocka_unit_test(refused_inputs_are_neutral),
@@ -526,6 +584,7 @@ int main(void)
         cmocka_unit_test(clocks_start_again),
         cmocka_unit_test(lockstep_waits_for_everybody),
         cmocka_unit_test(lockstep_keeps_its_pace),
+        cmocka_unit_test(lockstep_finds_its_rhythm_again),
         cmocka_unit_test(lockstep_makes_up_for_a_stall),
         cmocka_unit_test(lockstep_does_not_wait_for_who_is_gone),
         cmocka_unit_test(gambetta_drains_what_has_come),

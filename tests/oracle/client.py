@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 
 from connection import AGAIN, ANSWERS, PLAYS, Connection
-from draws import SECOND, first_tick_from, millihertz, ns, single, tick_time, trunc, unit
+from draws import SECOND, first_tick_from, last_tick_at, millihertz, ns, single, tick_time, trunc, unit
 from interpolation import KEPT, DrawnTime, Reference, between, delay_ns
 
 SNAP = 100 * 10**6
@@ -142,7 +142,16 @@ class Client:
                 self.loses_connection(now)
             else:
                 c.next_request = now + AGAIN[c.state]
-                self.send(now, what, {"asked": c.shown(now), "answer": c.newest_answer, "attempt": c.attempt}, PING_BYTES)
+                self.send(now, what, {"asked": c.shown(now), "answer": c.newest_answer, "attempt": c.attempt, "offset": self.offset(now)},
+                          PING_BYTES)
+
+    def offset(self, now):
+        """How many whole intervals after the game began its first input would come."""
+        tick = self.connection.shown(self.next_tick()) + self.connection.offset
+        if now < 0 or tick < 0:
+            return 0
+        within = tick - tick_time(self.tick_hz, last_tick_at(self.tick_hz, tick))
+        return min(255, last_tick_at(self.tick_hz, within + self.connection.half_trip()))
 
     def loses_connection(self, now):
         c = self.connection
@@ -254,10 +263,13 @@ class Client:
         o = [i for i in self.inputs if i.number > self.newest.last]
         chosen = o[-16:]
         n = self.ticks
-        if len(o) > 16 and n % 2:
+        overdue = o and now - o[0].made > self.connection.longest() + 4 * tick_time(self.tick_hz, 1)
+        if len(o) > 16 and n % 2 and overdue:
             first = 16 * ((n // 2) % ((len(o) - 1) // 16))
             chosen = o[first:first + 16]
-        fresh, self.unsent = self.number - self.unsent, 0
+        fresh = self.number - self.unsent
+        if not chosen or chosen[-1].number == self.number:
+            self.unsent = 0
         if chosen:
             self.send(now, "inputs", {"inputs": chosen, "fresh": fresh}, INPUTS_HEADER + INPUT_BYTES * len(chosen))
 

@@ -8,6 +8,7 @@ SILENCE = 100 * 10**6
 STALL = SECOND // 2
 ANSWERS = 5
 RING = 8
+ORDER = ("timeout", "stall", "connect", "ping")  # at one instant
 PLAYS = ("playing", "stalled", "resynchronising")
 
 
@@ -45,7 +46,7 @@ class Connection:
             events.append((self.heard + STALL, "stall"))
         if timeout_s > 0 and self.state not in ("connecting", "disconnected"):
             events.append((self.heard + int(timeout_s * SECOND), "timeout"))
-        return min(events)
+        return min(events, key=lambda event: (event[0], ORDER.index(event[1])))
 
     def enter(self, state, now):
         if state == "playing":

@@ -57,6 +57,12 @@ def tick_time(rate, k):
     return k * 10**12 // millihertz(rate)
 
 
+def last_tick_at(rate, t):
+    """The last tick that is not after t."""
+    k = t * millihertz(rate) // 10**12
+    return k + 1 if tick_time(rate, k + 1) <= t else k
+
+
 def first_tick_from(rate, t):
     """The first tick that is not before t."""
     k = max(0, t * millihertz(rate) // 10**12)

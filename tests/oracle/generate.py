@@ -1,6 +1,8 @@
 """Random scenarios: what the oracle knows of, crossed at random."""
 
-SYNCS = ("free", "lockstep", "lockstep_pipelined", "gambetta")
+import peer_scenarios as peers
+
+SYNCS = ("free", "lockstep", "lockstep_pipelined", "gambetta", "deterministic", "rollback")
 
 
 def maybe(r, share, values, otherwise=None):
@@ -92,6 +94,8 @@ def scenario(r, sync):
                    "starved": r.choice(["decay", "decay", "repeat", "repeat_n", "neutral"])},
         "players": [player(r, sync, rough, tick_hz) for _ in range(r.choice([1, 2, 2, 3, 4]))],
     }
+    if sync in peers.SYNCS:
+        return peers.enrich(r, given)
     if r.random() < 0.3:
         outages(r, given, sync)
     for one in given["players"]:

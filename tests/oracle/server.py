@@ -2,13 +2,14 @@
 
 from dataclasses import dataclass, replace
 
-from draws import SECOND, single, tick_time
+from draws import SECOND, last_tick_at, single, tick_time
 
 PONG_BYTES, STATE_HEADER = 40, 48
 CONNECT_AGE = 3 * SECOND
 QUIET = 100 * 10**6
 LOOK = 100 * 10**6
 WORDS = 16  # of 32 inputs each, with `per_input`
+LATE, RHYTHM = 60 * 10**6, 4 * SECOND
 
 
 @dataclass
@@ -43,6 +44,8 @@ class Seat:
         self.starved_for = 0
         self.slack, self.slack_number = None, 0
         self.last_slack = 0
+        self.joined_again = False  # since the game began
+        self.offset = 0  # of its inputs in whole intervals, as its pings tell
         self.ahead = None  # step - number of every input of this epoch
         self.last = self.applied = self.decided = 0
         self.wants = self.wants_axes = False  # a bit for each input; what others do
@@ -64,6 +67,7 @@ class Server:
         self.history = {0: self.world}
         self.times = {0: 0}
         self.stepped_at = 0
+        self.rhythm_until = 0
 
     # ---- connections ----
 
@@ -78,6 +82,7 @@ class Server:
                 known = True
             self.reply(now, index, "accept" if known else "pong", body)
         elif kind == "ping":
+            seat.offset = body["offset"]
             if body["answer"] is not None and body["answer"] > seat.known_answer:
                 seat.known_answer, seat.known_at = body["answer"], now
             self.reply(now, index, "pong", body)
@@ -96,6 +101,7 @@ class Server:
 
     def let_in(self, now, seat, answer):
         seat.connected = True
+        seat.joined_again = now > 0
         self.epoch += 1
         seat.epoch = self.epoch
         self.axes[self.seats.index(seat)] = 0.0
@@ -180,10 +186,40 @@ class Server:
         came = [seat.came.get(self.step + 1) for seat in self.seats if seat.connected]
         if not came or None in came:
             return None
-        return max(max(came) + interval, self.sim.now, self.stepped_at + interval // 4 if self.step else 0)
+        due = max(came) + interval
+        if self.sim.sync == "lockstep_pipelined" and self.stepped_at < due < self.rhythm_until:
+            due = self.in_rhythm(due, interval)
+        return max(due, self.sim.now, self.stepped_at + interval // 4 if self.step else 0)
+
+    def in_rhythm(self, due, interval):
+        """A step that is due waits for the instant at which the inputs of the farthest would have it made."""
+        there = [seat for seat in self.seats if seat.connected and seat.came]
+        far = max(there, key=self.farness)
+        if far.came[self.step + 1] + interval == due:
+            return due
+        behind = (due - far.came[max(far.came)]) % interval
+        if behind > interval // 256:
+            behind -= interval
+        return due + max(0, interval // 256 // 2 - behind)
+
+    def farness(self, seat):
+        came, hz = max(0, seat.came[max(seat.came)]), self.sim.step_hz
+        return came - tick_time(hz, last_tick_at(hz, came)) + tick_time(hz, seat.offset)
+
+    def came_late(self, seat, step):
+        interval = tick_time(self.sim.step_hz, 1)
+        came, before = seat.came[step], seat.came.get(step - 1)
+        many = min(4, -(-LATE // interval))
+        if seat.came.get(step + many) == came or (before is None and seat.joined_again):
+            return True
+        return before is not None and came - before > interval + LATE
 
     def make_step(self, now):
         self.step += 1
+        interval = tick_time(self.sim.step_hz, 1)
+        waited = now - self.stepped_at > interval + interval // 256
+        if self.sim.sync == "lockstep_pipelined" and waited and any(self.came_late(seat, self.step) for seat in self.seats if seat.connected):
+            self.rhythm_until = now + RHYTHM
         self.stepped_at = now
         self.times[self.step] = now
         axes = self.axes = [self.axis_for(seat, self.step) for seat in self.seats]

@@ -137,10 +137,10 @@ class Simulation:
                     break
                 self.handle(event)
             self.now = end
-            self.row(k, end)
             while timeline and timeline[0]["at_s"] * hz <= k:
                 for path, value in timeline.pop(0)["set"].items():
                     change(self.scenario, path, value)
+            self.row(k, end)
         return self
 
     # ---- what one sync tells beside the common metrics ----

@@ -66,6 +66,29 @@ static ll_status patch(ll_session *s, const char *json)
     return status;
 }
 
+/* Between two ticks a step acts at the later one, at a tick at that: never before its time. */
+static void no_step_acts_before_its_time(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *steps;
+        int64_t tick;
+    } cases[] = {{"[{\"at_s\":0,\"set\":{\"players.1.lag_ms\":40}}]", 0},
+                 {"[{\"at_s\":0.001,\"set\":{\"players.1.lag_ms\":40}}]", 1},
+                 {"[{\"at_s\":0.72,\"set\":{\"players.1.lag_ms\":40}}]", 44},        /* tick 43.2 */
+                 {"[{\"at_s\":0.316666666,\"set\":{\"players.1.lag_ms\":40}}]", 19}, /* tick 19 */
+                 {"[{\"at_s\":0.316666667,\"set\":{\"players.1.lag_ms\":40}}]", 20}};
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        ll_session *s;
+        must(make("timeline", cases[i].steps, NULL, &s));
+        for (int64_t k = 0; k < 60; k++) {
+            must(ll_session_run_to(s, k));
+            assert_int_equal(param(s, "players", 1, "lag_ms") == 40, k >= cases[i].tick);
+        }
+        ll_session_destroy(s);
+    }
+}
+
 static void steps_act_at_their_times(void **state)
 {
     (void)state;
@@ -199,9 +222,13 @@ static void activity_is_told(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(steps_act_at_their_times), cmocka_unit_test(steps_are_what_commands_would_be),
-        cmocka_unit_test(steps_outlive_commands),   cmocka_unit_test(steps_that_do_not_fit_are_told),
-        cmocka_unit_test(bad_steps_are_named),      cmocka_unit_test(activity_is_told),
+        cmocka_unit_test(no_step_acts_before_its_time),
+        cmocka_unit_test(steps_act_at_their_times),
+        cmocka_unit_test(steps_are_what_commands_would_be),
+        cmocka_unit_test(steps_outlive_commands),
+        cmocka_unit_test(steps_that_do_not_fit_are_told),
+        cmocka_unit_test(bad_steps_are_named),
+        cmocka_unit_test(activity_is_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

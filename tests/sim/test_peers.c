@@ -383,6 +383,59 @@ static void lag_does_not_change_the_outcome(void **state)
     }
 }
 
+/* Who plays alone waits for nobody, and is ahead of the server by as many ticks as its lag has: more than it
+ * keeps worlds of. Those are compared with nothing, and the others are as the server's. */
+static void who_is_far_ahead_alone_is_in_step(void **state)
+{
+    (void)state;
+    static const char *const players[] = {"players=[{\"lag_ms\":870,\"input_delay_ticks\":5}]",
+                                          "players=[{\"lag_ms\":30,\"link\":{\"up\":{\"jitter_ms\":200,"
+                                          "\"blackout_at_ms\":3100,\"blackout_length_ms\":1200}}}]"};
+    for (int i = 0; i < 4; i++) {
+        const char *const sets[] = {players[i / 2], syncs[i % 2], "tick_hz=110", "params.laps=10000", NULL};
+        scene s = scene_open("race", sets);
+        int64_t ahead = 0;
+        for (int k = 0; k < 20 * 60; k++) {
+            scene_run(&s, k / 60.0, NULL);
+            int64_t by = peer_of(&s, 0)->confirmed - ll_netgame_server(s.game)->step;
+            ahead = by > ahead ? by : ahead;
+        }
+        const ll_desync *d = ll_netgame_desync(s.game, 0);
+        assert_true(ahead > LL_PEER_RING);
+        assert_true(d->compared > 1500);
+        assert_int_equal(d->tick, -1);
+        assert_true(d->error_max == 0);
+        assert_int_equal(ll_netgame_server(s.game)->seats[0].peer.desync, -1);
+        scene_close(&s);
+    }
+}
+
+/* ---- ages ---- */
+
+/* With `deterministic` everybody draws the newest tick that is sure: the others are as old as what is known.
+ * Ticks that the server has not made have no age yet, and tick 0 is of time 0 however long it is drawn. */
+static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"server.sync=deterministic",     "server.update_hz=12",
+                                "players.0.lag_ms=210",          "players.1.lag_ms=35",
+                                "players.0.input_delay_ticks=7", "players.0.display_hz=144",
+                                "players.1.display_hz=75",       NULL};
+    scene s = scene_open("contact", sets);
+    int ahead = 0, at_start = 0;
+    for (int k = 0; k < 600; k++) {
+        scene_run(&s, k / 60.0, NULL);
+        for (int p = 0; p < 2; p++) {
+            const ll_instruments *in = ll_netgame_instruments(s.game, p);
+            assert_true(in->view_age == in->age_of_information);
+            ahead += peer_of(&s, p)->tick > ll_netgame_server(s.game)->step;
+            at_start += peer_of(&s, p)->tick == 0 && in->view_age > 0;
+        }
+    }
+    assert_true(ahead > 10 && at_start > 10);
+    scene_close(&s);
+}
+
 /* ---- stalls ---- */
 
 /* With no time-out, or one that is not reached. */
@@ -580,6 +633,8 @@ int main(void)
         cmocka_unit_test(events_tell_what_the_counters_count),
         cmocka_unit_test(rollback_of_none_is_deterministic_lockstep),
         cmocka_unit_test(lag_does_not_change_the_outcome),
+        cmocka_unit_test(who_is_far_ahead_alone_is_in_step),
+        cmocka_unit_test(what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known),
         cmocka_unit_test(a_dead_link_stalls_everybody_until_it_is_back),
         cmocka_unit_test(who_is_silent_is_dropped_and_joins_again),
         cmocka_unit_test(pace_follows_lag_and_delay),

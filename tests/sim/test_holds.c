@@ -1,0 +1,119 @@
+/* Holds of deterministic lockstep and rollback: nobody passes one, everybody goes on, no input is lost, and
+ * the outcome is that of a game that was never held. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "base/hash.h"
+#include "base/rng.h"
+#include "support/scene.h"
+
+#define SECONDS 30
+#define TICKS (SECONDS * 60)
+
+/* The server's worlds by tick. */
+typedef struct outcome {
+    const scene *s;
+    int64_t ticks;
+    uint64_t hash[TICKS + 1];
+} outcome;
+
+static void on_event(void *context, const ll_event *event)
+{
+    outcome *o = context;
+    ll_server *server = ll_netgame_server(o->s->game);
+    const ll_world *world = ll_server_world(server);
+    if (event->type == LL_EVENT_STEP)
+        o->hash[o->ticks = server->step] = ll_hash(1, world, ll_world_size(world));
+}
+
+static double draw(uint64_t number, int k, double low, double high)
+{
+    return low + (high - low) * ll_rng_unit(20261124, (uint64_t)k, number);
+}
+
+/* Links fail for less than the time-out: who is dropped has other inputs. */
+static scene game(uint64_t n, bool fails)
+{
+    char text[2048], *at = text, *end = text + sizeof text;
+    int players = 2 + (int)draw(n, 0, 0, 3), who = (int)draw(n, 1, 0, players);
+    at += snprintf(
+        at, (size_t)(end - at),
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":3600,\"seed\":%d,\"warmup_s\":0,\"params\":{"
+        "\"laps\":10000},\"server\":{\"sync\":\"%s\",\"update_hz\":%d,\"max_rollback_ticks\":%d},\"players\":"
+        "[",
+        (int)n, n % 2 ? "rollback" : "deterministic", 10 * (1 + (int)draw(n, 2, 0, 6)),
+        1 + (int)draw(n, 3, 0, 12));
+    for (int p = 0; p < players; p++) {
+        bool hit = fails && (p == who || draw(n, 4, 0, 1) < 0.3);
+        char blackout[120] = "";
+        if (hit)
+            snprintf(blackout, sizeof blackout, "\"blackout_at_ms\":%.3f,\"blackout_length_ms\":%.3f",
+                     draw(n, 5, 0, 8000), draw(n, 6, 300, 4000));
+        at += snprintf(at, (size_t)(end - at),
+                       "%s{\"lag_ms\":%.3f,\"input_delay_ticks\":%d,\"link\":{\"up\":{%s},\"down\":{%s}}}",
+                       p > 0 ? "," : "", draw(n, 10 + p, 0, 250), (int)draw(n, 20 + p, 0, 5),
+                       draw(n, 7, 0, 1) < 0.7 ? blackout : "", draw(n, 8, 0, 1) < 0.7 ? blackout : "");
+    }
+    snprintf(at, (size_t)(end - at), "]}");
+    return scene_make(text, NULL);
+}
+
+/* Runs on, and counts the times that it saw a hold. */
+static int play(scene *s, outcome *o)
+{
+    ll_recorder r = {on_event, o};
+    const ll_server *server = ll_netgame_server(s->game);
+    int held = 0;
+    for (int64_t k = 1; k <= SECONDS * 100; k++) {
+        scene_run(s, (double)k / 100, &r);
+        held += server->hold != 0;
+        for (int p = 0; p < server->players; p++) {
+            const ll_peer *peer = ll_client_peer(ll_netgame_client(s->game, p));
+            if (peer->hold != 0)
+                assert_true(peer->tick <= peer->hold && ll_netgame_client(s->game, p)->tick <= peer->hold);
+        }
+    }
+    return held;
+}
+
+static void a_hold_changes_nothing(void **state)
+{
+    (void)state;
+    int games_held = 0;
+    for (uint64_t n = 1; n <= 40; n++) {
+        outcome *whole = calloc(1, sizeof *whole), *held = calloc(1, sizeof *held);
+        scene a = game(n, false), b = game(n, true);
+        whole->s = &a;
+        held->s = &b;
+        assert_int_equal(play(&a, whole), 0); /* nothing failed */
+        games_held += play(&b, held) > 0;
+        assert_int_equal(ll_netgame_server(b.game)->hold, 0);
+        assert_true(held->ticks > 50 && held->ticks <= whole->ticks);
+        for (int64_t tick = 1; tick <= held->ticks; tick++)
+            assert_true(held->hash[tick] == whole->hash[tick]);
+        for (int p = 0; p < b.game->config.player_count; p++) {
+            const int64_t *verdicts = ll_netgame_instruments(b.game, p)->ledger.count;
+            assert_int_equal(verdicts[LL_INPUT_WAS_LOST] + verdicts[LL_INPUT_WAS_REFUSED], 0);
+            assert_int_equal(ll_netgame_client(b.game, p)->connection.joins, 1);
+        }
+        scene_close(&a);
+        scene_close(&b);
+        free(whole);
+        free(held);
+    }
+    assert_true(games_held > 30);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(a_hold_changes_nothing),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
