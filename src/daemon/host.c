@@ -9,6 +9,7 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
+#include "daemon/access.h"
 #include "daemon/hosted.h"
 #include "daemon/log.h"
 
@@ -92,7 +93,7 @@ int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length)
         if (ll_key_matches(&hosted->keys[i], key, length))
             role = i - 1;
     }
-    return role;
+    return ll_access_is_operator(hosted->host->config.access, key, length) ? LL_ROLE_OWNER : role;
 }
 
 void ll_hosted_on_line(void *context, const char *line, size_t length)

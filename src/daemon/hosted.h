@@ -41,7 +41,7 @@ typedef struct ll_reply {
 struct ll_hosted {
     ll_host *host;
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
-    int64_t created_ms;
+    int64_t created_ms, serial;
     int key_count;
     ll_key_hash keys[LL_STORE_KEYS];
     int worker, slot;
@@ -50,6 +50,7 @@ struct ll_hosted {
     _Atomic ll_time touched; /* last request or viewer */
     _Atomic int status;      /* ll_session_status as last seen, or -1: not in memory; for the statistics */
     atomic_bool parked;
+    _Atomic int64_t log_bytes;            /* of its stored lines */
     atomic_bool pending;                  /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
@@ -110,7 +111,7 @@ struct ll_host {
     pthread_cond_t stop;
     bool stopping;
     ll_hosted *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
-    int64_t sessions;
+    int64_t sessions, serials;
     unsigned next_place; /* spreads sessions over workers and slots */
 
     pthread_mutex_t replies_lock;

@@ -76,6 +76,7 @@ bool ll_host_register(ll_host *host, ll_hosted *hosted)
         hosted->worker = (int)(place % (unsigned)host->worker_count);
         hosted->slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
         host->sessions++;
+        hosted->serial = ++host->serials;
     }
     pthread_mutex_unlock(&host->lock);
     return room;

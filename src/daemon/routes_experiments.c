@@ -89,7 +89,7 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
 {
     ll_api *api = context;
     ll_experiment *e = NULL;
-    if (!ll_api_started(api, request, response))
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
     cJSON *body = ll_api_body(request, response);
     if (!body)
@@ -126,13 +126,13 @@ static bool find(ll_api *api, const ll_http_request *request, ll_http_response *
     return !ll_failed(&status);
 }
 
-static bool permitted(const ll_http_request *request, ll_http_response *response,
+static bool permitted(const ll_api *api, const ll_http_request *request, ll_http_response *response,
                       const ll_experiment_record *record)
 {
     const char *key = ll_api_key(request, response, "the experiment's owner_key");
     if (!key)
         return false;
-    if (ll_experiments_permits(record, key))
+    if (ll_experiments_permits(record, key) || ll_api_is_operator(api, key))
         return true;
     ll_status error = ll_error(LL_FORBIDDEN, "This key does not belong to this experiment.");
     ll_problem(response, request, &error);
@@ -179,7 +179,7 @@ void ll_delete_experiment(void *context, const ll_http_request *request, ll_http
 {
     ll_api *api = context;
     ll_experiment_record record;
-    if (!find(api, request, response, &record, NULL) || !permitted(request, response, &record))
+    if (!find(api, request, response, &record, NULL) || !permitted(api, request, response, &record))
         return;
     ll_status status = ll_experiments_remove(api->experiments, record.id);
     if (ll_failed(&status))
@@ -217,7 +217,7 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
     ll_experiment_state state = LL_EXPERIMENT_RUNNING;
     if (!find(api, request, response, &record, &e))
         return;
-    cJSON *body = permitted(request, response, &record) ? ll_api_body(request, response) : NULL;
+    cJSON *body = permitted(api, request, response, &record) ? ll_api_body(request, response) : NULL;
     if (body) {
         ll_status status = read_op(body, &state);
         if (!ll_failed(&status))
