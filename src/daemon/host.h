@@ -37,9 +37,12 @@ typedef struct ll_host_config {
     double max_new_sessions_per_min; /* by one address */
     double max_code_lookups_per_min; /* by one address */
     double max_commands_per_s;       /* to one session; twice that in a burst */
-    int64_t max_experiments, max_experiment_runs;
-    double job_cpu_s;  /* processor time of a job (jobs.h) */
-    double job_idle_s; /* after which one that nobody asks for is cancelled */
+    int64_t max_experiments, max_client_experiments, max_experiment_runs;
+    int64_t max_log_mib, max_logs_mib; /* of one session, of all; 0: no limit */
+    int64_t max_results_mib;           /* of all experiments; 0: no limit */
+    double experiment_run_ttl_s;       /* since it was made, for one that is not over */
+    double job_cpu_s;                  /* processor time of a job (jobs.h) */
+    double job_idle_s;                 /* after which one that nobody asks for is cancelled */
     int64_t max_body_bytes;
     double park_after_s;
     double experiment_ttl_s;  /* since it was made */
@@ -60,7 +63,8 @@ typedef struct ll_host_stats {
     uint64_t created, deleted, expired, ticks, frames; /* since the start; frames published */
     uint64_t commands, inputs;
     uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
-    uint64_t refused_memory;
+    uint64_t refused_memory, refused_logs;
+    int64_t log_bytes;          /* of all sessions */
     int64_t memory, memory_max; /* bytes: of those in memory, and of all that may be */
 } ll_host_stats;
 
@@ -164,5 +168,6 @@ typedef struct ll_host_orders {
     ll_host_tell *tell;
     void *context;
     struct ll_task *task;
+    bool clock; /* it only moves the clock */
 } ll_host_orders;
 ll_status ll_host_command(ll_host *host, ll_hosted *hosted, const ll_host_orders *orders);

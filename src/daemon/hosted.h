@@ -119,8 +119,9 @@ struct ll_host {
 
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
     _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
-    _Atomic uint64_t refused_memory;
-    _Atomic int64_t memory; /* that awake sessions may come to hold */
+    _Atomic uint64_t refused_memory, refused_logs;
+    _Atomic int64_t log_bytes; /* of all sessions */
+    _Atomic int64_t memory;    /* that awake sessions may come to hold */
     int64_t memory_max;
 };
 
@@ -130,6 +131,7 @@ ll_hosted *ll_hosted_new(ll_host *host); /* one reference; not registered */
 void ll_hosted_retain(ll_hosted *hosted);
 bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
 void ll_host_unregister(ll_host *host, ll_hosted *hosted);
+void ll_hosted_count_log(ll_hosted *hosted, int64_t bytes);             /* of its lines, more or fewer */
 void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
 void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
 ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */

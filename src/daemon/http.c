@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/random.h>
 #include <sys/socket.h>
 #include <time.h>
@@ -66,7 +67,8 @@ static http_connection *watch_connection(ll_http *http, struct MHD_Connection *c
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     const struct sockaddr *address = info != NULL ? info->client_addr : NULL;
     watched->http = http;
-    watched->pass = ll_gate_pass_of(address);
+    watched->pass = ll_proxies_pass(http->proxies, address);
+    watched->proxied = watched->pass.many;
     write_peer(address, watched->peer);
     info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     watched->fd = info->connect_fd;
@@ -166,6 +168,33 @@ static void name_request(http_exchange *exchange)
     }
 }
 
+typedef struct forwarded_list {
+    char text[1024]; /* the end of it, which is what counts */
+} forwarded_list;
+
+static enum MHD_Result add_forwarded(void *closure, enum MHD_ValueKind kind, const char *name,
+                                     const char *value)
+{
+    (void)kind;
+    forwarded_list *list = closure;
+    if (strcasecmp(name, "X-Forwarded-For") == 0 && value != NULL) {
+        char whole[2 * sizeof list->text];
+        size_t given = strlen(value), most = sizeof list->text - 1;
+        const char *end = given > most ? value + given - most : value;
+        int size = snprintf(whole, sizeof whole, "%s,%s", list->text, end);
+        const char *kept = (size_t)size > most ? whole + (size_t)size - most : whole;
+        memcpy(list->text, kept, strlen(kept) + 1);
+    }
+    return MHD_YES;
+}
+
+static void name_client(http_exchange *exchange)
+{
+    forwarded_list list = {""};
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_forwarded, &list);
+    ll_proxies_client(exchange->http->proxies, list.text, exchange->request.peer);
+}
+
 static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connection, const char *path,
                                    const char *method)
 {
@@ -194,6 +223,9 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->response.status = 200;
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
+        if (exchange->watched->proxied) {
+            name_client(exchange);
+        }
     }
     name_request(exchange);
     atomic_fetch_add_explicit(&http->requests, 1, memory_order_relaxed);
@@ -226,6 +258,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     if (exchange->file >= 0) {
         close(exchange->file);
     }
+    atomic_fetch_sub(&http->answer_bytes, exchange->counted);
     ll_http_clear(&exchange->response);
     free(exchange->body);
     free(exchange->parameters);
@@ -342,7 +375,8 @@ static struct MHD_Daemon *start_daemon(ll_http *http)
 }
 
 ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, const ll_allow *allow,
-                        ll_gate *gate, ll_ws *ws, ll_bridge *bridge, ll_http **result)
+                        const ll_proxies *proxies, ll_gate *gate, ll_ws *ws, ll_bridge *bridge,
+                        ll_http **result)
 {
     ll_http *http = calloc(1, sizeof *http);
     if (http == NULL) {
@@ -351,6 +385,7 @@ ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, co
     http->config = *config;
     http->app = *app;
     http->allow = *allow;
+    http->proxies = proxies;
     http->gate = gate;
     http->ws = ws;
     http->bridge = bridge;

@@ -136,7 +136,8 @@ void ll_delete_advice(void *context, const ll_http_request *request, ll_http_res
     const char *key = ll_api_key(request, response, "the advice's owner_key");
     if (!key)
         return;
-    ll_status status = ll_jobs_remove(api->jobs, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
+    ll_status status =
+        ll_jobs_remove(api->jobs, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else

@@ -67,10 +67,11 @@ static ll_status answer_dry_run(const ll_experiment *e, ll_task *task, ll_http_r
     return status;
 }
 
-static ll_status answer_made(ll_api *api, const ll_experiment *e, ll_http_response *response)
+static ll_status answer_made(ll_api *api, const ll_experiment *e, const char *client,
+                             ll_http_response *response)
 {
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1], location[80];
-    ll_status status = ll_experiments_add(api->experiments, e, id, key);
+    ll_status status = ll_experiments_add(api->experiments, e, client, id, key);
     if (ll_failed(&status))
         return status;
     cJSON *json = cJSON_CreateObject();
@@ -105,7 +106,8 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
     if (!ll_failed(&status))
-        status = only_dry ? answer_dry_run(e, request->task, response) : answer_made(api, e, response);
+        status = only_dry ? answer_dry_run(e, request->task, response)
+                          : answer_made(api, e, request->peer, response);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     ll_experiment_free(e);
@@ -247,6 +249,12 @@ static void close_file(void *context)
     fclose(context);
 }
 
+/* Whether the file is one of memory: only those can be sealed. */
+static bool in_memory(FILE *file)
+{
+    return fcntl(fileno(file), F_GET_SEALS) >= 0;
+}
+
 /* The body is what `file` holds; on an error it is closed and the error answered. */
 static void answer_file(const ll_http_request *request, ll_http_response *response, const ll_status *status,
                         FILE *file, const char *type)
@@ -257,6 +265,7 @@ static void answer_file(const ll_http_request *request, ll_http_response *respon
         ll_api_problem(response, request, status);
         return;
     }
+    response->held = in_memory(file) ? (size_t)ftell(file) : 0;
     rewind(file);
     snprintf(response->type, sizeof response->type, "%s", type);
     response->reader = read_file;
