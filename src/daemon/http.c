@@ -14,6 +14,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <cjson/cJSON.h>
+
 #include "base/assert.h"
 #include "base/hash.h"
 #include "daemon/http_internal.h"
@@ -266,13 +268,40 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     free(exchange);
 }
 
+/* Whatever came before on the connection has been answered whole. The library goes on with the head, and may
+ * choke on it; no handler gets it. */
+static void refuse_target(http_connection *watched, const char *fault)
+{
+    char answer[640];
+    ll_status error = ll_error(LL_BAD_INPUT, "%s", fault);
+    cJSON *json = ll_problem_json(400, &error, NULL);
+    char *body = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    watched->faulty = true;
+    int size = body == NULL
+                   ? 0
+                   : snprintf(answer, sizeof answer,
+                              "HTTP/1.1 400 Bad Request\r\nContent-Type: application/problem+json\r\n"
+                              "Content-Length: %zu\r\nConnection: close\r\n\r\n%s",
+                              strlen(body), body);
+    cJSON_free(body);
+    if (size > 0 && (size_t)size < sizeof answer) {
+        ssize_t sent = send(watched->fd, answer, (size_t)size, MSG_NOSIGNAL | MSG_DONTWAIT);
+        (void)sent; /* the client is gone: nothing to tell anybody */
+    }
+    shutdown(watched->fd, SHUT_WR);
+}
+
 /* The first line of a request is there: from now on its head has to come. */
 static void *on_request_line(void *closure, const char *uri, struct MHD_Connection *connection)
 {
     ll_http *http = closure;
     http_connection *watched = watched_of(connection);
-    (void)uri;
     if (watched != NULL) {
+        const char *fault = uri != NULL ? ll_target_fault(uri) : NULL;
+        if (fault != NULL) {
+            refuse_target(watched, fault);
+        }
         set_deadline(watched, http->config.head_timeout_s);
         atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
     }
@@ -312,8 +341,9 @@ static void take_body(http_exchange *exchange, const char *bytes, size_t size)
 static bool answer_early(const http_exchange *exchange)
 {
     const char *length = ll_http_header(&exchange->request, "Content-Length");
-    return exchange->refused && (ll_http_header(&exchange->request, "Expect") != NULL ||
-                                 (length != NULL && strtoull(length, NULL, 10) > HTTP_SWALLOW));
+    return exchange->ambiguous ||
+           (exchange->refused && (ll_http_header(&exchange->request, "Expect") != NULL ||
+                                  (length != NULL && strtoull(length, NULL, 10) > HTTP_SWALLOW)));
 }
 
 static enum MHD_Result on_request(void *closure, struct MHD_Connection *connection, const char *url,
@@ -323,6 +353,10 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
     ll_http *http = closure;
     http_exchange *exchange = *context;
     if (exchange == NULL) {
+        const http_connection *watched = watched_of(connection);
+        if (watched != NULL && watched->faulty) {
+            return MHD_NO;
+        }
         exchange = *context = new_exchange(http, connection, url, method);
         if (exchange == NULL) {
             return MHD_NO;

@@ -25,6 +25,7 @@ typedef struct http_connection {
     int fd;
     ll_gate_pass pass;
     char peer[48];
+    bool faulty;                 /* its request was answered before its head was read */
     bool proxied;                /* a trusted proxy's */
     _Atomic int64_t deadline_ns; /* 0: none */
     atomic_bool idle;            /* between two requests */
@@ -52,6 +53,7 @@ typedef struct http_exchange {
     char *body;
     size_t body_capacity, body_limit, swallowed;
     bool refused;      /* the response is there before the body */
+    bool ambiguous;    /* two readers could see two requests in it: the connection ends */
     bool head;         /* HEAD */
     bool cross_origin; /* an allowed origin that is not ours: may read the answer */
     int64_t begin_ns;
