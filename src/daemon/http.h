@@ -101,6 +101,7 @@ typedef struct ll_http_route {
     const char *types; /* accepted Content-Types, comma separated; NULL: any. A body without Content-Type is a
                           415 if set */
     ll_http_lane lane;
+    const char *query; /* names that its query may have, comma separated; others are a 400. NULL: any */
 } ll_http_route;
 
 typedef struct ll_http_app {

@@ -310,6 +310,32 @@ static void begin_body(http_exchange *exchange)
     exchange->refused = true;
 }
 
+static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, const char *name,
+                                      const char *value)
+{
+    (void)kind, (void)value;
+    http_exchange *exchange = closure;
+    const char *known = exchange->route->query;
+    size_t size = strlen(name);
+    for (const char *at = known; *at != '\0';
+         at += at[strcspn(at, ",")] == ',' ? strcspn(at, ",") + 1 : strcspn(at, ",")) {
+        if (strcspn(at, ",") == size && strncmp(at, name, size) == 0) {
+            return MHD_YES;
+        }
+    }
+    ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "%.60s is not known in a query here; %s%s", name,
+                   *known != '\0' ? "possible are " : "none is possible", known);
+    exchange->refused = true;
+    return MHD_NO;
+}
+
+static void check_query(http_exchange *exchange)
+{
+    if (exchange->route->query != NULL) {
+        MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, check_argument, exchange);
+    }
+}
+
 void ll_http_begin(http_exchange *exchange, const char *version)
 {
     ll_http *http = exchange->http;
@@ -351,6 +377,9 @@ void ll_http_begin(http_exchange *exchange, const char *version)
         exchange->refused = false;
         if (exchange->route != NULL) {
             begin_body(exchange);
+            if (!exchange->refused) {
+                check_query(exchange);
+            }
         }
     }
 }

@@ -16,9 +16,13 @@ enum { BODY = 1 }; /* becomes --max-body-bytes */
 
 /* What computes for long, whatever the request, is work; what may turn out to be long asks for it. */
 static const ll_http_route table[] = {
-    {.method = "GET", .pattern = V1 "/scenarios", .handler = ll_get_scenarios, .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/scenarios",
+     .handler = ll_get_scenarios,
+     .lane = LL_HTTP_WORK,
+     .query = "brief"},
     {.method = "GET", .pattern = V1 "/scenarios/{id*}", .handler = ll_get_scenario},
-    {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema},
+    {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema, .query = "kind"},
     {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
     {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
     {.method = "POST",
@@ -27,7 +31,11 @@ static const ll_http_route table[] = {
      .body_limit = BODY,
      .types = JSON_TYPE,
      .lane = LL_HTTP_CONTROL},
-    {.method = "GET", .pattern = V1 "/sessions", .handler = ll_get_sessions, .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/sessions",
+     .handler = ll_get_sessions,
+     .lane = LL_HTTP_WORK,
+     .query = "after,limit"},
     {.method = "GET", .pattern = V1 "/creation", .handler = ll_get_creation},
     {.method = "PUT",
      .pattern = V1 "/creation",
@@ -63,19 +71,28 @@ static const ll_http_route table[] = {
      .body_limit = BODY,
      .types = JSON_TYPE,
      .lane = LL_HTTP_WORK},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/state", .handler = ll_get_state, .lane = LL_HTTP_CONTROL},
+    {.method = "GET",
+     .pattern = V1 "/sessions/{id}/state",
+     .handler = ll_get_state,
+     .lane = LL_HTTP_CONTROL,
+     .query = "tick"},
     {.method = "GET",
      .pattern = V1 "/sessions/{id}/metrics",
      .handler = ll_get_metrics,
      .lane = LL_HTTP_CONTROL},
-    {.method = "GET", .pattern = V1 "/sessions/{id}/trace", .handler = ll_get_trace, .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/sessions/{id}/trace",
+     .handler = ll_get_trace,
+     .lane = LL_HTTP_WORK,
+     .query = "from_s,to_s"},
     {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .lane = LL_HTTP_CONTROL},
     {.method = "POST",
      .pattern = V1 "/experiments",
      .handler = ll_post_experiments,
      .body_limit = BODY,
      .types = JSON_TYPE,
-     .lane = LL_HTTP_CONTROL},
+     .lane = LL_HTTP_CONTROL,
+     .query = "dry_run"},
     {.method = "GET", .pattern = V1 "/experiments", .handler = ll_get_experiments, .lane = LL_HTTP_WORK},
     {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_experiment_schema},
     {.method = "GET",
@@ -99,7 +116,8 @@ static const ll_http_route table[] = {
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/results",
      .handler = ll_get_experiment_results,
-     .lane = LL_HTTP_WORK},
+     .lane = LL_HTTP_WORK,
+     .query = "format,points,compare,sensitivity"},
     {.method = "GET",
      .pattern = V1 "/experiments/{id}/runs/{run}",
      .handler = ll_get_experiment_run,
@@ -150,6 +168,8 @@ ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiment
     for (int i = 0; i < api->route_count; i++) {
         if (api->routes[i].body_limit == BODY)
             api->routes[i].body_limit = (size_t)config->max_body_bytes;
+        if (!api->routes[i].query)
+            api->routes[i].query = "";
     }
     return ll_ok();
 }

@@ -400,18 +400,33 @@ static bool next_row(void *context, ll_row *row, ll_status *status)
 }
 
 /* The table of what the query asks for: runs, points, or points against one of them. */
+/* true or false; absent: false. */
+static ll_status query_flag(const ll_http_request *request, const char *name, bool *flag)
+{
+    const char *text = ll_http_query(request, name);
+    *flag = text && strcmp(text, "true") == 0;
+    return !text || *flag || strcmp(text, "false") == 0
+               ? ll_ok()
+               : ll_field_error(LL_BAD_INPUT, name, "%s must be true or false; it is `%.40s`.", name, text);
+}
+
 static ll_status make_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
                             const ll_experiment *e, asked_rows *rows, ll_result_table **table)
 {
-    const char *points = ll_http_query(request, "points"), *compare = ll_http_query(request, "compare");
-    const char *sensitivity = ll_http_query(request, "sensitivity");
+    const char *compare = ll_http_query(request, "compare");
+    bool points, sensitivity;
     ll_row *baseline = NULL;
     int64_t point, count = 0;
-    if (sensitivity && strcmp(sensitivity, "true") == 0)
+    ll_status status = query_flag(request, "points", &points);
+    if (!ll_failed(&status))
+        status = query_flag(request, "sensitivity", &sensitivity);
+    if (ll_failed(&status))
+        return status;
+    if (sensitivity)
         return ll_result_table_sensitivity(e, ll_stored_rows_next, rows, table);
-    if (!points || strcmp(points, "true") != 0)
+    if (!points)
         return ll_result_table_rows(e, record->version, next_row, rows, table);
-    ll_status status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
+    status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
     if (!ll_failed(&status) && compare)
         status =
             ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, point, &baseline, &count);
