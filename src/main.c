@@ -572,6 +572,8 @@ static const struct {
      "work on the experiments of a store, beside workers on other machines", ll_verb_worker, true},
     {"submit", "EXPERIMENT --engine slurm --store URL [-n N] [--jobs N] [--print]",
      "start workers on a cluster", ll_verb_submit, true},
+    {"store", "list|show ID|delete ID... [--store URL] [--force]",
+     "look at the experiments of a store, and delete them with their results", ll_verb_store, true},
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge, true},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay, false},
     {"scenarios", "", "list the scenarios", verb_scenarios, false},

@@ -20,6 +20,7 @@
 
 #include "daemon/door.h"
 #include "daemon/problem.h"
+#include "daemon/proxies.h"
 
 #define TICK_NS INT64_C(100000000) /* deadlines are looked at that often */
 #define LINGER_NS                                                                                            \
@@ -47,6 +48,7 @@ typedef struct arrival_list {
 struct ll_acceptor {
     ll_door_config config;
     ll_allow allow;
+    const ll_proxies *proxies;
     ll_gate *gate;
     ll_http *http;
     ll_ws *ws;
@@ -255,7 +257,7 @@ static void refuse_at_gate(ll_acceptor *acceptor, int fd, ll_gate_answer answer)
 static void admit(ll_acceptor *acceptor, int fd, const struct sockaddr_storage *address,
                   socklen_t address_size)
 {
-    ll_gate_pass pass = ll_gate_pass_of((const struct sockaddr *)address);
+    ll_gate_pass pass = ll_proxies_pass(acceptor->proxies, (const struct sockaddr *)address);
     ll_gate_answer answer = ll_gate_enter(acceptor->gate, &pass);
     if (answer != LL_GATE_OPEN) {
         refuse_at_gate(acceptor, fd, answer);
@@ -497,10 +499,11 @@ ll_status ll_acceptor_listen(const ll_door_config *config, int inherited, ll_acc
     return status;
 }
 
-ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, ll_gate *gate, ll_http *http,
-                            ll_ws *ws)
+ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const ll_proxies *proxies,
+                            ll_gate *gate, ll_http *http, ll_ws *ws)
 {
     acceptor->allow = *allow;
+    acceptor->proxies = proxies;
     acceptor->gate = gate;
     acceptor->http = http;
     acceptor->ws = ws;

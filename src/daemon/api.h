@@ -59,6 +59,11 @@ bool ll_api_permits(const ll_http_request *request, ll_http_response *response, 
 /* The key that the request carries; NULL when a 401 was answered that says `whose` it needs. */
 const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose);
 
+/* Whether the request may create: everybody, or by the class key or the operator's. Answers 401, 403 or 429
+ * otherwise. */
+bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_response *response);
+bool ll_api_is_operator(const ll_api *api, const char *key);
+
 /* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
 struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
 
@@ -83,4 +88,5 @@ ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll
 ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
     ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
     ll_get_experiment_library;
+ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation;
 ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

@@ -2,6 +2,7 @@
 #include <stdlib.h>
 
 #include "daemon/hosted.h"
+#include "daemon/quota.h"
 
 static const double piece_ms = 2; /* for which a session is locked */
 
@@ -22,10 +23,13 @@ static ll_status take(ll_hosted *hosted, const ll_host_orders *orders, ll_sessio
         atomic_fetch_add(&hosted->host->refused_commands, 1);
         return ll_error(LL_LIMIT, "This session takes at most %g commands a second.", rate);
     }
+    ll_status status = ll_quota_line(hosted, orders->clock);
+    if (ll_failed(&status))
+        return status;
     if (now > hosted->wall)
         hosted->wall = now;
     int64_t lines = hosted->lines;
-    ll_status status = orders->change(orders->context, session, hosted->wall);
+    status = orders->change(orders->context, session, hosted->wall);
     if (!ll_failed(&status))
         hosted->orders++;
     if (!ll_failed(&status) || lines != hosted->lines)

@@ -9,6 +9,7 @@
 #include "daemon/acceptor.h"
 #include "daemon/bridge.h"
 #include "daemon/gate.h"
+#include "daemon/proxies.h"
 #include "daemon/upgrade.h"
 
 #define TEXT(name_, default_, help_)                                                                         \
@@ -33,6 +34,9 @@ static const ll_param rows[] = {
     TEXT(allow_origin, "", "Origins beside the daemon's own whose pages may use it, comma separated."),
     TEXT(allow_host, "",
          "Host names beside localhost and addresses under which the daemon may be reached, comma separated."),
+    TEXT(trusted_proxy, "",
+         "Addresses or networks of proxies that say by X-Forwarded-For whom they speak for, comma separated; "
+         "each client then has its own limits."),
     COUNT(http_threads, 1, 16, 2, NULL, "Threads that read requests and run fast handlers."),
     COUNT(control_threads, 1, 64, 4, NULL,
           "Threads for requests that are short but wait until their change is stored."),
@@ -45,6 +49,8 @@ static const ll_param rows[] = {
           "Connections at once of one address; more get a 429."),
     COUNT(max_viewers, 1, 30000, 1000, NULL, "Viewers of one session; more are closed with 4429."),
     COUNT(max_head_bytes, 1024, 65536, 16384, "B", "Size of a request head; more is a 431."),
+    COUNT(max_answers_mib, 1, 1048576, 256, "MiB",
+          "Large answers (above 64 KiB) in memory at once, until they are sent; more get a 503."),
     REAL(head_timeout_s, 0.1, 60, 5, "s", "Time for a whole request head; longer is a 408."),
     REAL(body_timeout_s, 0.1, 600, 30, "s", "Time for a whole request body; then the connection is cut."),
     REAL(idle_timeout_s, 0.1, 3600, 65, "s", "Time between two requests of a connection; then it is closed."),
@@ -72,6 +78,7 @@ const ll_param_table ll_door_table = {
 struct ll_door {
     ll_door_config config;
     ll_allow allow; /* texts of `config` */
+    ll_proxies proxies;
     ll_door_log *log;
     void *log_context;
     ll_gate *gate;
@@ -110,7 +117,11 @@ static int inherited_listener(void)
 static ll_status start(ll_door *door, const ll_http_app *app, const ll_ws_hooks *hooks)
 {
     const ll_door_config *config = &door->config;
-    ll_status status = ll_acceptor_listen(config, inherited_listener(), &door->acceptor);
+    ll_status status = ll_proxies_parse(config->trusted_proxy, &door->proxies);
+    if (ll_failed(&status)) {
+        return status;
+    }
+    status = ll_acceptor_listen(config, inherited_listener(), &door->acceptor);
     if (ll_failed(&status)) {
         return status;
     }
@@ -126,11 +137,12 @@ static ll_status start(ll_door *door, const ll_http_app *app, const ll_ws_hooks 
     if (door->bridge == NULL) {
         return ll_error(LL_NO_MEMORY, "no memory for the bridge");
     }
-    status = ll_http_start(config, app, &door->allow, door->gate, door->ws, door->bridge, &door->http);
+    status = ll_http_start(config, app, &door->allow, &door->proxies, door->gate, door->ws, door->bridge,
+                           &door->http);
     if (ll_failed(&status)) {
         return status;
     }
-    return ll_acceptor_start(door->acceptor, &door->allow, door->gate, door->http, door->ws);
+    return ll_acceptor_start(door->acceptor, &door->allow, &door->proxies, door->gate, door->http, door->ws);
 }
 
 ll_status ll_door_open(const ll_door_config *config, const ll_http_app *app, const ll_ws_hooks *hooks,
@@ -185,6 +197,8 @@ ll_door_stats ll_door_get_stats(ll_door *door)
     ll_http_counted counted = ll_http_counts(door->http);
     stats.requests = counted.requests;
     stats.cut = counted.cut;
+    stats.refused_answers = counted.refused_answers;
+    stats.answer_bytes = counted.answer_bytes;
     stats.control = counted.control;
     stats.control_s = counted.control_s;
     return stats;

@@ -22,18 +22,20 @@
 
 /* Every setting is a row of ll_door_table: `max_connections` is `--max-connections` on the command line. */
 typedef struct ll_door_config {
-    char listen[128];        /* ADDR:PORT, [ADDR6]:PORT; port 0 picks a free one */
-    char www[512];           /* folder of the page; empty: no page */
-    char allow_origin[1024]; /* comma separated: https://lab.example */
-    char allow_host[1024];   /* comma separated: lab.example */
-    int64_t http_threads;    /* that read requests and run fast handlers */
-    int64_t control_threads; /* that run the handlers of the lane of control */
-    double request_cpu_s;    /* processor time that one request may use */
-    int64_t stream_threads;  /* libwebsockets contexts */
+    char listen[128];         /* ADDR:PORT, [ADDR6]:PORT; port 0 picks a free one */
+    char www[512];            /* folder of the page; empty: no page */
+    char allow_origin[1024];  /* comma separated: https://lab.example */
+    char allow_host[1024];    /* comma separated: lab.example */
+    char trusted_proxy[1024]; /* comma separated: 10.0.0.0/8 */
+    int64_t http_threads;     /* that read requests and run fast handlers */
+    int64_t control_threads;  /* that run the handlers of the lane of control */
+    double request_cpu_s;     /* processor time that one request may use */
+    int64_t stream_threads;   /* libwebsockets contexts */
     int64_t max_connections;
     int64_t max_connections_per_ip;
     int64_t max_viewers; /* of one session */
     int64_t max_head_bytes;
+    int64_t max_answers_mib;   /* of large answers that are being sent */
     double head_timeout_s;     /* absolute, for a whole request head */
     double body_timeout_s;     /* absolute, for a whole request body */
     double idle_timeout_s;     /* of a kept connection between requests */
@@ -57,6 +59,8 @@ typedef struct ll_door_stats {
     uint64_t requests;                      /* that reached the HTTP side */
     uint64_t bridged;                       /* upgrades on kept connections */
     uint64_t cut;                           /* slow requests on kept connections */
+    uint64_t refused_answers;               /* 503: too much is being sent already */
+    uint64_t answer_bytes;                  /* of large answers that are being sent */
     uint64_t connections;                   /* open now, of every kind */
     int control;                            /* requests on the lane of control */
     double control_s;                       /* the longest that one of them has been there */

@@ -12,6 +12,8 @@
 #include "daemon/progress.h"
 #include "experiment/work.h"
 
+enum { ROW_BYTES = 64, METRIC_BYTES = 9 }; /* of a stored row, about */
+
 enum { PACES = 64, LOWEST_NICE = 19 };
 
 /* The daemon alone works on a store of its own; others work on one that was named. */
@@ -25,6 +27,12 @@ typedef struct pace {
     int64_t done;
 } pace;
 
+/* Whose an experiment is, as long as the daemon lives. */
+typedef struct maker {
+    struct maker *next;
+    char id[LL_EXPERIMENT_ID_MAX + 1], client[48];
+} maker;
+
 struct ll_experiments {
     const ll_host_config *config;
     ll_result_store *store;
@@ -33,6 +41,7 @@ struct ll_experiments {
     pthread_mutex_t lock;            /* of the paces */
     pace paces[PACES];               /* a ring: the oldest goes */
     int next_pace;
+    maker *makers; /* `lock` */
 };
 
 /* ---- what is there ---- */
@@ -41,8 +50,9 @@ struct ll_experiments {
  * and is not the daemon's to count or to delete. */
 typedef struct census {
     int64_t present;
-    double ttl_s;
-    char expired[LL_EXPERIMENT_ID_MAX + 1]; /* empty: there is none */
+    double ttl_s, run_ttl_s;
+    char expired[LL_EXPERIMENT_ID_MAX + 1];  /* empty: there is none */
+    char too_long[LL_EXPERIMENT_ID_MAX + 1]; /* it has run for its time */
 } census;
 
 static void count(void *context, const ll_experiment_record *record)
@@ -52,22 +62,63 @@ static void count(void *context, const ll_experiment_record *record)
     if (!record->owner_hash[0])
         return;
     c->present++;
+    if (!over && (double)record->age_s > c->run_ttl_s)
+        snprintf(c->too_long, sizeof c->too_long, "%s", record->id);
     if (over && (double)record->age_s > c->ttl_s)
         snprintf(c->expired, sizeof c->expired, "%s", record->id);
 }
 
-/* Deletes what has expired, and counts the rest. */
+/* ---- whose they are ---- */
+
+static int64_t made_by(ll_experiments *x, const char *client)
+{
+    int64_t made = 0;
+    pthread_mutex_lock(&x->lock);
+    for (const maker *m = x->makers; m; m = m->next)
+        made += strcmp(m->client, client) == 0;
+    pthread_mutex_unlock(&x->lock);
+    return made;
+}
+
+static void note_maker(ll_experiments *x, const char *id, const char *client)
+{
+    maker *m = malloc(sizeof *m);
+    if (!m)
+        return; /* it is counted in all only */
+    snprintf(m->id, sizeof m->id, "%s", id);
+    snprintf(m->client, sizeof m->client, "%s", client);
+    pthread_mutex_lock(&x->lock);
+    m->next = x->makers;
+    x->makers = m;
+    pthread_mutex_unlock(&x->lock);
+}
+
+static void forget_maker(ll_experiments *x, const char *id)
+{
+    pthread_mutex_lock(&x->lock);
+    maker **link = &x->makers;
+    while (*link && strcmp((*link)->id, id) != 0)
+        link = &(*link)->next;
+    maker *gone = *link;
+    if (gone)
+        *link = gone->next;
+    pthread_mutex_unlock(&x->lock);
+    free(gone);
+}
+
+/* Cancels what has run for too long, deletes what has expired, and counts the rest. */
 static ll_status expire(ll_experiments *x, int64_t *present)
 {
     for (;;) {
-        census c = {.ttl_s = x->config->experiment_ttl_s};
+        census c = {.ttl_s = x->config->experiment_ttl_s, .run_ttl_s = x->config->experiment_run_ttl_s};
         ll_status status = x->store->kind->list(x->store, count, &c);
         *present = c.present;
-        if (ll_failed(&status) || !c.expired[0])
+        if (ll_failed(&status) || (!c.expired[0] && !c.too_long[0]))
             return status;
-        if (atomic_load(&x->progress))
-            ll_progress_remove(atomic_load(&x->progress), c.expired);
-        status = x->store->kind->remove(x->store, c.expired);
+        if (c.too_long[0])
+            status = x->store->kind->set_state(x->store, c.too_long, LL_EXPERIMENT_CANCELLED);
+        else
+            status = ll_experiments_remove(x, c.expired);
         if (ll_failed(&status) && status.code != LL_NOT_FOUND) /* somebody else may have been faster */
             return status;
     }
@@ -158,6 +209,8 @@ void ll_experiments_close(ll_experiments *x)
     ll_experiments_stop(x);
     ll_progress_free(atomic_load(&x->progress));
     ll_result_store_close(x->store);
+    while (x->makers)
+        forget_maker(x, x->makers->id);
     pthread_mutex_destroy(&x->lock);
     free(x);
 }
@@ -234,7 +287,32 @@ void ll_experiments_describe(ll_experiments *x, const ll_experiment_record *r, c
         cJSON_AddNullToObject(json, "left_s");
 }
 
-static ll_status allowed(ll_experiments *x, const ll_experiment *e)
+void ll_experiments_tidy(ll_experiments *x)
+{
+    int64_t present;
+    ll_status status = expire(x, &present);
+    if (ll_failed(&status))
+        ll_log_write("warn", "experiments", "%s", status.text);
+}
+
+/* Whether the results of one more fit: of those that are there, and of this one's runs. */
+static ll_status fits(ll_experiments *x, const ll_experiment *e)
+{
+    const double mebi = 1 << 20;
+    int64_t there = 0, most = x->config->max_results_mib << 20;
+    int64_t wanted = e->runs * (ROW_BYTES + METRIC_BYTES * (int64_t)e->metric_count);
+    if (most == 0 || !x->store->kind->bytes)
+        return ll_ok();
+    ll_status status = x->store->kind->bytes(x->store, &there);
+    if (ll_failed(&status) || (there < most && wanted <= most - there))
+        return status;
+    return ll_error(LL_IO,
+                    "The experiments' results take %.1f of %.1f MiB (max_results_mib), and this one's would "
+                    "take about %.1f.",
+                    (double)there / mebi, (double)most / mebi, (double)wanted / mebi);
+}
+
+static ll_status allowed(ll_experiments *x, const ll_experiment *e, const char *client)
 {
     int64_t present = 0;
     if (e->runs > x->config->max_experiment_runs)
@@ -245,14 +323,20 @@ static ll_status allowed(ll_experiments *x, const ll_experiment *e)
     if (!ll_failed(&status) && present >= x->config->max_experiments)
         status =
             ll_error(LL_LIMIT, "There are %lld experiments already, which is the limit.", (long long)present);
-    return status;
+    int64_t made = made_by(x, client);
+    if (!ll_failed(&status) && made >= x->config->max_client_experiments)
+        status = ll_error(LL_LIMIT,
+                          "%lld experiments of this address are kept, which is the limit "
+                          "(max_client_experiments): delete one.",
+                          (long long)made);
+    return ll_failed(&status) ? status : fits(x, e);
 }
 
-ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, char id[LL_ID_LENGTH + 1],
-                             char key[LL_KEY_LENGTH + 1])
+ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const char *client,
+                             char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1])
 {
     ll_experiment_record record = {.to = e->runs};
-    ll_status status = allowed(x, e);
+    ll_status status = allowed(x, e, client);
     if (ll_failed(&status))
         return status;
     if (!ll_new_id(id) || !ll_new_key(key) || !hash_text(key, record.owner_hash))
@@ -266,8 +350,10 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, char id[
     free(text);
     if (x->workers)
         ll_workers_wake(x->workers);
-    if (!ll_failed(&status))
+    if (!ll_failed(&status)) {
+        note_maker(x, id, client);
         ll_progress_add(atomic_load(&x->progress), id);
+    }
     return status;
 }
 
@@ -312,6 +398,8 @@ ll_status ll_experiments_set(ll_experiments *x, const ll_experiment_record *reco
 
 ll_status ll_experiments_remove(ll_experiments *x, const char *id)
 {
-    ll_progress_remove(atomic_load(&x->progress), id);
+    if (atomic_load(&x->progress))
+        ll_progress_remove(atomic_load(&x->progress), id);
+    forget_maker(x, id);
     return x->store->kind->remove(x->store, id);
 }

@@ -21,8 +21,9 @@ ll_status ll_experiments_show(ll_experiments *experiments, ll_ws *ws);
 ll_result_store *ll_experiments_store(ll_experiments *experiments);
 
 /* Registers an experiment and begins. `id` and `key` are made here; the key is not kept. LL_LIMIT: it has
- * more runs than one may, or there are as many experiments as may be. */
-ll_status ll_experiments_add(ll_experiments *experiments, const ll_experiment *experiment,
+ * more runs than one may, or there are as many experiments as may be, in all or of this client. LL_IO: there
+ * is no room for its results. */
+ll_status ll_experiments_add(ll_experiments *experiments, const ll_experiment *experiment, const char *client,
                              char id[LL_ID_LENGTH + 1], char key[LL_KEY_LENGTH + 1]);
 
 /* Reads the record, and the specification into `experiment` unless that is NULL. */
@@ -33,6 +34,8 @@ bool ll_experiments_permits(const ll_experiment_record *record, const char *key)
 /* LL_CONFLICT: it is over; or of another version, and so not resumed here. */
 ll_status ll_experiments_set(ll_experiments *experiments, const ll_experiment_record *record,
                              ll_experiment_state state);
+/* Cancels what has run for too long, and deletes what has expired. */
+void ll_experiments_tidy(ll_experiments *experiments);
 ll_status ll_experiments_remove(ll_experiments *experiments, const char *id);
 
 /* Adds to `json` how far it is: state, runs, done, rate_per_s and left_s. The rate is that of the runs since

@@ -99,9 +99,11 @@ ll_gate_answer ll_gate_enter(ll_gate *gate, const ll_gate_pass *pass)
     }
     ll_gate_answer answer = LL_GATE_OPEN;
     pthread_mutex_lock(&gate->lock);
-    gate_place *place = &gate->place[find(gate, pass->address)];
+    gate_place *place = pass->many ? NULL : &gate->place[find(gate, pass->address)];
     if (gate->total >= gate->max_total) {
         answer = LL_GATE_FULL;
+    } else if (place == NULL) {
+        gate->total++;
     } else if (place->count >= gate->max_per_ip) {
         answer = LL_GATE_FULL_FOR_IP;
     } else {
@@ -119,11 +121,13 @@ void ll_gate_leave(ll_gate *gate, const ll_gate_pass *pass)
         return;
     }
     pthread_mutex_lock(&gate->lock);
-    uint32_t at = find(gate, pass->address);
-    LL_ASSERT(gate->place[at].count > 0);
     gate->total--;
-    if (--gate->place[at].count == 0) {
-        remove_at(gate, at);
+    if (!pass->many) {
+        uint32_t at = find(gate, pass->address);
+        LL_ASSERT(gate->place[at].count > 0);
+        if (--gate->place[at].count == 0) {
+            remove_at(gate, at);
+        }
     }
     pthread_mutex_unlock(&gate->lock);
 }

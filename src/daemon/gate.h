@@ -13,6 +13,7 @@ typedef struct ll_gate ll_gate;
 typedef struct ll_gate_pass {
     uint8_t address[16];
     bool valid; /* false: counted nowhere */
+    bool many;  /* of a trusted proxy: counted in total only */
 } ll_gate_pass;
 
 typedef enum ll_gate_answer { LL_GATE_OPEN, LL_GATE_FULL, LL_GATE_FULL_FOR_IP } ll_gate_answer;

@@ -9,6 +9,7 @@
 
 #include "base/assert.h"
 #include "base/hash.h"
+#include "daemon/access.h"
 #include "daemon/hosted.h"
 #include "daemon/log.h"
 
@@ -64,6 +65,7 @@ void ll_hosted_release(ll_hosted *hosted)
     if (hosted->session)
         ll_session_destroy(hosted->session);
     atomic_fetch_sub(&hosted->host->memory, hosted->memory);
+    ll_hosted_count_log(hosted, -atomic_load(&hosted->log_bytes));
     pthread_mutex_destroy(&hosted->lock);
     pthread_mutex_destroy(&hosted->inbox_lock);
     free(hosted);
@@ -92,7 +94,13 @@ int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length)
         if (ll_key_matches(&hosted->keys[i], key, length))
             role = i - 1;
     }
-    return role;
+    return ll_access_is_operator(hosted->host->config.access, key, length) ? LL_ROLE_OWNER : role;
+}
+
+void ll_hosted_count_log(ll_hosted *hosted, int64_t bytes)
+{
+    atomic_fetch_add(&hosted->log_bytes, bytes);
+    atomic_fetch_add(&hosted->host->log_bytes, bytes);
 }
 
 void ll_hosted_on_line(void *context, const char *line, size_t length)
@@ -102,6 +110,7 @@ void ll_hosted_on_line(void *context, const char *line, size_t length)
         return;
     /* `rewind` and `restart`: the head of the stored row no longer holds, see ll_viewers_apply. */
     hosted->rewound = hosted->rewound || (length > 9 && memcmp(line, "{\"op\":\"re", 9) == 0);
+    ll_hosted_count_log(hosted, (int64_t)length + 1);
     hosted->ticket = ll_store_line(hosted->host->store, hosted->stored.number, hosted->lines++, line, length);
 }
 

@@ -37,14 +37,18 @@ typedef struct ll_host_config {
     double max_new_sessions_per_min; /* by one address */
     double max_code_lookups_per_min; /* by one address */
     double max_commands_per_s;       /* to one session; twice that in a burst */
-    int64_t max_experiments, max_experiment_runs;
-    double job_cpu_s;  /* processor time of a job (jobs.h) */
-    double job_idle_s; /* after which one that nobody asks for is cancelled */
+    int64_t max_experiments, max_client_experiments, max_experiment_runs;
+    int64_t max_log_mib, max_logs_mib; /* of one session, of all; 0: no limit */
+    int64_t max_results_mib;           /* of all experiments; 0: no limit */
+    double experiment_run_ttl_s;       /* since it was made, for one that is not over */
+    double job_cpu_s;                  /* processor time of a job (jobs.h) */
+    double job_idle_s;                 /* after which one that nobody asks for is cancelled */
     int64_t max_body_bytes;
     double park_after_s;
-    double experiment_ttl_s; /* since it was made */
-    double session_ttl_s;    /* without viewer or request */
-    double save_every_s;     /* the clock of a playing session */
+    double experiment_ttl_s;  /* since it was made */
+    double session_ttl_s;     /* without viewer or request */
+    double save_every_s;      /* the clock of a playing session */
+    struct ll_access *access; /* who may; no row of the table; NULL: everybody, and nobody is the operator */
 } ll_host_config;
 
 extern const ll_param_table ll_host_table;
@@ -59,7 +63,8 @@ typedef struct ll_host_stats {
     uint64_t created, deleted, expired, ticks, frames; /* since the start; frames published */
     uint64_t commands, inputs;
     uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
-    uint64_t refused_memory;
+    uint64_t refused_memory, refused_logs;
+    int64_t log_bytes;          /* of all sessions */
     int64_t memory, memory_max; /* bytes: of those in memory, and of all that may be */
 } ll_host_stats;
 
@@ -120,11 +125,25 @@ bool ll_host_allows_lookup(ll_host *host, const char *peer);
 bool ll_host_allows_creation(ll_host *host,
                              const char *peer); /* of an experiment; ll_host_make asks itself */
 
+/* What an operator sees of a session. */
+typedef struct ll_host_entry {
+    int64_t serial; /* in the order of their making or loading */
+    char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
+    int status; /* an ll_session_status; -1: not loaded since the start */
+    bool parked;
+    int viewers;
+    int64_t created_ms, log_bytes;
+    double idle_s; /* since the last request */
+} ll_host_entry;
+
+/* Those with a serial above `after`, in their order, at most `most`. Caller frees `*entries`. */
+ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **entries, int *count);
+
 const char *ll_hosted_id(const ll_hosted *hosted);
 const char *ll_hosted_code(const ll_hosted *hosted);
 int ll_hosted_viewers(const ll_hosted *hosted);
 
-/* Whose key it is: LL_ROLE_OWNER, a player's number, or LL_ROLE_NONE. */
+/* Whose key it is: LL_ROLE_OWNER (the operator's too), a player's number, or LL_ROLE_NONE. */
 enum { LL_ROLE_NONE = -2, LL_ROLE_OWNER = -1 };
 int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length);
 
@@ -149,5 +168,6 @@ typedef struct ll_host_orders {
     ll_host_tell *tell;
     void *context;
     struct ll_task *task;
+    bool clock; /* it only moves the clock */
 } ll_host_orders;
 ll_status ll_host_command(ll_host *host, ll_hosted *hosted, const ll_host_orders *orders);

@@ -34,12 +34,24 @@ static const ll_param rows[] = {
      .help = "Commands and inputs to one session, sustained; twice that in a burst."},
     {ROW(max_experiments, LL_PARAM_INT), .min = 1, .max = 1000000, .standard = 200,
      .help = "Experiments in total, those that are done among them."},
+    {ROW(max_client_experiments, LL_PARAM_INT), .min = 1, .max = 1000000, .standard = 50,
+     .help = "Of those, made by one address since the daemon's start."},
     {ROW(max_experiment_runs, LL_PARAM_INT), .min = 1, .max = 10000000, .standard = 1000000,
      .help = "Runs of one experiment."},
     {ROW(experiment_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .standard = 2592000, .unit = "s",
      .help = "An experiment that was made so long ago and is neither running nor paused is deleted, at the "
              "next start or "
              "when the next is made."},
+    {ROW(experiment_run_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .standard = 604800, .unit = "s",
+     .help = "An experiment that was made so long ago and is not over is cancelled."},
+    {ROW(max_log_mib, LL_PARAM_INT), .min = 0, .max = 1048576, .standard = 64, .unit = "MiB",
+     .help = "Log of one session; then its changes are refused with 507. 0 is no limit."},
+    {ROW(max_logs_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 8192, .unit = "MiB",
+     .help = "Logs of all sessions on the disk; then changes and new sessions are refused with 507. 0 is no "
+             "limit."},
+    {ROW(max_results_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 8192, .unit = "MiB",
+     .help = "Results of all experiments in a store of SQLite's; one that would not fit is refused with 507. "
+             "0 is no limit."},
     {ROW(job_cpu_s, LL_PARAM_REAL), .min = 0.01, .max = 1e6, .standard = 600, .unit = "s",
      .help = "Processor time that one search for advice may use."},
     {ROW(job_idle_s, LL_PARAM_REAL), .min = 0.1, .max = 86400, .standard = 10, .unit = "s",

@@ -41,7 +41,7 @@ typedef struct ll_reply {
 struct ll_hosted {
     ll_host *host;
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
-    int64_t created_ms;
+    int64_t created_ms, serial;
     int key_count;
     ll_key_hash keys[LL_STORE_KEYS];
     int worker, slot;
@@ -50,6 +50,7 @@ struct ll_hosted {
     _Atomic ll_time touched; /* last request or viewer */
     _Atomic int status;      /* ll_session_status as last seen, or -1: not in memory; for the statistics */
     atomic_bool parked;
+    _Atomic int64_t log_bytes;            /* of its stored lines */
     atomic_bool pending;                  /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
@@ -110,7 +111,7 @@ struct ll_host {
     pthread_cond_t stop;
     bool stopping;
     ll_hosted *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
-    int64_t sessions;
+    int64_t sessions, serials;
     unsigned next_place; /* spreads sessions over workers and slots */
 
     pthread_mutex_t replies_lock;
@@ -118,8 +119,9 @@ struct ll_host {
 
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
     _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
-    _Atomic uint64_t refused_memory;
-    _Atomic int64_t memory; /* that awake sessions may come to hold */
+    _Atomic uint64_t refused_memory, refused_logs;
+    _Atomic int64_t log_bytes; /* of all sessions */
+    _Atomic int64_t memory;    /* that awake sessions may come to hold */
     int64_t memory_max;
 };
 
@@ -129,6 +131,7 @@ ll_hosted *ll_hosted_new(ll_host *host); /* one reference; not registered */
 void ll_hosted_retain(ll_hosted *hosted);
 bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
 void ll_host_unregister(ll_host *host, ll_hosted *hosted);
+void ll_hosted_count_log(ll_hosted *hosted, int64_t bytes);             /* of its lines, more or fewer */
 void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
 void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
 ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */

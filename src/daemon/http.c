@@ -8,10 +8,13 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <strings.h>
 #include <sys/random.h>
 #include <sys/socket.h>
 #include <time.h>
 #include <unistd.h>
+
+#include <cjson/cJSON.h>
 
 #include "base/assert.h"
 #include "base/hash.h"
@@ -66,7 +69,8 @@ static http_connection *watch_connection(ll_http *http, struct MHD_Connection *c
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
     const struct sockaddr *address = info != NULL ? info->client_addr : NULL;
     watched->http = http;
-    watched->pass = ll_gate_pass_of(address);
+    watched->pass = ll_proxies_pass(http->proxies, address);
+    watched->proxied = watched->pass.many;
     write_peer(address, watched->peer);
     info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     watched->fd = info->connect_fd;
@@ -166,6 +170,33 @@ static void name_request(http_exchange *exchange)
     }
 }
 
+typedef struct forwarded_list {
+    char text[1024]; /* the end of it, which is what counts */
+} forwarded_list;
+
+static enum MHD_Result add_forwarded(void *closure, enum MHD_ValueKind kind, const char *name,
+                                     const char *value)
+{
+    (void)kind;
+    forwarded_list *list = closure;
+    if (strcasecmp(name, "X-Forwarded-For") == 0 && value != NULL) {
+        char whole[2 * sizeof list->text];
+        size_t given = strlen(value), most = sizeof list->text - 1;
+        const char *end = given > most ? value + given - most : value;
+        int size = snprintf(whole, sizeof whole, "%s,%s", list->text, end);
+        const char *kept = (size_t)size > most ? whole + (size_t)size - most : whole;
+        memcpy(list->text, kept, strlen(kept) + 1);
+    }
+    return MHD_YES;
+}
+
+static void name_client(http_exchange *exchange)
+{
+    forwarded_list list = {""};
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, add_forwarded, &list);
+    ll_proxies_client(exchange->http->proxies, list.text, exchange->request.peer);
+}
+
 static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connection, const char *path,
                                    const char *method)
 {
@@ -194,6 +225,9 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     exchange->response.status = 200;
     if (exchange->watched != NULL) {
         memcpy(exchange->request.peer, exchange->watched->peer, sizeof exchange->request.peer);
+        if (exchange->watched->proxied) {
+            name_client(exchange);
+        }
     }
     name_request(exchange);
     atomic_fetch_add_explicit(&http->requests, 1, memory_order_relaxed);
@@ -226,6 +260,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     if (exchange->file >= 0) {
         close(exchange->file);
     }
+    atomic_fetch_sub(&http->answer_bytes, exchange->counted);
     ll_http_clear(&exchange->response);
     free(exchange->body);
     free(exchange->parameters);
@@ -233,13 +268,40 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     free(exchange);
 }
 
+/* Whatever came before on the connection has been answered whole. The library goes on with the head, and may
+ * choke on it; no handler gets it. */
+static void refuse_target(http_connection *watched, const char *fault)
+{
+    char answer[640];
+    ll_status error = ll_error(LL_BAD_INPUT, "%s", fault);
+    cJSON *json = ll_problem_json(400, &error, NULL);
+    char *body = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    watched->faulty = true;
+    int size = body == NULL
+                   ? 0
+                   : snprintf(answer, sizeof answer,
+                              "HTTP/1.1 400 Bad Request\r\nContent-Type: application/problem+json\r\n"
+                              "Content-Length: %zu\r\nConnection: close\r\n\r\n%s",
+                              strlen(body), body);
+    cJSON_free(body);
+    if (size > 0 && (size_t)size < sizeof answer) {
+        ssize_t sent = send(watched->fd, answer, (size_t)size, MSG_NOSIGNAL | MSG_DONTWAIT);
+        (void)sent; /* the client is gone: nothing to tell anybody */
+    }
+    shutdown(watched->fd, SHUT_WR);
+}
+
 /* The first line of a request is there: from now on its head has to come. */
 static void *on_request_line(void *closure, const char *uri, struct MHD_Connection *connection)
 {
     ll_http *http = closure;
     http_connection *watched = watched_of(connection);
-    (void)uri;
     if (watched != NULL) {
+        const char *fault = uri != NULL ? ll_target_fault(uri) : NULL;
+        if (fault != NULL) {
+            refuse_target(watched, fault);
+        }
         set_deadline(watched, http->config.head_timeout_s);
         atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
     }
@@ -279,8 +341,9 @@ static void take_body(http_exchange *exchange, const char *bytes, size_t size)
 static bool answer_early(const http_exchange *exchange)
 {
     const char *length = ll_http_header(&exchange->request, "Content-Length");
-    return exchange->refused && (ll_http_header(&exchange->request, "Expect") != NULL ||
-                                 (length != NULL && strtoull(length, NULL, 10) > HTTP_SWALLOW));
+    return exchange->ambiguous ||
+           (exchange->refused && (ll_http_header(&exchange->request, "Expect") != NULL ||
+                                  (length != NULL && strtoull(length, NULL, 10) > HTTP_SWALLOW)));
 }
 
 static enum MHD_Result on_request(void *closure, struct MHD_Connection *connection, const char *url,
@@ -290,6 +353,10 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
     ll_http *http = closure;
     http_exchange *exchange = *context;
     if (exchange == NULL) {
+        const http_connection *watched = watched_of(connection);
+        if (watched != NULL && watched->faulty) {
+            return MHD_NO;
+        }
         exchange = *context = new_exchange(http, connection, url, method);
         if (exchange == NULL) {
             return MHD_NO;
@@ -342,7 +409,8 @@ static struct MHD_Daemon *start_daemon(ll_http *http)
 }
 
 ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, const ll_allow *allow,
-                        ll_gate *gate, ll_ws *ws, ll_bridge *bridge, ll_http **result)
+                        const ll_proxies *proxies, ll_gate *gate, ll_ws *ws, ll_bridge *bridge,
+                        ll_http **result)
 {
     ll_http *http = calloc(1, sizeof *http);
     if (http == NULL) {
@@ -351,6 +419,7 @@ ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, co
     http->config = *config;
     http->app = *app;
     http->allow = *allow;
+    http->proxies = proxies;
     http->gate = gate;
     http->ws = ws;
     http->bridge = bridge;

@@ -27,8 +27,8 @@ typedef struct ll_http_request {
                                                   wildcard last */
     const char *body;                          /* NUL-terminated beyond `body_size`; never NULL */
     size_t body_size;
-    char peer[48];        /* address of the other end, without port */
-    char id[65];          /* X-Request-Id as given, or one that was made */
+    char peer[48]; /* address of the client, without port: the other end, or whom a trusted proxy names */
+    char id[65];   /* X-Request-Id as given, or one that was made */
     struct ll_task *task; /* on the lane of work; else NULL */
     const void *impl;
 } ll_http_request;
@@ -60,6 +60,7 @@ typedef struct ll_http_response {
     ll_http_reader *reader; /* instead of bytes: a body of unknown size, sent in chunks */
     void *reader_context;
     void (*reader_free)(void *context); /* called once, also when the client went away */
+    size_t held;                        /* bytes of memory that the reader holds */
     ll_http_header_line header[LL_HTTP_HEADERS];
     int headers;
     bool failed; /* memory ran out while it was written: becomes a 503 */
@@ -100,6 +101,7 @@ typedef struct ll_http_route {
     const char *types; /* accepted Content-Types, comma separated; NULL: any. A body without Content-Type is a
                           415 if set */
     ll_http_lane lane;
+    const char *query; /* names that its query may have, comma separated; others are a 400. NULL: any */
 } ll_http_route;
 
 typedef struct ll_http_app {
@@ -120,12 +122,13 @@ struct ll_door_config;
 struct ll_gate;
 struct ll_bridge;
 struct ll_allow;
+struct ll_proxies;
 struct ll_ws;
 struct sockaddr;
 
 ll_status ll_http_start(const struct ll_door_config *config, const ll_http_app *app,
-                        const struct ll_allow *allow, struct ll_gate *gate, struct ll_ws *ws,
-                        struct ll_bridge *bridge, ll_http **http);
+                        const struct ll_allow *allow, const struct ll_proxies *proxies, struct ll_gate *gate,
+                        struct ll_ws *ws, struct ll_bridge *bridge, ll_http **http);
 
 /* Hands a connection over: the HTTP side owns `fd` from here on, whatever is returned. Any thread. */
 bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsigned address_size);
@@ -135,6 +138,7 @@ void ll_http_watch(ll_http *http, int64_t now_ns);
 
 typedef struct ll_http_counted {
     uint64_t requests, cut;
+    uint64_t refused_answers, answer_bytes;
     int control;      /* requests on the lane of control, waiting or in hand */
     double control_s; /* the longest that one of them has been there */
 } ll_http_counted;

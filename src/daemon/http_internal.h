@@ -11,6 +11,7 @@
 #include "daemon/gate.h"
 #include "daemon/http.h"
 #include "daemon/problem.h"
+#include "daemon/proxies.h"
 #include "daemon/tasks.h"
 #include "daemon/upgrade.h"
 
@@ -24,6 +25,8 @@ typedef struct http_connection {
     int fd;
     ll_gate_pass pass;
     char peer[48];
+    bool faulty;                 /* its request was answered before its head was read */
+    bool proxied;                /* a trusted proxy's */
     _Atomic int64_t deadline_ns; /* 0: none */
     atomic_bool idle;            /* between two requests */
     ll_task *task;               /* watch_lock: what works for it */
@@ -50,6 +53,7 @@ typedef struct http_exchange {
     char *body;
     size_t body_capacity, body_limit, swallowed;
     bool refused;      /* the response is there before the body */
+    bool ambiguous;    /* two readers could see two requests in it: the connection ends */
     bool head;         /* HEAD */
     bool cross_origin; /* an allowed origin that is not ours: may read the answer */
     int64_t begin_ns;
@@ -59,6 +63,7 @@ typedef struct http_exchange {
     uint64_t file_size;
     struct http_exchange *next_job;
     int64_t queued_ns; /* on the lane of control */
+    int64_t counted;   /* of the answer, in answer_bytes */
 } http_exchange;
 
 struct ll_http {
@@ -66,10 +71,12 @@ struct ll_http {
     ll_door_config config;
     ll_http_app app;
     ll_allow allow;
+    const ll_proxies *proxies;
     ll_gate *gate;
     ll_bridge *bridge;
     ll_ws *ws;
-    atomic_ullong requests, cut, request_serial;
+    atomic_ullong requests, cut, request_serial, refused_answers;
+    atomic_llong answer_bytes; /* of large answers that are being sent */
     uint64_t request_seed;
 
     pthread_mutex_t watch_lock;

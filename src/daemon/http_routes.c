@@ -222,6 +222,69 @@ static void begin_stream(http_exchange *exchange, const char *version)
     }
 }
 
+/* ---- heads that two readers could read in two ways ---- */
+
+typedef struct head_counts {
+    int length, encoding, host, origin, authorization, type;
+    bool nul;
+} head_counts;
+
+static enum MHD_Result count_header(void *closure, enum MHD_ValueKind kind, const char *name,
+                                    size_t name_size, const char *value, size_t value_size)
+{
+    (void)kind;
+    head_counts *counts = closure;
+    const struct {
+        const char *name;
+        int *count;
+    } counted[] = {{"Content-Length", &counts->length},
+                   {"Transfer-Encoding", &counts->encoding},
+                   {"Host", &counts->host},
+                   {"Origin", &counts->origin},
+                   {"Content-Type", &counts->type},
+                   {"Authorization", &counts->authorization}};
+    for (size_t i = 0; i < sizeof counted / sizeof *counted; i++) {
+        *counted[i].count += strcasecmp(name, counted[i].name) == 0;
+    }
+    counts->nul = counts->nul || memchr(name, '\0', name_size) != NULL ||
+                  (value != NULL && memchr(value, '\0', value_size) != NULL);
+    return MHD_YES;
+}
+
+static void refuse_head(http_exchange *exchange, int status, const char *field, const char *sentence)
+{
+    ll_http_refuse(exchange, status, LL_BAD_INPUT, field, "%s", sentence);
+    ll_http_set_header(&exchange->response, "Connection", "close");
+    exchange->ambiguous = true;
+}
+
+/* On every request of a connection: the acceptor sees the first one only, and the library takes the first of
+ * two. */
+static bool head_refused(http_exchange *exchange, const char *version)
+{
+    head_counts n = {0};
+    MHD_get_connection_values_n(exchange->connection, MHD_HEADER_KIND, count_header, &n);
+    const char *encoding = ll_http_header(&exchange->request, "Transfer-Encoding");
+    const char *twice = n.length > 1          ? "Content-Length"
+                        : n.encoding > 1      ? "Transfer-Encoding"
+                        : n.host > 1          ? "Host"
+                        : n.origin > 1        ? "Origin"
+                        : n.type > 1          ? "Content-Type"
+                        : n.authorization > 1 ? "Authorization"
+                                              : NULL;
+    if (twice != NULL) {
+        refuse_head(exchange, 400, twice, "a request may have this header once");
+    } else if (n.nul) {
+        refuse_head(exchange, 400, "", "a header may not have a NUL");
+    } else if (encoding != NULL && (n.length > 0 || strcmp(version, "HTTP/1.1") != 0)) {
+        refuse_head(exchange, 400, "Transfer-Encoding",
+                    "Transfer-Encoding is for HTTP/1.1, and not beside Content-Length");
+    } else if (encoding != NULL && strcasecmp(encoding, "chunked") != 0) {
+        refuse_head(exchange, 501, "Transfer-Encoding", "Transfer-Encoding must be chunked");
+    }
+    return exchange->ambiguous;
+}
+
 /* ---- before and after the body ---- */
 
 static void begin_body(http_exchange *exchange)
@@ -247,6 +310,32 @@ static void begin_body(http_exchange *exchange)
     exchange->refused = true;
 }
 
+static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, const char *name,
+                                      const char *value)
+{
+    (void)kind, (void)value;
+    http_exchange *exchange = closure;
+    const char *known = exchange->route->query;
+    size_t size = strlen(name);
+    for (const char *at = known; *at != '\0';
+         at += at[strcspn(at, ",")] == ',' ? strcspn(at, ",") + 1 : strcspn(at, ",")) {
+        if (strcspn(at, ",") == size && strncmp(at, name, size) == 0) {
+            return MHD_YES;
+        }
+    }
+    ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "%.60s is not known in a query here; %s%s", name,
+                   *known != '\0' ? "possible are " : "none is possible", known);
+    exchange->refused = true;
+    return MHD_NO;
+}
+
+static void check_query(http_exchange *exchange)
+{
+    if (exchange->route->query != NULL) {
+        MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, check_argument, exchange);
+    }
+}
+
 void ll_http_begin(http_exchange *exchange, const char *version)
 {
     ll_http *http = exchange->http;
@@ -255,6 +344,9 @@ void ll_http_begin(http_exchange *exchange, const char *version)
     ll_stream_kind kind;
     char allow[96], id[65];
     exchange->refused = true;
+    if (head_refused(exchange, version)) {
+        return;
+    }
     if (host == NULL && strcmp(version, "HTTP/1.1") == 0) {
         ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "a request of HTTP/1.1 needs a Host header");
         return;
@@ -285,6 +377,9 @@ void ll_http_begin(http_exchange *exchange, const char *version)
         exchange->refused = false;
         if (exchange->route != NULL) {
             begin_body(exchange);
+            if (!exchange->refused) {
+                check_query(exchange);
+            }
         }
     }
 }

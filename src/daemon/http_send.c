@@ -7,6 +7,8 @@
 
 #include "daemon/http_internal.h"
 
+#define SMALL_ANSWER (64 << 10)
+
 /* No inline script, no foreign origin, no frames: the page needs none of them. */
 static const char policy[] =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -125,6 +127,28 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
     }
 }
 
+static int64_t answer_size(const ll_http_response *response)
+{
+    return (int64_t)(response->size + response->held);
+}
+
+/* Counts a large answer until it was sent; false when there is no room for it. Small ones always have it. */
+static bool count_answer(http_exchange *exchange)
+{
+    ll_http *http = exchange->http;
+    int64_t size = answer_size(&exchange->response), most = http->config.max_answers_mib << 20;
+    if (size <= SMALL_ANSWER) {
+        return true;
+    }
+    if (atomic_fetch_add(&http->answer_bytes, size) + size <= most) {
+        exchange->counted = size;
+        return true;
+    }
+    atomic_fetch_sub(&http->answer_bytes, size);
+    atomic_fetch_add(&http->refused_answers, 1);
+    return false;
+}
+
 enum MHD_Result ll_http_send(http_exchange *exchange)
 {
     exchange->phase = HTTP_QUEUED;
@@ -140,6 +164,15 @@ enum MHD_Result ll_http_send(http_exchange *exchange)
     if (exchange->response.failed) {
         ll_http_clear(&exchange->response);
         ll_status error = ll_error(LL_NO_MEMORY, "the daemon has no memory for this answer");
+        ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
+    }
+    if (!count_answer(exchange)) {
+        ll_status error = ll_error(LL_NO_MEMORY,
+                                   "%.1f MiB of answers are being sent already, and this one has "
+                                   "%.1f MiB (max_answers_mib)",
+                                   (double)atomic_load(&exchange->http->answer_bytes) / 1048576.0,
+                                   (double)answer_size(&exchange->response) / 1048576.0);
+        ll_http_clear(&exchange->response);
         ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
     }
     struct MHD_Response *made = make(exchange);

@@ -202,7 +202,7 @@ ll_status ll_jobs_remove(ll_jobs *jobs, const char *id, const char *key)
     job **link = find(jobs, id);
     if (!*link)
         status = no_job();
-    else if (!ll_key_matches(&(*link)->key, key, strlen(key)))
+    else if (key && !ll_key_matches(&(*link)->key, key, strlen(key)))
         status = ll_error(LL_FORBIDDEN, "This key does not belong to this advice.");
     else
         take_off(jobs, link);

@@ -34,5 +34,5 @@ ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LE
                       char key[LL_KEY_LENGTH + 1]);
 /* Adds to `json`: state, done, runs, and `answer` and `error`, which may be null. LL_NOT_FOUND. */
 ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, struct cJSON *json);
-/* Cancels and forgets it. LL_NOT_FOUND; LL_FORBIDDEN: it is not its key. */
+/* Cancels and forgets it. LL_NOT_FOUND; LL_FORBIDDEN: it is not its key; NULL is the operator's. */
 ll_status ll_jobs_remove(ll_jobs *jobs, const char *id, const char *key);

@@ -5,6 +5,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/hosted.h"
+#include "daemon/quota.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 
@@ -88,10 +89,7 @@ static ll_status allowed(ll_host *host, const ll_host_order *order)
     ll_status status = ll_host_storable(host);
     if (ll_failed(&status))
         return status;
-    if (!ll_host_allows_creation(host, order->peer))
-        return ll_error(LL_LIMIT, "One address can make at most %g sessions a minute.",
-                        host->config.max_new_sessions_per_min);
-    return ll_ok();
+    return ll_quota_make(host, order->peer, order->origin ? atomic_load(&order->origin->log_bytes) : 0);
 }
 
 /* Reads the scenario of a new session. To make a large one is work. */

@@ -14,6 +14,7 @@
 #include "daemon/ws.h"
 
 #define LOOK_EVERY_NS 250000000L
+#define TIDY_EVERY (10 * LL_SECOND) /* what has expired is looked for */
 /* While it runs, also when no run has ended: the rate falls and the time left grows. */
 #define TELL_EVERY (1000 * LL_MS)
 
@@ -115,13 +116,13 @@ static void wait_for_news(ll_progress *p)
 {
     struct timespec until;
     clock_gettime(CLOCK_REALTIME, &until);
+    if (p->viewers == 0)
+        until.tv_sec += 1;
     until.tv_nsec += LOOK_EVERY_NS;
     until.tv_sec += until.tv_nsec / 1000000000L;
     until.tv_nsec %= 1000000000L;
     while (!p->stopping && !p->news) {
-        if (p->viewers == 0)
-            pthread_cond_wait(&p->wake, &p->lock);
-        else if (pthread_cond_timedwait(&p->wake, &p->lock, &until) != 0)
+        if (pthread_cond_timedwait(&p->wake, &p->lock, &until) != 0)
             break;
     }
     p->news = false;
@@ -130,6 +131,7 @@ static void wait_for_news(ll_progress *p)
 static void *watch(void *context)
 {
     ll_progress *p = context;
+    ll_time tidied = 0;
     pthread_mutex_lock(&p->lock);
     while (!p->stopping) {
         for (watched *w = p->first; w; w = w->next) {
@@ -138,6 +140,12 @@ static void *watch(void *context)
         }
         close_removed(p);
         wait_for_news(p);
+        if (p->stopping || ll_host_now() - tidied < TIDY_EVERY)
+            continue;
+        pthread_mutex_unlock(&p->lock); /* what is deleted is taken off the list */
+        ll_experiments_tidy(p->experiments);
+        pthread_mutex_lock(&p->lock);
+        tidied = ll_host_now();
     }
     pthread_mutex_unlock(&p->lock);
     return NULL;

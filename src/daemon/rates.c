@@ -14,7 +14,7 @@ struct ll_rates {
     ll_bucket bucket[BUCKETS];
 };
 
-bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
+bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now)
 {
     if (bucket->filled == 0)
         bucket->tokens = burst;
@@ -24,10 +24,17 @@ bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
         bucket->tokens = burst;
     if (now > bucket->filled)
         bucket->filled = now;
-    if (bucket->tokens < 1)
+    if (many > burst)
+        many = burst;
+    if (bucket->tokens < many)
         return false;
-    bucket->tokens -= 1;
+    bucket->tokens -= many;
     return true;
+}
+
+bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
+{
+    return ll_bucket_take_many(bucket, 1, per_s, burst, now);
 }
 
 ll_rates *ll_rates_new(double per_s, double burst)
@@ -51,9 +58,14 @@ void ll_rates_free(ll_rates *rates)
 
 bool ll_rates_take(ll_rates *rates, const char *name, ll_time now)
 {
+    return ll_rates_take_many(rates, name, 1, now);
+}
+
+bool ll_rates_take_many(ll_rates *rates, const char *name, double many, ll_time now)
+{
     uint64_t hash = ll_hash(0, name, strlen(name));
     pthread_mutex_lock(&rates->lock);
-    bool taken = ll_bucket_take(&rates->bucket[hash % BUCKETS], rates->per_s, rates->burst, now);
+    bool taken = ll_bucket_take_many(&rates->bucket[hash % BUCKETS], many, rates->per_s, rates->burst, now);
     pthread_mutex_unlock(&rates->lock);
     return taken;
 }

@@ -15,10 +15,13 @@ typedef struct ll_bucket {
     ll_time filled; /* 0: never used, full */
 } ll_bucket;
 
+bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now);
 bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now);
 
 typedef struct ll_rates ll_rates;
 
 ll_rates *ll_rates_new(double per_s, double burst); /* NULL without memory */
 void ll_rates_free(ll_rates *rates);
+/* Takes `many` at once, at most the burst. Any thread. */
+bool ll_rates_take_many(ll_rates *rates, const char *name, double many, ll_time now);
 bool ll_rates_take(ll_rates *rates, const char *name, ll_time now); /* any thread */

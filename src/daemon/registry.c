@@ -76,6 +76,7 @@ bool ll_host_register(ll_host *host, ll_hosted *hosted)
         hosted->worker = (int)(place % (unsigned)host->worker_count);
         hosted->slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
         host->sessions++;
+        hosted->serial = ++host->serials;
     }
     pthread_mutex_unlock(&host->lock);
     return room;
@@ -171,6 +172,7 @@ static void add_stored(void *context, const ll_stored *stored)
         return;
     hosted->stored = *stored;
     hosted->lines = stored->lines;
+    ll_hosted_count_log(hosted, stored->log_bytes);
     hosted->created_ms = stored->created_ms;
     hosted->key_count = stored->key_count;
     memcpy(hosted->keys, stored->keys, sizeof hosted->keys);
@@ -363,6 +365,8 @@ ll_host_stats ll_host_get_stats(ll_host *host)
         .refused_commands = atomic_load(&host->refused_commands),
         .refused_store = atomic_load(&host->refused_store),
         .refused_memory = atomic_load(&host->refused_memory),
+        .refused_logs = atomic_load(&host->refused_logs),
+        .log_bytes = atomic_load(&host->log_bytes),
         .memory = atomic_load(&host->memory),
         .memory_max = host->memory_max,
     };

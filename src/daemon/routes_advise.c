@@ -81,7 +81,7 @@ void ll_post_advise(void *context, const ll_http_request *request, ll_http_respo
 {
     ll_api *api = context;
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1];
-    if (!ll_api_started(api, request, response))
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
     cJSON *body = ll_api_body(request, response);
     question *q = body ? calloc(1, sizeof *q) : NULL;
@@ -134,7 +134,8 @@ void ll_delete_advice(void *context, const ll_http_request *request, ll_http_res
     const char *key = ll_api_key(request, response, "the advice's owner_key");
     if (!key)
         return;
-    ll_status status = ll_jobs_remove(api->jobs, request->parameter[0], key);
+    ll_status status =
+        ll_jobs_remove(api->jobs, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else

@@ -112,7 +112,8 @@ void ll_patch_params(void *context, const ll_http_request *request, ll_http_resp
 
 void ll_post_control(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    owner_command(context, request, response, (ll_host_orders){.change = control, .tell = tell_control});
+    owner_command(context, request, response,
+                  (ll_host_orders){.change = control, .clock = true, .tell = tell_control});
 }
 
 /* The body says which player it is for, hence whose key will do. Without any key nothing is read. */

@@ -67,10 +67,11 @@ static ll_status answer_dry_run(const ll_experiment *e, ll_task *task, ll_http_r
     return status;
 }
 
-static ll_status answer_made(ll_api *api, const ll_experiment *e, ll_http_response *response)
+static ll_status answer_made(ll_api *api, const ll_experiment *e, const char *client,
+                             ll_http_response *response)
 {
     char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1], location[80];
-    ll_status status = ll_experiments_add(api->experiments, e, id, key);
+    ll_status status = ll_experiments_add(api->experiments, e, client, id, key);
     if (ll_failed(&status))
         return status;
     cJSON *json = cJSON_CreateObject();
@@ -89,7 +90,7 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
 {
     ll_api *api = context;
     ll_experiment *e = NULL;
-    if (!ll_api_started(api, request, response))
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
         return;
     cJSON *body = ll_api_body(request, response);
     if (!body)
@@ -105,7 +106,8 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
     if (!ll_failed(&status))
-        status = only_dry ? answer_dry_run(e, request->task, response) : answer_made(api, e, response);
+        status = only_dry ? answer_dry_run(e, request->task, response)
+                          : answer_made(api, e, request->peer, response);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     ll_experiment_free(e);
@@ -126,13 +128,13 @@ static bool find(ll_api *api, const ll_http_request *request, ll_http_response *
     return !ll_failed(&status);
 }
 
-static bool permitted(const ll_http_request *request, ll_http_response *response,
+static bool permitted(const ll_api *api, const ll_http_request *request, ll_http_response *response,
                       const ll_experiment_record *record)
 {
     const char *key = ll_api_key(request, response, "the experiment's owner_key");
     if (!key)
         return false;
-    if (ll_experiments_permits(record, key))
+    if (ll_experiments_permits(record, key) || ll_api_is_operator(api, key))
         return true;
     ll_status error = ll_error(LL_FORBIDDEN, "This key does not belong to this experiment.");
     ll_problem(response, request, &error);
@@ -179,7 +181,7 @@ void ll_delete_experiment(void *context, const ll_http_request *request, ll_http
 {
     ll_api *api = context;
     ll_experiment_record record;
-    if (!find(api, request, response, &record, NULL) || !permitted(request, response, &record))
+    if (!find(api, request, response, &record, NULL) || !permitted(api, request, response, &record))
         return;
     ll_status status = ll_experiments_remove(api->experiments, record.id);
     if (ll_failed(&status))
@@ -217,7 +219,7 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
     ll_experiment_state state = LL_EXPERIMENT_RUNNING;
     if (!find(api, request, response, &record, &e))
         return;
-    cJSON *body = permitted(request, response, &record) ? ll_api_body(request, response) : NULL;
+    cJSON *body = permitted(api, request, response, &record) ? ll_api_body(request, response) : NULL;
     if (body) {
         ll_status status = read_op(body, &state);
         if (!ll_failed(&status))
@@ -247,6 +249,12 @@ static void close_file(void *context)
     fclose(context);
 }
 
+/* Whether the file is one of memory: only those can be sealed. */
+static bool in_memory(FILE *file)
+{
+    return fcntl(fileno(file), F_GET_SEALS) >= 0;
+}
+
 /* The body is what `file` holds; on an error it is closed and the error answered. */
 static void answer_file(const ll_http_request *request, ll_http_response *response, const ll_status *status,
                         FILE *file, const char *type)
@@ -257,6 +265,7 @@ static void answer_file(const ll_http_request *request, ll_http_response *respon
         ll_api_problem(response, request, status);
         return;
     }
+    response->held = in_memory(file) ? (size_t)ftell(file) : 0;
     rewind(file);
     snprintf(response->type, sizeof response->type, "%s", type);
     response->reader = read_file;
@@ -391,18 +400,33 @@ static bool next_row(void *context, ll_row *row, ll_status *status)
 }
 
 /* The table of what the query asks for: runs, points, or points against one of them. */
+/* true or false; absent: false. */
+static ll_status query_flag(const ll_http_request *request, const char *name, bool *flag)
+{
+    const char *text = ll_http_query(request, name);
+    *flag = text && strcmp(text, "true") == 0;
+    return !text || *flag || strcmp(text, "false") == 0
+               ? ll_ok()
+               : ll_field_error(LL_BAD_INPUT, name, "%s must be true or false; it is `%.40s`.", name, text);
+}
+
 static ll_status make_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
                             const ll_experiment *e, asked_rows *rows, ll_result_table **table)
 {
-    const char *points = ll_http_query(request, "points"), *compare = ll_http_query(request, "compare");
-    const char *sensitivity = ll_http_query(request, "sensitivity");
+    const char *compare = ll_http_query(request, "compare");
+    bool points, sensitivity;
     ll_row *baseline = NULL;
     int64_t point, count = 0;
-    if (sensitivity && strcmp(sensitivity, "true") == 0)
+    ll_status status = query_flag(request, "points", &points);
+    if (!ll_failed(&status))
+        status = query_flag(request, "sensitivity", &sensitivity);
+    if (ll_failed(&status))
+        return status;
+    if (sensitivity)
         return ll_result_table_sensitivity(e, ll_stored_rows_next, rows, table);
-    if (!points || strcmp(points, "true") != 0)
+    if (!points)
         return ll_result_table_rows(e, record->version, next_row, rows, table);
-    ll_status status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
+    status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
     if (!ll_failed(&status) && compare)
         status =
             ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, point, &baseline, &count);

@@ -86,6 +86,7 @@ static void write_sessions(ll_http_response *r, const ll_host_stats *s)
     gauge(r, "sessions_parked", (double)s->parked, "Sessions that nobody looks at.");
     gauge(r, "sessions_memory_bytes", (double)s->memory,
           "Memory that the sessions in memory may come to hold.");
+    gauge(r, "log_bytes", (double)s->log_bytes, "Bytes of the logs of all sessions.");
     gauge(r, "sessions_memory_max_bytes", (double)s->memory_max, "Most that they may; more are refused.");
     counter(r, "sessions_created_total", s->created, "Sessions made, forks included.");
     counter(r, "sessions_deleted_total", s->deleted, "Sessions deleted, expired ones included.");
@@ -105,6 +106,8 @@ static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_
     labelled(r, "refused_total", "limit", "commands_per_s", s->refused_commands);
     labelled(r, "refused_total", "limit", "store", s->refused_store);
     labelled(r, "refused_total", "limit", "memory", s->refused_memory);
+    labelled(r, "refused_total", "limit", "log_mib", s->refused_logs);
+    labelled(r, "refused_total", "limit", "answers_mib", d->refused_answers);
     labelled(r, "refused_total", "limit", "connections", d->refused_total);
     labelled(r, "refused_total", "limit", "connections_per_ip", d->refused_per_ip);
     labelled(r, "refused_total", "limit", "head", d->refused_head);
@@ -117,6 +120,7 @@ static void write_door(ll_http_response *r, const ll_door_stats *d)
 {
     gauge(r, "connections", (double)d->connections, "Open connections of every kind.");
     counter(r, "connections_total", d->accepted, "Connections accepted.");
+    gauge(r, "answer_bytes", (double)d->answer_bytes, "Bytes of large answers that are being sent.");
     counter(r, "bridged_total", d->bridged, "Streams begun on a kept connection.");
     gauge(r, "viewers", (double)d->ws.viewers, "Viewers of streams.");
     counter(r, "viewers_total", d->ws.opened, "Viewers since the start.");

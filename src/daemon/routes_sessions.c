@@ -171,6 +171,8 @@ static char *make_new(ll_api *api, const ll_http_request *request, ll_http_respo
 void ll_post_sessions(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
+    if (!ll_api_may_create(api, request, response))
+        return;
     const char *key = ll_http_header(request, "Idempotency-Key");
     if (!key || !*key) {
         free(make_new(api, request, response));
@@ -209,6 +211,10 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
     ll_hosted *origin = ll_api_session(api, request, response);
     if (!origin)
         return;
+    if (!ll_api_may_create(api, request, response)) {
+        ll_hosted_release(origin);
+        return;
+    }
     cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
     if (body) {
         ll_host_order order = {

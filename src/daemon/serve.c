@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "base/program.h"
+#include "daemon/access.h"
 #include "daemon/api.h"
 #include "daemon/door.h"
 #include "daemon/experiments.h"
@@ -27,6 +28,8 @@
 typedef struct daemon_parts {
     ll_door_config door_config;
     ll_host_config host_config;
+    ll_access_config access_config;
+    ll_access access;
     ll_store *store;
     ll_tasks *tasks;
     ll_host *host;
@@ -117,7 +120,10 @@ static void log_door(void *context, const char *level, const char *message)
 
 static ll_status start(daemon_parts *d)
 {
-    ll_status status = open_store(d);
+    ll_status status = ll_access_open(&d->access_config, &d->access);
+    d->host_config.access = &d->access;
+    if (!ll_failed(&status))
+        status = open_store(d);
     if (!ll_failed(&status) && d->store)
         setenv("TMPDIR", d->host_config.data, 1); /* it may be all that can be written to */
     if (!ll_failed(&status))
@@ -225,11 +231,13 @@ int ll_serve(int argc, char **argv)
     if (!d)
         return 1;
     bool help;
-    const ll_options options[] = {{&ll_door_table, &d->door_config}, {&ll_host_table, &d->host_config}};
-    ll_status status = ll_options_parse(options, 2, argc, argv, &help);
+    const ll_options options[] = {{&ll_door_table, &d->door_config},
+                                  {&ll_host_table, &d->host_config},
+                                  {&ll_access_table, &d->access_config}};
+    ll_status status = ll_options_parse(options, 3, argc, argv, &help);
     if (ll_failed(&status) || help) {
         if (help)
-            ll_options_help(options, 2, stdout);
+            ll_options_help(options, 3, stdout);
         free(d);
         return help ? 0 : complain(&status, 2);
     }

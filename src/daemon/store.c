@@ -426,6 +426,7 @@ static void read_row(sqlite3_stmt *s, ll_stored *row)
     row->tick = sqlite3_column_int64(s, 8);
     row->head_tick = sqlite3_column_int64(s, 9);
     row->lines = sqlite3_column_int64(s, 10);
+    row->log_bytes = sqlite3_column_int64(s, 11);
 }
 
 ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_stored *stored), void *context)
@@ -433,7 +434,8 @@ ll_status ll_store_list(ll_store *store, void (*each)(void *context, const ll_st
     if (!store)
         return ll_ok();
     static const char sql[] =
-        "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number)"
+        "SELECT *, (SELECT coalesce(max(line_index) + 1, 0) FROM log WHERE session = number),"
+        " (SELECT coalesce(sum(length(CAST(line AS BLOB)) + 1), 0) FROM log WHERE session = number)"
         " FROM sessions ORDER BY number";
     sqlite3_stmt *s = NULL;
     pthread_mutex_lock(&store->reader_lock);

@@ -34,7 +34,7 @@ typedef struct ll_stored {
     bool playing;
     double speed;
     int64_t tick, head_tick;
-    int64_t lines; /* of the log */
+    int64_t lines, log_bytes; /* of the log; the bytes as they were read */
 } ll_stored;
 
 typedef struct ll_store_stats {

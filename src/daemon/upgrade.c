@@ -29,6 +29,21 @@ static ll_text trim(ll_text text)
     return text;
 }
 
+/* ---- targets ---- */
+
+const char *ll_target_fault(const char *target)
+{
+    if (strstr(target, "%00") != NULL) {
+        return "a target may not have a NUL (%00)";
+    }
+    const char *query = strchr(target, '?');
+    int arguments = query != NULL;
+    for (; query != NULL && *query != '\0'; query++) {
+        arguments += *query == '&';
+    }
+    return arguments > LL_ARGUMENTS_MAX ? "a query may have 64 arguments" : NULL;
+}
+
 /* ---- heads ---- */
 
 /* One line without its end; false when there is no whole line. Bare LF ends a line too: nobody then waits for

@@ -31,6 +31,11 @@ typedef struct ll_head {
 
 ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head);
 
+/* Why no handler may see a request's target, as it came: what the library would cut (`%00`) or choke on (too
+ * many arguments). NULL: nothing. */
+const char *ll_target_fault(const char *target);
+enum { LL_ARGUMENTS_MAX = 64 };
+
 bool ll_has_token(ll_text list, const char *token); /* comma separated, case ignored */
 
 /* Who may talk to the daemon. Lists are comma separated; empty or NULL: none beside the standard ones. */

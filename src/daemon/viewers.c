@@ -12,6 +12,7 @@
 
 #include "daemon/action.h"
 #include "daemon/hosted.h"
+#include "daemon/quota.h"
 #include "daemon/problem.h"
 #include "session/scenario.h"
 
@@ -150,6 +151,9 @@ static ll_status apply_input(ll_hosted *hosted, ll_time wall, const ll_stream_in
         atomic_fetch_add(&host->refused_commands, 1);
         return ll_error(LL_LIMIT, "This session takes at most %g commands a second.", rate);
     }
+    status = ll_quota_line(hosted, false);
+    if (ll_failed(&status))
+        return status;
     return ll_session_input(hosted->session, wall, input->player, &input->action);
 }
 

@@ -168,6 +168,7 @@ void *ll_ws_thread_main(void *thread);
  * now. */
 bool ll_ws_viewer_open(ws_viewer *viewer);
 void ll_ws_viewer_gone(ws_viewer *viewer);
+void ll_ws_viewer_pong(ws_viewer *viewer); /* counts as a message */
 bool ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last);
 bool ll_ws_viewer_writable(ws_viewer *viewer);
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next */

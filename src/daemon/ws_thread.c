@@ -134,6 +134,13 @@ static int on_event(struct lws *wsi, enum lws_callback_reasons reason, void *use
     case LWS_CALLBACK_SERVER_WRITEABLE:
         viewer = lws_get_opaque_user_data(wsi);
         return viewer != NULL && ll_ws_viewer_writable(viewer) ? 0 : -1;
+    case LWS_CALLBACK_RECEIVE_PONG: /* asked for or not */
+        viewer = lws_get_opaque_user_data(wsi);
+        if (viewer != NULL) {
+            thread->now_ns = ll_ws_now();
+            ll_ws_viewer_pong(viewer);
+        }
+        return 0;
     case LWS_CALLBACK_RECEIVE: {
         viewer = lws_get_opaque_user_data(wsi);
         thread->now_ns = ll_ws_now(); /* the poll before may have slept: acks are timed by it */

@@ -434,6 +434,17 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
     }
 }
 
+void ll_ws_viewer_pong(ws_viewer *viewer)
+{
+    if (viewer->dead || viewer->stream == NULL || viewer->close_code != 0) {
+        return;
+    }
+    viewer->heard_ns = viewer->thread->now_ns;
+    if (!within_rate(viewer, 0)) {
+        refuse_rate(viewer);
+    }
+}
+
 bool ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last)
 {
     if (viewer->dead) {

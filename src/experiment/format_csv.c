@@ -1,6 +1,7 @@
 /* RFC 4180. */
 #include <inttypes.h>
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "experiment/formats.h"
@@ -39,8 +40,31 @@ ll_status ll_format_end(FILE *file, const ll_status *status)
                : ll_ok();
 }
 
+/* A text that a spreadsheet would take for a formula gets an apostrophe before it, which keeps it a text. */
+static bool is_formula(const char *text)
+{
+    char *end;
+    if (text[0] == '=' || text[0] == '@' || text[0] == '\t')
+        return true;
+    if (text[0] != '+' && text[0] != '-')
+        return false;
+    strtod(text, &end);
+    return text[1] != '\0' && *end != '\0';
+}
+
 static void quoted(FILE *file, const char *text)
 {
+    if (is_formula(text)) {
+        char *kept = NULL;
+        size_t size = strlen(text) + 2;
+        kept = malloc(size);
+        if (kept) {
+            snprintf(kept, size, "'%s", text);
+            quoted(file, kept);
+        }
+        free(kept);
+        return;
+    }
     if (!strpbrk(text, ",\"\r\n")) {
         fputs(text, file);
         return;

@@ -74,6 +74,9 @@ typedef struct ll_result_store_kind {
     /* Ends every lease: for who knows that nobody else is at work. */
     ll_status (*release)(ll_result_store *store);
 
+    /* Bytes that its tables take; NULL where the database has limits of its own. */
+    ll_status (*bytes)(ll_result_store *store, int64_t *bytes);
+
     /* Rows of runs >= `from`, at most `capacity`, in order. */
     ll_status (*read)(ll_result_store *store, const char *id, int64_t from, ll_row *rows, int capacity,
                       int *count);

@@ -400,6 +400,19 @@ static ll_status release(ll_result_store *store)
     return leave(s, good ? ll_ok() : failure(s, "Releasing leases"));
 }
 
+static ll_status bytes(ll_result_store *store, int64_t *taken)
+{
+    sqlite_store *s = enter(store);
+    sqlite3_stmt *q = query(s,
+                            "SELECT (page_count - freelist_count) * page_size"
+                            " FROM pragma_page_count, pragma_freelist_count, pragma_page_size",
+                            "");
+    bool good = q && sqlite3_step(q) == SQLITE_ROW;
+    *taken = good ? sqlite3_column_int64(q, 0) : 0;
+    sqlite3_finalize(q);
+    return leave(s, good ? ll_ok() : failure(s, "Reading"));
+}
+
 /* ---- rows ---- */
 
 static void read_row(sqlite3_stmt *q, ll_row *r)
@@ -446,4 +459,5 @@ const ll_result_store_kind ll_result_store_sqlite = {.open = open_store,
                                                      .finish = finish,
                                                      .give_back = give_back,
                                                      .release = release,
+                                                     .bytes = bytes,
                                                      .read = read_rows};

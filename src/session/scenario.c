@@ -50,11 +50,29 @@ static ll_status syntax_error(const char *text, size_t length, const char *at)
     return ll_error(LL_BAD_INPUT, "not valid JSON: line %d, column %d", line, column);
 }
 
+/* The first NUL, as such or as \\u0000, at which texts would be cut; NULL when there is none. */
+static const char *find_nul(const char *text, size_t length)
+{
+    for (size_t i = 0; i < length; i++) {
+        if (text[i] == '\0')
+            return text + i;
+        if (text[i] != '\\')
+            continue;
+        if (length - i >= 6 && memcmp(text + i + 1, "u0000", 5) == 0)
+            return text + i;
+        i++; /* what is escaped */
+    }
+    return NULL;
+}
+
 ll_status ll_json_parse(const char *text, size_t length, cJSON **json)
 {
     *json = NULL;
     if (too_deep(text, length))
         return ll_error(LL_BAD_INPUT, "the JSON is nested more than %d levels deep", LL_JSON_DEPTH);
+    const char *nul = find_nul(text, length);
+    if (nul)
+        return syntax_error(text, length, nul);
     const char *end = NULL;
     cJSON *parsed = cJSON_ParseWithLengthOpts(text, length, &end, false);
     if (!parsed)

@@ -25,6 +25,7 @@ const UNPROVOKED = new Map([
   ['post /api/v1/sessions/{id}/fork 409', 'no state of a session forbids a fork today'],
   ['post /api/v1/sessions/{id}/control 409', 'needs a session that diverged'],
   ['get /api/v1/experiments/{id} 507', 'needs a damaged database'],
+  ['get /api/v1/experiments 507', 'as above'],
   ['get /api/v1/experiments/{id}/results 507', 'as above'],
   ['get /api/v1/experiments/{id}/report 507', 'as above'],
   ['get /api/v1/experiments/{id}/runs/{run} 507', 'as above'],
@@ -336,6 +337,35 @@ test('upgrades that are none', async () => {
   await call('get', progress, at, 403, { headers: { ...upgrade, ...FOREIGN } });
   await call('get', progress, { id: NOBODY }, 404, { headers: upgrade });
   await call('get', progress, { id }, 404, { headers: upgrade });
+});
+
+test('who may', async () => {
+  const key = 'operator-of-this-lab-72';
+  process.env.LAGLAB_OPERATOR_KEY = key;
+  const closed = await startDaemon({ args: ['--creation', 'operator', '--max-code-lookups-per-min', '3'] }).finally(() => delete process.env.LAGLAB_OPERATOR_KEY);
+  const s = client(closed.url), body = { creation: 'operator' }, C = '/api/v1/creation';
+  try {
+    const { id } = (await call('post', S, {}, 201, { body: { scenario: 'race' }, key }, s)).json;
+    for (const [path, order] of /** @type {[string, any][]} */ ([[S, { scenario: 'race' }], [`${I}/fork`, {}], [E, SMALL], ['/api/v1/advise', { experiment: SMALL, max_error: 1 }]]))
+      await call('post', path, { id }, 401, { body: order }, s);
+    await call('get', C, {}, 200, {}, s);
+    await call('put', C, {}, 200, { body, key }, s);
+    await call('put', C, {}, 400, { body: {}, key }, s);
+    await call('put', C, {}, 401, { body }, s);
+    await call('put', C, {}, 413, { body: `{"x":"${'y'.repeat(1 << 20)}"}`, key }, s);
+    await call('put', C, {}, 415, { body, key, type: 'text/plain' }, s);
+    assert.equal((await call('get', S, {}, 200, { key }, s)).json.sessions[0].id, id);
+    await call('get', S, {}, 400, { key, query: '?limit=0' }, s);
+    await call('get', E, {}, 200, { key }, s);
+    for (const [method, path] of [['get', S], ['get', E], ['put', C]]) {
+      await call(method, path, {}, 401, { body: method === 'put' ? body : undefined }, s);
+      await call(method, path, {}, 403, { body: method === 'put' ? body : undefined, key: WRONG }, s);
+    }
+    for (const [method, path] of [['get', S], ['get', E], ['put', C]]) await call(method, path, {}, 429, { body: method === 'put' ? body : undefined, key: WRONG }, s);
+  } finally {
+    s.close();
+    await closed.stop();
+  }
 });
 
 test('rates and numbers', async () => {

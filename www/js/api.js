@@ -27,6 +27,41 @@ export function socketOf(id) {
   return socket;
 }
 
+/** The class key, which some daemons want of who makes something: kept by the browser once it was given. */
+const CLASS_KEY = 'laglab.class_key';
+
+/** @returns {string} */
+function classKey() {
+  try {
+    return localStorage.getItem(CLASS_KEY) ?? '';
+  } catch {
+    return ''; // a browser that keeps nothing
+  }
+}
+
+/** @returns {string} empty when none was given */
+function askForClassKey() {
+  const given = (window.prompt('Making something here needs the class key:') ?? '').trim();
+  try {
+    if (given) localStorage.setItem(CLASS_KEY, given);
+  } catch { /* it is asked for again */ }
+  return given;
+}
+
+/** Makes something: with the class key where the daemon wants one.
+ * @param {string} path @param {unknown} [body] @param {boolean} [ask] whether somebody waits for it who may be asked for the key
+ * @returns {Promise<any>} */
+export async function make(path, body, ask = true) {
+  try {
+    return await call('POST', path, { body, key: classKey() });
+  } catch (error) {
+    if (!ask || !(error instanceof Problem) || ![401, 403].includes(error.status)) throw error;
+    const key = askForClassKey();
+    if (!key) throw error;
+    return call('POST', path, { body, key });
+  }
+}
+
 /** @param {string} method @param {string} path @param {{body?: unknown, key?: string}} [more]
  * @returns {Promise<any>} the JSON of the answer; null when it has none */
 export async function call(method, path, more = {}) {

@@ -1,5 +1,5 @@
 // The first thing that runs: sets the theme, asks the daemon for a session and opens its stream, while the rest of the page is read.
-import { Problem, call, socketOf } from './api.js';
+import { Problem, call, make, socketOf } from './api.js';
 import { FIRST_SCENARIO, readLink } from './link.js';
 
 /** @typedef {{id: string, key: string, own: boolean, note: string}} Opened  own: made from the query, not from #s= */
@@ -72,7 +72,7 @@ export async function create() {
     const seed = link.seed === null ? {} : { seed: link.seed };
     const set = Object.keys(link.set).length === 0 ? {} : { set: link.set };
     try {
-      const made = await call('POST', 'sessions', { body: { scenario: link.scenario, ...set, ...seed, ...more } });
+      const made = await make('sessions', { scenario: link.scenario, ...set, ...seed, ...more });
       keep(made.id, made.owner_key, true);
       return { id: made.id, key: made.owner_key, own: true, note: '' };
     } catch (error) {

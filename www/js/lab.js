@@ -1,6 +1,6 @@
 // The session that the page shows: joined, made, copied or made again, and its stream.
 import { batch } from '../vendor/signals-core.js';
-import { call } from './api.js';
+import { call, make } from './api.js';
 import { create, keep, link } from './early.js';
 import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
@@ -165,7 +165,7 @@ export async function fork() {
   const now = session.value;
   if (now === null) return;
   try {
-    const copy = await call('POST', `sessions/${now.id}/fork`);
+    const copy = await make(`sessions/${now.id}/fork`);
     keep(copy.id, copy.owner_key, false);
     show(copy.id, copy.owner_key, false);
     tell('This is your own copy now');

@@ -1,6 +1,6 @@
 // The experiment that is being written: texts as they are typed, and the specification that they make.
 import { batch, computed, effect, signal } from '../../vendor/signals-core.js';
-import { Problem, call } from '../api.js';
+import { Problem, call, make } from '../api.js';
 import { open, rowOf, valueAt } from '../schema.js';
 import { schemaOf, schemas } from '../state.js';
 
@@ -161,7 +161,7 @@ function numbersIn(at, path) {
 
 /** The numbers that a run ends with are those of a session that has not begun. @param {string | object} of */
 async function metricsOf(of) {
-  const made = await call('POST', 'sessions', { body: { scenario: of, paused: true } });
+  const made = await make('sessions', { scenario: of, paused: true });
   const told = await call('GET', `sessions/${made.id}/metrics`);
   call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});
   return numbersIn(told.metrics, '');
@@ -242,7 +242,7 @@ async function check() {
   while (wanted !== '') {
     const body = wanted;
     try {
-      const told = await call('POST', 'experiments?dry_run=true', { body: JSON.parse(body) });
+      const told = await make('experiments?dry_run=true', JSON.parse(body), false);
       batch(() => {
         estimate.value = told;
         refused.value = new Map();

@@ -1,7 +1,7 @@
 // The experiment that is shown: its record, its points, and what one does with them. And the list of one's own.
 import { batch, effect, signal } from '../../vendor/signals-core.js';
 import { speak } from '../announce.js';
-import { Problem, call } from '../api.js';
+import { Problem, call, make } from '../api.js';
 import { keep } from '../early.js';
 import { show } from '../lab.js';
 import { showAddress } from '../params.js';
@@ -144,7 +144,7 @@ export function look(id) {
 
 /** @param {object} specification @param {string} title */
 export async function run(specification, title) {
-  const made = await call('POST', 'experiments', { body: specification });
+  const made = await make('experiments', specification);
   writeKept([{ id: made.id, key: made.owner_key, title, state: 'running', done: 0, runs: made.runs }, ...kept.value]);
   look(made.id);
   speak(`Experiment begun: ${made.runs} runs`);
@@ -185,7 +185,7 @@ export async function live(row) {
     const scenario = await call('GET', `experiments/${record.value.id}/runs/${runOf(row)}`);
     const paused = matchMedia('(prefers-reduced-motion: reduce)').matches ? { paused: true } : {};
     const { workload } = record.value.experiment;
-    const made = await call('POST', 'sessions', { body: { scenario, ...(workload ? { workload } : {}), ...paused } });
+    const made = await make('sessions', { scenario, ...(workload ? { workload } : {}), ...paused });
     keep(made.id, made.owner_key, false);
     history.pushState(null, '', location.pathname + location.search);
     experiment.value = null;

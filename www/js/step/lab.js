@@ -1,7 +1,7 @@
 // The step lab: one problem, several methods side by side, error against step and cost.
 import { html, nothing } from '../../vendor/lit-html.js';
 import { signal } from '../../vendor/signals-core.js';
-import { call } from '../api.js';
+import { call, make } from '../api.js';
 import { control } from '../controls.js';
 import { link } from '../early.js';
 import { fixed } from '../format.js';
@@ -109,7 +109,7 @@ async function ladder(i) {
       const n = round * RUNGS + k;
       return { ...method, shown: true, dt_s: scenario.duration_s / (16 * 2 ** n), tolerance: Math.max(1e-15, 10 ** (-1 - n)) };
     }).filter((one, k) => !adaptive || round * RUNGS + k < 14);
-    const made = await call('POST', 'sessions', { body: { scenario, paused: true } });
+    const made = await make('sessions', { scenario, paused: true });
     await call('POST', `sessions/${made.id}/control`, { body: { op: 'seek', time_s: scenario.duration_s }, key: made.owner_key });
     const { metrics } = await call('GET', `sessions/${made.id}/metrics`);
     call('DELETE', `sessions/${made.id}`, { key: made.owner_key }).catch(() => {});

@@ -1,0 +1,138 @@
+// Who may: the operator's key and the class key, from files and from the environment; and without either as ever.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { spawnSync } from 'node:child_process';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { client, openStream } from '../lib/client.mjs';
+import { BINARY, startDaemon } from '../lib/daemon.mjs';
+
+const S = '/api/v1/sessions', E = '/api/v1/experiments', A = '/api/v1/advise', C = '/api/v1/creation';
+const OPERATOR = 'operator-of-this-lab-71', CLASS = 'class-7b-autumn', SMALL = { scenario: 'race', set: { duration_s: 1, warmup_s: 0 },
+  axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_lead_m.mean', 'players.0.bandwidth.down_bytes_per_s'] };
+
+const folder = mkdtempSync(path.join(tmpdir(), 'laglab-access-'));
+const file = (/** @type {string} */ name, /** @type {string} */ text) => {
+  writeFileSync(path.join(folder, name), text);
+  return path.join(folder, name);
+};
+const FILES = ['--operator-key-file', file('operator', `${OPERATOR}\n`), '--class-key-file', file('class', CLASS)];
+
+let daemon, c;
+before(async () => {
+  daemon = await startDaemon({ args: [...FILES, '--max-code-lookups-per-min', '100'] });
+  c = client(daemon.url);
+});
+after(async () => {
+  c.close();
+  await daemon.stop();
+  rmSync(folder, { recursive: true, force: true });
+});
+
+test('without a key nobody creates, with the class key whoever has it', async () => {
+  const made = await c.call('POST', S, { body: { scenario: 'race', paused: true }, key: CLASS });
+  assert.equal(made.status, 201, made.text);
+  const { id, owner_key: owner } = made.json;
+  const orders = /** @type {[string, any][]} */ ([[S, { scenario: 'race' }], [`${S}/${id}/fork`, {}], [E, SMALL], [`${E}?dry_run=true`, SMALL],
+    [A, { experiment: SMALL, max_error: 1 }]]);
+  for (const [place, body] of orders) {
+    const none = await c.call('POST', place, { body });
+    assert.equal(none.status, 401, place);
+    assert.match(none.headers['www-authenticate'], /^Bearer/);
+    assert.match(none.json.detail, /class key/);
+    for (const key of [owner, `${CLASS}x`, CLASS.slice(1), CLASS.toUpperCase()]) assert.equal((await c.call('POST', place, { body, key })).status, 403, place);
+    for (const key of [CLASS, OPERATOR]) assert.ok([200, 201, 202].includes((await c.call('POST', place, { body, key })).status), place);
+  }
+  assert.equal((await c.get(`${S}/${id}`)).status, 200, 'what is shared is watched by anybody');
+  const stream = await openStream(daemon.url, `sessions/${id}`);
+  await stream.frame();
+  await stream.close();
+  assert.equal((await c.call('POST', `${S}/${id}/control`, { key: CLASS, body: { op: 'play' } })).status, 403, 'the class key is nobody\'s owner key');
+  assert.equal((await c.call('DELETE', `${S}/${id}`, { key: CLASS })).status, 403);
+  for (const place of [S, E]) assert.equal((await c.get(place, { key: CLASS })).status, 403);
+});
+
+test('the operator lists, ends and deletes anything', async () => {
+  const sessions = [];
+  for (let i = 0; i < 5; i++) sessions.push((await c.call('POST', S, { body: { scenario: 'race' }, key: CLASS })).json);
+  assert.equal((await c.get(S)).status, 401);
+  const ids = [];
+  for (let after = 0; after !== null;) {
+    const { json } = await c.get(`${S}?limit=2&after=${after}`, { key: OPERATOR });
+    assert.ok(json.sessions.length <= 2);
+    ids.push(...json.sessions.map((/** @type {any} */ s) => s.id));
+    after = json.next;
+  }
+  assert.deepEqual(ids.slice(-5), sessions.map((s) => s.id), 'in the order of their making, none twice');
+  assert.equal(new Set(ids).size, ids.length);
+  assert.deepEqual(ids, (await c.get(S, { key: OPERATOR })).json.sessions.map((/** @type {any} */ s) => s.id));
+  const { id } = sessions[2];
+  assert.equal((await c.call('POST', `${S}/${id}/control`, { key: OPERATOR, body: { op: 'pause' } })).json.status, 'paused');
+  const stream = await openStream(daemon.url, `sessions/${id}`);
+  stream.say({ auth: OPERATOR, id: 1 });
+  assert.equal((await stream.wait((/** @type {any} */ m) => m.type === 'reply')).role, 'owner');
+  await stream.close();
+  assert.equal((await c.call('DELETE', `${S}/${id}`, { key: OPERATOR })).status, 204);
+  assert.equal((await c.get(`${S}/${id}`)).status, 404);
+  const x = (await c.call('POST', E, { body: { ...SMALL, repeats: 50000 }, key: CLASS })).json.id;
+  assert.equal((await c.get(E, { key: OPERATOR })).json.experiments.find((/** @type {any} */ e) => e.id === x).state, 'running');
+  assert.equal((await c.call('POST', `${E}/${x}/control`, { key: OPERATOR, body: { op: 'cancel' } })).json.state, 'cancelled');
+  assert.equal((await c.call('DELETE', `${E}/${x}`, { key: OPERATOR })).status, 204);
+  const a = (await c.call('POST', A, { body: { experiment: SMALL, max_error: 1 }, key: CLASS })).json.id;
+  assert.equal((await c.call('DELETE', `${A}/${a}`, { key: CLASS })).status, 403);
+  assert.equal((await c.call('DELETE', `${A}/${a}`, { key: OPERATOR })).status, 204);
+});
+
+test('the operator closes creation and opens it', async () => {
+  const order = { body: { scenario: 'race', paused: true } };
+  assert.deepEqual((await c.get(C)).json, { creation: 'class' });
+  assert.equal((await c.call('PUT', C, { body: { creation: 'open' } })).status, 401);
+  assert.equal((await c.call('PUT', C, { body: { creation: 'open' }, key: CLASS })).status, 403);
+  for (const body of [{ creation: 'closed' }, { creation: 1 }, {}, { creation: 'open', more: 1 }]) assert.equal((await c.call('PUT', C, { body, key: OPERATOR })).status, 400);
+  assert.deepEqual((await c.call('PUT', C, { body: { creation: 'operator' }, key: OPERATOR })).json, { creation: 'operator' });
+  assert.equal((await c.call('POST', S, { ...order, key: CLASS })).status, 403);
+  assert.equal((await c.call('POST', S, { ...order, key: OPERATOR })).status, 201);
+  assert.equal((await c.call('PUT', C, { body: { creation: 'open' }, key: OPERATOR })).status, 200);
+  assert.equal((await c.call('POST', S, order)).status, 201);
+  assert.equal((await c.call('PUT', C, { body: { creation: 'class' }, key: OPERATOR })).status, 200);
+  assert.equal((await c.call('POST', S, order)).status, 401);
+});
+
+test('a key cannot be guessed: wrong ones are counted by address', async () => {
+  const strict = await startDaemon({ args: [...FILES, '--max-code-lookups-per-min', '3'] }), s = client(strict.url);
+  const statuses = [];
+  for (let i = 0; i < 6; i++) statuses.push((await s.get(S, { key: `guess-number-${i}-abcdef` })).status);
+  assert.deepEqual(statuses, [403, 403, 403, 429, 429, 429]);
+  assert.equal((await s.get(S, { key: OPERATOR })).status, 200, 'who has it is not hindered');
+  s.close();
+  await strict.stop();
+});
+
+test('without either all is open, and nobody is the operator', async () => {
+  const open = await startDaemon(), s = client(open.url);
+  assert.deepEqual((await s.get(C)).json, { creation: 'open' });
+  const session = await s.make();
+  assert.equal((await s.call('POST', `${S}/${session.id}/fork`)).status, 201);
+  for (const key of ['', OPERATOR, session.owner_key]) assert.equal((await s.get(S, { key })).status, 403);
+  s.close();
+  await open.stop();
+});
+
+test('keys of the environment, and files that hold none', async () => {
+  process.env.LAGLAB_OPERATOR_KEY = OPERATOR;
+  const env = await startDaemon({ args: ['--creation', 'operator'] }).finally(() => delete process.env.LAGLAB_OPERATOR_KEY), s = client(env.url);
+  assert.equal((await s.call('POST', S, { body: { scenario: 'race' } })).status, 401);
+  assert.equal((await s.call('POST', S, { body: { scenario: 'race' }, key: OPERATOR })).status, 201);
+  s.close();
+  await env.stop();
+  const refused = /** @type {[string[], RegExp][]} */ ([[['--operator-key-file', path.join(folder, 'none')], /cannot be read/],
+    [['--operator-key-file', file('short', 'secret\n')], /16 to 256 characters; it has 6/], [['--class-key-file', file('lines', 'first-line-1\nsecond-line\n')], /one line/],
+    [['--class-key-file', file('space', 'two words in it')], /visible ASCII/], [['--class-key-file', file('empty', '')], /it has 0/],
+    [['--creation', 'class'], /no class key/], [['--creation', 'operator'], /no operator's key/], [['--creation', 'nobody'], /open, class, operator/]]);
+  for (const [args, words] of refused) {
+    const ended = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', 'memory', ...args], { encoding: 'utf8', timeout: 5000 });
+    assert.equal(ended.status, 2, args.join(' '));
+    assert.match(ended.stderr, words);
+  }
+});

@@ -1,0 +1,145 @@
+// What one client may take: bytes of log, forks by their size, large answers, experiments; and who is a client behind a proxy.
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import net from 'node:net';
+import { client, pause, waitFor } from '../lib/client.mjs';
+import { startDaemon } from '../lib/daemon.mjs';
+
+const S = '/api/v1/sessions', E = '/api/v1/experiments';
+const SMALL = { scenario: 'race', set: { duration_s: 1, warmup_s: 0 }, axes: [{ path: 'players.0.lag_ms', values: [0, 100] }], metrics: ['players.0.own_lead_m.mean'] };
+
+/** @param {string[]} args @param {(s: ReturnType<typeof client>, daemon: any) => Promise<void>} use */
+async function withDaemon(args, use, wish = {}) {
+  const daemon = await startDaemon({ ...wish, args });
+  const s = client(daemon.url);
+  try {
+    await use(s, daemon);
+  } finally {
+    s.close();
+    await daemon.stop();
+  }
+}
+
+
+/** Fills a log until a change is refused. */
+async function fill(s, session) {
+  for (let i = 0; ; i++) {
+    const answer = await s.patch(session, { players: { 0: { lag_ms: i % 200 }, 1: { lag_ms: (3 * i) % 200, link: { up: { jitter_ms: i % 40 }, down: { jitter_ms: i % 30 } } } } });
+    if (answer.status !== 200) return answer;
+    if (i > 40000) throw new Error('it is never full');
+  }
+}
+
+test('a full log refuses changes with 507; its clock still stops, and others are not hindered', async () => {
+  await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000'], async (s) => {
+    const session = await s.make({ paused: true }), other = await s.make({ paused: true });
+    const refused = await fill(s, session);
+    assert.equal(refused.status, 507, refused.text);
+    assert.match(refused.json.detail, /log of this session has 1\.0 MiB.*max_log_mib/);
+    const log = await s.get(`${S}/${session.id}/log`);
+    assert.ok(log.text.length >= 1 << 20 && log.text.length < (1 << 20) + 2000, `${log.text.length} bytes`);
+    assert.equal((await s.control(session, { op: 'play' })).status, 200);
+    assert.equal((await s.control(session, { op: 'pause' })).status, 200);
+    assert.equal((await s.patch(other, { 'players.0.lag_ms': 9 })).status, 200);
+    assert.match((await s.get('/metrics')).text, /laglab_refused_total\{limit="log_mib"\} [1-9]/);
+    assert.equal((await s.call('DELETE', `${S}/${session.id}`, { key: session.owner_key })).status, 204);
+  });
+});
+
+test('the logs of all have a limit, which deletion gives back and a restart keeps', async () => {
+  const args = ['--max-log-mib', '0', '--max-logs-mib', '1', '--max-commands-per-s', '100000'];
+  await withDaemon(args, async (s, daemon) => {
+    const first = await s.make({ paused: true }), second = await s.make({ paused: true });
+    assert.match((await fill(s, first)).json.detail, /logs of all sessions take 1\.0 of 1\.0 MiB/);
+    assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507);
+    assert.equal((await s.call('POST', S, { body: { scenario: 'race' } })).status, 507);
+    const again = await startDaemon({ data: await (async () => { await daemon.kill(); return daemon.data; })(), args }), r = client(again.url);
+    assert.equal((await r.call('POST', S, { body: { scenario: 'race' } })).status, 507, 'stored logs are counted');
+    assert.equal((await r.call('DELETE', `${S}/${first.id}`, { key: first.owner_key })).status, 204);
+    assert.equal((await r.call('POST', S, { body: { scenario: 'race' } })).status, 201);
+    assert.equal((await r.patch(second, { 'players.0.lag_ms': 9 })).status, 200);
+    r.close();
+    await again.stop();
+  });
+});
+
+test('forks count by the size of their log', async () => {
+  await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000', '--max-new-sessions-per-min', '24'], async (s) => {
+    const session = await s.make({ paused: true });
+    await fill(s, session);
+    const statuses = [];
+    for (let i = 0; i < 3; i++) statuses.push((await s.call('POST', `${S}/${session.id}/fork`)).status);
+    assert.deepEqual(statuses, [201, 429, 429], 'each is 17 sessions of 24');
+  });
+});
+
+test('large answers that nobody takes are counted until they are gone; small ones always get through', async () => {
+  await withDaemon(['--max-answers-mib', '1'], async (s, daemon) => {
+    const session = await s.make({ set: { duration_s: 600 }, paused: true });
+    await s.control(session, { op: 'seek', time_s: 17 });
+    const one = (await s.get(`${S}/${session.id}/trace`)).text.length;
+    assert.ok(one > 100000 && one < 900000, `${one} bytes`);
+    const slow = [];
+    for (let i = 0; i * one < 3 << 20; i++) {
+      const socket = net.connect(daemon.port, '127.0.0.1');
+      socket.pause();
+      socket.on('error', () => {});
+      socket.write(`GET ${S}/${session.id}/trace HTTP/1.1\r\nHost: localhost\r\n\r\n`);
+      slow.push(socket);
+    }
+    let held = 0;
+    for (let i = 0; i < 40; i++) {
+      const at = Number(/^laglab_answer_bytes (\d+)$/m.exec((await s.get('/metrics')).text)[1]);
+      held = Math.max(held, at);
+      assert.ok(at <= 1 << 20, `${at} bytes are held`);
+      await pause(50);
+    }
+    assert.equal((await s.get(`${S}/${session.id}`)).status, 200);
+    for (const socket of slow) socket.destroy();
+    await waitFor(async () => /^laglab_answer_bytes 0$/m.test((await s.get('/metrics')).text), 'the answers to be gone');
+    assert.equal((await s.get(`${S}/${session.id}/trace`)).status, 200);
+  });
+});
+
+test('experiments per client, results by size, and one that never ends is cancelled', async () => {
+  await withDaemon(['--max-client-experiments', '2', '--max-results-mib', '1', '--experiment-run-ttl-s', '2'], async (s) => {
+    const make = async (body = {}) => s.call('POST', E, { body: { ...SMALL, ...body } });
+    const big = await make({ repeats: 40000 });
+    assert.equal(big.status, 507);
+    assert.match(big.json.detail, /max_results_mib/);
+    const first = (await make()).json;
+    assert.equal((await make()).status, 202);
+    const third = await make();
+    assert.equal(third.status, 429);
+    assert.match(third.json.detail, /2 experiments of this address/);
+    assert.equal((await s.call('DELETE', `${E}/${first.id}`, { key: first.owner_key })).status, 204);
+    const long = (await make({ repeats: 5000, set: { duration_s: 600, warmup_s: 0 } })).json;
+    await waitFor(async () => (await s.get(`${E}/${long.id}`)).json.state === 'cancelled', 'the end of the one that runs for too long', 20000);
+  });
+});
+
+test('behind a trusted proxy each client has its own quota; others cannot name themselves', async () => {
+  const order = { body: { scenario: 'race', paused: true } };
+  const ask = async (s, forwarded) => (await s.call('POST', S, { ...order, headers: { 'x-forwarded-for': forwarded } })).status;
+  await withDaemon(['--trusted-proxy', '127.0.0.1, 10.0.0.0/8', '--max-new-sessions-per-min', '2', '--max-connections-per-ip', '4'], async (s, daemon) => {
+    for (const who of ['203.0.113.7', '2001:db8:1::5', '198.51.100.9:4711', '[2001:db8:2::1]:80']) assert.deepEqual([await ask(s, who), await ask(s, who), await ask(s, who)], [201, 201, 429], who);
+    assert.equal(await ask(s, '192.0.2.44, 203.0.113.7'), 429, 'what stands before was written by the client');
+    assert.equal(await ask(s, '203.0.113.7, 10.1.2.3'), 429, 'a second proxy that is trusted');
+    assert.equal(await ask(s, '10.1.2.3, 203.0.113.8'), 201);
+    assert.equal(await ask(s, '2001:db8:1::ffff'), 429, 'addresses of one network of IPv6 are one client');
+    const two = await new Promise((resolve) => {
+      const socket = net.connect(daemon.port, '127.0.0.1'), body = JSON.stringify(order.body);
+      let text = '';
+      socket.on('data', (more) => { text += more; });
+      socket.on('close', () => resolve(text));
+      socket.write(`POST ${S} HTTP/1.1\r\nHost: localhost\r\nX-Forwarded-For: 192.0.2.45\r\nX-Forwarded-For: 203.0.113.7\r\nContent-Type: application/json\r\nContent-Length: ${body.length}\r\nConnection: close\r\n\r\n${body}`);
+    });
+    assert.match(/** @type {string} */ (two), /^HTTP\/1\.1 429 /, 'of two headers the last counts');
+    const open = await Promise.all([...Array(12)].map(() => new Promise((resolve) => { const socket = net.connect(daemon.port, '127.0.0.1', () => resolve(socket)); })));
+    assert.equal((await s.get('/healthz')).status, 200, 'a proxy may have more connections than one client');
+    for (const socket of open) socket.destroy();
+  });
+  await withDaemon(['--max-new-sessions-per-min', '2'], async (s) => {
+    assert.deepEqual([await ask(s, '203.0.113.1'), await ask(s, '203.0.113.2'), await ask(s, '203.0.113.3')], [201, 201, 429], 'nobody is trusted by himself');
+  });
+});
