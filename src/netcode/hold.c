@@ -27,6 +27,8 @@ static int64_t reach(const ll_server *server, const ll_sync *sync, int player)
     for (int p = 0; p < server->players; p++)
         if (p != player && newest(server, &server->seats[p]) < known)
             known = newest(server, &server->seats[p]);
+    if (known == LL_NEVER)
+        return own; /* it plays alone */
     known += (sync->guesses ? server->rollback : 0) + delay;
     return known > own ? known : own;
 }

@@ -417,8 +417,8 @@ void ll_ode_reason_text(const ll_ode_run *run, char *text, size_t size)
         [LL_ODE_NO_SOLUTION] = "The equations of the implicit step could not be solved",
         [LL_ODE_STEP_LIMIT] = "The limit of steps was reached",
         [LL_ODE_BLEW_UP] = "The error or the energy was above ten times the scale of the problem",
-        [LL_ODE_UNRESOLVED] = "The steps do not resolve the problem: a component is off by more than a third "
-                              "of its scale, in the mean or at the end,",
+        [LL_ODE_UNRESOLVED] =
+            "The steps do not resolve the problem: a component is off by over a third of its scale,",
     };
     snprintf(text, size, "%s at t = %.9g s.", reasons[run->reason], run->failed_t);
 }
