@@ -12,18 +12,13 @@ typedef struct ll_interrupt {
     void *context;
 } ll_interrupt;
 
-/* NULL is never broken off. */
-static inline bool ll_goes_on(const ll_interrupt *interrupt)
-{
-    return !interrupt || interrupt->go_on(interrupt->context);
-}
-
 /* The size of pieces, in whatever they count. Begins as {1}. */
 typedef struct ll_piece {
     int64_t size, began;
 } ll_piece;
 
-/* Asks, and makes the next piece larger or smaller as the last was short or long. */
+/* Asks (NULL is never broken off), and makes the next piece larger or smaller as the last was short or long.
+ */
 static inline bool ll_next_piece(ll_piece *piece, const ll_interrupt *interrupt)
 {
     enum { SHORT_NS = 500000, LONG_NS = 2000000 };

@@ -15,7 +15,7 @@ static bool keep_up(ll_hosted *hosted, ll_task *task)
     while (!hosted->deleted && hosted->session && ll_viewers_any(hosted) && ll_hosted_is_heavy(hosted)) {
         int64_t due = ll_hosted_advance(hosted, ll_host_now(), piece_ms);
         ll_hosted_note(hosted);
-        ll_hosted_nudge(hosted);
+        ll_hosted_notify(hosted);
         if (due == 0)
             break;
         pthread_mutex_unlock(&hosted->lock);
@@ -34,11 +34,11 @@ static void carry(void *context, ll_task *task)
     ll_status status = ll_hosted_enter(hosted, task, &session, NULL);
     if (!ll_failed(&status)) {
         keep_up(hosted, task);
-        atomic_store(&hosted->carried, false); /* before the nudge: the worker may want it again at once */
+        atomic_store(&hosted->carried, false); /* before the notice: the worker may want it again at once */
         if (hosted->session && !hosted->deleted)
             ll_hosted_note(hosted);
         pthread_mutex_unlock(&hosted->lock);
-        ll_hosted_nudge(hosted);
+        ll_hosted_notify(hosted);
     } else {
         atomic_store(&hosted->carried, false);
         if (status.code != LL_INTERRUPTED)

@@ -66,7 +66,7 @@ static ll_status go_along(ll_hosted *hosted, ll_task *task)
         ll_hosted_advance(hosted, ll_host_now(), piece_ms);
         pthread_mutex_unlock(&hosted->lock);
         atomic_store(&hosted->touched, ll_host_now());
-        ll_hosted_nudge(hosted); /* who watches sees it go */
+        ll_hosted_notify(hosted); /* who watches sees it go */
         bool more = ll_task_go_on(task);
         pthread_mutex_lock(&hosted->lock);
         if (hosted->deleted || !hosted->session) {

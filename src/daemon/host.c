@@ -379,7 +379,7 @@ void ll_hosted_leave(ll_hosted *hosted)
 {
     ll_hosted_note(hosted);
     pthread_mutex_unlock(&hosted->lock);
-    ll_hosted_nudge(hosted);
+    ll_hosted_notify(hosted);
 }
 
 /* ---- memory of requests ---- */

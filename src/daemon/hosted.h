@@ -155,12 +155,12 @@ ll_status ll_host_storable(ll_host *host);                                /* LL_
 void ll_worker_init(ll_host *host, ll_worker *worker, int index);
 ll_status ll_worker_start(ll_worker *worker);
 void ll_worker_stop(ll_worker *worker);
-void ll_hosted_nudge(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
+void ll_hosted_notify(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
 
 /* ---- carrier.c ---- */
 
 /* Any thread. A task wakes the session, brings it to the present, and stays with it while it is heavy and
- * watched; its worker is nudged whenever there is something new. */
+ * watched; its worker is notified whenever there is something new. */
 void ll_hosted_carry(ll_hosted *hosted);
 
 /* ---- viewers.c ---- */

@@ -174,7 +174,7 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
         ll_hosted_release(hosted);
         return ll_error(LL_IO, "The session could not be stored: %.200s", status.text);
     }
-    ll_hosted_nudge(hosted);
+    ll_hosted_notify(hosted);
     made->hosted = hosted;
     return ll_ok();
 }

@@ -279,7 +279,7 @@ static ll_status take_input(message *m, const cJSON *value)
     *m->hosted->inputs_end = input;
     m->hosted->inputs_end = &input->next;
     pthread_mutex_unlock(&m->hosted->inbox_lock);
-    ll_hosted_nudge(m->hosted);
+    ll_hosted_notify(m->hosted);
     return ll_ok();
 }
 
@@ -379,7 +379,7 @@ static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_fo
     hosted->viewers = viewer;
     pthread_mutex_unlock(&hosted->inbox_lock);
     atomic_store(&hosted->touched, ll_host_now());
-    ll_hosted_nudge(hosted);
+    ll_hosted_notify(hosted);
 }
 
 static void on_closed(void *context, void *session, ll_ws_viewer id)
@@ -398,13 +398,13 @@ static void on_closed(void *context, void *session, ll_ws_viewer id)
     pthread_mutex_unlock(&hosted->inbox_lock);
     free(gone);
     atomic_store(&hosted->touched, ll_host_now());
-    ll_hosted_nudge(hosted);
+    ll_hosted_notify(hosted);
 }
 
 static void on_wanted(void *context, void *session)
 {
     (void)context;
-    ll_hosted_nudge(session);
+    ll_hosted_notify(session);
 }
 
 static void on_released(void *context, void *session)

@@ -123,7 +123,7 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
 
 /* ---- the list of active sessions ---- */
 
-void ll_hosted_nudge(ll_hosted *hosted)
+void ll_hosted_notify(ll_hosted *hosted)
 {
     ll_worker *worker = &hosted->host->workers[hosted->worker];
     atomic_store(&hosted->pending, true);

@@ -83,49 +83,7 @@ void ll_points_free(ll_points *points)
     *points = (ll_points){0};
 }
 
-static bool beats(const ll_point *a, const ll_point *b, int cost, int error)
-{
-    return a->size[cost] <= b->size[cost] && a->size[error] <= b->size[error] &&
-           (a->size[cost] < b->size[cost] || a->size[error] < b->size[error]);
-}
-
-typedef struct place {
-    double cost, error;
-    int index;
-} place;
-
-static int by_cost(const void *a, const void *b)
-{
-    const place *x = a, *y = b;
-    if (x->cost != y->cost)
-        return x->cost < y->cost ? -1 : 1;
-    if (x->error != y->error)
-        return x->error < y->error ? -1 : 1;
-    return x->index - y->index;
-}
-
-/* From the cheapest on, a point is on the front when its error is the least so far. */
-void ll_points_mark_front(ll_points *points, int cost, int error)
-{
-    place *places = malloc((size_t)points->count * sizeof *places);
-    const ll_point *last = NULL;
-    int n = 0;
-    for (int i = 0; places && i < points->count; i++) {
-        ll_point *p = &points->points[i];
-        if (isfinite(p->size[cost]) && isfinite(p->size[error]))
-            places[n++] = (place){p->size[cost], p->size[error], i};
-    }
-    if (places)
-        qsort(places, (size_t)n, sizeof *places, by_cost);
-    for (int i = 0; i < n; i++) {
-        ll_point *p = &points->points[places[i].index];
-        p->front = !last || (!beats(last, p, cost, error) && p->size[error] <= last->size[error]);
-        last = p->front ? p : last;
-    }
-    free(places);
-}
-
-/* ---- fronts of several metrics ---- */
+/* ---- the front ---- */
 
 typedef struct ranked {
     const ll_points *points;
@@ -159,7 +117,7 @@ static bool dominates(const ranked *r, const ll_point *a, const ll_point *b)
 
 /* In the order of the metrics what beats a point is before it; of these those on the front are enough (Kung,
  * Luccio and Preparata 1975, without its division). */
-void ll_points_mark_fronts(ll_points *points, const int *metrics, int count)
+void ll_points_mark_front(ll_points *points, const int *metrics, int count)
 {
     ranked r = {points, metrics, count};
     int *order = malloc((size_t)points->count * sizeof *order),

@@ -11,7 +11,7 @@ typedef struct ll_point {
     char *name;                             /* `players.0.lag_ms 100, server.update_hz 30`; owned */
     ll_summary *metrics;                    /* by metric; owned */
     double size[LL_EXPERIMENT_METRICS_MAX]; /* mean magnitude: what is compared; NaN: not all runs have it */
-    bool front; /* no other is as good in one of cost and error and better in the other */
+    bool front;                             /* ll_points_mark_front */
 } ll_point;
 
 typedef struct ll_points {
@@ -25,10 +25,8 @@ ll_status ll_points_read(const ll_experiment *experiment, ll_row_source *source,
                          ll_points *points);
 void ll_points_free(ll_points *points);
 
-/* Marks the front of least cost and least error, by magnitude; of points all of whose runs have both. */
-void ll_points_mark_front(ll_points *points, int cost, int error);
-
-/* The same of any number of metrics from 2 on: no other point is as good in all and better in one. */
-void ll_points_mark_fronts(ll_points *points, const int *metrics, int count);
+/* Marks the front of `count` metrics, by magnitude: of points all of whose runs have them, those to which no
+ * other is as good in all and better in one. */
+void ll_points_mark_front(ll_points *points, const int *metrics, int count);
 
 char *ll_point_name(const struct cJSON *values); /* caller frees */

@@ -268,7 +268,7 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
         return status;
     write_title(e, version, file);
     if (e->front_count > 0)
-        ll_points_mark_fronts(&points, e->front, e->front_count);
+        ll_points_mark_front(&points, e->front, e->front_count);
     if (e->front_count > 2)
         write_front(e, file);
     if (e->cost_metric >= 0)

@@ -251,20 +251,6 @@ ll_status ll_session_fork(ll_session *s, ll_log_line *on_line, void *context, ll
     return status;
 }
 
-ll_status ll_session_state_at(ll_session *s, int64_t tick, cJSON **state)
-{
-    ll_session *scratch;
-    *state = NULL;
-    ll_status status = ll_session_copy(s, tick, &scratch);
-    if (ll_failed(&status))
-        return status;
-    status = ll_session_run_to(scratch, tick);
-    if (!ll_failed(&status))
-        *state = ll_session_state(scratch);
-    ll_session_destroy(scratch);
-    return status;
-}
-
 /* ---- trace ---- */
 
 enum { COLUMNS_MAX = 512 };

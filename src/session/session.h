@@ -138,9 +138,6 @@ struct cJSON *ll_session_cost(const ll_session *session);
  * the session itself does not move. Caller destroys. */
 ll_status ll_session_copy(const ll_session *session, int64_t tick, ll_session **copy);
 
-/* The state at another tick (0 <= tick <= head), from such a copy. */
-ll_status ll_session_state_at(ll_session *session, int64_t tick, struct cJSON **state);
-
 /* CSV (RFC 4180) of ticks from..to (at most the head), header first, from such a copy. `write` gets pieces.
  */
 ll_status ll_session_trace(ll_session *session, int64_t from, int64_t to,

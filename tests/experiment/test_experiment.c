@@ -437,7 +437,7 @@ static void fronts_take_magnitudes_and_no_failures(void **state)
     rows[1].status = LL_ROW_FAILED;
     rows[1].metrics[0] = rows[1].metrics[1] = NAN;
     must(ll_points_read(e, next_given, &(given){rows, 0, 8}, &points));
-    ll_points_mark_front(&points, 1, 0);
+    ll_points_mark_front(&points, (const int[]){1, 0}, 2);
     assert_int_equal(points.count, 4);
     for (int i = 0; i < 4; i++)
         assert_int_equal(points.points[i].front, front[i]);
@@ -464,7 +464,7 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
                     double u = ll_rng_unit(seed, (uint64_t)k, (uint64_t)i);
                     p[i].size[metrics[k]] = u < 0.02 ? NAN : floor(u * 12);
                 }
-            ll_points_mark_fronts(&(ll_points){.points = p, .count = POINTS}, metrics, count);
+            ll_points_mark_front(&(ll_points){.points = p, .count = POINTS}, metrics, count);
             for (int i = 0; i < POINTS; i++) {
                 bool on = true;
                 for (int k = 0; k < count; k++)

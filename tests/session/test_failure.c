@@ -1,38 +1,6 @@
 /* A session that fails is told by its log: live, asleep, restored, forked and copied it is the same failure.
  */
-#include <setjmp.h>
-#include <stdarg.h>
-#include <stddef.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
-
-#include <cjson/cJSON.h>
-#include <cmocka.h>
-
-#include "session/scenario.h"
-#include "session/session.h"
-
-typedef struct lines {
-    char text[1 << 16];
-    size_t size;
-} lines;
-
-static void keep_line(void *context, const char *line, size_t length)
-{
-    lines *l = context;
-    assert_true(l->size + length + 1 < sizeof l->text);
-    memcpy(l->text + l->size, line, length);
-    l->size += length;
-    l->text[l->size++] = '\n';
-    l->text[l->size] = '\0';
-}
-
-static void must(ll_status status)
-{
-    if (ll_failed(&status))
-        fail_msg("%s", status.text);
-}
+#include "session/harness.h"
 
 static ll_session *open_drop(lines *log)
 {
