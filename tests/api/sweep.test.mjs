@@ -314,6 +314,8 @@ test('a sweep that another version began is not gone on with, and its rows stay'
   const name = race(300);
   const begun = spawn(BINARY, ['sweep', name, '--jobs', '2', '--out', 'v.csv'], { cwd: folder, stdio: 'ignore' });
   await waitFor(() => existsSync(file('v.csv.runs-wal')), 'the store', 10000);
+  // The store's file is there before its tables are.
+  await waitFor(() => sql('v.csv.runs', "SELECT count(*) FROM sqlite_master WHERE name='result'") === '1', 'the tables', 10000);
   await waitFor(() => Number(sql('v.csv.runs', 'SELECT count(*) FROM result')) > 0, 'rows', 10000);
   begun.kill('SIGKILL');
   await new Promise((resolve) => begun.once('close', resolve));
