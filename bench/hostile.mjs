@@ -10,7 +10,7 @@ const only = process.argv.find((word) => word.startsWith("--only="))?.slice(7).s
 const seconds = quick ? 4 : 15, DRAIN_S = 3, GOAL_MS = 100, FRAME_MS = 5;
 
 const daemon = await startDaemon({ args: [...ARGS, "--drain-s", String(DRAIN_S)] });
-const place = await prepare(daemon.url, quick ? 20000 : 200000);
+const place = await prepare(daemon.url, quick ? 20000 : 100000);
 const MIXED = ["seek", "look", "trace", "heavy_create"];
 const cases = only ?? [...ATTACKS, "mixed", "all"];
 const clients = { mixed: MIXED, all: ATTACKS }; // all: three times as many clients as the goal is for
