@@ -361,6 +361,7 @@ static void on_socket(ll_acceptor *acceptor, arrival *a)
 static void *acceptor_main(void *argument)
 {
     ll_acceptor *acceptor = argument;
+    pthread_setname_np(pthread_self(), "acceptor");
     struct epoll_event events[128];
     int64_t next_tick = now_ns() + TICK_NS;
     listen_to(acceptor, true);

@@ -204,6 +204,7 @@ static void take_arrived(ll_bridge *bridge)
 static void *bridge_main(void *argument)
 {
     ll_bridge *bridge = argument;
+    pthread_setname_np(pthread_self(), "bridge");
     struct epoll_event events[64];
     for (;;) {
         bool linger = false;

@@ -55,6 +55,7 @@ typedef struct control_thread {
 static void *control_main(void *argument)
 {
     control_thread self = *(control_thread *)argument;
+    pthread_setname_np(pthread_self(), "control");
     free(argument);
     http_exchange *exchange;
     while ((exchange = next_job(self.http, self.busy_since)) != NULL) {

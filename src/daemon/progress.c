@@ -131,6 +131,7 @@ static void wait_for_news(ll_progress *p)
 static void *watch(void *context)
 {
     ll_progress *p = context;
+    pthread_setname_np(pthread_self(), "progress");
     ll_time tidied = 0;
     pthread_mutex_lock(&p->lock);
     while (!p->stopping) {

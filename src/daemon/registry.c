@@ -140,6 +140,7 @@ static void expire(ll_host *host)
 static void *take_care(void *argument)
 {
     ll_host *host = argument;
+    pthread_setname_np(pthread_self(), "caretaker");
     double period = host->config.session_ttl_s / 4;
     if (period > 30)
         period = 30;

@@ -208,6 +208,7 @@ static void write_batch(ll_store *store)
 static void *write_all(void *argument)
 {
     ll_store *store = argument;
+    pthread_setname_np(pthread_self(), "store");
     pthread_mutex_lock(&store->lock);
     for (;;) {
         while (!store->first && !store->closing)

@@ -217,6 +217,7 @@ static void remove_task(ll_tasks *p, ll_task *t)
 static void *serve(void *argument)
 {
     ll_tasks *p = argument;
+    pthread_setname_np(pthread_self(), "task");
     setpriority(PRIO_PROCESS, (id_t)gettid(), LOWER); /* of this thread, on Linux */
     pthread_mutex_lock(&p->lock);
     for (;;) {
@@ -251,6 +252,7 @@ static void *serve(void *argument)
 static void *watch(void *argument)
 {
     ll_tasks *p = argument;
+    pthread_setname_np(pthread_self(), "task watcher");
     pthread_mutex_lock(&p->lock);
     while (!p->ended) {
         int64_t now = now_ns(), until = now + LOOK_NS;

@@ -77,18 +77,19 @@ static bool publish(ll_worker *worker, ll_hosted *hosted, bool asked)
 
 typedef enum verdict { KEEP, KEEP_SENT, LET_GO } verdict;
 
+/* One that is parked has nothing to wait for: who wakes it notifies. */
 static verdict unobserved(ll_hosted *hosted)
 {
+    if (!hosted->session || ll_session_get_info(hosted->session).parked)
+        return LET_GO;
     ll_time idle = ll_host_now() - atomic_load(&hosted->touched);
     if (idle < (ll_time)(hosted->host->config.park_after_s * 1e9))
         return KEEP;
-    if (hosted->session && ll_session_get_info(hosted->session).seeking)
+    if (ll_session_get_info(hosted->session).seeking)
         return KEEP; /* whoever asked for it takes it there */
-    if (hosted->session && !ll_session_get_info(hosted->session).parked) {
-        ll_hosted_save(hosted);
-        ll_session_park(hosted->session);
-        ll_hosted_note(hosted);
-    }
+    ll_hosted_save(hosted);
+    ll_session_park(hosted->session);
+    ll_hosted_note(hosted);
     return LET_GO;
 }
 
@@ -256,6 +257,7 @@ static bool sleep_until(ll_worker *worker, ll_time until, bool *idle)
 static void *work(void *argument)
 {
     ll_worker *worker = argument;
+    pthread_setname_np(pthread_self(), "worker");
     round r = {0};
     int64_t n = slot_at(ll_host_now());
     for (;;) {

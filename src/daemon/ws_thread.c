@@ -328,6 +328,7 @@ void *ll_ws_thread_main(void *argument)
 {
     ws_thread *thread = argument;
     int64_t last_poll = 0, end = 0;
+    pthread_setname_np(pthread_self(), "stream");
     bool was_sweeping = false;
     for (;;) {
         if (atomic_load(&thread->wake_pending)) {

@@ -232,6 +232,7 @@ static void renew(ll_workers *w, bench *b)
 static void *keep_leases(void *context)
 {
     ll_workers *w = context;
+    pthread_setname_np(pthread_self(), "leases");
     pthread_mutex_lock(&w->lock);
     while (!w->over) {
         bench *b = next_to_renew(w);
@@ -431,6 +432,7 @@ static ll_status work_once(bench *b, bool *found)
 static void *work(void *context)
 {
     bench *b = context;
+    pthread_setname_np(pthread_self(), "run");
     ll_workers *w = b->workers;
     if (w->order.nice > 0) /* of this thread alone, on Linux */
         setpriority(PRIO_PROCESS, (id_t)syscall(SYS_gettid), w->order.nice);

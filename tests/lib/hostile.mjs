@@ -1,6 +1,6 @@
 // What hostile clients do to others: attacks run in processes of their own while this one measures what an ordinary client sees.
 import { spawn } from 'node:child_process';
-import { readFileSync } from 'node:fs';
+import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { client, pause, waitFor } from './client.mjs';
@@ -99,4 +99,16 @@ export async function measure(url, seconds) {
 export function cpu_s(pid) {
   const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').split(') ')[1].split(' ');
   return (Number(fields[11]) + Number(fields[12])) / 100;
+}
+
+/** CPU of each thread of the process by its name, over a second: those that use more than a hundredth of a core. */
+export async function busiest(/** @type {number} */ pid) {
+  const used = () => new Map(readdirSync(`/proc/${pid}/task`).map((id) => {
+    const [head, tail] = readFileSync(`/proc/${pid}/task/${id}/stat`, 'utf8').split(') ');
+    return [`${head.split('(')[1]} ${id}`, Number(tail.split(' ')[11]) + Number(tail.split(' ')[12])];
+  }));
+  const before = used();
+  await new Promise((resolve) => setTimeout(resolve, 1000));
+  return [...used()].map(([name, ticks]) => ({ name, percent: ticks - (before.get(name) ?? 0) })).filter((t) => t.percent > 1)
+    .sort((a, b) => b.percent - a.percent).map((t) => `${t.name} ${t.percent} %`).join(', ');
 }
