@@ -7,7 +7,7 @@ import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
 
 export const root = dirname(dirname(fileURLToPath(import.meta.url)));
-export const build = process.env.BENCH_BUILD ?? join(root, "build");
+export const build = process.env.BENCH_BUILD ?? join(root, "build/profiled");
 export const laglab = join(build, "laglab");
 export const results = process.env.BENCH_RESULTS ?? join(root, "bench", "results");
 export const streamClient = join(build, "bench", "stream_client");

@@ -21,14 +21,15 @@ typedef struct ll_sync {
     bool leads;     /* clients run ahead, so that an input arrives for the step that it is meant for */
     bool drains;    /* the server applies inputs as they have come, not by their step */
     double press_s; /* an input counts for the time that a key was down, at most so long; 0: for a tick */
-    bool waits;   /* the server does not go on without an input: clients repeat all that is open, and are told
-                     the newest state again when they lack it */
-    bool answers; /* a client makes its next input when a state has come, and not before */
-    bool sends_idle;     /* an input for every tick, also when no control is touched */
-    bool tells_refusals; /* a refused input is answered */
-    bool drops_stale;    /* a client ignores a state that is older than the one it has */
-    bool extrapolates;   /* a client goes on beyond the newest state when it is set to */
-    bool guesses;        /* clients step on by guessed inputs, up to max_rollback_ticks */
+    bool waits; /* the server does not go on without an input: clients repeat all that is open, and are told
+                   the newest state again when they lack it */
+    bool steps_by_inputs; /* when the next step is due depends on what has come, not on the clock alone */
+    bool answers;         /* a client makes its next input when a state has come, and not before */
+    bool sends_idle;      /* an input for every tick, also when no control is touched */
+    bool tells_refusals;  /* a refused input is answered */
+    bool drops_stale;     /* a client ignores a state that is older than the one it has */
+    bool extrapolates;    /* a client goes on beyond the newest state when it is set to */
+    bool guesses;         /* clients step on by guessed inputs, up to max_rollback_ticks */
 
     /* When the server's next step is due; LL_NEVER while it waits. */
     ll_time (*due)(const struct ll_server *server);

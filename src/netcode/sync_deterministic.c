@@ -10,6 +10,7 @@ const ll_sync ll_sync_deterministic = {
     .help = "Only inputs travel; every client makes a tick when it has all inputs for it.",
     .sends_idle = true,
     .tells_refusals = true,
+    .steps_by_inputs = true,
     .due = ll_referee_due,
     .step = ll_referee_step,
     .take = ll_referee_take,

@@ -17,6 +17,7 @@ const ll_sync ll_sync_lockstep = {
     .tells_refusals = true,
     .drops_stale = true,
     .extrapolates = true,
+    .steps_by_inputs = true,
     .due = ll_lockstep_due,
     .step = ll_lockstep_step,
     .take = ll_server_receive,

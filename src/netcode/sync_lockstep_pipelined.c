@@ -15,6 +15,7 @@ const ll_sync ll_sync_lockstep_pipelined = {
     .tells_refusals = true,
     .drops_stale = true,
     .extrapolates = true,
+    .steps_by_inputs = true,
     .due = ll_lockstep_due_in_rhythm,
     .step = ll_lockstep_step_in_rhythm,
     .take = ll_server_receive,

@@ -11,6 +11,7 @@ const ll_sync ll_sync_rollback = {
     .guesses = true,
     .sends_idle = true,
     .tells_refusals = true,
+    .steps_by_inputs = true,
     .due = ll_referee_due,
     .step = ll_referee_step,
     .take = ll_referee_take,

@@ -7,11 +7,16 @@
 
 #define EVENT_WINDOW (4 * LL_SECOND)
 
+int64_t ll_session_quiet(const ll_session *s, int64_t tick)
+{
+    return tick - ll_tick_at(EVENT_WINDOW, s->freq);
+}
+
 /* Begins to make the state of `tick` from the nearest that is kept, with the events of the last seconds
  * before it. */
 static void begin_state(ll_session *s, int64_t tick)
 {
-    int64_t quiet = tick - ll_tick_at(EVENT_WINDOW, s->freq);
+    int64_t quiet = ll_session_quiet(s, tick);
     const ll_snapshot *best = NULL;
     for (int i = 0; i < LL_SNAPSHOTS; i++)
         if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&

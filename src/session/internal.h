@@ -129,6 +129,8 @@ ll_status ll_session_wake(ll_session *s);
 /* ---- session.c ---- */
 
 void ll_session_run(ll_session *s, int64_t to, bool record);
+/* On the way to `tick`, events before this tick are too old for whoever looks there. */
+int64_t ll_session_quiet(const ll_session *s, int64_t tick);
 void ll_session_start_from(ll_session *s, const ll_snapshot *shot,
                            bool record);                   /* NULL: from the beginning */
 void ll_session_line(const ll_session *s, const char *op); /* to the session's own listener */

@@ -236,22 +236,43 @@ static void fail(ll_session *s, const ll_status *why)
         ll_session_emit_failure(s, s->on_line, s->line_context);
 }
 
-/* One tick at a time, so that a session that fails does so behind the same tick however it is driven. */
+/* The tick up to which the kind runs by itself: then a snapshot, a change of the scenario's own or a command
+ * is due. */
+static int64_t stretch_end(const ll_session *s, int64_t to)
+{
+    if (!s->scenario.kind->stands_at)
+        return s->tick + 1;
+    int64_t every = s->end / (LL_SNAPSHOTS + 1);
+    int64_t snapshot = every > 0 ? (s->tick / every + 1) * every : to;
+    int64_t change = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
+    int64_t command = s->next < s->log.count ? s->log.entries[s->next].tick : to;
+    int64_t end = snapshot < to ? snapshot : to;
+    end = change < end ? change : end;
+    end = command < end ? command : end;
+    LL_ASSERT(end > s->tick);
+    return end;
+}
+
+/* A session that fails does so behind the same tick however it is driven. */
 void ll_session_run(ll_session *s, int64_t to, bool record)
 {
+    const ll_sim_kind *kind = s->scenario.kind;
     ll_recorder recorder = {keep_event, s};
     ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
     while (s->tick < to && s->status != LL_SESSION_FAILED) {
         maybe_snapshot(s);
-        ll_time until = ll_tick_time(s->tick + 1, s->freq);
-        ll_status status = s->scenario.kind->advance(s->block, until, record ? &recorder : NULL, meter);
+        int64_t end = stretch_end(s, to);
+        ll_time until = ll_tick_time(end, s->freq);
+        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, meter);
         if (meter)
             meter->metered += until - ll_tick_time(s->tick, s->freq);
         if (ll_failed(&status)) {
+            if (kind->stands_at)
+                s->tick = ll_tick_at(kind->stands_at(s->block) - 1, s->freq);
             fail(s, &status);
             break;
         }
-        s->tick++;
+        s->tick = end;
         ll_session_apply_due(s);
     }
     if (s->tick > s->head)
@@ -339,10 +360,12 @@ int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 
 void ll_session_move_to(ll_session *s, int64_t tick)
 {
-    if (tick < s->tick || (tick == s->tick && s->status == LL_SESSION_FAILED))
+    if (tick < s->tick || (tick == s->tick && s->status == LL_SESSION_FAILED)) {
         ll_session_make_state(s, tick);
-    else
+    } else {
+        ll_session_run(s, ll_session_quiet(s, tick), false);
         ll_session_run(s, tick, true);
+    }
     s->params_version++;
 }
 

@@ -359,44 +359,50 @@ typedef enum actor {
     ACTOR_CLIENT
 } actor;
 
-typedef struct turn {
-    ll_time time;
-    actor actor;
-    int player;
-} turn;
+/* When and who in one number: of two turns the lower comes first. */
+typedef int64_t turn;
 
-static void consider(turn *next, const turn *other)
+enum { ACTORS_MAX = 8 };
+
+static turn turn_of(ll_time time, actor who)
 {
-    if (other->time < next->time || (other->time == next->time && other->actor < next->actor))
-        *next = *other;
+    ll_time latest = INT64_MAX / ACTORS_MAX - 1; /* stands for LL_NEVER */
+    return (time < latest ? time : latest) * ACTORS_MAX + (turn)who;
 }
 
-/* Of one player or of the server, those who come later on one instant after those who come first. */
-static void consider_later(turn *next, ll_time time, actor who)
+static actor who_has(turn t)
 {
-    next->actor = time < next->time ? who : next->actor;
-    next->time = time < next->time ? time : next->time;
+    return (actor)(t & (ACTORS_MAX - 1));
+}
+
+static ll_time time_of(turn t)
+{
+    return (t - (turn)who_has(t)) / ACTORS_MAX;
+}
+
+static turn earlier(turn a, turn b)
+{
+    return a < b ? a : b;
 }
 
 static turn server_turn(const ll_netgame *g)
 {
     const ll_sync *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
-    turn next = {sync->due(server), ACTOR_STEP, 0};
-    if (!sync->server_steps_at_update_hz)
-        consider_later(&next, ll_clock_time(&server->updates, server->update), ACTOR_UPDATE);
-    consider_later(&next, server->tend, ACTOR_TEND);
-    return next;
+    turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->tend, ACTOR_TEND));
+    if (sync->server_steps_at_update_hz)
+        return next;
+    return earlier(next, turn_of(ll_clock_time(&server->updates, server->update), ACTOR_UPDATE));
 }
 
 static turn player_turn(const ll_netgame *g, int i)
 {
-    turn next = {ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP, i};
-    consider_later(&next, ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
-    consider_later(&next, ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
     ll_time due = ll_netgame_client(g, i)->due; /* what has come may have made something due that was not */
-    consider_later(&next, due > g->now ? due : g->now, ACTOR_CLIENT);
-    return next;
+    turn up = turn_of(ll_link_next_due(ll_netgame_up(g, i)), ACTOR_UP);
+    turn down = turn_of(ll_link_next_due(ll_netgame_down(g, i)), ACTOR_DOWN);
+    turn held = turn_of(ll_dejitter_next_due(ll_netgame_dejitter(g, i)), ACTOR_PLAYOUT);
+    turn client = turn_of(due > g->now ? due : g->now, ACTOR_CLIENT);
+    return earlier(earlier(up, down), earlier(held, client));
 }
 
 /* A run in which nothing is changed from outside: what clients are set up with stands, and who comes next of
@@ -413,41 +419,47 @@ static void renew_all(stretch *now, const ll_netgame *g)
         now->player[i] = player_turn(g, i);
 }
 
-static void renew(stretch *now, const ll_netgame *g, const turn *done)
+/* After a turn of `player`, or of the server: -1. */
+static void renew(stretch *now, const ll_netgame *g, int player, actor done)
 {
-    bool of_player = done->actor <= ACTOR_PLAYOUT || done->actor == ACTOR_CLIENT;
-    bool sends = done->actor != ACTOR_STEP || ll_netgame_sync(g)->server_steps_at_update_hz;
-    if (of_player)
-        now->player[done->player] = player_turn(g, done->player);
-    if (done->actor == ACTOR_UP || done->actor == ACTOR_STEP)
-        now->server = server_turn(g); /* it may have waited for that input */
-    if (!of_player && sends)
-        renew_all(now, g);
+    const ll_sync *sync = ll_netgame_sync(g);
+    if (player >= 0) {
+        now->player[player] = player_turn(g, player);
+        if (done == ACTOR_UP && sync->steps_by_inputs)
+            now->server = server_turn(g);
+    } else if (done == ACTOR_STEP && !sync->server_steps_at_update_hz) {
+        now->server = server_turn(g);
+    } else {
+        renew_all(now, g); /* it has sent to everybody */
+    }
 }
 
-static turn next_turn(const stretch *now, const ll_netgame *g)
+/* -1: the server is next. Of players whose turns are equal, the first. */
+static int next_turn(const stretch *now, const ll_netgame *g, turn *next)
 {
-    turn next = now->server;
+    int player = -1;
+    *next = now->server;
     for (int i = 0; i < g->config.player_count; i++)
-        consider(&next, &now->player[i]);
-    if (next.time < g->now)
-        next.time = g->now; /* a live change has brought it forward */
-    return next;
+        if (now->player[i] < *next) {
+            *next = now->player[i];
+            player = i;
+        }
+    return player;
 }
 
 /* False when the world has diverged, by `entity`. */
-static bool take_turn(ll_netgame *g, const turn *next, const ll_client_setup *s, const ll_recorder *r,
+static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setup *s, const ll_recorder *r,
                       int *entity)
 {
-    switch (next->actor) {
+    switch (who) {
     case ACTOR_UP:
-        ll_netgame_deliver_up(g, next->player, r);
+        ll_netgame_deliver_up(g, player, r);
         break;
     case ACTOR_DOWN:
-        ll_netgame_deliver_down(g, next->player, s);
+        ll_netgame_deliver_down(g, player, s);
         break;
     case ACTOR_PLAYOUT:
-        ll_netgame_deliver_held(g, next->player, s);
+        ll_netgame_deliver_held(g, player, s);
         break;
     case ACTOR_STEP:
         return server_steps(g, r, entity);
@@ -459,7 +471,7 @@ static bool take_turn(ll_netgame *g, const turn *next, const ll_client_setup *s,
         ll_netgame_tend(g, r);
         break;
     case ACTOR_CLIENT:
-        client_acts(g, next->player, s);
+        client_acts(g, player, s);
         break;
     }
     return true;
@@ -473,13 +485,15 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r)
         now.setup[i] = setup(g, i, r);
     renew_all(&now, g);
     for (;;) {
-        turn next = next_turn(&now, g);
-        if (next.time > until)
+        turn next;
+        int player = next_turn(&now, g, &next);
+        if (time_of(next) > until)
             break;
-        g->now = next.time;
-        if (!take_turn(g, &next, &now.setup[next.player], r, &entity))
+        if (time_of(next) > g->now) /* else a live change has brought it forward */
+            g->now = time_of(next);
+        if (!take_turn(g, who_has(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
             return not_finite(g, entity);
-        renew(&now, g, &next);
+        renew(&now, g, player, who_has(next));
     }
     g->now = until;
     return ll_ok();
@@ -491,12 +505,18 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_me
     return run_until(block, until, r);
 }
 
+static ll_time stands_at(const void *block)
+{
+    return ((const ll_netgame *)block)->now;
+}
+
 /* ---- commands ---- */
 
 static void change(void *block, const void *config, ll_time now)
 {
     ll_netgame *g = block;
     ll_server_config before = g->config.server;
+    ll_netgame_watch_cheats_begin(g, config);
     memcpy(&g->config, config, config_size(config));
     ll_server_configure(ll_netgame_server(g), &g->config.server);
     const ll_sync *sync = ll_netgame_sync(g);
@@ -551,6 +571,7 @@ const ll_sim_kind ll_sim_netgame = {
     .settle = settle,
     .tick_freq = tick_freq,
     .advance = advance,
+    .stands_at = stands_at,
     .change = change,
     .accepts = accepts,
     .input = input,

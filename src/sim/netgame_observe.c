@@ -24,15 +24,24 @@ void ll_netgame_watch_players(ll_netgame *g, ll_time since)
     bool drains = ll_netgame_sync(g)->drains;
     double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
     for (int i = 0; i < world->players; i++) {
+        if (g->config.players[i].cheat == LL_CHEAT_NONE)
+            continue;
         ll_instruments *in = ll_netgame_instruments(g, i);
-        if (g->config.players[i].cheat == LL_CHEAT_NONE) {
-            ll_gain_watch(&in->gain, &world->entity[i]);
-            ll_twin_watch(&in->twin, &world->entity[i], g->now);
-        } else {
-            ll_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
-            ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
-                         g->now);
-        }
+        ll_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
+        ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
+                     g->now);
+    }
+}
+
+void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next)
+{
+    const ll_server *server = ll_netgame_server(g);
+    for (int i = 0; i < g->config.player_count; i++) {
+        ll_instruments *in = ll_netgame_instruments(g, i);
+        if (g->config.players[i].cheat != LL_CHEAT_NONE || next->players[i].cheat == LL_CHEAT_NONE)
+            continue;
+        ll_gain_watch(&in->gain, &ll_server_world_const(server)->entity[i]);
+        ll_twin_watch(&in->twin, &ll_server_world_const(server)->entity[i], server->stepped);
     }
 }
 

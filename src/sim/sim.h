@@ -95,6 +95,9 @@ typedef struct ll_sim_kind {
     /* Runs every event up to and including `until`; `meter` may be NULL. LL_DIVERGED names the tick and the
      * entity of the first value that is not finite; the block then stays at that tick. */
     ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter);
+    /* The time that a block stands at, also one that has failed. NULL: it is advanced by one tick at a time,
+     * so that a failure's tick is known; others by many. */
+    ll_time (*stands_at)(const void *block);
 
     /* Live rows of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);
