@@ -277,8 +277,8 @@ test('a report is one page with the front, a table for each plot, and what repea
   const page = readFileSync(file('orbit.html'), 'utf8');
   assert.doesNotMatch(page, /<script|<link|src=|href=|url\(/);
   assert.match(page, /<h1>Orbit &lt;b&gt;&amp;<\/h1>/);
-  assert.equal(page.match(/<svg/g).length, 3);
-  assert.equal(page.match(/<table>/g).length, 4);
+  assert.equal(page.match(/<svg viewBox/g)?.length, 5, 'error against cost, and both metrics along both axes');
+  assert.equal(page.match(/<table>/g)?.length, 6);
   assert.match(page, /laglab sweep experiment.json/);
   // The front by its definition: nobody is as good in both and better in one.
   const at = (point) => [point['methods.0.evaluations'], point['methods.0.e_max']];
@@ -289,6 +289,47 @@ test('a report is one page with the front, a table for each plot, and what repea
   assert.ok(marked.length > 3 && marked.length < 18);
   const specification = /<h2>Specification<\/h2><pre>([^]*?)<\/pre>/.exec(page)[1].replaceAll('&quot;', '"').replaceAll('&lt;', '<').replaceAll('&gt;', '>').replaceAll('&amp;', '&');
   assert.equal(good(['sweep', '-'], { input: specification }), good(['sweep', name]), 'what it tells repeats it');
+});
+
+test('a report of many points stays small: marks stand for several, tables list some, and both tell of all', () => {
+  const many = { title: 'Many', scenario: { kind: 'motion', problem: 'oscillator', duration_s: 0.3, methods: [{ method: 'rk4' }] },
+    axes: [
+      { zip: [{ path: 'methods.0.method', values: ['explicit_euler', 'velocity_verlet'] },
+        { path: 'reverse', values: [true, false] }] },
+      { path: 'methods.0.dt_s', from: 0.01, to: 0.1, count: 150, scale: 'log' },
+      { path: 'params.omega', from: 0.5, to: 5, count: 40 },
+    ],
+    metrics: ['methods.0.e_max', 'methods.0.evaluations'] };
+  const rows = JSON.parse(good(['sweep', write('many.json', many), '--points', '--format', 'json', '--report', 'many.html']));
+  assert.equal(rows.length, 12000);
+  const page = readFileSync(file('many.html'), 'utf8');
+  assert.ok(page.length < 2e6, `${page.length} bytes`);
+  const figures = page.split('<figure>').slice(1).map((text) => text.slice(0, text.indexOf('</figure>')));
+  assert.equal(figures.length, 1 + 3 * 2, 'cost, and both metrics along each of three dimensions: what goes together is one');
+  for (const figure of figures) {
+    const titles = [...figure.matchAll(/<title>(?:([\d,]+) points, such as )?/g)];
+    assert.ok(titles.length <= 1500, `${titles.length} marks`);
+    const points = titles.reduce((sum, [, count]) => sum + Number((count ?? '1').replaceAll(',', '')), 0);
+    assert.equal(points, rows.filter((/** @type {any} */ row) => row['methods.0.e_max'] !== null).length);
+    const said = /([\d,]+) points are drawn as ([\d,]+) marks/.exec(figure) ?? [];
+    assert.deepEqual([said[1], said[2]?.replace(',', '')], [points.toLocaleString('en'), String(titles.length)]);
+    const listed = figure.match(/<tr/g).length - 1;
+    assert.match(figure, new RegExp(`${listed} of 12,000 points are listed: .*--points --out points.csv`));
+    assert.match(figure, /explicit_euler, on<\/span>|>explicit_euler, on<\/text>/);
+  }
+  const table = page.slice(page.indexOf('<h2>Points</h2>')), at = (/** @type {any} */ p) => [p['methods.0.evaluations'], p['methods.0.e_max']];
+  assert.equal(table.match(/<tr/g).length - 1, Number(/(\d+) of 12,000 points are listed/.exec(table)?.[1]));
+  // Few enough are on the front: all of them are listed, whatever else is.
+  const least = new Map();
+  for (const row of rows) {
+    const [cost, error] = at(row);
+    if (error !== null && !(error > (least.get(cost) ?? Infinity))) least.set(cost, error);
+  }
+  let best = Infinity;
+  const front = new Set([...least].sort(([a], [b]) => a - b).filter(([, error]) => error < best && ((best = error), true)).map(String));
+  const marked = [...table.matchAll(/<tr class="on"><td>(\d+)<\/td>/g)].map((match) => Number(match[1]));
+  assert.deepEqual(marked, rows.filter((/** @type {any} */ row) => front.has(String(at(row)))).map((/** @type {any} */ row) => row.point));
+  assert.ok(marked.length > 5);
 });
 
 test('a sweep that was killed goes on where it was, and every row is there once', async () => {
