@@ -1,45 +1,10 @@
 #include "experiment/plot.h"
 
-#include <inttypes.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { LEFT = 70, RIGHT = 14, TOP = 8, BOTTOM = 64 };
-
-/* Okabe and Ito's colours, as far as they are told apart on white; shapes differ too. */
-const char ll_plot_style[] =
-    "figure{margin:1rem 0}figcaption{font-weight:600}svg{max-width:100%;height:auto}svg text{font:12px "
-    "system-ui,sans-serif;fill:#1b1f24}.g{stroke:#d8dee4;fill:none}.front{fill:none;stroke:#b34700;"
-    "stroke-width:1.5}.ci{stroke:#57606a;stroke-opacity:.4}.s{fill-opacity:.75}.on{fill-opacity:1;"
-    "stroke:#b34700;stroke-width:2}\n"
-    ".s0{fill:#0072b2;stroke:#0072b2}.s1{fill:#009e73;stroke:#009e73}.s2{fill:#cc79a7;stroke:#cc79a7}"
-    ".s3{fill:#c98a00;stroke:#c98a00}.s4{fill:#56b4e9;stroke:#56b4e9}.s5{fill:#7a4fb5;stroke:#7a4fb5}"
-    ".s6{fill:#6b6b00;stroke:#6b6b00}.s7{fill:#1b1f24;stroke:#1b1f24}.s{stroke:none}.line{fill:none}"
-    ".s.on{stroke:#b34700}.key span{display:inline-block;margin-right:1rem}.key svg{vertical-align:middle}\n"
-    ".note{font-size:.85rem;margin:.2rem 0}\n";
-
-void ll_html_text(const char *text, FILE *file)
-{
-    for (; *text; text++) {
-        switch (*text) {
-        case '&':
-            fputs("&amp;", file);
-            break;
-        case '<':
-            fputs("&lt;", file);
-            break;
-        case '>':
-            fputs("&gt;", file);
-            break;
-        case '"':
-            fputs("&quot;", file);
-            break;
-        default:
-            fputc(*text, file);
-        }
-    }
-}
 
 /* ---- axes ---- */
 
@@ -80,10 +45,10 @@ typedef void draw_tick(FILE *file, const ll_plot *plot, double at, const char *l
 
 static void tick_x(FILE *file, const ll_plot *plot, double at, const char *label)
 {
-    fprintf(
-        file,
-        "<path class=\"g\" d=\"M%.1f %dV%d\"/><text x=\"%.1f\" y=\"%d\" text-anchor=\"middle\">%s</text>\n",
-        at, TOP, plot->height - BOTTOM, at, plot->height - BOTTOM + 15, label);
+    fprintf(file,
+            "<path class=\"g\" d=\"M%.1f %dV%d\"/><text x=\"%.1f\" y=\"%d\" text-anchor=\"%s\">%s</text>\n",
+            at, TOP, plot->height - BOTTOM, at, plot->height - BOTTOM + 15,
+            at > plot->width - 2 * RIGHT ? "end" : "middle", label);
 }
 
 /* Names are long: they lean. */
@@ -107,20 +72,22 @@ static void tick_y(FILE *file, const ll_plot *plot, double at, const char *label
 
 static void draw_axis(FILE *file, const ll_plot *plot, const scale *s, int labels, draw_tick *tick)
 {
-    double step = step_of(s, labels);
+    double step = step_of(s, labels), only = 0; /* where the last was drawn */
     int drawn = 0;
     for (double k = ceil(s->low / step); k * step <= s->high; k++, drawn++) {
         char label[32];
         double value = s->log ? pow(10, k * step) : k * step;
         snprintf(label, sizeof label, "%.4g", value == 0 ? 0 : value);
-        tick(file, plot, position(s, value), label);
+        only = position(s, value);
+        tick(file, plot, only, label);
     }
     for (int end = 0; drawn < 2 && end < 2; end++) { /* less than two decades: both ends are told */
         char label[32];
         double value = end ? s->high : s->low;
         value = s->log ? pow(10, value) : value;
-        snprintf(label, sizeof label, "%.3g", value);
-        tick(file, plot, position(s, value), label);
+        snprintf(label, sizeof label, value >= 1000 && value < 1e6 ? "%.0f" : "%.3g", value);
+        if (drawn == 0 || fabs(position(s, value) - only) > fabs(s->size) / 6)
+            tick(file, plot, position(s, value), label);
     }
 }
 
@@ -243,12 +210,13 @@ static void draw_shape(FILE *file, int series, const char *more, double x, doubl
         "M%.1f %.1fm0 -%.1fl%.1f %.1fl-%.1f %.1fl-%.1f -%.1fz",
     };
     double d = 2 * r, s = 0.9 * r, t = 1.2 * r;
-    fprintf(file, "<path class=\"s s%d%s\" d=\"", series, more);
-    if (series % 4 == 0)
+    int shape = (series + series / LL_PLOT_COLOURS) % 4;
+    fprintf(file, "<path class=\"s s%d%s\" d=\"", series % LL_PLOT_COLOURS, more);
+    if (shape == 0)
         fprintf(file, shapes[0], x, y, r, r, r, d, r, r, d);
-    else if (series % 4 == 1)
+    else if (shape == 1)
         fprintf(file, shapes[1], x, y, s, s, 2 * s, 2 * s, 2 * s);
-    else if (series % 4 == 2)
+    else if (shape == 2)
         fprintf(file, shapes[2], x, y, t, t, 2 * t, 2 * t);
     else
         fprintf(file, shapes[3], x, y, t, t, t, t, t, t, t);
@@ -292,19 +260,27 @@ static void draw_front(FILE *file, const ll_plot *plot, const scale *x, const sc
     fputs(begun ? "\"/>\n" : "", file);
 }
 
-static void draw_series(FILE *file, const ll_plot *plot, int series, const scale *x, const scale *y)
+/* The point of the series with the least number above `after`; NULL: there is none. */
+static const ll_plot_point *next_of(const ll_plot *plot, int series, int64_t after)
 {
-    bool begun = false;
+    const ll_plot_point *found = NULL;
     for (int i = 0; i < plot->count; i++) {
         const ll_plot_point *p = &plot->points[i];
-        if (p->series != series || !drawable(p))
-            continue;
-        if (!begun)
-            fprintf(file, "<path class=\"line s%d\" style=\"fill:none\" d=\"", series);
-        fprintf(file, "%c%.1f %.1f", begun ? 'L' : 'M', position(x, p->x), position(y, p->y));
-        begun = true;
+        if (p->series == series && p->point > after && drawable(p) && (!found || p->point < found->point))
+            found = p;
     }
-    fputs(begun ? "\"/>\n" : "", file);
+    return found;
+}
+
+static void draw_series(FILE *file, const ll_plot *plot, int series, const scale *x, const scale *y)
+{
+    const ll_plot_point *p = next_of(plot, series, -1);
+    if (!p)
+        return;
+    fprintf(file, "<path class=\"line s%d\" d=\"", series % LL_PLOT_COLOURS);
+    for (char how = 'M'; p; p = next_of(plot, series, p->point), how = 'L')
+        fprintf(file, "%c%.1f %.1f", how, position(x, p->x), position(y, p->y));
+    fputs("\"/>\n", file);
 }
 
 static ll_status draw_points(FILE *file, const ll_plot *plot, const scale *x, const scale *y, marks *m)
@@ -391,14 +367,6 @@ static ll_status draw(FILE *file, const ll_plot *plot)
 }
 
 /* ---- the table ---- */
-
-void ll_html_count(int64_t count, FILE *file)
-{
-    char digits[24];
-    int length = snprintf(digits, sizeof digits, "%" PRId64, count);
-    for (int i = 0; i < length; i++)
-        fprintf(file, "%s%c", i > 0 && (length - i) % 3 == 0 ? "," : "", digits[i]);
-}
 
 static void write_every(int every, const char *of, FILE *file)
 {

@@ -7,10 +7,11 @@
 #include <stdio.h>
 
 #include "base/status.h"
+#include "experiment/html.h"
 #include "experiment/points.h"
 
 enum {
-    LL_PLOT_SERIES_MAX = 8,
+    LL_PLOT_COLOURS = 8,      /* with four shapes 32 series are told apart */
     LL_PLOT_MARKS_MAX = 1500, /* more points than so many are drawn together */
     LL_PLOT_ROWS_MAX = 100,   /* of the table */
 };
@@ -34,7 +35,7 @@ typedef struct ll_plot {
     const char *series_name;
     bool log_x, log_y; /* where all values are above 0; otherwise the axis is linear */
     bool apart;        /* the front is not joined: it is of more than what is drawn */
-    bool joined;       /* the points of a series are, where each has a mark */
+    bool joined;       /* the points of a series are, in the order of their numbers, where each has a mark */
     int width, height;
     void (*tell)(const void *context, int64_t point, FILE *file); /* names a point, as HTML */
     const void *context;
@@ -43,11 +44,5 @@ typedef struct ll_plot {
 
 ll_status ll_plot_write(const ll_plot *plot, FILE *file);
 
-/* The classes that plots are drawn with. */
-extern const char ll_plot_style[];
-
 /* What is shown of what: `100 of 2,000 points: ...`. Nothing where all are. */
 void ll_plot_shown(const ll_choice *choice, int count, const char *where, FILE *file);
-
-void ll_html_text(const char *text, FILE *file); /* with & < > " written so that a page shows them */
-void ll_html_count(int64_t count, FILE *file);   /* 12,345 */

@@ -18,21 +18,6 @@ static const char where_all[] =
     "the results: <code>laglab sweep experiment.json --points --out points.csv</code>, or of a daemon "
     "<code>results?points=true</code> beside this page";
 
-static const char head[] =
-    "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><meta name=\"viewport\" "
-    "content=\"width=device-width\"><style>\n"
-    "body{font:15px/1.45 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 1rem;color:#1b1f24;"
-    "background:#fff}h1{font-size:1.6rem;margin-bottom:.2rem}h2{font-size:1.2rem;margin-top:2rem}\n"
-    ".multiples{display:grid;grid-template-columns:repeat(auto-fill,minmax(20rem,1fr));gap:1rem}"
-    ".multiples>*{min-width:0}\n"
-    ".data{max-height:14rem;overflow:auto;border:1px solid #d8dee4}table{border-collapse:collapse;"
-    "font-size:.85rem;font-variant-numeric:tabular-nums}th,td{padding:.15rem .6rem;text-align:right;"
-    "border-bottom:1px solid #eaeef2}th{position:sticky;top:0;background:#f6f8fa}td.l{text-align:left}"
-    "tr.on td{color:#8a3700;font-weight:600}\n"
-    "pre{background:#f6f8fa;padding:.8rem;overflow:auto;font-size:.8rem;white-space:pre-wrap}\n"
-    "@media print{body{margin:0;max-width:none}.data{max-height:none;overflow:visible;border:0}"
-    "figure{break-inside:avoid-page}th{position:static}pre{white-space:pre-wrap}}\n";
-
 /* ---- tables and texts ---- */
 
 static void write_number(double value, FILE *file)
@@ -158,13 +143,8 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
     const char *title = e->head.title[0]     ? e->head.title
                         : scenario->title[0] ? scenario->title
                                              : "Experiment";
-    fputs(head, file);
-    fputs(ll_plot_style, file);
-    fputs("</style><title>", file);
-    ll_html_text(title, file);
-    fputs("</title></head><body>\n<h1>", file);
-    ll_html_text(title, file);
-    fputs("</h1>\n<p>", file);
+    ll_html_begin(title, file);
+    fputs("<p>", file);
     ll_html_text(e->head.text, file);
     fprintf(file, "</p>\n<p>Scenario <code>");
     ll_html_text(e->head.scenario_id[0] ? e->head.scenario_id : e->base.kind->name, file);

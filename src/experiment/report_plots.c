@@ -103,7 +103,7 @@ static const dimension *series_of(const plots *r, const dimension *but)
     const dimension *found = NULL;
     for (int k = 0; k < r->e->dimension_count; k++) {
         const dimension *d = &r->dimensions[k];
-        bool fits = d != but && d->values > 1 && d->values <= LL_PLOT_SERIES_MAX;
+        bool fits = d != but && d->values > 1 && d->values <= LL_PLOT_COLOURS;
         if (fits && (!found || (d->named && !found->named)))
             found = d;
     }
@@ -156,7 +156,7 @@ static void tell(const void *context, int64_t point, FILE *file)
 /* Draws a metric over what has been written to the x of `drawn`. */
 static ll_status write(const plots *r, ll_plot *plot, const dimension *series)
 {
-    const char *names[LL_PLOT_SERIES_MAX];
+    const char *names[LL_PLOT_COLOURS];
     for (int i = 0; series && i < r->points->count; i++)
         r->drawn[i].series = value_of(series, &r->points->points[i]);
     for (int k = 0; series && k < series->values; k++)

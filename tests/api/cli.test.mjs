@@ -405,6 +405,25 @@ test('work-precision of a scenario writes its ladders as CSV', () => {
   refused(['work-precision', 'fluid/cavity', '--set', 'params.n=1', '--methods', 'jacobi'], ['n']);
 });
 
+test('work-precision of a netgame: a mean over seeds with its interval, and a page that draws every method', () => {
+  const ladder = (/** @type {string[]} */ ...more) => JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json', ...more]));
+  const rows = ladder('--seeds', '6', '--report', 'hermite.html'), other = ladder('--seeds', '2');
+  assert.deepEqual([...new Set(rows.map((/** @type {any} */ row) => row.series))], ['linear', 'hermite']);
+  for (const row of rows) {
+    assert.ok(row.error_low < row.error && row.error < row.error_high && row.seeds === 6 && row.cpu_min_s > 0, JSON.stringify(row));
+    assert.equal(row.metric, 'players.0.timeline_error_m.mean');
+  }
+  assert.deepEqual(other.map((/** @type {any} */ row) => [row.seeds, row.error_low]), rows.map(() => [2, null]), 'two seeds have no interval');
+  const page = readFileSync(path.join(folder, 'hermite.html'), 'utf8'), figures = page.split('<figure>').slice(1);
+  assert.equal(figures.length, 2, 'against time and against bytes');
+  for (const figure of figures) {
+    assert.equal(figure.match(/<title>/g)?.length, rows.length);
+    assert.equal(figure.match(/class="line/g)?.length, 2);
+    assert.equal(figure.match(/class="ci"/g)?.length, rows.length);
+  }
+  refused(['work-precision', 'hermite', '--seeds', '0'], ['--seeds', '1']);
+});
+
 test('work-precision writes every format of sweep', () => {
   const args = ['work-precision', 'free_fall', '--methods', 'explicit_euler', '--duration', '1'];
   const untimed = (/** @type {Record<string, any>[]} */ rows) => rows.map((row) => ({ ...row, cpu_min_s: 0, cpu_median_s: 0 }));
