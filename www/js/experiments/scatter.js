@@ -18,7 +18,8 @@ function linesOf(rows, of) {
   const names = seriesOf(rows, of.by);
   return names.map((name, s) => ({
     series: s,
-    places: rows.map((row, index) => ({ index, x: numberOf(row, of.x), y: numberOf(row, of.y), here: of.by === '' || String(row[of.by]) === name }))
+    places: rows.map((row,
+      index) => ({ index, x: numberOf(row, of.x), y: numberOf(row, of.y), here: of.by === '' || String(row[of.by]) === name }))
       .filter((p) => p.here && Number.isFinite(p.x) && Number.isFinite(p.y)).sort((a, b) => a.x - b.x || a.index - b.index),
   }));
 }
@@ -28,12 +29,15 @@ function linesOf(rows, of) {
 export function drawScatter(surface, colours, rows, of, front, selected, empty) {
   const { pen } = surface, lines = linesOf(rows, of), size = Math.max(9, colours.marker * 0.48);
   const joined = of.by !== '' && lines.length <= SERIES_MAX && rows.length <= 400;
-  const frontLine = rows.map((row, i) => ({ i, x: numberOf(row, of.x), y: numberOf(row, of.y) })).filter((p) => front.has(p.i)).sort((a, b) => a.x - b.x || a.y - b.y);
+  const frontLine = rows.map((row, i) => ({ i, x: numberOf(row, of.x), y: numberOf(row, of.y) })).filter((p) => front.has(p.i)).sort((a,
+    b) => a.x - b.x || a.y - b.y);
   const plot = drawPlot(surface, colours, {
     lines: [
-      ...lines.map(({ series, places }) => ({ xs: places.map((p) => p.x), ys: places.map((p) => p.y), colour: joined ? paintOf(colours, series).text : 'transparent',
+      ...lines.map(({ series, places }) => ({ xs: places.map((p) => p.x), ys: places.map((p) => p.y),
+        colour: joined ? paintOf(colours, series).text : 'transparent',
         dash: paintOf(colours, series).dash, width: 1.5 })),
-      ...(frontLine.length > 1 ? [{ xs: frontLine.map((p) => p.x), ys: frontLine.map((p) => p.y), colour: colours.ink, width: colours.line }] : []),
+      ...(frontLine.length > 1
+        ? [{ xs: frontLine.map((p) => p.x), ys: frontLine.map((p) => p.y), colour: colours.ink, width: colours.line }] : []),
     ],
     x: of.x, y: of.y, logX: of.logX, logY: of.logY, empty,
   });
@@ -72,7 +76,11 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
   return spots.sort((a, b) => a.x - b.x || a.y - b.y);
 }
 
-/** The point that a pointer is at. @param {Spot[]} spots @param {number} x @param {number} y @returns {number} its place, -1: none is near */
+/** The point that a pointer is at.
+ * @param {Spot[]} spots
+ * @param {number} x
+ * @param {number} y
+ * @returns {number} its place, -1: none is near */
 export function nearest(spots, x, y) {
   let best = -1, least = 18 ** 2; /* px */
   for (const spot of spots) {
