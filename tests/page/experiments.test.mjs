@@ -217,6 +217,25 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await close();
 });
 
+test('of many points those under others are not drawn, and it says how many; the table has all', async () => {
+  const scenario = { kind: 'motion', problem: 'oscillator', duration_s: 0.2, methods: [{ method: 'rk4' }] };
+  const axes = [{ path: 'methods.0.dt_s', from: 0.01, to: 0.1, count: 60 }, { path: 'params.omega', from: 0.5, to: 5, count: 50 }];
+  const { id } = (await api(daemon.url, 'experiments', { scenario, axes, metrics: ['methods.0.e_max', 'methods.0.evaluations'] })).body;
+  await until(async () => (await api(daemon.url, `experiments/${id}`)).body.state === 'done', 'the runs', 60000);
+  const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
+  const text = await page.locator('#covered').innerText();
+  const said = Number(/^([\d,]+) of 3,000 points lie under others/.exec(text)?.[1]?.replace(',', ''));
+  assert.ok(said > 100 && said < 2950, text);
+  assert.match(await page.locator('.outcome').innerText(), /2,900 more points/);
+  await page.locator('tr[data-point="7"] th').click();
+  assert.match(await page.locator('#point').innerText(), /^Point 7\b/, 'one that is picked in the table is drawn');
+  await page.focus('#scatter-box');
+  await page.keyboard.press('ArrowRight');
+  assert.match(await page.locator('#point').innerText(), /^Point \d+/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('speed against error is written for a scenario of each kind, and from a session with its parameters', async () => {
   const { page, complaints, close } = await open();
   for (const [id, axes, error] of [['crates_delta', ['server.snapshot', 'server.update_hz'], 'players.0.remote_error_m.mean'],

@@ -9,6 +9,8 @@ import { boundsOf, numberOf } from './columns.js';
 /** @typedef {{index: number, x: number, y: number}} Spot  a drawn point, in CSS px */
 
 export const SERIES_MAX = 8;
+/** Of more points those that would lie under another of their series are left out. */
+const CROWD = 2000, CELL_PX = 4;
 
 /** The values of a column that make series, in their order. @param {Cells[]} rows @param {string} by @returns {string[]} */
 export const seriesOf = (rows, by) => (by === '' ? [''] : [...new Set(rows.map((row) => String(row[by])))]);
@@ -25,7 +27,8 @@ function linesOf(rows, of) {
 }
 
 /** @param {{pen: CanvasRenderingContext2D, width: number, height: number}} surface @param {import('../theme.js').Palette} colours
- * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected @param {string} empty @returns {Spot[]} */
+ * @param {Cells[]} rows @param {Choice} of @param {Set<number>} front @param {number} selected @param {string} empty
+ * @returns {{spots: Spot[], covered: number}} covered: points that are not drawn, since they lie under others */
 export function drawScatter(surface, colours, rows, of, front, selected, empty) {
   const { pen } = surface, lines = linesOf(rows, of), size = Math.max(9, colours.marker * 0.48);
   const joined = of.by !== '' && lines.length <= SERIES_MAX && rows.length <= 400;
@@ -41,12 +44,21 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
     ],
     x: of.x, y: of.y, logX: of.logX, logY: of.logY, empty,
   });
-  if (!plot) return [];
+  if (!plot) return { spots: [], covered: 0 };
   /** @type {Spot[]} */
   const spots = [];
+  /** @type {Set<string>} */
+  const taken = new Set();
+  let covered = 0;
   const mark = (/** @type {number} */ index, /** @type {number} */ series, /** @type {number} */ vx, /** @type {number} */ vy) => {
     if ((of.logX && vx <= 0) || (of.logY && vy <= 0)) return;
     const x = plot.toX(vx), y = plot.toY(vy), row = /** @type {Cells} */ (rows[index]);
+    const place = `${series} ${Math.round(x / CELL_PX)} ${Math.round(y / CELL_PX)}`;
+    if (rows.length > CROWD && taken.has(place) && index !== selected && !front.has(index)) {
+      covered++;
+      return;
+    }
+    taken.add(place);
     const { low, high } = boundsOf(row, of.y);
     pen.setLineDash([]);
     if (low < high && (!of.logY || low > 0)) {
@@ -73,7 +85,7 @@ export function drawScatter(surface, colours, rows, of, front, selected, empty) 
     spots.push({ index, x, y });
   };
   for (const { series, places } of lines) for (const p of places) mark(p.index, series % SERIES_MAX, p.x, p.y);
-  return spots.sort((a, b) => a.x - b.x || a.y - b.y);
+  return { spots: spots.sort((a, b) => a.x - b.x || a.y - b.y), covered };
 }
 
 /** The point that a pointer is at.

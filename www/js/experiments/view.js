@@ -105,6 +105,8 @@ function progressPanel(r) {
 
 /** @type {import('./scatter.js').Spot[]} */
 let spots = [];
+/** Points that lie under others. */
+const covered = signal(0);
 
 /** @param {number} index */
 function select(index) {
@@ -169,7 +171,9 @@ function legend() {
   return html`<div class="key">${by === '' || names.length > SERIES_MAX ? nothing
     : names.map((name, s) => html`<span class="sample">${mark(s)} ${told(isNaN(Number(name)) ? name : Number(name))}</span>`)}
     ${isTrade.value ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
-      r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>` : nothing}</div>`;
+      r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>` : nothing}
+    ${covered.value > 0 ? html`<span class="sample" id="covered">${many(covered.value)} of ${many(points.value.length)} points
+      lie under others and are not drawn</span>` : nothing}</div>`;
 }
 
 /** @returns {Template} */
@@ -345,8 +349,11 @@ function draw() {
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaces.get(canvas) ?? new Surface(canvas);
   surfaces.set(canvas, surface);
-  if (surface.begin()) spots = drawScatter(surface, palette(), points.value, plotted.value, isTrade.value ? front.value : new Set(),
-    selected.value, 'nothing to draw on these axes');
+  if (!surface.begin()) return;
+  const drawn = drawScatter(surface, palette(), points.value, plotted.value, isTrade.value ? front.value : new Set(), selected.value,
+    'nothing to draw on these axes');
+  spots = drawn.spots;
+  covered.value = drawn.covered;
 }
 let asked = false;
 function redraw() {
