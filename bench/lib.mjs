@@ -5,6 +5,7 @@ import { cpus, loadavg, release, tmpdir, totalmem } from "node:os";
 import { dirname, join } from "node:path";
 import { createInterface } from "node:readline";
 import { fileURLToPath } from "node:url";
+import { fingerprint } from "./rooms.mjs";
 
 export const root = dirname(dirname(fileURLToPath(import.meta.url)));
 export const build = process.env.BENCH_BUILD ?? join(root, "build/profiled");
@@ -72,6 +73,7 @@ export function writeCsv(name, command, columns, rows) {
   const cell = (value) => (/[",\n]/.test(String(value)) ? `"${String(value).replaceAll('"', '""')}"` : String(value ?? ""));
   const lines = [
     ...Object.entries(machine()).map(([key, value]) => `# ${key}: ${value}`),
+    `# rooms: ${fingerprint(name)}`,
     `# command: ${command}`,
     ...Object.entries(columns).map(([column, meaning]) => `# ${column}: ${meaning}`),
     Object.keys(columns).join(","),

@@ -10,6 +10,7 @@ import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
+import { fingerprint, roomsOf } from '../bench/rooms.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 const NOTE = (/** @type {string} */ from) => `<!-- Written by docs/generate.mjs from ${from}: change it there. -->\n`;
@@ -402,6 +403,17 @@ const RESULTS = [
       ['p50, ms', 'p50_ms', median], ['Max, ms', 'max_ms', worst]] },
 ];
 
+/** Whether the code that a result speaks of is that which was measured. @param {string} name @param {Map<string, string>} head */
+export function ageDoc(name, head, root = ROOT) {
+  const rooms = roomsOf(name).map((room) => code(`src/${room}`)).join(', ');
+  const told = head.get('rooms'), now = fingerprint(name, root);
+  const measured = `Measured at commit ${head.get('commit') ?? 'unknown'}, ${head.get('date') ?? 'at an unknown time'}.`;
+  if (told === now) return `${measured} What it speaks of (${rooms}) is as it was then.`;
+  const since = told === undefined ? 'it does not say of which state, so take it that the code has changed'
+    : 'the code has changed since';
+  return `**${measured} Older than the code:** ${since} (${rooms}).\n${code(head.get('command') ?? './dev bench')} measures it again.`;
+}
+
 function resultDoc({ name, title, by, columns }) {
   const file = `bench/results/${name}.csv`;
   if (!existsSync(path.join(ROOT, file))) return `### ${title}\n\nNo figures yet: \`./dev bench ${name}\` measures them.\n`;
@@ -413,7 +425,7 @@ function resultDoc({ name, title, by, columns }) {
     groups.set(key, [...(groups.get(key) ?? []), row]);
   }
   const machine = comments.slice(0, split < 0 ? 0 : split + 1).map(([key, value]) => `${key}: ${value}`).join('; ');
-  return [`### ${title}`, table([...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
+  return [`### ${title}`, ageDoc(name, new Map(comments)), table([...by.map((column) => column.replaceAll('_', ' ')), ...columns.map(([label]) => label)],
     [...groups.values()].map((group) => [...by.map((column) => group[0][column]), ...columns.map(([, column, of]) => of(group, column))])),
   `[All rows](../${file}). ${machine}.`].join('\n\n');
 }

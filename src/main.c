@@ -582,9 +582,10 @@ static const struct {
     {"methods", "", "list the integrators", verb_methods, false},
     {"problems", "", "list the problems of motion, with their parameters", verb_problems, false},
     {"work-precision",
-     "PROBLEM|SCENARIO [--methods A,B,...] [--set name=value]... [--duration S] [--out FILE] "
-     "[--format csv|ndjson|json|parquet|sqlite]",
-     "measure each method's error against its cost; of a scenario by cells, particles, sweeps or substeps",
+     "PROBLEM|SCENARIO [--methods A,B,...] [--set name=value]... [--duration S] [--seeds N] [--out FILE] "
+     "[--format csv|ndjson|json|parquet|sqlite] [--report FILE.html]",
+     "measure each method's error against its cost; of a scenario by cells, particles, sweeps, substeps or "
+     "updates",
      ll_verb_work_precision, true},
     {"healthcheck", "[URL]", "exit 0 if the daemon there answers", ll_healthcheck, false},
     {"help", "", "print this", verb_help, false},

@@ -346,7 +346,7 @@ ll_status ll_experiments_add(ll_experiments *x, const ll_experiment *e, const ch
     if (!text)
         return ll_error(LL_NO_MEMORY, "There is no memory for an experiment.");
     begin_pace(x, id, 0);
-    status = x->store->kind->create(x->store, &record, text, ll_chunk_size(e->runs, 0));
+    status = x->store->kind->create(x->store, &record, text, ll_experiment_chunk(e, e->runs, 0));
     free(text);
     if (x->workers)
         ll_workers_wake(x->workers);

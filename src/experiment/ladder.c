@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "experiment/metric_path.h"
+#include "experiment/summary.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
@@ -15,21 +17,37 @@ enum { REPEATS = 3 };
 
 const ll_ladder ll_ladders[] = {
     {"fluid/cavity", "duration_s=20", "solver.advection", "semi_lagrangian,maccormack,central", "params.n",
-     "16,32,64", "error_max", "visits"},
+     "16,32,64", "error_max", "visits", 0},
     {"fluid/cavity", "duration_s=5,params.n=32,solver.tolerance=0", "solver.pressure",
-     "jacobi,gauss_seidel,sor,pcg,multigrid", "solver.sweeps", "1,2,4,8,16,32", "divergence_max", "visits"},
+     "jacobi,gauss_seidel,sor,pcg,multigrid", "solver.sweeps", "1,2,4,8,16,32", "divergence_max", "visits",
+     0},
     {"fluid/taylor_green", "duration_s=2,params.viscosity_m2ps=0.01", "solver.advection",
-     "semi_lagrangian,maccormack,bfecc,central", "params.n", "16,32,64,128", "error_l2", "visits"},
+     "semi_lagrangian,maccormack,bfecc,central", "params.n", "16,32,64,128", "error_l2", "visits", 0},
     {"fluid/rotation", "duration_s=1", "solver.advection", "semi_lagrangian,maccormack,bfecc", "params.n",
-     "32,64,128", "error_l1", "visits"},
+     "32,64,128", "error_l1", "visits", 0},
     {"fluid/poiseuille", "duration_s=1,solver.iterations=30", "solver.method", "wcsph,pbf,dfsph",
-     "params.size", "16,24,32,48", "velocity_error_rms", "visits"},
+     "params.size", "16,24,32,48", "velocity_error_rms", "visits", 0},
     {"fluid/hydrostatic", "duration_s=5,solver.iterations=100", "solver.method", "wcsph,pbf,dfsph",
-     "params.size", "10,20,40", "pressure_error_rms", "visits"},
+     "params.size", "10,20,40", "pressure_error_rms", "visits", 0},
     {"fluid/hydrostatic", "duration_s=5,params.size=20", "solver.method", "pbf,dfsph", "solver.iterations",
-     "1,2,4,8,16,32,64,128", "pressure_error_rms", "visits"},
+     "1,2,4,8,16,32,64,128", "pressure_error_rms", "visits", 0},
     {"rigid/column", "duration_s=3,beside=[],params.offset=0", "solver.method", "soft_step,tgs_sticky,xpbd",
-     "solver.substeps", "1,2,4,8,16,32", "sag_m", "passes_per_s"},
+     "solver.substeps", "1,2,4,8,16,32", "sag_m", "passes_per_s", 0},
+    {"rigid/pyramid", "duration_s=3", "solver.method", "soft_step,tgs_sticky,xpbd,avbd", "solver.substeps",
+     "1,2,4,8,16", "drift_worst_m", "passes_per_s", 0},
+    {"fluid/dam_break", "duration_s=1", "solver.method", "wcsph,pbf,dfsph", "params.size", "12,16,24,32",
+     "front_error", "visits", 0},
+    {"crates_delta", "duration_s=10", "server.snapshot", "full,quantised,delta", "server.update_hz",
+     "5,10,20,30,60", "players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
+    {"hermite", "duration_s=20", "players.0.interpolation_method", "linear,hermite", "server.update_hz",
+     "2,4,8,16,32", "players.0.timeline_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
+    {"deterministic", "duration_s=20", "server.sync", "free,lockstep_pipelined,deterministic,rollback",
+     "server.update_hz", "10,20,30,60", "players.0.remote_error_m.mean", "players.0.input_latency_ms.mean",
+     10},
+    {"crates", "duration_s=10", "players.0.prediction_scope", "own,contacts,all", "server.update_hz",
+     "5,10,20,30,60", "players.0.own_timeline_error_m.rms", "players.0.bandwidth.down_bytes_per_s", 10},
+    {"behind_cover", "duration_s=30", "server.rifle", "none,rewind,trust", "server.max_rewind_ms",
+     "50,100,200,400", "players.1.shots.rifle.false_misses", "players.1.shots.rifle.shot_behind_cover", 10},
     {0},
 };
 
@@ -87,12 +105,14 @@ static ll_status set_all(const ll_ladder_order *order, const ll_rung *rung, ll_s
     return ll_failed(&status) ? status : ll_param_check(table, scenario->config);
 }
 
-static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, ll_session **session)
+static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, int seed,
+                           const ll_sim_kind **kind, ll_session **session)
 {
     ll_scenario scenario = {0};
     ll_status status = ll_scenario_parse(order->scenario, &scenario);
     if (ll_failed(&status))
         return status;
+    *kind = scenario.kind;
     size_t size = scenario.kind->table->size;
     void *before = malloc(size);
     if (before) {
@@ -103,6 +123,7 @@ static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, ll
     }
     if (!ll_failed(&status)) {
         scenario.kind->settle(scenario.config, before);
+        ((ll_scenario_head *)scenario.config)->seed += seed;
         status = ll_session_open(&scenario, NULL, NULL, session);
     } else {
         ll_scenario_free(&scenario);
@@ -111,20 +132,17 @@ static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, ll
     return status;
 }
 
-static double number(const cJSON *metrics, const char *name)
-{
-    const cJSON *item = cJSON_GetObjectItemCaseSensitive(metrics, name);
-    if (cJSON_IsRaw(item)) /* to the last digit */
-        return strtod(item->valuestring, NULL);
-    return cJSON_IsNumber(item) ? item->valuedouble : NAN;
-}
-
-static void read_metrics(ll_session *session, ll_rung *rung)
+/* Adds a run's numbers to the rung's, whose error and counter are sums meanwhile. */
+static void read_metrics(ll_session *session, const ll_sim_kind *kind, ll_rung *rung, double *errors,
+                         ll_interval_order *order)
 {
     cJSON *report = ll_session_metrics(session);
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
-    rung->error = fabs(number(metrics, rung->ladder->error));
-    rung->counter = number(metrics, rung->ladder->counter);
+    double error = fabs(ll_metric_value(metrics, rung->ladder->error));
+    order->scale = ll_metric_scale_of(kind, metrics, rung->ladder->error);
+    if (isfinite(error))
+        errors[rung->seeds++] = error;
+    rung->counter += ll_metric_value(metrics, rung->ladder->counter);
     cJSON_Delete(report);
 }
 
@@ -134,30 +152,76 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+typedef struct samples {
+    int64_t took[LL_LADDER_SEEDS_MAX];
+    double errors[LL_LADDER_SEEDS_MAX];
+    int runs;
+    ll_interval_order order;
+} samples;
+
+/* One run, with the seed that is so far from the scenario's. */
+static ll_status run_once(const ll_ladder_order *order, int seed, bool counts, ll_rung *rung, samples *s)
+{
+    ll_session *session = NULL;
+    const ll_sim_kind *kind = NULL;
+    ll_status status = open_rung(order, rung, seed, &kind, &session);
+    if (ll_failed(&status))
+        return status;
+    int64_t from = order->now_ns();
+    status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
+    s->took[s->runs++] = order->now_ns() - from;
+    rung->diverged = status.code == LL_DIVERGED;
+    if (!ll_failed(&status) && counts)
+        read_metrics(session, kind, rung, s->errors, &s->order);
+    ll_session_destroy(session);
+    return rung->diverged ? ll_ok() : status;
+}
+
+/* From sums to means. */
+static void finish(ll_rung *rung, samples *s)
+{
+    ll_resampler resampler = {0};
+    s->order.values = s->errors;
+    s->order.n = rung->seeds;
+    s->order.error = 0.05;
+    rung->error = rung->error_low = rung->error_high = NAN;
+    if (rung->diverged) {
+        rung->counter = NAN;
+        rung->seeds = 0;
+    }
+    if (rung->seeds > 0 && !rung->diverged) {
+        ll_summary summary = ll_summarise(&s->order, s->errors, &resampler);
+        rung->error = summary.mean;
+        rung->error_low = summary.of_mean.low;
+        rung->error_high = summary.of_mean.high;
+    }
+    ll_resampler_free(&resampler);
+    qsort(s->took, (size_t)s->runs, sizeof *s->took, by_size);
+    rung->cpu_min_s = (double)s->took[0] * 1e-9;
+    rung->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
+}
+
+/* Every seed once, or the same run again for its time. */
 static ll_status measure(const ll_ladder_order *order, ll_rung *rung)
 {
-    int64_t took[REPEATS];
-    int n = 0;
-    rung->error = rung->counter = rung->order = NAN;
-    do {
-        ll_session *session = NULL;
-        ll_status status = open_rung(order, rung, &session);
-        if (ll_failed(&status))
-            return status;
-        int64_t from = order->now_ns();
-        status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
-        took[n++] = order->now_ns() - from;
-        rung->diverged = status.code == LL_DIVERGED;
-        if (!ll_failed(&status))
-            read_metrics(session, rung);
-        ll_session_destroy(session);
-        if (ll_failed(&status) && !rung->diverged)
-            return status;
-    } while (n < REPEATS && took[0] < LONG_NS);
-    qsort(took, (size_t)n, sizeof *took, by_size);
-    rung->cpu_min_s = (double)took[0] * 1e-9;
-    rung->cpu_median_s = (double)took[n / 2] * 1e-9;
-    return ll_ok();
+    samples *s = calloc(1, sizeof *s);
+    int seeds = rung->ladder->seeds == 0 ? 0 : order->seeds > 0 ? order->seeds : rung->ladder->seeds;
+    ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a rung");
+    rung->order = NAN;
+    rung->error = rung->counter = 0;
+    rung->seeds = 0;
+    rung->diverged = false;
+    for (int n = 0; !ll_failed(&status) && !rung->diverged && n < (seeds ? seeds : REPEATS); n++)
+        if (seeds > 0)
+            status = run_once(order, n, true, rung, s);
+        else if (n == 0 || s->took[0] < LONG_NS)
+            status = run_once(order, 0, n == 0, rung, s);
+    if (!ll_failed(&status)) {
+        rung->counter /= seeds > 0 ? seeds : 1;
+        finish(rung, s);
+    }
+    free(s);
+    return status;
 }
 
 static bool next_series(ll_climb *c)

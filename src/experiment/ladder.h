@@ -1,6 +1,7 @@
-/* Work against precision of whole scenarios: a ladder of one setting (cells, particles, sweeps, substeps) per
- * series (a method, a solver), each rung with its cost and with its error against what the scene knows to be
- * right. precision.h is the same of the integrators, against solutions. */
+/* Work against precision of whole scenarios: a ladder of one setting (cells, particles, sweeps, substeps, an
+ * update rate) per series (a method, a solver, a technique), each rung with its cost and with its error
+ * against what the scene knows to be right. What luck has a part in is run with several seeds: its error is
+ * their mean. precision.h is the same of the integrators, against solutions. */
 #pragma once
 
 #include <stdbool.h>
@@ -18,9 +19,12 @@ typedef struct ll_ladder {
     const char *series_values;  /* of it */
     const char *setting;        /* path of what makes a rung; a number */
     const char *setting_values; /* from the cheapest */
-    const char *error;          /* metric: nearer to 0 is better */
-    const char *counter;        /* metric: work done, beside the time that it took */
+    const char *error;          /* path of a metric: nearer to 0 is better */
+    const char *counter;        /* path of a metric: work done or paid, beside the time that it took */
+    int seeds;                  /* runs of a rung, each with its own; 0: nothing is random */
 } ll_ladder;
+
+enum { LL_LADDER_SEEDS_MAX = 1000 };
 
 extern const ll_ladder ll_ladders[]; /* ends with a row of no scenario */
 
@@ -28,7 +32,9 @@ typedef struct ll_rung {
     const ll_ladder *ladder;
     char series[32], setting[32];
     bool diverged;
-    double error, counter; /* NaN where it diverged */
+    double error, counter;        /* means over the seeds; NaN where one diverged, or none has the metric */
+    int seeds;                    /* that have the error */
+    double error_low, error_high; /* of its 95 % interval (interval.h); NaN: none */
     double cpu_min_s, cpu_median_s;
     double order; /* of this rung against the one before: -log of errors over log of settings; NaN for the
                      first */
@@ -40,6 +46,7 @@ typedef struct ll_ladder_order {
     int set_count;
     const char *duration;    /* s; NULL: the ladder's */
     const char *methods;     /* series to run, separated by commas; NULL: all */
+    int seeds;               /* in place of the ladder's, where that has some; 0: the ladder's */
     int64_t (*now_ns)(void); /* CPU time */
 } ll_ladder_order;
 

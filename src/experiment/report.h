@@ -1,5 +1,6 @@
-/* One page that tells an experiment: error against cost with the Pareto front, error along each axis, all
- * points, and what is needed to repeat it. It needs no other file and prints on paper. */
+/* One page that tells an experiment: error against cost with the Pareto front, metrics along each axis, all
+ * points, and what is needed to repeat it. It needs no other file and prints on paper. However many points
+ * there are it stays below some 2 MB: marks stand for several, tables list some, and say so. */
 #pragma once
 
 #include "experiment/table.h"

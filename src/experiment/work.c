@@ -76,6 +76,12 @@ int64_t ll_chunk_size(int64_t runs, double run_s)
     return size > least ? size : least < most ? least : most;
 }
 
+int64_t ll_experiment_chunk(const ll_experiment *experiment, int64_t runs, double run_s)
+{
+    int64_t chunk = ll_chunk_size(runs, run_s), repeats = experiment->head.repeats;
+    return ll_until_is_set(experiment) ? share(chunk, repeats) * repeats : chunk;
+}
+
 static double thread_seconds(void)
 {
     struct timespec t;
@@ -140,10 +146,8 @@ ll_status ll_experiment_register(ll_result_store *store, const ll_experiment *ex
     char *text = ll_experiment_text(experiment);
     if (!text)
         return ll_error(LL_NO_MEMORY, "no memory for an experiment");
-    int64_t chunk = ll_chunk_size(to - from, run_s), repeats = experiment->head.repeats;
-    if (ll_until_is_set(experiment)) /* whole points: whether a run is made follows from those before it */
-        chunk = share(chunk, repeats) * repeats;
-    ll_status status = store->kind->create(store, &record, text, chunk);
+    ll_status status =
+        store->kind->create(store, &record, text, ll_experiment_chunk(experiment, to - from, run_s));
     free(text);
     return status;
 }

@@ -46,3 +46,7 @@ ll_status ll_workers_join(ll_workers *workers);  /* waits until they end by them
 
 int ll_cores(void);
 int64_t ll_chunk_size(int64_t runs, double run_s); /* in runs; run_s 0: not known */
+
+/* The same of an experiment. Where runs of a point are made until its mean is known a chunk is of whole
+ * points: whether a run is made follows from those before it. */
+int64_t ll_experiment_chunk(const ll_experiment *experiment, int64_t runs, double run_s);

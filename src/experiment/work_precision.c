@@ -10,13 +10,15 @@
 
 #include "experiment/arguments.h"
 #include "experiment/ladder.h"
+#include "experiment/ladder_page.h"
 #include "experiment/precision.h"
 #include "experiment/verbs.h"
 
 typedef struct request {
     const char *name; /* of a problem or a scenario; NULL: none was given */
-    const char *methods, *duration, *out, *format_name, *scenarios;
+    const char *methods, *duration, *seeds, *out, *format_name, *scenarios, *report;
     ll_option_list set;
+    ll_ladder_page *page; /* NULL: no report is wanted */
     const ll_format *format;
 } request;
 
@@ -81,6 +83,7 @@ typedef struct problem_rows {
     const ll_ode_method *measured;
     ll_precision rungs[LL_PRECISION_RUNGS_MAX]; /* of the one measured last */
     int count, at;
+    ll_ladder_page *page;
 } problem_rows;
 
 /* Measures until there is a rung that was not told; of all methods, those that can do the problem. */
@@ -98,6 +101,22 @@ static bool measure_methods(problem_rows *p, ll_status *status)
             return false;
     }
     return p->at < p->count;
+}
+
+static void draw_step(ll_ladder_page *page, const problem_rows *p, const ll_precision *r)
+{
+    ll_drawn_rung drawn = {.title = "method",
+                           .setting = "step or tolerance",
+                           .value = r->setting,
+                           .counter = "evaluations",
+                           .error = "e_max",
+                           .cpu_s = r->cpu_min_s,
+                           .count = (double)r->counters.evaluations,
+                           .y = r->e_max > 0 ? r->e_max : NAN,
+                           .low = NAN,
+                           .high = NAN};
+    snprintf(drawn.series, sizeof drawn.series, "%s", p->measured->name);
+    ll_ladder_page_add(page, &drawn);
 }
 
 static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
@@ -124,6 +143,7 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
         put_number(&cell, (double)counts[i]);
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
         put_number(&cell, numbers[i]);
+    draw_step(p->page, p, r);
     return true;
 }
 
@@ -163,7 +183,7 @@ static ll_status set_duration(const request *q, ll_precision_order *order)
 
 static ll_status measure_problem(const request *q)
 {
-    problem_rows p = {.methods = q->methods, .method = ll_ode_methods};
+    problem_rows p = {.methods = q->methods, .method = ll_ode_methods, .page = q->page};
     const ll_table table = {problem_columns, sizeof problem_columns / sizeof problem_columns[0],
                             next_problem_row, &p};
     p.order = (ll_precision_order){
@@ -172,7 +192,7 @@ static ll_status measure_problem(const request *q)
         return ll_error(
             LL_BAD_INPUT,
             "which problem? One of those that `laglab problems` lists, or a scenario that has ladders "
-            "(fluid/cavity, rigid/column); got %.60s",
+            "(fluid/cavity, rigid/column, hermite; --help lists all); got %.60s",
             q->name ? q->name : "none");
     ll_status status = check_methods(q->methods);
     if (!ll_failed(&status))
@@ -193,7 +213,8 @@ static const ll_column scenario_columns[] = {
     {"cpu_min_s", LL_CELL_REAL, false},     {"cpu_median_s", LL_CELL_REAL, false},
     {"metric", LL_CELL_TEXT, false},        {"error", LL_CELL_REAL, true},
     {"counter", LL_CELL_TEXT, false},       {"count", LL_CELL_REAL, true},
-    {"order_observed", LL_CELL_REAL, true},
+    {"order_observed", LL_CELL_REAL, true}, {"error_low", LL_CELL_REAL, true},
+    {"error_high", LL_CELL_REAL, true},     {"seeds", LL_CELL_INT, false},
 };
 
 typedef struct scenario_rows {
@@ -202,6 +223,7 @@ typedef struct scenario_rows {
     const ll_ladder *ladder; /* the next */
     ll_climb climb;
     bool measured; /* its rung was not told */
+    ll_ladder_page *page;
 } scenario_rows;
 
 /* The next ladder of the scenario from `l` on, or the row of none. */
@@ -224,6 +246,23 @@ static bool measure_rung(scenario_rows *s, ll_status *status)
     return s->measured;
 }
 
+static void draw_rung(ll_ladder_page *page, const ll_rung *r)
+{
+    ll_drawn_rung drawn = {.ladder = r->ladder,
+                           .title = r->ladder->series,
+                           .setting = r->ladder->setting,
+                           .value = strtod(r->setting, NULL),
+                           .counter = r->ladder->counter,
+                           .error = r->ladder->error,
+                           .cpu_s = r->cpu_min_s,
+                           .count = r->counter,
+                           .y = r->error,
+                           .low = r->error_low,
+                           .high = r->error_high};
+    snprintf(drawn.series, sizeof drawn.series, "%s", r->series);
+    ll_ladder_page_add(page, &drawn);
+}
+
 static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
 {
     scenario_rows *s = context;
@@ -244,21 +283,29 @@ static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
     put_text(&cell, r->ladder->counter);
     put_number(&cell, r->counter);
     put_number(&cell, r->order);
+    put_number(&cell, r->error_low);
+    put_number(&cell, r->error_high);
+    put_number(&cell, r->seeds);
+    draw_rung(s->page, r);
     return true;
 }
 
 static ll_status measure_scenario(const request *q, const ll_ladder *first)
 {
     cJSON *json = NULL;
-    scenario_rows s = {.scenario = q->name, .ladder = ladder_of(q->name, first + 1)};
+    scenario_rows s = {.scenario = q->name, .ladder = ladder_of(q->name, first + 1), .page = q->page};
     const ll_table table = {scenario_columns, sizeof scenario_columns / sizeof scenario_columns[0],
                             next_scenario_row, &s};
+    int64_t seeds = 0;
     ll_status status = ll_argument_json(q->name, q->scenarios, &json);
+    if (!ll_failed(&status) && q->seeds)
+        status = ll_argument_whole("--seeds", q->seeds, 1, LL_LADDER_SEEDS_MAX, &seeds);
     s.order = (ll_ladder_order){.scenario = json,
                                 .sets = q->set.items,
                                 .set_count = q->set.count,
                                 .duration = q->duration,
                                 .methods = q->methods,
+                                .seeds = (int)seeds,
                                 .now_ns = cpu_now_ns};
     s.climb = ll_ladder_start(first, &s.order);
     if (!ll_failed(&status) && !measure_rung(&s, &status) && !ll_failed(&status))
@@ -271,6 +318,14 @@ static ll_status measure_scenario(const request *q, const ll_ladder *first)
 
 /* ---- the verb ---- */
 
+static ll_status write_page(const request *q)
+{
+    char title[120], command[200];
+    snprintf(title, sizeof title, "Speed against error: %.80s", q->name);
+    snprintf(command, sizeof command, "laglab work-precision %.80s", q->name);
+    return ll_ladder_page_write(q->page, title, command, q->report);
+}
+
 int ll_verb_work_precision(int argc, char **argv)
 {
     request q = {0};
@@ -279,6 +334,10 @@ int ll_verb_work_precision(int argc, char **argv)
         {"--set", "NAME=VALUE", "A parameter of the problem, or a path of the scenario.", .list = &q.set},
         {"--duration", "S", "Seconds of a run; otherwise the problem's or the ladder's.",
          .value = &q.duration},
+        {"--seeds", "N", "Runs of a netgame's rung, each with its own seed; otherwise the ladder's, 10.",
+         .value = &q.seeds},
+        {"--report", "FILE.html", "A page with pictures: error against time and against what was counted.",
+         .value = &q.report},
         {"--out", "FILE", "Where the rows go; otherwise to standard output.", .value = &q.out},
         {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; otherwise what FILE ends in.",
          .value = &q.format_name},
@@ -289,7 +348,10 @@ int ll_verb_work_precision(int argc, char **argv)
     int count;
     ll_status status =
         ll_arguments("work-precision PROBLEM|SCENARIO [OPTION]...: measure each method's error "
-                     "against its cost, a row for each step, tolerance, size or number of passes",
+                     "against its cost, a row for each step, tolerance, size, number of passes or update "
+                     "rate. PROBLEM: see `laglab problems`. SCENARIO: fluid/cavity, fluid/taylor_green, "
+                     "fluid/rotation, fluid/poiseuille, fluid/hydrostatic, fluid/dam_break, rigid/column, "
+                     "rigid/pyramid, crates_delta, hermite, deterministic, crates, behind_cover",
                      argc, argv, options, positional, &count);
     if (!ll_failed(&status) && count > 1)
         status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
@@ -299,6 +361,11 @@ int ll_verb_work_precision(int argc, char **argv)
         return ll_argument_fail(&status);
     q.name = count ? positional[0] : NULL;
     const ll_ladder *ladder = q.name ? ladder_of(q.name, ll_ladders) : NULL;
+    if (q.report && !(q.page = ll_ladder_page_make()))
+        return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "no memory for a page"});
     status = ladder && ladder->scenario ? measure_scenario(&q, ladder) : measure_problem(&q);
+    if (!ll_failed(&status) && q.report)
+        status = write_page(&q);
+    ll_ladder_page_free(q.page);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

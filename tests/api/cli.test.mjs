@@ -34,7 +34,10 @@ function good(args, input) {
   return result.stdout;
 }
 
-/** Exit 2, nothing on stdout, one line on stderr that holds all of `words`. @param {string[]} args @param {string[]} words @param {string} [input] */
+/** Exit 2, nothing on stdout, one line on stderr that holds all of `words`.
+ * @param {string[]} args
+ * @param {string[]} words
+ * @param {string} [input] */
 function refused(args, words, input) {
   return refusal(laglab(args, input), args, words);
 }
@@ -92,13 +95,15 @@ test('run prints one object with the members that are promised', () => {
   assert.equal(out.metrics.players.length, 2);
   assert.equal(typeof out.metrics.server, 'object');
   for (const player of out.metrics.players) {
-    for (const metric of ['input_latency_ms', 'confirmed_latency_ms', 'seen_latency_ms', 'ack_rtt_ms', 'view_age_ms', 'age_of_information_ms', 'own_timeline_error_m',
+    for (const metric of ['input_latency_ms', 'confirmed_latency_ms', 'seen_latency_ms', 'ack_rtt_ms', 'view_age_ms',
+      'age_of_information_ms', 'own_timeline_error_m',
       'own_lead_m', 'remote_error_m', 'timeline_error_m']) {
       const members = ['count', ...(/_latency_/.test(metric) ? ['lost_ratio'] : []), 'max', 'mean', 'p50', 'p95', 'p99', 'rms'];
       assert.deepEqual(Object.keys(player[metric]).sort(), members, metric);
       const { p50, p95, p99, max, mean, rms } = player[metric];
       const low = 1 - 1e-9; // sums are rounded
-      assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean * low <= rms && rms * low <= max, `${metric} ${JSON.stringify(player[metric])}`);
+      assert.ok(p50 <= p95 && p95 <= p99 && p99 <= max && mean * low <= rms && rms * low <= max,
+        `${metric} ${JSON.stringify(player[metric])}`);
     }
   }
   for (const name of ['ns_per_sim_s', 'bytes']) assert.ok(out.cost[name] > 0, name);
@@ -170,7 +175,8 @@ test('every row of a trace is after the frames of its time, the first too', () =
 
 test('who joins again predicts from the state that it joins with', () => {
   for (const [seed, lag, scope] of [[3, 130, 'own'], [5, 35, 'own'], [9, 220, 'all']]) {
-    const { metrics } = run(['outage', '--seed', String(seed), '--set', `players.1.lag_ms=${lag}`, '--set', `players.1.prediction_scope=${scope}`, '--set', 'warmup_s=22']);
+    const { metrics } = run(['outage', '--seed', String(seed), '--set', `players.1.lag_ms=${lag}`, '--set',
+      `players.1.prediction_scope=${scope}`, '--set', 'warmup_s=22']);
     const [, b] = metrics.players; // counted from 22 s on: the link is back since 18 s
     assert.equal(b.connection.joins, 2);
     assert.ok(b.own_timeline_error_m.count > 500);
@@ -266,9 +272,11 @@ test('a log that was tampered with is told by its first tick that differs', () =
 test('what is no log is refused', () => {
   refused(['replay'], ['which log']);
   refused(['replay', path.join(folder, 'none.log')], ['cannot read']);
-  for (const text of ['', '\n\n', 'x', '{}', '{"op":"head","tick":1}', '{"op":"create","laglab_log":2,"scenario":{"kind":"netgame","players":[{}]}}',
+  for (const text of ['', '\n\n', 'x', '{}', '{"op":"head","tick":1}',
+    '{"op":"create","laglab_log":2,"scenario":{"kind":"netgame","players":[{}]}}',
     '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n{"op":"set","tick":1,"values":{"players.0.lag_ms":-1}}',
-    '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n{"op":"restart","scenario":{"kind":"netgame","players":[{},{}]}}'])
+    '{"op":"create","laglab_log":1,"scenario":{"kind":"netgame","players":[{}]}}\n' +
+      '{"op":"restart","scenario":{"kind":"netgame","players":[{},{}]}}'])
     refused(['replay', '-'], [], text);
 });
 
@@ -285,14 +293,18 @@ test('every parameter refuses bad values by name and range', async () => {
   /** @param {string[]} at @param {string[]} sets what the scenario needs first */
   const walk = (node, at, sets) => {
     const full = follow(node);
-    if (full.properties) for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child, [...at, name], sets);
+    if (full.properties) for (const [name, child] of Object.entries(full.properties).filter(([key]) => key !== 'timeline')) walk(child,
+      [...at, name], sets);
     else if (full.items) walk(full.items, [...at, '0'], sets);
-    else if (full.anyOf?.[0].$ref) for (const any of full.anyOf) walk(any, at, [...sets, '--set', `${sets[0] === 'race' ? 'game' : 'problem'}=${any.$ref.split('/').at(-1)}`]);
+    else if (full.anyOf?.[0].$ref) for (const any of full.anyOf) walk(any, at,
+      [...sets, '--set', `${sets[0] === 'race' ? 'game' : 'problem'}=${any.$ref.split('/').at(-1)}`]);
     else leaf(at.join('.'), full, sets);
   };
   const leaf = (name, full, sets) => {
-    const values = { boolean: ['yes', '1', '', 'null', '"true"'], string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'] }[full.type]
-      ?? [String(full.minimum - 1), String(full.maximum * 2 + 1), 'NaN', 'nan', 'inf', '-inf', '1e999', '-1e999', '', 'fast', '"1"', 'true', 'null', '[1]', '0x10', '1,5',
+    const values = { boolean: ['yes', '1', '', 'null', '"true"'],
+      string: full.enum ? ['maybe', '', '3', 'null'] : ['x'.repeat(1000), '\u0007'] }[full.type]
+      ?? [String(full.minimum - 1), String(full.maximum * 2 + 1), 'NaN', 'nan', 'inf', '-inf', '1e999', '-1e999', '', 'fast', '"1"',
+        'true', 'null', '[1]', '0x10', '1,5',
         ...(full.type === 'integer' ? [String(full.minimum + 0.5), '1e300'] : [])];
     for (const value of values) cases.push({ name, value, full, sets });
   };
@@ -305,7 +317,8 @@ test('every parameter refuses bad values by name and range', async () => {
     const told = await refusedBeside(['run', ...sets, '--duration', '0.1', '--set', `${name}=${value}`], words);
     // The range is told for every number that is out of it.
     const numbers = (told.match(/-?\d[\d.]*(e[+-]?\d+)?/g) ?? []).map(Number);
-    if (full.minimum !== undefined && /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), told);
+    if (full.minimum !== undefined &&
+      /^-?\d+(\.\d+)?$/.test(value)) assert.ok(numbers.includes(full.minimum) && numbers.includes(full.maximum), told);
   };
   await Promise.all(Array.from({ length: 2 * availableParallelism() }, async () => {
     for (let next = cases.pop(); next; next = cases.pop()) await attempt(next);
@@ -315,9 +328,11 @@ test('every parameter refuses bad values by name and range', async () => {
 test('paths that lead nowhere are refused', () => {
   for (const [setting, ...words] of [
     ['servr.sync=free', 'servr', 'server'], ['players.0.lag=3', 'players.0.lag', 'lag_ms'], ['players.9.lag_ms=3', 'players.9'],
-    ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'], ['..=1'], ['server.=1'], ['server.sync.x=1'],
+    ['players.-1.lag_ms=3', 'players'], ['players.00.lag_ms=3', 'players.00'], ['=3', 'path=value'], ['x', 'path=value'], ['.=1'],
+      ['..=1'], ['server.=1'], ['server.sync.x=1'],
     ['players=[]', 'players', '1', '16'], [`players=[${Array(17).fill('{}').join(',')}]`, 'players', '16'], ['server=3', 'server'],
-    ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=chess', 'kind', 'netgame'], [`${'x'.repeat(300)}=1`],
+    ['params.lap_m=1e9', 'params.lap_m'], ['params.gravity_mps2=9', 'gravity_mps2'], ['kind=chess', 'kind', 'netgame'],
+      [`${'x'.repeat(300)}=1`],
   ]) refused(['run', 'race', '--duration', '0.1', '--set', setting], words);
 });
 
@@ -325,22 +340,30 @@ test('wrong usage is refused', () => {
   refused([], ['laglab help']);
   refused(['fly'], ['fly', 'laglab help']);
   refused(['run'], ['which scenario']);
-  for (const option of ['--seed', '--set', '--duration', '--trace', '--log', '--scenarios']) refused(['run', 'race', option], [option, 'needs a value']);
+  for (const option of ['--seed', '--set', '--duration', '--trace', '--log',
+    '--scenarios']) refused(['run', 'race', option], [option, 'needs a value']);
   for (const option of ['--sed', '-x', '--', '--seed=3', '--TRACE']) refused(['run', 'race', option, '3'], ['unknown option', option]);
   refused(['run', 'race', 'cannon'], ['unexpected argument', 'cannon']);
   refused(['replay', 'a', 'b'], ['unexpected argument', 'b']);
-  for (const id of ['nosuch', 'paper/nosuch', 'RACE', 'race/', '/race', '../scenarios/race', 'paper/../race', 'ra ce', 'race.json', '', 'x'.repeat(5000)]) refused(['run', id], ['scenario']);
-  for (const value of ['-1', '1.5', 'x', '', '9007199254740992', '1e400', 'null']) refused(['run', 'race', '--seed', value], ['seed', '0', '9007199254740991'].slice(0, /\d/.test(value) ? 3 : 1));
-  for (const value of ['0', '-1', '3601', 'x', '', 'NaN', 'inf', '1e400']) refused(['run', 'race', '--duration', value], ['duration_s', '0.01', '3600'].slice(0, /^-?\d+$/.test(value) ? 3 : 1));
+  for (const id of ['nosuch', 'paper/nosuch', 'RACE', 'race/', '/race', '../scenarios/race', 'paper/../race', 'ra ce', 'race.json', '',
+    'x'.repeat(5000)]) refused(['run', id], ['scenario']);
+  for (const value of ['-1', '1.5', 'x', '', '9007199254740992', '1e400',
+    'null']) refused(['run', 'race', '--seed', value], ['seed', '0', '9007199254740991'].slice(0, /\d/.test(value) ? 3 : 1));
+  for (const value of ['0', '-1', '3601', 'x', '', 'NaN', 'inf',
+    '1e400']) refused(['run', 'race', '--duration', value], ['duration_s', '0.01', '3600'].slice(0, /^-?\d+$/.test(value) ? 3 : 1));
   refused(['run', 'race', '--duration', '0.1', ...Array(257).fill(['--set', 'seed=1']).flat()], ['--set', '256']);
 });
 
 test('what is no scenario is refused', () => {
   for (const [text, ...words] of [
-    ['', 'JSON'], ['x', 'JSON'], ['{"kind":"netgame"', 'JSON'], ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 35'], ['[]', 'object'], ['null', 'object'], ['{}', 'kind'],
-    ['{"kind":"netgame"}', 'players'], ['{"kind":"netgame","players":[]}', 'players'], ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
-    ['{"kind":"netgame","players":[{"lag_ms":"1"}]}', 'players.0.lag_ms'], ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
-    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nested'], ['\0'], ['{"kind":"netgame\\u0000","players":[{}]} x'],
+    ['', 'JSON'], ['x', 'JSON'], ['{"kind":"netgame"', 'JSON'], ['{"kind":"netgame","players":[{}]} x', 'JSON', 'column 35'],
+      ['[]', 'object'], ['null', 'object'], ['{}', 'kind'],
+    ['{"kind":"netgame"}', 'players'], ['{"kind":"netgame","players":[]}', 'players'],
+      ['{"kind":"netgame","players":[{}],"colour":1}', 'colour'],
+    ['{"kind":"netgame","players":[{"lag_ms":"1"}]}', 'players.0.lag_ms'],
+      ['{"kind":"netgame","players":[{"lag_ms":1e999}]}', 'players.0.lag_ms', '1000'],
+    ['{"kind":"netgame","game":"race","params":{"gravity_mps2":1},"players":[{}]}', 'gravity_mps2'], ['['.repeat(100000), 'nested'],
+      ['\0'], ['{"kind":"netgame\\u0000","players":[{}]} x'],
   ]) refused(['run', '-'], words, text);
 });
 
@@ -357,7 +380,8 @@ test('files that cannot be written fail the run', () => {
 
 test('methods and problems are those of the schema', () => {
   const kind = schema().oneOf[1];
-  for (const [verb, names] of [['methods', schema().$defs.motion_method.properties.method.enum], ['problems', kind.properties.problem.enum]]) {
+  for (const [verb, names] of [['methods', schema().$defs.motion_method.properties.method.enum],
+    ['problems', kind.properties.problem.enum]]) {
     const text = good([verb]);
     for (const name of names) assert.match(text, new RegExp(`^${name} `, 'm'));
   }
@@ -398,11 +422,34 @@ test('work-precision of a scenario writes its ladders as CSV', () => {
   const names = lines[0].split(',');
   const rows = lines.slice(1).map((line) => Object.fromEntries(line.split(',').map((cell, i) => [names[i], cell])));
   assert.deepEqual([...new Set(rows.map((row) => row.series))], ['soft_step', 'xpbd']);
-  for (const row of rows) assert.ok(row.metric === 'sag_m' && Number(row.cpu_min_s) > 0 && row.status === 'ok' && Number(row.error) >= 0, JSON.stringify(row));
-  const of = (/** @type {string} */ series, /** @type {string} */ value) => Number(rows.find((row) => row.series === series && row.value === value)?.error);
+  for (const row of rows) assert.ok(row.metric === 'sag_m' && Number(row.cpu_min_s) > 0 && row.status === 'ok' && Number(row.error) >= 0,
+    JSON.stringify(row));
+  const of = (/** @type {string} */ series,
+    /** @type {string} */ value) => Number(rows.find((row) => row.series === series && row.value === value)?.error);
   assert.ok(of('xpbd', '8') < of('xpbd', '4') / 3);
   refused(['work-precision', 'fluid/cavity', '--methods', 'magic'], ['fluid/cavity', 'magic']);
   refused(['work-precision', 'fluid/cavity', '--set', 'params.n=1', '--methods', 'jacobi'], ['n']);
+});
+
+test('work-precision of a netgame: a mean over seeds with its interval, and a page that draws every method', () => {
+  const ladder = (/** @type {string[]} */ ...more) => JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json',
+    ...more]));
+  const rows = ladder('--seeds', '6', '--report', 'hermite.html'), other = ladder('--seeds', '2');
+  assert.deepEqual([...new Set(rows.map((/** @type {any} */ row) => row.series))], ['linear', 'hermite']);
+  for (const row of rows) {
+    assert.ok(row.error_low < row.error && row.error < row.error_high && row.seeds === 6 && row.cpu_min_s > 0, JSON.stringify(row));
+    assert.equal(row.metric, 'players.0.timeline_error_m.mean');
+  }
+  assert.deepEqual(other.map((/** @type {any} */ row) => [row.seeds, row.error_low]), rows.map(() => [2, null]),
+    'two seeds have no interval');
+  const page = readFileSync(path.join(folder, 'hermite.html'), 'utf8'), figures = page.split('<figure>').slice(1);
+  assert.equal(figures.length, 2, 'against time and against bytes');
+  for (const figure of figures) {
+    assert.equal(figure.match(/<title>/g)?.length, rows.length);
+    assert.equal(figure.match(/class="line/g)?.length, 2);
+    assert.equal(figure.match(/class="ci"/g)?.length, rows.length);
+  }
+  refused(['work-precision', 'hermite', '--seeds', '0'], ['--seeds', '1']);
 });
 
 test('work-precision writes every format of sweep', () => {
@@ -410,16 +457,20 @@ test('work-precision writes every format of sweep', () => {
   const untimed = (/** @type {Record<string, any>[]} */ rows) => rows.map((row) => ({ ...row, cpu_min_s: 0, cpu_median_s: 0 }));
   const rows = JSON.parse(good([...args, '--format', 'json']));
   assert.ok(rows.length > 10);
-  assert.deepEqual([rows[0].problem, rows[0].method, rows[0].setting, rows[0].value, rows[0].steps, rows[0].order_observed], ['free_fall', 'explicit_euler', 'dt_s', 1 / 16, 16, null]);
+  assert.deepEqual([rows[0].problem, rows[0].method, rows[0].setting, rows[0].value, rows[0].steps, rows[0].order_observed],
+    ['free_fall', 'explicit_euler', 'dt_s', 1 / 16, 16, null]);
   assert.ok(Math.abs(rows[1].order_observed - 1) < 1e-6);
   const [names, ...lines] = good(args).trimEnd().split('\r\n').map((line) => line.split(','));
   assert.deepEqual(names, Object.keys(rows[0]));
-  assert.deepEqual(untimed(lines.map((cells) => Object.fromEntries(cells.map((cell, i) => [names[i], cell === '' ? null : Number.isNaN(Number(cell)) ? cell : Number(cell)])))), untimed(rows));
+  assert.deepEqual(untimed(lines.map((cells) => Object.fromEntries(cells.map((cell,
+    i) => [names[i], cell === '' ? null : Number.isNaN(Number(cell)) ? cell : Number(cell)])))), untimed(rows));
   assert.equal(good([...args, '--out', 'ladder.ndjson']), '');
-  assert.deepEqual(untimed(readFileSync(path.join(folder, 'ladder.ndjson'), 'utf8').trimEnd().split('\n').map((line) => JSON.parse(line))), untimed(rows));
+  assert.deepEqual(untimed(readFileSync(path.join(folder, 'ladder.ndjson'), 'utf8').trimEnd().split('\n').map((line) => JSON.parse(line))),
+    untimed(rows));
   const column = JSON.parse(good(['work-precision', 'rigid/column', '--methods', 'xpbd', '--duration', '0.1', '--format', 'json']));
   assert.deepEqual(column.map((/** @type {{value: number}} */ row) => row.value), [1, 2, 4, 8, 16, 32]);
-  assert.deepEqual([column[0].scenario, column[0].by, column[0].series, column[0].metric, column[0].order_observed], ['rigid/column', 'solver.method', 'xpbd', 'sag_m', null]);
+  assert.deepEqual([column[0].scenario, column[0].by, column[0].series, column[0].metric, column[0].order_observed],
+    ['rigid/column', 'solver.method', 'xpbd', 'sag_m', null]);
   refused([...args, '--format', 'xml'], ['--format', 'json', 'xml']);
   refused([...args, 'kepler'], ['kepler']);
 });
@@ -446,8 +497,10 @@ test('every scenario runs, and fits the schema, which is a schema', () => {
     assert.ok(fits(scenario(id)), `${id}: ${ajv.errorsText(fits.errors)}`);
     assert.ok(run([id, '--duration', '0.5']).ticks >= 5, id);
   }
-  for (const wrong of [{}, { kind: 'netgame' }, { kind: 'netgame', players: [] }, { kind: 'netgame', players: [{ lag_ms: -1 }] }, { kind: 'netgame', players: [{}], x: 1 },
-    { kind: 'netgame', players: Array(17).fill({}) }, { kind: 'netgame', players: [{}], game: 'chess' }, { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] }])
+  for (const wrong of [{}, { kind: 'netgame' }, { kind: 'netgame', players: [] }, { kind: 'netgame', players: [{ lag_ms: -1 }] },
+    { kind: 'netgame', players: [{}], x: 1 },
+    { kind: 'netgame', players: Array(17).fill({}) }, { kind: 'netgame', players: [{}], game: 'chess' },
+      { kind: 'netgame', players: [{ link: { up: { loss_pct: 101 } } }] }])
     assert.ok(!fits(wrong), JSON.stringify(wrong));
 });
 
@@ -455,7 +508,8 @@ test('help and version', () => {
   const help = good(['help']);
   assert.equal(good(['--help']), help);
   assert.equal(good(['-h']), help);
-  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'methods', 'problems', 'work-precision', 'healthcheck', 'help']) assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
+  for (const verb of ['serve', 'run', 'replay', 'scenarios', 'schema', 'methods', 'problems', 'work-precision', 'healthcheck',
+    'help']) assert.match(help, new RegExp(`^ +laglab ${verb}\\b`, 'm'));
   for (const option of ['--set', '--seed', '--duration', '--trace', '--log']) assert.ok(help.includes(option), option);
   const version = /** @type {{version: string}} */ (JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'))).version;
   assert.match(good(['--version']), new RegExp(`^laglab ${version.replaceAll('.', '\\.')}\\+[0-9a-f]{12}\n$`));

@@ -2,14 +2,14 @@
 // Commands are those of the blocks marked `sh`; blocks marked `console` are shown only.
 import assert from 'node:assert/strict';
 import { execFile, execFileSync } from 'node:child_process';
-import { existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, symlinkSync } from 'node:fs';
+import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, readdirSync, rmSync, statSync, symlinkSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import path from 'node:path';
 import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 import Ajv from 'ajv/dist/2020.js';
-import { anchor, generate, parseCsv } from '../../docs/generate.mjs';
+import { ageDoc, anchor, generate, parseCsv } from '../../docs/generate.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '../..');
@@ -45,6 +45,56 @@ test('CSV is read', () => {
   const { comments, rows } = parseCsv('# cpu: 2 x "A", B\n# command: run: it\nname,ms,say\n"a, b",1,\nc,2.5,"he said ""no"""\n');
   assert.deepEqual(comments, [['cpu', '2 x "A", B'], ['command', 'run: it']]);
   assert.deepEqual(rows, [{ name: 'a, b', ms: '1', say: '' }, { name: 'c', ms: '2.5', say: 'he said "no"' }]);
+});
+
+// ---- the age of figures ----
+
+/** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms @param {string} root */
+function stateOf(rooms, root = ROOT) {
+  const list = rooms.map((room) => `(cd src && find ${room} -type f \\( -name '*.c' -o -name '*.h' -o -name '*.inc' \\) | sort | xargs sha256sum |
+    sed -E 's/^([0-9a-f]+)  (.*)$/\\2 \\1/')`).join('; ');
+  return execFileSync('bash', ['-c', `export LC_ALL=C; (${list}) | sha256sum | cut -c1-12`], { cwd: root, encoding: 'utf8' }).trim();
+}
+
+const OLD = /^\*\*Measured at commit .*Older than the code:\*\* /m;
+
+test('each figure of docs/performance.md says whether the code it speaks of has changed since', (t) => {
+  const sections = read('docs/performance.md').split(/^### /m).slice(1), stale = [];
+  let told = 0;
+  for (const section of sections) {
+    const name = /\[All rows\]\(\.\.\/bench\/results\/(.+)\.csv\)/.exec(section)?.[1];
+    if (!name) continue;
+    const head = new Map(parseCsv(read(`bench/results/${name}.csv`)).comments);
+    const rooms = [...section.slice(0, section.indexOf('\n|')).matchAll(/`src\/(\w+)`/g)].map(([, room]) => room).sort();
+    assert.ok(rooms.length >= 2 && rooms.every((room) => existsSync(path.join(ROOT, 'src', room))), `${name}: ${rooms}`);
+    const same = head.get('rooms') === stateOf(rooms);
+    assert.equal(OLD.test(section), !same, `${name} was measured at ${head.get('commit')}; the code ${same ? 'is the same' : 'has changed'}: ` +
+      'run node docs/generate.mjs, which says so');
+    assert.ok(section.includes(`Measured at commit ${head.get('commit')}`), name);
+    if (!same) stale.push(name);
+    told++;
+  }
+  assert.ok(told >= 12, `${told} results`);
+  t.diagnostic(`older than the code: ${stale.join(', ') || 'none'}`);
+});
+
+test('one digit of the code makes a figure of it stale, and no other', () => {
+  const copy = mkdtempSync(path.join(tmpdir(), 'laglab-age-'));
+  cpSync(path.join(ROOT, 'src'), path.join(copy, 'src'), { recursive: true });
+  const head = (/** @type {string} */ name) => new Map([['commit', 'abc'], ['date', 'today'], ['rooms', /** @type {string} */ (before.get(name))]]);
+  const rooms = { integrators: ['base', 'ode'], rigid: ['base', 'rigid'], 'fluid_grid/frames': ['base', 'fluid'] };
+  const before = new Map(Object.entries(rooms).map(([name, list]) => [name, stateOf(list, copy)]));
+  const stale = () => Object.keys(rooms).filter((name) => OLD.test(ageDoc(name, head(name), copy)));
+  assert.deepEqual(stale(), []);
+  for (const [file, wanted] of /** @type {[string, string[]][]} */ ([['ode/boris.c', ['integrators']], ['base/detmath.c', Object.keys(rooms)],
+    ['daemon/api.c', []]])) {
+    const text = readFileSync(path.join(copy, 'src', file), 'utf8');
+    writeFileSync(path.join(copy, 'src', file), text.replace(/\d/, (digit) => String((Number(digit) + 1) % 10)));
+    assert.deepEqual(stale(), wanted, file);
+    writeFileSync(path.join(copy, 'src', file), text);
+  }
+  assert.match(ageDoc('speed', new Map([['commit', 'abc']]), copy), OLD, 'one that does not say of which code it is');
+  rmSync(copy, { recursive: true });
 });
 
 // ---- scenarios ----

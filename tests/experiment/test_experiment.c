@@ -456,7 +456,10 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
     (void)state;
     enum { POINTS = 200 };
     ll_point *p = calloc(POINTS, sizeof *p);
+    double *sizes = calloc(POINTS * 8, sizeof *sizes);
     static const int metrics[4] = {3, 0, 7, 1};
+    for (int i = 0; i < POINTS; i++)
+        p[i].size = &sizes[8 * i];
     for (uint64_t seed = 0; seed < 30; seed++)
         for (int count = 2; count <= 4; count++) {
             for (int i = 0; i < POINTS; i++)
@@ -483,6 +486,32 @@ static void fronts_of_several_metrics_are_naive_ones(void **state)
             }
         }
     free(p);
+    free(sizes);
+}
+
+/* Of any number at most so many are shown, those that come first before the others, at even distances. */
+static void what_is_shown_of_many_is_even(void **state)
+{
+    (void)state;
+    enum { MOST = 700 };
+    bool first[MOST], shown[MOST];
+    for (uint64_t seed = 0; seed < 400; seed++) {
+        int count = (int)(ll_rng_u64(seed, 0, 0) % MOST), most = 1 + (int)(ll_rng_u64(seed, 1, 0) % 150);
+        double share = ll_rng_unit(seed, 2, 0);
+        int firsts = 0, seen[2] = {0}, last[2] = {-1, -1}, all = 0;
+        for (int i = 0; i < count; i++)
+            firsts += first[i] = ll_rng_unit(seed, 3, (uint64_t)i) < share * share;
+        ll_choice c = ll_choose_shown(first, count, most, shown);
+        for (int i = 0; i < count; i++) {
+            int kind = first[i], every = kind ? c.every_first : c.every_other, place = seen[kind]++;
+            assert_int_equal(shown[i], every > 0 && (last[kind] < 0 || place == last[kind] + every));
+            last[kind] = shown[i] ? place : last[kind];
+            all += shown[i];
+        }
+        assert_int_equal(all, c.shown);
+        assert_true(all <= most && (all == count || count > most));
+        assert_true(firsts <= most ? c.every_first == (firsts > 0) : c.every_first > 1);
+    }
 }
 
 /* ---- points and comparisons ---- */
@@ -753,6 +782,7 @@ int main(void)
         cmocka_unit_test(saltelli_mixes_two_samples),
         cmocka_unit_test(there_may_be_twenty_axes),
         cmocka_unit_test(fronts_of_several_metrics_are_naive_ones),
+        cmocka_unit_test(what_is_shown_of_many_is_even),
         cmocka_unit_test(a_row_is_that_of_a_session),
         cmocka_unit_test(cost_is_measured_and_changes_nothing),
         cmocka_unit_test(what_fails_costs_nothing),

@@ -19,7 +19,8 @@ async function open(wish = {}) {
   const page = await context.newPage();
   /** @type {string[]} */
   const complaints = [];
-  page.on('console', (message) => { if (['error', 'warning'].includes(message.type()) && !/status of 400/.test(message.text())) complaints.push(message.text()); });
+  page.on('console', (message) => {
+    if (['error', 'warning'].includes(message.type()) && !/status of 400/.test(message.text())) complaints.push(message.text()); });
   page.on('pageerror', (error) => complaints.push(error.message));
   await page.goto(daemon.url + query + hash);
   await page.locator('#run:not([disabled])').waitFor();
@@ -40,7 +41,8 @@ async function counted(page) {
 /** @param {import('playwright-core').Page} page */
 const estimate = (page) => page.locator('#estimate').innerText();
 /** @param {import('playwright-core').Page} page */
-const specification = async (page) => JSON.parse(/-d '(.*)' -H/.exec((await page.locator('textarea').inputValue()).replaceAll("'\\''", "'"))[1]);
+const specification = async (page) => JSON.parse(/-d '(.*)' -H/.exec((await page.locator('textarea').inputValue()).replaceAll("'\\''",
+  "'"))[1]);
 /** @param {import('playwright-core').Page} page */
 const shownId = (page) => page.evaluate(() => /experiments=(.+)$/.exec(location.hash)?.[1]);
 /** @param {import('playwright-core').Page} page */
@@ -56,7 +58,8 @@ test('a first experiment is there for a scenario of each kind, and counted by th
   assert.match(await estimate(page), /^5 runs of 5 points, about/);
   for (const [id, path] of [['motion/pendulum', 'methods.0.dt_s'], ['rigid/pyramid', 'solver.iterations'], ['fluid/taylor_green', '']]) {
     await page.selectOption('#of', id);
-    await until(async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0, `a form of ${id}`);
+    await until(async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0,
+      `a form of ${id}`);
     await counted(page);
     const written = await specification(page);
     assert.ok(written.axes.length === 1 && (path === '' || written.axes[0].path === path), JSON.stringify(written));
@@ -99,6 +102,169 @@ test('axes of every sort become the specification: range, log, list, choices, to
   await close();
 });
 
+test('runs until the mean is known: written, counted, refused at its fields, run, and taken up again', async () => {
+  const { page, complaints, close } = await open();
+  assert.equal((await specification(page)).until, undefined);
+  await page.locator('#until').check();
+  assert.deepEqual((await specification(page)).until, { relative: 0.05, least: 10 });
+  assert.equal((await specification(page)).repeats, 100, 'one run alone could tell no mean');
+  await page.locator('#repeats').fill('40');
+  await page.selectOption('#until-metric', 'players.0.remote_error_m.mean');
+  await page.locator('#until-relative').fill('');
+  await page.locator('#until-half').fill('0.4');
+  await page.locator('#until-least').fill('8');
+  const until = { metric: 'players.0.remote_error_m.mean', half_width: 0.4, least: 8 };
+  assert.deepEqual((await specification(page)).until, until);
+  await counted(page);
+  assert.match(await estimate(page), /^200 runs of 5 points/);
+  for (const [field, value, words] of [['least', '3', /least must be a whole number between 5 and 100000; got 3/],
+    ['least', '50', /at most repeats, which is 40; got 50/],
+    ['half', 'wide', /half_width/], ['relative', '1.5', /relative must be between 0 and 1; got 1.5/]]) {
+    const box = page.locator(`#until-${field}`), before = await box.inputValue();
+    await box.fill(String(value));
+    await page.locator('#wrong-until').filter({ hasText: words }).waitFor({ timeout: 5000 });
+    assert.equal(await box.getAttribute('aria-invalid'), 'true', String(field));
+    assert.equal(await box.getAttribute('aria-describedby'), 'wrong-until');
+    assert.equal(await page.locator('#run').isDisabled(), true);
+    await box.fill(before);
+    await page.locator('#wrong-until').waitFor({ state: 'detached' });
+  }
+  // Help and range are the schema's.
+  const rules = (await api(daemon.url, 'experiments/schema')).body,
+    least = Object.values(rules.$defs).find((one) => one.properties?.least).properties.least;
+  assert.equal(await page.locator('label:has(#until-least)').getAttribute('title'), least.description);
+  assert.ok((await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum.toLocaleString('en')}`) ||
+    (await page.locator('.until').innerText()).includes(`${least.minimum} to ${least.maximum}`), await page.locator('.until').innerText());
+  await counted(page);
+  await page.locator('#run').click();
+  await done(page);
+  await page.locator('tr[data-point="4"]').waitFor();
+  const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
+  assert.deepEqual((await column(page, 'Runs')).map(Number), rows.map((row) => row.runs));
+  assert.ok(rows.some((row) => row.runs < 40), 'some means were known before');
+  await page.locator('#again').click();
+  await page.locator('#new').click();
+  assert.deepEqual((await specification(page)).until, until, 'what was run is the form again');
+  await page.locator('#until').uncheck();
+  assert.equal((await specification(page)).until, undefined);
+  await page.locator('#until').check();
+  await counted(page);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('a front of several metrics is chosen, marked in the table as a search without the page finds it', async () => {
+  const { page, complaints, close } = await open();
+  await begin(page, 'experiments/lag_techniques');
+  await page.getByLabel(/^Value of Duration/).fill('5');
+  const { metrics } = await specification(page), wanted = [metrics[1], metrics[3], metrics[0]];
+  await page.locator(`[data-front="${metrics[0]}"]`).check();
+  await page.locator('#wrong-front').filter({ hasText: 'front must be an array of 2' }).waitFor({ timeout: 5000 });
+  for (const path of wanted) await page.locator(`[data-front="${path}"]`).check();
+  await counted(page);
+  assert.deepEqual((await specification(page)).front, metrics.filter((/** @type {string} */ path) => wanted.includes(path)));
+  await page.locator('#run').click();
+  await done(page);
+  await page.locator('tr[data-point="19"]').waitFor();
+  const rows = (await api(daemon.url, `experiments/${await shownId(page)}/results?points=true&format=json`)).body;
+  const sizes = rows.map((row) => wanted.map((path) => Math.abs(row[path])));
+  const on = sizes.map((a) => !sizes.some((b) => b.every((v, k) => v <= a[k]) && b.some((v, k) => v < a[k])));
+  assert.deepEqual((await column(page, 'Front')).map((text) => text === 'front'), on);
+  assert.ok(on.includes(true) && on.includes(false));
+  // A metric that is not kept any more is on no front.
+  await page.locator(`.chosen [data-metric="${wanted[0]}"]`).click();
+  assert.deepEqual(await page.locator('[data-front]:checked').evaluateAll((all) => all.map((e) => e.getAttribute('data-front'))),
+    metrics.filter((/** @type {string} */ path) => wanted.includes(path) && path !== wanted[0]));
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('designs of points: a Latin hypercube, base samples for sensitivity, values of a range, seeds', async () => {
+  const { page, close } = await open();
+  await page.locator('#add-axis').click();
+  await page.getByLabel('Parameter of axis 2').selectOption('server.update_hz');
+  await page.getByRole('button', { name: 'Range' }).first().click();
+  await page.locator('[data-axis="0.from"]').fill('0');
+  await page.locator('[data-axis="0.to"]').fill('300');
+  await page.selectOption('#sampling', 'lhs');
+  await page.getByLabel('How many points').fill('24');
+  await page.locator('#sample-seed').fill('7');
+  await page.locator('[data-axis="0.levels"]').fill('4');
+  await counted(page);
+  assert.match(await estimate(page), /^24 runs of 24 points/);
+  const lhs = await specification(page);
+  assert.deepEqual(lhs.sample, { method: 'lhs', count: 24, seed: 7 });
+  assert.equal(lhs.axes[0].count, 4);
+  assert.equal('count' in lhs.axes[1], false, 'any value');
+  await page.locator('#run').click();
+  await done(page);
+  await page.locator('tr[data-point="23"]').waitFor();
+  const lags = (await column(page, 'players.0.lag_ms')).map(Number);
+  assert.deepEqual([0, 100, 200, 300].map((lag) => lags.filter((one) => one === lag).length), [6, 6, 6, 6], 'each value as often');
+  await page.selectOption('#sampling', 'saltelli');
+  await page.getByLabel('Base samples').fill('16');
+  assert.match(await page.locator('#sample-facts').innerText(), /16 base samples × \(2 axes \+ 2\) = 64 points\./);
+  await counted(page);
+  assert.match(await estimate(page), /^64 runs of 64 points/);
+  await page.getByLabel('Together with the axis above').check();
+  await page.locator('[data-axis="1.levels"]').fill('4');
+  assert.match(await page.locator('#sample-facts').innerText(), /\(1 axis \+ 2\) = 48 points/);
+  await counted(page);
+  assert.match(await estimate(page), /^48 runs of 48 points/);
+  await page.getByLabel('Base samples').fill('0');
+  await page.locator('#wrong-sample').filter({ hasText: 'count must be a whole number between 1' }).waitFor({ timeout: 5000 });
+  assert.equal(await page.locator('#points').getAttribute('aria-invalid'), 'true');
+  await close();
+});
+
+test('of many points those under others are not drawn, and it says how many; the table has all', async () => {
+  const scenario = { kind: 'motion', problem: 'oscillator', duration_s: 0.2, methods: [{ method: 'rk4' }] };
+  const axes = [{ path: 'methods.0.dt_s', from: 0.01, to: 0.1, count: 60 }, { path: 'params.omega', from: 0.5, to: 5, count: 50 }];
+  const { id } = (await api(daemon.url, 'experiments', { scenario, axes, metrics: ['methods.0.e_max', 'methods.0.evaluations'] })).body;
+  await until(async () => (await api(daemon.url, `experiments/${id}`)).body.state === 'done', 'the runs', 60000);
+  const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
+  const text = await page.locator('#covered').innerText();
+  const said = Number(/^([\d,]+) of 3,000 points lie under others/.exec(text)?.[1]?.replace(',', ''));
+  assert.ok(said > 100 && said < 2950, text);
+  assert.match(await page.locator('.outcome').innerText(), /2,900 more points/);
+  await page.locator('tr[data-point="7"] th').click();
+  assert.match(await page.locator('#point').innerText(), /^Point 7\b/, 'one that is picked in the table is drawn');
+  await page.focus('#scatter-box');
+  await page.keyboard.press('ArrowRight');
+  assert.match(await page.locator('#point').innerText(), /^Point \d+/);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
+test('speed against error is written for a scenario of each kind, and from a session with its parameters', async () => {
+  const { page, complaints, close } = await open();
+  for (const [id, axes, error] of [['crates_delta', ['server.snapshot', 'server.update_hz'], 'players.0.remote_error_m.mean'],
+    ['rigid/pyramid', ['solver.method', 'solver.substeps', 'solver.iterations'], 'drift_worst_m'],
+    ['fluid/taylor_green', ['solver.advection', 'params.n'], 'error_max'],
+    ['motion/orbit', ['methods.0.method', 'methods.0.dt_s'], 'methods.0.e_max']]) {
+    await page.selectOption('#of', String(id));
+    await until(async () => (await specification(page)).scenario === id && (await specification(page)).metrics.length > 0,
+      `a form of ${id}`);
+    await page.locator('#trade').click();
+    await until(async () => (await specification(page)).cost === 'cost.ns_per_sim_s', `the trade of ${id}`);
+    const written = await specification(page),
+      paths = written.axes.flatMap((/** @type {any} */ axis) => (axis.zip ?? [axis]).map((/** @type {any} */ one) => one.path));
+    for (const path of axes) assert.ok(paths.includes(path), `${id}: ${paths}`);
+    assert.match(written.error, new RegExp(id === 'fluid/taylor_green' ? '^(error|divergence)' : `^${error}$`));
+    assert.equal((await api(daemon.url, 'experiments?dry_run=true', written)).status, 200);
+  }
+  await page.goto(`${daemon.url}?scenario=eight&players.2.lag_ms=123`);
+  await page.waitForFunction(() => globalThis.laglab?.().frame !== null && document.querySelector('#speed-against-error') !== null, null,
+    { timeout: 15000 });
+  const { players } = await page.evaluate(() => globalThis.laglab().params);
+  await page.locator('#speed-against-error').click();
+  await page.locator('#run:not([disabled])').waitFor({ timeout: 15000 });
+  const { scenario, cost } = await specification(page);
+  assert.deepEqual([scenario.players.length, scenario.players[2].lag_ms, cost], [8, players[2].lag_ms, 'cost.ns_per_sim_s']);
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('what the daemon refuses stands at the field that it names', async () => {
   const { page, close } = await open();
   const wrong = async (/** @type {string} */ field, /** @type {RegExp} */ words) => {
@@ -108,7 +274,8 @@ test('what the daemon refuses stands at the field that it names', async () => {
   };
   await page.locator('[data-axis="0.values"]').fill('0, 5000');
   await wrong('axes.0', /5000/);
-  assert.equal(await page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'), null, 'the daemon names the axis, not its values');
+  assert.equal(await page.locator('[data-axis="0.values"]').getAttribute('aria-describedby'), null,
+    'the daemon names the axis, not its values');
   await page.getByRole('button', { name: 'Range' }).click();
   await page.locator('[data-axis="0.count"]').fill('many');
   await wrong('axes.0', /count/);
@@ -248,7 +415,8 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
       const canvas = /** @type {HTMLCanvasElement} */ (document.getElementById('scatter')), ratio = canvas.width / canvas.clientWidth;
       const { data, width } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
       let n = 0, sx = 0, sy = 0;
-      for (let i = 0; i < data.length; i += 4) if (data[i] === 0 && data[i + 1] === 0x72 && data[i + 2] === 0xb2) { n++; sx += (i / 4) % width; sy += Math.floor(i / 4 / width); }
+      for (let i = 0; i < data.length; i += 4) if (data[i] === 0 && data[i + 1] === 0x72 &&
+        data[i + 2] === 0xb2) { n++; sx += (i / 4) % width; sy += Math.floor(i / 4 / width); }
       return { x: sx / n / ratio, y: sy / n / ratio, n };
     });
     return at.n > 20 ? at : null;
@@ -266,7 +434,13 @@ test('a pointer picks a point, and opens it when it picks it again', async () =>
 for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 740, query: '' }]) {
   test(`axe, size of targets, no sideways scroll, nothing cut off at ${size.name}`, async () => {
     const { page, complaints, close } = await open(size);
-    assert.deepEqual(await axe(page), [], 'the form');
+    await page.selectOption('#sampling', 'saltelli');
+    await page.locator('#until').check();
+    await page.locator('.until').waitFor();
+    assert.deepEqual(await axe(page), [], 'the form with all that it has');
+    await page.locator('#until').uncheck();
+    await page.locator('#repeats').fill('1');
+    await page.selectOption('#sampling', 'none');
     await page.locator('[data-axis="0.values"]').fill('0, 5000');
     await page.locator('#wrong-axes-0').waitFor();
     assert.deepEqual(await axe(page), [], 'an error');
@@ -277,16 +451,19 @@ for (const size of [SIZES[0], SIZES[1], { name: '360x740', width: 360, height: 7
     await page.locator('tr[data-point="2"] th').click();
     assert.deepEqual(await axe(page), [], 'results');
     assert.equal(await page.evaluate(() => document.documentElement.scrollWidth > innerWidth), false);
-    const small = await page.locator('main button, main select, main label:has(input[type="checkbox"]), main a').evaluateAll((all) => all.filter((e) => e.getClientRects().length > 0)
-      .map((e) => ({ what: e.outerHTML.slice(0, 80), w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height })).filter((b) => b.w < 24 || b.h < 23.9));
+    const small = await page.locator('main button, main select, main label:has(input[type="checkbox"]), main a')
+      .evaluateAll((all) => all.filter((e) => e.getClientRects().length > 0)
+      .map((e) => ({ what: e.outerHTML.slice(0, 80), w: e.getBoundingClientRect().width, h: e.getBoundingClientRect().height }))
+        .filter((b) => b.w < 24 || b.h < 23.9));
     assert.deepEqual(small, []);
-    const cut = await page.evaluate(() => [...document.querySelectorAll('.panel, .axis, .order, .progress, .choices, .files, .mine li')].flatMap((box) => {
+    const boxes = '.panel, .axis, .order, .progress, .choices, .files, .mine li, .until, .frontof, .numbers';
+    const cut = await page.evaluate((selector) => [...document.querySelectorAll(selector)].flatMap((box) => {
       const outer = box.getBoundingClientRect();
       return [...box.querySelectorAll('button, input, select, h2, a')].filter((part) => {
         const inner = part.getBoundingClientRect();
         return inner.width > 0 && !part.closest('.unseen') && (inner.right > outer.right + 1 || inner.left < outer.left - 1);
       }).map((part) => `${box.className}: ${part.outerHTML.slice(0, 90)}`);
-    }));
+    }), boxes);
     assert.deepEqual(cut, []);
     assert.deepEqual(complaints, []);
     await close();

@@ -6,6 +6,7 @@ import { memory } from './lab.js';
 import { LATELY_S } from './memory.js';
 import { happenings, layout, open, params, scale, unit } from './state.js';
 import { FEW, bufferCurves, errorCurves } from './views/curves.js';
+import { tradeButton } from './workbench/trade.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -75,6 +76,7 @@ export function side() {
   return html`<aside class="side" aria-label="Charts and numbers">
     <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}</div>
     ${happened()}
+    ${tradeButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>
       <div class="plot" id="error-chart" role="img" aria-label="Curve of the distances from the server’s present over time; the table has the numbers"></div>
       <div class="key">${players.map((_, i) => sample(i, false, letter(i)))}<span>own lead</span>

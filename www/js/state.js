@@ -59,6 +59,8 @@ export const failure = signal('');
 export const notice = signal('');
 /** The experiment that the Experiments view shows: empty for none; null while a lab is shown. @type {import('@preact/signals-core').Signal<string | null>} */
 export const experiment = signal(link.experiment);
+/** A scenario of which speed against error is wanted there; null: none. @type {import('@preact/signals-core').Signal<any>} */
+export const traded = signal(null);
 export const theme = signal(link.theme);
 /** @type {import('@preact/signals-core').Signal<Tab>} of a phone */
 export const tab = signal('all');

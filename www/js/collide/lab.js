@@ -18,6 +18,7 @@ import { costs, forget as forgetMeasured, measure } from '../workbench/measure.j
 import { VOLUMES, sceneOf } from './decode.js';
 import { drawWorld } from './picture.js';
 import { Record } from './record.js';
+import { tradeButton } from '../workbench/trade.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
@@ -230,7 +231,7 @@ export function collideLab() {
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
         ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
-      ${meter()}${numbers()}${judgements()}
+      ${tradeButton()}${meter()}${numbers()}${judgements()}
       ${used.map((one) => html`<div class="about"><h3>${words(one.name)}</h3><p>${one.help}</p></div>`)}
     </aside></main>`;
 }

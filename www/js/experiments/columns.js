@@ -2,10 +2,12 @@
 import { fixed } from '../format.js';
 
 /** @typedef {import('./shown.js').Cells} Cells */
-/** @typedef {{name: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column  name: of the cell; label: the path, and the unit where the name tells it */
+/** @typedef {{name: string, label: string, kind: 'axis' | 'metric', numbers: boolean}} Column
+ *   name: of the cell; label: the path, and the unit where the name tells it */
 
 /** The parameters that are varied, by path. @param {any} experiment @returns {string[]} */
-const pathsOf = (experiment) => (experiment.axes ?? []).flatMap((/** @type {any} */ axis) => (axis.zip ?? [axis]).map((/** @type {any} */ one) => String(one.path)));
+const pathsOf = (experiment) => (experiment.axes ??
+  []).flatMap((/** @type {any} */ axis) => (axis.zip ?? [axis]).map((/** @type {any} */ one) => String(one.path)));
 
 /** A parameter's column has its unit in the name. @param {Cells} row @param {string} path */
 function columnOf(row, path) {
@@ -19,22 +21,27 @@ export function columnsOf(experiment, rows) {
   if (!first) return [];
   const numbers = (/** @type {string} */ name) => rows.some((row) => typeof row[name] === 'number');
   return [
-    ...pathsOf(experiment).map((path) => columnOf(first, path)).map((name) => ({ name, label: name, kind: /** @type {const} */ ('axis'), numbers: numbers(name) })),
-    ...experiment.metrics.map((/** @type {string} */ name) => ({ name, label: name, kind: /** @type {const} */ ('metric'), numbers: true })),
+    ...pathsOf(experiment).map((path) => columnOf(first, path))
+      .map((name) => ({ name, label: name, kind: /** @type {const} */ ('axis'), numbers: numbers(name) })),
+    ...experiment.metrics.map((/** @type {string} */ name) => ({ name, label: name, kind: /** @type {const} */ ('metric'),
+      numbers: true })),
   ];
 }
 
 /** @param {any} experiment @returns {{error: string, cost: string}} the two sides of the trade; cost is empty where there is none */
-export const tradeOf = (experiment) => ({ error: experiment.error || experiment.metrics[0], cost: experiment.cost || (experiment.metrics[1] ?? '') });
+export const tradeOf = (experiment) => ({ error: experiment.error || experiment.metrics[0],
+  cost: experiment.cost || (experiment.metrics[1] ?? '') });
 
 /** @param {Cells} row @param {string} name */
 export const numberOf = (row, name) => (typeof row[name] === 'number' ? /** @type {number} */ (row[name]) : NaN);
 
-/** The points that no other beats, by magnitude: from the cheapest on, each with less error than all before. A point with a run that failed is none of them.
+/** The points that no other beats, by magnitude: from the cheapest on, each with less error than all before.
+ * A point with a run that failed is none of them.
  * @param {Cells[]} rows @param {string} cost @param {string} error @returns {Set<number>} places */
 export function frontOf(rows, cost, error) {
   const places = rows.map((row, i) => ({ i, cost: Math.abs(numberOf(row, cost)), error: Math.abs(numberOf(row, error)) }))
-    .filter((p) => !(numberOf(/** @type {Cells} */ (rows[p.i]), 'failed') > 0)).filter((p) => Number.isFinite(p.cost) && Number.isFinite(p.error)).sort((a, b) => a.cost - b.cost || a.error - b.error);
+    .filter((p) => !(numberOf(/** @type {Cells} */ (rows[p.i]), 'failed') > 0)).filter((p) => Number.isFinite(p.cost) &&
+      Number.isFinite(p.error)).sort((a, b) => a.cost - b.cost || a.error - b.error);
   /** @type {Set<number>} */
   const front = new Set();
   /** @type {{cost: number, error: number} | null} */
@@ -53,7 +60,10 @@ export function frontMetricsOf(experiment) {
   return Array.isArray(experiment.front) ? experiment.front.map(String) : cost === '' ? [] : [cost, error];
 }
 
-/** The same of any number of metrics: no other point is as good in all and better in one. @param {Cells[]} rows @param {string[]} metrics @returns {Set<number>} places */
+/** The same of any number of metrics: no other point is as good in all and better in one.
+ * @param {Cells[]} rows
+ * @param {string[]} metrics
+ * @returns {Set<number>} places */
 export function frontOfAll(rows, metrics) {
   if (metrics.length < 2) return new Set();
   if (metrics.length === 2) return frontOf(rows, /** @type {string} */ (metrics[0]), /** @type {string} */ (metrics[1]));
@@ -63,7 +73,8 @@ export function frontOfAll(rows, metrics) {
   /** @type {typeof places} */
   const front = [];
   for (const p of places) {
-    const beaten = front.some((q) => q.sizes.every((size, k) => size <= /** @type {number} */ (p.sizes[k])) && q.sizes.some((size, k) => size < /** @type {number} */ (p.sizes[k])));
+    const beaten = front.some((q) => q.sizes.every((size, k) => size <= /** @type {number} */ (p.sizes[k])) &&
+      q.sizes.some((size, k) => size < /** @type {number} */ (p.sizes[k])));
     if (!beaten) front.push(p);
   }
   return new Set(front.map((p) => p.i));
@@ -79,18 +90,24 @@ export function exact(value) {
 }
 
 /** A parameter as it was set. @param {string | number | boolean | null | undefined} value */
-export const told = (value) => (typeof value === 'number' ? String(Number(value.toPrecision(6))).replace('-', '−') : value === null || value === undefined ? '–' : String(value));
+export const told = (value) => (typeof value === 'number' ? String(Number(value.toPrecision(6))).replace('-', '−')
+  : value === null || value === undefined ? '–' : String(value));
 
 /** How many points' repeats all gave the same: nothing random reaches their metrics, and there is no interval. @param {Cells[]} rows */
 export const identicalOf = (rows) => rows.filter((row) => row.identical === true).length;
 
-/** The bounds of a mean's 95 % interval; NaN where there is none. @param {Cells} row @param {string} metric @returns {{low: number, high: number}} */
+/** The bounds of a mean's 95 % interval; NaN where there is none.
+ * @param {Cells} row
+ * @param {string} metric
+ * @returns {{low: number, high: number}} */
 export const boundsOf = (row, metric) => ({ low: numberOf(row, `${metric}.ci95_low`), high: numberOf(row, `${metric}.ci95_high`) });
 
 /** By which method the interval was made, or why there is none. @param {Cells} row @param {string} metric */
 export const methodOf = (row, metric) => (typeof row[`${metric}.ci95_method`] === 'string' ? String(row[`${metric}.ci95_method`]) : '');
 
-/** A mean, and what its 95 % interval goes from and to, where there is one; an open end where one bound is not known. @param {Cells} row @param {string} metric */
+/** A mean, and what its 95 % interval goes from and to, where there is one; an open end where one bound is not known.
+ * @param {Cells} row
+ * @param {string} metric */
 export function meanOf(row, metric) {
   const mean = numberOf(row, metric), { low, high } = boundsOf(row, metric);
   if (!Number.isFinite(mean) || (!Number.isFinite(low) && !Number.isFinite(high))) return exact(mean);
@@ -102,6 +119,7 @@ export function meanOf(row, metric) {
 /** What stands beside the mean: how the interval was made, and the spread of the runs. @param {Cells} row @param {string} metric */
 export function spreadOf(row, metric) {
   const told = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)), method = methodOf(row, metric);
-  const spread = Number.isFinite(numberOf(row, `${metric}.sd`)) ? `SD ${told('sd')}, quartiles ${told('p25')}, ${told('p50')}, ${told('p75')}` : '';
+  const spread = Number.isFinite(numberOf(row, `${metric}.sd`))
+    ? `SD ${told('sd')}, quartiles ${told('p25')}, ${told('p50')}, ${told('p75')}` : '';
   return [method && `95 % interval: ${method}`, spread].filter(Boolean).join('; ');
 }

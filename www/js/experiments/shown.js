@@ -115,7 +115,8 @@ async function load(id) {
     readPoints(id, true);
   } catch (error) {
     if (experiment.value !== id) return;
-    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment is not there any more' : 'The daemon does not answer';
+    missing.value = error instanceof Problem && error.status === 404 ? 'This experiment is not there any more'
+      : 'The daemon does not answer';
     if (missing.value.startsWith('This')) writeKept(kept.value.filter((one) => one.id !== id));
   }
 }

@@ -1,14 +1,14 @@
 // The Experiments view: what is run, how far it is, its points as a scatter and a table, and what one takes away.
 import { html, nothing } from '../../vendor/lit-html.js';
-import { computed, effect, signal } from '../../vendor/signals-core.js';
+import { computed, effect, signal, untracked } from '../../vendor/signals-core.js';
 import { address, call } from '../api.js';
 import { fixed } from '../format.js';
 import { mark } from '../panels.js';
-import { experiment, tell, theme } from '../state.js';
+import { experiment, tell, theme, traded } from '../state.js';
 import { palette } from '../theme.js';
 import { Surface } from '../views/surface.js';
 import { columnsOf, frontMetricsOf, frontOfAll, meanOf, numberOf, spreadOf, told, tradeOf, identicalOf } from './columns.js';
-import { choose, draft, scenario, specification, start, watch } from './draft.js';
+import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
 import { SERIES_MAX, drawScatter, nearest, seriesOf } from './scatter.js';
@@ -30,7 +30,8 @@ const valueOf = (/** @type {Event} */ event) => /** @type {HTMLSelectElement} */
 
 // ---- what is plotted ----
 
-/** What a person chose; what is empty follows from the experiment. @type {import('@preact/signals-core').Signal<{x: string, y: string, by: string | null, logX: boolean | null, logY: boolean | null}>} */
+/** What a person chose; what is empty follows from the experiment.
+ * @type {import('@preact/signals-core').Signal<{x: string, y: string, by: string | null, logX: boolean | null, logY: boolean | null}>} */
 const chosen = signal({ x: '', y: '', by: null, logX: null, logY: null });
 const columns = computed(() => (record.value ? columnsOf(record.value.experiment, points.value) : []));
 const trade = computed(() => (record.value ? tradeOf(record.value.experiment) : { error: '', cost: '' }));
@@ -55,7 +56,8 @@ const plotted = computed(() => {
   const x = known(c.x) ? c.x : known(cost) && varies(cost) ? cost : axes.find((column) => column.numbers)?.name ?? cost;
   const y = known(c.y) ? c.y : error;
   const several = (/** @type {string} */ name) => { const n = seriesOf(points.value, name).length; return n > 1 && n <= SERIES_MAX; };
-  const by = c.by ?? axes.find((column) => !column.numbers && several(column.name))?.name ?? (axes.length > 1 ? axes.find((column) => column.name !== x && several(column.name))?.name : '') ?? '';
+  const by = c.by ?? axes.find((column) => !column.numbers && several(column.name))?.name ??
+    (axes.length > 1 ? axes.find((column) => column.name !== x && several(column.name))?.name : '') ?? '';
   return { x, y, by, logX: (c.logX ?? spans(x)) && positive(x), logY: (c.logY ?? spans(y)) && positive(y) };
 });
 /** The front, where both sides of the trade are plotted, or tabled; that of more metrics is tabled alone. */
@@ -63,15 +65,18 @@ const fronted = computed(() => (record.value ? frontMetricsOf(record.value.exper
 const front = computed(() => frontOfAll(points.value, fronted.value));
 const isTrade = computed(() => {
   const { x, y } = plotted.value, { error, cost } = trade.value;
-  return cost !== '' && fronted.value.length === 2 && fronted.value.includes(cost) && fronted.value.includes(error) && ((x === cost && y === error) || (x === error && y === cost));
+  return cost !== '' && fronted.value.length === 2 && fronted.value.includes(cost) && fronted.value.includes(error) &&
+    ((x === cost && y === error) || (x === error && y === cost));
 });
 
 // ---- the head of the results ----
 
-const STATES = /** @type {Record<string, string>} */ ({ running: 'Running', paused: 'Paused', cancelled: 'Cancelled', done: 'Done', failed: 'Given up' });
+const STATES = /** @type {Record<string, string>} */ ({ running: 'Running', paused: 'Paused', cancelled: 'Cancelled', done: 'Done',
+  failed: 'Given up' });
 
 /** @param {number} seconds */
-const left = (seconds) => (seconds < 100 ? `${Math.ceil(seconds)} s` : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${fixed(seconds / 3600, 1)} h`);
+const left = (seconds) => (seconds < 100 ? `${Math.ceil(seconds)} s`
+  : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${fixed(seconds / 3600, 1)} h`);
 
 /** @param {any} r @returns {Template} */
 function progressPanel(r) {
@@ -85,17 +90,23 @@ function progressPanel(r) {
         <button type="button" id="cancel" ?disabled=${!mine} title=${why} @click=${() => control('cancel')}>Cancel</button></span>`}</div>
     ${r.experiment.text ? html`<p class="facts">${r.experiment.text}</p>` : nothing}
     <progress max=${r.runs} .value=${r.done} aria-label="Runs done"></progress>
-    <p id="progress-text"><b>${STATES[r.state] ?? r.state}</b> · ${many(r.done)} of ${many(r.runs)} runs${r.state === 'running' && r.rate_per_s > 0
-      ? ` · ${r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1)} runs/s${r.left_s === null ? '' : ` · ${left(r.left_s)} left`}` : ''}</p>
+    <p id="progress-text"><b>${STATES[r.state] ?? r.state}</b> · ${many(r.done)} of ${many(r.runs)} runs${r.state === 'running' &&
+      r.rate_per_s > 0
+      ? ` · ${r.rate_per_s >= 10 ? many(Math.round(r.rate_per_s)) : fixed(r.rate_per_s, 1)} runs/s${r.left_s === null ? ''
+        : ` · ${left(r.left_s)} left`}` : ''}</p>
     ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
     ${!mine && !over ? html`<p class="facts">${why}</p>` : nothing}
-    ${r.points > POINTS_MAX ? html`<p class="facts">${many(r.points)} points are too many to draw here: the report and the files have them.</p>` : nothing}</section>`;
+    ${r.points > POINTS_MAX
+      ? html`<p class="facts">${many(r.points)} points are too many to draw here: the report and the files have them.</p>`
+        : nothing}</section>`;
 }
 
 // ---- scatter ----
 
 /** @type {import('./scatter.js').Spot[]} */
 let spots = [];
+/** Points that lie under others. */
+const covered = signal(0);
 
 /** @param {number} index */
 function select(index) {
@@ -114,7 +125,8 @@ function press(event) {
 /** @param {PointerEvent} event */
 function hover(event) {
   const box = /** @type {HTMLElement} */ (event.currentTarget).getBoundingClientRect();
-  /** @type {HTMLElement} */ (event.currentTarget).style.cursor = nearest(spots, event.clientX - box.left, event.clientY - box.top) < 0 ? 'default' : 'pointer';
+  const far = nearest(spots, event.clientX - box.left, event.clientY - box.top) < 0;
+  /** @type {HTMLElement} */ (event.currentTarget).style.cursor = far ? 'default' : 'pointer';
 }
 
 /** @param {KeyboardEvent} event */
@@ -135,9 +147,11 @@ function key(event) {
 /** @param {'x' | 'y'} which @param {string} label @param {import('./columns.js').Column[]} list @returns {Template} */
 function axisChoice(which, label, list) {
   const log = which === 'x' ? 'logX' : 'logY', name = plotted.value[which];
-  return html`<span class="axischoice"><label class="field choice"><span>${label}</span><select id=${`plot-${which}`} @change=${(/** @type {Event} */ event) => { chosen.value = { ...chosen.value, [which]: valueOf(event), [log]: null }; }}>
+  return html`<span class="axischoice"><label class="field choice"><span>${label}</span><select id=${`plot-${which}`}
+    @change=${(/** @type {Event} */ event) => { chosen.value = { ...chosen.value, [which]: valueOf(event), [log]: null }; }}>
     ${list.map((column) => html`<option value=${column.name} .selected=${column.name === name}>${column.label}</option>`)}</select></label>
-    <label class="toggle"><input type="checkbox" id=${`log-${which}`} aria-label=${`${label}: logarithmic`} .checked=${plotted.value[log]} ?disabled=${!positive(name)}
+    <label class="toggle"><input type="checkbox" id=${`log-${which}`} aria-label=${`${label}: logarithmic`} .checked=${plotted.value[log]}
+      ?disabled=${!positive(name)}
       @change=${() => { chosen.value = { ...chosen.value, [log]: !plotted.value[log] }; }}><span>log</span></label></span>`;
 }
 
@@ -146,31 +160,43 @@ function words() {
   const row = points.value[selected.value];
   if (!row) return '';
   const axes = columns.value.filter((column) => column.kind === 'axis').map((column) => `${column.label} ${told(row[column.name])}`);
-  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row, name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`);
+  const values = record.value.experiment.metrics.map((/** @type {string} */ name) => `${name} ${meanOf(row,
+    name)}${numberOf(row, 'runs') > 1 ? `, ${spreadOf(row, name)}` : ''}`);
   return `Point ${row.point}${front.value.has(selected.value) ? ', on the front' : ''}: ${[...axes, ...values].join('; ')}`;
 }
 
 /** @returns {Template} */
 function legend() {
   const { by } = plotted.value, names = seriesOf(points.value, by);
-  return html`<div class="key">${by === '' || names.length > SERIES_MAX ? nothing : names.map((name, s) => html`<span class="sample">${mark(s)} ${told(isNaN(Number(name)) ? name : Number(name))}</span>`)}
-    ${isTrade.value ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9" r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>` : nothing}</div>`;
+  return html`<div class="key">${by === '' || names.length > SERIES_MAX ? nothing
+    : names.map((name, s) => html`<span class="sample">${mark(s)} ${told(isNaN(Number(name)) ? name : Number(name))}</span>`)}
+    ${isTrade.value ? html`<span class="sample"><svg class="mark frontmark" viewBox="0 0 18 18" aria-hidden="true"><circle cx="9" cy="9"
+      r="7"></circle></svg>thick edge, joined: Pareto front of cost and error</span>` : nothing}
+    ${covered.value > 0 ? html`<span class="sample" id="covered">${many(covered.value)} of ${many(points.value.length)} points
+      lie under others and are not drawn</span>` : nothing}</div>`;
 }
 
 /** @returns {Template} */
 function scatter() {
   const row = points.value[selected.value], numbers = columns.value.filter((column) => column.numbers);
   const splits = columns.value.filter((column) => column.kind === 'axis' && seriesOf(points.value, column.name).length <= SERIES_MAX);
-  return html`<section class="scatter" aria-label="Scatter"><div class="choices">${axisChoice('y', 'Up', numbers)}${axisChoice('x', 'Across', numbers)}
-      <label class="field choice"><span>Series</span><select id="plot-by" @change=${(/** @type {Event} */ event) => { chosen.value = { ...chosen.value, by: valueOf(event) }; }}>
-        <option value="">none</option>${splits.map((column) => html`<option value=${column.name} .selected=${column.name === plotted.value.by}>${column.label}</option>`)}</select></label></div>
-    <div class="view" role="group" tabindex="0" id="scatter-box" aria-label="Points. Left and right arrow keys pick one, Enter opens it as a live session."
-      @pointerdown=${press} @pointermove=${hover} @keydown=${key}><canvas id="scatter" role="img" aria-label=${`Scatter of ${points.value.length} points: ${plotted.value.y} over ${plotted.value.x}${
+  return html`<section class="scatter" aria-label="Scatter"><div
+    class="choices">${axisChoice('y', 'Up', numbers)}${axisChoice('x', 'Across', numbers)}
+      <label class="field choice"><span>Series</span><select id="plot-by"
+        @change=${(/** @type {Event} */ event) => { chosen.value = { ...chosen.value, by: valueOf(event) }; }}>
+        <option value="">none</option>${splits.map((column) => html`<option value=${column.name}
+          .selected=${column.name === plotted.value.by}>${column.label}</option>`)}</select></label></div>
+    <div class="view" role="group" tabindex="0" id="scatter-box"
+      aria-label="Points. Left and right arrow keys pick one, Enter opens it as a live session."
+      @pointerdown=${press} @pointermove=${hover} @keydown=${key}><canvas id="scatter" role="img"
+        aria-label=${`Scatter of ${points.value.length} points: ${plotted.value.y} over ${plotted.value.x}${
         isTrade.value ? `, ${front.value.size} on the front` : ''}`}></canvas></div>
     ${legend()}
-    <div class="looked"><output id="point" aria-live="polite">${row ? words() : 'Pick a point to read it; pick it again, or press Enter, to open it as a live session.'}</output>
+    <div class="looked"><output id="point"
+      aria-live="polite">${row ? words() : 'Pick a point to read it; pick it again, or press Enter, to open it as a live session.'}</output>
       ${row ? html`<span class="acts"><button type="button" id="open-live" @click=${() => live(row)}>Open live</button>
-        <a class="button" href=${address(`experiments/${record.value.id}/runs/${runOf(row)}/trace`).href} download=${`run${runOf(row)}.csv`}>Trace</a></span>` : nothing}</div></section>`;
+        <a class="button" href=${address(`experiments/${record.value.id}/runs/${runOf(row)}/trace`).href}
+          download=${`run${runOf(row)}.csv`}>Trace</a></span>` : nothing}</div></section>`;
 }
 
 // ---- table ----
@@ -197,36 +223,53 @@ function sorted() {
 /** @param {string} name @param {string} label @returns {Template} */
 function sortable(name, label) {
   const { by, down } = sorting.value, now = by === name;
-  return html`<th scope="col" aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet" @click=${() => { sorting.value = { by: name, down: now && !down }; }}><span>${label.split(/(?<=[._])/).map((part) => html`${part}<wbr>`)}</span>${
-    now ? html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d=${down ? 'M1 3h10L6 10z' : 'M1 9h10L6 2z'}></path></svg>` : nothing}</button></th>`;
+  return html`<th scope="col" aria-sort=${now ? (down ? 'descending' : 'ascending') : 'none'}><button type="button" class="quiet"
+    @click=${() => { sorting.value = { by: name, down: now && !down }; }}><span>${label.split(/(?<=[._])/)
+      .map((part) => html`${part}<wbr>`)}</span>${
+    now ? html`<svg class="sign" viewBox="0 0 12 12" aria-hidden="true"><path d=${down ? 'M1 3h10L6 10z' : 'M1 9h10L6 2z'}></path></svg>`
+      : nothing}</button></th>`;
 }
 
 /** @returns {Template} */
 function table() {
   const order = sorted(), list = columns.value;
-  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table class="data points"><caption>Points: mean and its 95 % interval</caption>
-    <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th scope="col">Runs</th>${fronted.value.length === 0 ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
+  return html`<div class="wide-table" tabindex="0" role="region" aria-label="Points"><table
+    class="data points"><caption>Points: mean and its 95 % interval</caption>
+    <thead><tr>${sortable('point', 'Point')}${list.map((column) => sortable(column.name, column.label))}<th
+      scope="col">Runs</th>${fronted.value.length === 0 ? nothing : html`<th scope="col">Front</th>`}<td></td></tr></thead>
     <tbody>${order.slice(0, rowsShown.value).map((i) => {
       const row = /** @type {Cells} */ (points.value[i]);
-      return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th scope="row">${row.point}</th>
-        ${list.map((column) => (column.kind === 'axis' ? html`<td>${told(row[column.name])}</td>` : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`))}<td>${row.runs}</td>
+      return html`<tr data-point=${row.point} aria-current=${i === selected.value ? 'true' : 'false'} @click=${() => select(i)}><th
+        scope="row">${row.point}</th>
+        ${list.map((column) => (column.kind === 'axis' ? html`<td>${told(row[column.name])}</td>`
+          : html`<td title=${spreadOf(row, column.name)}>${meanOf(row, column.name)}</td>`))}<td>${row.runs}</td>
         ${fronted.value.length === 0 ? nothing : html`<td>${front.value.has(i) ? 'front' : ''}</td>`}
-        <td><button type="button" class="small" aria-label=${`Open point ${row.point} live`} @click=${(/** @type {Event} */ event) => { event.stopPropagation(); live(row); }}>Open</button></td></tr>`;
+        <td><button type="button" class="small" aria-label=${`Open point ${row.point} live`}
+          @click=${(/** @type {Event} */ event) => { event.stopPropagation(); live(row); }}>Open</button></td></tr>`;
     })}</tbody></table></div>
-    ${identicalOf(points.value) > 0 ? html`<p class="facts" id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics: nothing random in this scenario reaches them, or what does is rare.</p>` : nothing}
-    ${order.length > rowsShown.value ? html`<button type="button" @click=${() => { rowsShown.value += PAGE; }}>${many(order.length - rowsShown.value)} more points</button>` : nothing}`;
+    ${identicalOf(points.value) > 0
+      ? html`<p class="facts"
+        id="identical">At ${identicalOf(points.value)} of ${points.value.length} points all repeats gave identical metrics:
+      nothing random in this scenario reaches them, or what does is rare.</p>` : nothing}
+    ${order.length > rowsShown.value
+      ? html`<button type="button"
+        @click=${() => { rowsShown.value += PAGE; }}>${many(order.length - rowsShown.value)} more points</button>` : nothing}`;
 }
 
 // ---- beside ----
 
-const FORMATS = /** @type {[string, string][]} */ ([['csv', 'CSV'], ['ndjson', 'NDJSON'], ['json', 'JSON'], ['parquet', 'Parquet'], ['sqlite', 'SQLite']]);
+const FORMATS = /** @type {[string, string][]} */ ([['csv', 'CSV'], ['ndjson', 'NDJSON'], ['json', 'JSON'], ['parquet', 'Parquet'],
+  ['sqlite', 'SQLite']]);
 
 /** @param {any} r @returns {Template} */
 function files(r) {
-  const links = (/** @type {string} */ more, /** @type {string} */ name) => html`<p class="links">${FORMATS.map(([format, label]) => html`<a href=${address(`experiments/${r.id}/results?format=${format}${more}`).href}
+  const links = (/** @type {string} */ more,
+    /** @type {string} */ name) => html`<p
+      class="links">${FORMATS.map(([format, label]) => html`<a href=${address(`experiments/${r.id}/results?format=${format}${more}`).href}
     download=${`${name}.${format}`}>${label}</a>`)}</p>`;
   return html`<section class="about files" aria-label="Results"><h2>Results</h2>
-    <p class="links"><a id="report" href=${address(`experiments/${r.id}/report`).href} target="_blank" rel="noopener">Report, a page of its own</a></p>
+    <p class="links"><a id="report" href=${address(`experiments/${r.id}/report`).href} target="_blank"
+      rel="noopener">Report, a page of its own</a></p>
     <h3>A row for each run</h3>${links('', 'runs')}<h3>A row for each point</h3>${links('&points=true', 'points')}</section>`;
 }
 
@@ -243,7 +286,8 @@ function curl(r) {
     delete brief.scenario_id;
   }
   const id = r ? r.id : 'ID';
-  return `curl -d ${quoted(JSON.stringify(brief))} -H 'Content-Type: application/json' ${at}\ncurl ${at}/${id}\ncurl '${at}/${id}/results?format=csv'`;
+  return [`curl -d ${quoted(JSON.stringify(brief))} -H 'Content-Type: application/json' ${at}`, `curl ${at}/${id}`,
+    `curl '${at}/${id}/results?format=csv'`].join('\n');
 }
 
 /** Also where the page is no secure context, which has no clipboard. @param {Event} event */
@@ -251,7 +295,8 @@ async function copy(event) {
   const area = /** @type {HTMLElement} */ (event.currentTarget).parentElement?.parentElement?.querySelector('textarea');
   if (!area) return;
   area.select();
-  const done = navigator.clipboard ? await navigator.clipboard.writeText(area.value).then(() => true, () => false) : document.execCommand('copy');
+  const done = navigator.clipboard ? await navigator.clipboard.writeText(area.value).then(() => true, () => false)
+    : document.execCommand('copy');
   tell(done ? 'Copied' : 'Not copied: select the text and copy it');
 }
 
@@ -259,9 +304,13 @@ async function copy(event) {
 function list() {
   return html`<section class="about" aria-label="My experiments"><div class="head"><h2>My experiments</h2>
       ${experiment.value ? html`<button type="button" class="small" id="new" @click=${() => look('')}>None</button>` : nothing}</div>
-    ${kept.value.length === 0 ? html`<p>None yet. What you run is listed here, in this browser.</p>` : html`<ul class="mine">${kept.value.map((one) => html`<li aria-current=${one.id === experiment.value ? 'true' : 'false'}>
-      <button type="button" class="quiet" data-id=${one.id} @click=${() => look(one.id)}><span>${one.title}</span><small>${STATES[one.state] ?? one.state} · ${many(one.done)} of ${many(one.runs)}</small></button>
-      <button type="button" class="small" aria-label=${`Delete ${one.title}`} @click=${() => remove(one.id)}>Delete</button></li>`)}</ul>`}</section>`;
+    ${kept.value.length === 0 ? html`<p>None yet. What you run is listed here, in this browser.</p>`
+      : html`<ul class="mine">${kept.value.map((one) => html`<li aria-current=${one.id === experiment.value ? 'true' : 'false'}>
+      <button type="button" class="quiet" data-id=${one.id}
+        @click=${() => look(one.id)}><span>${one.title}</span><small>${STATES[one.state] ??
+          one.state} · ${many(one.done)} of ${many(one.runs)}</small></button>
+      <button type="button" class="small" aria-label=${`Delete ${one.title}`}
+        @click=${() => remove(one.id)}>Delete</button></li>`)}</ul>`}</section>`;
 }
 
 /** @returns {Template} */
@@ -270,10 +319,11 @@ function results() {
   if (missing.value !== '') return html`<p class="empty">${missing.value}</p>`;
   if (experiment.value && !r) return html`<p class="empty">Loading</p>`;
   if (!r) {
-    return html`<div class="empty"><h2>Nothing is run yet</h2><p>Choose what is varied and which metrics are kept; the runs are counted as you write. Run makes every combination and shows the points
-      here as they come.</p></div>`;
+    return html`<div class="empty"><h2>Nothing is run yet</h2><p>Choose what is varied and which metrics are kept; the runs are counted as
+      you write. Run makes every combination and shows the points here as they come.</p></div>`;
   }
-  return html`${progressPanel(r)}${points.value.length > 0 ? html`${scatter()}${table()}` : html`<p class="empty">${r.points > POINTS_MAX ? '' : isOver(r.state) ? 'No run has ended' : 'The first points come soon'}</p>`}`;
+  return html`${progressPanel(r)}${points.value.length > 0 ? html`${scatter()}${table()}`
+    : html`<p class="empty">${r.points > POINTS_MAX ? '' : isOver(r.state) ? 'No run has ended' : 'The first points come soon'}</p>`}`;
 }
 
 /** @returns {Template} */
@@ -281,8 +331,11 @@ export function experimentsView() {
   const r = record.value;
   return html`<main class="step sweeps" id="views" tabindex="-1">${form()}
     <div class="outcome"><div class="pictures" tabindex="0" role="region" aria-label="Experiment">${results()}</div>
-    <aside class="side" aria-label="Results and list">${r ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>Change and run again</button>` : nothing}${list()}
-      <section class="about" aria-label="By program"><div class="head"><h2>By program</h2><button type="button" class="small" id="copy" @click=${copy}>Copy</button></div>
+    <aside class="side" aria-label="Results and list">${r
+      ? html`${files(r)}<button type="button" id="again" @click=${() => start(r.experiment)}>Change and run again</button>`
+        : nothing}${list()}
+      <section class="about" aria-label="By program"><div class="head"><h2>By program</h2><button type="button" class="small" id="copy"
+        @click=${copy}>Copy</button></div>
         <textarea readonly rows="7" aria-label="The same by curl" .value=${curl(r)}></textarea></section></aside></div></main>`;
 }
 
@@ -296,7 +349,11 @@ function draw() {
   if (!(canvas instanceof HTMLCanvasElement)) return;
   const surface = surfaces.get(canvas) ?? new Surface(canvas);
   surfaces.set(canvas, surface);
-  if (surface.begin()) spots = drawScatter(surface, palette(), points.value, plotted.value, isTrade.value ? front.value : new Set(), selected.value, 'nothing to draw on these axes');
+  if (!surface.begin()) return;
+  const drawn = drawScatter(surface, palette(), points.value, plotted.value, isTrade.value ? front.value : new Set(), selected.value,
+    'nothing to draw on these axes');
+  spots = drawn.spots;
+  covered.value = drawn.covered;
 }
 let asked = false;
 function redraw() {
@@ -330,7 +387,13 @@ export function begin() {
   if (begun) return;
   begun = true;
   watch();
-  if (scenario.value === null) choose('race');
+  effect(() => {
+    const wanted = traded.value;
+    if (wanted === null) return;
+    untracked(() => measure(wanted));
+    traded.value = null;
+  });
+  if (scenario.value === null && typeof draft.value.scenario === 'string') choose('race');
   renewKept();
   call('GET', 'experiments/library').then((answer) => { library.value = answer.experiments; }, () => {});
 }

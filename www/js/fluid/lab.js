@@ -20,6 +20,7 @@ import { isSize, pick, rankOf, told, wordsOf } from './numbers.js';
 import { drawPicture } from './picture.js';
 import { Record } from './record.js';
 import { Scale } from './scale.js';
+import { tradeButton } from '../workbench/trade.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
@@ -273,7 +274,7 @@ export function fluidLab() {
     <aside class="side" aria-label="Numbers">
       <div class="about"><h2>${params.value?.paper ? `${params.value.paper}: ` : ''}${params.value?.title ?? ''}</h2>
         ${params.value?.text ? html`<p>${params.value.text}</p>` : nothing}</div>
-      ${numbers()}
+      ${tradeButton()}${numbers()}
       <div class="about"><p>${at?.help ?? ''}</p>${at?.source ? html`<p>Reference: ${at.source}</p>` : nothing}
         ${(at?.notices ?? []).map((/** @type {string} */ text) => html`<p role="note"><strong>Does not fit.</strong> ${text}</p>`)}</div>
     </aside></main>`;
