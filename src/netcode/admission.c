@@ -40,10 +40,11 @@ static void let_in(ll_server *server, bool with_world, int player, const ll_requ
     seat->epoch = server->epoch = ll_server_next_epoch(server);
     seat->first = first;
     seat->newest = with_world ? first : seat->newest;
+    seat->peer.relayed = first;
     seat->attempt = request->head.seq;
     seat->connected = 1;
     if (with_world) {
-        server->uneven = 1;
+        server->uneven |= LL_UNEVEN_JOINED;
         server->even = now;
     }
     seat->seen = now;

@@ -18,15 +18,19 @@ static bool stopped(const ll_server *server, const ll_refereed *peer, const ll_p
 }
 
 /* The newest tick that a client may have made an input for before it hears of a hold: of the others it knows
- * no more than the server, it guesses as far as it may, and its inputs are ahead of its tick by its delay. */
+ * no more than relays have told, it guesses as far as it may, and its inputs are ahead of its tick by its
+ * delay. */
 static int64_t reach(const ll_server *server, const ll_sync *sync, int player)
 {
     const ll_seat *seat = &server->seats[player];
     int64_t own = newest(server, seat), known = LL_NEVER;
     int64_t delay = seat->peer.at >= 0 && own > seat->peer.at ? own - seat->peer.at : 1;
-    for (int p = 0; p < server->players; p++)
-        if (p != player && newest(server, &server->seats[p]) < known)
-            known = newest(server, &server->seats[p]);
+    for (int p = 0; p < server->players; p++) {
+        int64_t told = server->seats[p].peer.relayed, heard = seat->peer.heard[p].known;
+        told = heard > told ? heard : told;
+        if (p != player && told < known)
+            known = told;
+    }
     if (known == LL_NEVER)
         return own; /* it plays alone */
     known += (sync->guesses ? server->rollback : 0) + delay;
@@ -36,7 +40,7 @@ static int64_t reach(const ll_server *server, const ll_sync *sync, int player)
 /* Of all that are connected: how many, the farthest reach, the newest input, the oldest of the newest. */
 typedef struct all {
     int connected;
-    int64_t reach, newest, oldest;
+    int64_t reach, newest, oldest, joined;
 } all;
 
 static all of_all(const ll_server *server, const ll_sync *sync)
@@ -48,40 +52,42 @@ static all of_all(const ll_server *server, const ll_sync *sync)
         int64_t far = reach(server, sync, p), tick = newest(server, &server->seats[p]);
         a.connected++;
         a.reach = far > a.reach ? far : a.reach;
+        if (server->seats[p].peer.way == 0 && far > a.joined)
+            a.joined = far; /* no packet of its has come: it may not have heard of the hold */
         a.newest = tick > a.newest ? tick : a.newest;
         a.oldest = tick < a.oldest ? tick : a.oldest;
     }
     return a;
 }
 
-/* Everybody is at the hold's tick and has all inputs up to it. */
+/* All inputs up to the hold's tick are there: the next relays bring them to everybody. */
 static bool all_are_there(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
         const ll_refereed *peer = &server->seats[p].peer;
         if (!server->seats[p].connected)
             continue;
-        if (peer->at != server->hold || newest(server, &server->seats[p]) != server->hold)
+        if (peer->at < 0 || newest(server, &server->seats[p]) != server->hold)
             return false;
-        for (int other = 0; other < server->players; other++)
-            if (peer->heard[other].known < server->hold)
-                return false;
     }
     return true;
 }
 
 #define TICKS_MAX 1024 /* within so many some tick of usual rates is at an update */
 
-/* The next tick since the game began that is at an update, and that the relays of the next update will have
- * told of in time. */
+/* The next tick since the game began that is at an update, and by which everybody has made the hold's tick by
+ * what the relays of the next update bring. */
 static int64_t next_start(const ll_server *server)
 {
     ll_freq ticks = server->clock.freq, updates = server->updates.freq;
-    ll_time way = 0;
-    for (int p = 0; p < server->players; p++)
-        if (server->seats[p].connected && server->seats[p].peer.way > way)
-            way = server->seats[p].peer.way;
-    ll_time told = ll_clock_time(&server->updates, server->update) + way;
+    ll_time longest = 0;
+    for (int p = 0; p < server->players; p++) {
+        const ll_refereed *peer = &server->seats[p].peer;
+        ll_time ready = peer->way + ll_tick_time(server->hold - peer->at, ticks);
+        if (server->seats[p].connected && ready > longest)
+            longest = ready;
+    }
+    ll_time told = ll_clock_time(&server->updates, server->update) + longest;
     int64_t tick = ll_tick_at(told - server->clock.epoch, ticks) + 1;
     for (int i = 0; i < TICKS_MAX; i++)
         if ((tick + i) * updates % ticks == 0)
@@ -105,7 +111,8 @@ static void decide(ll_server *server)
 void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll_peer_message *m, ll_time now)
 {
     ll_refereed *peer = &server->seats[player].peer;
-    server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
+    if (!ll_hold_waits(server, m->tick + m->head.count - 1))
+        server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now) ? LL_UNEVEN_GAP : 0;
     peer->way = way_of(m);
     peer->came = now;
     if (server->hold == 0 && (!server->uneven || now < server->even))
@@ -123,6 +130,8 @@ void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll
     }
     if (server->hold == 0 || a.newest > server->hold)
         server->hold = a.reach;
+    else if (server->uneven & LL_UNEVEN_JOINED && a.joined > server->hold)
+        server->hold = a.joined;
     server->uneven = 0;
     if (all_are_there(server))
         decide(server);

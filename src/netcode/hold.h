@@ -2,11 +2,12 @@
  *
  * Clients that wait for each other keep the distances in time that their ticks have: an outage, or a player
  * who joins again, leaves their ticks bunched in another way than at the start, for good. So when a client's
- * packets, or the relays to it, come again that had stopped for LL_HOLD_GAP beyond their own rhythm, the
- * server tells everybody to make no inputs beyond tick `hold`, one that nobody can have passed. When all have
- * made that tick and have all inputs for it, nothing is in flight: as before the first tick. The server then
- * tells when to go on: at an instant that lies to ticks and updates as the beginning of the game does, and
- * that all will have heard of. No input is lost. Who hears of a hold too late raises it. */
+ * packets, or the relays to it, come again that had stopped for LL_HOLD_GAP beyond their own rhythm (two
+ * relays, where they are rarer), the server tells everybody to make no inputs beyond tick `hold`, one that
+ * nobody can have passed. When it has everybody's inputs up to there, the next relays bring them to all, and
+ * when to go on: at an instant that lies to ticks and updates as the beginning of the game does, and by which
+ * all will have made that tick. Then nothing is in flight, as before the first tick. No input is lost. Who
+ * hears of a hold too late raises it. */
 #pragma once
 
 #include "netcode/clock_sync.h"

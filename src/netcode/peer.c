@@ -15,6 +15,8 @@
 #define FAIR_MAX 9            /* frames of rest at once (GGPO) */
 #define FAIR_SHARE (1 / 16.0) /* of what was heard last in the means */
 
+#define ROUND_MAX LL_SECOND /* what takes longer is an outage's */
+
 size_t ll_peer_size(int players, size_t world_size)
 {
     return sizeof(ll_peer) + (size_t)players * sizeof(ll_peer_player) + LL_PEER_RING * world_size;
@@ -29,6 +31,8 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
     peer->ticks = (ll_clock){c->met_at, c->met, c->clock.freq}; /* everybody's, whenever one has come */
     peer->start = peer->tick = peer->confirmed = peer->hashed = step;
     peer->first = first;
+    peer->began = step;
+    peer->since = LL_NEVER;
     peer->wrong = LL_NEVER;
     for (int p = 0; p < world->players; p++) {
         peer->player[p].known = p == c->self ? first : step;
@@ -89,21 +93,30 @@ static const char *take_part(ll_peer *peer, const char *at)
     return (const char *)(runs + part->runs);
 }
 
+/* Whether it is time to go on. */
+static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    ll_time until = c->met_at + ll_tick_time(peer->resume, c->clock.freq);
+    return peer->resume != 0 && ll_client_local(s, now) + c->connection.clock.offset >= until - LL_HOLD_BLUR;
+}
+
 /* The first relay comes when the game has begun, an update later, and by the way down. */
 static void hear_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
     ll_time update = (ll_time)(1e9 / s->rules->update_hz);
     ll_time since = peer->relayed != 0 ? peer->relayed : c->met_at + ll_hold_way(&c->connection.clock);
-    peer->gap |= now - since > update + c->period + LL_HOLD_GAP;
+    ll_time slack = update > LL_HOLD_GAP ? update : LL_HOLD_GAP; /* a single lost relay is no outage */
+    peer->gap |= now - since > update + c->period + slack;
     peer->relayed = now;
     if (m->hold == 0)
         return;
-    peer->gap &= m->resume != 0;
     bool news = m->hold > peer->hold || (m->hold == peer->hold && m->resume > peer->resume);
     if (m->hold >= c->tick && news) {
         peer->hold = m->hold;
         peer->resume = m->resume;
+        peer->gap = is_over(c, s, now);
     }
 }
 
@@ -217,20 +230,57 @@ static void keep_pace(ll_client *c)
     peer->rest = most < FAIR_MAX ? (int32_t)most : FAIR_MAX;
 }
 
+/* Begins the first round, whose ticks are made as soon as they may be. */
+static void begin_round(ll_peer *peer)
+{
+    peer->began = peer->tick;
+    peer->since = LL_NEVER;
+    peer->spread = 0;
+}
+
 /* A hold ends as the game begins: with nothing in flight, and nothing known of the pace. */
 static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    ll_time until = c->met_at + ll_tick_time(peer->resume, c->clock.freq);
-    if (peer->resume == 0 || ll_client_local(s, now) + c->connection.clock.offset < until - LL_HOLD_BLUR)
+    if (!is_over(c, s, now))
         return;
     peer->hold = peer->resume = 0;
     peer->paced = c->frame - 1;
     peer->rest = 0;
+    begin_round(peer);
     for (int p = 0; p < ll_client_shown(c)->players; p++) {
         peer->player[p].at = -1;
         peer->player[p].ahead = peer->player[p].behind = 0;
     }
+}
+
+/* Ticks that may be guessed in a row come back in a row: everybody would run and wait by turns, for some ten
+ * seconds, until relays have drawn them apart. So the ticks of the second round are made as far from each
+ * other as they will be: what the first round took, by how many they are. */
+static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int64_t guesses = guesses_max(s), many = guesses + s->config->input_delay_ticks + 1, known = LL_NEVER;
+    if (peer->since == LL_NEVER)
+        peer->since = now;
+    if (peer->spread != 0 || many == 1)
+        return; /* or there are none in a row */
+    for (int p = 0; p < ll_client_shown(c)->players; p++)
+        if (p != c->self && peer->player[p].known < known)
+            known = peer->player[p].known;
+    if (known == LL_NEVER || known <= peer->began)
+        return; /* it plays alone; or the round is not over */
+    ll_time round = now - peer->since + (guesses > 0 ? c->period : 0);
+    peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / many;
+    peer->spread_until = peer->began + 2 * many;
+}
+
+/* Whether the next tick is to come later. What is missing at a hold is made up for at once. */
+static bool spreads(const ll_client *c, ll_time now)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    return peer->hold == 0 && peer->tick <= peer->spread_until &&
+           now < peer->stepped + peer->spread - c->period / 2;
 }
 
 static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
@@ -244,9 +294,15 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     stall(c, s, missing(peer, ll_client_shown(c)->players, guesses_max(s)), now);
     if (peer->waiting != 0)
         return false;
+    if (spreads(c, now)) {
+        s->instruments->stepping.rested_frames += now >= s->instruments->from;
+        return false;
+    }
     keep_pace(c);
-    if (peer->rest == 0)
+    if (peer->rest == 0) {
+        peer->stepped = now;
         return true;
+    }
     peer->rest--;
     for (int p = 0; p < ll_client_shown(c)->players; p++)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */
@@ -315,6 +371,7 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
     ll_peer_roll_back(c, s, now);
     end_hold(c, s, now);
     make_inputs(c, s, peer->tick + 1 + delay, now);
+    time_round(c, s, now);
     if (may_step(c, s, now)) {
         ll_peer_step(c, s);
         if (guesses_max(s) == 0) /* no step without the others' inputs, which may wait for this one */

@@ -40,10 +40,15 @@ typedef struct ll_peer {
     int64_t wrong;     /* the first tick that a wrong guess went into; LL_NEVER: none */
     int64_t hashed;    /* the referee has the hashes up to this tick */
     ll_time stalled_since;
-    ll_time relayed;  /* when the last relay came; 0: none has */
-    int64_t hold;     /* makes no inputs for ticks beyond this one (netcode/hold.h); 0: no hold */
-    int64_t resume;   /* until so many ticks have passed since the game began; 0: that is not known yet */
-    int64_t paced;    /* the frame before that from which on looks at the pace are counted */
+    ll_time relayed; /* when the last relay came; 0: none has */
+    int64_t hold;    /* makes no inputs for ticks beyond this one (netcode/hold.h); 0: no hold */
+    int64_t resume;  /* until so many ticks have passed since the game began; 0: that is not known yet */
+    int64_t paced;   /* the frame before that from which on looks at the pace are counted */
+    int64_t began;   /* the tick that it began with, or that the last hold was at */
+    ll_time since;   /* when it went on from there; LL_NEVER: it has not yet */
+    ll_time spread;  /* what ticks are apart up to `spread_until`; 0: that is not known yet */
+    int64_t spread_until;
+    ll_time stepped;  /* when the last tick was made */
     uint32_t waiting; /* bit p: cannot go on without the input of player p */
     int32_t rest;     /* frames to leave out so that the others come after */
     uint32_t gap;     /* relays had stopped for a while, and the server does not know it yet */

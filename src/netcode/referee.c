@@ -148,9 +148,9 @@ void ll_referee_fill(ll_server *server, ll_time now)
 }
 
 /* What `player` has not acknowledged of the inputs of `other`. */
-static char *write_part(const ll_server *server, int player, int other, char *at)
+static char *write_part(ll_server *server, int player, int other, char *at)
 {
-    const ll_seat *seat = &server->seats[other];
+    ll_seat *seat = &server->seats[other];
     int64_t first = server->seats[player].peer.heard[other].known + 1;
     ll_relay_part *part = (ll_relay_part *)(void *)at;
     ll_input_run *runs = (ll_input_run *)(part + 1);
@@ -165,6 +165,7 @@ static char *write_part(const ll_server *server, int player, int other, char *at
                             .ahead = seat->peer.heard[player].ahead,
                             .player = (uint16_t)other,
                             .runs = (uint16_t)count};
+    seat->peer.relayed = known(server, seat);
     return (char *)(runs + count);
 }
 

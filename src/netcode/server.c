@@ -55,7 +55,7 @@ void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now)
     seat->allowance = (ll_allowance){ll_rate_burst(client_freq), now};
     seat->account = (ll_time_account){0, now};
     seat->first = step;
-    seat->peer = (ll_refereed){.at = -1, .came = now, .hashed = step, .desync = -1};
+    seat->peer = (ll_refereed){.at = -1, .came = now, .relayed = step, .hashed = step, .desync = -1};
     for (int i = 0; i < LL_PLAYERS_MAX; i++)
         seat->peer.heard[i].known = (int32_t)step;
 }

@@ -39,9 +39,15 @@ typedef struct ll_refereed {
     ll_time way;  /* to its client, as that measured it; 0: none of its packets has come */
     ll_time came; /* when the last of them came; before, when its epoch began */
     ll_heard heard[LL_PLAYERS_MAX];
-    int64_t hashed; /* its hashes up to this tick have been compared */
-    int64_t desync; /* the first that differed; -1: none */
+    int64_t relayed; /* its newest input when relays left last: nobody knows of a later one */
+    int64_t hashed;  /* its hashes up to this tick have been compared */
+    int64_t desync;  /* the first that differed; -1: none */
 } ll_refereed;
+
+typedef enum ll_uneven {
+    LL_UNEVEN_GAP = 1,    /* the network failed */
+    LL_UNEVEN_JOINED = 2, /* somebody was let in */
+} ll_uneven;
 
 /* What the server knows of one player. */
 typedef struct ll_seat {
@@ -104,7 +110,7 @@ typedef struct ll_server {
     ll_grid grid;          /* that the codec rounds to */
     ll_time from;          /* what snapshots cost counts from then on */
     int32_t rollback;      /* rollback: how far clients may step on by guesses */
-    uint32_t uneven;       /* deterministic and rollback: the network failed, a hold is to follow */
+    uint32_t uneven;       /* ll_uneven: deterministic and rollback: why a hold is to follow; 0: none is */
     int64_t hold, resume;  /* netcode/hold.h, as a relay tells them */
     ll_time even; /* lockstep_pipelined: steps before then keep to the rhythm of one player; deterministic and
                      rollback: no hold before then */

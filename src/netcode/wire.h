@@ -170,3 +170,16 @@ static inline int ll_input_message_size(int count)
 {
     return (int)offsetof(ll_input_message, inputs) + count * (int)sizeof(ll_action);
 }
+
+/* The longest packet of each kind among so many players. */
+static inline int ll_peer_message_max(int players)
+{
+    return (int)(sizeof(ll_peer_message) + (size_t)players * sizeof(ll_heard) +
+                 LL_RUNS_MAX * sizeof(ll_input_run) + LL_HASHES_MAX * sizeof(uint32_t));
+}
+
+static inline int ll_relay_message_max(int players)
+{
+    return (int)(sizeof(ll_relay_message) +
+                 (size_t)(players - 1) * (sizeof(ll_relay_part) + LL_RUNS_MAX * sizeof(ll_input_run)));
+}

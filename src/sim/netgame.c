@@ -25,10 +25,11 @@ static int down_slots(const ll_netgame_config *c)
     return (int)((128 + 32) * LINK_SECONDS); /* updates, and answers to pings */
 }
 
-/* Lockstep sends the most in one packet. */
+/* Whatever `sync` is changed to while it runs. */
 static int up_arena(const ll_netgame_config *c)
 {
-    return up_slots(c) * (ll_input_message_size(LL_INPUTS_MAX) + 16);
+    int states = ll_input_message_size(LL_INPUTS_MAX) + 16, peers = ll_peer_message_max(c->player_count);
+    return up_slots(c) * (peers > states ? peers : states);
 }
 
 static ll_extent extent(const ll_netgame_config *c)
@@ -38,7 +39,9 @@ static ll_extent extent(const ll_netgame_config *c)
 
 static int down_arena(const ll_netgame_config *c)
 {
-    return down_slots(c) * ll_server_message_max(extent(c), c->player_count);
+    int state = ll_server_message_max(extent(c), c->player_count),
+        relay = ll_relay_message_max(c->player_count);
+    return down_slots(c) * (relay > state ? relay : state);
 }
 
 /* False in a game without weapons. */

@@ -113,6 +113,8 @@ class PeerClient(Client):
         self.gap = False  # relays had stopped, and the server does not know it
         self.hold, self.resume = 0, 0
         self.paced = 0  # looks at the pace are those of ticks so many after a multiple of 10
+        self.stepped_at = self.apart_until = 0
+        self.begins_round()
         self.newest = State(0, 0, sim.first_state.world)  # `last` is what the server has of the own inputs
 
     @property
@@ -173,6 +175,8 @@ class PeerClient(Client):
         self.axes = [{} for _ in self.known]
         self.axes[self.index] = dict.fromkeys(range(self.start + 1, self.base + 1), 0.0)
         self.pace = [Pace() for _ in self.known]
+        self.stepped_at = self.apart_until = 0
+        self.begins_round()
         self.wrong, self.rest, self.waiting = None, 0, False
         self.relayed, self.gap, self.hold, self.resume, self.paced = None, False, 0, 0, 0
         self.number = self.newest.last = 0
@@ -201,21 +205,41 @@ class PeerClient(Client):
 
     def hear_hold(self, now, body):
         before = self.connection.half_trip() if self.relayed is None else self.relayed
-        self.gap |= now - before > int(1e9 / self.sim.update_hz) + tick_time(self.tick_hz, 1) + GAP
+        update = int(1e9 / self.sim.update_hz)
+        self.gap |= now - before > update + tick_time(self.tick_hz, 1) + max(update, GAP)
         self.relayed = now
         if body["hold"]:
-            self.gap &= body["resume"] != 0
             news = (body["hold"], body["resume"])
             if body["hold"] >= self.known[self.index] and news > (self.hold, self.resume):
                 self.hold, self.resume = news
+                self.gap = self.hold_is_over(now)
+
+    def hold_is_over(self, now):
+        until = tick_time(self.tick_hz, self.resume) - 1000
+        return self.resume != 0 and self.connection.shown(now) + self.connection.offset >= until
 
     def end_hold(self, now):
-        if self.resume == 0 or self.connection.shown(now) + self.connection.offset < tick_time(self.tick_hz, self.resume) - 1000:
+        if not self.hold_is_over(now):
             return
+        self.begins_round()
         self.hold = self.resume = 0
         self.paced = self.ticks - 1
         self.rest = 0
         self.pace = [Pace() for _ in self.pace]
+
+    def begins_round(self):
+        self.began, self.round_since, self.apart = self.k, None, 0
+
+    def time_round(self, now):
+        """The ticks of a second round are as far apart as the first one was long, by how many they are."""
+        many = self.guesses + self.player["input_delay_ticks"] + 1
+        if self.round_since is None:
+            self.round_since = now
+        others = [known for p, known in enumerate(self.known) if p != self.index]
+        if self.apart == 0 and many > 1 and others and min(others) > self.began:
+            took = now - self.round_since + (tick_time(self.tick_hz, 1) if self.guesses else 0)
+            self.apart = min(took, SECOND) // many
+            self.apart_until = self.began + 2 * many
 
     def take_input(self, other, tick, axis):
         if tick != self.known[other] + 1 or tick >= self.confirmed + KEPT:
@@ -273,7 +297,9 @@ class PeerClient(Client):
         self.roll_back()
         self.end_hold(now)
         self.make_inputs(now, self.k + 1 + delay)
-        if self.may_step():
+        self.time_round(now)
+        if self.may_step(now):
+            self.stepped_at = now
             self.make_tick(self.k + 1)
             self.k += 1
             if not self.guesses:
@@ -320,7 +346,7 @@ class PeerClient(Client):
             self.made_at[tick] = now
             self.note_controls(now, axis, tick)
 
-    def may_step(self):
+    def may_step(self, now):
         if self.hold and self.k >= self.hold:
             self.waiting = False
             self.rested += self.sim.counts
@@ -333,6 +359,9 @@ class PeerClient(Client):
                 self.waited[p] += 1
         self.waiting = bool(missing)
         if missing:
+            return False
+        if not self.hold and self.k <= self.apart_until and now < self.stepped_at + self.apart - tick_time(self.tick_hz, 1) // 2:
+            self.rested += self.sim.counts
             return False
         if (self.ticks - self.paced) % PACE_EVERY == 0:
             leads = [(p.ahead - p.behind) / 2 for p in self.pace if p.at is not None]
@@ -390,6 +419,7 @@ class PeerSeat(Seat):
         self.reported = -1  # the first tick whose hash was another
         self.packet_at = 0  # when the last packet came
         self.way = None  # in ns, as the last packet told
+        self.relayed = 0  # known when relays left last: nobody knows of more
 
 
 class Referee(Server):
@@ -400,6 +430,7 @@ class Referee(Server):
         self.begun = False
         self.epoch = 1  # the last that was given out
         self.uneven = False  # a hold is to follow
+        self.joined = False  # since somebody was let in
         self.no_hold_before = 0
         self.hold, self.resume = 0, 0
 
@@ -441,8 +472,9 @@ class Referee(Server):
         seat.at, seat.told = None, [0] * len(self.seats)
         seat.last_slack, seat.reported = None, -1
         seat.packet_at, seat.way = max(now, 0), None
+        seat.relayed = seat.known
         if now >= 0:
-            self.uneven, self.no_hold_before = True, now
+            self.uneven, self.joined, self.no_hold_before = True, True, now
 
     def notice(self, now, index):
         self.send(now, index, "keep", {"answered": now, "connected": self.seats[index].connected}, PONG_BYTES)
@@ -498,31 +530,34 @@ class Referee(Server):
         """What a packet says of a hold."""
         way = body["way"] * 1000
         stopped = now - seat.packet_at - (way if seat.way is None else 0) > 2 * tick_time(self.sim.step_hz, 1) + GAP
-        self.uneven |= body["gap"] or stopped
+        if not (self.resume and body["first"] + len(body["axes"]) - 1 <= self.hold):
+            self.uneven |= body["gap"] or stopped
         seat.packet_at, seat.way = now, way
         there = [s for s in self.seats if s.connected]
         if self.resume:
             if all(s.known > self.hold for s in there):
                 self.hold = self.resume = 0
         elif self.hold or (self.uneven and now >= self.no_hold_before):
-            self.uneven = False
+            joined, self.uneven, self.joined = self.joined, False, False
             if len(there) < 2:
                 self.hold = 0
                 return
             if self.hold == 0 or any(s.known > self.hold for s in there):
                 self.hold = max(self.reach(s) for s in there)
-            if all(s.at == s.known == self.hold and min(s.heard) >= self.hold for s in there):
+            elif joined:
+                self.hold = max([self.hold] + [self.reach(s) for s in there if s.way is None])
+            if all(s.at is not None and s.known == self.hold for s in there):
                 self.decide(there)
 
     def reach(self, seat):
-        others = min(s.known for s in self.seats if s is not seat)
+        others = min(max(s.relayed, seat.heard[p]) for p, s in enumerate(self.seats) if s is not seat)
         delay = seat.known - seat.at if seat.at is not None and seat.known > seat.at else 1
         guesses = self.sim.scenario["server"]["max_rollback_ticks"] if self.sim.sync == "rollback" else 0
         return max(seat.known, others + guesses + delay)
 
     def decide(self, there):
         hz, updates = self.sim.step_hz, self.sim.update_hz
-        told = tick_time(updates, self.updates + 1) + max(s.way for s in there)
+        told = tick_time(updates, self.updates + 1) + max(s.way + tick_time(hz, self.hold - s.at) for s in there)
         tick = 0
         while tick_time(hz, tick) <= told:
             tick += 1
@@ -565,6 +600,7 @@ class Referee(Server):
         first = seat.heard[other] + 1
         axes = [of.axes[tick] for tick in range(first, of.known + 1)]
         count, held = runs(axes)
+        of.relayed = of.known
         return {"player": other, "first": first, "axes": axes[:held], "runs": count, "at": of.at, "ahead": of.told[index]}
 
 

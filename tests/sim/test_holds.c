@@ -110,10 +110,35 @@ static void a_hold_changes_nothing(void **state)
     assert_true(games_held > 30);
 }
 
+/* Where relays are rare one of them is soon lost: that is no outage. Two in a row are. */
+static void a_single_lost_relay_holds_nobody(void **state)
+{
+    (void)state;
+    for (int k = 0; k < 24; k++) {
+        int hz = (const int[]){5, 10, 12}[k % 3], lost = k % 2 + 1;
+        char text[1024];
+        snprintf(text, sizeof text,
+                 "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":60,\"seed\":%d,\"warmup_s\":0,"
+                 "\"server\":{\"sync\":\"%s\",\"update_hz\":%d},\"players\":[{\"lag_ms\":%d},{\"lag_ms\":35,"
+                 "\"link\":{\"down\":{\"blackout_at_ms\":%.3f,\"blackout_length_ms\":%.3f}}}]}",
+                 k, k % 4 < 2 ? "rollback" : "deterministic", hz, 20 + 9 * k, (12 + k - 0.5) * 1e3 / hz,
+                 (lost - 0.1) * 1e3 / hz);
+        scene s = scene_make(text, NULL);
+        bool held = false;
+        for (int64_t t = 1; t <= 1200; t++) {
+            scene_run(&s, (double)t / 100, NULL);
+            held |= ll_netgame_server(s.game)->hold != 0;
+        }
+        assert_int_equal(held, lost == 2);
+        scene_close(&s);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(a_hold_changes_nothing),
+        cmocka_unit_test(a_single_lost_relay_holds_nobody),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

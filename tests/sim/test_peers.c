@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "base/hash.h"
+#include "base/rng.h"
 #include "support/scene.h"
 
 #define TICKS_MAX 40000
@@ -183,6 +184,41 @@ static void extremes_of_the_ranges_agree(void **state)
                 assert_int_equal(seat->refused[rule], 0);
         }
         diary_free(&d);
+        scene_close(&s);
+    }
+}
+
+/* Packets as long as they get, as many under way as may be: links hold them all. */
+static void links_hold_the_longest_packets(void **state)
+{
+    (void)state;
+    enum { MANY = 8 };
+    for (int k = 0; k < 2; k++) {
+        char text[4096], *at = text, *end = text + sizeof text;
+        at += snprintf(at, (size_t)(end - at),
+                       "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":60,\"tick_hz\":%d,\"server\":{"
+                       "\"sync\":\"%s\","
+                       "\"update_hz\":%d,\"max_rollback_ticks\":16},\"players\":[",
+                       k ? 60 : 128, k ? "deterministic" : "rollback", k ? 60 : 128);
+        for (int p = 0; p < MANY; p++)
+            at +=
+                snprintf(at, (size_t)(end - at),
+                         "%s{\"control\":\"person\",\"lag_ms\":1000,\"link\":{\"up\":{\"delay_ms\":240},\"down\":{\"delay_ms\":240}},\"input_delay_ticks\":16}", p ? "," : "");
+        snprintf(at, (size_t)(end - at), "]}");
+        scene s = scene_make(text, NULL);
+        for (int64_t t = 1; t < 20 * 128; t++) {
+            scene_run(&s, (double)t / 128, NULL);
+            for (int p = 0; p < MANY; p++) {
+                ll_action a = {.axis = {(float)ll_rng_unit(7, (uint64_t)p, (uint64_t)t)}};
+                s.scenario.kind->input(s.game, p, &a);
+            }
+        }
+        for (int p = 0; p < MANY; p++) {
+            const ll_link_stats *up = ll_link_get_stats(ll_netgame_up(s.game, p));
+            const ll_link_stats *down = ll_link_get_stats(ll_netgame_down(s.game, p));
+            assert_int_equal(up->overflowed, 0);
+            assert_int_equal(down->overflowed, 0);
+        }
         scene_close(&s);
     }
 }
@@ -624,6 +660,7 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(links_hold_the_longest_packets),
         cmocka_unit_test(two_honest_clients_agree_at_every_tick),
         cmocka_unit_test(eight_honest_clients_agree_at_every_tick),
         cmocka_unit_test(extremes_of_the_ranges_agree),
