@@ -14,7 +14,10 @@
 #define FAR 15         /* errors are told apart up to so many factors of e from the limit */
 #define FAILED 2       /* factors of e by which a failed run is worse than the worst that was seen */
 #define WORTH 2e-3     /* a saving, as a part of the cost, before which what is found is verified */
-#define CLOSE 5e-3     /* a saving between two that were verified, expected as they differ by seed */
+#define CLOSE 0.01     /* a saving that is worth to be looked at, where costs differ by seed */
+#define SURE 2.5       /* deviations by which the mean of such differences may be off */
+#define FEW_SEEDS 30   /* of fewer the mean is not near to normal */
+#define FREEDOM 3      /* degrees of freedom that the variance of all settings counts for in that of one */
 #define MARGIN 0.8     /* deviations of a run by which a bound over some fresh seeds is above the mean */
 #define FIRST_PART 0.3 /* of the runs that may be spent go to an even spread */
 
@@ -131,13 +134,6 @@ static double density(double z)
     return 0.3989422804014327 * ll_exp(-z * z / 2);
 }
 
-/* Of a saving that is `saved`, give or take a deviation: what is no saving is not taken. */
-static double expected(double saved, double deviation)
-{
-    double z = deviation > 0 ? saved / deviation : 0;
-    return deviation > 0 ? saved * ll_normal_cdf(z) + deviation * density(z) : fmax(saved, 0);
-}
-
 /* Expected saving in log cost against the best, times the chance to hold; before one holds, that chance, and
  * of equal chances the cheaper. */
 static double promise(const ll_advise_search *s, int point)
@@ -147,8 +143,9 @@ static double promise(const ll_advise_search *s, int point)
     double chance = ll_normal_cdf((ll_log(s->order->max_error) - mean[ERROR]) / deviation[ERROR]);
     if (s->best < 0)
         return chance * ll_exp(-0.02 * (mean[COST] - ll_log(TINY)));
-    double saved = ll_log(fmax(s->trials[s->best].own[COST].mean, TINY)) - mean[COST];
-    return chance * expected(saved, deviation[COST]);
+    double saved = ll_log(fmax(s->trials[s->best].own[COST].mean, TINY)) - mean[COST],
+           z = saved / deviation[COST];
+    return chance * (saved * ll_normal_cdf(z) + deviation[COST] * density(z));
 }
 
 /* Of those not tried; -1: all were. Where nothing promises anything, the one that seems cheapest. */
@@ -224,30 +221,53 @@ static double dearest(const ll_advise_search *s)
     return most;
 }
 
-/* What another saves against the one that is advised, as a part of the cost: expected, where seeds differ. */
-static double saving(const ll_trial *t, const ll_trial *against)
+/* The variance of differences of costs by seed, over all settings that may be advised. */
+static double variance_of_costs(const ll_advise_search *s, const ll_trial *against)
+{
+    double squares = 0, n = 0;
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (t->state != HOLDS && t->state != UNCLEAR && t->state != VERIFIED)
+            continue;
+        ll_sums apart = ll_advise_apart(t, against);
+        squares += apart.squares;
+        n += apart.n > 1 ? (double)(apart.n - 1) : 0;
+    }
+    return n > 0 ? squares / n : 0;
+}
+
+/* What a setting may well save against the one that is advised, as a part of the cost; 0: it is not worth to
+ * be looked at. Where costs differ by seed that is a bound of the mean of their differences, whose variance
+ * is moderated by that of all settings, and of few seeds no less: they may be alike by chance. */
+static double saving(const ll_trial *t, const ll_trial *against, double variance)
 {
     ll_sums apart = ll_advise_apart(t, against);
-    double deviation = apart.n > 1 ? sqrt(apart.squares / (double)(apart.n - 1) / (double)apart.n) : 0;
-    double saved = expected(-apart.mean, deviation) / fmax(against->own[COST].mean, TINY);
-    return saved > 0 && !ll_advise_is_dearer(t, against) ? saved : ll_advise_beats(t, against) ? TINY : 0;
+    double n = (double)apart.n, cost = fmax(against->own[COST].mean, TINY);
+    double own = (apart.squares + FREEDOM * variance) / (n - 1 + FREEDOM);
+    double deviation = sqrt((apart.n < FEW_SEEDS ? fmax(own, variance) : own) / n);
+    double saved = (SURE * deviation - apart.mean) / cost;
+    if (deviation > 0)
+        return saved > CLOSE ? saved : 0;
+    return saved > 0 ? saved : ll_advise_beats(t, against) ? TINY : 0;
 }
 
 /* The one whose fresh seeds are worth most: the saving against what is verified (before that against the
  * dearest, and twice as much), times the chance that it holds, for each run that it may take to show that.
  * -1: nothing more can be shown. */
-static int worthiest(const ll_advise_search *s)
+static int worthiest(const ll_advise_search *s, int shown)
 {
-    int found = -1, shown = ll_advise_cheapest(s, ll_advise_is_verified);
+    int found = -1;
     double most = 0, none = ll_log(2 * dearest(s));
+    double variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
     for (int p = 0; p < s->points; p++) {
         const ll_trial *t = &s->trials[p];
         if (t->state != HOLDS && t->state != UNCLEAR)
             continue;
         double saved =
-            shown < 0 ? none - ll_log(fmax(t->own[COST].mean, TINY)) : saving(t, &s->trials[shown]);
+            shown < 0 ? none - ll_log(fmax(t->own[COST].mean, TINY)) : saving(t, &s->trials[shown], variance);
         double value = saved * ll_advise_chance(s, t) / ll_advise_price(s, t);
-        if (value > most) {
+        bool same = found >= 0 && fabs(value - most) <= TINY * most;
+        if (same ? ll_advise_beats(t, &s->trials[found]) : value > most) {
             most = value;
             found = p;
         }
@@ -255,15 +275,15 @@ static int worthiest(const ll_advise_search *s)
     return found;
 }
 
-/* Of the verified the one that may yet save most against the cheapest of them, where costs differ by seed;
- * -1: none is worth it. */
-static int rival(const ll_advise_search *s)
+/* Of the verified the one that may yet save most against the cheapest of them, where costs differ by seed; or
+ * that one, if it has fewer seeds. -1: none is worth it. */
+static int rival(const ll_advise_search *s, int shown)
 {
-    int found = -1, shown = ll_advise_cheapest(s, ll_advise_is_verified);
-    double most = CLOSE;
+    int found = -1;
+    double most = 0, variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
     for (int p = 0; shown >= 0 && p < s->points; p++) {
         const ll_trial *t = &s->trials[p];
-        double saved = t->state == VERIFIED && p != shown ? saving(t, &s->trials[shown]) : 0;
+        double saved = t->state == VERIFIED && p != shown ? saving(t, &s->trials[shown], variance) : 0;
         if (saved > most && t->fresh[ERROR].n < LL_ADVISE_FRESH_MOST) {
             most = saved;
             found = p;
@@ -273,9 +293,9 @@ static int rival(const ll_advise_search *s)
 }
 
 /* The worthiest, as long as enough runs are left for the surest, so that in the end something is advised. */
-static int to_verify(const ll_advise_search *s, int sure)
+static int to_verify(const ll_advise_search *s, int sure, int shown)
 {
-    int worth = worthiest(s);
+    int worth = worthiest(s, shown);
     if (worth < 0 || sure < 0 || sure == worth)
         return worth < 0 ? sure : worth;
     double left = (double)(s->most - s->runs) - ll_advise_next(s, &s->trials[worth]);
@@ -314,7 +334,12 @@ static bool act(ll_advise_search *s, ll_status *status)
     bool promising = untried >= 0 && (s->best < 0 || most >= WORTH);
     s->kept = keep(s, sure);
     bool last = s->kept > 0 && s->most - s->runs <= s->kept;
-    int next = to_verify(s, sure), close = next < 0 ? rival(s) : -1;
+    int shown = ll_advise_cheapest(s, ll_advise_is_verified);
+    int next = to_verify(s, sure, shown), close = next < 0 ? rival(s, shown) : -1;
+    if (next < 0 && close < 0) { /* nothing is left to be verified: runs are kept for nothing */
+        s->kept = 0;
+        last = false;
+    }
     if (promising && !last)
         *status = try_point(s, untried);
     else if (open >= 0 && s->trials[open].state == OPEN && !last)
