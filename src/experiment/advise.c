@@ -14,6 +14,10 @@
 #define FAR 15         /* errors are told apart up to so many factors of e from the limit */
 #define FAILED 2       /* factors of e by which a failed run is worse than the worst that was seen */
 #define WORTH 2e-3     /* a saving, as a part of the cost, before which what is found is verified */
+#define CLOSE 0.01     /* a saving that is worth to be looked at, where costs differ by seed */
+#define SURE 2.5       /* deviations by which the mean of such differences may be off */
+#define FEW_SEEDS 30   /* of fewer the mean is not near to normal */
+#define FREEDOM 3      /* degrees of freedom that the variance of all settings counts for in that of one */
 #define MARGIN 0.8     /* deviations of a run by which a bound over some fresh seeds is above the mean */
 #define FIRST_PART 0.3 /* of the runs that may be spent go to an even spread */
 
@@ -32,7 +36,7 @@ static void judge(const ll_advise_search *s, ll_trial *t)
     bool single = all && t->runs == 1 && s->experiment->base.kind->no_rare_events;
     if (t->failed > 0)
         ll_advise_rule_out(t, t->lacking == t->failed ? "a run has no such error or cost" : "a run failed");
-    else if (error > limit && (single || error - half(&t->own[ERROR]) > limit))
+    else if (error > limit && (single || error - ll_advise_half(s, t) > limit))
         ll_advise_rule_out(t, "the error is above the limit");
     else if (all)
         t->state = ll_advise_is_clear(s, t) ? HOLDS : UNCLEAR;
@@ -40,17 +44,19 @@ static void judge(const ll_advise_search *s, ll_trial *t)
         t->state = is_hopeless(s, t) ? HOPELESS : OPEN;
 }
 
+static bool holds(const ll_trial *t)
+{
+    return t->state == HOLDS || t->state == VERIFIED;
+}
+
 static void find_best(ll_advise_search *s)
 {
-    s->best = -1;
     for (int p = 0; p < s->points; p++) {
         ll_trial *t = &s->trials[p];
         if (t->state == HOLDS || t->state == UNCLEAR)
             t->state = ll_advise_is_clear(s, t) ? HOLDS : UNCLEAR;
-        if ((t->state == HOLDS || t->state == VERIFIED) &&
-            (s->best < 0 || ll_advise_beats(t, &s->trials[s->best])))
-            s->best = p;
     }
+    s->best = ll_advise_cheapest(s, holds);
 }
 
 /* Where a run fails, errors are no less than the worst that was seen. */
@@ -86,7 +92,7 @@ static bool may_beat(const ll_advise_search *s, const ll_trial *t)
         return true;
     const ll_trial *best = &s->trials[s->best];
     bool sure = t->runs == s->experiment->head.repeats || t->own[COST].mean > 2 * best->own[COST].mean ||
-                (t->runs > 1 && t->own[COST].mean - half(&t->own[COST]) > best->own[COST].mean);
+                ll_advise_is_dearer(t, best);
     return !sure || ll_advise_beats(t, best);
 }
 
@@ -178,7 +184,7 @@ static int cheapest_open(const ll_advise_search *s)
     int found = -1;
     for (int p = 0; p < s->points; p++) {
         const ll_trial *t = &s->trials[p], *other = found < 0 ? NULL : &s->trials[found];
-        bool open = t->state == OPEN || t->state == UNCLEAR || t->state == HOPELESS;
+        bool open = t->state == OPEN || t->state == HOPELESS;
         if (open && may_beat(s, t) &&
             (!other || t->state < other->state || (t->state == other->state && ll_advise_beats(t, other))))
             found = p;
@@ -207,15 +213,93 @@ static int surest(const ll_advise_search *s)
     return found;
 }
 
-/* What is to be verified: the best, as long as enough runs are left for the surest, so that in the end
- * something is advised. */
-static int to_verify(const ll_advise_search *s, int sure)
+static double dearest(const ll_advise_search *s)
 {
-    bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
-    if (sure < 0 || sure == s->best || !found)
-        return sure < 0 || found ? s->best : sure;
-    double left = (double)(s->most - s->runs) - ll_advise_next(s, &s->trials[s->best]);
-    return left < ll_advise_needed(s, &s->trials[sure]) ? sure : s->best;
+    double most = TINY;
+    for (int p = 0; p < s->points; p++)
+        most = fmax(most, s->trials[p].own[COST].mean);
+    return most;
+}
+
+/* The variance of differences of costs by seed, over all settings that may be advised. */
+static double variance_of_costs(const ll_advise_search *s, const ll_trial *against)
+{
+    double squares = 0, n = 0;
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (t->state != HOLDS && t->state != UNCLEAR && t->state != VERIFIED)
+            continue;
+        ll_sums apart = ll_advise_apart(t, against);
+        squares += apart.squares;
+        n += apart.n > 1 ? (double)(apart.n - 1) : 0;
+    }
+    return n > 0 ? squares / n : 0;
+}
+
+/* What a setting may well save against the one that is advised, as a part of the cost; 0: it is not worth to
+ * be looked at. Where costs differ by seed that is a bound of the mean of their differences, whose variance
+ * is moderated by that of all settings, and of few seeds no less: they may be alike by chance. */
+static double saving(const ll_trial *t, const ll_trial *against, double variance)
+{
+    ll_sums apart = ll_advise_apart(t, against);
+    double n = (double)apart.n, cost = fmax(against->own[COST].mean, TINY);
+    double own = (apart.squares + FREEDOM * variance) / (n - 1 + FREEDOM);
+    double deviation = sqrt((apart.n < FEW_SEEDS ? fmax(own, variance) : own) / n);
+    double saved = (SURE * deviation - apart.mean) / cost;
+    if (deviation > 0)
+        return saved > CLOSE ? saved : 0;
+    return saved > 0 ? saved : ll_advise_beats(t, against) ? TINY : 0;
+}
+
+/* The one whose fresh seeds are worth most: the saving against what is verified (before that against the
+ * dearest, and twice as much), times the chance that it holds, for each run that it may take to show that.
+ * -1: nothing more can be shown. */
+static int worthiest(const ll_advise_search *s, int shown)
+{
+    int found = -1;
+    double most = 0, none = ll_log(2 * dearest(s));
+    double variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (t->state != HOLDS && t->state != UNCLEAR)
+            continue;
+        double saved =
+            shown < 0 ? none - ll_log(fmax(t->own[COST].mean, TINY)) : saving(t, &s->trials[shown], variance);
+        double value = saved * ll_advise_chance(s, t) / ll_advise_price(s, t);
+        bool same = found >= 0 && fabs(value - most) <= TINY * most;
+        if (same ? ll_advise_beats(t, &s->trials[found]) : value > most) {
+            most = value;
+            found = p;
+        }
+    }
+    return found;
+}
+
+/* Of the verified the one that may yet save most against the cheapest of them, where costs differ by seed; or
+ * that one, if it has fewer seeds. -1: none is worth it. */
+static int rival(const ll_advise_search *s, int shown)
+{
+    int found = -1;
+    double most = 0, variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
+    for (int p = 0; shown >= 0 && p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        double saved = t->state == VERIFIED && p != shown ? saving(t, &s->trials[shown], variance) : 0;
+        if (saved > most && t->fresh[ERROR].n < LL_ADVISE_FRESH_MOST) {
+            most = saved;
+            found = p;
+        }
+    }
+    return found >= 0 && s->trials[shown].fresh[ERROR].n < s->trials[found].fresh[ERROR].n ? shown : found;
+}
+
+/* The worthiest, as long as enough runs are left for the surest, so that in the end something is advised. */
+static int to_verify(const ll_advise_search *s, int sure, int shown)
+{
+    int worth = worthiest(s, shown);
+    if (worth < 0 || sure < 0 || sure == worth)
+        return worth < 0 ? sure : worth;
+    double left = (double)(s->most - s->runs) - ll_advise_next(s, &s->trials[worth]);
+    return left < ll_advise_needed(s, &s->trials[sure]) ? sure : worth;
 }
 
 /* Runs that are kept for verifying what was found. */
@@ -246,25 +330,28 @@ static int cheapest_unsure(const ll_advise_search *s)
 static bool act(ll_advise_search *s, ll_status *status)
 {
     double most;
-    int untried = most_promising(s, &most), open = cheapest_open(s), sure = surest(s),
-        unsure = cheapest_unsure(s);
-    bool found = s->best >= 0 && s->trials[s->best].state == HOLDS;
+    int untried = most_promising(s, &most), open = cheapest_open(s), sure = surest(s);
     bool promising = untried >= 0 && (s->best < 0 || most >= WORTH);
-    bool more = promising || (open >= 0 && s->trials[open].state == OPEN);
     s->kept = keep(s, sure);
     bool last = s->kept > 0 && s->most - s->runs <= s->kept;
-    if ((found && !more) || last)
-        *status = verify(s, to_verify(s, sure));
-    else if (promising)
+    int shown = ll_advise_cheapest(s, ll_advise_is_verified);
+    int next = to_verify(s, sure, shown), close = next < 0 ? rival(s, shown) : -1;
+    if (next < 0 && close < 0) { /* nothing is left to be verified: runs are kept for nothing */
+        s->kept = 0;
+        last = false;
+    }
+    if (promising && !last)
         *status = try_point(s, untried);
-    else if (open >= 0 && s->trials[open].state == UNCLEAR)
-        *status = verify(s, open);
-    else if (open >= 0 && (s->trials[open].state == OPEN || untried < 0))
+    else if (open >= 0 && s->trials[open].state == OPEN && !last)
+        *status = try_point(s, open);
+    else if (next >= 0)
+        *status = verify(s, next);
+    else if (close >= 0)
+        *status = verify(s, close);
+    else if (open >= 0)
         *status = try_point(s, open);
     else if (untried >= 0)
         *status = try_point(s, untried);
-    else if (unsure >= 0 && s->trials[unsure].fresh[ERROR].n < LL_ADVISE_FRESH_MOST)
-        *status = verify(s, unsure);
     else
         return false;
     return !ll_failed(status);
@@ -311,8 +398,9 @@ int64_t ll_advise_runs(const ll_advice_order *order)
     const ll_experiment *e = order->experiment;
     if (order->most_runs > 0)
         return order->most_runs;
-    int64_t part = e->runs / (e->head.repeats > 1 && !e->base.kind->no_rare_events ? 5 : 10) * 2;
-    return part > LEAST_RUNS ? part : LEAST_RUNS;
+    bool matter = e->head.repeats > 1 && !e->base.kind->no_rare_events;
+    int64_t part = e->runs / (matter ? 5 : 10) * 2;
+    return (part > LEAST_RUNS ? part : LEAST_RUNS) + (matter ? 2 * LL_ADVISE_FRESH_MOST : 0);
 }
 
 ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
@@ -334,6 +422,6 @@ ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
     if (!ll_failed(&status))
         *answer = ll_advise_answer(&s, proven);
     ll_surrogate_free(s.surrogate);
-    free(s.trials);
+    ll_advise_free_trials(&s);
     return status;
 }

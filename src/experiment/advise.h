@@ -9,9 +9,12 @@
  * the 95 % interval of their mean error is within the limit. Where fresh seeds give the same as the others
  * nothing is random, and one is enough; where errors are counts that may be rare, equal ones are not taken
  * for certain. Of settings that cost the same, over the seeds that both have run, it takes the one of less
- * error. It stops when the runs are spent, or when nothing is left that could be cheaper: then the optimum is
- * proven, unless one of them may hold after all. Part of the runs is kept for verifying. Errors and costs are
- * compared by magnitude, and a setting with a run that failed is never advised. */
+ * error. Fresh seeds go where the saving times the chance to hold is most per seed that it may take: indices
+ * of best-arm identification under a constraint, with common random numbers for the differences of costs and
+ * variances moderated by those of all settings. It stops when the runs are spent, or when nothing is left
+ * that could be cheaper: then the optimum is proven, unless one of them may hold after all. Part of the runs
+ * is kept for verifying. Errors and costs are compared by magnitude, and a setting with a run that failed is
+ * never advised. */
 #pragma once
 
 #include "experiment/experiment.h"
@@ -19,7 +22,8 @@
 typedef struct ll_advice_order {
     const ll_experiment *experiment; /* error and cost are its two metrics of the trade; not sampled */
     double max_error;
-    int64_t most_runs; /* 0: a fifth of all, where seeds matter as many again on fresh ones; at least 40 */
+    int64_t
+        most_runs; /* 0: a fifth of all, at least 40; where seeds matter as many again and 1024 fresh ones */
     const ll_interrupt *interrupt; /* NULL: it is never broken off; else LL_INTERRUPTED */
     _Atomic int64_t *runs;         /* NULL, or where it counts the runs as they are done */
 } ll_advice_order;

@@ -42,6 +42,8 @@ static const char *reason(const ll_advise_search *s, const ll_trial *t)
         return t->why;
     if (s->best >= 0 && !ll_advise_beats(t, &s->trials[s->best]))
         return "it costs more";
+    if (t->state == UNCLEAR && t->fresh[ERROR].n > 0)
+        return ll_advise_unsure;
     return t->state == HOLDS || t->state == UNCLEAR ? "it was not verified" : "not all seeds were run";
 }
 
@@ -69,21 +71,11 @@ static int least_error(const ll_advise_search *s)
     return found;
 }
 
-/* The cheapest that was verified: another that holds may be cheaper, but for luck. */
-static int advised(const ll_advise_search *s)
-{
-    int found = -1;
-    for (int p = 0; p < s->points; p++)
-        if (s->trials[p].state == VERIFIED &&
-            (found < 0 || ll_advise_beats(&s->trials[p], &s->trials[found])))
-            found = p;
-    return found;
-}
-
 cJSON *ll_advise_answer(const ll_advise_search *s, bool proven)
 {
     const ll_experiment *e = s->experiment;
-    int best = advised(s), nearest = best < 0 ? least_error(s) : -1;
+    /* another that holds may be cheaper, but for luck */
+    int best = ll_advise_cheapest(s, ll_advise_is_verified), nearest = best < 0 ? least_error(s) : -1;
     cJSON *json = cJSON_CreateObject();
     cJSON_AddBoolToObject(json, "holds", best >= 0);
     cJSON_AddStringToObject(json, "optimum", proven ? "proven" : "best found");

@@ -11,24 +11,28 @@ struct cJSON;
 
 enum { COST, ERROR };
 
-enum { LL_ADVISE_FRESH_MOST = 256 }; /* seeds that no search has seen, for one setting */
+enum { LL_ADVISE_FRESH_MOST = 512 }; /* seeds that no search has seen, for one setting */
 
 typedef enum ll_trial_state {
     UNTRIED,
     OPEN,      /* more seeds may tell */
-    UNCLEAR,   /* it holds over all its repeats, so near the limit that this may be luck */
+    UNCLEAR,   /* over all its repeats so near the limit that it may hold, or may not */
     HOPELESS,  /* open, but its one seed was far above the limit */
     HOLDS,     /* over all its repeats */
     VERIFIED,  /* on fresh seeds: so does the upper bound of its mean */
     RULED_OUT, /* `why` */
 } ll_trial_state;
 
-enum { LL_ADVISE_LEVELS = 18 }; /* powers of 2 up to the most repeats */
+/* Cost and error of each run by magnitude, in the order of seeds. */
+typedef struct ll_values {
+    double (*of)[2];
+    int64_t n, room;
+} ll_values;
 
 typedef struct ll_trial {
     int64_t runs, failed, lacking; /* `lacking` of those that failed ended well, without error or cost */
     ll_sums own[2], fresh[2];      /* cost and error by magnitude, over the repeats and over fresh seeds */
-    double first[LL_ADVISE_LEVELS][2]; /* their means over the first 1, 2, 4, ... repeats */
+    ll_values own_values, fresh_values;
     ll_trial_state state;
     const char *why;
 } ll_trial;
@@ -63,6 +67,23 @@ static inline bool has_interval(const ll_sums *sums)
 /* Costs less, or as much with less error. Settings share their seeds: means are taken over the same ones. */
 bool ll_advise_beats(const ll_trial *a, const ll_trial *b);
 
+/* The cheapest of those that are wanted, by their differences to the one with most runs; -1: there is none.
+ */
+int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t));
+static inline bool ll_advise_is_verified(const ll_trial *t)
+{
+    return t->state == VERIFIED;
+}
+
+/* By how much it costs more, seed by seed. */
+ll_sums ll_advise_apart(const ll_trial *a, const ll_trial *b);
+
+/* Whether it costs more, by the 95 % interval of the differences seed by seed. */
+bool ll_advise_is_dearer(const ll_trial *a, const ll_trial *b);
+
+/* Whether two settings gave the same at every seed that both have run, by which nothing tells them apart. */
+bool ll_advise_is_twin(const ll_trial *a, const ll_trial *b);
+
 /* By how much, as a logarithm, the mean over a setting's seeds so far is below that over all repeats, as
  * others show that have run them all. */
 double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output);
@@ -71,7 +92,12 @@ double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
 ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh);
 
 void ll_advise_rule_out(ll_trial *t, const char *why);
-bool ll_advise_is_unsure(const ll_trial *t); /* it may hold after all */
+bool ll_advise_is_unsure(const ll_trial *t); /* it may hold after all, and more fresh seeds there are not */
+extern const char ll_advise_unsure[];        /* the reason of those */
+
+/* Half of the 95 % interval of the mean over the repeats. The variance of few runs is moderated by how errors
+ * scatter elsewhere; counts are no surer than Poisson's. */
+double ll_advise_half(const ll_advise_search *s, const ll_trial *t);
 
 /* Of all seeds of a setting. */
 ll_sums ll_advise_pooled(const ll_trial *t);
@@ -87,10 +113,17 @@ double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t);
 /* Fresh seeds after which the upper bound is below the limit, by how errors scatter; and how many come next.
  */
 double ll_advise_needed(const ll_advise_search *s, const ll_trial *t);
+
+/* The chance that the true mean is within the limit, by all seeds of the setting; and how many fresh ones
+ * more may show it if it is as small as it may well be. */
+double ll_advise_chance(const ll_advise_search *s, const ll_trial *t);
+double ll_advise_price(const ll_advise_search *s, const ll_trial *t);
 double ll_advise_next(const ll_advise_search *s, const ll_trial *t);
 
 /* Whether a setting holds so surely over its repeats that it is worth to verify it. */
 bool ll_advise_is_clear(const ll_advise_search *s, const ll_trial *t);
+
+void ll_advise_free_trials(ll_advise_search *s);
 
 /* The next fresh seeds of a setting, and what they show. */
 ll_status ll_advise_verify(ll_advise_search *s, int point);

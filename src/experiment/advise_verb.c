@@ -248,7 +248,7 @@ int ll_verb_advise(int argc, char **argv)
         {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
         {"--repeats", "N", "Runs of each setting, with seeds that count up.", .value = &a.repeats},
         {"--runs", "N",
-         "Runs at most; otherwise a fifth of all, in netgames with repeats two, but at least 40.",
+         "Runs at most; otherwise a fifth of all, but at least 40; in netgames with repeats two, and 1024.",
          .value = &a.most_runs},
         {"--workload", "LOG", "Inputs that every run replays, for the players whose control is person.",
          .value = &a.workload},

@@ -15,16 +15,26 @@ enum {
     FEW_OTHERS = 15, /* of fewer values beside the one that most are, the bootstrap knows too little */
 };
 
-/* Of values as skewed as that, or of fewer than 9, the bootstrap falls short of its level: by how much the
- * error is made smaller was found over normal, uniform, gamma, exponential and lognormal samples, so that
- * their coverage is within 2 % of the level from 5 values on (of lognormal ones of sigma 1: from 20). */
+/* Of values as skewed as that, or of few, the bootstrap falls short of its level: by how much the error is
+ * made smaller was found over normal, uniform, gamma, exponential and lognormal samples, so that from
+ * LL_INTERVAL_LEVEL values on their coverage is within 2 % of the level, and below not less than that. */
 #define SKEWED 0.8
-#define SKEW_SHRINK 1.0
+#define SKEW_SHRINK_FEW 1.0
+#define SKEW_SHRINK 0.7
+#define SKEW_FEW 40 /* values */
+
+/* Kurtosis beyond the square of the skewness: 1 of two values, 1.8 of a uniform distribution, 3 of a normal
+ * one (Pearson, Philos. Trans. R. Soc. A 216, 1916). Below this values have no tails, unless they are skewed.
+ */
+#define FLAT 1.7
+#define FLAT_SKEWED 1.2
 #define RARE_SHRINK 0.6 /* of amounts, whose sizes say less than those of counts */
 
 const char *const ll_interval_method_names[] = {
     "none",    "t",           "bootstrap-t",     "skewness-t", "clopper-pearson",
     "poisson", "rare-events", "order-statistics"};
+
+static const char too_few[] = "fewer than 10 runs have it";
 
 static ll_interval none(const char *why)
 {
@@ -36,8 +46,8 @@ static ll_interval none(const char *why)
 typedef struct sample {
     const double *x;
     int64_t n;
-    double mean, deviation; /* of the sample, with n - 1 */
-    double skewness;        /* third central moment over sd^3 */
+    double mean, deviation;    /* of the sample, with n - 1 */
+    double skewness, kurtosis; /* third and fourth central moments over sd^3 and sd^4 */
     double least, most;
     int64_t at_least, at_most; /* how many are equal to them */
 } sample;
@@ -61,6 +71,7 @@ static sample look_at(const double *x, int64_t n)
     for (int64_t i = 0; i < n && s.deviation > 0; i++) {
         double z = (x[i] - s.mean) / s.deviation;
         s.skewness += z * z * z / (double)n;
+        s.kurtosis += z * z * z * z / (double)n;
     }
     return s;
 }
@@ -154,13 +165,13 @@ static double select_kth(double *a, int n, int k)
 
 static double few_shrink(int64_t n)
 {
-    return n <= 6 ? 0.6 : n <= 8 ? 0.8 : 1;
+    return n < 13 ? 0.5 : n < 20 ? 0.6 : n < 25 ? 0.8 : n < SKEW_FEW ? 0.9 : 1;
 }
 
 static ll_interval bootstrap_t(const sample *s, double error, ll_resampler *r)
 {
     double z[LL_BOOTSTRAP_MOST], skewed = fmax(0, fabs(s->skewness) - SKEWED);
-    error *= few_shrink(s->n) / (1 + SKEW_SHRINK * skewed);
+    error *= few_shrink(s->n) / (1 + (s->n < SKEW_FEW ? SKEW_SHRINK_FEW : SKEW_SHRINK) * skewed);
     if (!draw(r, s->n))
         return none("there was no memory");
     for (int64_t i = 0; i < s->n; i++)
@@ -174,6 +185,20 @@ static ll_interval bootstrap_t(const sample *s, double error, ll_resampler *r)
         return none("too few values differ");
     return (ll_interval){s->mean - high * s->deviation, s->mean - low * s->deviation, LL_INTERVAL_BOOTSTRAP_T,
                          NULL};
+}
+
+static bool is_flat(const sample *s)
+{
+    return fabs(s->skewness) < FLAT_SKEWED && s->kurtosis - s->skewness * s->skewness < FLAT;
+}
+
+static ll_interval of_smooth(const sample *s, double error, ll_resampler *r)
+{
+    if (s->n < LL_INTERVAL_LEAST)
+        return none(too_few);
+    if (s->n > LL_BOOTSTRAP_MOST)
+        return skewness_t(s, error);
+    return s->n >= LL_INTERVAL_LEVEL && is_flat(s) ? student(s, error) : bootstrap_t(s, error, r);
 }
 
 /* ---- shares and counts ---- */
@@ -242,7 +267,7 @@ static ll_interval of_counts(const sample *s, const ll_interval_order *o, ll_res
         return rare(s, 0, unit, o->error);
     if (total < FEW_EVENTS)
         return poisson(s, unit, o->error);
-    return s->n <= LL_BOOTSTRAP_MOST ? bootstrap_t(s, o->error, r) : skewness_t(s, o->error);
+    return of_smooth(s, o->error, r);
 }
 
 /* More than a third of the values are the same: so no smooth distribution's. */
@@ -261,7 +286,7 @@ static ll_interval of_amounts(const sample *s, const ll_interval_order *o, ll_re
             *(above ? &i.high : &i.low) = above ? INFINITY : -INFINITY;
         return i;
     }
-    return s->n <= LL_BOOTSTRAP_MOST ? bootstrap_t(s, o->error, r) : skewness_t(s, o->error);
+    return of_smooth(s, o->error, r);
 }
 
 /* Of sorted values the k-th least and the k-th most, with the largest k for which the chance that the median
@@ -296,7 +321,9 @@ ll_interval ll_interval_of(const ll_interval_order *o, ll_resampler *r)
         return student(&s, o->error);
     if (o->scale == LL_SCALE_EXTREME)
         return none("the mean of a largest value hangs on rare runs");
-    if (s.n < LL_INTERVAL_LEAST)
+    if (o->scale == LL_SCALE_AMOUNT && s.n < LL_INTERVAL_LEAST)
+        return none(too_few);
+    if (s.n < LL_EVENTS_LEAST)
         return none("fewer than 5 runs have it");
     return o->scale == LL_SCALE_COUNT ? of_counts(&s, o, r) : of_amounts(&s, o, r);
 }

@@ -6,9 +6,13 @@
  *
  * bootstrap-t: studentised bootstrap (Efron 1982; Hall, The Bootstrap and Edgeworth Expansion, 1992, 3.2).
  * The quantiles of Student's t are replaced by those of (mean* - mean) / sd* over LL_RESAMPLES resamples; so
- *     it is right for skewed values too. From LL_INTERVAL_LEAST values on; up to LL_BOOTSTRAP_MOST.
+ *     it is right for skewed values too. From LL_INTERVAL_LEAST values on; up to LL_BOOTSTRAP_MOST. Of fewer
+ *     than LL_INTERVAL_LEVEL it is wide enough for values as skewed as lognormal ones of sigma 1: a bound,
+ *     which covers even distributions more often than the level.
  * skewness-t: beyond that, Hall's transformation of t by the sample's skewness (J. R. Stat. Soc. B 54, 1992).
- * t: Student's. Only where it was asked for: of few values nobody can tell whether they are skewed.
+ * t: Student's. From LL_INTERVAL_LEVEL values on for those without tails (two modes, or flat), of which the
+ *     bootstrap's are too wide; else only where it was asked for: of few values nobody can tell whether they
+ *     are skewed.
  * clopper-pearson: of a share, from the binomial distribution (Biometrika 26, 1934). At least the level.
  * poisson: of counts, from the Poisson distribution (Garwood, Biometrika 28, 1936); none in n runs leave
  *     room for 3.69 / n. At least the level where events come by themselves. Of counts that scatter more, the
@@ -18,9 +22,9 @@
  *     widely. Where one alone differs an amount's bound on its side is infinite.
  * order-statistics: of a median, by the binomial distribution; at least the level, whatever the distribution.
  *
- * No method knows of what no value shows: where one run in a hundred makes the mean (skewness beyond 4)
- * amounts are covered by some 90 % at 5 to 20 values. So of extremes no interval of the mean is told, but of
- * the median. */
+ * No method knows of what no value shows: where one run in a hundred makes the mean (skewness near 5 and few
+ * values that show it) amounts are covered by some 90 % up to 50 values. So of extremes no interval of the
+ * mean is told, but of the median. */
 #pragma once
 
 #include <stdbool.h>
@@ -48,7 +52,10 @@ typedef enum ll_metric_scale {
 } ll_metric_scale;
 
 enum {
-    LL_INTERVAL_LEAST = 5,   /* amounts: fewer tell nothing of their distribution */
+    LL_EVENTS_LEAST = 5,    /* counts, and amounts that most values lack */
+    LL_INTERVAL_LEAST = 10, /* amounts: fewer tell nothing of their distribution */
+    LL_INTERVAL_LEVEL =
+        20, /* amounts, from which the level is neither missed nor exceeded; below, it is a bound */
     LL_BOOTSTRAP_MOST = 200, /* values; beyond, skewness alone matters */
     LL_RESAMPLES = 1999,
 };

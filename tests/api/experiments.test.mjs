@@ -52,7 +52,7 @@ test('rows are those of the command line, in each format and by Accept', async (
     'application/json');
   const points = (await c.get(`${E}/${id}/results?points=true&format=json`)).json;
   assert.equal(points.length, 6);
-  assert.match(points[0]['players.0.own_lead_m.mean.ci95_method'], /^none: fewer than 5 runs have it$/); // there are four
+  assert.match(points[0]['players.0.own_lead_m.mean.ci95_method'], /^none: fewer than 10 runs have it$/); // there are four
   const compared = (await c.get(`${E}/${id}/results?points=true&compare=3&format=json`)).json, lead = 'players.0.own_lead_m.mean';
   for (const [i, point] of compared.entries()) assert.ok(Math.abs(point[`${lead}.diff`] - (points[i][lead] - points[3][lead])) < 1e-9);
   for (const [query, words] of [['points=true&compare=6', /compare must be a point from 0 to 5; got 6/],

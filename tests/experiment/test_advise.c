@@ -1,5 +1,6 @@
-/* The adviser beside brute force, for a fifth of the runs, and as many fresh ones where seeds matter: its
- * cost is within 2 % of the least that holds, and on seeds that neither has seen what it advises holds. */
+/* The adviser beside brute force, for a fifth of the runs, and as many fresh ones where seeds matter with a
+ * thousand more to verify: its cost is within 2 % of the least that holds, and on seeds that neither has seen
+ * what it advises holds. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -127,7 +128,7 @@ static const struct {
     {"race, what A sees of B", RACE("players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s"),
      3, 0},
     {"de-jitter buffer", DEJITTER, 0.1, 0},
-    {"rewind", REWIND, 1, 0.2}, /* a rare count near its limit takes more fresh seeds than there are */
+    {"rewind", REWIND, 1, 0},
     {"rollback and lockstep", ROLLBACK, 1, 0},
     {"pyramid of bodies", RIGID, 0.02, 0},
     {"vortices on a grid", FLUID, 0.005, 0},
@@ -202,7 +203,7 @@ static void it_finds_what_brute_force_finds(void **state)
                       cost ? cost->valuedouble : NAN, least, runs, (long long)e->runs);
         double fifth = (double)e->runs / 5, regret = cases[i].regret > 0 ? cases[i].regret : 0.02;
         if (!cost || cost->valuedouble > (1 + regret) * least ||
-            runs > fmax(40, e->head.repeats > 1 ? 2 * fifth : fifth))
+            runs > (e->head.repeats > 1 ? 2 * fifth + 1024 : fmax(40, fifth)))
             fail_msg("%s", cases[i].name);
         assert_true(cJSON_GetObjectItem(advice, "error")->valuedouble <= cases[i].max_error);
         assert_int_equal(cJSON_GetObjectItem(advice, "runs")->valueint, e->head.repeats);

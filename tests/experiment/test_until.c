@@ -105,7 +105,7 @@ static void what_is_told_at_the_end_covers(void **state)
         double mean;
     } cases[] = {{"\"half_width\":0.5,\"least\":10", 160, normal, 3},
                  {"\"half_width\":0.6,\"least\":10", 40, normal, 3},
-                 {"\"half_width\":0.3,\"least\":5", 640, normal, 3},
+                 {"\"half_width\":0.3,\"least\":10", 640, normal, 3},
                  {"\"relative\":0.3,\"least\":10", 160, exponential, 1},
                  {"\"half_width\":0.4,\"least\":10", 160, exponential, 1},
                  {"\"half_width\":0.3,\"least\":10", 640, exponential, 1},
