@@ -120,7 +120,6 @@ typedef struct ll_http_app {
 typedef struct ll_http ll_http;
 struct ll_door_config;
 struct ll_gate;
-struct ll_bridge;
 struct ll_allow;
 struct ll_proxies;
 struct ll_ws;
@@ -128,7 +127,7 @@ struct sockaddr;
 
 ll_status ll_http_start(const struct ll_door_config *config, const ll_http_app *app,
                         const struct ll_allow *allow, const struct ll_proxies *proxies, struct ll_gate *gate,
-                        struct ll_ws *ws, struct ll_bridge *bridge, ll_http **http);
+                        struct ll_ws *ws, ll_http **http);
 
 /* Hands a connection over: the HTTP side owns `fd` from here on, whatever is returned. Any thread. */
 bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsigned address_size);
@@ -138,6 +137,7 @@ void ll_http_watch(ll_http *http, int64_t now_ns);
 
 typedef struct ll_http_counted {
     uint64_t requests, cut;
+    uint64_t upgrades; /* of kept connections */
     uint64_t refused_answers, answer_bytes;
     int control;      /* requests on the lane of control, waiting or in hand */
     double control_s; /* the longest that one of them has been there */

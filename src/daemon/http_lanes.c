@@ -173,6 +173,7 @@ ll_http_counted ll_http_counts(ll_http *http)
 {
     ll_http_counted counted = {.requests = atomic_load(&http->requests),
                                .cut = atomic_load(&http->cut),
+                               .upgrades = atomic_load(&http->upgrades),
                                .refused_answers = atomic_load(&http->refused_answers),
                                .answer_bytes = (uint64_t)atomic_load(&http->answer_bytes)};
     int64_t now = ll_http_now(), oldest = now;

@@ -205,7 +205,7 @@ static void begin_stream(http_exchange *exchange, const char *version)
         status = 404;
     }
     if (!ll_failed(&error)) {
-        exchange->upgrade = ll_bridge_response(http->bridge, &upgrade, &exchange->offer);
+        exchange->upgrade = ll_http_offer_upgrade(http, &upgrade, &exchange->offer);
         if (exchange->upgrade != NULL) {
             return;
         }
