@@ -219,6 +219,7 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     }
     exchange->head = strcmp(method, "HEAD") == 0;
     exchange->request.method = exchange->head ? "GET" : method;
+    exchange->request.head = exchange->head;
     exchange->request.path = exchange->path;
     exchange->request.body = "";
     exchange->request.impl = exchange;

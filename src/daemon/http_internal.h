@@ -116,6 +116,7 @@ void ll_http_stop_control(ll_http *http);
 void ll_http_end_work(ll_http *http); /* drains the tasks, and waits for those of requests */
 
 enum MHD_Result ll_http_send(http_exchange *exchange);
+void ll_http_compress(http_exchange *exchange); /* the answer, if its client and its kind are for it */
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                     ...) __attribute__((format(printf, 5, 6)));
 

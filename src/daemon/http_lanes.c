@@ -67,6 +67,7 @@ static void *control_main(void *argument)
             }
             ll_problem(&exchange->response, &exchange->request, &status);
         }
+        ll_http_compress(exchange);
         MHD_resume_connection(exchange->connection);
     }
     return NULL;
@@ -116,6 +117,7 @@ static void work(void *context, ll_task *task)
     exchange->request.task = task;
     if (ll_task_ending(task) == LL_TASK_GOES_ON) {
         ll_http_run_handler(exchange);
+        ll_http_compress(exchange);
     } else {
         ll_status error = ll_task_told(task, "nothing was begun");
         ll_problem(&exchange->response, &exchange->request, &error);
