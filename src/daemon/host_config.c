@@ -49,6 +49,8 @@ static const ll_param rows[] = {
     {ROW(max_logs_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 8192, .unit = "MiB",
      .help = "Logs of all sessions on the disk; then changes and new sessions are refused with 507. 0 is no "
              "limit."},
+    {ROW(max_client_logs_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 2048, .unit = "MiB",
+     .help = "Of those, of sessions that one address has made since the daemon's start. 0 is no limit."},
     {ROW(max_results_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 8192, .unit = "MiB",
      .help = "Results of all experiments in a store of SQLite's; one that would not fit is refused with 507. "
              "0 is no limit."},

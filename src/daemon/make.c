@@ -144,6 +144,7 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
         return ll_error(LL_NO_MEMORY, "There is no memory for another session.");
     }
     hosted->stored.number = ll_store_new_number(host->store);
+    hosted->share = ll_quota_share(host, order->peer);
     pthread_mutex_lock(&hosted->lock);
     status = make_session(hosted, order, &scenario, made);
     if (!ll_failed(&status))
