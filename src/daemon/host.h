@@ -36,6 +36,7 @@ typedef struct ll_host_config {
     int64_t max_memory_mib;          /* 0: three quarters of the machine's */
     double max_new_sessions_per_min; /* by one address */
     double max_code_lookups_per_min; /* by one address */
+    int64_t max_state_mib;           /* of one session's state */
     double max_commands_per_s;       /* to one session; twice that in a burst */
     int64_t max_experiments, max_client_experiments, max_experiment_runs;
     int64_t max_log_mib, max_logs_mib; /* of one session, of all; 0: no limit */

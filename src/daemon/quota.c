@@ -4,6 +4,7 @@
 
 #include "base/hash.h"
 #include "daemon/rates.h"
+#include "session/scenario.h"
 
 enum { CLOCK_BYTES = 64 << 10 }; /* for moves of the clock, beyond the limit of one session */
 
@@ -25,6 +26,16 @@ static ll_status all_full(ll_host *host, int64_t more)
                     "The logs of all sessions take %.1f of %.1f MiB (max_logs_mib): sessions have to "
                     "be deleted first.",
                     (double)now / mebi, (double)most / mebi);
+}
+
+ll_status ll_quota_state(const ll_host_config *config, const ll_scenario *scenario)
+{
+    double size = (double)scenario->kind->size(scenario->config), most = (double)config->max_state_mib * mebi;
+    return size <= most ? ll_ok()
+                        : ll_error(LL_BAD_INPUT,
+                                   "The state of this scenario would have %.1f MiB; here it may have %.0f "
+                                   "(max_state_mib).",
+                                   size / mebi, most / mebi);
 }
 
 _Atomic int64_t *ll_quota_share(ll_host *host, const char *client)

@@ -12,6 +12,7 @@
 #include "daemon/api.h"
 #include "daemon/experiments.h"
 #include "daemon/problem.h"
+#include "daemon/quota.h"
 #include "daemon/tasks.h"
 #include "experiment/compare.h"
 #include "experiment/report.h"
@@ -48,13 +49,28 @@ static double thread_seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
+/* Whether a run may be made for a request. */
+static ll_status check_size(const ll_api *api, const ll_experiment *e, int64_t run)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_experiment_open(e, run, &scenario);
+    if (!ll_failed(&status))
+        status = ll_quota_state(ll_host_get_config(api->host), &scenario);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
 /* Runs the first run, which tells what one costs. */
-static ll_status answer_dry_run(const ll_experiment *e, ll_task *task, ll_http_response *response)
+static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_task *task,
+                                ll_http_response *response)
 {
     ll_row row;
     ll_interrupt interrupt = ll_task_interrupt(task);
+    ll_status status = check_size(api, e, 0);
+    if (ll_failed(&status))
+        return status;
     double from = thread_seconds();
-    ll_status status = ll_experiment_run(e, 0, &interrupt, &row);
+    status = ll_experiment_run(e, 0, &interrupt, &row);
     double run_s = thread_seconds() - from;
     if (ll_failed(&status))
         return status;
@@ -106,7 +122,7 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
     if (!ll_failed(&status))
-        status = only_dry ? answer_dry_run(e, request->task, response)
+        status = only_dry ? answer_dry_run(api, e, request->task, response)
                           : answer_made(api, e, request->peer, response);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
@@ -308,7 +324,8 @@ void ll_get_experiment_trace(void *context, const ll_http_request *request, ll_h
         answer.final = true; /* a run is a function of the experiment and its number */
         ll_interrupt interrupt = ll_task_interrupt(request->task);
         if (!ll_answer_known(request, response, &answer)) {
-            FILE *file = ll_answer_open(&answer, &status);
+            status = check_size(context, e, run);
+            FILE *file = ll_failed(&status) ? NULL : ll_answer_open(&answer, &status);
             if (file)
                 status = ll_experiment_trace(e, run, &interrupt, put, file);
             ll_answer_send(request, response, &answer, &status, file);

@@ -80,6 +80,23 @@ test('one address has a share of the logs, which deletion gives back; others hav
   });
 });
 
+test('a state so large that a tick of it takes long is refused, and nothing was computed for it', async () => {
+  await withDaemon(['--max-state-mib', '8'], async (s) => {
+    const cavity = (n) => ({ kind: 'fluid', scene: 'cavity', params: { re: 400, n }, duration_s: 1 });
+    const begun = performance.now();
+    for (const n of [320, 512]) {
+      const made = await s.call('POST', S, { body: { scenario: cavity(n), paused: true } });
+      assert.equal(made.status, 400, made.text);
+      assert.match(made.json.detail, /state of this scenario would have [\d.]+ MiB; here it may have 8 \(max_state_mib\)/);
+      const dry = await s.call('POST', `${E}?dry_run=true`, { body: { scenario: cavity(n), metrics: ['cfl'] } });
+      assert.equal(dry.status, 400, dry.text);
+      assert.match(dry.json.detail, /max_state_mib/);
+    }
+    assert.ok(performance.now() - begun < 5000);
+    assert.equal((await s.call('POST', S, { body: { scenario: cavity(64), paused: true } })).status, 201);
+  });
+});
+
 test('forks count by the size of their log', async () => {
   await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000', '--max-new-sessions-per-min', '24'], async (s) => {
     const session = await s.make({ paused: true });
