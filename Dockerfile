@@ -3,7 +3,7 @@
 FROM debian:bookworm-slim AS build
 RUN apt-get update \
     && apt-get install -y --no-install-recommends gcc libc6-dev cmake ninja-build pkg-config nodejs npm ca-certificates \
-        libmicrohttpd-dev libwebsockets-dev libcjson-dev libsqlite3-dev libpq-dev libssl-dev \
+        libmicrohttpd-dev libcjson-dev libsqlite3-dev libpq-dev libssl-dev zlib1g-dev \
     && rm -rf /var/lib/apt/lists/*
 WORKDIR /laglab
 # Alone, so that a change of a source does not fetch the page's libraries again.
@@ -18,7 +18,7 @@ RUN cmake --preset release -DLAGLAB_TESTS=OFF \
 
 FROM debian:bookworm-slim
 RUN apt-get update \
-    && apt-get install -y --no-install-recommends libmicrohttpd12 libwebsockets17 libcjson1 libsqlite3-0 libpq5 libssl3 \
+    && apt-get install -y --no-install-recommends libmicrohttpd12 libcjson1 libsqlite3-0 libpq5 libssl3 zlib1g \
     && rm -rf /var/lib/apt/lists/* \
     && install -d -o 10001 -g 10001 /data
 # The binary finds www, scenarios and api beside itself.

@@ -36,6 +36,7 @@ export function anchor(heading) {
 function range(row) {
   const limit = (/** @type {number | undefined} */ value) => (value === undefined ? '' : String(value));
   if (row.enum) return row.enum.map(code).join(', ');
+  if (row.const !== undefined) return code(row.const);
   if (row.type === 'string') return `at most ${row.maxLength} characters`;
   if (row.type === 'array') return `${row.minItems} to ${row.maxItems}`;
   return row.minimum === undefined && row.maximum === undefined ? '' : `${limit(row.minimum)} to ${limit(row.maximum)}`;
@@ -141,13 +142,14 @@ const METHODS = ['get', 'post', 'patch', 'put', 'delete'];
 
 function reader(document) {
   const follow = (node) => {
-    while (node?.$ref) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], document);
+    while (node?.$ref?.startsWith('#')) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], document);
     return node;
   };
   const type = (node) => {
     if (!node) return '';
     const name = /^#\/components\/schemas\/(\w+)$/.exec(node.$ref ?? '')?.[1];
     if (name) return `[${name}](#${anchor(name)})`;
+    if (/\.json#/.test(node.$ref ?? '')) return `object, see [${node.$ref.split('#')[0]}](../api/${node.$ref.split('#')[0]})`;
     if (node.oneOf) return node.oneOf.map(type).join(' or ');
     if (node.const !== undefined) return code(JSON.stringify(node.const));
     if (node.enum) return node.enum.map((value) => code(JSON.stringify(value))).join(', ');
@@ -491,12 +493,25 @@ function fill(file, text, name, body) {
   return `${text.slice(0, from + begin.length)}\n\n${body.replace(/\n{3,}/g, '\n\n').trim()}\n\n${text.slice(to)}`;
 }
 
+/** Both schemas, each beside what it refers to and not around it, which makers of types take for a property. */
+function schemas(scenario, experiment) {
+  const { $schema, $defs: ofScenario, ...scenario_ } = scenario;
+  const { $schema: _, $defs: ofExperiment, ...experiment_ } = experiment;
+  const $defs = { scenario: scenario_, experiment: experiment_, ...ofScenario };
+  for (const [name, def] of Object.entries(ofExperiment)) {
+    if (name in $defs && JSON.stringify($defs[name]) !== JSON.stringify(def)) throw new Error(`two schemas have the name ${name}`);
+    $defs[name] = def;
+  }
+  return { $schema, $defs };
+}
+
 /** Every generated file with the text that it should have. @param {string} binary @returns {Map<string, string>} */
 export function generate(binary) {
   const laglab = (/** @type {string[]} */ ...args) => execFileSync(binary, args, { encoding: 'utf8' });
   const schema = JSON.parse(laglab('schema'));
   return new Map([
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
+    ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
     ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
     ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(read('api/asyncapi.yaml')))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],

@@ -164,7 +164,7 @@ static void hand_over(ll_acceptor *acceptor, arrival *a, const ll_upgrade *upgra
     }
     /* The head was peeked at; it is read now, and nothing of what may come behind it. */
     if (recv(gone.fd, acceptor->head, head_size, MSG_DONTWAIT) == (ssize_t)head_size) {
-        ll_ws_adopt(acceptor->ws, upgrade, gone.fd, &gone.pass);
+        ll_ws_adopt(acceptor->ws, upgrade, &(ll_ws_socket){.fd = gone.fd}, NULL, 0, &gone.pass);
     } else {
         close(gone.fd);
         ll_gate_leave(acceptor->gate, &gone.pass);

@@ -125,6 +125,8 @@ bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket)
     pthread_mutex_lock(&hosted->lock);
     bool first = !hosted->deleted;
     hosted->deleted = true;
+    /* Now, and not with the last reference: a worker that sleeps may have one. */
+    ll_hosted_count_log(hosted, -atomic_load(&hosted->log_bytes));
     if (first) {
         if (hosted->session)
             ll_session_destroy(hosted->session);

@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include "daemon/acceptor.h"
-#include "daemon/bridge.h"
 #include "daemon/gate.h"
 #include "daemon/proxies.h"
 #include "daemon/upgrade.h"
@@ -83,18 +82,16 @@ struct ll_door {
     void *log_context;
     ll_gate *gate;
     ll_ws *ws;
-    ll_bridge *bridge;
     ll_http *http;
     ll_acceptor *acceptor;
     bool drained;
 };
 
-/* A relayed viewer takes three descriptors. The libraries size tables by the limit, so it is not raised to
- * what some containers give (a thousand million, which libwebsockets answers with room for 2560). */
+/* Not raised to what some containers give, a thousand million: libraries size tables by it. */
 static void set_descriptor_limit(const ll_door_config *config)
 {
     struct rlimit limit;
-    rlim_t wanted = 3 * (rlim_t)config->max_connections + 1024;
+    rlim_t wanted = (rlim_t)config->max_connections + 1024;
     if (getrlimit(RLIMIT_NOFILE, &limit) != 0) {
         return;
     }
@@ -133,12 +130,7 @@ static ll_status start(ll_door *door, const ll_http_app *app, const ll_ws_hooks 
     if (ll_failed(&status)) {
         return status;
     }
-    door->bridge = ll_bridge_new(door->ws);
-    if (door->bridge == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for the bridge");
-    }
-    status = ll_http_start(config, app, &door->allow, &door->proxies, door->gate, door->ws, door->bridge,
-                           &door->http);
+    status = ll_http_start(config, app, &door->allow, &door->proxies, door->gate, door->ws, &door->http);
     if (ll_failed(&status)) {
         return status;
     }
@@ -191,12 +183,12 @@ ll_door_stats ll_door_get_stats(ll_door *door)
                            .refused_total = counts.refused_total,
                            .refused_per_ip = counts.refused_per_ip,
                            .refused_head = counts.refused_head,
-                           .bridged = ll_bridge_count(door->bridge),
                            .connections = (uint64_t)ll_gate_count(door->gate),
                            .ws = ll_ws_get_stats(door->ws)};
     ll_http_counted counted = ll_http_counts(door->http);
     stats.requests = counted.requests;
     stats.cut = counted.cut;
+    stats.bridged = counted.upgrades;
     stats.refused_answers = counted.refused_answers;
     stats.answer_bytes = counted.answer_bytes;
     stats.control = counted.control;
@@ -231,13 +223,9 @@ void ll_door_close(ll_door *door)
     if (door->acceptor != NULL) {
         ll_acceptor_stop(door->acceptor);
     }
-    if (door->bridge != NULL) {
-        ll_bridge_stop(door->bridge); /* libmicrohttpd wants every upgraded socket back before it stops */
-    }
     if (door->http != NULL) {
         ll_http_stop(door->http);
     }
-    ll_bridge_free(door->bridge);
     if (door->ws != NULL) {
         ll_ws_free(door->ws);
     }

@@ -3,7 +3,7 @@
  *   acceptor thread --- plain HTTP head ---> libmicrohttpd pool --> handlers (http.h)
  *        |                                        | a late upgrade on a kept connection
  *        |                                        v
- *        +------------- valid upgrade -------> libwebsockets threads (ws.h) <-- bridge thread (bridge.h)
+ *        +------------- valid upgrade -------> stream threads (ws.h)
  *
  * Start order of a daemon: ll_param_defaults(&ll_door_table, &config), set what the command line says,
  * ll_door_open (handlers and hooks may run from here on), ll_ws_stream_open for each session. Stop: readyz
@@ -30,7 +30,7 @@ typedef struct ll_door_config {
     int64_t http_threads;     /* that read requests and run fast handlers */
     int64_t control_threads;  /* that run the handlers of the lane of control */
     double request_cpu_s;     /* processor time that one request may use */
-    int64_t stream_threads;   /* libwebsockets contexts */
+    int64_t stream_threads;   /* that send frames */
     int64_t max_connections;
     int64_t max_connections_per_ip;
     int64_t max_viewers; /* of one session */

@@ -260,6 +260,7 @@ static void begin_pace(ll_experiments *x, const char *id, int64_t done)
 static double rate_of(ll_experiments *x, const ll_experiment_record *record)
 {
     double rate = 0;
+    bool known = false;
     ll_time since = -1, now = ll_host_now();
     pthread_mutex_lock(&x->lock);
     for (int i = 0; i < PACES; i++) {
@@ -267,9 +268,12 @@ static double rate_of(ll_experiments *x, const ll_experiment_record *record)
         if (strcmp(p->id, record->id) != 0 || p->since <= since)
             continue;
         since = p->since;
+        known = true;
         rate = now > since ? (double)(record->done - p->done) / ll_to_s(now - since) : 0;
     }
     pthread_mutex_unlock(&x->lock);
+    if (!known) /* it was begun before this daemon, or by another: from this look on */
+        begin_pace(x, record->id, record->done);
     return rate;
 }
 

@@ -101,6 +101,8 @@ void ll_hosted_count_log(ll_hosted *hosted, int64_t bytes)
 {
     atomic_fetch_add(&hosted->log_bytes, bytes);
     atomic_fetch_add(&hosted->host->log_bytes, bytes);
+    if (hosted->share)
+        atomic_fetch_add(hosted->share, bytes);
 }
 
 void ll_hosted_on_line(void *context, const char *line, size_t length)

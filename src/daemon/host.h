@@ -36,9 +36,11 @@ typedef struct ll_host_config {
     int64_t max_memory_mib;          /* 0: three quarters of the machine's */
     double max_new_sessions_per_min; /* by one address */
     double max_code_lookups_per_min; /* by one address */
+    int64_t max_state_mib;           /* of one session's state */
     double max_commands_per_s;       /* to one session; twice that in a burst */
     int64_t max_experiments, max_client_experiments, max_experiment_runs;
     int64_t max_log_mib, max_logs_mib; /* of one session, of all; 0: no limit */
+    int64_t max_client_logs_mib;       /* of those that one address has made; 0: no limit */
     int64_t max_results_mib;           /* of all experiments; 0: no limit */
     double experiment_run_ttl_s;       /* since it was made, for one that is not over */
     double job_cpu_s;                  /* processor time of a job (jobs.h) */

@@ -26,6 +26,9 @@ static const ll_param rows[] = {
     {ROW(max_memory_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 0, .unit = "MiB",
      .help = "Memory of all sessions that are awake, with the states that they keep; 0 is three quarters of "
              "the machine's or the container's."},
+    {ROW(max_state_mib, LL_PARAM_INT), .min = 1, .max = 16777216, .standard = 64, .unit = "MiB",
+     .help = "State of one session, or of a run that a request asks for; a larger one is refused, since a "
+             "tick of it may take long and cannot be broken off."},
     {ROW(max_new_sessions_per_min, LL_PARAM_REAL), .min = 1, .max = 1e6, .standard = 120, .unit = "1/min",
      .help = "Sessions that one address may make, sustained; as many at once."},
     {ROW(max_code_lookups_per_min, LL_PARAM_REAL), .min = 1, .max = 1e6, .standard = 60, .unit = "1/min",
@@ -49,6 +52,8 @@ static const ll_param rows[] = {
     {ROW(max_logs_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 8192, .unit = "MiB",
      .help = "Logs of all sessions on the disk; then changes and new sessions are refused with 507. 0 is no "
              "limit."},
+    {ROW(max_client_logs_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 2048, .unit = "MiB",
+     .help = "Of those, of sessions that one address has made since the daemon's start. 0 is no limit."},
     {ROW(max_results_mib, LL_PARAM_INT), .min = 0, .max = 16777216, .standard = 8192, .unit = "MiB",
      .help = "Results of all experiments in a store of SQLite's; one that would not fit is refused with 507. "
              "0 is no limit."},

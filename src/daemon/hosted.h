@@ -51,6 +51,7 @@ struct ll_hosted {
     _Atomic int status;      /* ll_session_status as last seen, or -1: not in memory; for the statistics */
     atomic_bool parked;
     _Atomic int64_t log_bytes;            /* of its stored lines */
+    _Atomic int64_t *share;               /* of its maker's; NULL: nobody knows any more who that was */
     atomic_bool pending;                  /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
@@ -120,8 +121,9 @@ struct ll_host {
     _Atomic uint64_t created, deleted, expired, ticks, frames, commands, inputs;
     _Atomic uint64_t refused_sessions, refused_creations, refused_lookups, refused_commands, refused_store;
     _Atomic uint64_t refused_memory, refused_logs;
-    _Atomic int64_t log_bytes; /* of all sessions */
-    _Atomic int64_t memory;    /* that awake sessions may come to hold */
+    _Atomic int64_t log_bytes;               /* of all sessions */
+    _Atomic int64_t shares[LL_HOST_BUCKETS]; /* of those by their maker's address; some share one */
+    _Atomic int64_t memory;                  /* that awake sessions may come to hold */
     int64_t memory_max;
 };
 

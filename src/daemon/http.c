@@ -219,6 +219,7 @@ static http_exchange *new_exchange(ll_http *http, struct MHD_Connection *connect
     }
     exchange->head = strcmp(method, "HEAD") == 0;
     exchange->request.method = exchange->head ? "GET" : method;
+    exchange->request.head = exchange->head;
     exchange->request.path = exchange->path;
     exchange->request.body = "";
     exchange->request.impl = exchange;
@@ -256,7 +257,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     if (exchange->upgrade != NULL) {
         MHD_destroy_response(exchange->upgrade);
     }
-    ll_bridge_forget(exchange->offer);
+    free(exchange->offer);
     if (exchange->file >= 0) {
         close(exchange->file);
     }
@@ -409,8 +410,7 @@ static struct MHD_Daemon *start_daemon(ll_http *http)
 }
 
 ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, const ll_allow *allow,
-                        const ll_proxies *proxies, ll_gate *gate, ll_ws *ws, ll_bridge *bridge,
-                        ll_http **result)
+                        const ll_proxies *proxies, ll_gate *gate, ll_ws *ws, ll_http **result)
 {
     ll_http *http = calloc(1, sizeof *http);
     if (http == NULL) {
@@ -422,7 +422,6 @@ ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, co
     http->proxies = proxies;
     http->gate = gate;
     http->ws = ws;
-    http->bridge = bridge;
     pthread_mutex_init(&http->watch_lock, NULL);
     pthread_mutex_init(&http->job_lock, NULL);
     pthread_cond_init(&http->job_there, NULL);

@@ -8,21 +8,23 @@
  *
  * Done here, before a handler is called: method and path, 404, 405 with Allow, Host allow-list (421), Origin
  * and Sec-Fetch-Site of requests that change something (403), Content-Type (415), body limit (413),
- * Content-Length missing is fine (chunked). Done after it: HEAD, X-Request-Id, security headers,
+ * Content-Length missing is fine (chunked). Done after it: HEAD, gzip, X-Request-Id, security headers,
  * Content-Length or chunks, keep-alive. */
 #pragma once
 
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #include "base/status.h"
 
 #define LL_HTTP_PARAMETERS 4 /* {names} of a path */
 
 typedef struct ll_http_request {
-    const char *method;                        /* HEAD arrives as GET */
-    const char *path;                          /* decoded, without query */
+    const char *method; /* HEAD arrives as GET */
+    bool head;          /* only the head of the answer is wanted: what is dear need not be made */
+    const char *path;   /* decoded, without query */
     const char *parameter[LL_HTTP_PARAMETERS]; /* texts that stood for {..} in the pattern, in its order; the
                                                   wildcard last */
     const char *body;                          /* NUL-terminated beyond `body_size`; never NULL */
@@ -40,6 +42,12 @@ const char *ll_http_header(const ll_http_request *request, const char *name);
 /* Whether the request's Accept header lets `type` (`text/csv`) be sent; a missing header lets everything.
  * `quality` (may be NULL) gets its q value, 0 to 1. */
 bool ll_http_accepts(const ll_http_request *request, const char *type, double *quality);
+
+/* Whether Accept-Encoding takes `encoding` (`gzip`). */
+bool ll_http_takes_encoding(const ll_http_request *request, const char *encoding);
+
+/* Whether a value of If-None-Match (may be NULL) names `tag`, compared weakly (RFC 9110 13.1.2). */
+bool ll_http_matches_tag(const char *header, const char *tag);
 
 /* Called again and again on an HTTP thread until it returns 0 (the end) or -1 (break off); fills at most
  * `capacity` bytes. */
@@ -60,7 +68,9 @@ typedef struct ll_http_response {
     ll_http_reader *reader; /* instead of bytes: a body of unknown size, sent in chunks */
     void *reader_context;
     void (*reader_free)(void *context); /* called once, also when the client went away */
-    size_t held;                        /* bytes of memory that the reader holds */
+    FILE *file;                         /* instead of bytes: `file_size` of its bytes, from `file_from` on */
+    uint64_t file_from, file_size;
+    size_t held; /* bytes of memory that reader or file hold */
     ll_http_header_line header[LL_HTTP_HEADERS];
     int headers;
     bool failed; /* memory ran out while it was written: becomes a 503 */
@@ -81,6 +91,8 @@ struct cJSON;
 void ll_http_json(ll_http_response *response, int status,
                   const struct cJSON *json); /* prints it, `application/json` */
 void ll_http_text(ll_http_response *response, int status, const char *type, const char *text); /* copies it */
+/* For HEAD: the head of an answer that was not made; how long it would be is not told. */
+void ll_http_no_body(ll_http_response *response, const char *type);
 /* Takes `bytes` (malloc'ed). */
 void ll_http_take(ll_http_response *response, int status, const char *type, char *bytes, size_t size);
 
@@ -120,7 +132,6 @@ typedef struct ll_http_app {
 typedef struct ll_http ll_http;
 struct ll_door_config;
 struct ll_gate;
-struct ll_bridge;
 struct ll_allow;
 struct ll_proxies;
 struct ll_ws;
@@ -128,7 +139,7 @@ struct sockaddr;
 
 ll_status ll_http_start(const struct ll_door_config *config, const ll_http_app *app,
                         const struct ll_allow *allow, const struct ll_proxies *proxies, struct ll_gate *gate,
-                        struct ll_ws *ws, struct ll_bridge *bridge, ll_http **http);
+                        struct ll_ws *ws, ll_http **http);
 
 /* Hands a connection over: the HTTP side owns `fd` from here on, whatever is returned. Any thread. */
 bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsigned address_size);
@@ -138,6 +149,7 @@ void ll_http_watch(ll_http *http, int64_t now_ns);
 
 typedef struct ll_http_counted {
     uint64_t requests, cut;
+    uint64_t upgrades; /* of kept connections */
     uint64_t refused_answers, answer_bytes;
     int control;      /* requests on the lane of control, waiting or in hand */
     double control_s; /* the longest that one of them has been there */

@@ -57,22 +57,6 @@ static bool is_safe(const char *path)
     return true;
 }
 
-static bool etag_matches(const char *header, const char *tag)
-{
-    size_t size = strlen(tag);
-    for (const char *at = header; at != NULL && *at != '\0'; at += strcspn(at, ",")) {
-        at += strspn(at, ", \t");
-        if (*at == '*') {
-            return true;
-        }
-        at += strncmp(at, "W/", 2) == 0 ? 2 : 0; /* RFC 9110 13.1.2: compared weakly */
-        if (strncmp(at, tag, size) == 0) {
-            return true;
-        }
-    }
-    return false;
-}
-
 void ll_http_file(http_exchange *exchange)
 {
     const char *path = exchange->path;
@@ -98,7 +82,7 @@ void ll_http_file(http_exchange *exchange)
     ll_http_response *response = &exchange->response;
     ll_http_set_header(response, "ETag", tag);
     ll_http_set_header(response, "Cache-Control", "no-cache"); /* asks each time, mostly gets a 304 */
-    if (etag_matches(ll_http_header(&exchange->request, "If-None-Match"), tag)) {
+    if (ll_http_matches_tag(ll_http_header(&exchange->request, "If-None-Match"), tag)) {
         close(fd);
         response->status = 304;
         return;

@@ -1,12 +1,11 @@
 /* What http.c (the library's callbacks), http_routes.c (which handler), http_lanes.c (on which thread),
- * ll_http_send.c (answers) and http_files.c (the page) share. */
+ * http_send.c (answers), http_upgrade.c (late upgrades) and http_files.c (the page) share. */
 #pragma once
 
 #include <microhttpd.h>
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "daemon/bridge.h"
 #include "daemon/door.h"
 #include "daemon/gate.h"
 #include "daemon/http.h"
@@ -39,6 +38,9 @@ typedef enum http_phase {
     HTTP_QUEUED,
 } http_phase;
 
+/* An upgrade that was promised to a client; freed when its request has ended, whatever became of it. */
+typedef struct http_offer http_offer;
+
 /* One request and its response. */
 typedef struct http_exchange {
     ll_http *http;
@@ -57,7 +59,7 @@ typedef struct http_exchange {
     bool head;         /* HEAD */
     bool cross_origin; /* an allowed origin that is not ours: may read the answer */
     int64_t begin_ns;
-    ll_bridge_offer *offer;
+    http_offer *offer;
     struct MHD_Response *upgrade; /* 101 */
     int file;                     /* descriptor of a file to send, or -1 */
     uint64_t file_size;
@@ -73,9 +75,8 @@ struct ll_http {
     ll_allow allow;
     const ll_proxies *proxies;
     ll_gate *gate;
-    ll_bridge *bridge;
     ll_ws *ws;
-    atomic_ullong requests, cut, request_serial, refused_answers;
+    atomic_ullong requests, cut, request_serial, refused_answers, upgrades;
     atomic_llong answer_bytes; /* of large answers that are being sent */
     uint64_t request_seed;
 
@@ -115,8 +116,12 @@ void ll_http_stop_control(ll_http *http);
 void ll_http_end_work(ll_http *http); /* drains the tasks, and waits for those of requests */
 
 enum MHD_Result ll_http_send(http_exchange *exchange);
+void ll_http_compress(http_exchange *exchange); /* the answer, if its client and its kind are for it */
 void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
                     ...) __attribute__((format(printf, 5, 6)));
+
+/* A 101 for a valid upgrade; NULL without memory. */
+struct MHD_Response *ll_http_offer_upgrade(ll_http *http, const ll_upgrade *upgrade, http_offer **offer);
 
 /* The page: fills the response (a file, 304 or 404). */
 void ll_http_file(http_exchange *exchange);

@@ -68,6 +68,7 @@ static void *control_main(void *argument)
             }
             ll_problem(&exchange->response, &exchange->request, &status);
         }
+        ll_http_compress(exchange);
         MHD_resume_connection(exchange->connection);
     }
     return NULL;
@@ -117,6 +118,7 @@ static void work(void *context, ll_task *task)
     exchange->request.task = task;
     if (ll_task_ending(task) == LL_TASK_GOES_ON) {
         ll_http_run_handler(exchange);
+        ll_http_compress(exchange);
     } else {
         ll_status error = ll_task_told(task, "nothing was begun");
         ll_problem(&exchange->response, &exchange->request, &error);
@@ -174,6 +176,7 @@ ll_http_counted ll_http_counts(ll_http *http)
 {
     ll_http_counted counted = {.requests = atomic_load(&http->requests),
                                .cut = atomic_load(&http->cut),
+                               .upgrades = atomic_load(&http->upgrades),
                                .refused_answers = atomic_load(&http->refused_answers),
                                .answer_bytes = (uint64_t)atomic_load(&http->answer_bytes)};
     int64_t now = ll_http_now(), oldest = now;

@@ -75,6 +75,9 @@ void ll_http_printf(ll_http_response *response, const char *format, ...)
 void ll_http_clear(ll_http_response *response)
 {
     free(response->bytes);
+    if (response->file != NULL) {
+        fclose(response->file);
+    }
     if (response->reader_free != NULL) {
         response->reader_free(response->reader_context);
     }
@@ -90,6 +93,18 @@ void ll_http_take(ll_http_response *response, int status, const char *type, char
     response->status = status;
     response->failed = response->failed || (bytes == NULL && size > 0);
     snprintf(response->type, sizeof response->type, "%s", type);
+}
+
+static int64_t read_nothing(void *context, uint64_t offset, char *buffer, size_t capacity)
+{
+    (void)context, (void)offset, (void)buffer, (void)capacity;
+    return 0;
+}
+
+void ll_http_no_body(ll_http_response *response, const char *type)
+{
+    snprintf(response->type, sizeof response->type, "%s", type);
+    response->reader = read_nothing;
 }
 
 void ll_http_json(ll_http_response *response, int status, const cJSON *json)
@@ -116,6 +131,56 @@ bool ll_http_to_work(const ll_http_request *request, ll_http_response *response)
     return response->to_work;
 }
 
+/* ---- tags and encodings ---- */
+
+bool ll_http_matches_tag(const char *header, const char *tag)
+{
+    tag += strncmp(tag, "W/", 2) == 0 ? 2 : 0;
+    size_t size = strlen(tag);
+    for (const char *at = header; at != NULL && *at != '\0'; at += strcspn(at, ",")) {
+        at += strspn(at, ", \t");
+        if (*at == '*') {
+            return true;
+        }
+        at += strncmp(at, "W/", 2) == 0 ? 2 : 0;
+        if (strncmp(at, tag, size) == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* The value of `q` behind an element of a list of `size` bytes; 1 when there is none. */
+static double quality_of(const char *element, size_t size)
+{
+    double value = 1;
+    for (const char *at = element + strcspn(element, ";,"); at < element + size; at += strcspn(at, ";,")) {
+        at += strspn(at, "; \t");
+        if (at + 2 < element + size && (*at == 'q' || *at == 'Q') && at[1] == '=') {
+            value = strtod(at + 2, NULL);
+            value = value >= 0 && value <= 1 ? value : 0;
+        }
+    }
+    return value;
+}
+
+bool ll_http_takes_encoding(const ll_http_request *request, const char *encoding)
+{
+    const char *at = ll_http_header(request, "Accept-Encoding");
+    double named = -1, star = 0;
+    while (at != NULL && *at != '\0') {
+        at += strspn(at, " \t,");
+        size_t whole = strcspn(at, ","), name = strcspn(at, ",; \t");
+        if (name == strlen(encoding) && strncasecmp(at, encoding, name) == 0) {
+            named = quality_of(at, whole);
+        } else if (name == 1 && *at == '*') {
+            star = quality_of(at, whole);
+        }
+        at += whole;
+    }
+    return (named >= 0 ? named : star) > 0;
+}
+
 /* ---- Accept ---- */
 
 /* How well a media range fits a type: 0 not at all, 1 by a star, 2 by the main type, 3 exactly. */
@@ -139,16 +204,7 @@ bool ll_http_accepts(const ll_http_request *request, const char *type, double *q
     while (at != NULL && *at != '\0') {
         at += strspn(at, " \t,");
         size_t whole = strcspn(at, ","), range = strcspn(at, ",; \t");
-        const char *q = at + range;
-        double value = 1;
-        while (q < at + whole) {
-            q += strspn(q, "; \t");
-            if (q + 2 < at + whole && (*q == 'q' || *q == 'Q') && q[1] == '=') {
-                value = strtod(q + 2, NULL);
-                value = value >= 0 && value <= 1 ? value : 0;
-            }
-            q += strcspn(q, ";,");
-        }
+        double value = quality_of(at, whole);
         int fits = fit(at, range, type);
         if (fits > best) {
             best = fits;

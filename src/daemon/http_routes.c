@@ -68,15 +68,21 @@ static bool matches(http_exchange *exchange, const ll_http_route *route)
     return match(route->pattern, exchange->parameters, exchange->request.parameter);
 }
 
-/* Finds the route; without one collects the methods that the path would have. */
+/* Finds the route; without one collects the methods that the path would have. The first pattern that takes
+ * the path is what it means: `experiments/schema` is no experiment's. */
 static const ll_http_route *find(http_exchange *exchange, char *allow, size_t allow_size)
 {
     const ll_http_app *app = &exchange->http->app;
+    const char *pattern = NULL;
     *allow = '\0';
     for (int i = 0; i < app->route_count; i++) {
+        if (pattern != NULL && strcmp(pattern, app->routes[i].pattern) != 0) {
+            continue;
+        }
         if (!matches(exchange, &app->routes[i])) {
             continue;
         }
+        pattern = app->routes[i].pattern;
         if (strcmp(app->routes[i].method, exchange->request.method) == 0) {
             return &app->routes[i];
         }
@@ -205,7 +211,7 @@ static void begin_stream(http_exchange *exchange, const char *version)
         status = 404;
     }
     if (!ll_failed(&error)) {
-        exchange->upgrade = ll_bridge_response(http->bridge, &upgrade, &exchange->offer);
+        exchange->upgrade = ll_http_offer_upgrade(http, &upgrade, &exchange->offer);
         if (exchange->upgrade != NULL) {
             return;
         }

@@ -1,13 +1,17 @@
 /* From an ll_http_response to what the library sends. */
+#include <fcntl.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
+#include "daemon/gzip.h"
 #include "daemon/http_internal.h"
 
 #define SMALL_ANSWER (64 << 10)
+#define LEAST_COMPRESSED 1024
+#define MOST_AT_CONTROL (1 << 20) /* a few milliseconds */
 
 /* No inline script, no foreign origin, no frames: the page needs none of them. */
 static const char policy[] =
@@ -70,6 +74,36 @@ static struct MHD_Response *from_reader(ll_http_response *response)
     return made;
 }
 
+/* The library reads it at offsets of its own, through a descriptor of its own. */
+static struct MHD_Response *from_file(const ll_http_response *response)
+{
+    int fd = fcntl(fileno(response->file), F_DUPFD_CLOEXEC, 0);
+    struct MHD_Response *made =
+        fd < 0 ? NULL : MHD_create_response_from_fd_at_offset64(response->file_size, fd, response->file_from);
+    if (made == NULL && fd >= 0) {
+        close(fd);
+    }
+    return made;
+}
+
+static ssize_t read_nothing(void *closure, uint64_t offset, char *buffer, size_t capacity)
+{
+    (void)closure, (void)offset, (void)buffer, (void)capacity;
+    return MHD_CONTENT_READER_END_OF_STREAM;
+}
+
+/* The answer to HEAD, of a body whose size is not known. Unless it is told to speak as to HTTP/1.0, the
+ * library sends the chunk that ends a body, which the client takes for the next answer. */
+static struct MHD_Response *without_body(void)
+{
+    struct MHD_Response *made =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 64, read_nothing, NULL, NULL);
+    if (made != NULL) {
+        MHD_set_response_options(made, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+    }
+    return made;
+}
+
 static struct MHD_Response *make(http_exchange *exchange)
 {
     ll_http_response *response = &exchange->response;
@@ -80,8 +114,14 @@ static struct MHD_Response *make(http_exchange *exchange)
         }
         return made;
     }
+    if (response->reader != NULL && exchange->head) {
+        return without_body();
+    }
     if (response->reader != NULL) {
         return from_reader(response);
+    }
+    if (response->file != NULL && response->file_size > 0) {
+        return from_file(response);
     }
     if (response->size == 0) {
         return MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
@@ -122,9 +162,36 @@ static void add_headers(const http_exchange *exchange, struct MHD_Response *made
         MHD_add_response_header(made, "Access-Control-Allow-Origin",
                                 ll_http_header(&exchange->request, "Origin"));
         MHD_add_response_header(made, "Access-Control-Expose-Headers",
-                                "Location, Retry-After, X-Request-Id, Link");
+                                "Location, Retry-After, X-Request-Id, ETag, Content-Range, Accept-Ranges");
         MHD_add_response_header(made, "Vary", "Origin");
     }
+}
+
+/* What is not yet a file, and was made on a thread that may take a while. Answers to POST hold keys: nothing
+ * of theirs shows in their size. */
+void ll_http_compress(http_exchange *exchange)
+{
+    ll_http_response *response = &exchange->response;
+    const ll_http_request *request = &exchange->request;
+    char *bytes = NULL;
+    size_t size = 0;
+    if (response->status != 200 || response->size < LEAST_COMPRESSED || response->failed || exchange->head ||
+        strcmp(request->method, "GET") != 0 || !ll_gzip_is_worth(response->type)) {
+        return;
+    }
+    ll_http_set_header(response, "Vary", "Accept-Encoding");
+    if ((request->task == NULL && response->size > MOST_AT_CONTROL) ||
+        !ll_http_takes_encoding(request, "gzip")) {
+        return;
+    }
+    ll_status status = ll_gzip_bytes(response->bytes, response->size, request->task, &bytes, &size);
+    if (ll_failed(&status)) {
+        return; /* it is there: who has not the time to make it smaller sends it as it is */
+    }
+    free(response->bytes);
+    response->bytes = bytes;
+    response->size = response->capacity = size;
+    ll_http_set_header(response, "Content-Encoding", "gzip");
 }
 
 static int64_t answer_size(const ll_http_response *response)

@@ -93,7 +93,7 @@ static ll_status allowed(ll_host *host, const ll_host_order *order)
 }
 
 /* Reads the scenario of a new session. To make a large one is work. */
-static ll_status read_scenario(const ll_host_order *order, ll_scenario *scenario)
+static ll_status read_scenario(const ll_host *host, const ll_host_order *order, ll_scenario *scenario)
 {
     if (order->origin)
         return ll_ok();
@@ -102,6 +102,11 @@ static ll_status read_scenario(const ll_host_order *order, ll_scenario *scenario
         return status;
     if (order->seed >= 0)
         ((ll_scenario_head *)scenario->config)->seed = order->seed;
+    status = ll_quota_state(&host->config, scenario);
+    if (ll_failed(&status)) {
+        ll_scenario_free(scenario);
+        return status;
+    }
     if (order->task || scenario->kind->size(scenario->config) <= LIGHT_BYTES)
         return ll_ok();
     ll_scenario_free(scenario);
@@ -130,7 +135,7 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
 {
     memset(made, 0, sizeof *made);
     ll_scenario scenario = {0};
-    ll_status status = read_scenario(order, &scenario);
+    ll_status status = read_scenario(host, order, &scenario);
     if (!ll_failed(&status))
         status = allowed(host, order);
     ll_hosted *hosted = ll_failed(&status) ? NULL : ll_hosted_new(host);
@@ -144,6 +149,7 @@ ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *
         return ll_error(LL_NO_MEMORY, "There is no memory for another session.");
     }
     hosted->stored.number = ll_store_new_number(host->store);
+    hosted->share = ll_quota_share(host, order->peer);
     pthread_mutex_lock(&hosted->lock);
     status = make_session(hosted, order, &scenario, made);
     if (!ll_failed(&status))

@@ -56,6 +56,7 @@ const char *ll_http_reason(int status)
                  {412, "Precondition Failed"},
                  {413, "Content Too Large"},
                  {415, "Unsupported Media Type"},
+                 {416, "Range Not Satisfiable"},
                  {421, "Misdirected Request"},
                  {426, "Upgrade Required"},
                  {428, "Precondition Required"},

@@ -1,17 +1,18 @@
 /* Experiments: made, watched, paused, read. */
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/mman.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <cjson/cJSON.h>
 
+#include "base/hash.h"
+#include "base/version.h"
+#include "daemon/answer.h"
 #include "daemon/api.h"
 #include "daemon/experiments.h"
 #include "daemon/problem.h"
+#include "daemon/quota.h"
 #include "daemon/tasks.h"
 #include "experiment/compare.h"
 #include "experiment/report.h"
@@ -48,13 +49,28 @@ static double thread_seconds(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
+/* Whether a run may be made for a request. */
+static ll_status check_size(const ll_api *api, const ll_experiment *e, int64_t run)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_experiment_open(e, run, &scenario);
+    if (!ll_failed(&status))
+        status = ll_quota_state(ll_host_get_config(api->host), &scenario);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
 /* Runs the first run, which tells what one costs. */
-static ll_status answer_dry_run(const ll_experiment *e, ll_task *task, ll_http_response *response)
+static ll_status answer_dry_run(const ll_api *api, const ll_experiment *e, ll_task *task,
+                                ll_http_response *response)
 {
     ll_row row;
     ll_interrupt interrupt = ll_task_interrupt(task);
+    ll_status status = check_size(api, e, 0);
+    if (ll_failed(&status))
+        return status;
     double from = thread_seconds();
-    ll_status status = ll_experiment_run(e, 0, &interrupt, &row);
+    status = ll_experiment_run(e, 0, &interrupt, &row);
     double run_s = thread_seconds() - from;
     if (ll_failed(&status))
         return status;
@@ -106,7 +122,7 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
     if (!ll_failed(&status))
-        status = only_dry ? answer_dry_run(e, request->task, response)
+        status = only_dry ? answer_dry_run(api, e, request->task, response)
                           : answer_made(api, e, request->peer, response);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
@@ -237,54 +253,18 @@ void ll_post_experiment_control(void *context, const ll_http_request *request, l
 
 /* ---- answers that are files ---- */
 
-static int64_t read_file(void *context, uint64_t offset, char *buffer, size_t capacity)
+/* Of what experiment `r` is made of now, and of what is asked of it. */
+static ll_answer answer_of(const ll_api *api, const ll_experiment_record *r, const char *type, uint64_t wish)
 {
-    (void)offset; /* it is read once, from its start */
-    size_t got = fread(buffer, 1, capacity, context);
-    return got > 0 ? (int64_t)got : ferror((FILE *)context) ? -1 : 0;
-}
-
-static void close_file(void *context)
-{
-    fclose(context);
-}
-
-/* Whether the file is one of memory: only those can be sealed. */
-static bool in_memory(FILE *file)
-{
-    return fcntl(fileno(file), F_GET_SEALS) >= 0;
-}
-
-/* The body is what `file` holds; on an error it is closed and the error answered. */
-static void answer_file(const ll_http_request *request, ll_http_response *response, const ll_status *status,
-                        FILE *file, const char *type)
-{
-    if (ll_failed(status)) {
-        if (file)
-            fclose(file);
-        ll_api_problem(response, request, status);
-        return;
-    }
-    response->held = in_memory(file) ? (size_t)ftell(file) : 0;
-    rewind(file);
-    snprintf(response->type, sizeof response->type, "%s", type);
-    response->reader = read_file;
-    response->reader_context = file;
-    response->reader_free = close_file;
-}
-
-/* Rows and traces may be long: they go through a file without a name, in the daemon's own folder, since that
- * may be all that it can write to; without one, in memory. */
-static FILE *open_file(const ll_api *api, ll_status *status)
-{
-    int fd = open(ll_host_get_config(api->host)->data, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
-    if (fd < 0)
-        fd = memfd_create("laglab-answer", MFD_CLOEXEC);
-    FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;
-    if (fd >= 0 && !file)
-        close(fd);
-    *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the answer.");
-    return file;
+    uint64_t tag = ll_hash(wish, r->id, strlen(r->id));
+    tag = ll_hash(tag, r->version, strlen(r->version));
+    tag = ll_hash(tag, ll_version, strlen(ll_version)); /* another one may write it otherwise */
+    tag = ll_hash(tag, type, strlen(type));
+    tag = ll_hash_u64(tag, (uint64_t)r->done);
+    return (ll_answer){.type = type,
+                       .folder = ll_host_get_config(api->host)->data,
+                       .tag = ll_hash_u64(tag, (uint64_t)r->state),
+                       .final = r->state == LL_EXPERIMENT_DONE || r->state == LL_EXPERIMENT_FAILED};
 }
 
 /* ---- one run ---- */
@@ -331,19 +311,26 @@ void ll_get_experiment_trace(void *context, const ll_http_request *request, ll_h
 {
     ll_experiment_record record;
     ll_experiment *e = NULL;
-    FILE *file = NULL;
     int64_t run;
     if (!find(context, request, response, &record, &e))
         return;
+    ll_answer answer = answer_of(context, &record, "text/csv; charset=utf-8", 0);
     ll_status status = read_run(request, e, &run);
-    ll_interrupt interrupt = ll_task_interrupt(request->task);
-    if (!ll_failed(&status))
-        file = open_file(context, &status);
-    if (file)
-        status = ll_experiment_trace(e, run, &interrupt, put, file);
-    if (file && !ll_failed(&status) && ferror(file))
-        status = ll_error(LL_IO, "The trace does not fit on the disk.");
-    answer_file(request, response, &status, file, "text/csv; charset=utf-8");
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+    } else {
+        answer.tag = ll_hash_u64(
+            ll_hash(ll_hash(3, record.id, strlen(record.id)), ll_version, strlen(ll_version)), (uint64_t)run);
+        answer.final = true; /* a run is a function of the experiment and its number */
+        ll_interrupt interrupt = ll_task_interrupt(request->task);
+        if (!ll_answer_known(request, response, &answer)) {
+            status = check_size(context, e, run);
+            FILE *file = ll_failed(&status) ? NULL : ll_answer_open(&answer, &status);
+            if (file)
+                status = ll_experiment_trace(e, run, &interrupt, put, file);
+            ll_answer_send(request, response, &answer, &status, file);
+        }
+    }
     ll_experiment_free(e);
 }
 
@@ -399,7 +386,6 @@ static bool next_row(void *context, ll_row *row, ll_status *status)
     return ll_stored_rows_next(&a->rows, row, status);
 }
 
-/* The table of what the query asks for: runs, points, or points against one of them. */
 /* true or false; absent: false. */
 static ll_status query_flag(const ll_http_request *request, const char *name, bool *flag)
 {
@@ -410,40 +396,51 @@ static ll_status query_flag(const ll_http_request *request, const char *name, bo
                : ll_field_error(LL_BAD_INPUT, name, "%s must be true or false; it is `%.40s`.", name, text);
 }
 
-static ll_status make_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
-                            const ll_experiment *e, asked_rows *rows, ll_result_table **table)
+/* What the query asks for: runs, points, or points against one of them. */
+typedef struct wish {
+    bool points, sensitivity;
+    int64_t compare; /* a point; -1: with none */
+} wish;
+
+static ll_status read_wish(const ll_http_request *request, const ll_experiment *e, wish *w)
 {
     const char *compare = ll_http_query(request, "compare");
-    bool points, sensitivity;
-    ll_row *baseline = NULL;
-    int64_t point, count = 0;
-    ll_status status = query_flag(request, "points", &points);
+    w->compare = -1;
+    ll_status status = query_flag(request, "points", &w->points);
     if (!ll_failed(&status))
-        status = query_flag(request, "sensitivity", &sensitivity);
-    if (ll_failed(&status))
-        return status;
-    if (sensitivity)
-        return ll_result_table_sensitivity(e, ll_stored_rows_next, rows, table);
-    if (!points)
+        status = query_flag(request, "sensitivity", &w->sensitivity);
+    if (!ll_failed(&status) && compare && w->points && !w->sensitivity)
+        status = ll_compare_point(e, "compare", compare, &w->compare);
+    return status;
+}
+
+static ll_status make_table(ll_api *api, const ll_experiment_record *record, const ll_experiment *e,
+                            const wish *w, asked_rows *rows, ll_result_table **table)
+{
+    ll_row *baseline = NULL;
+    int64_t count = 0;
+    if (w->sensitivity)
+        return ll_result_table_sensitivity(e, next_row, rows, table);
+    if (!w->points)
         return ll_result_table_rows(e, record->version, next_row, rows, table);
-    status = compare ? ll_compare_point(e, "compare", compare, &point) : ll_ok();
-    if (!ll_failed(&status) && compare)
-        status =
-            ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, point, &baseline, &count);
+    ll_status status = ll_ok();
+    if (w->compare >= 0)
+        status = ll_compare_rows(e, ll_experiments_store(api->experiments), record->id, w->compare, &baseline,
+                                 &count);
     if (!ll_failed(&status))
         status = ll_result_table_compared(e, baseline, count, next_row, rows, table);
     free(baseline);
     return status;
 }
 
-static ll_status write_table(ll_api *api, const ll_http_request *request, const ll_experiment_record *record,
-                             const ll_experiment *e, const ll_format *format, FILE *file)
+static ll_status write_table(ll_api *api, ll_task *task, const ll_experiment_record *record,
+                             const ll_experiment *e, const wish *w, const ll_format *format, FILE *file)
 {
-    asked_rows a = {.task = request->task};
+    asked_rows a = {.task = task};
     ll_result_table *table = NULL;
     ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record->id);
     if (!ll_failed(&status))
-        status = make_table(api, request, record, e, &a, &table);
+        status = make_table(api, record, e, w, &a, &table);
     if (!ll_failed(&status))
         status = format->write(ll_result_table_get(table), file);
     ll_result_table_free(table);
@@ -456,17 +453,24 @@ void ll_get_experiment_results(void *context, const ll_http_request *request, ll
     ll_api *api = context;
     ll_experiment_record record;
     ll_experiment *e = NULL;
+    wish w;
     if (!find(api, request, response, &record, &e))
         return;
     const ll_format *format = choose_format(request, response);
-    if (format) {
-        ll_status status;
-        FILE *file = open_file(api, &status);
-        if (file)
-            status = write_table(api, request, &record, e, format, file);
-        answer_file(request, response, &status, file, format->type);
+    ll_status status = format ? read_wish(request, e, &w) : ll_ok();
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+    } else if (format) {
+        uint64_t asked = ll_hash_u64(w.points + 2u * w.sensitivity, (uint64_t)w.compare);
+        ll_answer answer = answer_of(api, &record, format->type, asked);
+        answer.vary = "Accept";
+        if (!ll_answer_known(request, response, &answer)) {
+            FILE *file = ll_answer_open(&answer, &status);
+            if (file)
+                status = write_table(api, request->task, &record, e, &w, format, file);
+            ll_answer_send(request, response, &answer, &status, file);
+        }
     }
-    ll_http_set_header(response, "Vary", "Accept");
     ll_experiment_free(e);
 }
 
@@ -478,13 +482,16 @@ void ll_get_experiment_report(void *context, const ll_http_request *request, ll_
     asked_rows a = {.task = request->task};
     if (!find(api, request, response, &record, &e))
         return;
-    ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record.id);
-    FILE *file = ll_failed(&status) ? NULL : open_file(api, &status);
-    if (file)
-        status = ll_report_write(e, record.version, next_row, &a, file);
-    answer_file(request, response, &status, file, "text/html; charset=utf-8");
+    ll_answer answer = answer_of(api, &record, "text/html; charset=utf-8", 4);
+    if (!ll_answer_known(request, response, &answer)) {
+        ll_status status = ll_stored_rows_open(&a.rows, ll_experiments_store(api->experiments), record.id);
+        FILE *file = ll_failed(&status) ? NULL : ll_answer_open(&answer, &status);
+        if (file)
+            status = ll_report_write(e, record.version, next_row, &a, file);
+        ll_answer_send(request, response, &answer, &status, file);
+        ll_stored_rows_close(&a.rows);
+    }
     ll_http_set_header(response, "Content-Security-Policy",
                        "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'");
-    ll_stored_rows_close(&a.rows);
     ll_experiment_free(e);
 }

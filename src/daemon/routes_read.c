@@ -24,6 +24,9 @@ typedef ll_status fill(ll_session *session, const ll_http_request *request, ll_h
                        reader *r);
 typedef ll_status finish(reader *r, ll_task *task, ll_http_response *response); /* of the copy; not locked */
 
+static finish finish_trace;
+static const char trace_type[] = "text/csv; charset=utf-8";
+
 static ll_status look(ll_hosted *hosted, const ll_http_request *request, ll_http_response *response,
                       fill *write, reader *r)
 {
@@ -47,7 +50,10 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
     if (!hosted)
         return;
     ll_status status = look(hosted, request, response, write, &r);
-    if (r.copy) {
+    if (r.copy && request->head) {
+        ll_http_no_body(response, end == finish_trace ? trace_type : "application/json");
+        ll_session_destroy(r.copy);
+    } else if (r.copy) {
         r.reserved = (int64_t)ll_session_get_info(r.copy).awake_bytes;
         status = ll_host_reserve(api->host, r.reserved);
         if (!ll_failed(&status)) {
@@ -160,7 +166,7 @@ static ll_status fill_trace(ll_session *session, const ll_http_request *request,
 static ll_status finish_trace(reader *r, ll_task *task, ll_http_response *response)
 {
     ll_interrupt interrupt = ll_task_interrupt(task);
-    memcpy(response->type, "text/csv; charset=utf-8", sizeof "text/csv; charset=utf-8");
+    memcpy(response->type, trace_type, sizeof trace_type);
     return ll_session_write_trace(r->copy, r->from, r->to, &interrupt, append, response);
 }
 

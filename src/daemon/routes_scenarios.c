@@ -90,7 +90,7 @@ void ll_get_experiment_library(void *context, const ll_http_request *request, ll
 }
 
 static void send_document(const ll_api *api, const char *name, const ll_http_request *request,
-                          ll_http_response *response)
+                          const char *type, ll_http_response *response)
 {
     char path[600], piece[8192];
     snprintf(path, sizeof path, "%s/%s", api->documents, name);
@@ -104,15 +104,20 @@ static void send_document(const ll_api *api, const char *name, const ll_http_req
     while ((got = fread(piece, 1, sizeof piece, file)) > 0)
         ll_http_append(response, piece, got);
     fclose(file);
-    snprintf(response->type, sizeof response->type, "application/yaml");
+    snprintf(response->type, sizeof response->type, "%s", type);
 }
 
 void ll_get_openapi(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    send_document(context, "openapi.yaml", request, response);
+    send_document(context, "openapi.yaml", request, "application/yaml", response);
 }
 
 void ll_get_asyncapi(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    send_document(context, "asyncapi.yaml", request, response);
+    send_document(context, "asyncapi.yaml", request, "application/yaml", response);
+}
+
+void ll_get_schemas(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    send_document(context, "schemas.json", request, "application/schema+json", response);
 }

@@ -26,23 +26,21 @@ void ll_ws_count(atomic_ullong *counter, uint64_t n)
 
 /* ---- waking a thread ---- */
 
-/* The thread sleeps in the library's poll, or naps on its own event while many sockets are busy
- * (ws_thread.c). It says which before it looks at `wake_pending` for the last time, so one of the two sees
- * the other. */
+/* A thread takes what is there after it has cleared `wake_pending`. */
 void ll_ws_wake(ws_thread *thread)
 {
-    if (atomic_exchange(&thread->wake_pending, true)) {
-        return;
-    }
-    if (atomic_load(&thread->napping)) {
+    if (!atomic_exchange(&thread->wake_pending, true)) {
         eventfd_write(thread->event_fd, 1);
-        return;
     }
-    pthread_mutex_lock(&thread->wake_lock);
-    if (thread->context != NULL) {
-        lws_cancel_service(thread->context);
+}
+
+void ll_ws_release(const ll_ws_socket *socket)
+{
+    if (socket->release != NULL) {
+        socket->release(socket->owner);
+    } else {
+        close(socket->fd);
     }
-    pthread_mutex_unlock(&thread->wake_lock);
 }
 
 static ws_mail *mail_new(ws_mail_kind kind, const char *text, size_t size)
@@ -50,7 +48,6 @@ static ws_mail *mail_new(ws_mail_kind kind, const char *text, size_t size)
     ws_mail *mail = calloc(1, sizeof *mail + size + 1);
     if (mail != NULL) {
         mail->kind = kind;
-        mail->fd = -1;
         mail->size = size;
         if (size > 0) {
             memcpy(mail->text, text, size);
@@ -263,7 +260,7 @@ static ws_publication *copy_of(const ll_ws_publication *from)
 {
     size_t size = 0;
     for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        size += from->variant[v] != NULL ? LWS_PRE + from->variant[v]->size + 8 : 0;
+        size += from->variant[v] != NULL ? LL_FRAMING_ROOM + from->variant[v]->size + 8 : 0;
     }
     ws_publication *copy = malloc(sizeof *copy + size);
     if (copy == NULL) {
@@ -274,7 +271,7 @@ static ws_publication *copy_of(const ll_ws_publication *from)
     for (int v = 0; v < LL_WS_VARIANTS; v++) {
         const ll_buffer *variant = from->variant[v];
         if (variant != NULL) {
-            at += LWS_PRE;
+            at += LL_FRAMING_ROOM;
             copy->variant[v].at = (uint32_t)at;
             copy->variant[v].size = (uint32_t)variant->size;
             memcpy(copy->bytes + at, variant->bytes, variant->size);
@@ -330,12 +327,13 @@ void ll_ws_flush(ll_ws *ws)
 
 /* ---- the door's ---- */
 
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const ll_gate_pass *pass)
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
+                 size_t begun_size, const ll_gate_pass *pass)
 {
     ws_thread *thread = &ws->thread[hash_of(upgrade->id) / WS_BUCKETS % (uint64_t)ws->threads];
-    ws_mail *mail = mail_new(WS_MAIL_ADOPT, NULL, 0);
+    ws_mail *mail = mail_new(WS_MAIL_ADOPT, begun, begun_size);
     if (mail != NULL) {
-        mail->fd = fd;
+        mail->socket = *socket;
         mail->pass = *pass;
         mail->upgrade = *upgrade;
         if (post(thread, mail)) {
@@ -343,7 +341,7 @@ void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const ll_gate_pas
         }
     }
     free(mail);
-    close(fd);
+    ll_ws_release(socket);
     ll_gate_leave(ws->gate, pass);
 }
 
@@ -389,11 +387,9 @@ ll_status ll_ws_start(const ll_door_config *config, const ll_ws_hooks *hooks, ll
     ws->threads = threads;
     pthread_mutex_init(&ws->registry_lock, NULL);
     for (int i = 0; i < threads; i++) {
-        ws->thread[i] = (ws_thread){.ws = ws, .index = i, .event_fd = -1};
+        ws->thread[i] = (ws_thread){.ws = ws, .index = i, .epoll = -1, .event_fd = -1};
         pthread_mutex_init(&ws->thread[i].lock, NULL);
-        pthread_mutex_init(&ws->thread[i].wake_lock, NULL);
     }
-    lws_set_log_level(0, NULL);
     for (int i = 0; i < threads; i++) {
         if (!start_thread(ws, i)) {
             ll_status error = ll_error(LL_IO, "cannot start a stream thread: %s", strerror(errno));
@@ -421,9 +417,6 @@ void ll_ws_drain(ll_ws *ws, double seconds)
         ws_thread *thread = &ws->thread[i];
         if (thread->started) {
             pthread_join(thread->handle, NULL);
-        } else if (thread->context != NULL) {
-            lws_context_destroy(thread->context);
-            thread->context = NULL;
         }
     }
 }
@@ -442,8 +435,11 @@ void ll_ws_free(ll_ws *ws)
         if (thread->event_fd >= 0) {
             close(thread->event_fd);
         }
+        if (thread->epoll >= 0) {
+            close(thread->epoll);
+        }
+        free(thread->input);
         pthread_mutex_destroy(&thread->lock);
-        pthread_mutex_destroy(&thread->wake_lock);
     }
     pthread_mutex_destroy(&ws->registry_lock);
     free(ws);

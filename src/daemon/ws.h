@@ -1,11 +1,11 @@
 /* WebSocket streams: frames of sessions to viewers, messages both ways; and the progress of experiments,
  * which is messages only.
  *
- * Each session's stream lives on one libwebsockets thread (by a hash of its id), with all its viewers.
+ * Each session's stream lives on one thread (by a hash of its id), with all its viewers.
  * Publishing is one copy into a buffer that all viewers of the stream share; there is no queue of frames per
  * viewer. A viewer that has acknowledged once has at most LL_FRAME_WINDOW frames in flight and then gets the
- * newest; one that never did is paced by its socket. Acks, pings, the message size, UTF-8 and the message
- * rate are dealt with here.
+ * newest; one that never did is paced by its socket. The framing (framing.h), acks, pings, the message size
+ * and the message rate are dealt with here.
  *
  * How a viewer begins: hook `opened` -> hosting calls ll_ws_hello, at once or later from any thread -> hello
  * is sent -> the viewer counts in ll_ws_wants (its first frame is a key frame) and hook `wanted` is called.
@@ -32,6 +32,7 @@ typedef uint64_t
 /* Close codes of the application, after HTTP's. */
 #define LL_WS_NORMAL 1000
 #define LL_WS_GOING_AWAY 1001
+#define LL_WS_UNSUPPORTED 1003
 #define LL_WS_POLICY 1008
 #define LL_WS_TOO_BIG 1009
 #define LL_WS_TRY_LATER 1013
@@ -62,7 +63,7 @@ typedef struct ll_ws_stats {
     uint64_t skipped;       /* frames that a viewer was not ready for */
     uint64_t messages;      /* received, acks included */
     uint64_t closed_slow;   /* 1013 */
-    uint64_t closed_policy; /* 1008, 1009 */
+    uint64_t closed_policy; /* 1002, 1003, 1007, 1008, 1009 */
     uint64_t dropped;       /* publications that a stream thread was too late for */
 } ll_ws_stats;
 
@@ -127,9 +128,18 @@ ll_status ll_ws_start(const struct ll_door_config *config, const ll_ws_hooks *ho
                       ll_ws **ws);
 bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade);
 
-/* Hands over a socket whose upgrade request was valid and has been read: the 101 is written here. Owns `fd`
- * and `pass` from here on. */
-void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, int fd, const struct ll_gate_pass *pass);
+/* A socket whose upgrade request was valid and has been read. */
+typedef struct ll_ws_socket {
+    int fd;
+    bool answered;                /* its 101 is sent; else it is written here */
+    void (*release)(void *owner); /* instead of close(fd): it is somebody else's */
+    void *owner;
+} ll_ws_socket;
+
+/* Hands it over, with the `begun` bytes that were read behind its request (copied). Socket and `pass` belong
+ * to the streams from here on. */
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
+                 size_t begun_size, const struct ll_gate_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);
 void ll_ws_drain(ll_ws *ws, double seconds); /* 1001 to all, joins the threads */

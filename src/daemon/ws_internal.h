@@ -1,12 +1,12 @@
-/* What ws.c (any thread), ws_thread.c (the loop and the library's callbacks) and ws_viewer.c (one viewer)
- * share. Not for others. */
+/* What ws.c (any thread), ws_thread.c (the loop), ws_socket.c (bytes of a viewer, in and out) and ws_viewer.c
+ * (one viewer) share. Not for others. */
 #pragma once
 
-#include <libwebsockets.h>
 #include <pthread.h>
 #include <stdatomic.h>
 
 #include "daemon/door.h"
+#include "daemon/framing.h"
 #include "daemon/gate.h"
 #include "daemon/upgrade.h"
 #include "daemon/ws.h"
@@ -15,12 +15,13 @@
 #define WS_OUTSTANDING 8   /* frames whose sending time is remembered */
 #define WS_MAX_MESSAGES 64 /* queued for one viewer */
 #define WS_MAX_MESSAGE_BYTES (256 * 1024)
-#define WS_BUCKETS 4096 /* of the registry */
+#define WS_BUCKETS 4096      /* of the registry */
+#define WS_INPUT (16 * 1024) /* read at once */
 
 typedef struct ws_publication {
     uint32_t seq, generation;
     struct {
-        uint32_t at, size; /* in `bytes`; LWS_PRE bytes before `at` are free for the header */
+        uint32_t at, size; /* in `bytes`; LL_FRAMING_ROOM bytes before `at` are free for the head */
     } variant[LL_WS_VARIANTS];
     unsigned char bytes[];
 } ws_publication;
@@ -40,12 +41,12 @@ typedef struct ws_mail {
     ws_mail_kind kind;
     ll_ws_viewer viewer;
     ll_ws_stream *stream;
-    int code; /* of a close */
-    int fd;   /* of an adoption */
+    int code;            /* of a close */
+    ll_ws_socket socket; /* of an adoption; what was begun is the text */
     ll_gate_pass pass;
     ll_upgrade upgrade;
     size_t size;
-    unsigned char room[LWS_PRE]; /* the library writes the header here */
+    unsigned char room[LL_FRAMING_ROOM]; /* for the head of the frame */
     unsigned char text[];
 } ws_mail;
 
@@ -73,7 +74,9 @@ struct ll_ws_stream {
 
 struct ws_viewer {
     ws_thread *thread;
-    struct lws *wsi;
+    ll_ws_socket socket;
+    uint32_t events; /* that epoll looks for */
+    ws_viewer *next_dead;
     ll_gate_pass pass;
     ll_upgrade upgrade;
     ll_ws_stream *stream;
@@ -104,10 +107,19 @@ struct ws_viewer {
     bool rate_said;
     int close_code; /* set: says goodbye, since `close_ns` */
     int64_t close_ns;
-    bool rude; /* it is closed for what it sends: it may not have stopped yet */
-    int64_t heard_ns;
     char close_reason[120];
-    bool dead; /* the socket failed */
+    /* the socket */
+    ll_framing framing;
+    unsigned char *rest; /* of what was written: the socket was full */
+    size_t rest_at, rest_end, rest_capacity;
+    unsigned char pong[LL_FRAMING_CONTROL]; /* the answer to its last ping */
+    int pong_size;
+    bool pong_wanted;
+    bool deaf; /* after a fault or its close frame: what it sends is read and thrown away */
+    bool said; /* our close frame is written */
+    bool shut; /* and our half of the connection closed */
+    int64_t heard_ns, pinged_ns;
+    bool dead; /* it is freed at the end of the turn */
 };
 
 typedef struct ws_counts {
@@ -119,13 +131,8 @@ struct ws_thread {
     int index;
     pthread_t handle;
     bool started;
-    struct lws_context *context; /* changed with `wake_lock` held */
-    struct lws_vhost *vhost;
-    lws_sorted_usec_list_t sweep;
-    pthread_mutex_t wake_lock;
-    int event_fd;
-    atomic_bool wake_pending, napping;
-    atomic_bool drain;
+    int epoll, event_fd;
+    atomic_bool wake_pending, drain;
 
     pthread_mutex_t lock; /* mail, dirty streams and their pending publications */
     ws_mail *first_mail, *last_mail;
@@ -133,12 +140,13 @@ struct ws_thread {
     bool stopped;
 
     /* the thread only */
-    ws_viewer *arriving;
     ws_viewer **slot; /* by the low 16 bits of a handle */
     int slots;
     uint64_t serial;
     int sockets;
-    int64_t now_ns; /* read once a turn */
+    ws_viewer *first_dead;
+    unsigned char *input; /* WS_INPUT */
+    int64_t now_ns;       /* read once a turn */
     ws_counts counts;
 };
 
@@ -160,17 +168,32 @@ void ll_ws_count(atomic_ullong *counter, uint64_t n);
 ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `released` */
 
+void ll_ws_release(const ll_ws_socket *socket); /* closes it, or gives it back */
+
 /* ws_thread.c */
 bool ll_ws_thread_prepare(ws_thread *thread);
 void *ll_ws_thread_main(void *thread);
 
-/* ws_viewer.c: all on the viewer's thread. Functions that return bool: false when the socket must be closed
- * now. */
-bool ll_ws_viewer_open(ws_viewer *viewer);
+/* ws_socket.c: all on the viewer's thread. A socket that fails makes its viewer dead. */
+bool ll_ws_socket_open(ws_viewer *viewer); /* watched from here on; writes the 101 where it is wanted */
+void ll_ws_socket_event(ws_viewer *viewer, uint32_t events);
+void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size); /* that came */
+/* LL_FRAMING_ROOM bytes before `payload` are free. What the socket does not take is kept. */
+void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode);
+bool ll_ws_socket_full(const ws_viewer *viewer); /* something is kept: do not write */
+void ll_ws_socket_want(ws_viewer *viewer);       /* ll_ws_viewer_writable, soon */
+void ll_ws_socket_say_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */
+void ll_ws_socket_fail(ws_viewer *viewer);
+void ll_ws_socket_free(ws_viewer *viewer); /* the socket and what is kept for it */
+
+/* ws_viewer.c: all on the viewer's thread. */
+void ll_ws_viewer_open(ws_viewer *viewer);
 void ll_ws_viewer_gone(ws_viewer *viewer);
-void ll_ws_viewer_pong(ws_viewer *viewer); /* counts as a message */
-bool ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last);
-bool ll_ws_viewer_writable(ws_viewer *viewer);
+void ll_ws_viewer_ping(ws_viewer *viewer); /* pings and pongs count as messages */
+void ll_ws_viewer_pong(ws_viewer *viewer);
+void ll_ws_viewer_left(ws_viewer *viewer, int code); /* it says goodbye; LL_FRAMING_NO_CODE: without a code */
+void ll_ws_viewer_receive(ws_viewer *viewer, const ll_framing *piece);
+void ll_ws_viewer_writable(ws_viewer *viewer);
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next */
 void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message);
 void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason);

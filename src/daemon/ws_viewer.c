@@ -24,8 +24,11 @@
 #define KEY_NS INT64_C(250000000)
 #define KEYS_AGAIN_NS INT64_C(10000000000)
 
-#define QUIET_NS INT64_C(100000000)    /* nothing came for that long: a rude viewer has stopped */
 #define GOODBYE_NS INT64_C(3000000000) /* how long a viewer may take to let itself be closed */
+
+/* Of silence: after PING_NS it is asked whether it is there, after HANG_UP_NS it is not. */
+#define PING_NS INT64_C(20000000000)
+#define HANG_UP_NS INT64_C(30000000000)
 
 static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
 {
@@ -59,18 +62,10 @@ static int credit(const ws_viewer *viewer)
 {
     bool limited = viewer->acked_once || viewer->thread->now_ns - viewer->first_sent_ns < GRACE_NS;
     bool mute = !viewer->ready || viewer->dead || viewer->close_code != 0 || viewer->first_message != NULL;
-    if (mute || lws_partial_buffered(viewer->wsi)) {
+    if (mute || ll_ws_socket_full(viewer)) {
         return 0;
     }
     return limited && !viewer->fresh ? viewer->window - viewer->outstanding_count : WS_PENDING;
-}
-
-static void fail(ws_viewer *viewer)
-{
-    if (!viewer->dead) {
-        viewer->dead = true;
-        lws_set_timeout(viewer->wsi, PENDING_TIMEOUT_CLOSE_SEND, LWS_TO_KILL_ASYNC);
-    }
 }
 
 static void note_sent(ws_viewer *viewer, const ws_publication *frame, bool key)
@@ -112,13 +107,12 @@ static bool send_frame(ws_viewer *viewer, ws_publication *frame)
         return false;
     }
     set_needs_key(viewer, false);
-    /* Written at once, not from the library's writeable callback: with nothing buffered this is one send()
-     * and saves a poll per frame. The library writes the frame's header before the bytes: the same one for
-     * every viewer, as a server does not mask. */
+    /* The head goes before the bytes, into the publication: it is the same for every viewer, as a server does
+     * not mask. */
     bool text = viewer->upgrade.format == LL_FRAME_JSON;
-    if (lws_write(viewer->wsi, frame->bytes + frame->variant[variant].at, size,
-                  text ? LWS_WRITE_TEXT : LWS_WRITE_BINARY) < 0) {
-        fail(viewer);
+    ll_ws_socket_write(viewer, frame->bytes + frame->variant[variant].at, size,
+                       text ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
+    if (viewer->dead) {
         return false;
     }
     note_sent(viewer, frame, key);
@@ -228,19 +222,15 @@ static void drop_messages(ws_viewer *viewer)
 
 static void flush_messages(ws_viewer *viewer)
 {
-    while (viewer->first_message != NULL && !viewer->dead && !lws_partial_buffered(viewer->wsi)) {
+    while (viewer->first_message != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
         ws_mail *message = viewer->first_message;
-        if (lws_write(viewer->wsi, message->text, message->size, LWS_WRITE_TEXT) < 0) {
-            fail(viewer);
-            return;
-        }
+        ll_ws_socket_write(viewer, message->text, message->size, LL_OPCODE_TEXT);
         viewer->first_message = message->next;
         viewer->last_message = message->next != NULL ? viewer->last_message : NULL;
         viewer->message_count--;
         viewer->message_bytes -= message->size;
         free(message);
     }
-    /* A partial write has asked for the writeable callback by itself. */
 }
 
 static void enqueue(ws_viewer *viewer, ws_mail *message)
@@ -287,10 +277,9 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     if (message != NULL) {
         enqueue(viewer, message);
     }
-    /* The close frame leaves from the writeable callback. One that does not read is cut (ll_ws_viewer_sweep).
-     */
+    /* The close frame leaves when the messages have. One that does not read is cut (ll_ws_viewer_sweep). */
     viewer->close_ns = viewer->thread->now_ns;
-    lws_callback_on_writable(viewer->wsi);
+    ll_ws_socket_want(viewer);
 }
 
 void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
@@ -323,32 +312,23 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
     }
 }
 
-/* A socket that is closed while bytes still come is reset, and the reset overtakes the reason on its way. */
-static bool is_talking(const ws_viewer *viewer)
+void ll_ws_viewer_writable(ws_viewer *viewer)
 {
-    int64_t now = viewer->thread->now_ns;
-    return viewer->rude && now - viewer->heard_ns < QUIET_NS && now - viewer->close_ns < GOODBYE_NS * 3 / 4;
-}
-
-bool ll_ws_viewer_writable(ws_viewer *viewer)
-{
-    if (viewer->dead) {
-        return false;
-    }
     flush_messages(viewer);
-    if (viewer->first_message != NULL || lws_partial_buffered(viewer->wsi)) {
-        return !viewer->dead;
-    }
-    if (viewer->close_code != 0 && is_talking(viewer)) {
-        return true; /* ll_ws_viewer_sweep comes back to it */
+    if (viewer->first_message != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->said) {
+        return;
     }
     if (viewer->close_code != 0) {
-        lws_close_reason(viewer->wsi, (enum lws_close_status)viewer->close_code,
-                         (unsigned char *)viewer->close_reason, strlen(viewer->close_reason));
-        return false;
+        ll_ws_socket_say_close(viewer, viewer->close_code, viewer->close_reason);
+        return;
+    }
+    if (viewer->pong_wanted) {
+        unsigned char bytes[LL_FRAMING_ROOM + LL_FRAMING_CONTROL];
+        memcpy(bytes + LL_FRAMING_ROOM, viewer->pong, (size_t)viewer->pong_size);
+        viewer->pong_wanted = false;
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, (size_t)viewer->pong_size, LL_OPCODE_PONG);
     }
     try_latest(viewer);
-    return !viewer->dead;
 }
 
 /* ---- messages from the viewer ---- */
@@ -400,6 +380,14 @@ static bool within_rate(ws_viewer *viewer, size_t size)
     return viewer->tokens >= 0;
 }
 
+/* What it still sends is not waited for. */
+static void refuse_message(ws_viewer *viewer, int code, const char *reason)
+{
+    ll_ws_count(&viewer->thread->counts.closed_policy, 1);
+    viewer->deaf = true;
+    ll_ws_viewer_close(viewer, code, reason);
+}
+
 static void refuse_rate(ws_viewer *viewer)
 {
     char text[120];
@@ -415,9 +403,7 @@ static void refuse_rate(ws_viewer *viewer)
     if (message != NULL) {
         ll_ws_viewer_send(viewer, message);
     }
-    ll_ws_count(&viewer->thread->counts.closed_policy, 1);
-    viewer->rude = true;
-    ll_ws_viewer_close(viewer, LL_WS_POLICY, text);
+    refuse_message(viewer, LL_WS_POLICY, text);
 }
 
 static void take_message(ws_viewer *viewer, const char *text, size_t size)
@@ -436,67 +422,68 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
 
 void ll_ws_viewer_pong(ws_viewer *viewer)
 {
-    if (viewer->dead || viewer->stream == NULL || viewer->close_code != 0) {
-        return;
-    }
-    viewer->heard_ns = viewer->thread->now_ns;
-    if (!within_rate(viewer, 0)) {
+    if (viewer->stream != NULL && viewer->close_code == 0 && !within_rate(viewer, 0)) {
         refuse_rate(viewer);
     }
 }
 
-bool ll_ws_viewer_receive(ws_viewer *viewer, const char *bytes, size_t size, bool first, bool last)
+/* RFC 6455 5.5.3: of several pings only the last needs an answer. So those that pile up while the socket is
+ * full cost no memory. */
+void ll_ws_viewer_ping(ws_viewer *viewer)
 {
-    if (viewer->dead) {
-        return false;
+    ll_ws_viewer_pong(viewer);
+    if (viewer->close_code == 0) {
+        viewer->pong_wanted = true;
+        ll_ws_viewer_writable(viewer);
     }
-    viewer->heard_ns = viewer->thread->now_ns;
-    if (viewer->stream == NULL || viewer->close_code != 0) {
-        return true; /* it is on its way out: what it says is not heard */
-    }
-    if (first) {
-        viewer->received_size = 0;
-    }
-    size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
-    if (lws_frame_is_binary(viewer->wsi) || viewer->received_size + size > limit) {
-        bool big = viewer->received_size + size > limit;
-        char text[100];
-        snprintf(text, sizeof text, "a message may have %zu bytes (max_message_bytes)", limit);
-        ll_ws_count(&viewer->thread->counts.closed_policy, 1);
-        viewer->rude = true;
-        ll_ws_viewer_close(viewer, big ? LL_WS_TOO_BIG : 1003, big ? text : "messages are text");
-        return true;
-    }
-    /* Pieces of nothing cost as much as messages. */
-    if (!last && !within_rate(viewer, size)) {
-        refuse_rate(viewer);
-        return true;
-    }
-    if (viewer->received_size + size + 1 > viewer->received_capacity) {
-        size_t capacity = viewer->received_size + size < 256 ? 256 : 2 * (viewer->received_size + size);
+}
+
+static bool keep_piece(ws_viewer *viewer, const ll_framing *piece)
+{
+    size_t size = viewer->received_size + piece->size;
+    if (size + 1 > viewer->received_capacity) {
+        size_t capacity = size < 256 ? 256 : 2 * size;
         char *grown = realloc(viewer->received, capacity);
         if (grown == NULL) {
-            ll_ws_viewer_close(viewer, 1011, "no memory for a message");
-            return true;
+            return false;
         }
         viewer->received = grown;
         viewer->received_capacity = capacity;
     }
-    if (size > 0) {
-        memcpy(viewer->received + viewer->received_size, bytes, size);
+    memcpy(viewer->received + viewer->received_size, piece->bytes, piece->size);
+    viewer->received_size = size;
+    return true;
+}
+
+void ll_ws_viewer_receive(ws_viewer *viewer, const ll_framing *piece)
+{
+    size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
+    char text[100];
+    if (viewer->stream == NULL || viewer->close_code != 0) {
+        return; /* it is on its way out: what it says is not heard */
     }
-    viewer->received_size += size;
-    if (last) {
+    if (piece->first) {
+        viewer->received_size = 0;
+    }
+    if (piece->binary) {
+        refuse_message(viewer, LL_WS_UNSUPPORTED, "messages are text");
+    } else if (viewer->received_size + piece->size > limit) {
+        snprintf(text, sizeof text, "a message may have %zu bytes (max_message_bytes)", limit);
+        refuse_message(viewer, LL_WS_TOO_BIG, text);
+    } else if (!piece->last && !within_rate(viewer, piece->size)) {
+        refuse_rate(viewer); /* pieces of nothing cost as much as messages */
+    } else if (!keep_piece(viewer, piece)) {
+        ll_ws_viewer_close(viewer, 1011, "no memory for a message");
+    } else if (piece->last) {
         viewer->received[viewer->received_size] = '\0';
         take_message(viewer, viewer->received, viewer->received_size);
         viewer->received_size = 0;
     }
-    return !viewer->dead;
 }
 
 /* ---- coming and going ---- */
 
-bool ll_ws_viewer_open(ws_viewer *viewer)
+void ll_ws_viewer_open(ws_viewer *viewer)
 {
     ws_thread *thread = viewer->thread;
     ll_ws *ws = thread->ws;
@@ -507,7 +494,7 @@ bool ll_ws_viewer_open(ws_viewer *viewer)
     viewer->window = BEGIN_WINDOW;
     if (stream == NULL) {
         ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "it was deleted");
-        return true;
+        return;
     }
     if (stream->arrived >= ws->config.max_viewers) {
         char text[100];
@@ -515,7 +502,7 @@ bool ll_ws_viewer_open(ws_viewer *viewer)
                  (int)ws->config.max_viewers);
         ll_ws_count(&thread->counts.closed_policy, 1);
         ll_ws_viewer_close(viewer, LL_WS_TOO_MANY, text);
-        return true;
+        return;
     }
     viewer->stream = stream;
     viewer->next = stream->first;
@@ -528,7 +515,6 @@ bool ll_ws_viewer_open(ws_viewer *viewer)
     ll_ws_count(&thread->counts.viewers, 1);
     hooks_of(viewer)->opened(hooks_of(viewer)->context, stream->session, viewer->handle,
                              viewer->upgrade.format);
-    return true;
 }
 
 void ll_ws_stream_release_if_done(ll_ws_stream *stream)
@@ -565,22 +551,46 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     ll_ws_stream_release_if_done(stream);
 }
 
+/* Nothing of ours may follow our own close frame, which answers its. */
+void ll_ws_viewer_left(ws_viewer *viewer, int code)
+{
+    if (viewer->said) {
+        return;
+    }
+    drop_messages(viewer);
+    viewer->close_code = code;
+    viewer->close_ns = viewer->thread->now_ns;
+    ll_ws_viewer_gone(viewer);
+    ll_ws_socket_say_close(viewer, code, "");
+}
+
+static void look_for_life(ws_viewer *viewer)
+{
+    unsigned char bytes[LL_FRAMING_ROOM];
+    int64_t now = viewer->thread->now_ns, silent = now - viewer->heard_ns;
+    if (silent > HANG_UP_NS) {
+        ll_ws_socket_fail(viewer);
+    } else if (silent > PING_NS && now - viewer->pinged_ns > PING_NS && !ll_ws_socket_full(viewer)) {
+        viewer->pinged_ns = now;
+        ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, 0, LL_OPCODE_PING);
+    }
+}
+
 void ll_ws_viewer_sweep(ws_viewer *viewer)
 {
     const ll_door_config *config = &viewer->thread->ws->config;
     int64_t now = viewer->thread->now_ns;
-    if (viewer->wsi == NULL || viewer->dead) {
+    if (viewer->dead) {
         return;
     }
     if (viewer->close_code != 0) {
         if (now - viewer->close_ns > GOODBYE_NS) {
-            fail(viewer);
-        } else if (viewer->rude && !is_talking(viewer)) {
-            lws_callback_on_writable(viewer->wsi);
+            ll_ws_socket_fail(viewer);
         }
         return;
     }
-    if (viewer->stream == NULL) {
+    look_for_life(viewer);
+    if (viewer->stream == NULL || viewer->dead) {
         return;
     }
     if (!viewer->ready && (double)(now - viewer->opened_ns) > config->hello_timeout_s * 1e9) {

@@ -17,6 +17,7 @@ const ACCIDENTS = new Set(['503']);
 const UNPROVOKED = new Map([
   ['get /api/v1/openapi.yaml 404', 'the document is what this test reads'],
   ['get /api/v1/asyncapi.yaml 404', 'as above'],
+  ['get /api/v1/schemas.json 404', 'as above'],
   ['get /api/v1/sessions/{id} 507', 'needs a stored log that is damaged: tests/daemon'],
   ['get /api/v1/sessions/{id}/state 507', 'as above'],
   ['get /api/v1/sessions/{id}/metrics 507', 'as above'],
@@ -41,6 +42,7 @@ before(async () => {
   c = client(daemon.url);
   api = YAML.parse((await c.get('/api/v1/openapi.yaml')).text);
   ajv = new Ajv({ strict: false, allErrors: true });
+  ajv.addSchema((await c.get('/api/v1/schemas.json')).json, 'schemas.json');
   ajv.addSchema(api, 'openapi');
 });
 after(async () => {
@@ -49,14 +51,14 @@ after(async () => {
 });
 
 function resolve(node) {
-  while (node?.$ref) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], api);
+  while (node?.$ref?.startsWith('#')) node = node.$ref.slice(2).split('/').reduce((at, key) => at[key.replaceAll('~1', '/')], api);
   return node;
 }
 
 const compiled = new Map();
 function validator(schema) {
   if (!compiled.has(schema)) {
-    const local = JSON.parse(JSON.stringify(schema), (key, value) => (key === '$ref' ? value.replace('#', 'openapi#') : value));
+    const local = JSON.parse(JSON.stringify(schema), (key, value) => (key === '$ref' ? value.replace(/^#/, 'openapi#') : value));
     compiled.set(schema, ajv.compile(local));
   }
   return compiled.get(schema);
@@ -127,6 +129,8 @@ test('scenarios and documents', async () => {
   assert.match((await call('get', '/api/v1/schema', {}, 400, { query: '?kind=nosuch' })).json.detail, /netgame, motion, rigid, fluid; got nosuch/);
   await call('get', '/api/v1/openapi.yaml', {}, 200);
   await call('get', '/api/v1/asyncapi.yaml', {}, 200);
+  const { $defs } = (await call('get', '/api/v1/schemas.json', {}, 200)).json;
+  assert.deepEqual($defs.scenario.oneOf, all.oneOf);
 });
 
 test('operations of who runs it', async () => {
@@ -255,6 +259,12 @@ test('experiments', async () => {
   for (const type of ['text/csv', 'application/x-ndjson', 'application/json', 'application/vnd.apache.parquet', 'application/vnd.sqlite3'])
     await call('get', `${X}/results`, { id }, 200, { headers: { accept: type } });
   await call('get', `${X}/report`, { id }, 200);
+  for (const path of [`${X}/results`, `${X}/report`, `${X}/runs/{run}/trace`]) {
+    const { etag } = (await call('get', path, { id, run: 1 }, 200)).headers;
+    await call('get', path, { id, run: 1 }, 304, { headers: { 'if-none-match': etag } });
+    await call('get', path, { id, run: 1 }, 206, { headers: { range: 'bytes=0-9' } });
+    await call('get', path, { id, run: 1 }, 416, { headers: { range: 'bytes=99999999-' } });
+  }
   await call('get', `${X}/results`, { id }, 400, { query: '?format=xls' });
   await call('get', `${X}/results`, { id }, 406, { headers: { accept: 'image/png' } });
   await call('get', `${X}/runs/{run}`, { id, run: 1 }, 200);
@@ -471,4 +481,23 @@ test('what no operation is for', async () => {
   assert.equal(head.status, 200);
   assert.equal(head.text, '');
   assert.match((await raw(daemon.port, 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n')).text, /^HTTP\/1.1 200 /);
+});
+
+test('each path: 405 with the methods that it has, to every other', async () => {
+  const values = { id: NOBODY, code: '2222', run: 0 };
+  for (const [template, item] of Object.entries(api.paths)) {
+    const path = template.replace(/{(\w+)}/g, (_, name) => values[name]);
+    const has = METHODS.filter((name) => item[name]).map((name) => name.toUpperCase());
+    for (const method of ['GET', 'POST', 'PUT', 'PATCH', 'DELETE', 'TRACE', 'PROPFIND'].filter((name) => !has.includes(name))) {
+      const answer = await c.call(method, path);
+      assert.equal(answer.status, 405, `${method} ${path}: ${answer.text}`);
+      assert.equal(answer.headers['content-type'], 'application/problem+json');
+      const allow = answer.headers.allow.split(', ').filter((name) => name !== 'HEAD').sort();
+      assert.deepEqual(allow, [...has].sort(), `${method} ${path}`);
+    }
+    if (has.includes('GET') && !template.endsWith('/stream')) {
+      const head = await c.call('HEAD', path), get = await c.get(path);
+      assert.deepEqual([head.status, head.text, head.headers['content-type']], [get.status, '', get.headers['content-type']], path);
+    }
+  }
 });

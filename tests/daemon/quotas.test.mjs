@@ -63,6 +63,40 @@ test('the logs of all have a limit, which deletion gives back and a restart keep
   });
 });
 
+test('one address has a share of the logs, which deletion gives back; others have their own', async () => {
+  await withDaemon(['--max-client-logs-mib', '1', '--max-commands-per-s', '100000', '--trusted-proxy', '127.0.0.1'], async (s) => {
+    const as = (address, method, path, wish = {}) => s.call(method, path, { ...wish, headers: { 'x-forwarded-for': address } });
+    const make = async (address) => (await as(address, 'POST', S, { body: { scenario: 'race', paused: true } })).json;
+    const first = await make('192.0.2.7'), second = await make('192.0.2.7'), other = await make('192.0.2.8');
+    assert.match((await fill(s, first)).json.detail, /sessions that one address has made take 1\.0 of 1\.0 MiB.*max_client_logs_mib/);
+    assert.equal((await s.patch(second, { 'players.0.lag_ms': 9 })).status, 507, 'its other session is of the same share');
+    assert.equal((await s.control(second, { op: 'play' })).status, 200, 'the clock goes on');
+    assert.equal((await as('192.0.2.7', 'POST', S, { body: { scenario: 'race' } })).status, 507);
+    assert.equal((await as('192.0.2.7', 'POST', `${S}/${other.id}/fork`)).status, 507);
+    assert.equal((await s.patch(other, { 'players.0.lag_ms': 9 })).status, 200);
+    assert.equal((await as('192.0.2.8', 'POST', S, { body: { scenario: 'race' } })).status, 201);
+    assert.equal((await s.call('DELETE', `${S}/${first.id}`, { key: first.owner_key })).status, 204);
+    await waitFor(async () => (await s.patch(second, { 'players.0.lag_ms': 9 })).status === 200, 'room for the second');
+  });
+});
+
+test('a state so large that a tick of it takes long is refused, and nothing was computed for it', async () => {
+  await withDaemon(['--max-state-mib', '8'], async (s) => {
+    const cavity = (n) => ({ kind: 'fluid', scene: 'cavity', params: { re: 400, n }, duration_s: 1 });
+    const begun = performance.now();
+    for (const n of [320, 512]) {
+      const made = await s.call('POST', S, { body: { scenario: cavity(n), paused: true } });
+      assert.equal(made.status, 400, made.text);
+      assert.match(made.json.detail, /state of this scenario would have [\d.]+ MiB; here it may have 8 \(max_state_mib\)/);
+      const dry = await s.call('POST', `${E}?dry_run=true`, { body: { scenario: cavity(n), metrics: ['cfl'] } });
+      assert.equal(dry.status, 400, dry.text);
+      assert.match(dry.json.detail, /max_state_mib/);
+    }
+    assert.ok(performance.now() - begun < 5000);
+    assert.equal((await s.call('POST', S, { body: { scenario: cavity(64), paused: true } })).status, 201);
+  });
+});
+
 test('forks count by the size of their log', async () => {
   await withDaemon(['--max-log-mib', '1', '--max-commands-per-s', '100000', '--max-new-sessions-per-min', '24'], async (s) => {
     const session = await s.make({ paused: true });

@@ -1,12 +1,13 @@
 // Requests that two readers could read in two ways are refused: the first of a connection, and each later one.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { client, raw, waitFor } from '../lib/client.mjs';
+import net from 'node:net';
+import { client, raw } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
 
 let daemon, c;
 before(async () => {
-  daemon = await startDaemon();
+  daemon = await startDaemon({ args: ['--head-timeout-s', '1', '--body-timeout-s', '1', '--idle-timeout-s', '5'] });
   c = client(daemon.url);
 });
 after(async () => {
@@ -50,7 +51,7 @@ for (const [name, request, status] of BAD) {
   });
 }
 
-test('what is allowed still is: chunks, 60 arguments that are known to nobody aside', async () => {
+test('what is allowed still is: chunks', async () => {
   const chunked = await raw(daemon.port, post('Transfer-Encoding: chunked\r\nConnection: close\r\n', `${BODY.length.toString(16)}\r\n${BODY}\r\n0\r\n\r\n`));
   assert.match(chunked.text, /^HTTP\/1\.1 201 /);
 });
@@ -63,10 +64,122 @@ test('a NUL in JSON is refused and not cut at', async () => {
   assert.equal((await c.call('POST', '/api/v1/sessions', { body: '{"scenario":"race","set":{"title":"a\\\\u0000 backslash"}}' })).status, 201);
 });
 
-test('a flood of pongs that nobody asked for is counted like messages', async () => {
+/** A frame as a client sends it; `mask` false: as it must not. */
+function frame(first, payload = Buffer.alloc(0), mask = true) {
+  const bytes = Buffer.from(payload), size = bytes.length;
+  const head = size < 126 ? [first, size] : [first, 126, size >> 8, size & 255], key = [0x12, 0x9a, 0xfe, 0x33];
+  if (!mask) return Buffer.concat([Buffer.from(head), bytes]);
+  head[1] |= 0x80;
+  return Buffer.concat([Buffer.from(head), Buffer.from(key), bytes.map((b, i) => b ^ key[i % 4])]);
+}
+
+/** Opens a stream by hand, behind `before` on the same connection, sends `bytes` when the hello is there, and tells what came of it: the
+ * code of the close frame (0: none), the payloads of pongs, and whether the connection was ended in an orderly way. */
+function shout(session, bytes, { before: kept = '', ms = 4000 } = {}) {
+  const upgrade = `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n`
+    + 'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: laglab.v1.json\r\n\r\n';
+  return new Promise((resolve) => {
+    let got = Buffer.alloc(0), open = false, said = false, ended = false;
+    const seen = { code: 0, reason: '', pongs: [], pings: 0, orderly: false, accept: '' };
+    const socket = net.connect({ port: daemon.port, host: '127.0.0.1', allowHalfOpen: true }, () => socket.write(kept + upgrade));
+    const end = () => {
+      if (!ended) { ended = true; clearTimeout(timer); socket.destroy(); resolve(seen); }
+    };
+    const timer = setTimeout(end, ms);
+    socket.on('error', end);
+    socket.on('end', () => { seen.orderly = true; end(); });
+    socket.on('data', (/** @type {Buffer} */ part) => {
+      got = Buffer.concat([got, part]);
+      if (!open) {
+        const text = got.toString('latin1'), at = text.indexOf('HTTP/1.1 101'), behind = text.indexOf('\r\n\r\n', at);
+        if (at < 0 || behind < 0) return;
+        seen.accept = /sec-websocket-accept: (\S+)/i.exec(text.slice(at))?.[1] ?? '';
+        got = got.subarray(behind + 4);
+        open = true;
+      }
+      while (got.length >= 2) {
+        const short = got[1] & 127, at = short === 126 ? 4 : short === 127 ? 10 : 2;
+        if (got.length < at) return;
+        const size = short === 126 ? got.readUInt16BE(2) : short === 127 ? Number(got.readBigUInt64BE(2)) : short;
+        if (got.length < at + size) return;
+        const opcode = got[0] & 15, payload = got.subarray(at, at + size);
+        got = got.subarray(at + size);
+        if (!said) { said = true; socket.write(bytes); }
+        if (opcode === 8) { seen.code = size >= 2 ? payload.readUInt16BE(0) : 1005; seen.reason = payload.subarray(2).toString(); }
+        if (opcode === 10) seen.pongs.push(payload.toString());
+      }
+    });
+  });
+}
+
+const SAY = Buffer.from('{"subscribe":{}}');
+/** @type {[string, Buffer, number][]} */
+const FRAMES = [
+  ['an unmasked text', frame(0x81, SAY, false), 1002],
+  ['an unmasked ping', frame(0x89, Buffer.from('x'), false), 1002],
+  ['an unmasked close', frame(0x88, Buffer.from([3, 232]), false), 1002],
+  ['an unmasked frame behind masked ones', Buffer.concat([frame(0x89), frame(0x8a), frame(0x81, SAY, false)]), 1002],
+  ['a reserved bit', frame(0xc1, SAY), 1002],
+  ['a reserved opcode', frame(0x83, SAY), 1002],
+  ['a ping of 126 bytes', frame(0x89, Buffer.alloc(126, 'p')), 1002],
+  ['a ping in pieces', frame(0x09, Buffer.from('x')), 1002],
+  ['a piece of nothing', frame(0x80, SAY), 1002],
+  ['a text in a text', Buffer.concat([frame(0x01, Buffer.from('{')), frame(0x81, SAY)]), 1002],
+  ['text that is no UTF-8', frame(0x81, Buffer.from([0x22, 0xc0, 0xaf, 0x22])), 1007],
+  ['a close with a code that is none', frame(0x88, Buffer.from([3, 237])), 1002],
+  ['a binary message', frame(0x82, SAY), 1003],
+  ['too much in one message', Buffer.concat([frame(0x01, Buffer.alloc(65000, ' ')), frame(0x80, Buffer.alloc(65000, ' '))]), 1009],
+  ['300,000 pings', Buffer.concat(Array(300000).fill(frame(0x89))), 1008],
+  ['300,000 pongs', Buffer.concat(Array(300000).fill(frame(0x8a, Buffer.from('x')))), 1008],
+  ['100,000 empty pieces', Buffer.concat([frame(0x01), ...Array(100000).fill(frame(0x00))]), 1008],
+];
+
+for (const [name, bytes, code] of FRAMES) {
+  test(`a viewer that sends ${name} is closed with ${code}, on a new connection and on a kept one`, async () => {
+    for (const kept of ['', GOOD + GOOD]) {
+      const session = await c.make({ paused: true });
+      const seen = await shout(session, bytes, { before: kept });
+      assert.equal(seen.accept, 's3pPLMBiTxaQ9kYGzzhZRbK+xOo=');
+      assert.equal(seen.code, code, seen.reason);
+      assert.ok(seen.orderly, 'the close frame is not overtaken by a reset');
+    }
+  });
+}
+
+test('pings are answered, the close is echoed, and others are served while one floods', async () => {
   const session = await c.make({ paused: true });
+  const seen = await shout(session, Buffer.concat([frame(0x89, Buffer.from('one')), frame(0x88, Buffer.from([0x0f, 0xa0]))]));
+  assert.deepEqual([seen.pongs, seen.code, seen.orderly], [['one'], 4000, true]);
   const stream = await c.stream(session);
-  for (let i = 0; i < 2000; i++) stream.socket.pong('x'); // the library tells nothing of empty ones
-  await waitFor(() => stream.closed, 'the end of a flood');
-  assert.equal(stream.closed.code, 1008);
+  const floods = [...Array(8)].map(() => shout(session, Buffer.concat(Array(200000).fill(frame(0x89)))));
+  stream.socket.ping();
+  await new Promise((resolve) => stream.socket.once('pong', resolve));
+  for (const flood of await Promise.all(floods)) assert.equal(flood.code, 1008);
+  assert.equal(stream.closed, undefined);
+  await stream.close();
+});
+
+/** Sends `begin`, then a byte of `rest` each 100 ms. */
+function dribble(begin, rest, ms) {
+  return new Promise((resolve) => {
+    let text = '', at = 0;
+    const begun = performance.now(), socket = net.connect(daemon.port, '127.0.0.1', () => socket.write(begin));
+    const timer = setInterval(() => (at < rest.length ? socket.write(rest[at++]) : at), 100);
+    const end = (closed) => { clearInterval(timer); clearTimeout(limit); socket.destroy(); resolve({ text, closed, ms: performance.now() - begun }); };
+    const limit = setTimeout(() => end(false), ms);
+    socket.on('data', (part) => { text += part; });
+    socket.on('error', () => end(true));
+    socket.on('close', () => end(true));
+  });
+}
+
+test('heads and bodies that come a byte now and then are cut: the first of a connection, and each later one', async () => {
+  const head = 'GET /healthz HTTP/1.1\r\nHost: localhost\r\nX-Long: ', slow = 'x'.repeat(1000);
+  const body = post(`Content-Length: 900\r\n`, '{');
+  const found = await Promise.all([dribble('', head + slow, 6000), dribble(head, slow, 6000), dribble(GOOD + head, slow, 6000), dribble(body, slow, 6000),
+    dribble(GOOD + GOOD + body, slow, 6000), dribble(post('Transfer-Encoding: chunked\r\n', '1\r\n{\r\n3e8\r\n'), slow, 6000),
+    dribble(GOOD, 'G', 9000)]);
+  for (const [i, { closed, ms }] of found.entries()) assert.ok(closed && ms < 7500, `${i}: ${closed ? `after ${ms} ms` : 'not cut'}`);
+  assert.match(found[1].text, /^HTTP\/1\.1 408 /);
+  assert.equal((await c.get('/healthz')).status, 200);
 });

@@ -9,6 +9,7 @@ export class Problem extends Error {
     this.status = status;
     /** @type {FieldError[]} */
     this.errors = Array.isArray(body?.errors) ? body.errors : [];
+    this.declined = body?.declined === true; /* the class key was asked for, and not given */
   }
 }
 
@@ -39,26 +40,32 @@ function classKey() {
   }
 }
 
-/** @returns {string} empty when none was given */
-function askForClassKey() {
-  const given = (window.prompt('Making something here needs the class key:') ?? '').trim();
+/** @param {string} key */
+function keepClassKey(key) {
   try {
-    if (given) localStorage.setItem(CLASS_KEY, given);
+    localStorage.setItem(CLASS_KEY, key);
   } catch { /* it is asked for again */ }
-  return given;
 }
+
+/** @param {unknown} error @returns {boolean} */
+const wantsKey = (error) => error instanceof Problem && [401, 403].includes(error.status);
 
 /** Makes something: with the class key where the daemon wants one.
  * @param {string} path @param {unknown} [body] @param {boolean} [ask] whether somebody waits for it who may be asked for the key
  * @returns {Promise<any>} */
 export async function make(path, body, ask = true) {
+  const kept = classKey();
+  const post = (/** @type {string} */ key) => call('POST', path, { body, key });
   try {
-    return await call('POST', path, { body, key: classKey() });
+    return await post(kept);
   } catch (error) {
-    if (!ask || !(error instanceof Problem) || ![401, 403].includes(error.status)) throw error;
-    const key = askForClassKey();
-    if (!key) throw error;
-    return call('POST', path, { body, key });
+    if (!ask || !wantsKey(error)) throw error;
+    const { withKey } = await part(() => import('./key.js'));
+    return withKey(async (key) => {
+      const made = await post(key);
+      keepClassKey(key);
+      return made;
+    }, wantsKey, kept !== '', new Problem(401, { detail: 'Making something here needs the class key.', declined: true }));
   }
 }
 

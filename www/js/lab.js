@@ -1,6 +1,6 @@
 // The session that the page shows: joined, made, copied or made again, and its stream.
 import { batch } from '../vendor/signals-core.js';
-import { call, make } from './api.js';
+import { Problem, call, make } from './api.js';
 import { create, keep, link } from './early.js';
 import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
@@ -145,9 +145,18 @@ export async function again() {
     show(made.id, made.key, true);
     if (link.problems.length > 0) tell(link.problems.join('. '), true);
   } catch (error) {
-    tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
-    setTimeout(again, 1000 + Math.random() * 1000);
+    failed(error);
   }
+}
+
+/** Nobody who has just not given the key is asked again. @param {unknown} error */
+export function failed(error) {
+  if (error instanceof Problem && error.declined) {
+    tell('No session: making one needs the class key. Load the page again to give it, or open what others share.', true);
+    return;
+  }
+  tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
+  setTimeout(again, 1000 + Math.random() * 1000);
 }
 
 /** Another scenario, with nothing changed. @param {string} id */

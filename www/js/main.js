@@ -5,7 +5,7 @@ import { call, insist, part } from './api.js';
 import * as controls from './controls.js';
 import { line, link, opened } from './early.js';
 import * as keys from './keys.js';
-import { again, hook, openExperiments, show } from './lab.js';
+import { failed, hook, openExperiments, show } from './lab.js';
 import { readExperiment } from './link.js';
 import * as loop from './loop.js';
 import * as page from './page.js';
@@ -18,10 +18,7 @@ opened?.then(async (made) => {
   show(made.id, made.key, made.own, await line);
   const notes = [made.note, ...link.problems].filter((text) => text !== '');
   if (notes.length > 0) tell(notes.join('. '), link.problems.length > 0);
-}).catch((error) => {
-  tell(`No session: ${error instanceof Error ? error.message : 'the daemon does not answer'} – trying again`);
-  setTimeout(again, 1000);
-});
+}).catch(failed);
 
 const WAIT_MS = 400;
 if (opened) { /* the page is laid out once, not twice, when the session tells soon what there is */

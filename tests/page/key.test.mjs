@@ -1,0 +1,71 @@
+// A daemon with a class key: who makes something is asked for it in the page, once.
+import assert from 'node:assert/strict';
+import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import path from 'node:path';
+import { after, before, test } from 'node:test';
+import { startDaemon } from '../lib/daemon.mjs';
+import { SIZES, axe, launch, shown, visit } from './lib.mjs';
+
+const KEY = 'seven-otters-in-a-row';
+const folder = mkdtempSync(path.join(tmpdir(), 'laglab-key-'));
+/** @type {Awaited<ReturnType<typeof startDaemon>>} */ let daemon;
+/** @type {import('playwright-core').Browser} */ let browser;
+before(async () => {
+  writeFileSync(path.join(folder, 'key'), `${KEY}\n`, { mode: 0o600 });
+  [daemon, browser] = await Promise.all([startDaemon({ args: ['--class-key-file', path.join(folder, 'key')] }), launch()]);
+});
+after(async () => {
+  await browser?.close();
+  await daemon?.stop();
+  rmSync(folder, { recursive: true });
+});
+
+const give = async (/** @type {import('playwright-core').Page} */ page, /** @type {string} */ key) => {
+  await page.locator('#class-key').fill(key);
+  await page.keyboard.press('Enter');
+};
+
+for (const size of SIZES) {
+  test(`the key is asked for, a wrong one told, the right one kept: ${size.name}`, async () => {
+    const { page, complaints, close } = await visit(browser, daemon.url + size.query, { ...size, wait: false });
+    const dialog = page.getByRole('dialog', { name: 'Class key' });
+    await dialog.waitFor();
+    assert.equal(await page.locator('#class-key').evaluate((e) => e === document.activeElement), true, 'it has the focus');
+    assert.deepEqual(await axe(page), []);
+    const box = await dialog.boundingBox();
+    assert.ok(box && box.x >= 0 && box.y >= 0 && box.x + box.width <= size.width && box.y + box.height <= size.height, JSON.stringify(box));
+    await give(page, 'eight-otters');
+    await page.getByText('This key is not right').waitFor();
+    assert.deepEqual(await axe(page), []);
+    await give(page, ` ${KEY} `);
+    await shown(page);
+    assert.equal(await page.locator('dialog[open]').count(), 0);
+    assert.ok(!page.url().includes(KEY));
+    await page.evaluate(() => sessionStorage.clear());
+    await page.goto(`${daemon.url}${size.query}${size.query ? '&' : '?'}scenario=cannon`);
+    await shown(page);
+    assert.equal(await page.locator('dialog[open]').count(), 0, 'it is not asked for again');
+    assert.deepEqual(complaints.filter((text) => !/status of 40[13]/.test(text)), []);
+    await close();
+  });
+}
+
+test('who gives none is told so and not asked again; who was sent a link watches without it', async () => {
+  const other = await visit(browser, daemon.url, { wait: false });
+  await other.page.getByRole('dialog', { name: 'Class key' }).waitFor();
+  await give(other.page, KEY);
+  await shown(other.page);
+  const id = await other.page.evaluate(() => globalThis.laglab().session.id);
+  const { page, close } = await visit(browser, daemon.url, { wait: false });
+  await page.getByRole('dialog', { name: 'Class key' }).waitFor();
+  await page.getByRole('button', { name: 'Cancel' }).click();
+  await page.getByText('making one needs the class key').waitFor();
+  await page.waitForTimeout(2500);
+  assert.equal(await page.locator('dialog[open]').count(), 0);
+  await close();
+  const watcher = await visit(browser, `${daemon.url}#s=${id}`);
+  assert.equal(await watcher.page.locator('dialog[open]').count(), 0);
+  await watcher.close();
+  await other.close();
+});
