@@ -255,14 +255,14 @@ static void rare_events_are_covered_at_least(void **state)
 {
     (void)state;
     static const known all[] = {
-        {"flag 1 %", event_1, 0.01, LL_SCALE_FLAG, 94.3, 100},
-        {"flag 5 %", event_5, 0.05, LL_SCALE_FLAG, 94.3, 100},
-        {"flag 20 %", event_20, 0.2, LL_SCALE_FLAG, 94.3, 100},
-        {"0 or 1, 1 %", event_1, 0.01, LL_SCALE_COUNT, 94.3, 100},
-        {"0 or 1, 20 %", event_20, 0.2, LL_SCALE_COUNT, 94.3, 100},
-        {"Poisson 0.02", poisson_2, 0.02, LL_SCALE_COUNT, 94.3, 100},
-        {"Poisson 0.3", poisson_30, 0.3, LL_SCALE_COUNT, 94.3, 100},
-        {"Poisson 3", poisson_300, 3, LL_SCALE_COUNT, 94, 100},
+        {"flag 1 %", event_1, 0.01, LL_SCALE_FLAG, 94.3, 100, 5},
+        {"flag 5 %", event_5, 0.05, LL_SCALE_FLAG, 94.3, 100, 5},
+        {"flag 20 %", event_20, 0.2, LL_SCALE_FLAG, 94.3, 100, 5},
+        {"0 or 1, 1 %", event_1, 0.01, LL_SCALE_COUNT, 94.3, 100, 5},
+        {"0 or 1, 20 %", event_20, 0.2, LL_SCALE_COUNT, 94.3, 100, 5},
+        {"Poisson 0.02", poisson_2, 0.02, LL_SCALE_COUNT, 94.3, 100, 5},
+        {"Poisson 0.3", poisson_30, 0.3, LL_SCALE_COUNT, 94.3, 100, 5},
+        {"Poisson 3", poisson_300, 3, LL_SCALE_COUNT, 94, 100, 5},
         {"0 of 10, amount", rare_30, 0.3, LL_SCALE_AMOUNT, 93, 100, 10},
         {"0 of 100, amount", rare_10, 0.1, LL_SCALE_AMOUNT, 93, 100, 10},
     };
