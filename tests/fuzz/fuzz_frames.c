@@ -210,12 +210,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     ll_ws_adopt(side.ws, &upgrade, ends[1], &pass);
     shutdown(ends[0], SHUT_WR);
     size_t got = 0;
-    for (ssize_t n; (n = read(ends[0], answer + got, sizeof answer - got)) > 0;)
+    ssize_t n;
+    while ((n = read(ends[0], answer + got, sizeof answer - got)) > 0)
         got += (size_t)n;
     sem_wait(&side.gone);
     close(ends[0]);
     compare(data, size);
-    check_answer(data, size, answer, got);
+    if (n == 0) /* a socket that is closed before all was read from it is reset, and loses what was sent */
+        check_answer(data, size, answer, got);
     for (int i = 0; i < side.count; i++)
         free(side.text[i]);
     return 0;
