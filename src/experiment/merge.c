@@ -78,7 +78,7 @@ static ll_status check_row(const merge *m, const char *path, int64_t run, const 
         return ll_error(LL_BAD_INPUT,
                         "%.150s: the row of run %" PRId64 " has not the %d fields of the header", path, run,
                         m->fields);
-    if (size < 2 || strcmp(line + size - 2, "\r\n") != 0)
+    if (strcspn(line, "\r\n") + 2 != size || strcmp(line + size - 2, "\r\n") != 0)
         return ll_error(LL_BAD_INPUT,
                         "%.150s: the row of run %" PRId64 " has no end: the file was cut or changed", path,
                         run);

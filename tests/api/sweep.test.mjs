@@ -75,7 +75,7 @@ test('shards that a copy cut or an editor changed are refused, and never make tw
   /** @type {[string, string, RegExp][]} */
   const changed = [['no newline', whole.slice(0, -1), /run \d+ has no end/], ['no line end', whole.slice(0, -2), /run \d+ has no end/], ['Unix lines', whole.replace(/\r\n$/, '\n'), /has no end/],
     ['a field less', whole.replace(/\r\n0,0,/, '\r\n0,'), /run 0 has not the \d+ fields/], ['an open quote', whole.replace(',ok,,', ',ok,",'), /has not the \d+ fields/],
-    ['a NUL', whole.replace(',ok,,', ',ok,\0,'), /has not the \d+ fields/], ['a sign', whole.replace(/\r\n0,/, '\r\n+0,'), /begins with its run/],
+    ['a NUL', whole.replace(',ok,,', ',ok,\0,'), /has not the \d+ fields/], ['a line end within', whole.replace(/\r\n$/, '\r+x\r\n'), /has no end/], ['a sign', whole.replace(/\r\n0,/, '\r\n+0,'), /begins with its run/],
     ['a zero before', whole.replace(/\r\n1,/, '\r\n01,'), /begins with its run/]];
   for (const [what, text, told] of changed) {
     assert.notEqual(text, whole, what);

@@ -87,7 +87,7 @@ static int fields_of(const char *line, size_t size)
 static int run_of(const char *line, size_t size)
 {
     if (size < 3 || memcmp(line + size - 2, "\r\n", 2) != 0 || memchr(line, '\0', size) != NULL ||
-        fields_of(line, size) != columns)
+        memchr(line, '\r', size - 2) != NULL || fields_of(line, size) != columns)
         return -1;
     return line[0] >= '0' && line[0] < '0' + RUNS && line[1] == ',' ? line[0] - '0' : -1;
 }
