@@ -93,6 +93,14 @@ foreach(source IN LISTS fuzz_sources)
     endif()
 endforeach()
 
+# ---- other CPUs, emulated: a sample; 77 and the reason where it cannot be run ----
+if(PROJECT_IS_TOP_LEVEL AND CMAKE_BUILD_TYPE STREQUAL "RelWithDebInfo" AND NOT LAGLAB_SANITIZE AND CMAKE_C_COMPILER_ID STREQUAL "GNU")
+    foreach(cpu IN ITEMS aarch64 riscv64)
+        laglab_test(golden.${cpu} golden ${tests_dir}/golden/cross.sh ${cpu} sample)
+        set_tests_properties(golden.${cpu} PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 900)
+    endforeach()
+endif()
+
 # ---- structure ----
 find_program(NODE_PROGRAM NAMES node nodejs)
 if(NODE_PROGRAM)
