@@ -58,7 +58,7 @@ function run(name, args) {
 
 async function campaign(name) {
   const found = folder('build/fuzz-found', name), work = folder('build/fuzz-corpus', name);
-  const before = rows().find((row) => row.reader === name && row.build === build) ?? { executions: 0, seconds: 0, crashes: 0 };
+  const before = rows().find((row) => row.reader === name && row.build === build) ?? { executions: '0', seconds: '0', crashes: '0', edges: '', corpus: '' };
   const left = runs - Number(before.executions);
   if (left <= 0) return;
   const crashes = () => readdirSync(found).filter((file) => /^(crash|timeout|oom|leak)-/.test(file)).length, had = crashes();
