@@ -47,7 +47,7 @@ sources() {
 ) 9>"$build/.lock" || not_run "the sources of cJSON could not be fetched: $(tail -n 1 "$build/cjson.log")"
 
 # ---- the engine ----
-cmake -S tests/golden/cross -B "$build/$cpu" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux "-DCMAKE_SYSTEM_PROCESSOR=$cpu" \
+[ -e "$build/$cpu/build.ninja" ] || cmake -S tests/golden/cross -B "$build/$cpu" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_SYSTEM_NAME=Linux "-DCMAKE_SYSTEM_PROCESSOR=$cpu" \
     "-DCMAKE_C_COMPILER=$cpu-linux-gnu-gcc" -DCMAKE_C_COMPILER_LAUNCHER="${CMAKE_C_COMPILER_LAUNCHER:-}" "-DCJSON=$build/include/cjson" >/dev/null
 ninja -C "$build/$cpu" >"$build/$cpu.log" 2>&1 || { tail -n 30 "$build/$cpu.log"; exit 1; }
 
