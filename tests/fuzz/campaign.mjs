@@ -45,14 +45,17 @@ function save(all) {
 
 // ---- a campaign ----
 
+/** @type {import('node:child_process').ChildProcess | undefined} */
+let running;
+for (const signal of ['SIGINT', 'SIGTERM']) process.on(signal, () => running?.kill('SIGINT')); // it ends with its figures
+
 /** @returns {Promise<string>} what libFuzzer said */
 function run(name, args) {
   return new Promise((resolve) => {
-    const child = spawn('nice', ['-n', '19', program(name), ...args], { cwd: ROOT, stdio: ['ignore', 'ignore', 'pipe'] });
+    const child = running = spawn('nice', ['-n', '19', program(name), ...args], { cwd: ROOT, stdio: ['ignore', 'ignore', 'pipe'] });
     let text = '';
     child.stderr.setEncoding('utf8').on('data', (more) => { text = (text + more).slice(-20000); });
     child.on('close', () => resolve(text));
-    for (const signal of ['SIGINT', 'SIGTERM']) process.once(signal, () => child.kill('SIGINT'));
   });
 }
 
