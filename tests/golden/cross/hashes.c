@@ -1,4 +1,5 @@
-/* Lines of tests/golden/hashes.csv, made anew: `hashes ID...`. Its own main, as cmocka is not there for every CPU. */
+/* Lines of tests/golden/hashes.csv, made anew: `hashes ID...`. Its own main, as cmocka is not there for every
+ * CPU. */
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
