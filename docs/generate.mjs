@@ -468,6 +468,12 @@ function killsDoc() {
     [[...['kills', 'sessions', 'acknowledged', 'commands', 'hashes', 'stayed_away', 'lost', 'resurrected', 'differ'].map((name) => whole(sum(rows, name))), rows.filter((row) => row.broken).length]]));
 }
 
+/** What is left when the load rests. */
+function restsDoc() {
+  return held('soak_rests', 'bench/run soak --seconds=560 --rest-every=60 --name=soak_rests', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
+    rows.filter((row) => row.idle === '1').map((row) => [row.t_s, row.anonymous_mib, row.descriptors, row.threads, row.sessions, row.disk_mib, whole(row.requests)])));
+}
+
 function soakDoc() {
   return held('soak', 'bench/run soak', (rows) => {
     const quarter = Math.floor((rows.length - 1) / 4), part = (/** @type {number} */ i) => rows.slice(i * quarter, (i + 1) * quarter), last = rows[rows.length - 1];
@@ -535,7 +541,7 @@ export function generate(binary) {
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
-    ['docs/trust.md', filled('docs/trust.md', { kills: killsDoc(), soak: soakDoc(), fuzz: fuzzDoc(), 'other CPUs': crossDoc() })],
+    ['docs/trust.md', filled('docs/trust.md', { kills: killsDoc(), soak: soakDoc(), rests: restsDoc(), fuzz: fuzzDoc(), 'other CPUs': crossDoc() })],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
   ]);
 }
