@@ -456,7 +456,7 @@ const whole = (/** @type {string | number} */ n) => Number(n).toLocaleString('en
 function held(name, command, body) {
   const file = `bench/results/${name}.csv`;
   if (!existsSync(path.join(ROOT, file))) return `Not run yet: \`${command}\` does.`;
-  const { comments, rows } = parseCsv(read(file)), of = Object.fromEntries(comments);
+  const { comments, rows } = parseCsv(read(file)), of = Object.fromEntries([...comments].reverse()); // a column may have the name of what is told first
   const when = of.date && of.commit ? ` ${of.date}, commit ${of.commit}, ${of.cpu}, ${of.compiler}; load of the machine: ${of.load}.` : '';
   return `${body(rows, of)}\n\n[All rows](../${file}). Repeat: \`${command}\`.${when}`;
 }
