@@ -3,7 +3,7 @@
 //
 //   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
 //
-// Whole files are written but for docs/deploy.md and docs/performance.md, where the text between two marks is.
+// Whole files are written but for docs/deploy.md, docs/trust.md and docs/performance.md, where the text between two marks is.
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -458,6 +458,57 @@ function memoryDoc(laglab) {
     PARTS.map(([name, meaning]) => [code(name), race[name].toLocaleString('en'), eight[name].toLocaleString('en'), meaning]));
 }
 
+// ---- what was held for long ----
+
+const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', frames: 'WebSocket frames of a viewer, through the daemon and its library', json: 'JSON of any body, file or message',
+  scenario: 'a scenario, which then runs', experiment: 'an experiment, of which a run is made', log: 'the log of a session, which is replayed', merge: 'shards given to `laglab merge`',
+  patch: 'commands to a running session', set: '`--set path=value`', snapshot: 'a snapshot of the game on its way to a client', stream: 'messages of a viewer to a session, acknowledgements too' };
+const SANITIZED = { fuzz: 'address, undefined', 'fuzz-plain': 'none' };
+const whole = (/** @type {string | number} */ n) => Number(n).toLocaleString('en');
+
+/** @param {string} name @param {string} command @param {(rows: any[], of: Record<string, string>) => string} body */
+function held(name, command, body) {
+  const file = `bench/results/${name}.csv`;
+  if (!existsSync(path.join(ROOT, file))) return `Not run yet: \`${command}\` does.`;
+  const { comments, rows } = parseCsv(read(file)), of = Object.fromEntries([...comments].reverse()); // a column may have the name of what is told first
+  const when = of.date && of.commit ? ` ${of.date}, commit ${of.commit}, ${of.cpu}, ${of.compiler}; load of the machine: ${of.load}.` : '';
+  return `${body(rows, of)}\n\n[All rows](../${file}). Repeat: \`${command}\`.${when}`;
+}
+
+const sum = (/** @type {any[]} */ rows, /** @type {string} */ name) => rows.reduce((total, row) => total + Number(row[name]), 0);
+
+function killsDoc() {
+  return held('kills', 'bench/run kills', (rows) => table(['Kills', 'Sessions', 'Acknowledged answers', 'Commands looked for', 'Hashes looked for', 'Deleted sessions looked for', 'Lost', 'Resurrected', 'Hashes that differ', 'Chains cut short'],
+    [[...['kills', 'sessions', 'acknowledged', 'commands', 'hashes', 'stayed_away', 'lost', 'resurrected', 'differ'].map((name) => whole(sum(rows, name))), rows.filter((row) => row.broken).length]]));
+}
+
+/** What is left when the load rests. */
+function restsDoc() {
+  return held('soak_rests', 'bench/run soak --seconds=300 --rest-every=40 --name=soak_rests', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
+    rows.filter((row) => row.idle === '1').map((row) => [row.t_s, row.anonymous_mib, row.descriptors, row.threads, row.sessions, row.disk_mib, whole(row.requests)])));
+}
+
+function soakDoc() {
+  return held('soak', 'bench/run soak', (rows) => {
+    const quarter = Math.floor((rows.length - 1) / 4), part = (/** @type {number} */ i) => rows.slice(i * quarter, (i + 1) * quarter), last = rows[rows.length - 1];
+    const mean = (/** @type {any[]} */ some, /** @type {string} */ name) => (sum(some, name) / some.length).toFixed(1);
+    const line = (/** @type {string} */ what, /** @type {any[]} */ some) => [what, `${some[0].t_s} to ${some[some.length - 1].t_s}`, mean(some, 'anonymous_mib'), Math.max(...some.map((row) => Number(row.anonymous_mib))),
+      Math.max(...some.map((row) => Number(row.descriptors))), Math.max(...some.map((row) => Number(row.threads))), some[some.length - 1].disk_mib, whole(some[some.length - 1].requests)];
+    return table(['Part', 's', 'Anonymous memory, mean MiB', 'most', 'Descriptors, most', 'Threads, most', 'Disk at its end, MiB', 'Answers so far'],
+      [...['first quarter', 'second', 'third', 'last'].map((what, i) => line(what, part(i))), line('after the load', [last])]);
+  });
+}
+
+function fuzzDoc() {
+  return held('fuzz', 'node tests/fuzz/campaign.mjs --build=fuzz --runs=1e7 READER', (rows) => table(['Reader', 'What it reads', 'Sanitizers', 'Executions', 'Wall time, s', 'Edges reached', 'Inputs kept', 'Broke a rule'],
+    rows.map((row) => [code(row.reader), READERS[row.reader], SANITIZED[row.build], whole(row.executions), whole(row.seconds), row.edges, row.corpus, row.crashes])));
+}
+
+function crossDoc() {
+  return held('cross', './dev cross', (rows) => table(['CPU', 'Scenarios', 'With the same hash and metrics', 'Compiler', 'Emulator', 'Commit', 'When'],
+    rows.map((row) => [row.cpu, row.scenarios, row.equal, `gcc ${row.compiler}`, `qemu ${row.emulator}`, row.commit, row.date])));
+}
+
 // ---- presets of links ----
 
 /** What each sets that is not the default, from the log of a run in which every player has one. */
@@ -517,6 +568,7 @@ export function generate(binary) {
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],
+    ['docs/trust.md', filled('docs/trust.md', { kills: killsDoc(), soak: soakDoc(), rests: restsDoc(), fuzz: fuzzDoc(), 'other CPUs': crossDoc() })],
     ['docs/performance.md', filled('docs/performance.md', { results: RESULTS.map(resultDoc).join('\n\n'), memory: memoryDoc(laglab) })],
   ]);
 }

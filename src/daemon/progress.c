@@ -115,7 +115,7 @@ static void close_removed(ll_progress *p)
 static void wait_for_news(ll_progress *p)
 {
     struct timespec until;
-    clock_gettime(CLOCK_REALTIME, &until);
+    clock_gettime(CLOCK_MONOTONIC, &until);
     if (p->viewers == 0)
         until.tv_sec += 1;
     until.tv_nsec += LOOK_EVERY_NS;
@@ -271,7 +271,11 @@ ll_status ll_progress_start(ll_experiments *experiments, ll_ws *ws, ll_progress 
     p->experiments = experiments;
     p->ws = ws;
     pthread_mutex_init(&p->lock, NULL);
-    pthread_cond_init(&p->wake, NULL);
+    pthread_condattr_t monotonic; /* whatever happens to the machine's date */
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_cond_init(&p->wake, &monotonic);
+    pthread_condattr_destroy(&monotonic);
     ll_ws_hooks hooks = {.context = p,
                          .opened = on_opened,
                          .message = on_message,

@@ -191,12 +191,17 @@ static void add_stored(void *context, const ll_stored *stored)
 /* What the machine has, or the container when that is less. */
 static int64_t all_memory(void)
 {
+    static const char *const limits[] = {"/sys/fs/cgroup/memory.max",
+                                         "/sys/fs/cgroup/memory/memory.limit_in_bytes"};
     int64_t bytes = (int64_t)sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE), most;
-    FILE *f = fopen("/sys/fs/cgroup/memory.max", "r");
-    if (f && fscanf(f, "%" SCNd64, &most) == 1 && most < bytes) /* it says `max` where there is no limit */
-        bytes = most;
-    if (f)
-        fclose(f);
+    for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++) {
+        FILE *f = fopen(limits[i], "r");
+        if (f && fscanf(f, "%" SCNd64, &most) == 1 &&
+            most < bytes) /* it says `max` where there is no limit */
+            bytes = most;
+        if (f)
+            fclose(f);
+    }
     return bytes;
 }
 

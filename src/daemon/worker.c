@@ -95,9 +95,10 @@ static verdict unobserved(ll_hosted *hosted)
 
 static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadline)
 {
+    bool asked =
+        atomic_exchange(&hosted->pending, false); /* of one that is deleted, too: else it is never let go */
     if (hosted->deleted)
         return LET_GO;
-    bool asked = atomic_exchange(&hosted->pending, false);
     if (!ll_viewers_any(hosted))
         return unobserved(hosted);
     if (!hosted->session || ll_session_get_info(hosted->session).parked) {

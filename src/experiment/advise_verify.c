@@ -19,8 +19,9 @@
 
 #define SAME 1e-12 /* relative: costs that are equal */
 #define PRIOR 1    /* settings' worth of trust in seeds being all alike */
-#define FREEDOM 3  /* degrees of freedom that the scatter of all settings counts for in the variance of one  \
-                    */
+#define FREEDOM                                                                                              \
+    3 /* degrees of freedom that the scatter of all settings counts for in the variance of one               \
+       */
 
 enum { FRESH_LEAST = 4, TWIN_LEAST = 6 };
 

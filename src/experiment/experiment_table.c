@@ -208,7 +208,7 @@ cJSON *ll_experiment_schema(void)
 
 /* ---- reading ---- */
 
-static ll_status check_keys(const cJSON *json)
+static ll_status check_keys(const cJSON *json, ll_experiment_head *head)
 {
     char known[240] = "";
     const cJSON *item;
@@ -219,7 +219,7 @@ static ll_status check_keys(const cJSON *json)
                  i + 1 < head_table.count ? ", " : "");
     cJSON_ArrayForEach(item, json)
     {
-        bool found = ll_param_find(&head_table, NULL, item->string, NULL) != NULL;
+        bool found = ll_param_find(&head_table, head, item->string, NULL) != NULL;
         for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
             found |= strcmp(item->string, other_keys[i]) == 0;
         if (!found)
@@ -231,13 +231,13 @@ static ll_status check_keys(const cJSON *json)
 
 ll_status ll_experiment_read_head(const cJSON *json, ll_experiment_head *head)
 {
-    ll_status status = check_keys(json);
+    ll_param_defaults(&head_table, head);
+    ll_status status = check_keys(json, head);
     if (ll_failed(&status))
         return status;
     cJSON *rest = cJSON_Duplicate(json, true);
     for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
         cJSON_DeleteItemFromObjectCaseSensitive(rest, other_keys[i]);
-    ll_param_defaults(&head_table, head);
     status = ll_param_parse(&head_table, rest, head);
     cJSON_Delete(rest);
     return status;

@@ -13,6 +13,7 @@
 typedef struct merge {
     ll_experiment *experiment;
     char *header;
+    int fields;
     char version[LL_VERSION_MAX + 1]; /* of the first row */
     char **lines;                     /* by run; owned */
 } merge;
@@ -23,6 +24,18 @@ static bool no_rows(void *context, ll_row *row, ll_status *status)
     (void)row;
     (void)status;
     return false;
+}
+
+/* Fields of a line (RFC 4180); 0: a quote is left open. */
+static int fields_of(const char *line)
+{
+    int fields = 1;
+    bool quoted = false;
+    for (const char *p = line; *p != '\0'; p++) {
+        quoted ^= *p == '"';
+        fields += *p == ',' && !quoted;
+    }
+    return quoted ? 0 : fields;
 }
 
 /* The header that a sweep of this experiment writes. */
@@ -38,6 +51,7 @@ static ll_status make_header(merge *m)
         status = ll_format_find("csv", 3)->write(ll_result_table_get(table), memory);
     ll_result_table_free(table);
     fclose(memory);
+    m->fields = fields_of(m->header);
     return status;
 }
 
@@ -57,15 +71,32 @@ static ll_status check_version(merge *m, const char *path, const char *line)
         path, length < LL_VERSION_MAX ? length : LL_VERSION_MAX, version, m->version);
 }
 
+/* What a copy that was broken off, or an editor, leaves would make two rows into one. */
+static ll_status check_row(const merge *m, const char *path, int64_t run, const char *line, size_t size)
+{
+    if (strlen(line) != size || fields_of(line) != m->fields)
+        return ll_error(LL_BAD_INPUT,
+                        "%.150s: the row of run %" PRId64 " has not the %d fields of the header", path, run,
+                        m->fields);
+    if (strcspn(line, "\r\n") + 2 != size || strcmp(line + size - 2, "\r\n") != 0)
+        return ll_error(LL_BAD_INPUT,
+                        "%.150s: the row of run %" PRId64 " has no end: the file was cut or changed", path,
+                        run);
+    return ll_ok();
+}
+
 /* A row without line ends in its texts, as laglab writes them. */
-static ll_status take_line(merge *m, const char *path, char *line)
+static ll_status take_line(merge *m, const char *path, char *line, size_t size)
 {
     char *end;
-    int64_t run = strtoll(line, &end, 10);
-    if (end == line || *end != ',' || run < 0 || run >= m->experiment->runs)
+    bool digit = line[0] >= '0' && line[0] <= '9', canonical = line[0] != '0' || line[1] == ',';
+    int64_t run = digit && canonical ? strtoll(line, &end, 10) : -1;
+    if (run < 0 || *end != ',' || run >= m->experiment->runs)
         return ll_error(LL_BAD_INPUT, "%.150s: a row begins with its run, 0 to %" PRId64 "; got %.40s", path,
                         m->experiment->runs - 1, line);
-    ll_status status = check_version(m, path, line);
+    ll_status status = check_row(m, path, run, line, size);
+    if (!ll_failed(&status))
+        status = check_version(m, path, line);
     if (ll_failed(&status))
         return status;
     if (m->lines[run] && strcmp(m->lines[run], line) != 0)
@@ -81,12 +112,13 @@ static ll_status take_file(merge *m, const char *path)
     char *line = NULL;
     size_t capacity = 0;
     bool header = true;
+    ssize_t size;
     ll_status status = file ? ll_ok() : ll_error(LL_BAD_INPUT, "cannot read %.200s", path);
-    while (!ll_failed(&status) && getline(&line, &capacity, file) > 0) {
-        if (header && strcmp(line, m->header) != 0)
+    while (!ll_failed(&status) && (size = getline(&line, &capacity, file)) > 0) {
+        if (header && (strcmp(line, m->header) != 0 || strlen(line) != (size_t)size))
             status = ll_error(LL_BAD_INPUT, "%.200s is not of this experiment: its header differs", path);
         else if (!header)
-            status = take_line(m, path, line);
+            status = take_line(m, path, line, (size_t)size);
         header = false;
     }
     if (!ll_failed(&status) && header)

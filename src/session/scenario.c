@@ -50,17 +50,22 @@ static ll_status syntax_error(const char *text, size_t length, const char *at)
     return ll_error(LL_BAD_INPUT, "not valid JSON: line %d, column %d", line, column);
 }
 
-/* The first NUL, as such or as \\u0000, at which texts would be cut; NULL when there is none. */
+/* The first NUL, at which texts would be cut: as such, as \\u0000, or as an escape without four hexadecimal
+ * digits, which cJSON reads as one. NULL when there is none. */
 static const char *find_nul(const char *text, size_t length)
 {
     for (size_t i = 0; i < length; i++) {
         if (text[i] == '\0')
             return text + i;
-        if (text[i] != '\\')
+        if (text[i] != '\\' || i + 1 == length)
             continue;
-        if (length - i >= 6 && memcmp(text + i + 1, "u0000", 5) == 0)
+        size_t digits = 0;
+        while (text[i + 1] == 'u' && digits < 4 && i + 2 + digits < length &&
+               isxdigit((unsigned char)text[i + 2 + digits]))
+            digits++;
+        if (text[i + 1] == 'u' && (digits < 4 || memcmp(text + i + 2, "0000", 4) == 0))
             return text + i;
-        i++; /* what is escaped */
+        i += text[i + 1] != '\0'; /* what is escaped */
     }
     return NULL;
 }

@@ -71,6 +71,26 @@ test('rows are the same for any number of jobs, from shards, and from standard i
   assert.match(missing.stderr, /12 of 36 runs are in no shard, the first is run 12/);
 });
 
+test('shards that a copy cut or an editor changed are refused, and never make two rows into one', () => {
+  const name = mixed();
+  for (const i of [1, 2]) good(['sweep', name, '--shard', `${i}/2`, '--out', `m${i}.csv`]);
+  const whole = readFileSync(file('m1.csv'), 'utf8');
+  /** @type {[string, string, RegExp][]} */
+  const changed = [['no newline', whole.slice(0, -1), /run \d+ has no end/], ['no line end', whole.slice(0, -2), /run \d+ has no end/], ['Unix lines', whole.replace(/\r\n$/, '\n'), /has no end/],
+    ['a field less', whole.replace(/\r\n0,0,/, '\r\n0,'), /run 0 has not the \d+ fields/], ['an open quote', whole.replace(',ok,,', ',ok,",'), /has not the \d+ fields/],
+    ['a NUL', whole.replace(',ok,,', ',ok,\0,'), /has not the \d+ fields/], ['a line end within', whole.replace(/\r\n$/, '\r+x\r\n'), /has no end/], ['a sign', whole.replace(/\r\n0,/, '\r\n+0,'), /begins with its run/],
+    ['a zero before', whole.replace(/\r\n1,/, '\r\n01,'), /begins with its run/]];
+  for (const [what, text, told] of changed) {
+    assert.notEqual(text, whole, what);
+    writeFileSync(file('bad.csv'), text);
+    const refused = laglab(['merge', name, 'bad.csv', 'm2.csv']);
+    assert.equal(refused.status, 2, what);
+    assert.match(refused.stderr, told, what);
+    assert.equal(refused.stdout, '', what);
+  }
+  assert.equal(good(['merge', name, 'm1.csv', 'm2.csv']), good(['sweep', name]));
+});
+
 test('a metric that was not counted is empty in CSV and null in JSON, and holds no limit', () => {
   const name = write('short.json', { scenario: 'race', set: { duration_s: 1.5 }, axes: [{ path: 'players.0.lag_ms', values: [0, 80] }],
     metrics: ['players.0.input_latency_ms.mean', 'players.0.corrections'] }); // all within the warm-up

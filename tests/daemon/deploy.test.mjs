@@ -7,6 +7,7 @@ import test from 'node:test';
 import { fileURLToPath } from 'node:url';
 import ts from 'typescript';
 import { parseAllDocuments, parseDocument } from 'yaml';
+import { sbom } from '../../deploy/sbom.mjs';
 import { startProxy } from '../../bench/proxies/proxies.mjs';
 import { client } from '../lib/client.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
@@ -37,7 +38,7 @@ const objects = () => FOLDERS.flatMap((folder) => kustomization(folder).resource
 function typeErrors(lists) {
   const file = (/** @type {number} */ i) => path.join(ROOT, `objects-${i}.ts`);
   const sources = new Map(lists.map((list, i) => [file(i), list.map((thing, k) => {
-    const group = String(thing.apiVersion).includes('/') ? thing.apiVersion : `core/${thing.apiVersion}`;
+    const group = String(thing.apiVersion).includes('/') ? thing.apiVersion.replace('.k8s.io', '') : `core/${thing.apiVersion}`;
     return `import type { ${thing.kind} as T${k} } from 'kubernetes-types/${group}';\nexport const o${k}: T${k} = ${JSON.stringify(thing)};`;
   }).join('\n')]));
   const options = { strict: true, noEmit: true, skipLibCheck: true, types: [], module: ts.ModuleKind.ESNext, moduleResolution: ts.ModuleResolutionKind.Bundler };
@@ -113,6 +114,15 @@ function problems(all) {
     }
     if (kind === 'PodDisruptionBudget')
       say(pods(all).some((pod) => selects(spec.selector.matchLabels, pod)), `${name}: selects nothing`);
+    if (kind === 'NetworkPolicy') {
+      const chosen = pods(all).filter((pod) => selects(spec.podSelector.matchLabels, pod));
+      say(chosen.length === 1, `${name}: selects ${chosen.length} workloads`);
+      say(JSON.stringify(spec.policyTypes) === '["Ingress","Egress"]', `${name}: leaves a direction open`);
+      say(spec.ingress.every((/** @type {Thing} */ rule) => rule.from?.length > 0 && rule.ports?.length > 0), `${name}: lets everybody in`);
+      for (const { port } of spec.ingress.flatMap((/** @type {Thing} */ rule) => rule.ports ?? []))
+        say(chosen.every((pod) => pod.spec.template.spec.containers.some((/** @type {Thing} */ c) => c.ports?.some((/** @type {Thing} */ p) => p.name === port))),
+          `${name}: no container has the port ${port}`);
+    }
     if (kind === 'Job') {
       say(spec.completionMode === 'Indexed' && spec.completions >= spec.parallelism, `${name}: an indexed job has an index for each pod`);
       say(spec.backoffLimitPerIndex === undefined || spec.template.spec.restartPolicy === 'Never', `${name}: backoffLimitPerIndex needs restartPolicy Never`);
@@ -123,7 +133,7 @@ function problems(all) {
 
 test('Kubernetes objects have the fields and types that Kubernetes knows, and hang together', () => {
   const all = objects();
-  assert.deepEqual(all.map((thing) => thing.kind).sort(), ['Job', 'PodDisruptionBudget', 'Service', 'StatefulSet']);
+  assert.deepEqual(all.map((thing) => thing.kind).sort(), ['Job', 'NetworkPolicy', 'PodDisruptionBudget', 'Service', 'StatefulSet']);
   assert.deepEqual(typeErrors([all]), [[]]);
   assert.deepEqual(problems(all), []);
   const { version } = JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8'));
@@ -157,6 +167,10 @@ test('mistakes in them are found', () => {
     ['a worker without a store', (o) => { o.Job.spec.template.spec.containers[0].env = []; }],
     ['$(WORKERS) is not set', (o) => { o.Job.spec.template.spec.containers[0].args.push('--jobs', '$(WORKERS)'); }],
     ['secret laglab with url', (o) => { o.Job.spec.template.spec.containers[0].env[0].valueFrom.secretKeyRef.name = 'laglab'; }],
+    ['NetworkPolicy laglab: selects 0', (o) => { o.NetworkPolicy.spec.podSelector.matchLabels = { app: 'lab' }; }],
+    ['leaves a direction open', (o) => { o.NetworkPolicy.spec.policyTypes = ['Ingress']; }],
+    ['lets everybody in', (o) => { delete o.NetworkPolicy.spec.ingress[0].from; }],
+    ['no container has the port web', (o) => { o.NetworkPolicy.spec.ingress[0].ports[0].port = 'web'; }],
     ['indexed job', (o) => { o.Job.spec.completionMode = 'NonIndexed'; }],
     ['needs restartPolicy Never', (o) => { o.Job.spec.template.spec.restartPolicy = 'OnFailure'; }],
     ['PodDisruptionBudget laglab: selects nothing', (o) => { o.PodDisruptionBudget.spec.selector.matchLabels = { app: 'lab' }; }],
@@ -173,6 +187,35 @@ test('mistakes in them are found', () => {
     assert.ok(found.some((problem) => problem.includes(told)), `${told}: ${found.join('; ')}`);
   }
   assert.equal(parseDocument('a: 1\na: 2\n', { uniqueKeys: true }).errors.length, 1, 'a key given twice');
+});
+
+test('the bill of materials is SPDX with every package once', () => {
+  const lock = JSON.parse(readFileSync(path.join(ROOT, 'package-lock.json'), 'utf8'));
+  const rows = ['libc6:amd64\t2.36-9+deb12u13\tamd64\tglibc\t2.36-9+deb12u13', 'adduser\t3.134\tall\tadduser\t3.134', 'libstdc++6:amd64\t12.2.0-14\tamd64\tgcc-12\t12.2.0-14'];
+  const bill = sbom(`${rows.join('\n')}\n`, lock, '2026-11-23T00:00:00Z');
+  assert.deepEqual([bill.spdxVersion, bill.dataLicense, bill.SPDXID, bill.creationInfo.created], ['SPDX-2.3', 'CC0-1.0', 'SPDXRef-DOCUMENT', '2026-11-23T00:00:00Z']);
+  const ids = bill.packages.map((one) => one.SPDXID);
+  assert.equal(new Set(ids).size, ids.length);
+  for (const one of ids) assert.match(one, /^SPDXRef-[A-Za-z0-9.-]+$/);
+  const by_name = Object.fromEntries(bill.packages.map((/** @type {Thing} */ one) => [one.name, one]));
+  assert.equal(by_name.libc6.externalRefs[0].referenceLocator, 'pkg:deb/debian/libc6@2.36-9%2Bdeb12u13?arch=amd64&distro=debian-12&upstream=glibc%402.36-9%2Bdeb12u13');
+  const libraries = Object.entries(JSON.parse(readFileSync(path.join(ROOT, 'package.json'), 'utf8')).dependencies);
+  assert.ok(libraries.length >= 3);
+  for (const [name, version] of libraries) {
+    assert.equal(by_name[name].versionInfo, version);
+    assert.equal(by_name[name].checksums[0].checksumValue.length, 128);
+  }
+  assert.ok(!('playwright-core' in by_name), 'tools of the tests are not in the image');
+  for (const { spdxElementId, relatedSpdxElement } of bill.relationships)
+    for (const one of [spdxElementId, relatedSpdxElement]) assert.ok(one === 'SPDXRef-DOCUMENT' || ids.includes(one), one);
+  assert.equal(bill.relationships.filter((one) => one.relationshipType === 'DEPENDS_ON').length, ids.length - 1);
+});
+
+test('the image is built on a base that is pinned, and its two stages on the same', () => {
+  const text = readFileSync(path.join(ROOT, 'Dockerfile'), 'utf8');
+  assert.match(text, /^ARG BASE=docker\.io\/library\/debian:bookworm-slim@sha256:[0-9a-f]{64}$/m);
+  const bases = [...text.matchAll(/^FROM (\S+)(?: AS (\S+))?/gm)], own = bases.map(([, , name]) => name);
+  for (const [, base] of bases) assert.ok(base === '${BASE}' || own.includes(base), `FROM ${base}`);
 });
 
 const kubectl = spawnSync('kubectl', ['version', '--client']).status === 0;

@@ -163,3 +163,26 @@ test('sessions that would take more memory than there is are refused, and harm n
   assert.equal((await c.get(first.links.state)).status, 200);
   c.close();
 });
+
+test('sessions that were deleted leave nothing behind', async (t) => {
+  const daemon = await startDaemon({ args: ['--max-new-sessions-per-min', '1000000'] }), c = client(daemon.url);
+  t.after(() => daemon.stop());
+  const kib = () => Number(/^RssAnon:\s+(\d+)/m.exec(readFileSync(`/proc/${daemon.pid}/status`, 'utf8'))[1]);
+  const come_and_go = async (/** @type {number} */ count) => {
+    let left = count;
+    await Promise.all([1, 2, 3, 4].map(async () => {
+      while (left-- > 0) {
+        const session = await c.make({ paused: true });
+        await c.call('DELETE', session.links.self, { key: session.owner_key });
+      }
+    }));
+    await pause(500);
+  };
+  await come_and_go(1500); // what is kept once
+  const before = kib();
+  await come_and_go(4000);
+  const each = (kib() - before) * 1024 / 4000;
+  t.diagnostic(`${Math.round(each)} bytes more for each`);
+  assert.ok(each < 700, `${Math.round(each)} bytes are kept of each session`);
+  c.close();
+});

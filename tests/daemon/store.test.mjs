@@ -86,6 +86,60 @@ test('a disk that is full', { skip: process.getuid() !== 0 && 'mounting a small 
   }
 });
 
+test('a disk without inodes', { skip: process.getuid() !== 0 && 'mounting a small disk needs root' }, async (t) => {
+  const disk = folder(), more = (/** @type {number} */ i) => path.join(disk, `filler-${i}`);
+  try {
+    execFileSync('mount', ['-t', 'tmpfs', '-o', 'size=64m,nr_inodes=24', 'none', disk], { stdio: 'pipe' });
+  } catch {
+    remove(disk);
+    return t.skip('no mounts here');
+  }
+  try {
+    let daemon = await start(t, { data: disk });
+    let c = client(daemon.url);
+    const session = await c.make({ paused: true }), order = { scenario: 'race', set: { duration_s: 0.2 }, repeats: 20, metrics: ['players.0.own_lead_m.mean'] };
+    let fillers = 0;
+    for (let full = false; !full;) {
+      try {
+        writeFileSync(more(fillers), '');
+        fillers++;
+      } catch (error) {
+        assert.equal(error.code, 'ENOSPC');
+        full = true;
+      }
+    }
+    assert.ok(fillers > 0);
+    // What needs no new file goes on; what may need one is answered with what it is, or with a problem.
+    assert.equal((await c.patch(session, { 'players.0.lag_ms': 77 })).status, 200);
+    const made = await c.call('POST', '/api/v1/experiments', { body: order });
+    assert.ok([202, 507].includes(made.status), made.text);
+    if (made.status === 202) {
+      await waitFor(async () => (await c.get(made.json.links.self)).json.state !== 'running', 'the experiment', 20000);
+      for (const format of ['csv', 'json', 'parquet', 'sqlite']) {
+        const answer = await c.get(`${made.json.links.results}?format=${format}`);
+        assert.ok(answer.status === 200 || (answer.status === 507 && answer.json.detail), `${format}: ${answer.status} ${answer.text.slice(0, 200)}`);
+      }
+    }
+    const { hash } = (await c.get(session.links.state)).json;
+    c.close();
+    await daemon.kill();
+    const told = spawnSync(BINARY, ['serve', '--listen', '127.0.0.1:0', '--data', path.join(disk, 'new')], { encoding: 'utf8', timeout: 10000 });
+    assert.equal(told.status, 1);
+    assert.match(told.stderr, /laglab: .*(cannot be made|No space left)/);
+    for (let i = 0; i < fillers; i++) rmSync(more(i));
+    daemon = await start(t, { data: disk });
+    c = client(daemon.url);
+    assert.equal((await c.get(session.links.state)).json.hash, hash);
+    assert.match((await c.get(session.links.log)).text, /"players.0.lag_ms":77/);
+    assert.equal((await c.call('POST', '/api/v1/experiments', { body: order })).status, 202);
+    c.close();
+    await daemon.stop();
+  } finally {
+    execFileSync('umount', ['-l', disk]);
+    remove(disk);
+  }
+});
+
 test('files that may not grow for a while', async (t) => {
   const daemon = await start(t);
   const c = client(daemon.url), session = await c.make({ set: { 'players.0.control': 'person' } });

@@ -88,11 +88,14 @@ void ll_ws_flush(ll_ws *ws)
 }
 
 /* For the front door only, parts of which the host is linked with. */
-void ll_ws_adopt(ll_ws *ws, const struct ll_upgrade *upgrade, int fd, const struct ll_gate_pass *pass)
+void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
+                 size_t begun_size, const struct ll_gate_pass *pass)
 {
     (void)ws;
     (void)upgrade;
-    (void)fd;
+    (void)socket;
+    (void)begun;
+    (void)begun_size;
     (void)pass;
 }
 

@@ -201,9 +201,10 @@ static void links_hold_the_longest_packets(void **state)
                        "\"update_hz\":%d,\"max_rollback_ticks\":16},\"players\":[",
                        k ? 60 : 128, k ? "deterministic" : "rollback", k ? 60 : 128);
         for (int p = 0; p < MANY; p++)
-            at +=
-                snprintf(at, (size_t)(end - at),
-                         "%s{\"control\":\"person\",\"lag_ms\":1000,\"link\":{\"up\":{\"delay_ms\":240},\"down\":{\"delay_ms\":240}},\"input_delay_ticks\":16}", p ? "," : "");
+            at += snprintf(at, (size_t)(end - at),
+                           "%s{\"control\":\"person\",\"lag_ms\":1000,\"link\":{\"up\":{\"delay_ms\":240},"
+                           "\"down\":{\"delay_ms\":240}},\"input_delay_ticks\":16}",
+                           p ? "," : "");
         snprintf(at, (size_t)(end - at), "]}");
         scene s = scene_make(text, NULL);
         for (int64_t t = 1; t < 20 * 128; t++) {

@@ -1,0 +1,203 @@
+/* Shards from anywhere, up to four in one input with a 0x1e between two, to `laglab merge`. What it takes is
+ * what a second, naive merge takes, and comes out as that one writes it: the header, then each run's line
+ * once. A shard that begins with
+ * `@` has the right header in the place of it. */
+#include "check.h"
+
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "base/version.h"
+#include "experiment/experiment.h"
+#include "experiment/formats.h"
+#include "experiment/table.h"
+#include "experiment/verbs.h"
+
+#define SHARDS 4
+#define RUNS 4
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static const char specification[] = "{\"scenario\":{\"kind\":\"motion\",\"problem\":\"kepler\",\"duration_"
+                                    "s\":1,\"methods\":[{\"method\":\"rk4\"}]},"
+                                    "\"axes\":[{\"path\":\"methods.0.dt_s\",\"values\":[0.01,0.02]}],"
+                                    "\"repeats\":2,\"metrics\":[\"methods.0.e_max\"]}";
+
+static char *header;
+static int columns;
+
+static bool no_rows(void *context, ll_row *row, ll_status *status)
+{
+    (void)context, (void)row, (void)status;
+    return false;
+}
+
+static void make_header(void)
+{
+    cJSON *json = cJSON_Parse(specification);
+    ll_experiment *experiment;
+    ll_result_table *table;
+    size_t size;
+    ll_status status = ll_experiment_parse(json, "scenarios", &experiment);
+    FUZZ_CHECK(!fuzz_failed(&status) && experiment->runs == RUNS);
+    status = ll_result_table_rows(experiment, ll_version, no_rows, NULL, &table);
+    FUZZ_CHECK(!fuzz_failed(&status));
+    FILE *memory = open_memstream(&header, &size);
+    status = ll_format_find("csv", 3)->write(ll_result_table_get(table), memory);
+    FUZZ_CHECK(!fuzz_failed(&status) && fclose(memory) == 0);
+    columns = ll_result_table_get(table)->column_count;
+    ll_result_table_free(table);
+    ll_experiment_free(experiment);
+    cJSON_Delete(json);
+}
+
+static int file_of(const void *bytes, size_t size, char path[64])
+{
+    int fd = memfd_create("shard", MFD_CLOEXEC);
+    FUZZ_CHECK(fd >= 0 && (size == 0 || write(fd, bytes, size) == (ssize_t)size));
+    snprintf(path, 64, "/proc/self/fd/%d", fd);
+    return fd;
+}
+
+/* ---- the naive merge ---- */
+
+typedef struct shard {
+    char *text;
+    size_t size;
+} shard;
+
+typedef struct merged {
+    const char *line[RUNS]; /* each with its end */
+    size_t size[RUNS];
+} merged;
+
+/* Fields of a line, by RFC 4180; 0 when a quote is left open. */
+static int fields_of(const char *line, size_t size)
+{
+    int fields = 1;
+    bool quoted = false;
+    for (size_t i = 0; i < size; i++) {
+        quoted ^= line[i] == '"';
+        fields += line[i] == ',' && !quoted;
+    }
+    return quoted ? 0 : fields;
+}
+
+/* The line's run; -1: it is no row. */
+static int run_of(const char *line, size_t size)
+{
+    if (size < 3 || memcmp(line + size - 2, "\r\n", 2) != 0 || memchr(line, '\0', size) != NULL ||
+        memchr(line, '\r', size - 2) != NULL || fields_of(line, size) != columns)
+        return -1;
+    return line[0] >= '0' && line[0] < '0' + RUNS && line[1] == ',' ? line[0] - '0' : -1;
+}
+
+static bool take_shard(const shard *s, merged *m)
+{
+    size_t at = strlen(header);
+    if (s->size < at || memcmp(s->text, header, at) != 0)
+        return false;
+    while (at < s->size) {
+        const char *line = s->text + at, *end = memchr(line, '\n', s->size - at);
+        size_t size = end != NULL ? (size_t)(end - line) + 1 : s->size - at;
+        int run = run_of(line, size);
+        if (run < 0 ||
+            (m->line[run] != NULL && (m->size[run] != size || memcmp(m->line[run], line, size) != 0)))
+            return false;
+        m->line[run] = line;
+        m->size[run] = size;
+        at += size;
+    }
+    return true;
+}
+
+static bool same_version(const char *a, const char *b)
+{
+    return strcmp(strrchr(a, ','), strrchr(b, ',')) == 0;
+}
+
+/* What the shards make together, or NULL. */
+static char *expected(const shard *shards, int count, size_t *size)
+{
+    merged m = {{NULL}, {0}};
+    char *text = NULL, first[1 << 13], other[1 << 13];
+    for (int i = 0; i < count; i++)
+        if (!take_shard(&shards[i], &m))
+            return NULL;
+    FILE *memory = open_memstream(&text, size);
+    bool good = true;
+    fputs(header, memory);
+    for (int i = 0; i < RUNS; i++) {
+        good = good && m.line[i] != NULL;
+        if (!good)
+            break;
+        snprintf(i == 0 ? first : other, sizeof other, "%.*s", (int)m.size[i], m.line[i]);
+        good = i == 0 || same_version(first, other);
+        fwrite(m.line[i], 1, m.size[i], memory);
+    }
+    fclose(memory);
+    if (good)
+        return text;
+    free(text);
+    return NULL;
+}
+
+/* ---- the shards of an input ---- */
+
+static int cut(const uint8_t *data, size_t size, shard shards[SHARDS])
+{
+    int count = 0;
+    size_t at = 0;
+    while (count < SHARDS && at <= size) {
+        const uint8_t *end = count + 1 < SHARDS ? memchr(data + at, 0x1e, size - at) : NULL;
+        size_t length = end != NULL ? (size_t)(end - data) - at : size - at;
+        bool right = length > 0 && data[at] == '@';
+        size_t head = right ? strlen(header) : 0, skip = right ? 1 : 0;
+        shard *s = &shards[count++];
+        s->size = head + length - skip;
+        s->text = malloc(s->size + 1);
+        FUZZ_CHECK(s->text != NULL);
+        memcpy(s->text, header, head);
+        memcpy(s->text + head, data + at + skip, length - skip);
+        at += length + 1;
+    }
+    return count;
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    if (header == NULL)
+        make_header();
+    if (size > 4096)
+        return 0;
+    shard shards[SHARDS];
+    char paths[SHARDS + 2][64];
+    char *arguments[SHARDS + 3] = {paths[SHARDS]};
+    int fds[SHARDS + 2], count = cut(data, size, shards), n = 1;
+    fds[SHARDS] = file_of(specification, strlen(specification), paths[SHARDS]);
+    fds[SHARDS + 1] = file_of("", 0, paths[SHARDS + 1]);
+    for (int i = 0; i < count; i++) {
+        fds[i] = file_of(shards[i].text, shards[i].size, paths[i]);
+        arguments[n++] = paths[i];
+    }
+    arguments[n++] = (char *)"--out";
+    arguments[n++] = paths[SHARDS + 1];
+    int status = ll_verb_merge(n, arguments);
+    size_t want_size = 0;
+    char *want = expected(shards, count, &want_size);
+    FUZZ_CHECK((status == 0) == (want != NULL) && (status == 0 || status == 2));
+    if (want != NULL) {
+        char *got = malloc(want_size + 1);
+        FUZZ_CHECK(got != NULL && pread(fds[SHARDS + 1], got, want_size + 1, 0) == (ssize_t)want_size);
+        FUZZ_CHECK(memcmp(got, want, want_size) == 0);
+        free(got);
+    }
+    free(want);
+    for (int i = 0; i < count; i++) {
+        close(fds[i]);
+        free(shards[i].text);
+    }
+    close(fds[SHARDS]);
+    close(fds[SHARDS + 1]);
+    return 0;
+}
