@@ -405,17 +405,17 @@ static void what_is_not_known_is_told(void **state)
 {
     (void)state;
     static const double same[6] = {3, 3, 3, 3, 3, 3}, zeros[6] = {0}, four[4] = {1, 2, 3, 4},
-                        alone[7] = {0, 0, 2, 0, 0, 0, 0}, top[7] = {5, 5, 5, 1, 5, 5, 5};
+                        alone[12] = {0, 0, 2}, top[12] = {5, 5, 5, 1, 5, 5, 5, 5, 5, 5, 5, 5};
     assert_string_equal(of(same, 6, LL_SCALE_AMOUNT, 0).why, "all runs gave the same");
     assert_string_equal(of(zeros, 6, LL_SCALE_AMOUNT, 0).why, "all runs gave the same");
     assert_string_equal(of(four, 4, LL_SCALE_AMOUNT, 0).why, "fewer than 10 runs have it");
     assert_string_equal(of(four, 4, LL_SCALE_COUNT, 0).why, "fewer than 5 runs have it");
     assert_string_equal(of(four, 1, LL_SCALE_AMOUNT, 0).why, "one run alone has it");
     assert_string_equal(of(four, 0, LL_SCALE_AMOUNT, 0).why, "no run has it");
-    ll_interval i = of(alone, 7, LL_SCALE_AMOUNT, 0);
-    assert_true(i.method == LL_INTERVAL_RARE && i.low > 0 && i.low < 2. / 7 && i.high == INFINITY);
-    i = of(top, 7, LL_SCALE_AMOUNT, 0);
-    assert_true(i.method == LL_INTERVAL_RARE && i.low == -INFINITY && i.high > 31. / 7 && i.high < 5);
+    ll_interval i = of(alone, 12, LL_SCALE_AMOUNT, 0);
+    assert_true(i.method == LL_INTERVAL_RARE && i.low > 0 && i.low < 2. / 12 && i.high == INFINITY);
+    i = of(top, 12, LL_SCALE_AMOUNT, 0);
+    assert_true(i.method == LL_INTERVAL_RARE && i.low == -INFINITY && i.high > 56. / 12 && i.high < 5);
 }
 
 /* Moved and stretched values have moved and stretched intervals, mirrored ones mirrored: up to rounding. */

@@ -159,7 +159,7 @@ static void every_ladder_can_be_climbed(void **state)
 static void rungs_of_netgames_are_means_over_seeds(void **state)
 {
     (void)state;
-    enum { SEEDS = 7 };
+    enum { SEEDS = 11 };
     static const ll_ladder ladder = {"contact",
                                      "duration_s=6,players.0.link.up.jitter_ms=30",
                                      "players.0.prediction",
