@@ -357,10 +357,10 @@ static double needed_at(const ll_advise_search *s, const ll_sums *error, double 
 {
     double room = s->order->max_error - mean, variance = variance_of(s, error);
     bool rare = is_count(s) || (!is_exact(s) && error->mean == 0);
+    if (variance == 0 && is_exact(s))
+        return room >= 0 ? 1 : INFINITY;
     if (room <= 0)
         return INFINITY;
-    if (variance == 0 && is_exact(s))
-        return 1;
     double events = rare ? LOOKS * NEVER_SEEN * event(s) / room : 0;
     double ratio = room * room / variance; /* infinite where all are the same */
     return ceil(fmax(events, ratio >= ROOMY ? FRESH_LEAST : fmax(2 * FRESH_LEAST, ROOM / ratio)));

@@ -434,10 +434,10 @@ test('work-precision of a scenario writes its ladders as CSV', () => {
 test('work-precision of a netgame: a mean over seeds with its interval, and a page that draws every method', () => {
   const ladder = (/** @type {string[]} */ ...more) => JSON.parse(good(['work-precision', 'hermite', '--duration', '8', '--format', 'json',
     ...more]));
-  const rows = ladder('--seeds', '6', '--report', 'hermite.html'), other = ladder('--seeds', '2');
+  const rows = ladder('--seeds', '12', '--report', 'hermite.html'), other = ladder('--seeds', '2');
   assert.deepEqual([...new Set(rows.map((/** @type {any} */ row) => row.series))], ['linear', 'hermite']);
   for (const row of rows) {
-    assert.ok(row.error_low < row.error && row.error < row.error_high && row.seeds === 6 && row.cpu_min_s > 0, JSON.stringify(row));
+    assert.ok(row.error_low < row.error && row.error < row.error_high && row.seeds === 12 && row.cpu_min_s > 0, JSON.stringify(row));
     assert.equal(row.metric, 'players.0.timeline_error_m.mean');
   }
   assert.deepEqual(other.map((/** @type {any} */ row) => [row.seeds, row.error_low]), rows.map(() => [2, null]),
