@@ -70,7 +70,7 @@ test('rows are those of the command line, in each format and by Accept', async (
 });
 
 test('runs until a mean is known are as many as by the command line', async () => {
-  const order = { ...experiment(60), until: { metric: 'players.0.own_lead_m.mean', half_width: 0.15, least: 6 } };
+  const order = { ...experiment(60), until: { metric: 'players.0.own_lead_m.mean', half_width: 0.15, least: 12 } };
   const { id } = (await c.call('POST', E, { body: order })).json;
   await ended(id);
   const rows = (await c.get(`${E}/${id}/results`)).text;
