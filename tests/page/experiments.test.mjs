@@ -112,12 +112,12 @@ test('runs until the mean is known: written, counted, refused at its fields, run
   await page.selectOption('#until-metric', 'players.0.remote_error_m.mean');
   await page.locator('#until-relative').fill('');
   await page.locator('#until-half').fill('0.4');
-  await page.locator('#until-least').fill('8');
-  const until = { metric: 'players.0.remote_error_m.mean', half_width: 0.4, least: 8 };
+  await page.locator('#until-least').fill('12');
+  const until = { metric: 'players.0.remote_error_m.mean', half_width: 0.4, least: 12 };
   assert.deepEqual((await specification(page)).until, until);
   await counted(page);
   assert.match(await estimate(page), /^200 runs of 5 points/);
-  for (const [field, value, words] of [['least', '3', /least must be a whole number between 5 and 100000; got 3/],
+  for (const [field, value, words] of [['least', '3', /least must be a whole number between 10 and 100000; got 3/],
     ['least', '50', /at most repeats, which is 40; got 50/],
     ['half', 'wide', /half_width/], ['relative', '1.5', /relative must be between 0 and 1; got 1.5/]]) {
     const box = page.locator(`#until-${field}`), before = await box.inputValue();
