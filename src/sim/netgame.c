@@ -25,10 +25,17 @@ static int down_slots(const ll_netgame_config *c)
     return (int)((128 + 32) * LINK_SECONDS); /* updates, and answers to pings */
 }
 
-/* Whatever `sync` is changed to while it runs. */
+/* Peers send all that is open. Where they come by a change while the game runs, links hold fewer of their
+ * longest packets: others need not pay for it. */
+static bool among_peers(const ll_netgame_config *c)
+{
+    return ll_syncs[c->server.sync]->observe != NULL;
+}
+
 static int up_arena(const ll_netgame_config *c)
 {
-    int states = ll_input_message_size(LL_INPUTS_MAX) + 16, peers = ll_peer_message_max(c->player_count);
+    int states = ll_input_message_size(LL_INPUTS_MAX) + 16;
+    int peers = among_peers(c) ? ll_peer_message_max(c->player_count) : 0;
     return up_slots(c) * (peers > states ? peers : states);
 }
 
@@ -39,8 +46,8 @@ static ll_extent extent(const ll_netgame_config *c)
 
 static int down_arena(const ll_netgame_config *c)
 {
-    int state = ll_server_message_max(extent(c), c->player_count),
-        relay = ll_relay_message_max(c->player_count);
+    int state = ll_server_message_max(extent(c), c->player_count);
+    int relay = among_peers(c) ? ll_relay_message_max(c->player_count) : 0;
     return down_slots(c) * (relay > state ? relay : state);
 }
 
