@@ -8,7 +8,7 @@ import { join, relative, sep } from "node:path";
 import { argv, exit } from "node:process";
 import { fileURLToPath } from "node:url";
 
-const ROOMS = ["base", "param", "ode", "rigid", "fluid", "link", "game", "netcode", "sim", "session", "experiment",
+const ROOMS = ["base", "param", "record", "ode", "rigid", "fluid", "link", "game", "netcode", "sim", "session", "experiment",
   "daemon", "main.c"];
 const PURE = new Set(["base", "ode", "rigid", "fluid", "link", "game", "netcode", "sim"]);
 
