@@ -4,8 +4,8 @@
 
 #include "netcode/client.h"
 
-const char *const ll_connection_state_names[LL_CONNECTION_STATES] = {
-    "connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected"};
+const char *const ll_connection_state_names[LL_CONNECTION_STATES + 1] = {
+    "connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected", NULL};
 
 void ll_connection_init(ll_connection *n, ll_time now)
 {

@@ -37,7 +37,7 @@ typedef enum ll_connection_state {
     LL_CONNECTION_STATES
 } ll_connection_state;
 
-extern const char *const ll_connection_state_names[LL_CONNECTION_STATES];
+extern const char *const ll_connection_state_names[LL_CONNECTION_STATES + 1]; /* NULL-terminated */
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */

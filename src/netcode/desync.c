@@ -5,7 +5,8 @@
 #include "base/detmath.h"
 #include "netcode/referee.h"
 
-const char *const ll_field_names[LL_FIELDS + 1] = {"x", "y", "vx", "vy", "angle", "spin", "flags", "tail"};
+const char *const ll_field_names[LL_FIELDS + 2] = {"x",     "y",    "vx",    "vy",
+                                                    "angle", "spin", "flags", "tail", NULL};
 
 _Static_assert(sizeof(ll_entity) == LL_FIELDS * 8, "a name for each field");
 

@@ -10,7 +10,7 @@
 
 /* The numbers of an entity, in the order of ll_entity. */
 enum { LL_FIELDS = 7 };
-extern const char *const ll_field_names[LL_FIELDS + 1]; /* the last stands for the game's tail */
+extern const char *const ll_field_names[LL_FIELDS + 2]; /* the last stands for the game's tail; NULL-terminated */
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */

@@ -24,17 +24,54 @@ static void put_name(const char *name, ll_buffer *out)
     ll_buffer_text(out, "\":");
 }
 
+static void put_text(const char *text, ll_buffer *out)
+{
+    ll_buffer_text(out, "\"");
+    ll_buffer_text(out, text);
+    ll_buffer_text(out, "\"");
+}
+
+static void put_flags(const char *const *names, int64_t bits, ll_buffer *out)
+{
+    const char *between = "";
+    ll_buffer_text(out, "[");
+    for (int i = 0; names[i] != NULL; i++) {
+        if (!(bits >> i & 1))
+            continue;
+        ll_buffer_text(out, between);
+        put_text(names[i], out);
+        between = ",";
+    }
+    ll_buffer_text(out, "]");
+}
+
+static const char *name_of(const ll_record_field *f, int64_t value)
+{
+    for (int64_t i = 0; f->names[i] != NULL && value >= 0; i++)
+        if (i == value)
+            return f->names[i];
+    return "";
+}
+
+static void put_value(const ll_record_field *f, int64_t integer, ll_buffer *out)
+{
+    if (f->flags)
+        put_flags(f->names, integer, out);
+    else if (f->names != NULL)
+        put_text(name_of(f, integer), out);
+    else if (f->type == LL_TYPE_BOOL)
+        ll_buffer_text(out, integer ? "true" : "false");
+    else
+        put_number(ll_field_value(f, integer), out);
+}
+
 static void put_row(const ll_record *record, const int64_t *row, ll_buffer *out)
 {
     for (int k = 0; k < record->count; k++) {
         if (k > 0)
             ll_buffer_text(out, ",");
-        const ll_record_field *f = &record->fields[k];
-        put_name(f->name, out);
-        if (f->type == LL_TYPE_BOOL)
-            ll_buffer_text(out, row[k] ? "true" : "false");
-        else
-            put_number(ll_field_value(f, row[k]), out);
+        put_name(record->fields[k].name, out);
+        put_value(&record->fields[k], row[k], out);
     }
 }
 

@@ -129,7 +129,7 @@ static ll_status field_valid(const ll_record *r, const ll_record_field *f)
 
 ll_status ll_record_valid(const ll_record *r)
 {
-    if (!is_name(r->name) || !is_name(r->channel) || r->help == NULL || r->help[0] == '\0')
+    if (!is_name(r->name) || r->channel >= LL_CHANNELS || r->help == NULL || r->help[0] == '\0')
         return ll_error(LL_BAD_INPUT, "a record needs a name, a channel and help");
     if (r->count < 1 || r->count > LL_FIELDS_MAX)
         return ll_field_error(LL_BAD_INPUT, r->name, "1 to %d fields, not %d", LL_FIELDS_MAX, r->count);

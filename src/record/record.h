@@ -17,6 +17,7 @@
 #include <stdint.h>
 
 #include "base/status.h"
+#include "record/channel.h"
 
 #define LL_FIELDS_MAX 49 /* of a record: the mask of those that changed is a varint */
 
@@ -68,8 +69,8 @@ typedef enum ll_form {
 #define LL_KEYS_MAX 4
 
 typedef struct ll_record {
-    const char *name;    /* in JSON and in every decoder */
-    const char *channel; /* that a viewer subscribes to for it */
+    const char *name;   /* in JSON and in every decoder */
+    ll_channel channel; /* that a viewer subscribes to for it */
     const char *help;
     int id; /* on the wire; of no other record */
     ll_form form;

@@ -61,6 +61,6 @@ ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const voi
                          ll_rows **rows);
 
 /* Appends a JSON array of an object for each row, by the names of the fields, numbers as a decoder of the
- * bytes has them. Of a LOG those numbered from `from` on, each with its number as `id`; of a GRID each with
- * its plane as `values`. */
+ * bytes has them, the names of values and of flags that are set instead of their numbers. Of a LOG those
+ * numbered from `from` on, each with its number as `id`; of a GRID each with its plane as `values`. */
 void ll_rows_json(const ll_rows *rows, int64_t from, ll_buffer *out);

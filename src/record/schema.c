@@ -38,7 +38,7 @@ static cJSON *record_json(const ll_record *r)
     cJSON *o = cJSON_CreateObject(), *fields;
     cJSON_AddNumberToObject(o, "id", r->id);
     cJSON_AddStringToObject(o, "name", r->name);
-    cJSON_AddStringToObject(o, "channel", r->channel);
+    cJSON_AddStringToObject(o, "channel", ll_channels[r->channel].name);
     cJSON_AddStringToObject(o, "form", forms[r->form]);
     if (r->keys > 0)
         cJSON_AddNumberToObject(o, "keys", r->keys);

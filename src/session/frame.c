@@ -1,224 +1,205 @@
 #include "session/frame.h"
 
 #include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "session/internal.h"
+#include "session/section.h"
 
-_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "frames are written as they lie in memory");
+/* ---- taking ---- */
 
-enum { FRAME_TYPE = 1, SECTION_EVENTS = 2 };
-enum { FLAG_KEY = 1, FLAG_PLAYING = 2, FLAG_ENDED = 4, FLAG_BEHIND = 8, FLAG_FAILED = 16 };
-
-typedef struct header {
-    uint16_t type, flags;
-    uint32_t seq;
-    double time_s, head_s, duration_s;
-    int64_t tick;
-    double speed;
-    uint64_t wall_ns;
-    uint32_t params_version, generation, viewers, sections;
-    uint64_t reserved;
-} header;
-
-typedef struct wire_event {
-    uint32_t id;
-    uint8_t type, player, fate, outcome;
-    double begin_s, end_s;
-    uint32_t number;
-    float value;
-} wire_event;
-
-typedef struct section_header {
-    uint16_t type, count;
-    uint32_t bytes;
-} section_header;
-
-_Static_assert(sizeof(header) == 80 && sizeof(wire_event) == 32, "the layout of frame.h");
-
-static ll_status reserve(ll_buffer *b, size_t size)
+static uint8_t flags_of(const ll_session *s)
 {
-    if (b->capacity >= size)
-        return ll_ok();
-    size_t capacity = size + size / 2;
-    char *bytes = realloc(b->bytes, capacity);
-    if (!bytes)
+    return (uint8_t)((s->status == LL_SESSION_PLAYING ? LL_FRAME_PLAYING : 0) |
+                     (s->status == LL_SESSION_ENDED ? LL_FRAME_ENDED : 0) |
+                     (s->tick < s->head ? LL_FRAME_BEHIND : 0) |
+                     (s->status == LL_SESSION_FAILED ? LL_FRAME_FAILED : 0));
+}
+
+/* Whether the rows tell nothing that the section does not. */
+static bool covered(const ll_section *section, const ll_rows *rows)
+{
+    if (section == NULL)
+        return false;
+    const ll_rows *old = section->rows;
+    if (rows->record->form == LL_FORM_LOG)
+        return old->first + old->count == rows->first + rows->count && old->first <= rows->first;
+    return ll_rows_equal(old, rows);
+}
+
+/* The rows, which it takes, as a section: the last one where that has them. Without memory none. */
+static ll_section *take_rows(ll_rows *rows, uint32_t seq, ll_section **last)
+{
+    if (covered(*last, rows)) {
+        ll_rows_free(rows);
+    } else {
+        ll_section_release(*last);
+        *last = ll_section_new(rows, seq);
+    }
+    if (*last != NULL)
+        ll_section_retain(*last);
+    return *last;
+}
+
+void ll_frame_state_clear(ll_frame_state *state)
+{
+    for (int i = 0; i < LL_RECORDS_MAX; i++)
+        ll_section_release(state->section[i]);
+    *state = (ll_frame_state){0};
+}
+
+ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, uint32_t seq,
+                        ll_frame_state *last, ll_frame **result)
+{
+    ll_frame *frame = calloc(1, sizeof *frame);
+    ll_row_set set = {0};
+    if (frame == NULL)
         return ll_error(LL_NO_MEMORY, "no memory for a frame");
-    b->bytes = bytes;
-    b->capacity = capacity;
+    *frame = (ll_frame){.seq = seq,
+                        .generation = s->generation,
+                        .flags = flags_of(s),
+                        .tick = s->tick,
+                        .time_s = ll_to_s(ll_tick_time(s->tick, s->freq))};
+    atomic_init(&frame->references, 1);
+    ll_session_fill(s, request, &set);
+    bool failed = set.failed;
+    frame->count = set.count;
+    for (int i = 0; i < set.count; i++) {
+        frame->record[i] = set.record[i];
+        if (set.rows[i] == NULL || failed)
+            continue;
+        frame->section[i] = take_rows(set.rows[i], seq, &last->section[i]);
+        set.rows[i] = NULL;
+        failed = frame->section[i] == NULL;
+    }
+    ll_row_set_free(&set);
+    if (failed) {
+        ll_frame_release(frame);
+        return ll_error(LL_NO_MEMORY, "no memory for a frame");
+    }
+    *result = frame;
     return ll_ok();
 }
 
-static ll_status append(ll_buffer *b, const void *bytes, size_t size)
+void ll_frame_retain(ll_frame *frame)
 {
-    ll_status status = reserve(b, b->size + size);
-    if (ll_failed(&status))
-        return status;
-    memcpy(b->bytes + b->size, bytes, size);
-    b->size += size;
-    return status;
+    atomic_fetch_add_explicit(&frame->references, 1, memory_order_relaxed);
 }
 
-/* ---- events ---- */
-
-/* The first event of the window: of a key frame the last seconds, otherwise the last few ticks. */
-static uint32_t first_event(const ll_session *s, bool key)
+void ll_frame_release(ll_frame *frame)
 {
-    uint32_t end = s->event_count,
-             first = end - s->event_base > LL_EVENT_RING ? end - LL_EVENT_RING : s->event_base;
-    ll_time now = ll_tick_time(s->tick, s->freq);
-    double frame_s = s->speed > 1 ? s->speed / 60 : 1.0 / 60;
-    ll_time window = key ? (ll_time)(LL_FRAME_WINDOW_S * 1e9) : (ll_time)(LL_FRAME_REPEAT * frame_s * 1e9);
-    uint32_t i = end;
-    while (i > first && s->events[(i - 1) % LL_EVENT_RING].begin >= now - window)
-        i--;
-    return i;
+    if (frame == NULL || atomic_fetch_sub_explicit(&frame->references, 1, memory_order_acq_rel) != 1)
+        return;
+    for (int i = 0; i < frame->count; i++)
+        ll_section_release(frame->section[i]);
+    free(frame);
 }
 
-static wire_event wire(const ll_event *e)
+/* ---- writing ---- */
+
+static bool is_due(const ll_frame *frame, int i, uint16_t channels)
 {
-    return (wire_event){e->id,           e->type,   e->player, e->fate, e->outcome, ll_to_s(e->begin),
-                        ll_to_s(e->end), e->number, e->value};
+    return frame->section[i] != NULL && channels >> frame->record[i]->channel & 1;
 }
 
-static ll_status append_events(ll_session *s, bool key, ll_buffer *b)
+bool ll_frame_news(const ll_frame *frame, const ll_frame_state *state, uint16_t channels)
 {
-    uint32_t first = first_event(s, key), count = s->event_count - first;
-    section_header h = {SECTION_EVENTS, (uint16_t)count, count * (uint32_t)sizeof(wire_event)};
-    ll_status status = append(b, &h, sizeof h);
-    if (!ll_failed(&status))
-        status = reserve(b, b->size + h.bytes);
-    if (ll_failed(&status))
-        return status;
-    for (uint32_t i = first; i != s->event_count; i++) {
-        wire_event e = wire(&s->events[i % LL_EVENT_RING]);
-        memcpy(b->bytes + b->size, &e, sizeof e);
-        b->size += sizeof e;
+    for (int i = 0; i < frame->count; i++)
+        if (is_due(frame, i, channels) && frame->section[i] != state->section[i])
+            return true;
+    return false;
+}
+
+static void put_json_head(const ll_frame *frame, uint8_t flags, ll_buffer *buffer)
+{
+    static const char *const names[] = {"", "playing", "ended", "behind", "failed", "jump"};
+    char text[160], time[32];
+    const char *between = "";
+    ll_number_text(frame->time_s, time);
+    snprintf(text, sizeof text,
+             "{\"type\":\"frame\",\"seq\":%" PRIu32 ",\"tick\":%" PRId64 ",\"time_s\":%s,\"flags\":[",
+             frame->seq, frame->tick, time);
+    ll_buffer_text(buffer, text);
+    for (int bit = 1; bit < 6; bit++) {
+        if (!(flags >> bit & 1))
+            continue;
+        snprintf(text, sizeof text, "%s\"%s\"", between, names[bit]);
+        ll_buffer_text(buffer, text);
+        between = ",";
     }
-    return status;
+    ll_buffer_text(buffer, "]");
 }
 
-/* ---- binary ---- */
-
-typedef struct sections {
-    ll_buffer *buffer;
-    ll_status status;
-    uint32_t count;
-} sections;
-
-static void add_section(void *context, int type, int count, const void *bytes, size_t size)
+static void put_head(const ll_frame *frame, uint8_t flags, ll_frame_format format, ll_buffer *buffer)
 {
-    sections *all = context;
-    section_header h = {(uint16_t)type, (uint16_t)count, (uint32_t)size};
-    if (!ll_failed(&all->status))
-        all->status = append(all->buffer, &h, sizeof h);
-    if (!ll_failed(&all->status))
-        all->status = append(all->buffer, bytes, size);
-    all->count++;
-}
-
-static uint16_t flags(const ll_session *s, bool key)
-{
-    return (uint16_t)((key ? FLAG_KEY : 0) | (s->status == LL_SESSION_PLAYING ? FLAG_PLAYING : 0) |
-                      (s->status == LL_SESSION_ENDED ? FLAG_ENDED : 0) |
-                      (s->tick < s->head ? FLAG_BEHIND : 0) |
-                      (s->status == LL_SESSION_FAILED ? FLAG_FAILED : 0));
-}
-
-static header header_of(const ll_session *s, bool key, uint32_t seq, uint64_t wall_ns, uint32_t viewers)
-{
-    return (header){
-        .type = FRAME_TYPE,
-        .flags = flags(s, key),
-        .seq = seq,
-        .time_s = ll_to_s(ll_tick_time(s->tick, s->freq)),
-        .head_s = ll_to_s(ll_tick_time(s->head, s->freq)),
-        .duration_s = ll_to_s(ll_tick_time(s->end, s->freq)),
-        .tick = s->tick,
-        .speed = s->speed,
-        .wall_ns = wall_ns,
-        .params_version = s->params_version,
-        .generation = s->generation,
-        .viewers = viewers,
-    };
-}
-
-static ll_status encode_binary(ll_session *s, const header *h, bool key, ll_buffer *b)
-{
-    b->size = 0;
-    sections all = {b, append(b, h, sizeof *h), 1};
-    s->scenario.kind->sections(s->block, add_section, &all);
-    if (ll_failed(&all.status))
-        return all.status;
-    ll_status status = append_events(s, key, b);
-    if (!ll_failed(&status))
-        memcpy(b->bytes + offsetof(header, sections), &all.count, sizeof all.count);
-    return status;
-}
-
-/* ---- JSON ---- */
-
-static ll_status encode_json(ll_session *s, const header *h, bool key, ll_buffer *b)
-{
-    cJSON *o = cJSON_CreateObject();
-    cJSON_AddStringToObject(o, "type", "frame");
-    cJSON_AddNumberToObject(o, "flags", h->flags);
-    cJSON_AddNumberToObject(o, "seq", h->seq);
-    cJSON_AddNumberToObject(o, "time_s", h->time_s);
-    cJSON_AddNumberToObject(o, "head_s", h->head_s);
-    cJSON_AddNumberToObject(o, "duration_s", h->duration_s);
-    cJSON_AddNumberToObject(o, "tick", (double)h->tick);
-    cJSON_AddNumberToObject(o, "speed", h->speed);
-    cJSON_AddNumberToObject(o, "wall_ns", (double)h->wall_ns);
-    cJSON_AddNumberToObject(o, "params_version", h->params_version);
-    cJSON_AddNumberToObject(o, "generation", h->generation);
-    cJSON_AddNumberToObject(o, "viewers", h->viewers);
-    s->scenario.kind->sections_json(s->block, o);
-    cJSON *events = cJSON_AddArrayToObject(o, "events");
-    for (uint32_t i = first_event(s, key); i != s->event_count; i++) {
-        wire_event e = wire(&s->events[i % LL_EVENT_RING]);
-        cJSON *item = cJSON_CreateObject();
-        cJSON_AddNumberToObject(item, "id", e.id);
-        cJSON_AddNumberToObject(item, "type", e.type);
-        cJSON_AddNumberToObject(item, "player", e.player);
-        cJSON_AddNumberToObject(item, "fate", e.fate);
-        cJSON_AddNumberToObject(item, "outcome", e.outcome);
-        cJSON_AddNumberToObject(item, "begin_s", e.begin_s);
-        cJSON_AddNumberToObject(item, "end_s", e.end_s);
-        cJSON_AddNumberToObject(item, "number", e.number);
-        cJSON_AddNumberToObject(item, "value", (double)e.value);
-        cJSON_AddItemToArray(events, item);
+    const char start[] = {1, (char)flags};
+    if (format == LL_FRAME_JSON) {
+        put_json_head(frame, flags, buffer);
+        return;
     }
-    char *text = cJSON_PrintUnformatted(o);
-    cJSON_Delete(o);
-    b->size = 0;
-    ll_status status = text ? append(b, text, strlen(text)) : ll_error(LL_NO_MEMORY, "no memory for a frame");
-    cJSON_free(text);
-    return status;
+    ll_buffer_add(buffer, start, sizeof start);
+    ll_buffer_varint(buffer, frame->seq);
+    ll_buffer_varint(buffer, ll_zigzag(frame->tick));
 }
 
-ll_status ll_frame_encode(ll_session *s, ll_frame_format format, bool key, uint32_t seq, uint64_t wall_ns,
-                          uint32_t viewers, ll_buffer *buffer)
+void ll_frame_write(const ll_frame *frame, const ll_frame_state *state, uint16_t channels, bool jump,
+                    ll_frame_format format, ll_buffer *buffer)
 {
-    ll_status status = ll_session_wake(s);
-    if (ll_failed(&status))
-        return status;
-    header h = header_of(s, key, seq, wall_ns, viewers);
-    return format == LL_FRAME_BINARY ? encode_binary(s, &h, key, buffer) : encode_json(s, &h, key, buffer);
+    put_head(frame, (uint8_t)(frame->flags | (jump ? LL_FRAME_JUMP : 0)), format, buffer);
+    for (int i = 0; i < frame->count; i++) {
+        const ll_section *base = jump ? NULL : state->section[i];
+        if (!is_due(frame, i, channels) || (format == LL_FRAME_BINARY && base == frame->section[i]))
+            continue;
+        const ll_buffer *bytes = ll_section_encode(frame->section[i], base, format);
+        buffer->failed = buffer->failed || bytes == NULL || bytes->failed;
+        if (buffer->failed)
+            return;
+        ll_buffer_add(buffer, bytes->bytes, bytes->size);
+    }
+    if (format == LL_FRAME_JSON)
+        ll_buffer_text(buffer, "}");
+}
+
+/* ---- the first message ---- */
+
+static void add_channels(cJSON *hello, const ll_sim_kind *kind)
+{
+    cJSON *list = cJSON_AddArrayToObject(hello, "channels");
+    const ll_record *all[LL_ALL_RECORDS_MAX + 1];
+    uint32_t own = 0;
+    ll_all_records(all);
+    for (int i = 0; i < LL_OWN_RECORDS; i++)
+        own |= 1U << all[i]->channel;
+    for (const ll_record *const *record = kind->records; *record; record++)
+        own |= 1U << (*record)->channel;
+    for (int c = 0; c < LL_CHANNELS; c++) {
+        if (!(own >> c & 1))
+            continue;
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "name", ll_channels[c].name);
+        cJSON_AddNumberToObject(o, "max_hz", LL_FRAME_HZ);
+        cJSON_AddItemToArray(list, o);
+    }
 }
 
 char *ll_frame_hello(ll_session *s, const char *session_id, ll_frame_format format)
 {
+    char hash[17];
     cJSON *o = cJSON_CreateObject();
+    snprintf(hash, sizeof hash, "%016" PRIx64, ll_stream_schema_hash());
     cJSON_AddStringToObject(o, "type", "hello");
-    cJSON_AddStringToObject(o, "protocol", "laglab.v1");
+    cJSON_AddStringToObject(o, "protocol", "laglab.v2");
     cJSON_AddStringToObject(o, "format", format == LL_FRAME_BINARY ? "bin" : "json");
+    cJSON_AddStringToObject(o, "schema", hash);
     cJSON_AddStringToObject(o, "session", session_id);
     cJSON_AddNumberToObject(o, "window", LL_FRAME_WINDOW);
-    cJSON_AddNumberToObject(o, "frame_hz", 60);
+    cJSON_AddNumberToObject(o, "frame_hz", LL_FRAME_HZ);
     cJSON_AddNumberToObject(o, "tick_hz", (double)s->freq / 1000);
     cJSON_AddNumberToObject(o, "duration_s", ll_to_s(ll_tick_time(s->end, s->freq)));
+    add_channels(o, s->scenario.kind);
     cJSON_AddItemToObject(o, "params", ll_param_write(s->scenario.kind->table, s->config));
     cJSON_AddItemToObject(o, "layout", s->scenario.kind->layout(s->config));
     char *text = cJSON_PrintUnformatted(o);

@@ -210,8 +210,8 @@ const ll_sim_kind ll_sim_fluid = {
     .signed_metrics = ll_fluid_sim_signed_metrics,
     .costs = ll_fluid_sim_costs,
     .layout = ll_fluid_sim_layout,
-    .sections = ll_fluid_sim_sections,
-    .sections_json = ll_fluid_sim_sections_json,
+    .records = ll_fluid_sim_records,
+    .fill = ll_fluid_sim_fill,
     .trace_columns = ll_fluid_sim_trace_columns,
     .trace_row = ll_fluid_sim_trace_row,
 };

@@ -5,6 +5,7 @@
  * the pointer is drawn along while the button is held. */
 #pragma once
 
+#include "base/run_status.h"
 #include "fluid/fluid.h"
 #include "sim/beside.h"
 #include "sim/sim.h"
@@ -86,8 +87,5 @@ void ll_fluid_sim_costs(const void *config, const ll_meter *meter, struct cJSON 
 struct cJSON *ll_fluid_sim_layout(const void *config);
 int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_fluid_sim_trace_row(const void *block, double *values, int capacity);
-void ll_fluid_sim_sections(const void *block,
-                           void (*section)(void *context, int type, int count, const void *bytes,
-                                           size_t size),
-                           void *context);
-void ll_fluid_sim_sections_json(const void *block, struct cJSON *frame);
+extern const ll_record *const ll_fluid_sim_records[];
+void ll_fluid_sim_fill(const void *block, ll_row_set *rows);

@@ -196,8 +196,8 @@ const ll_sim_kind ll_sim_motion = {
     .time_parts = ll_motion_time_parts,
     .text = ll_motion_text,
     .layout = ll_motion_layout,
-    .sections = ll_motion_sections,
-    .sections_json = ll_motion_sections_json,
+    .records = ll_motion_records,
+    .fill = ll_motion_fill,
     .trace_columns = ll_motion_trace_columns,
     .trace_row = ll_motion_trace_row,
 };

@@ -163,7 +163,5 @@ ll_status ll_motion_text(const void *config, void (*write)(void *context, const 
 struct cJSON *ll_motion_layout(const void *config);
 int ll_motion_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_motion_trace_row(const void *block, double *values, int capacity);
-void ll_motion_sections(const void *block,
-                        void (*section)(void *context, int type, int count, const void *bytes, size_t size),
-                        void *context);
-void ll_motion_sections_json(const void *block, struct cJSON *frame);
+extern const ll_record *const ll_motion_records[];
+void ll_motion_fill(const void *block, ll_row_set *rows);

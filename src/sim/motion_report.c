@@ -337,81 +337,91 @@ int ll_motion_trace_row(const void *block, double *values, int capacity)
     return n;
 }
 
-/* ---- sections ---- */
+/* ---- streamed ---- */
 
-enum { SECTION_MOTION = 16 };
+typedef struct motion_row {
+    uint8_t status;
+    double t_s, error, error_max, energy_drift, error_max_weighted;
+    int64_t evaluations, steps, rejected;
+} motion_row;
 
-typedef struct motion_record {
-    uint8_t index, status;
-    uint16_t components; /* of `state` */
-    uint32_t reserved;
-    double t_s, error, error_max, energy_drift, evaluations, steps, rejected, error_max_weighted;
-    double state[LL_ODE_DIM_MAX];
-} motion_record;
+static const ll_record_field motion_fields[] = {
+    LL_ENUM(motion_row, status, ll_run_status_names, "off: it is not run"),
+    LL_REAL(motion_row, t_s, 32, "s", "time of the last step"),
+    LL_REAL(motion_row, error, 23, NULL, "distance from the solution, now"),
+    LL_REAL(motion_row, error_max, 23, NULL, "and the largest until now"),
+    LL_REAL(motion_row, energy_drift, 23, NULL, "energy less that of the start, relative to it"),
+    LL_INT(motion_row, evaluations, NULL, "of the derivative"),
+    LL_INT(motion_row, steps, NULL, "that were taken"),
+    LL_INT(motion_row, rejected, NULL, "steps that were too inaccurate"),
+    LL_REAL(motion_row, error_max_weighted, 23, NULL,
+            "the largest error, each component relative to its size"),
+};
 
-_Static_assert(offsetof(motion_record, state) == 72, "the layout of session/frame.h");
+static const ll_record motion_record = {.id = 16,
+                                        .name = "motion",
+                                        .channel = LL_CHANNEL_MOTION,
+                                        .help = "The solution, then each method.",
+                                        .form = LL_FORM_BY_INDEX,
+                                        LL_ROWS_OF(motion_row, motion_fields)};
 
-/* Record 0 is the solution, 1 + i method i. */
-static void record_of(const ll_motion *m, int index, motion_record *out)
+typedef struct motion_value {
+    uint8_t motion, component;
+    double value;
+} motion_value;
+
+static const ll_record_field value_fields[] = {
+    LL_INT(motion_value, motion, NULL, "whose: 0 the solution, 1 + i method i"),
+    LL_INT(motion_value, component, NULL, "which: its name stands in the hello's layout"),
+    LL_REAL(motion_value, value, 24, NULL, "the component of the state"),
+};
+
+static const ll_record value_record = {.id = 17,
+                                       .name = "motion_state",
+                                       .channel = LL_CHANNEL_MOTION,
+                                       .help = "The components of their states.",
+                                       .form = LL_FORM_BY_INDEX,
+                                       LL_ROWS_OF(motion_value, value_fields)};
+
+const ll_record *const ll_motion_records[] = {&motion_record, &value_record, NULL};
+
+static motion_row row_of(const ll_motion *m, int i)
 {
-    int i = index - 1;
-    const double *y = ll_motion_vector(m, index == 0 ? m->solution : m->at[i].shown);
-    memset(out, 0, offsetof(motion_record, state));
-    out->index = (uint8_t)index;
-    out->components = (uint16_t)m->dim;
-    out->t_s = ll_to_s(m->now);
-    memcpy(out->state, y, (size_t)m->dim * sizeof *y);
-    if (index == 0)
-        return;
-    const ll_ode_run *run = ll_motion_run(m, i);
+    const ll_ode_counters *c = &ll_motion_run(m, i)->counters, *before = &m->drive[i].before;
     const ll_ode_measure *r = &m->measure[i];
     ll_motion_config copy = m->config;
     ll_ode ode = ll_motion_system(&copy);
-    out->status = (uint8_t)status_of(m, i);
-    out->t_s = ll_motion_time(m, i);
-    out->error = r->error;
-    out->error_max = r->error_max;
-    out->error_max_weighted =
-        ll_ode_measure_weighted(r, ll_motion_vector(m, m->at[i].each), &ode, LL_ODE_MOST);
-    out->energy_drift = ll_ode_measure_relative(r, r->drift);
-    const ll_ode_counters *before = &m->drive[i].before;
-    out->evaluations = (double)(before->evaluations + run->counters.evaluations);
-    out->steps = (double)(before->steps + run->counters.steps);
-    out->rejected = (double)(before->rejected + run->counters.rejected);
+    return (motion_row){.status = (uint8_t)status_of(m, i),
+                        .t_s = ll_motion_time(m, i),
+                        .error = r->error,
+                        .error_max = r->error_max,
+                        .energy_drift = ll_ode_measure_relative(r, r->drift),
+                        .error_max_weighted =
+                            ll_ode_measure_weighted(r, ll_motion_vector(m, m->at[i].each), &ode, LL_ODE_MOST),
+                        .evaluations = before->evaluations + c->evaluations,
+                        .steps = before->steps + c->steps,
+                        .rejected = before->rejected + c->rejected};
 }
 
-void ll_motion_sections(const void *block,
-                        void (*section)(void *context, int type, int count, const void *bytes, size_t size),
-                        void *context)
+static void fill_state(const ll_motion *m, int place, const double *state, ll_row_set *rows)
 {
-    const ll_motion *m = block;
-    int count = 1 + m->config.method_count;
-    size_t stride = offsetof(motion_record, state) + (size_t)m->dim * sizeof(double);
-    _Alignas(8) char bytes[(1 + LL_MOTION_METHODS_MAX) * sizeof(motion_record)];
-    for (int i = 0; i < count; i++)
-        record_of(m, i, (motion_record *)(void *)(bytes + (size_t)i * stride));
-    section(context, SECTION_MOTION, count, bytes, (size_t)count * stride);
+    for (int k = 0; k < m->dim; k++) {
+        motion_value value = {(uint8_t)place, (uint8_t)k, state[k]};
+        ll_row_set_put(rows, &value_record, &value, 1);
+    }
 }
 
-void ll_motion_sections_json(const void *block, cJSON *frame)
+void ll_motion_fill(const void *block, ll_row_set *rows)
 {
     const ll_motion *m = block;
-    cJSON *array = cJSON_AddArrayToObject(frame, "motion");
-    for (int i = 0; i <= m->config.method_count; i++) {
-        motion_record r;
-        record_of(m, i, &r);
-        cJSON *o = cJSON_CreateObject();
-        number(o, "index", r.index);
-        number(o, "status", r.status);
-        number(o, "t_s", r.t_s);
-        number(o, "error", r.error);
-        number(o, "error_max", r.error_max);
-        number(o, "energy_drift", r.energy_drift);
-        number(o, "evaluations", r.evaluations);
-        number(o, "steps", r.steps);
-        number(o, "rejected", r.rejected);
-        number(o, "error_max_weighted", r.error_max_weighted);
-        cJSON_AddItemToObject(o, "state", vector_json(r.state, m->dim));
-        cJSON_AddItemToArray(array, o);
+    motion_row solution = {.t_s = ll_to_s(m->now)};
+    if (!ll_row_set_wants(rows, &motion_record))
+        return;
+    ll_row_set_put(rows, &motion_record, &solution, 1);
+    fill_state(m, 0, ll_motion_vector(m, m->solution), rows);
+    for (int i = 0; i < m->config.method_count; i++) {
+        motion_row row = row_of(m, i);
+        ll_row_set_put(rows, &motion_record, &row, 1);
+        fill_state(m, i + 1, ll_motion_vector(m, m->at[i].shown), rows);
     }
 }

@@ -590,8 +590,8 @@ const ll_sim_kind ll_sim_netgame = {
     .state = ll_netgame_state,
     .metrics = ll_netgame_metrics,
     .layout = ll_netgame_layout,
-    .sections = ll_netgame_sections,
-    .sections_json = ll_netgame_sections_json,
+    .records = ll_netgame_records,
+    .fill = ll_netgame_fill,
     .trace_columns = ll_netgame_trace_columns,
     .trace_row = ll_netgame_trace_row,
 };

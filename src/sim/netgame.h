@@ -131,11 +131,9 @@ int ll_netgame_play_out(ll_netgame *game, int player, void *packet, int capacity
 
 /* netgame_views.c: M7 to M9 of a player's view, added to its metrics; its buffers, streamed */
 void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
-void ll_netgame_view_sections(const ll_netgame *game,
-                              void (*section)(void *context, int type, int count, const void *bytes,
-                                              size_t size),
-                              void *context);
-void ll_netgame_view_sections_json(const ll_netgame *game, struct cJSON *frame);
+extern const ll_record ll_netgame_buffer_record, ll_netgame_buffered_record;
+void ll_netgame_fill_buffers(const ll_netgame *game, ll_row_set *rows);
+void ll_netgame_fill_buffered(const ll_netgame *game, ll_row_set *rows);
 
 /* netgame_inputs.c: adds to the metrics of `player` what became of its inputs */
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
@@ -144,40 +142,27 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *me
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
 /* netgame_ladder.c: the last inputs of the players, streamed */
-void ll_netgame_ladder_section(const ll_netgame *g,
-                               void (*section)(void *context, int type, int count, const void *bytes,
-                                               size_t size),
-                               void *context);
-void ll_netgame_ladder_section_json(const ll_netgame *g, struct cJSON *frame);
+extern const ll_record ll_netgame_ladder_record;
+void ll_netgame_fill_ladder(const ll_netgame *game, ll_row_set *rows);
 
 void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
 
 /* netgame_peers.c: of the peer-to-peer syncs */
 void ll_netgame_peer_metrics(struct cJSON *player, const ll_netgame *g, int i);
 void ll_netgame_slowest(struct cJSON *server, const ll_netgame *g);
-void ll_netgame_peer_section(const ll_netgame *g,
-                             void (*section)(void *context, int type, int count, const void *bytes,
-                                             size_t size),
-                             void *context);
-void ll_netgame_peer_section_json(const ll_netgame *g, struct cJSON *frame);
+extern const ll_record ll_netgame_peer_record;
+void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);
 
 /* netgame_shots.c: M10 of `player`, the last shots and the shells; nothing in a game without weapons */
 void ll_netgame_shots_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
-void ll_netgame_shots_sections(const ll_netgame *g,
-                               void (*section)(void *context, int type, int count, const void *bytes,
-                                               size_t size),
-                               void *context);
-void ll_netgame_shots_sections_json(const ll_netgame *g, struct cJSON *frame);
+extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
+void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
+void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);
 
 /* netgame_measures.c: what is counted of each player's view, streamed */
-void ll_netgame_measures_section(const ll_netgame *g,
-                                 void (*section)(void *context, int type, int count, const void *bytes,
-                                                 size_t size),
-                                 void *context);
-void ll_netgame_measures_section_json(const ll_netgame *g, struct cJSON *frame);
+extern const ll_record ll_netgame_measure_record;
+void ll_netgame_fill_measures(const ll_netgame *game, ll_row_set *rows);
 
 /* netgame_frame.c: what is streamed of a block */
-void ll_netgame_sections(const void *block,
-                         void (*section)(void *context, int type, int count, const void *bytes, size_t size),
-                         void *context);
-void ll_netgame_sections_json(const void *block, struct cJSON *frame);
+extern const ll_record *const ll_netgame_records[];
+void ll_netgame_fill(const void *block, ll_row_set *rows);

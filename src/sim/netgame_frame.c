@@ -1,209 +1,245 @@
-/* What is streamed of a netgame: the sections of session/frame.h. */
-#include <cjson/cJSON.h>
+/* What is streamed of a netgame: its views, what is in them, and the game's own values; then what the other
+ * files of this room add. */
 #include <math.h>
-#include <stddef.h>
-#include <string.h>
 
 #include "sim/netgame.h"
 
-enum { SECTION_VIEWS = 1, SECTION_GAME = 3 };
-
-enum {
-    VIEW_PREDICTION = 1,
-    VIEW_RECONCILIATION = 2,
-    VIEW_INTERPOLATION = 4,
-    VIEW_UNDERRUN = 8,
-    VIEW_STALLED = 16,
-    VIEW_PERSON = 32,
-    VIEW_CONNECTION = 8, /* the first of three bits: ll_connection_state */
-    VIEW_DROPPED = 2048,
-};
-
-typedef struct view_entity {
-    float x, y, vx, vy, angle, spin, age_ms;
-    uint32_t flags;
-} view_entity;
+/* ---- views: the server's, then each player's ---- */
 
 typedef struct view {
-    uint8_t view, entities;
-    uint16_t flags;
-    uint32_t input_seq, acked_seq, unacked;
-    float lag_ms, view_age_ms, own_lead_m, remote_error_m, buffer_ms, slack_ticks;
-    uint32_t corrections;
-    float correction_m;
-    uint32_t refused;
-    float alpha;
+    uint8_t view, connection, flags;
+    bool connected;
+    uint32_t input_seq, acked_seq, unacked, corrections, refused;
+    float lag_ms, view_age_ms, own_lead_m, remote_error_m, buffer_ms, slack_ticks, correction_m, alpha;
     double shown_s;
-    view_entity entity[LL_ENTITIES_MAX];
 } view;
 
-_Static_assert(offsetof(view, entity) == 64 && sizeof(view_entity) == 32, "the layout of session/frame.h");
+enum { PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32 };
+static const char *const view_flags[] = {
+    "prediction", "reconciliation", "interpolation", "underrun", "stalled", "person", NULL};
 
-static view_entity entity(const ll_entity *e, ll_time age, uint32_t flags)
+static const ll_record_field view_fields[] = {
+    LL_INT(view, view, NULL, "0 is the server, 1 + p player p"),
+    LL_FLAGS(view, flags, view_flags,
+             "techniques that are on; underrun: the buffer is dry; stalled: waits for an input; person: "
+             "driven by one"),
+    LL_ENUM(view, connection, ll_connection_state_names,
+            "state of the player's connection; the server's own is playing"),
+    LL_INT(view, connected, NULL, "whether the server has the player connected"),
+    LL_INT(view, input_seq, NULL, "of the last input that was sent; of the server its step"),
+    LL_INT(view, acked_seq, NULL, "of the last input that the server acknowledged"),
+    LL_INT(view, unacked, NULL, "inputs sent and not acknowledged"),
+    LL_STEP(view, lag_ms, LL_BITS_MS, "ms", "one-way lag in both directions, as set"),
+    LL_STEP(view, view_age_ms, LL_BITS_MS, "ms", "age of the remote entities as drawn"),
+    LL_STEP(view, own_lead_m, LL_BITS_M, "m",
+            "own entity: drawn minus the server's now; ahead by prediction, no error"),
+    LL_STEP(view, remote_error_m, LL_BITS_M, "m",
+            "remote entities: drawn minus the server's now, the largest, signed"),
+    LL_STEP(view, buffer_ms, LL_BITS_MS, "ms", "newest snapshot minus the drawn time"),
+    LL_STEP(view, slack_ticks, LL_BITS_MS, "ticks",
+            "how early the last input came to the server; negative: late; null: not known"),
+    LL_INT(view, corrections, NULL, "how often the own entity was moved on reconciling"),
+    LL_STEP(view, correction_m, LL_BITS_M, "m", "the last of these, signed"),
+    LL_INT(view, refused, NULL, "inputs that the server refused"),
+    LL_STEP(view, alpha, LL_BITS_RATIO, NULL, "where the drawn time is between its two snapshots"),
+    LL_STEP(view, shown_s, LL_BITS_S, "s", "server time of the remote entities as drawn"),
+};
+
+static const ll_record view_record = {.id = 2,
+                                      .name = "views",
+                                      .channel = LL_CHANNEL_SCENE,
+                                      .help = "The server's view, then each player's.",
+                                      .form = LL_FORM_BY_INDEX,
+                                      LL_ROWS_OF(view, view_fields)};
+
+static view server_view(const ll_netgame *g)
 {
-    return (view_entity){(float)e->x,     (float)e->y,    (float)e->vx,         (float)e->vy,
-                         (float)e->angle, (float)e->spin, (float)ll_to_ms(age), (uint32_t)e->flags | flags};
+    const ll_server *server = ll_netgame_server(g);
+    return (view){.input_seq = (uint32_t)server->step,
+                  .flags = ll_netgame_sync(g)->due(server) == LL_NEVER ? STALLED : 0,
+                  .connection = LL_CONNECTION_PLAYING,
+                  .connected = true,
+                  .alpha = 1,
+                  .shown_s = ll_to_s(server->stepped)};
 }
 
-/* Only as many entities are written as there are. */
-static size_t stride_of(int entities)
+static uint8_t flags_of(const ll_netgame *g, int i)
 {
-    return offsetof(view, entity) + (size_t)entities * sizeof(view_entity);
+    const ll_player_config *config = &g->config.players[i];
+    return (uint8_t)((config->prediction ? PREDICTION : 0) | (config->reconciliation ? RECONCILIATION : 0) |
+                     (config->interpolation ? INTERPOLATION : 0) |
+                     (ll_netgame_client(g, i)->held_now ? UNDERRUN : 0) |
+                     (ll_netgame_stalled(g, i) ? STALLED : 0) |
+                     (config->control == LL_CONTROL_PERSON ? PERSON : 0));
 }
 
-static void server_view(const ll_netgame *g, view *v)
+static view player_view(const ll_netgame *g, int i)
+{
+    const ll_client *c = ll_netgame_client(g, i);
+    const ll_instruments *in = ll_netgame_instruments(g, i);
+    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
+    return (view){.view = (uint8_t)(i + 1),
+                  .flags = flags_of(g, i),
+                  .connection = (uint8_t)c->connection.state,
+                  .connected = seat->connected,
+                  .input_seq = c->seq,
+                  .acked_seq = c->acked,
+                  .unacked = c->seq - c->acked,
+                  .lag_ms = (float)g->config.players[i].lag_ms,
+                  .view_age_ms = (float)in->view_age,
+                  .own_lead_m = (float)in->own_lead,
+                  .remote_error_m = (float)in->remote_error,
+                  .buffer_ms = (float)c->buffer_ms,
+                  .slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)seat->last_slack,
+                  .corrections = (uint32_t)in->corrections,
+                  .correction_m = (float)in->last_correction,
+                  .refused = (uint32_t)in->ledger.count[LL_INPUT_WAS_REFUSED],
+                  .alpha = (float)c->alpha,
+                  .shown_s = ll_to_s(c->view_time)};
+}
+
+/* ---- entities: view by view ---- */
+
+typedef struct entity {
+    uint8_t view, entity;
+    uint16_t flags;
+    float x, y, vx, vy, angle, spin, age_ms;
+} entity;
+
+static const char *const entity_flags[] = {"finished",     "predicted", "interpolated", "held", "active",
+                                           "extrapolated", "unsettled", "away",         NULL};
+
+static const ll_record_field entity_fields[] = {
+    LL_INT(entity, view, NULL, "in which it is"),
+    LL_INT(entity, entity, NULL, "which: those of the players come first"),
+    LL_FLAGS(entity, flags, entity_flags,
+             "held: there is no data; active: a projectile in flight; unsettled: overlaps what it was pushed "
+             "into; "
+             "away: its player is not connected"),
+    LL_STEP(entity, x, LL_BITS_M, "m", "position"),
+    LL_STEP(entity, y, LL_BITS_M, "m", "position"),
+    LL_STEP(entity, vx, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(entity, vy, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(entity, angle, LL_BITS_RAD, "rad", "orientation"),
+    LL_STEP(entity, spin, LL_BITS_RAD, "rad/s", "angular velocity"),
+    LL_STEP(entity, age_ms, LL_BITS_MS, "ms", "how old it is as drawn"),
+};
+
+static const ll_record entity_record = {.id = 3,
+                                        .name = "entities",
+                                        .channel = LL_CHANNEL_SCENE,
+                                        .help = "What is in each view, as it is drawn.",
+                                        .form = LL_FORM_BY_INDEX,
+                                        LL_ROWS_OF(entity, entity_fields)};
+
+static entity entity_of(int of, int index, const ll_entity *e, ll_time age, uint32_t flags)
+{
+    return (entity){.view = (uint8_t)of,
+                    .entity = (uint8_t)index,
+                    .flags = (uint16_t)(e->flags | flags),
+                    .x = (float)e->x,
+                    .y = (float)e->y,
+                    .vx = (float)e->vx,
+                    .vy = (float)e->vy,
+                    .angle = (float)e->angle,
+                    .spin = (float)e->spin,
+                    .age_ms = (float)ll_to_ms(age)};
+}
+
+static void fill_entities(const ll_netgame *g, ll_row_set *rows)
 {
     const ll_server *server = ll_netgame_server(g);
     const ll_world *world = ll_server_world_const(server);
-    v->shown_s = ll_to_s(server->stepped);
-    v->alpha = 1;
-    v->input_seq = (uint32_t)server->step;
-    int stalled = ll_netgame_sync(g)->due(server) == LL_NEVER ? VIEW_STALLED : 0;
-    v->flags = (uint16_t)(stalled | LL_CONNECTION_PLAYING << VIEW_CONNECTION);
+    entity all[LL_ENTITIES_MAX];
     for (int i = 0; i < world->entities; i++)
-        v->entity[i] = entity(&world->entity[i], g->now - server->stepped, 0);
+        all[i] = entity_of(0, i, &world->entity[i], g->now - server->stepped, 0);
+    ll_row_set_put(rows, &entity_record, all, world->entities);
+    for (int p = 0; p < g->config.player_count; p++) {
+        const ll_client *c = ll_netgame_client(g, p);
+        const ll_world *shown = ll_client_shown_const(c);
+        const ll_mark *marks = ll_client_marks_const(c);
+        for (int i = 0; i < shown->entities; i++)
+            all[i] = entity_of(p + 1, i, &shown->entity[i], g->now - marks[i].time, marks[i].flags);
+        ll_row_set_put(rows, &entity_record, all, shown->entities);
+    }
 }
 
-static void player_view(const ll_netgame *g, int i, view *v)
+static void fill_views(const ll_netgame *g, ll_row_set *rows)
 {
-    const ll_client *c = ll_netgame_client(g, i);
-    const ll_player_config *config = &g->config.players[i];
-    const ll_instruments *in = ll_netgame_instruments(g, i);
-    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
-    int flags = (config->prediction ? VIEW_PREDICTION : 0) |
-                (config->reconciliation ? VIEW_RECONCILIATION : 0) |
-                (config->interpolation ? VIEW_INTERPOLATION : 0) | (c->held_now ? VIEW_UNDERRUN : 0) |
-                (ll_netgame_stalled(g, i) ? VIEW_STALLED : 0) |
-                (config->control == LL_CONTROL_PERSON ? VIEW_PERSON : 0) |
-                c->connection.state << VIEW_CONNECTION | (seat->connected ? 0 : VIEW_DROPPED);
-    v->flags = (uint16_t)flags;
-    v->input_seq = c->seq;
-    v->acked_seq = c->acked;
-    v->unacked = c->seq - c->acked;
-    v->lag_ms = (float)config->lag_ms;
-    v->view_age_ms = (float)in->view_age;
-    v->own_lead_m = (float)in->own_lead;
-    v->remote_error_m = (float)in->remote_error;
-    v->buffer_ms = (float)c->buffer_ms;
-    v->slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)seat->last_slack;
-    v->corrections = (uint32_t)in->corrections;
-    v->correction_m = (float)in->last_correction;
-    v->refused = (uint32_t)in->ledger.count[LL_INPUT_WAS_REFUSED];
-    v->alpha = (float)c->alpha;
-    v->shown_s = ll_to_s(c->view_time);
-    const ll_world *shown = ll_client_shown_const(c);
-    const ll_mark *marks = ll_client_marks_const(c);
-    for (int k = 0; k < shown->entities; k++)
-        v->entity[k] = entity(&shown->entity[k], g->now - marks[k].time, marks[k].flags);
+    view all[LL_PLAYERS_MAX + 1];
+    all[0] = server_view(g);
+    for (int i = 0; i < g->config.player_count; i++)
+        all[i + 1] = player_view(g, i);
+    ll_row_set_put(rows, &view_record, all, g->config.player_count + 1);
 }
 
-static void view_of(const ll_netgame *g, int index, view *v)
-{
-    memset(v, 0, offsetof(view, entity));
-    v->view = (uint8_t)index;
-    v->entities = (uint8_t)ll_netgame_entities(g);
-    if (index == 0)
-        server_view(g, v);
-    else
-        player_view(g, index - 1, v);
-}
+/* ---- the game's own values ---- */
 
-static int game_values(const ll_netgame *g, int player, double *values)
+typedef struct game_value {
+    uint8_t player, index;
+    double value;
+} game_value;
+
+static const ll_record_field game_fields[] = {
+    LL_INT(game_value, player, NULL, "whose"),
+    LL_INT(game_value, index, NULL, "which: its name stands in the hello's layout, game_values"),
+    LL_REAL(game_value, value, 23, NULL, "the value; null: there is none yet"),
+};
+
+static const ll_record game_record = {.id = 4,
+                                      .name = "game",
+                                      .channel = LL_CHANNEL_SCENE,
+                                      .help = "The game's own values of each player.",
+                                      .form = LL_FORM_BY_INDEX,
+                                      LL_ROWS_OF(game_value, game_fields)};
+
+static void fill_game(const ll_netgame *g, ll_row_set *rows)
 {
     const ll_game *game = ll_netgame_game(g);
-    int n = 0;
-    game->describe(ll_server_world_const(ll_netgame_server(g)), &g->env, player, values);
-    while (game->values[n])
-        n++;
-    return n;
-}
-
-void ll_netgame_sections(const void *block,
-                         void (*section)(void *context, int type, int count, const void *bytes, size_t size),
-                         void *context)
-{
-    const ll_netgame *g = block;
-    int n = g->config.player_count;
-    size_t stride = stride_of(ll_netgame_entities(g));
-    _Alignas(8) char views[(LL_PLAYERS_MAX + 1) * sizeof(view)];
-    for (int i = 0; i <= n; i++)
-        view_of(g, i, (view *)(void *)(views + (size_t)i * stride));
-    section(context, SECTION_VIEWS, n + 1, views, (size_t)(n + 1) * stride);
-
-    double values[LL_PLAYERS_MAX * LL_GAME_VALUES], own[LL_GAME_VALUES];
-    int columns = 0, count = 0;
-    for (int i = 0; i < n; i++) {
-        columns = game_values(g, i, own);
-        for (int k = 0; k < columns; k++)
-            values[count++] = own[k];
-    }
-    section(context, SECTION_GAME, n, values, (size_t)count * sizeof(double));
-    ll_netgame_peer_section(g, section, context);
-    ll_netgame_view_sections(g, section, context);
-    ll_netgame_ladder_section(g, section, context);
-    ll_netgame_shots_sections(g, section, context);
-    ll_netgame_measures_section(g, section, context);
-}
-
-static void number(cJSON *object, const char *name, double value)
-{
-    ll_netgame_number(object, name, value);
-}
-
-static cJSON *view_json(const view *v)
-{
-    cJSON *o = cJSON_CreateObject(), *entities = cJSON_AddArrayToObject(o, "entities");
-    number(o, "view", v->view);
-    number(o, "flags", v->flags);
-    cJSON_AddStringToObject(o, "connection", ll_connection_state_names[v->flags >> VIEW_CONNECTION & 7]);
-    cJSON_AddBoolToObject(o, "connected", (v->flags & VIEW_DROPPED) == 0);
-    number(o, "input_seq", v->input_seq);
-    number(o, "acked_seq", v->acked_seq);
-    number(o, "unacked", v->unacked);
-    number(o, "lag_ms", (double)v->lag_ms);
-    number(o, "view_age_ms", (double)v->view_age_ms);
-    number(o, "own_lead_m", (double)v->own_lead_m);
-    number(o, "remote_error_m", (double)v->remote_error_m);
-    number(o, "buffer_ms", (double)v->buffer_ms);
-    number(o, "slack_ticks", (double)v->slack_ticks);
-    number(o, "corrections", v->corrections);
-    number(o, "correction_m", (double)v->correction_m);
-    number(o, "refused", v->refused);
-    number(o, "alpha", (double)v->alpha);
-    number(o, "shown_s", v->shown_s);
-    for (int i = 0; i < v->entities; i++) {
-        const view_entity *e = &v->entity[i];
-        cJSON *item = cJSON_CreateObject();
-        number(item, "x", (double)e->x);
-        number(item, "y", (double)e->y);
-        number(item, "vx", (double)e->vx);
-        number(item, "vy", (double)e->vy);
-        number(item, "angle", (double)e->angle);
-        number(item, "spin", (double)e->spin);
-        number(item, "age_ms", (double)e->age_ms);
-        number(item, "flags", e->flags);
-        cJSON_AddItemToArray(entities, item);
-    }
-    return o;
-}
-
-void ll_netgame_sections_json(const void *block, cJSON *frame)
-{
-    const ll_netgame *g = block;
-    cJSON *views = cJSON_AddArrayToObject(frame, "views"), *game = cJSON_AddArrayToObject(frame, "game");
-    for (int i = 0; i <= g->config.player_count; i++) {
-        view v;
-        view_of(g, i, &v);
-        cJSON_AddItemToArray(views, view_json(&v));
-    }
-    for (int i = 0; i < g->config.player_count; i++) {
+    for (int p = 0; p < g->config.player_count; p++) {
         double values[LL_GAME_VALUES];
-        int n = game_values(g, i, values);
-        cJSON_AddItemToArray(game, cJSON_CreateDoubleArray(values, n));
+        game_value all[LL_GAME_VALUES];
+        int n = 0;
+        game->describe(ll_server_world_const(ll_netgame_server(g)), &g->env, p, values);
+        for (; game->values[n]; n++)
+            all[n] = (game_value){(uint8_t)p, (uint8_t)n, values[n]};
+        ll_row_set_put(rows, &game_record, all, n);
     }
-    ll_netgame_peer_section_json(g, frame);
-    ll_netgame_view_sections_json(g, frame);
-    ll_netgame_ladder_section_json(g, frame);
-    ll_netgame_shots_sections_json(g, frame);
-    ll_netgame_measures_section_json(g, frame);
+}
+
+/* ---- all of them ---- */
+
+const ll_record *const ll_netgame_records[] = {&view_record,
+                                               &entity_record,
+                                               &game_record,
+                                               &ll_netgame_shell_record,
+                                               &ll_netgame_buffer_record,
+                                               &ll_netgame_measure_record,
+                                               &ll_netgame_peer_record,
+                                               &ll_netgame_ladder_record,
+                                               &ll_netgame_buffered_record,
+                                               &ll_netgame_shot_record,
+                                               &ll_netgame_shot_body_record,
+                                               NULL};
+
+void ll_netgame_fill(const void *block, ll_row_set *rows)
+{
+    const ll_netgame *g = block;
+    if (ll_row_set_wants(rows, &view_record)) {
+        fill_views(g, rows);
+        fill_entities(g, rows);
+        fill_game(g, rows);
+        ll_netgame_fill_shells(g, rows);
+    }
+    if (ll_row_set_wants(rows, &ll_netgame_buffer_record)) {
+        ll_netgame_fill_buffers(g, rows);
+        ll_netgame_fill_measures(g, rows);
+        ll_netgame_fill_peers(g, rows);
+    }
+    if (ll_row_set_wants(rows, &ll_netgame_ladder_record))
+        ll_netgame_fill_ladder(g, rows);
+    if (ll_row_set_wants(rows, &ll_netgame_buffered_record))
+        ll_netgame_fill_buffered(g, rows);
+    if (ll_row_set_wants(rows, &ll_netgame_shot_record))
+        ll_netgame_fill_shots(g, rows);
 }

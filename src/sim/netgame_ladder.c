@@ -1,22 +1,41 @@
 /* The reconciliation ladder: the last inputs of each player who reconciles, where its client thought that
- * they put the own entity, and where the server had it. Section 7 of session/frame.h. */
-#include <cjson/cJSON.h>
+ * they put the own entity, and where the server had it. */
+#include <math.h>
 
 #include "sim/netgame.h"
 
-enum { SECTION_LADDER = 7 };
 enum { RUNGS_MAX = 32 }; /* of a player */
 
 enum { RUNG_OPEN, RUNG_ACKNOWLEDGED, RUNG_REFUSED, RUNG_LATE, RUNG_LOST };
-enum { RUNG_PREDICTED = 1, RUNG_CONFIRMED = 2 }; /* which of the places are known */
 
 typedef struct rung {
-    uint8_t player, state, known, reserved;
+    uint8_t player, state;
     uint32_t seq;
-    float made_ms, predicted_x, server_x, correction_m;
+    double made_s;
+    float predicted_x, server_x, correction_m;
 } rung;
 
-_Static_assert(sizeof(rung) == 24, "the layout of session/frame.h");
+static const char *const rung_states[] = {"open", "acknowledged", "refused", "late", "lost", NULL};
+
+static const ll_record_field rung_fields[] = {
+    LL_INT(rung, player, NULL, "whose input"),
+    LL_INT(rung, seq, NULL, "its sequence number"),
+    LL_ENUM(rung, state, rung_states, "what has become of it"),
+    LL_STEP(rung, made_s, LL_BITS_S, "s", "when it was made"),
+    LL_STEP(rung, predicted_x, LL_BITS_M, "m", "own entity after it, as predicted last; null: not yet"),
+    LL_STEP(rung, server_x, LL_BITS_M, "m", "own entity in the state that acknowledged it; null: not known"),
+    LL_STEP(rung, correction_m, LL_BITS_M, "m", "the one less the other; null: one is not known"),
+};
+
+const ll_record ll_netgame_ladder_record = {
+    .id = 9,
+    .name = "ladder",
+    .channel = LL_CHANNEL_LADDER,
+    .help = "The reconciliation ladder: the last 32 inputs of each player who "
+            "reconciles, oldest first.",
+    .form = LL_FORM_KEYED,
+    .keys = 2,
+    LL_ROWS_OF(rung, rung_fields)};
 
 /* The client's word for what is open; of what is closed the observer knows more than it. */
 static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
@@ -43,8 +62,7 @@ static void confirm(ll_client *c, rung *rungs, int count)
         if (state->acked < rungs[0].seq || at >= (uint32_t)count || rungs[at].state == RUNG_OPEN)
             continue;
         rungs[at].server_x = (float)ll_received_world(state)->entity[c->self].x;
-        rungs[at].known |= RUNG_CONFIRMED;
-        if (rungs[at].known & RUNG_PREDICTED)
+        if (rungs[at].predicted_x == rungs[at].predicted_x)
             rungs[at].correction_m =
                 (float)(ll_received_world(state)->entity[c->self].x - ll_client_pending(c, state->acked)->x);
     }
@@ -63,54 +81,19 @@ static int list(const ll_netgame *g, int player, rung *rungs)
         bool played = seq <= c->played;
         rungs[i] = (rung){.player = (uint8_t)player,
                           .state = state_of(g, player, seq),
-                          .known = played ? RUNG_PREDICTED : 0,
                           .seq = seq,
-                          .made_ms = (float)ll_to_ms(p->made - g->now),
-                          .predicted_x = played ? (float)p->x : 0};
+                          .made_s = ll_to_s(p->made),
+                          .predicted_x = played ? (float)p->x : NAN,
+                          .server_x = NAN,
+                          .correction_m = NAN};
     }
     confirm(c, rungs, count);
     return count;
 }
 
-static int list_all(const ll_netgame *g, rung *rungs)
+void ll_netgame_fill_ladder(const ll_netgame *g, ll_row_set *rows)
 {
-    int n = 0;
+    rung rungs[RUNGS_MAX];
     for (int i = 0; i < g->config.player_count; i++)
-        n += list(g, i, rungs + n);
-    return n;
-}
-
-void ll_netgame_ladder_section(const ll_netgame *g,
-                               void (*section)(void *context, int type, int count, const void *bytes,
-                                               size_t size),
-                               void *context)
-{
-    rung rungs[LL_PLAYERS_MAX * RUNGS_MAX];
-    int n = list_all(g, rungs);
-    section(context, SECTION_LADDER, n, rungs, (size_t)n * sizeof rungs[0]);
-}
-
-static void number(cJSON *object, const char *name, double value)
-{
-    cJSON_AddNumberToObject(object, name, value);
-}
-
-void ll_netgame_ladder_section_json(const ll_netgame *g, cJSON *frame)
-{
-    rung rungs[LL_PLAYERS_MAX * RUNGS_MAX];
-    cJSON *ladder = cJSON_AddArrayToObject(frame, "ladder");
-    int n = list_all(g, rungs);
-    for (int i = 0; i < n; i++) {
-        const rung *r = &rungs[i];
-        cJSON *o = cJSON_CreateObject();
-        number(o, "player", r->player);
-        number(o, "state", r->state);
-        number(o, "known", r->known);
-        number(o, "seq", r->seq);
-        number(o, "made_ms", (double)r->made_ms);
-        number(o, "predicted_x", (double)r->predicted_x);
-        number(o, "server_x", (double)r->server_x);
-        number(o, "correction_m", (double)r->correction_m);
-        cJSON_AddItemToArray(ladder, o);
-    }
+        ll_row_set_put(rows, &ll_netgame_ladder_record, rungs, list(g, i, rungs));
 }

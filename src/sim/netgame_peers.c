@@ -1,4 +1,4 @@
-/* What is told of the peer-to-peer syncs: M12, M14, and section 5 of a frame. */
+/* What is told of the peer-to-peer syncs: M12, M14, and where their worlds are, streamed. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 
@@ -81,11 +81,10 @@ void ll_netgame_slowest(cJSON *server, const ll_netgame *g)
     number(server, "slowest_waited_s", most);
 }
 
-/* ---- section 5 ---- */
+/* ---- streamed ---- */
 
-enum { SECTION_PEERS = 5 };
-
-typedef struct peer_record {
+typedef struct peer {
+    uint8_t player;
     int64_t confirmed, tick, desync_tick;
     uint32_t waiting, stalls;
     float stalled_s;
@@ -94,64 +93,58 @@ typedef struct peer_record {
     uint32_t desync_field;
     float desync_m;
     double desync_ulps;
-} peer_record;
+} peer;
 
-_Static_assert(sizeof(peer_record) == 64, "the layout of session/frame.h");
+static const ll_record_field peer_fields[] = {
+    LL_INT(peer, player, NULL, "whose world"),
+    LL_INT(peer, confirmed, NULL, "tick up to which all inputs have come"),
+    LL_INT(peer, tick, NULL, "that is drawn"),
+    LL_INT(peer, desync_tick, NULL, "the first that differs from the server's; -1: none"),
+    LL_INT(peer, waiting, NULL, "bit p: stalls for the input of player p"),
+    LL_INT(peer, stalls, NULL, "how often it waited"),
+    LL_STEP(peer, stalled_s, LL_BITS_RATIO, "s", "and how long in all"),
+    LL_INT(peer, rollbacks, NULL, "how often it went back"),
+    LL_INT(peer, rollback_ticks, NULL, "ticks that it made again"),
+    LL_INT(peer, desync_entity, NULL, "entity that differs; -1: the game's tail"),
+    LL_ENUM(peer, desync_field, ll_field_names, "field of it that differs"),
+    LL_STEP(peer, desync_m, LL_BITS_M, "m", "distance from the server's world, now"),
+    LL_REAL(peer, desync_ulps, 23, "ulps", "of that field at that tick"),
+};
 
-static peer_record record_of(const ll_netgame *g, int i)
+const ll_record ll_netgame_peer_record = {
+    .id = 8,
+    .name = "peers",
+    .channel = LL_CHANNEL_GAUGES,
+    .help = "Clients with worlds of their own (deterministic, rollback); of other "
+            "syncs there is none.",
+    .form = LL_FORM_BY_INDEX,
+    LL_ROWS_OF(peer, peer_fields)};
+
+static peer peer_of(const ll_netgame *g, int i)
 {
-    const ll_peer *peer = ll_client_peer(ll_netgame_client(g, i));
+    const ll_peer *world = ll_client_peer(ll_netgame_client(g, i));
     const ll_stepping *n = &ll_netgame_instruments(g, i)->stepping;
     const ll_desync *d = ll_netgame_desync(g, i);
-    return (peer_record){.confirmed = peer->confirmed,
-                         .tick = peer->tick,
-                         .desync_tick = d->tick,
-                         .waiting = peer->waiting,
-                         .stalls = (uint32_t)n->stalls,
-                         .stalled_s = (float)((double)n->stalled_frames * g->env.dt),
-                         .rollbacks = (uint32_t)n->rollbacks,
-                         .rollback_ticks = (uint32_t)n->rollback_ticks,
-                         .desync_entity = d->entity,
-                         .desync_field = (uint32_t)d->field,
-                         .desync_m = (float)d->error,
-                         .desync_ulps = d->ulps};
+    return (peer){.player = (uint8_t)i,
+                  .confirmed = world->confirmed,
+                  .tick = world->tick,
+                  .desync_tick = d->tick,
+                  .waiting = world->waiting,
+                  .stalls = (uint32_t)n->stalls,
+                  .stalled_s = (float)((double)n->stalled_frames * g->env.dt),
+                  .rollbacks = (uint32_t)n->rollbacks,
+                  .rollback_ticks = (uint32_t)n->rollback_ticks,
+                  .desync_entity = d->entity,
+                  .desync_field = (uint32_t)d->field,
+                  .desync_m = (float)d->error,
+                  .desync_ulps = d->ulps};
 }
 
-/* Only where clients have worlds of their own. */
-static int count(const ll_netgame *g)
+void ll_netgame_fill_peers(const ll_netgame *g, ll_row_set *rows)
 {
-    return ll_netgame_sync(g)->observe ? g->config.player_count : 0;
-}
-
-void ll_netgame_peer_section(const ll_netgame *g,
-                             void (*section)(void *context, int type, int count, const void *bytes,
-                                             size_t size),
-                             void *context)
-{
-    peer_record records[LL_PLAYERS_MAX];
-    for (int i = 0; i < count(g); i++)
-        records[i] = record_of(g, i);
-    section(context, SECTION_PEERS, count(g), records, (size_t)count(g) * sizeof records[0]);
-}
-
-void ll_netgame_peer_section_json(const ll_netgame *g, cJSON *frame)
-{
-    cJSON *peers = cJSON_AddArrayToObject(frame, "peers");
-    for (int i = 0; i < count(g); i++) {
-        peer_record r = record_of(g, i);
-        cJSON *o = cJSON_CreateObject();
-        number(o, "confirmed", (double)r.confirmed);
-        number(o, "tick", (double)r.tick);
-        number(o, "desync_tick", (double)r.desync_tick);
-        number(o, "waiting", r.waiting);
-        number(o, "stalls", r.stalls);
-        number(o, "stalled_s", (double)r.stalled_s);
-        number(o, "rollbacks", r.rollbacks);
-        number(o, "rollback_ticks", r.rollback_ticks);
-        number(o, "desync_entity", r.desync_entity);
-        number(o, "desync_field", r.desync_field);
-        number(o, "desync_m", (double)r.desync_m);
-        number(o, "desync_ulps", r.desync_ulps);
-        cJSON_AddItemToArray(peers, o);
-    }
+    peer all[LL_PLAYERS_MAX];
+    int count = ll_netgame_sync(g)->observe ? g->config.player_count : 0;
+    for (int i = 0; i < count; i++)
+        all[i] = peer_of(g, i);
+    ll_row_set_put(rows, &ll_netgame_peer_record, all, count);
 }

@@ -1,4 +1,4 @@
-/* What is told of shots: M10, and the sections 4 and 9 of session/frame.h. */
+/* What is told of shots: M10, and the last of them and the shells in flight, streamed. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 #include <string.h>
@@ -74,98 +74,199 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
     peeks(o, m);
 }
 
-/* ---- section 4: the last shots ---- */
+/* ---- the last shots ---- */
 
-enum { SECTION_SHOTS = 4, SECTION_SHELLS = 9 };
 enum { NOBODY_YET = -2 };
 
 #define SHOWN (5 * LL_SECOND) /* older shots are not told: the history would not have them for ever */
 
-typedef struct shot_body {
-    float seen_x, seen_y, now_x, now_y, looked_x, looked_y;
-} shot_body;
-
-typedef struct shot_record {
-    uint8_t player, weapon, bodies, flags;
+typedef struct shot {
+    uint8_t player, weapon, flags;
     uint32_t tick;
     double pressed_s, seen_s, judged_s, looked_s;
     float x, y, dx, dy, server_x, server_y;
+    int32_t client_view_hit, server_now_hit, compensated_hit, perfect_hit;
+} shot;
+
+static const char *const weapons[] = {"rifle", "shell", NULL};
+static const char *const shot_flags[] = {"taken", "clamped", "distrusted", "behind_cover", NULL};
+
+static const ll_record_field shot_fields[] = {
+    LL_INT(shot, player, NULL, "who shot"),
+    LL_ENUM(shot, weapon, weapons, "with what"),
+    LL_INT(shot, tick, NULL, "the server's step that it was meant for"),
+    LL_FLAGS(shot, flags, shot_flags,
+             "clamped: to max_rewind_ms; distrusted: its age of view was not believed; behind_cover: the "
+             "target was"),
+    LL_STEP(shot, pressed_s, LL_BITS_S, "s", "when the button was pressed"),
+    LL_STEP(shot, seen_s, LL_BITS_S, "s", "server time of what the shooter saw"),
+    LL_STEP(shot, judged_s, LL_BITS_S, "s", "the server's present when it judged"),
+    LL_STEP(shot, looked_s, LL_BITS_S, "s", "server time of the bodies that it judged against"),
+    LL_STEP(shot, x, LL_BITS_M, "m", "the muzzle as pressed"),
+    LL_STEP(shot, y, LL_BITS_M, "m", "the muzzle as pressed"),
+    LL_STEP(shot, dx, LL_BITS_RAD, NULL, "the aim, a unit vector"),
+    LL_STEP(shot, dy, LL_BITS_RAD, NULL, "the aim, a unit vector"),
+    LL_STEP(shot, server_x, LL_BITS_M, "m", "the muzzle where the server had it"),
+    LL_STEP(shot, server_y, LL_BITS_M, "m", "the muzzle where the server had it"),
+    LL_INT(shot, client_view_hit, NULL,
+           "body that is hit in what the shooter saw; -1 nobody, -2 not known yet"),
+    LL_INT(shot, server_now_hit, NULL, "in the server's present, without compensation"),
+    LL_INT(shot, compensated_hit, NULL, "by the server's policy"),
+    LL_INT(shot, perfect_hit, NULL, "on a network without delay"),
+};
+
+const ll_record ll_netgame_shot_record = {
+    .id = 11,
+    .name = "shots",
+    .channel = LL_CHANNEL_SHOTS,
+    .help = "Of each player the last shot of each weapon that the server took, "
+            "not older than 5 s.",
+    .form = LL_FORM_KEYED,
+    .keys = 3,
+    LL_ROWS_OF(shot, shot_fields)};
+
+typedef struct shot_body {
+    uint8_t player, weapon, body;
+    uint32_t tick;
+    float seen_x, seen_y, now_x, now_y, looked_x, looked_y;
+} shot_body;
+
+static const ll_record_field shot_body_fields[] = {
+    LL_INT(shot_body, player, NULL, "who shot"),
+    LL_ENUM(shot_body, weapon, weapons, "with what"),
+    LL_INT(shot_body, tick, NULL, "of the shot"),
+    LL_INT(shot_body, body, NULL, "which body: that entity"),
+    LL_STEP(shot_body, seen_x, LL_BITS_M, "m", "as the shooter saw it, at seen_s"),
+    LL_STEP(shot_body, seen_y, LL_BITS_M, "m", "as the shooter saw it, at seen_s"),
+    LL_STEP(shot_body, now_x, LL_BITS_M, "m", "in the server's present, at judged_s"),
+    LL_STEP(shot_body, now_y, LL_BITS_M, "m", "in the server's present, at judged_s"),
+    LL_STEP(shot_body, looked_x, LL_BITS_M, "m", "where the server looked, at looked_s"),
+    LL_STEP(shot_body, looked_y, LL_BITS_M, "m", "where the server looked, at looked_s"),
+};
+
+const ll_record ll_netgame_shot_body_record = {.id = 12,
+                                               .name = "shot_bodies",
+                                               .channel = LL_CHANNEL_SHOTS,
+                                               .help = "The bodies at the times of these shots.",
+                                               .form = LL_FORM_KEYED,
+                                               .keys = 4,
+                                               LL_ROWS_OF(shot_body, shot_body_fields)};
+
+static shot shot_of(const ll_shot_record *r, int player, int weapon)
+{
     int32_t hit[LL_JUDGES];
-    shot_body body[LL_BODIES_MAX];
-} shot_record;
+    for (int j = 0; j < LL_JUDGES; j++)
+        hit[j] = r->spoken >> j & 1 ? r->body[j] : NOBODY_YET;
+    return (shot){.player = (uint8_t)player,
+                  .weapon = (uint8_t)weapon,
+                  .flags = (uint8_t)(r->flags & (LL_SHOT_LOST - 1)),
+                  .tick = (uint32_t)r->tick,
+                  .pressed_s = ll_to_s(r->pressed),
+                  .seen_s = ll_to_s(r->seen),
+                  .judged_s = ll_to_s(r->judged),
+                  .looked_s = ll_to_s(r->looked),
+                  .x = (float)r->aim.from.x,
+                  .y = (float)r->aim.from.y,
+                  .dx = (float)r->aim.direction.x,
+                  .dy = (float)r->aim.direction.y,
+                  .server_x = (float)r->muzzle.x,
+                  .server_y = (float)r->muzzle.y,
+                  .client_view_hit = hit[LL_JUDGE_VIEW],
+                  .server_now_hit = hit[LL_JUDGE_NOW],
+                  .compensated_hit = hit[LL_JUDGE_SERVER],
+                  .perfect_hit = hit[LL_JUDGE_PERFECT]};
+}
 
-_Static_assert(offsetof(shot_record, body) == 80 && sizeof(shot_body) == 24, "the layout of session/frame.h");
-
-static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const float (*seen)[2], shot_body *out)
+static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const float (*seen)[2], const shot *of,
+                        ll_row_set *rows)
 {
     const ll_arena *arena = &ll_netgame_shots(g)->arena;
     ll_point now[LL_BODIES_MAX], looked[LL_BODIES_MAX];
     ll_bodies_at(arena, ll_netgame_history(g), r->judged, now);
     ll_bodies_at(arena, ll_netgame_history(g), r->looked, looked);
-    for (int i = 0; i < arena->bodies; i++)
-        out[i] = (shot_body){seen[i][0],      seen[i][1],         (float)now[i].x,
-                             (float)now[i].y, (float)looked[i].x, (float)looked[i].y};
+    for (int i = 0; i < arena->bodies; i++) {
+        shot_body body = {.player = of->player,
+                          .weapon = of->weapon,
+                          .body = (uint8_t)i,
+                          .tick = of->tick,
+                          .seen_x = seen[i][0],
+                          .seen_y = seen[i][1],
+                          .now_x = (float)now[i].x,
+                          .now_y = (float)now[i].y,
+                          .looked_x = (float)looked[i].x,
+                          .looked_y = (float)looked[i].y};
+        ll_row_set_put(rows, &ll_netgame_shot_body_record, &body, 1);
+    }
 }
 
-static bool shot_of(const ll_netgame *g, int player, ll_weapon weapon, shot_record *out)
+void ll_netgame_fill_shots(const ll_netgame *g, ll_row_set *rows)
 {
-    const float(*seen)[2];
-    const ll_shot_record *r = ll_shots_last(ll_netgame_shots(g), player, weapon, &seen);
-    if (!r || g->now - r->judged > SHOWN)
-        return false;
-    *out = (shot_record){.player = (uint8_t)player,
-                         .weapon = (uint8_t)weapon,
-                         .bodies = (uint8_t)ll_netgame_shots(g)->arena.bodies,
-                         .flags = r->flags,
-                         .tick = (uint32_t)r->tick,
-                         .pressed_s = ll_to_s(r->pressed),
-                         .seen_s = ll_to_s(r->seen),
-                         .judged_s = ll_to_s(r->judged),
-                         .looked_s = ll_to_s(r->looked),
-                         .x = (float)r->aim.from.x,
-                         .y = (float)r->aim.from.y,
-                         .dx = (float)r->aim.direction.x,
-                         .dy = (float)r->aim.direction.y,
-                         .server_x = (float)r->muzzle.x,
-                         .server_y = (float)r->muzzle.y};
-    for (int j = 0; j < LL_JUDGES; j++)
-        out->hit[j] = r->spoken >> j & 1 ? r->body[j] : NOBODY_YET;
-    fill_bodies(g, r, seen, out->body);
-    return true;
+    int players = ll_netgame_shots(g) ? g->config.player_count : 0;
+    for (int i = 0; i < players; i++)
+        for (int w = 0; w < LL_WEAPONS; w++) {
+            const float(*seen)[2];
+            const ll_shot_record *r = ll_shots_last(ll_netgame_shots(g), i, (ll_weapon)w, &seen);
+            if (!r || g->now - r->judged > SHOWN)
+                continue;
+            shot one = shot_of(r, i, w);
+            ll_row_set_put(rows, &ll_netgame_shot_record, &one, 1);
+            fill_bodies(g, r, seen, &one, rows);
+        }
 }
 
-/* ---- section 9: shells in flight, as every view has them ---- */
+/* ---- shells in flight, as every view has them ---- */
 
-typedef struct shell_record {
+typedef struct shell_row {
     uint8_t view, player;
     uint16_t number;
     float flown_s, x, y, vx, vy, from_x, from_y, from_vx, from_vy;
-} shell_record;
+} shell_row;
 
-_Static_assert(sizeof(shell_record) == 40, "the layout of session/frame.h");
+static const ll_record_field shell_fields[] = {
+    LL_INT(shell_row, view, NULL, "in which it is"),
+    LL_INT(shell_row, player, NULL, "whose"),
+    LL_INT(shell_row, number, NULL, "counts those of the player"),
+    LL_STEP(shell_row, flown_s, LL_BITS_S, "s", "since the start of its flight"),
+    LL_STEP(shell_row, x, LL_BITS_M, "m", "position"),
+    LL_STEP(shell_row, y, LL_BITS_M, "m", "position"),
+    LL_STEP(shell_row, vx, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(shell_row, vy, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(shell_row, from_x, LL_BITS_M, "m", "position at the start"),
+    LL_STEP(shell_row, from_y, LL_BITS_M, "m", "position at the start"),
+    LL_STEP(shell_row, from_vx, LL_BITS_MPS, "m/s", "velocity at the start"),
+    LL_STEP(shell_row, from_vy, LL_BITS_MPS, "m/s", "velocity at the start"),
+};
+
+const ll_record ll_netgame_shell_record = {.id = 5,
+                                           .name = "shells",
+                                           .channel = LL_CHANNEL_SCENE,
+                                           .help = "Shells in flight, in a game with weapons.",
+                                           .form = LL_FORM_KEYED,
+                                           .keys = 3,
+                                           LL_ROWS_OF(shell_row, shell_fields)};
 
 enum { SHELLS_MAX = (LL_PLAYERS_MAX + 1) * LL_PLAYERS_MAX * LL_SHELLS };
 
-static shell_record shell_at(int view, int player, uint32_t number, const ll_flight *f, double s)
+static shell_row shell_at(int view, int player, uint32_t number, const ll_flight *f, double s)
 {
     ll_point at = ll_flight_at(f, s);
-    return (shell_record){.view = (uint8_t)view,
-                          .player = (uint8_t)player,
-                          .number = (uint16_t)number,
-                          .flown_s = (float)s,
-                          .x = (float)at.x,
-                          .y = (float)at.y,
-                          .vx = (float)f->velocity.x,
-                          .vy = (float)(f->velocity.y - f->gravity * s),
-                          .from_x = (float)f->from.x,
-                          .from_y = (float)f->from.y,
-                          .from_vx = (float)f->velocity.x,
-                          .from_vy = (float)f->velocity.y};
+    return (shell_row){.view = (uint8_t)view,
+                       .player = (uint8_t)player,
+                       .number = (uint16_t)number,
+                       .flown_s = (float)s,
+                       .x = (float)at.x,
+                       .y = (float)at.y,
+                       .vx = (float)f->velocity.x,
+                       .vy = (float)(f->velocity.y - f->gravity * s),
+                       .from_x = (float)f->from.x,
+                       .from_y = (float)f->from.y,
+                       .from_vx = (float)f->velocity.x,
+                       .from_vy = (float)f->velocity.y};
 }
 
 /* Those of `player` that a world knows of, at the time that it is drawn at. */
 static int known_shells(const ll_netgame *g, int view, const ll_world *world, int player, ll_time time,
-                        shell_record *out)
+                        shell_row *out)
 {
     const ll_arms *arms = ll_netgame_game(g)->weapons->arms(world, player);
     int n = 0;
@@ -179,7 +280,7 @@ static int known_shells(const ll_netgame *g, int view, const ll_world *world, in
 }
 
 /* The own ones are where the client has flown them. */
-static int own_shells(const ll_netgame *g, int player, shell_record *out)
+static int own_shells(const ll_netgame *g, int player, shell_row *out)
 {
     const ll_gunner *gunner = ll_netgame_gunner(g, player);
     int n = 0;
@@ -192,7 +293,7 @@ static int own_shells(const ll_netgame *g, int player, shell_record *out)
     return n;
 }
 
-static int list_shells(const ll_netgame *g, shell_record *out)
+static int list_shells(const ll_netgame *g, shell_row *out)
 {
     const ll_server *server = ll_netgame_server(g);
     int players = g->config.player_count, n = 0;
@@ -207,93 +308,9 @@ static int list_shells(const ll_netgame *g, shell_record *out)
     return n;
 }
 
-/* ---- both ---- */
-
-void ll_netgame_shots_sections(const ll_netgame *g,
-                               void (*section)(void *context, int type, int count, const void *bytes,
-                                               size_t size),
-                               void *context)
+void ll_netgame_fill_shells(const ll_netgame *g, ll_row_set *rows)
 {
-    if (!ll_netgame_shots(g))
-        return;
-    size_t stride =
-        offsetof(shot_record, body) + (size_t)ll_netgame_shots(g)->arena.bodies * sizeof(shot_body);
-    _Alignas(8) char shots[LL_PLAYERS_MAX * LL_WEAPONS * sizeof(shot_record)];
-    shell_record shells[SHELLS_MAX];
-    int count = 0, flying = list_shells(g, shells);
-    for (int i = 0; i < g->config.player_count; i++)
-        for (int w = 0; w < LL_WEAPONS; w++)
-            count += shot_of(g, i, (ll_weapon)w, (shot_record *)(void *)(shots + (size_t)count * stride));
-    section(context, SECTION_SHOTS, count, shots, (size_t)count * stride);
-    section(context, SECTION_SHELLS, flying, shells, (size_t)flying * sizeof shells[0]);
-}
-
-static cJSON *shot_json(const shot_record *r)
-{
-    static const char *const hits[LL_JUDGES] = {[LL_JUDGE_VIEW] = "client_view_hit",
-                                                [LL_JUDGE_NOW] = "server_now_hit",
-                                                [LL_JUDGE_SERVER] = "compensated_hit",
-                                                [LL_JUDGE_PERFECT] = "perfect_hit"};
-    cJSON *o = cJSON_CreateObject(), *bodies = cJSON_AddArrayToObject(o, "bodies");
-    number(o, "player", r->player);
-    number(o, "weapon", r->weapon);
-    number(o, "flags", r->flags);
-    number(o, "tick", r->tick);
-    number(o, "pressed_s", r->pressed_s);
-    number(o, "seen_s", r->seen_s);
-    number(o, "judged_s", r->judged_s);
-    number(o, "looked_s", r->looked_s);
-    number(o, "x", (double)r->x);
-    number(o, "y", (double)r->y);
-    number(o, "dx", (double)r->dx);
-    number(o, "dy", (double)r->dy);
-    number(o, "server_x", (double)r->server_x);
-    number(o, "server_y", (double)r->server_y);
-    for (int j = 0; j < LL_JUDGES; j++)
-        number(o, hits[j], r->hit[j]);
-    for (int i = 0; i < r->bodies; i++) {
-        cJSON *b = cJSON_CreateObject();
-        number(b, "seen_x", (double)r->body[i].seen_x);
-        number(b, "seen_y", (double)r->body[i].seen_y);
-        number(b, "now_x", (double)r->body[i].now_x);
-        number(b, "now_y", (double)r->body[i].now_y);
-        number(b, "looked_x", (double)r->body[i].looked_x);
-        number(b, "looked_y", (double)r->body[i].looked_y);
-        cJSON_AddItemToArray(bodies, b);
-    }
-    return o;
-}
-
-static cJSON *shell_json(const shell_record *r)
-{
-    cJSON *o = cJSON_CreateObject();
-    number(o, "view", r->view);
-    number(o, "player", r->player);
-    number(o, "number", r->number);
-    number(o, "flown_s", (double)r->flown_s);
-    number(o, "x", (double)r->x);
-    number(o, "y", (double)r->y);
-    number(o, "vx", (double)r->vx);
-    number(o, "vy", (double)r->vy);
-    number(o, "from_x", (double)r->from_x);
-    number(o, "from_y", (double)r->from_y);
-    number(o, "from_vx", (double)r->from_vx);
-    number(o, "from_vy", (double)r->from_vy);
-    return o;
-}
-
-void ll_netgame_shots_sections_json(const ll_netgame *g, cJSON *frame)
-{
-    if (!ll_netgame_shots(g))
-        return;
-    cJSON *shots = cJSON_AddArrayToObject(frame, "shots"), *shells = cJSON_AddArrayToObject(frame, "shells");
-    shell_record flying[SHELLS_MAX];
-    shot_record shot;
-    for (int i = 0; i < g->config.player_count; i++)
-        for (int w = 0; w < LL_WEAPONS; w++)
-            if (shot_of(g, i, (ll_weapon)w, &shot))
-                cJSON_AddItemToArray(shots, shot_json(&shot));
-    int n = list_shells(g, flying);
-    for (int i = 0; i < n; i++)
-        cJSON_AddItemToArray(shells, shell_json(&flying[i]));
+    shell_row shells[SHELLS_MAX];
+    if (ll_netgame_shots(g))
+        ll_row_set_put(rows, &ll_netgame_shell_record, shells, list_shells(g, shells));
 }

@@ -1,4 +1,4 @@
-/* What is told of the players' views: M7 to M9, and sections 6 and 8 of session/frame.h. */
+/* What is told of the players' views: M7 to M9, and their buffers, streamed. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stddef.h>
@@ -111,25 +111,42 @@ void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
     excursions(o, "clients", &in->clients, in->entities, seconds);
 }
 
-/* ---- frames ---- */
+/* ---- the buffers, streamed ---- */
 
-enum { SECTION_BUFFERS = 6, SECTION_BUFFERED = 8, BUFFERED_MAX = 16 };
+enum { BUFFERED_MAX = 16 /* of a place */ };
 
-typedef struct buffer_record {
+typedef struct buffer_row {
     uint8_t player, state;
-    uint16_t reserved;
     float delay_ms, behind_ms, time_scale, dejitter_ms;
     uint32_t underruns, overruns, late;
-} buffer_record;
+    double drawn_s;
+} buffer_row;
 
-typedef struct buffered_record {
-    uint8_t player, place;
-    uint16_t reserved;
-    uint32_t tick;
-    float time_ms, sent_ms, arrived_ms, due_ms;
-} buffered_record;
+static const char *const view_states[] = {"newest",  "normal",        "catching_up", "slowing",
+                                          "starved", "extrapolating", NULL};
 
-_Static_assert(sizeof(buffer_record) == 32 && sizeof(buffered_record) == 24, "the layout of session/frame.h");
+static const ll_record_field buffer_fields[] = {
+    LL_INT(buffer_row, player, NULL, "whose view"),
+    LL_ENUM(buffer_row, state, view_states,
+            "newest: draws the newest state; starved: held, the buffer is dry"),
+    LL_STEP(buffer_row, delay_ms, LL_BITS_MS, "ms",
+            "interpolation delay in use; 0 when the newest state is drawn"),
+    LL_STEP(buffer_row, behind_ms, LL_BITS_MS, "ms", "the drawn time behind the newest that could be known"),
+    LL_STEP(buffer_row, time_scale, LL_BITS_RATIO, NULL, "speed of the drawn time"),
+    LL_STEP(buffer_row, dejitter_ms, LL_BITS_MS, "ms", "delay of the de-jitter buffer in use; 0: it is off"),
+    LL_INT(buffer_row, underruns, NULL, "times that it ran dry"),
+    LL_INT(buffer_row, overruns, NULL, "times that it was too full"),
+    LL_INT(buffer_row, late, NULL, "packets that came too late for the de-jitter buffer"),
+    LL_STEP(buffer_row, drawn_s, LL_BITS_S, "s", "server time that is drawn"),
+};
+
+const ll_record ll_netgame_buffer_record = {.id = 6,
+                                            .name = "buffers",
+                                            .channel = LL_CHANNEL_GAUGES,
+                                            .help =
+                                                "The snapshot and de-jitter buffer of each player's view.",
+                                            .form = LL_FORM_BY_INDEX,
+                                            LL_ROWS_OF(buffer_row, buffer_fields)};
 
 static double dejitter_ms(const ll_netgame *g, int player)
 {
@@ -137,122 +154,103 @@ static double dejitter_ms(const ll_netgame *g, int player)
     return on ? ll_to_ms(ll_dejitter_delay(ll_netgame_dejitter(g, player))) : 0;
 }
 
-static buffer_record buffer_of(const ll_netgame *g, int player)
+/* Without interpolation the newest state is drawn. */
+static ll_time drawn_time(const ll_client *c)
+{
+    return c->view_state != LL_VIEW_NEWEST ? c->render : c->latest_time;
+}
+
+static buffer_row buffer_of(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
     const ll_instruments *in = ll_netgame_instruments(g, player);
     bool by_time = c->view_state != LL_VIEW_NEWEST;
-    return (buffer_record){.player = (uint8_t)player,
-                           .state = c->view_state,
-                           .delay_ms = by_time ? (float)ll_to_ms(c->delay) : 0,
-                           .behind_ms = by_time ? (float)ll_to_ms(g->now + c->offset - c->render) : 0,
-                           .time_scale = by_time ? (float)c->time_scale : 1,
-                           .dejitter_ms = (float)dejitter_ms(g, player),
-                           .underruns = (uint32_t)in->underruns,
-                           .overruns = (uint32_t)in->overruns,
-                           .late = (uint32_t)ll_dejitter_get_stats(ll_netgame_dejitter(g, player))->late};
+    return (buffer_row){.player = (uint8_t)player,
+                        .state = c->view_state,
+                        .delay_ms = by_time ? (float)ll_to_ms(c->delay) : 0,
+                        .behind_ms = by_time ? (float)ll_to_ms(g->now + c->offset - c->render) : 0,
+                        .time_scale = by_time ? (float)c->time_scale : 1,
+                        .dejitter_ms = (float)dejitter_ms(g, player),
+                        .underruns = (uint32_t)in->underruns,
+                        .overruns = (uint32_t)in->overruns,
+                        .late = (uint32_t)ll_dejitter_get_stats(ll_netgame_dejitter(g, player))->late,
+                        .drawn_s = ll_to_s(drawn_time(c))};
 }
 
-/* The states from the one that is drawn, or just passed, to the newest. Returns how many were written. */
-static int list_buffered(const ll_netgame *g, int player, buffered_record *records)
+void ll_netgame_fill_buffers(const ll_netgame *g, ll_row_set *rows)
+{
+    buffer_row all[LL_PLAYERS_MAX];
+    for (int i = 0; i < g->config.player_count; i++)
+        all[i] = buffer_of(g, i);
+    ll_row_set_put(rows, &ll_netgame_buffer_record, all, g->config.player_count);
+}
+
+/* ---- and the states in them ---- */
+
+typedef struct buffered_row {
+    uint8_t player, place;
+    uint32_t tick;
+    double time_s, arrived_s, due_s;
+} buffered_row;
+
+static const char *const places[] = {"snapshot", "dejitter", NULL};
+
+static const ll_record_field buffered_fields[] = {
+    LL_INT(buffered_row, player, NULL, "whose buffer"),
+    LL_ENUM(buffered_row, place, places, "which of the two"),
+    LL_INT(buffered_row, tick, NULL, "the server's, of the state"),
+    LL_STEP(buffered_row, time_s, LL_BITS_S, "s", "server time of the state, when it was sent"),
+    LL_STEP(buffered_row, arrived_s, LL_BITS_S, "s", "when it came"),
+    LL_STEP(buffered_row, due_s, LL_BITS_S, "s", "when it is played out of the de-jitter buffer"),
+};
+
+const ll_record ll_netgame_buffered_record = {
+    .id = 10,
+    .name = "buffered",
+    .channel = LL_CHANNEL_BUFFERED,
+    .help = "States in these buffers, at most 16 of a place, from the one "
+            "that is drawn on.",
+    .form = LL_FORM_KEYED,
+    .keys = 3,
+    LL_ROWS_OF(buffered_row, buffered_fields)};
+
+/* The states from the one that is drawn, or just passed, to the newest. */
+static int list_buffered(const ll_netgame *g, int player, buffered_row *rows)
 {
     ll_client *c = ll_netgame_client(g, player);
     int n = 0;
     for (int64_t i = c->newest - 1 - c->depth; c->newest > 0 && i < c->newest && n < BUFFERED_MAX; i++) {
         const ll_received *state = ll_client_state(c, i);
-        ll_time drawn = c->view_state != LL_VIEW_NEWEST ? c->render : state->time;
-        float arrived = (float)ll_to_ms(state->arrived - g->now);
-        records[n++] = (buffered_record){.player = (uint8_t)player,
-                                         .tick = (uint32_t)state->tick,
-                                         .time_ms = (float)ll_to_ms(state->time - drawn),
-                                         .sent_ms = (float)ll_to_ms(state->time - g->now),
-                                         .arrived_ms = arrived,
-                                         .due_ms = arrived};
+        rows[n++] = (buffered_row){.player = (uint8_t)player,
+                                   .tick = (uint32_t)state->tick,
+                                   .time_s = ll_to_s(state->time),
+                                   .arrived_s = ll_to_s(state->arrived),
+                                   .due_s = ll_to_s(state->arrived)};
     }
     return n;
 }
 
-/* Those that are still held back, in the order of playing. */
-static int list_held(const ll_netgame *g, int player, buffered_record *records)
+/* Those that are still held back. */
+static int list_held(const ll_netgame *g, int player, buffered_row *rows)
 {
-    const ll_client *c = ll_netgame_client(g, player);
     const ll_dejitter *buffer = ll_netgame_dejitter(g, player);
     const ll_dejitter_packet *packets = ll_dejitter_packets(buffer);
-    ll_time drawn = c->view_state != LL_VIEW_NEWEST ? c->render : c->latest_time;
     int n = 0;
     for (; n < ll_dejitter_depth(buffer) && n < BUFFERED_MAX; n++)
-        records[n] = (buffered_record){.player = (uint8_t)player,
-                                       .place = 1,
-                                       .tick = (uint32_t)packets[n].id,
-                                       .time_ms = (float)ll_to_ms(packets[n].sent - drawn),
-                                       .sent_ms = (float)ll_to_ms(packets[n].sent - g->now),
-                                       .arrived_ms = (float)ll_to_ms(packets[n].arrived - g->now),
-                                       .due_ms = (float)ll_to_ms(packets[n].due - g->now)};
+        rows[n] = (buffered_row){.player = (uint8_t)player,
+                                 .place = 1,
+                                 .tick = (uint32_t)packets[n].id,
+                                 .time_s = ll_to_s(packets[n].sent),
+                                 .arrived_s = ll_to_s(packets[n].arrived),
+                                 .due_s = ll_to_s(packets[n].due)};
     return n;
 }
 
-static int list_all_buffered(const ll_netgame *g, buffered_record *records)
+void ll_netgame_fill_buffered(const ll_netgame *g, ll_row_set *rows)
 {
-    int n = 0;
+    buffered_row all[BUFFERED_MAX];
     for (int i = 0; i < g->config.player_count; i++) {
-        n += list_buffered(g, i, records + n);
-        n += list_held(g, i, records + n);
+        ll_row_set_put(rows, &ll_netgame_buffered_record, all, list_buffered(g, i, all));
+        ll_row_set_put(rows, &ll_netgame_buffered_record, all, list_held(g, i, all));
     }
-    return n;
-}
-
-void ll_netgame_view_sections(const ll_netgame *g,
-                              void (*section)(void *context, int type, int count, const void *bytes,
-                                              size_t size),
-                              void *context)
-{
-    buffer_record buffers[LL_PLAYERS_MAX];
-    buffered_record buffered[2 * LL_PLAYERS_MAX * BUFFERED_MAX];
-    int players = g->config.player_count, n = list_all_buffered(g, buffered);
-    for (int i = 0; i < players; i++)
-        buffers[i] = buffer_of(g, i);
-    section(context, SECTION_BUFFERS, players, buffers, (size_t)players * sizeof buffers[0]);
-    section(context, SECTION_BUFFERED, n, buffered, (size_t)n * sizeof buffered[0]);
-}
-
-static cJSON *buffer_json(const buffer_record *b)
-{
-    cJSON *o = cJSON_CreateObject();
-    number(o, "player", b->player);
-    number(o, "state", b->state);
-    number(o, "delay_ms", (double)b->delay_ms);
-    number(o, "behind_ms", (double)b->behind_ms);
-    number(o, "time_scale", (double)b->time_scale);
-    number(o, "dejitter_ms", (double)b->dejitter_ms);
-    number(o, "underruns", b->underruns);
-    number(o, "overruns", b->overruns);
-    number(o, "late", b->late);
-    return o;
-}
-
-static cJSON *buffered_json(const buffered_record *b)
-{
-    cJSON *o = cJSON_CreateObject();
-    number(o, "player", b->player);
-    number(o, "place", b->place);
-    number(o, "tick", b->tick);
-    number(o, "time_ms", (double)b->time_ms);
-    number(o, "sent_ms", (double)b->sent_ms);
-    number(o, "arrived_ms", (double)b->arrived_ms);
-    number(o, "due_ms", (double)b->due_ms);
-    return o;
-}
-
-void ll_netgame_view_sections_json(const ll_netgame *g, cJSON *frame)
-{
-    cJSON *buffers = cJSON_AddArrayToObject(frame, "buffers"),
-          *buffered = cJSON_AddArrayToObject(frame, "buffered");
-    buffered_record records[2 * LL_PLAYERS_MAX * BUFFERED_MAX];
-    int n = list_all_buffered(g, records);
-    for (int i = 0; i < g->config.player_count; i++) {
-        buffer_record b = buffer_of(g, i);
-        cJSON_AddItemToArray(buffers, buffer_json(&b));
-    }
-    for (int i = 0; i < n; i++)
-        cJSON_AddItemToArray(buffered, buffered_json(&records[i]));
 }

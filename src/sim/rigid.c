@@ -353,8 +353,8 @@ const ll_sim_kind ll_sim_rigid = {
     .costs = ll_rigid_sim_costs,
     .time_parts = ll_rigid_sim_time_parts,
     .layout = ll_rigid_sim_layout,
-    .sections = ll_rigid_sim_sections,
-    .sections_json = ll_rigid_sim_sections_json,
+    .records = ll_rigid_sim_records,
+    .fill = ll_rigid_sim_fill,
     .trace_columns = ll_rigid_sim_trace_columns,
     .trace_row = ll_rigid_sim_trace_row,
 };

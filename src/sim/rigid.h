@@ -179,8 +179,5 @@ void ll_rigid_sim_time_parts(const void *config, struct cJSON *metrics, int64_t 
 struct cJSON *ll_rigid_sim_layout(const void *config);
 int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_rigid_sim_trace_row(const void *block, double *values, int capacity);
-void ll_rigid_sim_sections(const void *block,
-                           void (*section)(void *context, int type, int count, const void *bytes,
-                                           size_t size),
-                           void *context);
-void ll_rigid_sim_sections_json(const void *block, struct cJSON *frame);
+extern const ll_record *const ll_rigid_sim_records[];
+void ll_rigid_sim_fill(const void *block, ll_row_set *rows);

@@ -12,6 +12,7 @@
 #include "base/vtime.h"
 #include "game/game.h"
 #include "param/param.h"
+#include "record/row_set.h"
 
 struct cJSON;
 
@@ -129,14 +130,11 @@ typedef struct ll_sim_kind {
                       void *context);
 
     struct cJSON *(*layout)(
-        const void *config); /* what a viewer must know to read sections: goes into the hello */
+        const void *config); /* what a viewer must know to read the rows: goes into the hello */
 
-    /* Appends the kind's sections of a binary frame (session/frame.h) or their JSON counterparts. `section`
-     * adds one section of `count` records in `bytes`. */
-    void (*sections)(const void *block,
-                     void (*section)(void *context, int type, int count, const void *bytes, size_t size),
-                     void *context);
-    void (*sections_json)(const void *block, struct cJSON *frame);
+    /* What is streamed, NULL-terminated; and the rows of those that are wanted, as they are in the block. */
+    const ll_record *const *records;
+    void (*fill)(const void *block, ll_row_set *rows);
 
     /* One CSV line per tick: header names with units; values in the same order. Return the count; at most
      * `capacity`. */

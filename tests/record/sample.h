@@ -35,8 +35,8 @@ static const ll_record_field sample_fields[] = {
 
 #define SAMPLE(id_, name_, form_, keys_)                                                                     \
     {                                                                                                        \
-        .id = id_, .name = name_, .channel = "scene", .help = "a sample", .form = form_, .keys = keys_,      \
-        LL_ROWS_OF(sample, sample_fields)                                                                    \
+        .id = id_, .name = name_, .channel = LL_CHANNEL_SCENE, .help = "a sample", .form = form_,            \
+        .keys = keys_, LL_ROWS_OF(sample, sample_fields)                                                     \
     }
 static const ll_record samples[] = {
     SAMPLE(1, "one", LL_FORM_ONE, 0),     SAMPLE(2, "by_index", LL_FORM_BY_INDEX, 0),

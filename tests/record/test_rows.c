@@ -26,8 +26,12 @@ static void tables_are_sound(void **state)
     bad.keys = 2;
     assert_int_equal(ll_record_valid(&bad).code, LL_BAD_INPUT);
     ll_record_field fields[] = {sample_fields[0], sample_fields[0]};
-    bad = (ll_record){
-        .name = "twice", .channel = "scene", .help = "x", .form = LL_FORM_ONE, .fields = fields, .count = 2};
+    bad = (ll_record){.name = "twice",
+                      .channel = LL_CHANNEL_SCENE,
+                      .help = "x",
+                      .form = LL_FORM_ONE,
+                      .fields = fields,
+                      .count = 2};
     assert_int_equal(ll_record_valid(&bad).code, LL_BAD_INPUT);
 }
 
@@ -209,7 +213,7 @@ static void json_names_each_field(void **state)
     ll_buffer_add(&text, "", 1);
     assert_string_equal(
         text.bytes, "[{\"id\":42,\"width\":1,\"height\":0,\"number\":3,\"sign\":-2,\"big\":1125899906842624,"
-                    "\"on\":true,\"kind\":1,\"x\":0.0999755859375,\"energy\":null,\"ms\":2.5}]");
+                    "\"on\":true,\"kind\":\"pie\",\"x\":0.0999755859375,\"energy\":null,\"ms\":2.5}]");
     free(text.bytes);
     ll_rows_free(rows);
 }

@@ -437,65 +437,18 @@ static void log_with_an_impossible_input_runs(void **state)
     ll_session_destroy(s);
 }
 
-static void frames_carry_the_state(void **state)
-{
-    (void)state;
-    ll_buffer binary = {0}, json = {0};
-    ll_session *s = open_session(NULL);
-    must(ll_session_run_to(s, 300));
-    must(ll_frame_encode(s, LL_FRAME_BINARY, true, 9, 77, 3, &binary));
-    must(ll_frame_encode(s, LL_FRAME_JSON, true, 9, 77, 3, &json));
-    cJSON *o = cJSON_ParseWithLength(json.bytes, json.size);
-    assert_non_null(o);
-    int64_t tick;
-    uint32_t seq, sections;
-    memcpy(&seq, binary.bytes + 4, 4);
-    memcpy(&tick, binary.bytes + 32, 8);
-    memcpy(&sections, binary.bytes + 68, 4);
-    assert_int_equal(seq, 9);
-    assert_int_equal(tick, 300);
-    size_t at = 80;
-    int events = -1, views = -1;
-    for (uint32_t i = 0; i < sections; i++) {
-        uint16_t type, count;
-        uint32_t bytes;
-        assert_true(at + 8 <= binary.size);
-        memcpy(&type, binary.bytes + at, 2);
-        memcpy(&count, binary.bytes + at + 2, 2);
-        memcpy(&bytes, binary.bytes + at + 4, 4);
-        assert_int_equal(bytes % 8, 0);
-        if (type == 1) {
-            float x;
-            size_t stride = bytes / count;
-            memcpy(&x, binary.bytes + at + 8 + 2 * stride + 64 + 32, 4); /* B's own car in B's view */
-            cJSON *view = cJSON_GetArrayItem(cJSON_GetObjectItem(o, "views"), 2);
-            cJSON *entity = cJSON_GetArrayItem(cJSON_GetObjectItem(view, "entities"), 1);
-            assert_true((float)cJSON_GetObjectItem(entity, "x")->valuedouble == x);
-            views = count;
-        }
-        if (type == 2)
-            events = count;
-        at += 8 + bytes;
-    }
-    assert_int_equal(at, binary.size);
-    assert_int_equal(views, 3);
-    assert_int_equal(events, cJSON_GetArraySize(cJSON_GetObjectItem(o, "events")));
-    assert_true(events > 500);
-    size_t key_size = binary.size;
-    must(ll_frame_encode(s, LL_FRAME_BINARY, false, 10, 78, 3, &binary));
-    assert_true(binary.size < key_size / 4);
-    cJSON_Delete(o);
-    free(binary.bytes);
-    free(json.bytes);
-    ll_session_destroy(s);
-}
-
 static double latest_event(ll_session *s)
 {
     ll_buffer json = {0};
+    ll_frame *frame;
+    ll_frame_state none = {0}, last = {0};
+    ll_record_request request = {.channels = 1 << LL_CHANNEL_LANES, .anew = true, .from_event = UINT32_MAX};
     double latest = 0;
     cJSON *o, *e;
-    must(ll_frame_encode(s, LL_FRAME_JSON, true, 1, 1, 1, &json));
+    must(ll_frame_take(s, &request, 1, &last, &frame));
+    ll_frame_write(frame, &none, request.channels, true, LL_FRAME_JSON, &json);
+    ll_frame_state_clear(&last);
+    ll_frame_release(frame);
     o = cJSON_ParseWithLength(json.bytes, json.size);
     cJSON_ArrayForEach(e, cJSON_GetObjectItem(o, "events"))
     {
@@ -556,7 +509,6 @@ int main(void)
         cmocka_unit_test(changes_of_a_log_are_checked_in_their_order),
         cmocka_unit_test(log_that_restarts_another_scenario_is_refused),
         cmocka_unit_test(log_with_an_impossible_input_runs),
-        cmocka_unit_test(frames_carry_the_state),
         cmocka_unit_test(frames_hold_no_events_of_the_future),
         cmocka_unit_test(trace_has_a_row_per_tick),
     };

@@ -1,0 +1,205 @@
+#include "session/records.h"
+
+#include <cjson/cJSON.h>
+
+#include "base/assert.h"
+#include "record/schema.h"
+#include "session/internal.h"
+#include "sim/kinds.h"
+
+/* ---- where the session stands ---- */
+
+typedef struct session_row {
+    double speed, duration_s;
+    int64_t behind_ticks;
+    uint32_t params_version, generation, viewers;
+} session_row;
+
+static const ll_record_field session_fields[] = {
+    LL_REAL(session_row, speed, 23, NULL, "of virtual time"),
+    LL_STEP(session_row, duration_s, LL_BITS_S, "s", "of the scenario"),
+    LL_INT(session_row, behind_ticks, "ticks", "by which the log goes beyond this frame"),
+    LL_INT(session_row, params_version, NULL, "read the parameters again when it differs"),
+    LL_INT(session_row, generation, NULL,
+           "time has jumped when it differs: what was drawn is of another past"),
+    LL_INT(session_row, viewers, NULL, "who look"),
+};
+
+static const ll_record session_record = {.id = 0,
+                                         .name = "session",
+                                         .channel = LL_CHANNEL_SESSION,
+                                         .help = "Where the session stands.",
+                                         .form = LL_FORM_ONE,
+                                         LL_ROWS_OF(session_row, session_fields)};
+
+static session_row session_of(const ll_session *s, const ll_record_request *request)
+{
+    return (session_row){.speed = s->speed,
+                         .duration_s = ll_to_s(ll_tick_time(s->end, s->freq)),
+                         .behind_ticks = s->head - s->tick,
+                         .params_version = s->params_version,
+                         .generation = s->generation,
+                         .viewers = request->viewers};
+}
+
+/* ---- the daemon's clock ---- */
+
+typedef struct clock_row {
+    int64_t wall_us;
+} clock_row;
+
+static const ll_record_field clock_fields[] = {
+    LL_INT(clock_row, wall_us, "us", "the daemon's monotonic clock when the frame was taken"),
+};
+
+static const ll_record clock_record = {.id = 60,
+                                       .name = "clock",
+                                       .channel = LL_CHANNEL_CLOCK,
+                                       .help = "When the frame was taken.",
+                                       .form = LL_FORM_ONE,
+                                       LL_ROWS_OF(clock_row, clock_fields)};
+
+/* ---- events ---- */
+
+typedef struct event_row {
+    uint8_t type, player, fate, outcome;
+    uint32_t number;
+    double begin_s, end_s;
+    float value;
+} event_row;
+
+/* By ll_event_type and ll_fate. */
+static const char *const event_types[] = {
+    "",           "input", "state", "refusal",  "relay",  "connect",    "accept",  "ping",    "pong",
+    "",           "",      "",      "",         "",       "",           "",        "verdict", "applied",
+    "correction", "step",  "stall", "rollback", "desync", "connection", "dropped", NULL};
+static const char *const fates[] = {"delivered", "lost", "overflow", "corrupted", NULL};
+
+static const ll_record_field event_fields[] = {
+    LL_ENUM(event_row, type, event_types, "what happened; up to pong a packet that was sent"),
+    LL_INT(event_row, player, NULL, "to, from or of whom"),
+    LL_ENUM(event_row, fate, fates, "of a packet"),
+    LL_INT(event_row, outcome, NULL,
+           "of a verdict and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; of a "
+           "connection its state"),
+    LL_STEP(event_row, begin_s, LL_BITS_S, "s",
+            "when it was sent or happened; below 0: in the lobby before the game"),
+    LL_STEP(event_row, end_s, LL_BITS_S, "s", "when it is due; begin_s of what was lost"),
+    LL_INT(event_row, number, NULL, "of an input its sequence number, of a state the server's tick"),
+    LL_STEP(event_row, value, LL_BITS_M, NULL,
+            "of a correction the signed distance in m, of an input the first axis, of an applied state x of "
+            "the own entity"),
+};
+
+static const ll_record event_record = {.id = 1,
+                                       .name = "events",
+                                       .channel = LL_CHANNEL_LANES,
+                                       .help = "What happened: packets, verdicts, corrections, steps.",
+                                       .form = LL_FORM_LOG,
+                                       LL_ROWS_OF(event_row, event_fields)};
+
+static event_row event_of(const ll_event *e)
+{
+    return (event_row){.type = e->type,
+                       .player = e->player,
+                       .fate = e->fate,
+                       .outcome = e->outcome,
+                       .number = e->number,
+                       .begin_s = ll_to_s(e->begin),
+                       .end_s = ll_to_s(e->end),
+                       .value = e->value};
+}
+
+/* The first of the last seconds. */
+static uint32_t first_recent(const ll_session *s, uint32_t oldest)
+{
+    ll_time from = ll_tick_time(s->tick, s->freq) - (ll_time)(LL_EVENTS_NEW_S * 1e9);
+    uint32_t i = s->event_count;
+    while (i != oldest && s->events[(i - 1) % LL_EVENT_RING].begin >= from)
+        i--;
+    return i;
+}
+
+static void fill_events(const ll_session *s, const ll_record_request *request, ll_row_set *set)
+{
+    ll_rows *rows = set->rows[LL_RECORD_EVENTS];
+    uint32_t end = s->event_count;
+    uint32_t oldest = end - s->event_base > LL_EVENT_RING ? end - LL_EVENT_RING : s->event_base;
+    uint32_t first = request->from_event - oldest < end - oldest ? request->from_event : end;
+    if ((int32_t)(request->from_event - oldest) < 0)
+        first = oldest;
+    if (request->anew) {
+        uint32_t recent = first_recent(s, oldest);
+        first = (int32_t)(recent - first) < 0 ? recent : first;
+    }
+    if (rows == NULL)
+        return;
+    rows->first = first;
+    for (uint32_t i = first; i != end; i++) {
+        event_row row = event_of(&s->events[i % LL_EVENT_RING]);
+        ll_row_set_put(set, &event_record, &row, 1);
+    }
+}
+
+/* ---- all of them ---- */
+
+static const ll_record *const own[LL_OWN_RECORDS] = {[LL_RECORD_SESSION] = &session_record,
+                                                     [LL_RECORD_CLOCK] = &clock_record,
+                                                     [LL_RECORD_EVENTS] = &event_record};
+
+static void open_record(ll_row_set *rows, const ll_record *record, const ll_record_request *request)
+{
+    ll_row_set_add(rows, record, request->channels >> record->channel & 1, 8);
+}
+
+void ll_session_fill(const ll_session *s, const ll_record_request *request, ll_row_set *rows)
+{
+    LL_ASSERT(s->block != NULL);
+    for (int i = 0; i < LL_OWN_RECORDS; i++)
+        open_record(rows, own[i], request);
+    for (const ll_record *const *record = s->scenario.kind->records; *record; record++)
+        open_record(rows, *record, request);
+    session_row session = session_of(s, request);
+    clock_row clock = {(int64_t)(request->wall_ns / 1000)};
+    ll_row_set_put(rows, &session_record, &session, 1);
+    ll_row_set_put(rows, &clock_record, &clock, 1);
+    fill_events(s, request, rows);
+    s->scenario.kind->fill(s->block, rows);
+    for (int i = 0; i < rows->count; i++)
+        if (rows->rows[i] != NULL)
+            ll_rows_sort(rows->rows[i]);
+}
+
+void ll_all_records(const ll_record *records[LL_ALL_RECORDS_MAX + 1])
+{
+    int n = 0;
+    for (int i = 0; i < LL_OWN_RECORDS; i++)
+        records[n++] = own[i];
+    for (int k = 0; ll_sim_kinds[k]; k++)
+        for (const ll_record *const *record = ll_sim_kinds[k]->records; *record; record++) {
+            LL_ASSERT(n < LL_ALL_RECORDS_MAX);
+            records[n++] = *record;
+        }
+    records[n] = NULL;
+}
+
+cJSON *ll_stream_schema(void)
+{
+    const ll_record *records[LL_ALL_RECORDS_MAX + 1];
+    ll_all_records(records);
+    cJSON *schema = ll_record_schema(records), *channels = cJSON_AddArrayToObject(schema, "channels");
+    for (int i = 0; i < LL_CHANNELS; i++) {
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "name", ll_channels[i].name);
+        cJSON_AddStringToObject(o, "help", ll_channels[i].help);
+        cJSON_AddItemToArray(channels, o);
+    }
+    return schema;
+}
+
+uint64_t ll_stream_schema_hash(void)
+{
+    const ll_record *records[LL_ALL_RECORDS_MAX + 1];
+    ll_all_records(records);
+    return ll_record_schema_hash(records);
+}

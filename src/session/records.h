@@ -1,0 +1,33 @@
+/* What is streamed of every session, beside what its kind has. */
+#pragma once
+
+#include "record/row_set.h"
+#include "session/session.h"
+
+struct cJSON;
+
+/* Of a frame that is taken. */
+typedef struct ll_record_request {
+    uint16_t channels;   /* bits of ll_channel */
+    bool anew;           /* somebody who looks has seen none of the events: the last LL_EVENTS_NEW_S */
+    uint32_t from_event; /* number of the first event that somebody has not got */
+    uint32_t viewers;
+    uint64_t wall_ns; /* of the daemon's monotonic clock */
+} ll_record_request;
+
+#define LL_EVENTS_NEW_S 4.0
+
+/* Where the events stand in the set. */
+enum { LL_RECORD_SESSION, LL_RECORD_CLOCK, LL_RECORD_EVENTS, LL_OWN_RECORDS };
+
+/* Those above, then those of the kind. Nothing of the session changes; it must be awake. */
+void ll_session_fill(const ll_session *session, const ll_record_request *request, ll_row_set *rows);
+
+/* Of all kinds, each once, NULL-terminated. */
+#define LL_ALL_RECORDS_MAX 48
+void ll_all_records(const ll_record *records[LL_ALL_RECORDS_MAX + 1]);
+
+/* GET /api/v1/stream/schema.json: the tables of all kinds (record/schema.h) and the channels. Caller deletes.
+ */
+struct cJSON *ll_stream_schema(void);
+uint64_t ll_stream_schema_hash(void);

@@ -1,0 +1,330 @@
+/* Frames: what a viewer reads is what the session has, whatever it subscribes to; taking one changes nothing;
+ * and what they cost. */
+#include "session/harness.h"
+
+#include <math.h>
+#include <zlib.h>
+
+#include "session/frame.h"
+
+/* ---- a viewer: a state as the sender knows it, and rows as the bytes gave them ---- */
+
+typedef struct watcher {
+    ll_frame_state state;
+    ll_rows *seen[64]; /* by id */
+    size_t bytes;      /* of the last message */
+} watcher;
+
+typedef struct bytes {
+    const uint8_t *at, *end;
+} bytes;
+
+static uint64_t varint(bytes *b)
+{
+    uint64_t value = 0;
+    for (int shift = 0;; shift += 7) {
+        assert_true(b->at < b->end);
+        value |= (uint64_t)(*b->at & 127) << shift;
+        if (*b->at++ < 128)
+            return value;
+    }
+}
+
+static const ll_record *record_of(uint64_t id)
+{
+    const ll_record *all[LL_ALL_RECORDS_MAX + 1];
+    ll_all_records(all);
+    for (int i = 0; all[i]; i++)
+        if ((uint64_t)all[i]->id == id)
+            return all[i];
+    fail_msg("no record has id %d", (int)id);
+    return NULL;
+}
+
+static void read_section(watcher *w, bytes *b)
+{
+    static uint8_t room[16 << 20];
+    const ll_record *record = record_of(varint(b));
+    uint64_t size = varint(b);
+    bool deflated = size & 1, whole = size & 2;
+    size /= 4;
+    assert_true(size <= (uint64_t)(b->end - b->at));
+    const uint8_t *body = b->at;
+    b->at += size;
+    if (deflated) {
+        z_stream z = {.next_in = (Bytef *)(uintptr_t)body,
+                      .avail_in = (uInt)size,
+                      .next_out = room,
+                      .avail_out = sizeof room};
+        assert_int_equal(inflateInit2(&z, -MAX_WBITS), Z_OK);
+        assert_int_equal(inflate(&z, Z_FINISH), Z_STREAM_END);
+        inflateEnd(&z);
+        body = room;
+        size = sizeof room - z.avail_out;
+    }
+    ll_rows *rows;
+    assert_true(whole || w->seen[record->id] != NULL);
+    must(ll_rows_decode(record, whole ? NULL : w->seen[record->id], body, size, &rows));
+    ll_rows_free(w->seen[record->id]);
+    w->seen[record->id] = rows;
+}
+
+/* The frame as a viewer of these channels gets it. */
+static void watch(watcher *w, const ll_frame *frame, uint16_t channels, bool jump)
+{
+    ll_buffer message = {0};
+    ll_frame_write(frame, &w->state, channels, jump, LL_FRAME_BINARY, &message);
+    assert_false(message.failed);
+    bytes b = {(const uint8_t *)message.bytes, (const uint8_t *)message.bytes + message.size};
+    assert_int_equal(*b.at, 1);
+    b.at += 2;
+    assert_int_equal(varint(&b), frame->seq);
+    assert_int_equal(ll_unzigzag(varint(&b)), frame->tick);
+    while (b.at < b.end)
+        read_section(w, &b);
+    for (int i = 0; i < frame->count; i++) {
+        if (frame->section[i] == NULL || !(channels >> frame->record[i]->channel & 1))
+            continue;
+        ll_section_retain(frame->section[i]);
+        ll_section_release(w->state.section[i]);
+        w->state.section[i] = frame->section[i];
+    }
+    w->bytes = message.size;
+    free(message.bytes);
+}
+
+static void assert_has(const watcher *w, const ll_frame *frame, uint16_t channels)
+{
+    for (int i = 0; i < frame->count; i++) {
+        if (frame->section[i] == NULL || !(channels >> frame->record[i]->channel & 1))
+            continue;
+        const ll_rows *rows = frame->section[i]->rows, *seen = w->seen[rows->record->id];
+        assert_non_null(seen);
+        if (rows->record->form == LL_FORM_LOG)
+            assert_int_equal(rows->first + rows->count, seen->first + seen->count);
+        else
+            assert_true(ll_rows_equal(rows, seen));
+    }
+}
+
+static void forget(watcher *w)
+{
+    ll_frame_state_clear(&w->state);
+    for (int i = 0; i < 64; i++)
+        ll_rows_free(w->seen[i]);
+    *w = (watcher){0};
+}
+
+/* ---- sessions ---- */
+
+enum { EVERYTHING = (1 << LL_CHANNELS) - 1 };
+
+typedef struct show {
+    ll_session *session;
+    ll_frame_state last;
+    uint32_t seq, events;
+    bool anew;
+    ll_time wall;
+} show;
+
+/* `params` takes the place of the scenario's; NULL: they stay. */
+static show open_show(const char *id, const char *params)
+{
+    show s = {.anew = true};
+    cJSON *json;
+    must(ll_scenario_load("scenarios", id, &json));
+    if (params != NULL) {
+        cJSON_ReplaceItemInObjectCaseSensitive(json, "params", cJSON_Parse(params));
+        cJSON_ReplaceItemInObjectCaseSensitive(json, "duration_s", cJSON_CreateNumber(60));
+        cJSON_DeleteItemFromObjectCaseSensitive(json, "activity");
+    }
+    must(ll_session_create(json, -1, NULL, NULL, &s.session));
+    cJSON_Delete(json);
+    return s;
+}
+
+static ll_frame *take(show *s, uint16_t channels)
+{
+    ll_frame *frame;
+    ll_record_request request = {.channels = channels,
+                                 .anew = s->anew,
+                                 .from_event = s->events,
+                                 .viewers = 1,
+                                 .wall_ns = (uint64_t)s->seq * 16666667};
+    must(ll_frame_take(s->session, &request, ++s->seq, &s->last, &frame));
+    if (frame->section[LL_RECORD_EVENTS] != NULL) {
+        const ll_rows *events = frame->section[LL_RECORD_EVENTS]->rows;
+        s->events = (uint32_t)(events->first + events->count);
+        s->anew = false;
+    }
+    return frame;
+}
+
+/* By a 60th of a second. */
+static void step(show *s)
+{
+    ll_session_info info = ll_session_get_info(s->session);
+    int64_t tick = ll_tick_at(info.time + LL_SECOND / 60 + 1000, info.tick_freq);
+    must(ll_session_run_to(s->session, tick > info.tick ? tick : info.tick + 1));
+}
+
+static void close_show(show *s)
+{
+    ll_frame_state_clear(&s->last);
+    ll_session_destroy(s->session);
+}
+
+static const char *const kinds[] = {"race",
+                                    "rifle",
+                                    "rollback",
+                                    "desync_float",
+                                    "crates",
+                                    "motion/spring",
+                                    "rigid/tumbler",
+                                    "rigid/bridge",
+                                    "rigid/domino",
+                                    "fluid/cylinder",
+                                    "fluid/dam_break",
+                                    "fluid/sea",
+                                    NULL};
+
+static void viewers_read_what_the_session_has(void **state)
+{
+    (void)state;
+    for (int k = 0; kinds[k]; k++) {
+        show s = open_show(kinds[k], NULL);
+        watcher all = {0}, slow = {0};
+        for (int i = 0; i < 60; i++) {
+            uint64_t before = ll_session_hash(s.session);
+            ll_frame *frame = take(&s, EVERYTHING);
+            watch(&all, frame, EVERYTHING, false);
+            assert_has(&all, frame, EVERYTHING);
+            if (i % 12 == 0) {
+                uint16_t some = (uint16_t)(EVERYTHING & ~(1 << LL_CHANNEL_LANES));
+                watch(&slow, frame, some, i == 36);
+                assert_has(&slow, frame, some);
+            }
+            ll_frame_release(frame);
+            assert_true(ll_session_hash(s.session) == before);
+            step(&s);
+        }
+        forget(&all);
+        forget(&slow);
+        close_show(&s);
+    }
+}
+
+/* What has not changed is not sent, and an encoding is made once. */
+static void a_session_at_rest_costs_a_head(void **state)
+{
+    (void)state;
+    show s = open_show("race", NULL);
+    watcher w = {0};
+    must(ll_session_run_to(s.session, 300));
+    ll_frame *first = take(&s, EVERYTHING & ~(1 << LL_CHANNEL_CLOCK));
+    watch(&w, first, EVERYTHING, false);
+    size_t whole = w.bytes;
+    ll_frame *second = take(&s, EVERYTHING & ~(1 << LL_CHANNEL_CLOCK));
+    watch(&w, second, EVERYTHING, false);
+    assert_true(whole > 1000);
+    assert_true(w.bytes < 10);
+    assert_false(ll_frame_news(second, &w.state, EVERYTHING));
+    ll_frame_release(first);
+    ll_frame_release(second);
+    forget(&w);
+    close_show(&s);
+}
+
+static void records_are_sound(void **state)
+{
+    (void)state;
+    const ll_record *all[LL_ALL_RECORDS_MAX + 1];
+    ll_all_records(all);
+    for (int i = 0; all[i]; i++) {
+        must(ll_record_valid(all[i]));
+        for (int k = 0; k < i; k++) {
+            assert_int_not_equal(all[i]->id, all[k]->id);
+            assert_string_not_equal(all[i]->name, all[k]->name);
+        }
+    }
+}
+
+/* ---- what they cost ---- */
+
+typedef struct budget {
+    const char *id, *params;
+    double from_s;
+    int frames;
+    uint16_t channels;
+    double mean, p99;
+} budget;
+
+#define CHANNEL(name) (1 << LL_CHANNEL_##name)
+enum {
+    STANDARD = CHANNEL(SESSION) | CHANNEL(SCENE) | CHANNEL(LANES) | CHANNEL(GAUGES) | CHANNEL(SHOTS),
+    NETGAME = STANDARD | CHANNEL(LADDER) | CHANNEL(BUFFERED)
+};
+
+static const budget budgets[] = {
+    {"race", NULL, 5, 540, STANDARD, 240, 310},
+    {"race", NULL, 5, 540, NETGAME, 300, 380},
+    {"eight", NULL, 5, 540, NETGAME, 1300, 1600},
+    {"rifle", NULL, 5, 540, NETGAME, 400, 600},
+    {"motion/orbit", NULL, 1, 540, CHANNEL(SESSION) | CHANNEL(MOTION), 200, 240},
+    {"rigid/tumbler", NULL, 1, 150, CHANNEL(SESSION) | CHANNEL(BODIES) | CHANNEL(CONTACTS) | CHANNEL(JOINTS),
+     5000, 7000},
+    {"rigid/pyramid", "{\"size\":40}", 8, 120,
+     CHANNEL(SESSION) | CHANNEL(BODIES) | CHANNEL(CONTACTS) | CHANNEL(JOINTS), 500, 1000},
+    {"fluid/cylinder", "{\"n\":256}", 5, 60, CHANNEL(SESSION) | CHANNEL(FIELD), 6144, 10000},
+};
+
+static int by_size(const void *a, const void *b)
+{
+    return *(const int *)a - *(const int *)b;
+}
+
+static void frames_are_within_their_budgets(void **state)
+{
+    (void)state;
+    for (size_t b = 0; b < sizeof budgets / sizeof budgets[0]; b++) {
+        static int sizes[600];
+        show s = open_show(budgets[b].id, budgets[b].params);
+        watcher w = {0};
+        double sum = 0;
+        must(ll_session_run_to(s.session, ll_tick_at((ll_time)(budgets[b].from_s * 1e9),
+                                                     ll_session_get_info(s.session).tick_freq)));
+        for (int i = -1; i < budgets[b].frames; i++) {
+            ll_frame *frame = take(&s, budgets[b].channels);
+            watch(&w, frame, budgets[b].channels, false);
+            if (i >= 0) {
+                sizes[i] = (int)w.bytes;
+                sum += (double)w.bytes;
+            } else {
+                printf("%s: whole %zu, ", budgets[b].id, w.bytes);
+            }
+            ll_frame_release(frame);
+            step(&s);
+        }
+        qsort(sizes, (size_t)budgets[b].frames, sizeof sizes[0], by_size);
+        double mean = sum / budgets[b].frames;
+        int p99 = sizes[budgets[b].frames * 99 / 100];
+        printf("mean %.0f, p99 %d\n", mean, p99);
+        if (!getenv("SIZES")) {
+            assert_true(mean <= budgets[b].mean);
+            assert_true(p99 <= budgets[b].p99);
+        }
+        forget(&w);
+        close_show(&s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(records_are_sound),
+        cmocka_unit_test(viewers_read_what_the_session_has),
+        cmocka_unit_test(a_session_at_rest_costs_a_head),
+        cmocka_unit_test(frames_are_within_their_budgets),
+    };
+    return cmocka_run_group_tests_name("frame", tests, NULL, NULL);
+}
