@@ -17,6 +17,7 @@
 #include "experiment/verbs.h"
 #include "ode/method.h"
 #include "ode/problem.h"
+#include "session/records.h"
 #include "session/scenario.h"
 #include "session/session.h"
 #include "session/workload.h"
@@ -542,6 +543,8 @@ static int verb_schema(int argc, char **argv)
     cJSON *schema = NULL;
     if (a.positional && strcmp(a.positional, "experiment") == 0)
         schema = ll_experiment_schema();
+    else if (a.positional && strcmp(a.positional, "stream") == 0)
+        schema = ll_stream_schema();
     else
         status = ll_scenario_schema(a.positional, &schema);
     return ll_failed(&status) ? fail(&status) : print_json(schema);
@@ -577,8 +580,10 @@ static const struct {
     {"merge", "EXPERIMENT SHARD.csv... [--out FILE]", "put the rows of shards together", ll_verb_merge, true},
     {"replay", "LOG", "run a log again; exit 1 at the first tick whose hash differs", verb_replay, false},
     {"scenarios", "", "list the scenarios", verb_scenarios, false},
-    {"schema", "[KIND|experiment]",
-     "print the JSON Schema of scenarios, of all kinds or one, or of experiments", verb_schema, false},
+    {"schema", "[KIND|experiment|stream]",
+     "print the JSON Schema of scenarios, of all kinds or one, or of experiments; or the tables of the "
+     "stream",
+     verb_schema, false},
     {"methods", "", "list the integrators", verb_methods, false},
     {"problems", "", "list the problems of motion, with their parameters", verb_problems, false},
     {"work-precision",

@@ -62,6 +62,7 @@ void ll_hosted_release(ll_hosted *hosted)
     if (!hosted || atomic_fetch_sub(&hosted->references, 1) > 1)
         return;
     ll_viewers_forget(hosted);
+    ll_frame_state_clear(&hosted->last);
     if (hosted->session)
         ll_session_destroy(hosted->session);
     atomic_fetch_sub(&hosted->host->memory, hosted->memory);

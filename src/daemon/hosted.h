@@ -71,6 +71,7 @@ struct ll_hosted {
     bool behind;
     uint32_t seq, published_params, published_generation;
     int64_t published_tick;
+    ll_frame_state last; /* what was published of each record */
     ll_session_status published_status;
     int published_viewers;
     ll_bucket commands;
@@ -90,7 +91,6 @@ typedef struct ll_worker {
     ll_hosted **active; /* each with a reference */
     int count, capacity;
     bool stopping;
-    ll_buffer buffer[LL_WS_VARIANTS];
 } ll_worker;
 
 enum { LL_HOST_BUCKETS = 4096 };

@@ -26,6 +26,7 @@ static const ll_http_route table[] = {
     {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
     {.method = "GET", .pattern = V1 "/schemas.json", .handler = ll_get_schemas},
     {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
+    {.method = "GET", .pattern = V1 "/stream/schema.json", .handler = ll_get_stream_schema},
     {.method = "POST",
      .pattern = V1 "/sessions",
      .handler = ll_post_sessions,

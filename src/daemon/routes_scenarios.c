@@ -9,6 +9,7 @@
 #include "daemon/api.h"
 #include "daemon/problem.h"
 #include "experiment/experiment.h"
+#include "session/records.h"
 #include "session/scenario.h"
 
 void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_response *response)
@@ -71,6 +72,15 @@ void ll_get_experiment_schema(void *context, const ll_http_request *request, ll_
     cJSON *json = ll_experiment_schema();
     ll_http_json(response, 200, json);
     snprintf(response->type, sizeof response->type, "application/schema+json");
+    cJSON_Delete(json);
+}
+
+void ll_get_stream_schema(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    (void)context;
+    (void)request;
+    cJSON *json = ll_stream_schema();
+    ll_http_json(response, 200, json);
     cJSON_Delete(json);
 }
 

@@ -5,7 +5,7 @@
 #include <strings.h>
 
 const char *const ll_stream_protocols[2] = {
-    [LL_FRAME_BINARY] = "laglab.v1.bin", [LL_FRAME_JSON] = "laglab.v1.json"};
+    [LL_FRAME_BINARY] = "laglab.v2.bin", [LL_FRAME_JSON] = "laglab.v2.json"};
 
 static bool is_name_character(char c)
 {
@@ -392,8 +392,8 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
     if (!choose_protocol(head->protocols, upgrade->kind, &upgrade->format)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Protocol",
                       upgrade->kind == LL_STREAM_SESSION
-                          ? "Sec-WebSocket-Protocol must name laglab.v1.bin or laglab.v1.json"
-                          : "Sec-WebSocket-Protocol must name laglab.v1.json");
+                          ? "Sec-WebSocket-Protocol must name laglab.v2.bin or laglab.v2.json"
+                          : "Sec-WebSocket-Protocol must name laglab.v2.json");
     }
     if (!ll_allow_origin(allow, head->origin, head->host)) {
         return refuse(http_status, 403, LL_FORBIDDEN, "Origin",

@@ -1,4 +1,4 @@
-/* What viewers say: keys, inputs, pings; and what they are told beside frames.
+/* What viewers say: keys, inputs, pings, what they look at; and what they are told beside frames.
  *
  * Hooks run on the stream's thread, which must not wait for a session: inputs are left in the session's inbox
  * and applied by its worker in the next slot, which is also when their effect can be seen first. An answer
@@ -296,10 +296,59 @@ static ll_status take_ping(message *m, const cJSON *value)
     return ll_ok();
 }
 
+/* The nearest rate that frames can be counted by and that is not above the one asked for: a divisor of
+ * LL_FRAME_HZ. */
+static uint8_t frames_between(double hz)
+{
+    int every = (int)ceil(LL_FRAME_HZ / hz - 1e-9);
+    while (LL_FRAME_HZ % every != 0)
+        every++;
+    return (uint8_t)every;
+}
+
+static ll_status read_rate(const cJSON *member, ll_ws_subscription *subscription)
+{
+    ll_channel channel = ll_channel_named(member->string);
+    if (channel == LL_CHANNELS)
+        return ll_field_error(LL_BAD_INPUT, "subscribe",
+                              "There is no channel %.40s; the hello lists those that there are.",
+                              member->string);
+    if (!cJSON_IsNumber(member) || !(member->valuedouble >= 1 && member->valuedouble <= LL_FRAME_HZ))
+        return ll_field_error(LL_BAD_INPUT, "subscribe", "The rate of %.40s must be 1 to %d Hz.",
+                              member->string, LL_FRAME_HZ);
+    subscription->every[channel] = frames_between(member->valuedouble);
+    return ll_ok();
+}
+
+static ll_status take_subscribe(message *m, const cJSON *value)
+{
+    ll_ws_subscription subscription = {{0}};
+    const cJSON *member;
+    if (!cJSON_IsObject(value))
+        return ll_field_error(LL_BAD_INPUT, "subscribe",
+                              "subscribe must be an object: of each channel its rate in Hz.");
+    cJSON_ArrayForEach(member, value)
+    {
+        ll_status status = read_rate(member, &subscription);
+        if (ll_failed(&status))
+            return status;
+    }
+    ll_ws_subscribe(m->hosted->host->ws, m->viewer, &subscription);
+    cJSON *json = answer("reply", m->reply_id);
+    cJSON_AddTrueToObject(json, "ok");
+    cJSON *rates = cJSON_AddObjectToObject(json, "subscribed");
+    for (int c = 0; c < LL_CHANNELS; c++)
+        if (subscription.every[c] > 0)
+            cJSON_AddNumberToObject(rates, ll_channels[c].name, (double)LL_FRAME_HZ / subscription.every[c]);
+    send_json(m->hosted->host, m->viewer, json);
+    return ll_ok();
+}
+
 static const struct {
     const char *name;
     ll_status (*take)(message *m, const cJSON *value);
-} messages[] = {{"auth", take_auth}, {"input", take_input}, {"ping", take_ping}};
+} messages[] = {
+    {"auth", take_auth}, {"input", take_input}, {"ping", take_ping}, {"subscribe", take_subscribe}};
 
 /* `id` is a whole number or a short text; it comes back as it was. */
 static ll_status read_id(message *m)
@@ -321,9 +370,8 @@ static ll_status read_id(message *m)
 static ll_status take_message(message *m)
 {
     if (!cJSON_IsObject(m->json))
-        return ll_error(
-            LL_BAD_INPUT,
-            "A message is an object with one of ack, auth, input or ping, and an id if an answer is wanted.");
+        return ll_error(LL_BAD_INPUT, "A message is an object with one of ack, auth, input, ping or "
+                                      "subscribe, and an id if an answer is wanted.");
     ll_status status = read_id(m);
     if (ll_failed(&status))
         return status;
@@ -338,13 +386,14 @@ static ll_status take_message(message *m)
             found = member;
             kind = i;
         } else if (strcmp(member->string, "id") != 0) {
-            return ll_field_error(LL_BAD_INPUT, member->string,
-                                  "A message has one of ack, auth, input or ping, and an id; not also %.40s.",
-                                  member->string);
+            return ll_field_error(
+                LL_BAD_INPUT, member->string,
+                "A message has one of ack, auth, input, ping or subscribe, and an id; not also %.40s.",
+                member->string);
         }
     }
     if (!found)
-        return ll_error(LL_BAD_INPUT, "A message needs one of ack, auth, input or ping.");
+        return ll_error(LL_BAD_INPUT, "A message needs one of ack, auth, input, ping or subscribe.");
     return messages[kind].take(m, found);
 }
 

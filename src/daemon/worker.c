@@ -9,7 +9,7 @@
 
 #include "daemon/hosted.h"
 
-enum { FRAME_HZ = 60, SLOT_HZ = FRAME_HZ * LL_SLOTS };
+enum { SLOT_HZ = LL_FRAME_HZ * LL_SLOTS };
 
 static const double chunk_ms = 1.0; /* of one session at a time */
 /* A session that catches up shows where it is this often; one whose ticks fill a chunk shows each: a frame
@@ -29,39 +29,42 @@ static int64_t slot_at(ll_time t)
 
 /* ---- frames ---- */
 
-static bool encode(ll_worker *worker, ll_hosted *hosted, unsigned wants, uint32_t generation)
+/* Takes what somebody wants of the present tick, and leaves the session as it is. */
+static bool take(ll_hosted *hosted, uint32_t generation, ll_record_request *request)
 {
-    ll_ws_publication publication = {.seq = hosted->seq + 1, .generation = generation};
-    uint64_t wall = (uint64_t)ll_host_now();
-    uint32_t viewers = (uint32_t)ll_ws_viewers(hosted->stream);
-    for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        if (!(wants & (1u << v)))
-            continue;
-        ll_status status = ll_frame_encode(hosted->session, (ll_frame_format)(v / 2), v % 2 != 0,
-                                           publication.seq, wall, viewers, &worker->buffer[v]);
-        if (ll_failed(&status))
-            return false;
-        publication.variant[v] = &worker->buffer[v];
-    }
-    ll_ws_publish(hosted->stream, &publication);
+    ll_frame *frame;
+    if (generation != hosted->published_generation)
+        ll_frame_state_clear(&hosted->last);
+    request->wall_ns = (uint64_t)ll_host_now();
+    ll_status status = ll_frame_take(hosted->session, request, hosted->seq + 1, &hosted->last, &frame);
+    if (ll_failed(&status))
+        return false;
+    ll_ws_publish(hosted->stream, frame);
+    ll_frame_release(frame);
     hosted->seq++;
     return true;
 }
 
 /* One frame if somebody looks and there is something new or asked for. */
-static bool publish(ll_worker *worker, ll_hosted *hosted, bool asked)
+static bool publish(ll_hosted *hosted, bool asked)
 {
     ll_session_info info = ll_session_get_info(hosted->session);
-    unsigned wants = ll_ws_wants(hosted->stream, info.generation);
-    if (!wants)
-        return false;
-    int viewers = ll_ws_viewers(hosted->stream);
-    bool news = info.status == LL_SESSION_PLAYING || info.tick != hosted->published_tick ||
-                info.status != hosted->published_status || info.params_version != hosted->published_params ||
+    bool playing = info.status == LL_SESSION_PLAYING;
+    ll_record_request request = {0};
+    ll_ws_wants(hosted->stream, hosted->seq + 1, info.generation, !playing, &request);
+    int viewers = (int)request.viewers;
+    bool news = playing || info.tick != hosted->published_tick || info.status != hosted->published_status ||
+                info.params_version != hosted->published_params ||
                 info.generation != hosted->published_generation || viewers != hosted->published_viewers;
     bool wait = hosted->behind && hosted->tick_ns < chunk_ms * 1e6 &&
                 hosted->wall - hosted->published_wall < behind_frame_ns;
-    if (!(asked || news) || wait || !encode(worker, hosted, wants, info.generation))
+    if (!(asked || news) || wait || viewers == 0)
+        return false;
+    if (request.channels == 0) {
+        hosted->seq++; /* of slower viewers it is not the turn */
+        return false;
+    }
+    if (!take(hosted, info.generation, &request))
         return false;
     hosted->published_tick = info.tick;
     hosted->published_status = info.status;
@@ -88,12 +91,13 @@ static verdict unobserved(ll_hosted *hosted)
     if (ll_session_get_info(hosted->session).seeking)
         return KEEP; /* whoever asked for it takes it there */
     ll_hosted_save(hosted);
+    ll_frame_state_clear(&hosted->last);
     ll_session_park(hosted->session);
     ll_hosted_note(hosted);
     return LET_GO;
 }
 
-static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadline)
+static verdict serve_locked(ll_hosted *hosted, ll_time deadline)
 {
     bool asked =
         atomic_exchange(&hosted->pending, false); /* of one that is deleted, too: else it is never let go */
@@ -112,7 +116,7 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
         ll_hosted_advance(hosted, deadline, chunk_ms);
     else if (ll_session_due(hosted->session, deadline) > 0)
         ll_hosted_carry(hosted);
-    bool sent = publish(worker, hosted, asked);
+    bool sent = publish(hosted, asked);
     ll_session_status status = ll_session_get_info(hosted->session).status;
     if (hosted->wall - hosted->saved_wall > (ll_time)(hosted->host->config.save_every_s * 1e9) &&
         status == LL_SESSION_PLAYING)
@@ -205,7 +209,7 @@ static void serve_slot(ll_worker *worker, round *r, int slot, ll_time deadline)
         /* Whoever computes for it holds the lock for some milliseconds: its session misses a frame, no other
          * does. */
         if (pthread_mutex_trylock(&hosted->lock) == 0) {
-            verdict v = serve_locked(worker, hosted, deadline);
+            verdict v = serve_locked(hosted, deadline);
             pthread_mutex_unlock(&hosted->lock);
             sent = sent || v == KEEP_SENT;
             if (v == LET_GO) {
@@ -310,6 +314,4 @@ void ll_worker_stop(ll_worker *worker)
     worker->count = worker->capacity = 0;
     free(worker->active);
     worker->active = NULL;
-    for (int v = 0; v < LL_WS_VARIANTS; v++)
-        free(worker->buffer[v].bytes);
 }

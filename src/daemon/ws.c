@@ -96,6 +96,20 @@ void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length
     post_text(ws, viewer, WS_MAIL_HELLO, 0, text, length);
 }
 
+void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription)
+{
+    int index = (int)(viewer >> 16 & 0xff);
+    ws_mail *mail = viewer != 0 && index < ws->threads ? mail_new(WS_MAIL_SUBSCRIBE, NULL, 0) : NULL;
+    if (mail == NULL) {
+        return;
+    }
+    mail->viewer = viewer;
+    mail->subscription = *subscription;
+    if (!post(&ws->thread[index], mail)) {
+        free(mail);
+    }
+}
+
 void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
 {
     post_text(ws, viewer, WS_MAIL_SEND, 0, text, length);
@@ -198,9 +212,9 @@ static void unregister(ll_ws_stream *stream)
 static void free_stream(ll_ws_stream *stream)
 {
     for (int i = 0; i < stream->pending_count; i++) {
-        free(stream->pending[i]);
+        ll_frame_release(stream->pending[i]);
     }
-    free(stream->latest);
+    ll_frame_release(stream->latest);
     free(stream);
 }
 
@@ -232,63 +246,45 @@ void ll_ws_stream_close(ll_ws_stream *stream, int code, const char *reason)
 
 int ll_ws_viewers(const ll_ws_stream *stream)
 {
-    return atomic_load_explicit(&stream->viewers[0], memory_order_relaxed) +
-           atomic_load_explicit(&stream->viewers[1], memory_order_relaxed);
+    return atomic_load_explicit(&stream->viewers, memory_order_relaxed);
 }
 
 /* ---- frames ---- */
 
-unsigned ll_ws_wants(const ll_ws_stream *stream, uint32_t generation)
+static bool any_is_due(unsigned long long every, uint32_t seq)
 {
-    unsigned wants = 0;
+    for (uint32_t n = 1; n <= LL_FRAME_HZ; n++) {
+        if (every >> n & 1 && seq % n == 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
+                 ll_record_request *request)
+{
     bool jump = !atomic_load_explicit(&stream->published, memory_order_relaxed) ||
                 atomic_load_explicit(&stream->generation, memory_order_relaxed) != generation;
-    for (int format = 0; format < 2; format++) {
-        int viewers = atomic_load_explicit(&stream->viewers[format], memory_order_relaxed);
-        int key = atomic_load_explicit(&stream->key_wanted[format], memory_order_relaxed);
-        if (viewers > 0 && (jump || key > 0)) {
-            wants |= 1u << LL_WS_VARIANT(format, true);
-        }
-        if (viewers > key && !jump) {
-            wants |= 1u << LL_WS_VARIANT(format, false);
+    unsigned channels = atomic_load_explicit(&stream->missing, memory_order_relaxed);
+    for (int c = 0; c < LL_CHANNELS; c++) {
+        unsigned long long every = atomic_load_explicit(&stream->every[c], memory_order_relaxed);
+        if (every != 0 && (whole || jump || any_is_due(every, seq))) {
+            channels |= 1U << c;
         }
     }
-    return wants;
+    request->channels = (uint16_t)channels;
+    request->anew = jump || atomic_load_explicit(&stream->anew, memory_order_relaxed);
+    request->from_event =
+        jump ? LL_NO_EVENT : atomic_load_explicit(&stream->from_event, memory_order_relaxed);
+    request->viewers = (uint32_t)ll_ws_viewers(stream);
 }
 
-static ws_publication *copy_of(const ll_ws_publication *from)
-{
-    size_t size = 0;
-    for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        size += from->variant[v] != NULL ? LL_FRAMING_ROOM + from->variant[v]->size + 8 : 0;
-    }
-    ws_publication *copy = malloc(sizeof *copy + size);
-    if (copy == NULL) {
-        return NULL;
-    }
-    *copy = (ws_publication){.seq = from->seq, .generation = from->generation};
-    size_t at = 0;
-    for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        const ll_buffer *variant = from->variant[v];
-        if (variant != NULL) {
-            at += LL_FRAMING_ROOM;
-            copy->variant[v].at = (uint32_t)at;
-            copy->variant[v].size = (uint32_t)variant->size;
-            memcpy(copy->bytes + at, variant->bytes, variant->size);
-            at += (variant->size + 7) & ~(size_t)7;
-        }
-    }
-    return copy;
-}
-
-void ll_ws_publish(ll_ws_stream *stream, const ll_ws_publication *publication)
+void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame)
 {
     ws_thread *thread = stream->thread;
-    ws_publication *copy = copy_of(publication), *late = copy;
-    if (copy == NULL) {
-        ll_ws_count(&thread->counts.dropped, 1);
-        return;
-    }
+    ll_frame *late = frame;
+    ll_frame_retain(frame);
     pthread_mutex_lock(&thread->lock);
     if (!thread->stopped) {
         late = NULL;
@@ -298,17 +294,17 @@ void ll_ws_publish(ll_ws_stream *stream, const ll_ws_publication *publication)
         }
         if (stream->pending_count == WS_PENDING) {
             late = stream->pending[0];
-            memmove(stream->pending, stream->pending + 1, (WS_PENDING - 1) * sizeof *stream->pending);
+            memmove(stream->pending, stream->pending + 1, (WS_PENDING - 1) * sizeof(ll_frame *));
             stream->pending_count--;
         }
-        stream->pending[stream->pending_count++] = copy;
+        stream->pending[stream->pending_count++] = frame;
     }
     pthread_mutex_unlock(&thread->lock);
-    atomic_store_explicit(&stream->generation, publication->generation, memory_order_relaxed);
+    atomic_store_explicit(&stream->generation, frame->generation, memory_order_relaxed);
     atomic_store_explicit(&stream->published, true, memory_order_relaxed);
     if (late != NULL) {
         ll_ws_count(&thread->counts.dropped, 1);
-        free(late);
+        ll_frame_release(late);
     }
 }
 
@@ -439,6 +435,7 @@ void ll_ws_free(ll_ws *ws)
             close(thread->epoll);
         }
         free(thread->input);
+        free(thread->message.bytes);
         pthread_mutex_destroy(&thread->lock);
     }
     pthread_mutex_destroy(&ws->registry_lock);

@@ -2,14 +2,16 @@
  * which is messages only.
  *
  * Each session's stream lives on one thread (by a hash of its id), with all its viewers.
- * Publishing is one copy into a buffer that all viewers of the stream share; there is no queue of frames per
- * viewer. A viewer that has acknowledged once has at most LL_FRAME_WINDOW frames in flight and then gets the
- * newest; one that never did is paced by its socket. The framing (framing.h), acks, pings, the message size
+ * Publishing hands over a frame that all viewers of the stream share; there is no queue of frames per viewer.
+ * Each gets what it subscribed to, at its rate, against what it was sent last: WebSocket is reliable and in
+ * order, so that what was sent is there before what follows. A viewer that has acknowledged once has at most
+ * LL_FRAME_WINDOW frames in flight and then gets the newest; one that never did is paced by its socket. One
+ * that misses too many gets half the rate for a while. The framing (framing.h), acks, pings, the message size
  * and the message rate are dealt with here.
  *
  * How a viewer begins: hook `opened` -> hosting calls ll_ws_hello, at once or later from any thread -> hello
- * is sent -> the viewer counts in ll_ws_wants (its first frame is a key frame) and hook `wanted` is called.
- * Hosting refuses by ll_ws_close instead.
+ * is sent -> what it subscribes to (else, after a second, to what is drawn) counts in ll_ws_wants and hook
+ * `wanted` is called. Hosting refuses by ll_ws_close instead.
  *
  * Threads: hooks run on the stream's thread and must not block for long: all viewers of that thread wait.
  * Every function may be called by any thread, hooks included, but calls about one stream's publishing (wants,
@@ -46,8 +48,8 @@ typedef struct ll_ws_hooks {
     /* A text message that is not an ack; valid UTF-8, NUL-terminated beyond `length`. */
     void (*message)(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length);
     void (*closed)(void *context, void *session, ll_ws_viewer viewer);
-    /* Some viewer waits for a frame that the last publication did not hold (the first after hello, or a key
-     * frame after a gap): publish one even when nothing changed. Called at most once between two
+    /* Some viewer waits for what no publication held yet (the first after it subscribed): publish even when
+     * nothing changed. Called at most once between two
      * publications. May be NULL when hosting polls ll_ws_wants. */
     void (*wanted)(void *context, void *session);
     /* The stream is closed and its last viewer gone: no further hook gets `session`. Exactly once after
@@ -60,7 +62,7 @@ typedef struct ll_ws_stats {
     uint64_t streams;       /* now */
     uint64_t opened;        /* viewers since the start */
     uint64_t frames, bytes; /* sent */
-    uint64_t skipped;       /* frames that a viewer was not ready for */
+    uint64_t skipped;       /* frames that a viewer was due and not ready for */
     uint64_t messages;      /* received, acks included */
     uint64_t closed_slow;   /* 1013 */
     uint64_t closed_policy; /* 1002, 1003, 1007, 1008, 1009 */
@@ -86,22 +88,15 @@ int ll_ws_viewers(const ll_ws_stream *stream); /* that got their hello; cheap */
 
 /* ---- frames ---- */
 
-/* A frame has up to four encodings; a publisher makes those that some viewer needs. */
-#define LL_WS_VARIANTS 4
-#define LL_WS_VARIANT(format, key) ((int)(format)*2 + ((key) ? 1 : 0))
+/* What the next frame should hold, `seq` and `generation` being that frame's; `whole`: it is the last for
+ * now, so that nobody waits for a later one. Sets channels, anew, from_event and viewers; channels 0: nobody
+ * looks. Cheap (a few atomic loads): call it before each frame. */
+void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
+                 ll_record_request *request);
 
-/* Bits (1u << LL_WS_VARIANT(format, key)) that the next publication should hold, `generation` being that
- * frame's; 0: nobody looks. Cheap (a few atomic loads): call it before each frame. */
-unsigned ll_ws_wants(const ll_ws_stream *stream, uint32_t generation);
-
-typedef struct ll_ws_publication {
-    uint32_t seq; /* greater than that of the last publication */
-    uint32_t generation;
-    const ll_buffer *variant[LL_WS_VARIANTS]; /* by LL_WS_VARIANT; NULL: not made */
-} ll_ws_publication;
-
-/* Copies the frame and queues it; ll_ws_flush sends. At most 4 wait unsent, then the oldest is dropped. */
-void ll_ws_publish(ll_ws_stream *stream, const ll_ws_publication *publication);
+/* Queues the frame, of which it takes a reference of its own; ll_ws_flush sends. At most 4 wait unsent, then
+ * the oldest is dropped. Each has a greater seq than the one before. */
+void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame);
 
 /* Wakes the stream threads that have something to send: once after a batch of publications. */
 void ll_ws_flush(ll_ws *ws);
@@ -110,6 +105,14 @@ void ll_ws_flush(ll_ws *ws);
 
 /* The first message of a viewer (text JSON); copied. Frames follow. */
 void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length);
+
+/* What a viewer looks at: of each channel every so many frames, a divisor of LL_FRAME_HZ; 0: not at all. */
+typedef struct ll_ws_subscription {
+    uint8_t every[LL_CHANNELS];
+} ll_ws_subscription;
+
+/* Takes the place of what it had; none of any channel: it gets no frames. */
+void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription);
 
 /* A reliable text message, in order; copied. A viewer whose messages pile up beyond 64 or 256 kB is closed
  * with 1013. */

@@ -18,19 +18,12 @@
 #define WS_BUCKETS 4096      /* of the registry */
 #define WS_INPUT (16 * 1024) /* read at once */
 
-typedef struct ws_publication {
-    uint32_t seq, generation;
-    struct {
-        uint32_t at, size; /* in `bytes`; LL_FRAMING_ROOM bytes before `at` are free for the head */
-    } variant[LL_WS_VARIANTS];
-    unsigned char bytes[];
-} ws_publication;
-
 /* A text on its way to a viewer, or news for a thread: everything that crosses threads beside publications.
  */
 typedef enum ws_mail_kind {
     WS_MAIL_ADOPT,
     WS_MAIL_HELLO,
+    WS_MAIL_SUBSCRIBE,
     WS_MAIL_SEND,
     WS_MAIL_CLOSE,
     WS_MAIL_CLOSE_STREAM
@@ -45,10 +38,13 @@ typedef struct ws_mail {
     ll_ws_socket socket; /* of an adoption; what was begun is the text */
     ll_gate_pass pass;
     ll_upgrade upgrade;
+    ll_ws_subscription subscription;
     size_t size;
     unsigned char room[LL_FRAMING_ROOM]; /* for the head of the frame */
     unsigned char text[];
 } ws_mail;
+
+struct cJSON;
 
 typedef struct ws_viewer ws_viewer;
 typedef struct ws_thread ws_thread;
@@ -59,14 +55,20 @@ struct ll_ws_stream {
     void *session;
     ll_stream_kind kind;
     char id[65];
-    ll_ws_stream *next_in_bucket;         /* registry lock */
-    atomic_int viewers[2], key_wanted[2]; /* by format; those that got their hello */
-    atomic_uint generation;               /* of the last publication */
+    ll_ws_stream *next_in_bucket; /* registry lock */
+    atomic_int viewers;           /* that got their hello */
+    /* What they want of the next frame, for whoever publishes. */
+    atomic_ullong every[LL_CHANNELS]; /* bit n: some viewer gets every n-th frame */
+    atomic_uint missing;              /* channels that some viewer has not got at all */
+    atomic_bool anew;
+    _Atomic int64_t from_event;
+    atomic_uint generation; /* of the last publication */
     atomic_bool published;
-    ws_publication *pending[WS_PENDING]; /* thread's lock, as the next two */
+    ll_frame *pending[WS_PENDING]; /* thread's lock, as the next two */
     int pending_count;
     ll_ws_stream *next_dirty;
-    ws_publication *latest; /* thread only, as the rest */
+    ll_frame *latest;  /* thread only, as the rest */
+    size_t kept_bytes; /* of the sections that viewers have, but for those of the latest frame */
     ws_viewer *first;
     int arrived; /* viewers, greeted or not */
     bool want_said, closing;
@@ -84,18 +86,24 @@ struct ws_viewer {
     ll_ws_viewer handle;
     int64_t opened_ns;
     /* frames */
-    bool ready, fresh, needs_key, acked_once;
+    bool ready, fresh, subscribed, acked_once;
+    ll_ws_subscription subscription;
+    uint16_t wants, has, owed; /* channels: of the subscription; got since; due when it was not ready */
+    ll_frame_state state;      /* what it was sent last */
     uint32_t last_sent, generation;
-    int64_t first_sent_ns;
+    int64_t last_tick;
+    uint8_t last_flags;
+    int64_t greeted_ns, first_sent_ns;
     struct {
         uint32_t seq;
-        bool key;
         int64_t sent_ns;
     } outstanding[WS_OUTSTANDING]; /* oldest first */
     int outstanding_count, window;
-    int64_t delay_ns;  /* of acknowledgements when nothing queues: a minimum that forgets slowly */
-    bool spare_keys;   /* its last key frame took long: none for gaps, until nothing queued for a while */
-    int64_t queued_ns; /* when frames queued last */
+    int64_t delay_ns; /* of acknowledgements when nothing queues: a minimum that forgets slowly */
+    /* of one that is too slow for its rates */
+    int slowdown; /* it gets every so-manieth of its frames */
+    int due_count, missed_count;
+    int64_t counted_ns, missed_ns; /* when that count began; when it missed one last */
     /* messages */
     ws_mail *first_message, *last_message;
     int message_count;
@@ -147,6 +155,7 @@ struct ws_thread {
     ws_viewer *first_dead;
     unsigned char *input; /* WS_INPUT */
     int64_t now_ns;       /* read once a turn */
+    ll_buffer message;    /* in the making */
     ws_counts counts;
 };
 
@@ -186,6 +195,14 @@ void ll_ws_socket_say_close(ws_viewer *viewer, int code, const char *reason); /*
 void ll_ws_socket_fail(ws_viewer *viewer);
 void ll_ws_socket_free(ws_viewer *viewer); /* the socket and what is kept for it */
 
+/* ws_frames.c: all on the viewer's thread. Which frames a viewer gets, and when. */
+void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count); /* takes them */
+void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscription);
+void ll_ws_viewer_try(ws_viewer *viewer); /* the newest frame, if it has not got it */
+void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq);
+void ll_ws_viewer_sweep_frames(ws_viewer *viewer);
+void ll_ws_viewer_forget(ws_viewer *viewer); /* what it has and wants; it is in its stream still */
+
 /* ws_viewer.c: all on the viewer's thread. */
 void ll_ws_viewer_open(ws_viewer *viewer);
 void ll_ws_viewer_gone(ws_viewer *viewer);
@@ -194,9 +211,9 @@ void ll_ws_viewer_pong(ws_viewer *viewer);
 void ll_ws_viewer_left(ws_viewer *viewer, int code); /* it says goodbye; LL_FRAMING_NO_CODE: without a code */
 void ll_ws_viewer_receive(ws_viewer *viewer, const ll_framing *piece);
 void ll_ws_viewer_writable(ws_viewer *viewer);
-void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next */
+void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next two */
+void ll_ws_viewer_say(ws_viewer *viewer, struct cJSON *message);
 void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message);
 void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason);
 void ll_ws_viewer_sweep(ws_viewer *viewer);
-void ll_ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count); /* takes them */
 void ll_ws_stream_release_if_done(ll_ws_stream *stream);

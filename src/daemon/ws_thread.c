@@ -145,6 +145,11 @@ static void take_mail(ws_thread *thread, ws_mail *mail)
             return;
         }
         break;
+    case WS_MAIL_SUBSCRIBE:
+        if (present) {
+            ll_ws_viewer_subscribe(viewer, &mail->subscription);
+        }
+        break;
     case WS_MAIL_SEND:
         if (present) {
             ll_ws_viewer_send(viewer, mail);
@@ -168,11 +173,11 @@ static void take_news(ws_thread *thread)
     thread->dirty = NULL;
     pthread_mutex_unlock(&thread->lock);
     while (dirty != NULL) {
-        ws_publication *taken[WS_PENDING];
+        ll_frame *taken[WS_PENDING];
         ll_ws_stream *stream = dirty;
         pthread_mutex_lock(&thread->lock);
         int count = stream->pending_count;
-        memcpy(taken, stream->pending, (size_t)count * sizeof *taken);
+        memcpy(taken, stream->pending, (size_t)count * sizeof(ll_frame *));
         stream->pending_count = 0;
         dirty = stream->next_dirty;
         pthread_mutex_unlock(&thread->lock);

@@ -1,4 +1,4 @@
-/* One viewer: which frames it gets and when, its messages, its goodbye. Everything here runs on its stream's
+/* One viewer: its coming and going, its messages, its goodbye. Everything here runs on its stream's
  * thread. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -7,22 +7,6 @@
 
 #include "base/assert.h"
 #include "daemon/ws_internal.h"
-
-/* An acknowledgement that takes so much longer than the quickest one tells that frames queue somewhere on the
- * way (a slow reader, a proxy's buffers): fewer are then kept in flight. About the time that a whole window
- * takes at 60 Hz. */
-#define QUEUEING_NS INT64_C(60000000)
-
-/* A new viewer's: BEGIN_WINDOW frames, until it acknowledges or that time has passed. The gap that this makes
- * for one that never does is within LL_FRAME_REPEAT. */
-#define GRACE_NS INT64_C(150000000)
-#define BEGIN_WINDOW 3
-
-/* A key frame is many times a frame. To one whose last took so much longer than its other frames to be
- * acknowledged the next would only make another gap, and so on for ever: for a gap it gets ordinary frames
- * instead and misses events, not states. Until nothing has queued for KEYS_AGAIN_NS. */
-#define KEY_NS INT64_C(250000000)
-#define KEYS_AGAIN_NS INT64_C(10000000000)
 
 #define GOODBYE_NS INT64_C(3000000000) /* how long a viewer may take to let itself be closed */
 
@@ -33,177 +17,6 @@
 static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
 {
     return &viewer->thread->ws->hooks[viewer->upgrade.kind];
-}
-
-/* ---- frames ---- */
-
-static void want(ll_ws_stream *stream)
-{
-    const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
-    if (!stream->want_said && !stream->closing) {
-        stream->want_said = true;
-        if (hooks->wanted != NULL) {
-            hooks->wanted(hooks->context, stream->session);
-        }
-    }
-}
-
-static void set_needs_key(ws_viewer *viewer, bool needs)
-{
-    if (viewer->needs_key != needs) {
-        viewer->needs_key = needs;
-        atomic_fetch_add(&viewer->stream->key_wanted[viewer->upgrade.format], needs ? 1 : -1);
-    }
-}
-
-/* Frames that may be sent now. One that never acknowledged is paced by its socket alone, but not before it
- * had the time to acknowledge: a slow reader's first frames would else pile up. */
-static int credit(const ws_viewer *viewer)
-{
-    bool limited = viewer->acked_once || viewer->thread->now_ns - viewer->first_sent_ns < GRACE_NS;
-    bool mute = !viewer->ready || viewer->dead || viewer->close_code != 0 || viewer->first_message != NULL;
-    if (mute || ll_ws_socket_full(viewer)) {
-        return 0;
-    }
-    return limited && !viewer->fresh ? viewer->window - viewer->outstanding_count : WS_PENDING;
-}
-
-static void note_sent(ws_viewer *viewer, const ws_publication *frame, bool key)
-{
-    if (viewer->fresh) {
-        viewer->first_sent_ns = viewer->thread->now_ns;
-    } else {
-        ll_ws_count(&viewer->thread->counts.skipped, frame->seq - viewer->last_sent - 1);
-    }
-    viewer->fresh = false;
-    viewer->last_sent = frame->seq;
-    viewer->generation = frame->generation;
-    if (viewer->outstanding_count == WS_OUTSTANDING) {
-        memmove(viewer->outstanding, viewer->outstanding + 1,
-                (WS_OUTSTANDING - 1) * sizeof *viewer->outstanding);
-        viewer->outstanding_count--;
-    }
-    int i = viewer->outstanding_count++;
-    viewer->outstanding[i].seq = frame->seq;
-    viewer->outstanding[i].key = key;
-    viewer->outstanding[i].sent_ns = viewer->thread->now_ns;
-}
-
-/* The frame in the encoding that this viewer can use; false when it was not made. */
-static bool send_frame(ws_viewer *viewer, ws_publication *frame)
-{
-    bool gap = frame->seq - viewer->last_sent > LL_FRAME_REPEAT;
-    bool key = viewer->needs_key || viewer->fresh || frame->generation != viewer->generation ||
-               (gap && !viewer->spare_keys);
-    int variant = LL_WS_VARIANT(viewer->upgrade.format, key);
-    if (!key && frame->variant[variant].size == 0) {
-        key = true; /* holds all that a delta does */
-        variant = LL_WS_VARIANT(viewer->upgrade.format, true);
-    }
-    size_t size = frame->variant[variant].size;
-    if (size == 0) {
-        set_needs_key(viewer, true);
-        want(viewer->stream);
-        return false;
-    }
-    set_needs_key(viewer, false);
-    /* The head goes before the bytes, into the publication: it is the same for every viewer, as a server does
-     * not mask. */
-    bool text = viewer->upgrade.format == LL_FRAME_JSON;
-    ll_ws_socket_write(viewer, frame->bytes + frame->variant[variant].at, size,
-                       text ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
-    if (viewer->dead) {
-        return false;
-    }
-    note_sent(viewer, frame, key);
-    ll_ws_count(&viewer->thread->counts.frames, 1);
-    ll_ws_count(&viewer->thread->counts.bytes, size);
-    return true;
-}
-
-static void try_latest(ws_viewer *viewer)
-{
-    ws_publication *latest = viewer->stream != NULL ? viewer->stream->latest : NULL;
-    if (credit(viewer) <= 0) {
-        return;
-    }
-    if (latest == NULL) {
-        set_needs_key(viewer, true);
-        want(viewer->stream);
-    } else if (viewer->fresh || latest->seq != viewer->last_sent) {
-        send_frame(viewer, latest);
-    }
-}
-
-/* Usually one publication. When this thread was late there are more: a viewer with credit gets them all, in
- * order, so that one that keeps up loses nothing; one with less credit gets the newest of them. */
-void ll_ws_stream_distribute(ll_ws_stream *stream, ws_publication **publications, int count)
-{
-    stream->want_said = false;
-    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
-        int may = credit(viewer);
-        for (int i = may < count ? count - may : 0; i >= 0 && i < count; i++) {
-            if (credit(viewer) <= 0 || !send_frame(viewer, publications[i])) {
-                break;
-            }
-        }
-    }
-    free(stream->latest);
-    stream->latest = publications[count - 1];
-    for (int i = 0; i < count - 1; i++) {
-        free(publications[i]);
-    }
-}
-
-static void adapt_window(ws_viewer *viewer, int64_t delay)
-{
-    if (viewer->delay_ns == 0 || delay < viewer->delay_ns) {
-        viewer->delay_ns = delay;
-    } else {
-        viewer->delay_ns += (delay - viewer->delay_ns) / 512;
-    }
-    if (delay > viewer->delay_ns + QUEUEING_NS) {
-        viewer->window -= viewer->window > 1 ? 1 : 0;
-        viewer->queued_ns = viewer->thread->now_ns;
-    } else {
-        viewer->window += viewer->window < LL_FRAME_WINDOW ? 1 : 0;
-        viewer->spare_keys = viewer->spare_keys && viewer->thread->now_ns - viewer->queued_ns < KEYS_AGAIN_NS;
-    }
-}
-
-/* A key frame's delay says nothing of the window: it is the size that takes it. */
-static void judge_key(ws_viewer *viewer, int64_t delay)
-{
-    int64_t usual =
-        viewer->delay_ns < KEY_NS ? viewer->delay_ns : KEY_NS; /* more tells of a queue, not of the way */
-    if (delay > usual + KEY_NS) {
-        viewer->spare_keys = true;
-        viewer->queued_ns = viewer->thread->now_ns;
-    }
-}
-
-static void acknowledge(ws_viewer *viewer, uint32_t seq)
-{
-    if (viewer->fresh || (int32_t)(seq - viewer->last_sent) > 0) {
-        return; /* never sent: not worth a quarrel */
-    }
-    int gone = 0;
-    while (gone < viewer->outstanding_count && (int32_t)(seq - viewer->outstanding[gone].seq) >= 0) {
-        gone++;
-    }
-    if (gone > 0 && viewer->outstanding[gone - 1].seq == seq) {
-        int64_t delay = viewer->thread->now_ns - viewer->outstanding[gone - 1].sent_ns;
-        if (viewer->outstanding[gone - 1].key) {
-            judge_key(viewer, delay);
-        } else {
-            adapt_window(viewer, delay);
-        }
-    }
-    viewer->acked_once = true;
-    viewer->outstanding_count -= gone;
-    memmove(viewer->outstanding, viewer->outstanding + gone,
-            (size_t)viewer->outstanding_count * sizeof *viewer->outstanding);
-    try_latest(viewer);
 }
 
 /* ---- messages to the viewer ---- */
@@ -265,9 +78,6 @@ void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
     if (viewer->close_code != 0 || viewer->dead) {
         return;
     }
-    if (viewer->stream != NULL) {
-        set_needs_key(viewer, false);
-    }
     viewer->close_code = code;
     snprintf(viewer->close_reason, sizeof viewer->close_reason, "%s", reason);
     cJSON *bye = cJSON_CreateObject();
@@ -300,15 +110,23 @@ void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
     flush_messages(viewer);
 }
 
+void ll_ws_viewer_say(ws_viewer *viewer, cJSON *json)
+{
+    ws_mail *message = message_of(json);
+    if (message != NULL) {
+        ll_ws_viewer_send(viewer, message);
+    }
+}
+
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
 {
     bool first = !viewer->ready && viewer->close_code == 0 && !viewer->dead;
     ll_ws_viewer_send(viewer, hello);
     if (first && viewer->close_code == 0) {
         viewer->ready = true;
-        atomic_fetch_add(&viewer->stream->viewers[viewer->upgrade.format], 1);
-        set_needs_key(viewer, true);
-        want(viewer->stream);
+        viewer->greeted_ns = viewer->thread->now_ns;
+        atomic_fetch_add(&viewer->stream->viewers, 1);
+        ll_ws_viewer_try(viewer);
     }
 }
 
@@ -328,7 +146,7 @@ void ll_ws_viewer_writable(ws_viewer *viewer)
         viewer->pong_wanted = false;
         ll_ws_socket_write(viewer, bytes + LL_FRAMING_ROOM, (size_t)viewer->pong_size, LL_OPCODE_PONG);
     }
-    try_latest(viewer);
+    ll_ws_viewer_try(viewer);
 }
 
 /* ---- messages from the viewer ---- */
@@ -399,10 +217,7 @@ static void refuse_rate(ws_viewer *viewer)
     cJSON_AddStringToObject(problem, "title", "Too Many Requests");
     cJSON_AddNumberToObject(problem, "status", 429);
     cJSON_AddStringToObject(problem, "detail", text);
-    ws_mail *message = message_of(error);
-    if (message != NULL) {
-        ll_ws_viewer_send(viewer, message);
-    }
+    ll_ws_viewer_say(viewer, error);
     refuse_message(viewer, LL_WS_POLICY, text);
 }
 
@@ -413,7 +228,7 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
     if (!within_rate(viewer, size)) {
         refuse_rate(viewer);
     } else if (is_ack(text, &seq)) {
-        acknowledge(viewer, seq);
+        ll_ws_viewer_acknowledge(viewer, seq);
     } else if (hooks_of(viewer)->message != NULL) {
         hooks_of(viewer)->message(hooks_of(viewer)->context, viewer->stream->session, viewer->handle, text,
                                   size);
@@ -490,8 +305,6 @@ void ll_ws_viewer_open(ws_viewer *viewer)
     ll_ws_stream *stream = ll_ws_find_stream(ws, viewer->upgrade.kind, viewer->upgrade.id);
     viewer->opened_ns = viewer->tokens_ns = thread->now_ns;
     viewer->tokens = 2 * ws->config.max_messages_per_s;
-    viewer->fresh = true;
-    viewer->window = BEGIN_WINDOW;
     if (stream == NULL) {
         ll_ws_viewer_close(viewer, LL_WS_NO_SESSION, "it was deleted");
         return;
@@ -505,6 +318,7 @@ void ll_ws_viewer_open(ws_viewer *viewer)
         return;
     }
     viewer->stream = stream;
+    viewer->fresh = true;
     viewer->next = stream->first;
     if (stream->first != NULL) {
         stream->first->previous = viewer;
@@ -534,9 +348,9 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
     if (stream == NULL) {
         return;
     }
-    set_needs_key(viewer, false);
+    ll_ws_viewer_forget(viewer);
     if (viewer->ready) {
-        atomic_fetch_sub(&stream->viewers[viewer->upgrade.format], 1);
+        atomic_fetch_sub(&stream->viewers, 1);
     }
     if (viewer->next != NULL) {
         viewer->next->previous = viewer->previous;
@@ -600,6 +414,6 @@ void ll_ws_viewer_sweep(ws_viewer *viewer)
         ll_ws_count(&viewer->thread->counts.closed_slow, 1);
         ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "no frame was acknowledged for too long (ack_timeout_s)");
     } else {
-        try_latest(viewer); /* of a paused session, after the grace */
+        ll_ws_viewer_sweep_frames(viewer);
     }
 }

@@ -141,11 +141,11 @@ static void put_planes(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 
 static void put_log(const ll_rows *rows, const ll_rows *base, ll_buffer *out)
 {
-    int64_t wanted = base != NULL ? base->first + base->count : rows->first;
+    int64_t end = rows->first + rows->count, wanted = base != NULL ? base->first + base->count : rows->first;
     int64_t lost = rows->first > wanted ? rows->first - wanted : 0;
     int skipped = wanted > rows->first ? (int)(wanted - rows->first) : 0;
     const int64_t *from = zeros;
-    LL_ASSERT(skipped <= rows->count);
+    LL_ASSERT(wanted <= end);
     ll_buffer_varint(out, (uint64_t)lost);
     ll_buffer_varint(out, (uint64_t)(rows->first + skipped));
     ll_buffer_varint(out, (uint64_t)(rows->count - skipped));

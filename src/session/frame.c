@@ -60,6 +60,8 @@ ll_status ll_frame_take(const ll_session *s, const ll_record_request *request, u
         return ll_error(LL_NO_MEMORY, "no memory for a frame");
     *frame = (ll_frame){.seq = seq,
                         .generation = s->generation,
+                        .channels = request->channels,
+                        .anew = request->anew,
                         .flags = flags_of(s),
                         .tick = s->tick,
                         .time_s = ll_to_s(ll_tick_time(s->tick, s->freq))};

@@ -46,6 +46,8 @@ void ll_section_release(ll_section *section); /* NULL: nothing */
 typedef struct ll_frame {
     atomic_int references;
     uint32_t seq, generation;
+    uint16_t channels; /* that were asked for: bits of ll_channel */
+    bool anew;         /* events: of the last seconds */
     uint8_t flags;
     int64_t tick;
     double time_s;

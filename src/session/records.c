@@ -1,6 +1,8 @@
 #include "session/records.h"
 
 #include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
 
 #include "base/assert.h"
 #include "record/schema.h"
@@ -115,27 +117,30 @@ static uint32_t first_recent(const ll_session *s, uint32_t oldest)
 {
     ll_time from = ll_tick_time(s->tick, s->freq) - (ll_time)(LL_EVENTS_NEW_S * 1e9);
     uint32_t i = s->event_count;
-    while (i != oldest && s->events[(i - 1) % LL_EVENT_RING].begin >= from)
+    while (i > oldest && s->events[(i - 1) % LL_EVENT_RING].begin >= from)
         i--;
     return i;
+}
+
+static uint32_t first_wanted(const ll_session *s, const ll_record_request *request)
+{
+    uint32_t end = s->event_count, oldest = s->event_base, first = end;
+    if (end - oldest > LL_EVENT_RING)
+        oldest = end - LL_EVENT_RING;
+    if (request->from_event < end)
+        first = request->from_event > oldest ? (uint32_t)request->from_event : oldest;
+    uint32_t recent = request->anew ? first_recent(s, oldest) : end;
+    return recent < first ? recent : first;
 }
 
 static void fill_events(const ll_session *s, const ll_record_request *request, ll_row_set *set)
 {
     ll_rows *rows = set->rows[LL_RECORD_EVENTS];
-    uint32_t end = s->event_count;
-    uint32_t oldest = end - s->event_base > LL_EVENT_RING ? end - LL_EVENT_RING : s->event_base;
-    uint32_t first = request->from_event - oldest < end - oldest ? request->from_event : end;
-    if ((int32_t)(request->from_event - oldest) < 0)
-        first = oldest;
-    if (request->anew) {
-        uint32_t recent = first_recent(s, oldest);
-        first = (int32_t)(recent - first) < 0 ? recent : first;
-    }
     if (rows == NULL)
         return;
+    uint32_t first = first_wanted(s, request);
     rows->first = first;
-    for (uint32_t i = first; i != end; i++) {
+    for (uint32_t i = first; i < s->event_count; i++) {
         event_row row = event_of(&s->events[i % LL_EVENT_RING]);
         ll_row_set_put(set, &event_record, &row, 1);
     }
@@ -188,6 +193,9 @@ cJSON *ll_stream_schema(void)
     const ll_record *records[LL_ALL_RECORDS_MAX + 1];
     ll_all_records(records);
     cJSON *schema = ll_record_schema(records), *channels = cJSON_AddArrayToObject(schema, "channels");
+    char hash[17];
+    snprintf(hash, sizeof hash, "%016" PRIx64, ll_record_schema_hash(records));
+    cJSON_AddStringToObject(schema, "hash", hash);
     for (int i = 0; i < LL_CHANNELS; i++) {
         cJSON *o = cJSON_CreateObject();
         cJSON_AddStringToObject(o, "name", ll_channels[i].name);

@@ -6,11 +6,13 @@
 
 struct cJSON;
 
+#define LL_NO_EVENT INT64_MAX
+
 /* Of a frame that is taken. */
 typedef struct ll_record_request {
-    uint16_t channels;   /* bits of ll_channel */
-    bool anew;           /* somebody who looks has seen none of the events: the last LL_EVENTS_NEW_S */
-    uint32_t from_event; /* number of the first event that somebody has not got */
+    uint16_t channels;  /* bits of ll_channel */
+    bool anew;          /* of the events also those of the last LL_EVENTS_NEW_S: somebody has seen none */
+    int64_t from_event; /* number of the first that somebody has not got; LL_NO_EVENT: nobody waits for any */
     uint32_t viewers;
     uint64_t wall_ns; /* of the daemon's monotonic clock */
 } ll_record_request;

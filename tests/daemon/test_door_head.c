@@ -120,12 +120,12 @@ static void test_big_head(void **state)
              "GET /api/v1/sessions/s0/stream?x=1 HTTP/1.1\r\nHost: localhost\r\n%sUpgrade: WebSocket\r\n"
              "Connection: keep-alive, Upgrade\r\nSec-WebSocket-Version: 13\r\n"
              "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-             "Sec-WebSocket-Protocol: other, laglab.v1.json, laglab.v1.bin\r\n\r\n",
+             "Sec-WebSocket-Protocol: other, laglab.v2.json, laglab.v2.bin\r\n\r\n",
              request);
     net_send(fd, answer);
     net_read(fd, answer, sizeof answer, "\"hello\"}", 2);
     assert_memory_equal(answer, "HTTP/1.1 101", 12);
-    assert_non_null(strstr(answer, "laglab.v1.json"));
+    assert_non_null(strstr(answer, "laglab.v2.json"));
     close(fd);
     free(request);
 }
@@ -178,7 +178,7 @@ static void test_rude(void **state)
                      "GET /api/v1/sessions/s0/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\n"
                      "Connection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                      "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: "
-                     "laglab.v1.bin\r\n\r\n");
+                     "laglab.v2.bin\r\n\r\n");
         }
         struct linger reset = {1, 0};
         if (i % 2) {

@@ -69,17 +69,27 @@ int ll_ws_viewers(const ll_ws_stream *stream)
     return 1;
 }
 
-unsigned ll_ws_wants(const ll_ws_stream *stream, uint32_t generation)
+void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
+                 ll_record_request *request)
 {
     (void)stream;
+    (void)seq;
     (void)generation;
-    return 0;
+    (void)whole;
+    *request = (ll_record_request){0};
 }
 
-void ll_ws_publish(ll_ws_stream *stream, const ll_ws_publication *publication)
+void ll_ws_publish(ll_ws_stream *stream, ll_frame *frame)
 {
     (void)stream;
-    (void)publication;
+    (void)frame;
+}
+
+void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription)
+{
+    (void)ws;
+    (void)viewer;
+    (void)subscription;
 }
 
 void ll_ws_flush(ll_ws *ws)

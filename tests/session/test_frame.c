@@ -122,7 +122,8 @@ enum { EVERYTHING = (1 << LL_CHANNELS) - 1 };
 typedef struct show {
     ll_session *session;
     ll_frame_state last;
-    uint32_t seq, events;
+    uint32_t seq;
+    int64_t events;
     bool anew;
     ll_time wall;
 } show;
@@ -154,7 +155,7 @@ static ll_frame *take(show *s, uint16_t channels)
     must(ll_frame_take(s->session, &request, ++s->seq, &s->last, &frame));
     if (frame->section[LL_RECORD_EVENTS] != NULL) {
         const ll_rows *events = frame->section[LL_RECORD_EVENTS]->rows;
-        s->events = (uint32_t)(events->first + events->count);
+        s->events = events->first + events->count;
         s->anew = false;
     }
     return frame;
@@ -269,10 +270,10 @@ static const budget budgets[] = {
     {"race", NULL, 5, 540, STANDARD, 240, 310},
     {"race", NULL, 5, 540, NETGAME, 300, 380},
     {"eight", NULL, 5, 540, NETGAME, 1300, 1600},
-    {"rifle", NULL, 5, 540, NETGAME, 400, 600},
+    {"rifle", NULL, 5, 540, NETGAME, 400, 700},
     {"motion/orbit", NULL, 1, 540, CHANNEL(SESSION) | CHANNEL(MOTION), 200, 240},
     {"rigid/tumbler", NULL, 1, 150, CHANNEL(SESSION) | CHANNEL(BODIES) | CHANNEL(CONTACTS) | CHANNEL(JOINTS),
-     5000, 7000},
+     6500, 12500},
     {"rigid/pyramid", "{\"size\":40}", 8, 120,
      CHANNEL(SESSION) | CHANNEL(BODIES) | CHANNEL(CONTACTS) | CHANNEL(JOINTS), 500, 1000},
     {"fluid/cylinder", "{\"n\":256}", 5, 60, CHANNEL(SESSION) | CHANNEL(FIELD), 6144, 10000},

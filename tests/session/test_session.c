@@ -442,7 +442,7 @@ static double latest_event(ll_session *s)
     ll_buffer json = {0};
     ll_frame *frame;
     ll_frame_state none = {0}, last = {0};
-    ll_record_request request = {.channels = 1 << LL_CHANNEL_LANES, .anew = true, .from_event = UINT32_MAX};
+    ll_record_request request = {.channels = 1 << LL_CHANNEL_LANES, .anew = true, .from_event = LL_NO_EVENT};
     double latest = 0;
     cJSON *o, *e;
     must(ll_frame_take(s, &request, 1, &last, &frame));

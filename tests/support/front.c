@@ -14,6 +14,8 @@
 #include <unistd.h>
 
 #include "base/assert.h"
+#include "base/rng.h"
+#include "session/section.h"
 #include "daemon/problem.h"
 
 int64_t front_now(void)
@@ -108,7 +110,9 @@ static void on_opened(void *context, void *session, ll_ws_viewer viewer, ll_fram
     (void)session, (void)format;
     atomic_fetch_add(&f->opened, 1);
     if (atomic_load(&f->greet)) {
+        const ll_ws_subscription all = {.every = {[LL_CHANNEL_SCENE] = 1}};
         ll_ws_hello(f->ws, viewer, hello, sizeof hello - 1);
+        ll_ws_subscribe(f->ws, viewer, &all);
     }
 }
 
@@ -137,62 +141,83 @@ static void on_released(void *context, void *session)
     atomic_fetch_add(&f->released, 1);
 }
 
-static void encode(ll_buffer *buffer, bool text, bool key, uint32_t seq)
+typedef struct stamp {
+    int64_t published_ns;
+} stamp;
+
+typedef struct noise {
+    uint16_t width, height;
+} noise;
+
+static const ll_record_field stamp_fields[] = {LL_INT(stamp, published_ns, "ns", "when")};
+static const ll_record_field noise_fields[] = {LL_INT(noise, width, NULL, "cells"),
+                                               LL_INT(noise, height, NULL, "cells")};
+static const ll_record stamp_record = {.id = 1,
+                                       .name = "stamp",
+                                       .channel = LL_CHANNEL_SCENE,
+                                       .help = "A row a frame.",
+                                       .form = LL_FORM_LOG,
+                                       LL_ROWS_OF(stamp, stamp_fields)};
+static const ll_record noise_record = {.id = 2,
+                                       .name = "noise",
+                                       .channel = LL_CHANNEL_SCENE,
+                                       .help = "Bytes that cannot be told shorter.",
+                                       .form = LL_FORM_GRID,
+                                       LL_ROWS_OF(noise, noise_fields)};
+
+static ll_frame *frame_of(const front *f, uint32_t seq, uint32_t generation, uint16_t channels)
 {
-    int64_t now = front_now();
-    if (text) {
-        memset(buffer->bytes, ' ', buffer->size);
-        int size = snprintf(buffer->bytes, buffer->size, "{\"type\":\"frame\",\"seq\":%u,\"key\":%s", seq,
-                            key ? "true" : "false");
-        buffer->bytes[size] = ' ';
-        buffer->bytes[buffer->size - 1] = '}';
-        return;
+    ll_frame *frame = calloc(1, sizeof *frame);
+    ll_rows *stamps = ll_rows_new(&stamp_record, 1), *noises = ll_rows_new(&noise_record, 1);
+    uint8_t *bytes = malloc(f->frame_bytes);
+    LL_ASSERT(frame != NULL && stamps != NULL && noises != NULL && bytes != NULL);
+    for (size_t i = 0; i < f->frame_bytes; i++) {
+        bytes[i] = (uint8_t)ll_rng_u64(seq, 0, i);
     }
-    uint16_t flags = key;
-    memcpy(buffer->bytes + 2, &flags, 2);
-    memcpy(buffer->bytes + 4, &seq, 4);
-    memcpy(buffer->bytes + 48, &now, 8);
+    stamp now = {front_now()};
+    noise shape = {(uint16_t)f->frame_bytes, 1};
+    stamps->first = seq;
+    ll_rows_add(stamps, &now, 1);
+    ll_rows_add_plane(noises, &shape, bytes);
+    free(bytes);
+    *frame = (ll_frame){.seq = seq,
+                        .generation = generation,
+                        .channels = channels,
+                        .flags = LL_FRAME_PLAYING,
+                        .tick = seq,
+                        .count = 2,
+                        .record = {&stamp_record, &noise_record},
+                        .section = {ll_section_new(stamps, seq), ll_section_new(noises, seq)}};
+    atomic_init(&frame->references, 1);
+    return frame;
 }
 
-static void publish(front *f, ll_ws_stream *stream, uint32_t seq, ll_buffer *buffers)
+static void publish(front *f, ll_ws_stream *stream, uint32_t seq)
 {
     uint32_t generation = atomic_load(&f->generation);
-    unsigned wants = ll_ws_wants(stream, generation);
-    ll_ws_publication publication = {.seq = seq, .generation = generation};
-    for (int v = 0; wants != 0 && v < LL_WS_VARIANTS; v++) {
-        if (wants >> v & 1) {
-            bool key = v == LL_WS_VARIANT(LL_FRAME_BINARY, true) || v == LL_WS_VARIANT(LL_FRAME_JSON, true);
-            encode(&buffers[v], v / 2 == LL_FRAME_JSON, key, seq);
-            publication.variant[v] = &buffers[v];
-        }
-    }
-    if (wants != 0) {
-        ll_ws_publish(stream, &publication);
+    ll_record_request request;
+    ll_ws_wants(stream, seq, generation, false, &request);
+    if (request.channels != 0) {
+        ll_frame *frame = frame_of(f, seq, generation, request.channels);
+        ll_ws_publish(stream, frame);
+        ll_frame_release(frame);
     }
 }
 
 static void *publish_all(void *argument)
 {
     front *f = argument;
-    ll_buffer buffers[LL_WS_VARIANTS];
     int64_t next = front_now();
     uint32_t seq = 0;
-    for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        size_t size = v % 2 != 0 && f->key_bytes != 0 ? f->key_bytes : f->frame_bytes;
-        buffers[v] = (ll_buffer){calloc(1, size), size, size};
-    }
     while (!atomic_load(&f->end)) {
         next += 16666667;
         struct timespec t = {next / 1000000000, next % 1000000000};
         clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &t, NULL);
         seq++;
         for (int s = 0; atomic_load(&f->publishing) && s < FRONT_SESSIONS; s++) {
-            publish(f, f->stream[s], seq, buffers);
+            publish(f, f->stream[s], seq);
         }
         ll_ws_flush(f->ws);
-    }
-    for (int v = 0; v < LL_WS_VARIANTS; v++) {
-        free(buffers[v].bytes);
     }
     return NULL;
 }
@@ -486,23 +511,36 @@ bool viewer_read(int fd, viewer_frame *frame, double seconds)
     return true;
 }
 
+static uint64_t varint(const unsigned char **at)
+{
+    uint64_t value = 0;
+    for (int shift = 0;; shift += 7) {
+        value |= (uint64_t)(**at & 127) << shift;
+        if (*(*at)++ < 128) {
+            return value;
+        }
+    }
+}
+
 uint32_t viewer_seq(const viewer_frame *frame)
 {
-    uint32_t seq;
-    memcpy(&seq, frame->bytes + 4, 4);
-    return seq;
+    const unsigned char *at = frame->bytes + 2;
+    return (uint32_t)varint(&at);
 }
 
-bool viewer_is_key(const viewer_frame *frame)
+bool viewer_is_whole(const viewer_frame *frame)
 {
-    return frame->bytes[2] & 1;
+    return frame->bytes[1] & LL_FRAME_JUMP;
 }
 
+/* The stamp is the first section, and its row, of a log, is told against nothing. */
 double viewer_age(const viewer_frame *frame)
 {
-    int64_t published;
-    memcpy(&published, frame->bytes + 48, 8);
-    return (double)(front_now() - published) * 1e-9;
+    const unsigned char *at = frame->bytes + 2;
+    for (int i = 0; i < 8; i++) { /* seq, tick, id, size, lost, first, rows, mask */
+        varint(&at);
+    }
+    return (double)(front_now() - ll_unzigzag(varint(&at))) * 1e-9;
 }
 
 int viewer_close_code(int fd, double seconds)

@@ -1,10 +1,8 @@
 /* A front door with a toy behind it, and a client of raw bytes: what the tests of the daemon's port use.
  *
- * The toy has sessions s0, s1, ... that publish frames of 1000 bytes (or `frame_bytes`; key frames
- * `key_bytes`) at 60 Hz while `publishing`; a frame holds its seq at byte 4, flag 1 at byte 2 if it is a key
- * frame, and the time of its publication at byte 48. A viewer is greeted with {"type":"hello"}; what it says
- * is sent back as
- * {"echo":...}. */
+ * The toy has sessions s0, s1, ... that publish frames of about 1000 bytes (or `frame_bytes`) at 60 Hz while
+ * `publishing`, with the time of their publication. A viewer is greeted with {"type":"hello"} and subscribed
+ * to all of them; what it says is sent back as {"echo":...}. */
 #pragma once
 
 #include <pthread.h>
@@ -23,7 +21,7 @@ typedef struct front {
     ll_ws *ws;
     ll_ws_stream *stream[FRONT_SESSIONS];
     uint16_t port;
-    size_t frame_bytes, key_bytes;
+    size_t frame_bytes;
     atomic_bool publishing, end;
     atomic_uint generation, opened, closed, released;
     atomic_int greet; /* 0: viewers get no hello */
@@ -73,7 +71,7 @@ bool viewer_say(int fd, const char *text);
 bool viewer_ack(int fd, uint32_t seq);
 bool viewer_read(int fd, viewer_frame *frame, double seconds); /* one frame; answers pings by itself */
 uint32_t viewer_seq(const viewer_frame *frame);
-bool viewer_is_key(const viewer_frame *frame);
-double viewer_age(const viewer_frame *frame); /* s since it was published */
+bool viewer_is_whole(const viewer_frame *frame); /* told against nothing */
+double viewer_age(const viewer_frame *frame);    /* s since it was published */
 int viewer_close_code(
     int fd, double seconds); /* reads on until a close frame; its code, 0 when none came, -1 when cut */

@@ -1,0 +1,759 @@
+// Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
+
+/** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
+export const SCHEMA = 'e1253b1702a59816';
+
+/** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
+/** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
+
+/**
+ * Where the session stands.
+ * @typedef {object} SessionRow
+ * @property {number} speed  of virtual time
+ * @property {number} duration_s  s; of the scenario
+ * @property {number} behind_ticks  ticks; by which the log goes beyond this frame
+ * @property {number} params_version  read the parameters again when it differs
+ * @property {number} generation  time has jumped when it differs: what was drawn is of another past
+ * @property {number} viewers  who look
+ */
+
+/**
+ * When the frame was taken.
+ * @typedef {object} ClockRow
+ * @property {number} wall_us  us; the daemon's monotonic clock when the frame was taken
+ */
+
+/**
+ * What happened: packets, verdicts, corrections, steps.
+ * @typedef {object} EventsRow
+ * @property {number} id  counts them
+ * @property {number} type  what happened; up to pong a packet that was sent
+ * @property {number} player  to, from or of whom
+ * @property {number} fate  of a packet
+ * @property {number} outcome  of a verdict and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; of a connection its state
+ * @property {number} begin_s  s; when it was sent or happened; below 0: in the lobby before the game
+ * @property {number} end_s  s; when it is due; begin_s of what was lost
+ * @property {number} number  of an input its sequence number, of a state the server's tick
+ * @property {number} value  of a correction the signed distance in m, of an input the first axis, of an applied state x of the own entity
+ */
+
+/**
+ * The server's view, then each player's.
+ * @typedef {object} ViewsRow
+ * @property {number} view  0 is the server, 1 + p player p
+ * @property {number} flags  techniques that are on; underrun: the buffer is dry; stalled: waits for an input; person: driven by one
+ * @property {number} connection  state of the player's connection; the server's own is playing
+ * @property {boolean} connected  whether the server has the player connected
+ * @property {number} input_seq  of the last input that was sent; of the server its step
+ * @property {number} acked_seq  of the last input that the server acknowledged
+ * @property {number} unacked  inputs sent and not acknowledged
+ * @property {number} lag_ms  ms; one-way lag in both directions, as set
+ * @property {number} view_age_ms  ms; age of the remote entities as drawn
+ * @property {number} own_lead_m  m; own entity: drawn minus the server's now; ahead by prediction, no error
+ * @property {number} remote_error_m  m; remote entities: drawn minus the server's now, the largest, signed
+ * @property {number} buffer_ms  ms; newest snapshot minus the drawn time
+ * @property {number} slack_ticks  ticks; how early the last input came to the server; negative: late; null: not known
+ * @property {number} corrections  how often the own entity was moved on reconciling
+ * @property {number} correction_m  m; the last of these, signed
+ * @property {number} refused  inputs that the server refused
+ * @property {number} alpha  where the drawn time is between its two snapshots
+ * @property {number} shown_s  s; server time of the remote entities as drawn
+ */
+
+/**
+ * What is in each view, as it is drawn.
+ * @typedef {object} EntitiesRow
+ * @property {number} view  in which it is
+ * @property {number} entity  which: those of the players come first
+ * @property {number} flags  held: there is no data; active: a projectile in flight; unsettled: overlaps what it was pushed into; away: its player is not connected
+ * @property {number} x  m; position
+ * @property {number} y  m; position
+ * @property {number} vx  m/s; velocity
+ * @property {number} vy  m/s; velocity
+ * @property {number} angle  rad; orientation
+ * @property {number} spin  rad/s; angular velocity
+ * @property {number} age_ms  ms; how old it is as drawn
+ */
+
+/**
+ * The game's own values of each player.
+ * @typedef {object} GameRow
+ * @property {number} player  whose
+ * @property {number} index  which: its name stands in the hello's layout, game_values
+ * @property {number} value  the value; null: there is none yet
+ */
+
+/**
+ * Shells in flight, in a game with weapons.
+ * @typedef {object} ShellsRow
+ * @property {number} view  in which it is
+ * @property {number} player  whose
+ * @property {number} number  counts those of the player
+ * @property {number} flown_s  s; since the start of its flight
+ * @property {number} x  m; position
+ * @property {number} y  m; position
+ * @property {number} vx  m/s; velocity
+ * @property {number} vy  m/s; velocity
+ * @property {number} from_x  m; position at the start
+ * @property {number} from_y  m; position at the start
+ * @property {number} from_vx  m/s; velocity at the start
+ * @property {number} from_vy  m/s; velocity at the start
+ */
+
+/**
+ * The snapshot and de-jitter buffer of each player's view.
+ * @typedef {object} BuffersRow
+ * @property {number} player  whose view
+ * @property {number} state  newest: draws the newest state; starved: held, the buffer is dry
+ * @property {number} delay_ms  ms; interpolation delay in use; 0 when the newest state is drawn
+ * @property {number} behind_ms  ms; the drawn time behind the newest that could be known
+ * @property {number} time_scale  speed of the drawn time
+ * @property {number} dejitter_ms  ms; delay of the de-jitter buffer in use; 0: it is off
+ * @property {number} underruns  times that it ran dry
+ * @property {number} overruns  times that it was too full
+ * @property {number} late  packets that came too late for the de-jitter buffer
+ * @property {number} drawn_s  s; server time that is drawn
+ */
+
+/**
+ * What is counted of each player's view from the warm-up on; a mean is the difference of two sums by that of their counts.
+ * @typedef {object} MeasuresRow
+ * @property {number} player  whose view
+ * @property {number} age_of_information_ms  ms; age of information, now
+ * @property {number} own_timeline_error_sum_m  m; sum of the own timeline error over displays
+ * @property {number} input_latency_sum_ms  ms; sum of the input latencies
+ * @property {number} own_timeline_errors  displays in that sum
+ * @property {number} input_latencies  changes of controls that were felt: those in that sum
+ * @property {number} input_changes  changes of controls
+ * @property {number} input_changes_lost  those that were never applied
+ * @property {number} visible_corrections  displays that a correction could be seen in
+ */
+
+/**
+ * Clients with worlds of their own (deterministic, rollback); of other syncs there is none.
+ * @typedef {object} PeersRow
+ * @property {number} player  whose world
+ * @property {number} confirmed  tick up to which all inputs have come
+ * @property {number} tick  that is drawn
+ * @property {number} desync_tick  the first that differs from the server's; -1: none
+ * @property {number} waiting  bit p: stalls for the input of player p
+ * @property {number} stalls  how often it waited
+ * @property {number} stalled_s  s; and how long in all
+ * @property {number} rollbacks  how often it went back
+ * @property {number} rollback_ticks  ticks that it made again
+ * @property {number} desync_entity  entity that differs; -1: the game's tail
+ * @property {number} desync_field  field of it that differs
+ * @property {number} desync_m  m; distance from the server's world, now
+ * @property {number} desync_ulps  ulps; of that field at that tick
+ */
+
+/**
+ * The reconciliation ladder: the last 32 inputs of each player who reconciles, oldest first.
+ * @typedef {object} LadderRow
+ * @property {number} player  whose input
+ * @property {number} seq  its sequence number
+ * @property {number} state  what has become of it
+ * @property {number} made_s  s; when it was made
+ * @property {number} predicted_x  m; own entity after it, as predicted last; null: not yet
+ * @property {number} server_x  m; own entity in the state that acknowledged it; null: not known
+ * @property {number} correction_m  m; the one less the other; null: one is not known
+ */
+
+/**
+ * States in these buffers, at most 16 of a place, from the one that is drawn on.
+ * @typedef {object} BufferedRow
+ * @property {number} player  whose buffer
+ * @property {number} place  which of the two
+ * @property {number} tick  the server's, of the state
+ * @property {number} time_s  s; server time of the state, when it was sent
+ * @property {number} arrived_s  s; when it came
+ * @property {number} due_s  s; when it is played out of the de-jitter buffer
+ */
+
+/**
+ * Of each player the last shot of each weapon that the server took, not older than 5 s.
+ * @typedef {object} ShotsRow
+ * @property {number} player  who shot
+ * @property {number} weapon  with what
+ * @property {number} tick  the server's step that it was meant for
+ * @property {number} flags  clamped: to max_rewind_ms; distrusted: its age of view was not believed; behind_cover: the target was
+ * @property {number} pressed_s  s; when the button was pressed
+ * @property {number} seen_s  s; server time of what the shooter saw
+ * @property {number} judged_s  s; the server's present when it judged
+ * @property {number} looked_s  s; server time of the bodies that it judged against
+ * @property {number} x  m; the muzzle as pressed
+ * @property {number} y  m; the muzzle as pressed
+ * @property {number} dx  the aim, a unit vector
+ * @property {number} dy  the aim, a unit vector
+ * @property {number} server_x  m; the muzzle where the server had it
+ * @property {number} server_y  m; the muzzle where the server had it
+ * @property {number} client_view_hit  body that is hit in what the shooter saw; -1 nobody, -2 not known yet
+ * @property {number} server_now_hit  in the server's present, without compensation
+ * @property {number} compensated_hit  by the server's policy
+ * @property {number} perfect_hit  on a network without delay
+ */
+
+/**
+ * The bodies at the times of these shots.
+ * @typedef {object} ShotBodiesRow
+ * @property {number} player  who shot
+ * @property {number} weapon  with what
+ * @property {number} tick  of the shot
+ * @property {number} body  which body: that entity
+ * @property {number} seen_x  m; as the shooter saw it, at seen_s
+ * @property {number} seen_y  m; as the shooter saw it, at seen_s
+ * @property {number} now_x  m; in the server's present, at judged_s
+ * @property {number} now_y  m; in the server's present, at judged_s
+ * @property {number} looked_x  m; where the server looked, at looked_s
+ * @property {number} looked_y  m; where the server looked, at looked_s
+ */
+
+/**
+ * The solution, then each method.
+ * @typedef {object} MotionRow
+ * @property {number} status  off: it is not run
+ * @property {number} t_s  s; time of the last step
+ * @property {number} error  distance from the solution, now
+ * @property {number} error_max  and the largest until now
+ * @property {number} energy_drift  energy less that of the start, relative to it
+ * @property {number} evaluations  of the derivative
+ * @property {number} steps  that were taken
+ * @property {number} rejected  steps that were too inaccurate
+ * @property {number} error_max_weighted  the largest error, each component relative to its size
+ */
+
+/**
+ * The components of their states.
+ * @typedef {object} MotionStateRow
+ * @property {number} motion  whose: 0 the solution, 1 + i method i
+ * @property {number} component  which: its name stands in the hello's layout
+ * @property {number} value  the component of the state
+ */
+
+/**
+ * The worlds side by side.
+ * @typedef {object} WorldsRow
+ * @property {number} status  whether it goes on
+ * @property {number} solver  by which it is stepped
+ * @property {boolean} dragging  whether a person drags a body
+ * @property {number} bodies  in it
+ * @property {number} awake  bodies that are stepped
+ * @property {number} pairs  of overlapping boxes
+ * @property {number} touching  pairs that touch
+ * @property {number} points  in which they touch
+ * @property {number} recycled  pairs whose points are those of the step before
+ * @property {number} tested  pairs that were tested exactly
+ * @property {number} islands  groups of bodies that hang together
+ * @property {number} passed  bodies that went through something
+ * @property {number} stopped  bodies that swept detection put where they first touched, in all
+ * @property {number} joints  in it
+ * @property {number} energy  J; kinetic and potential
+ * @property {number} energy_start  J; at the start
+ * @property {number} kinetic  J; kinetic energy
+ * @property {number} penetration  m; the largest overlap, now
+ * @property {number} penetration_worst  m; the largest overlap until now
+ * @property {number} sag  m; the most that a body of the scene has sunk
+ * @property {number} drift  m; the most that a body of the scene has gone aside
+ * @property {number} tilt  rad; the most that a body of the scene has turned
+ * @property {number} joint_error  m; the most that a joint is apart
+ * @property {number} speed_max  m/s; of the fastest body
+ * @property {number} momentum_x  kg m/s; of all bodies
+ * @property {number} momentum_y  kg m/s; of all bodies
+ * @property {number} swept  bodies that were looked at along their way
+ * @property {number} dynamic  bodies that can move
+ */
+
+/**
+ * Of the shapes: those that are the same stand once.
+ * @typedef {object} GeometriesRow
+ * @property {number} kind  link: of a chain
+ * @property {number} radius  m; around its vertices
+ * @property {number} circle_x  m; centre of the circle around it
+ * @property {number} circle_y  m; centre of the circle around it
+ * @property {number} circle_radius  m; of that circle
+ * @property {number} obb_x0  m; a corner of its oriented bounding box
+ * @property {number} obb_y0  m; a corner of its oriented bounding box
+ * @property {number} obb_x1  m; the next
+ * @property {number} obb_y1  m; the next
+ * @property {number} obb_x2  m; the next
+ * @property {number} obb_y2  m; the next
+ * @property {number} obb_x3  m; the last
+ * @property {number} obb_y3  m; the last
+ */
+
+/**
+ * Of the geometries; of a link its two, then its ghosts.
+ * @typedef {object} VerticesRow
+ * @property {number} geometry  whose: its place among the geometries
+ * @property {number} x  m; from the centre of mass
+ * @property {number} y  m; from the centre of mass
+ */
+
+/**
+ * Of all bodies, at most 65,535.
+ * @typedef {object} ShapesRow
+ * @property {number} world  in which it is
+ * @property {number} body  to which it belongs; from 1 on
+ * @property {number} geometry  its place among the geometries
+ * @property {number} flags  of its body
+ * @property {number} x  m; of the centre of mass
+ * @property {number} y  m; of the centre of mass
+ * @property {number} angle  rad; orientation
+ * @property {number} vx  m/s; velocity
+ * @property {number} vy  m/s; velocity
+ * @property {number} spin  rad/s; angular velocity
+ * @property {number} left  m; box of the broad phase, from x and y
+ * @property {number} bottom  m; box of the broad phase, from x and y
+ * @property {number} right  m; box of the broad phase, from x and y
+ * @property {number} top  m; box of the broad phase, from x and y
+ * @property {number} island  bodies that hang together have the same; 0: none
+ */
+
+/**
+ * Pairs of overlapping boxes, at most 8,192.
+ * @typedef {object} ContactsRow
+ * @property {number} world  in which they are
+ * @property {number} a  a body
+ * @property {number} b  the other body
+ * @property {number} count  points in which they touch; 0: only their boxes overlap
+ * @property {boolean} recycled  whether the points are those of the step before
+ * @property {number} nx  normal, from a to b; null: they do not touch
+ * @property {number} ny  normal, from a to b; null: they do not touch
+ * @property {number} x0  m; the first point; null: there is none
+ * @property {number} y0  m; the first point; null: there is none
+ * @property {number} separation0  m; there; negative: they overlap; null: there is none
+ * @property {number} impulse0  N s; normal impulse there; null: there is none
+ * @property {number} x1  m; the second point; null: there is none
+ * @property {number} y1  m; the second point; null: there is none
+ * @property {number} separation1  m; there; negative: they overlap; null: there is none
+ * @property {number} impulse1  N s; normal impulse there; null: there is none
+ */
+
+/**
+ * At most 8,192.
+ * @typedef {object} JointsRow
+ * @property {number} world  in which it is
+ * @property {number} a  a body
+ * @property {number} b  the other body
+ * @property {number} type  what it holds
+ * @property {number} ax  m; anchor on a
+ * @property {number} ay  m; anchor on a
+ * @property {number} bx  m; anchor on b
+ * @property {number} by  m; anchor on b
+ */
+
+/**
+ * How the bounding volumes judge, where they are compared.
+ * @typedef {object} VolumesRow
+ * @property {number} world  in which they were compared
+ * @property {number} volume  which
+ * @property {number} tests  of pairs of shapes, over all steps
+ * @property {number} hits  pairs whose volumes overlap
+ * @property {number} false_hits  those whose shapes do not
+ * @property {number} missed_hits  pairs whose shapes overlap but their volumes do not
+ * @property {number} gap_mean  m; between the shapes at false hits; 0: there was none
+ * @property {number} gap_max  m; the largest of these
+ */
+
+/**
+ * The fluids side by side.
+ * @typedef {object} FluidRow
+ * @property {number} status  whether it goes on
+ * @property {boolean} held  whether a person stirs it
+ * @property {number} ticks  that it has made
+ */
+
+/**
+ * What the method and the scene measure of each.
+ * @typedef {object} FluidNumbersRow
+ * @property {number} fluid  whose
+ * @property {number} number  which: its name stands in the hello's layout
+ * @property {number} value  the number; null: not known
+ */
+
+/**
+ * The field that is shown, of fluids that have one, row by row from the bottom.
+ * @typedef {object} FieldRow
+ * @property {number} width  cells; in x
+ * @property {number} height  cells; in y
+ * @property {number} fluid  whose
+ * @property {number} layer  which: in the hello's layout
+ * @property {number} low  what a cell of 0 stands for
+ * @property {number} high  what a cell of 254 stands for; 255: there is no fluid
+ * @property {Uint8Array} values  width x height cells
+ */
+
+/**
+ * Points of fluids that have them, layer by layer.
+ * @typedef {object} PointsRow
+ * @property {number} fluid  whose
+ * @property {number} layer  which: the hello's layout names its columns, which the others hold in their order
+ * @property {number} x  m; the first column
+ * @property {number} y  m; the second column
+ * @property {number} value  the third column; null: the layer has none
+ * @property {number} value_2  the fourth column; null: the layer has none
+ * @property {number} value_3  the fifth column; null: the layer has none
+ */
+
+/**
+ * The rows of each record, by its name.
+ * @typedef {object} Records
+ * @property {SessionRow} session
+ * @property {ClockRow} clock
+ * @property {EventsRow[]} events
+ * @property {ViewsRow[]} views
+ * @property {EntitiesRow[]} entities
+ * @property {GameRow[]} game
+ * @property {ShellsRow[]} shells
+ * @property {BuffersRow[]} buffers
+ * @property {MeasuresRow[]} measures
+ * @property {PeersRow[]} peers
+ * @property {LadderRow[]} ladder
+ * @property {BufferedRow[]} buffered
+ * @property {ShotsRow[]} shots
+ * @property {ShotBodiesRow[]} shot_bodies
+ * @property {MotionRow[]} motion
+ * @property {MotionStateRow[]} motion_state
+ * @property {WorldsRow[]} worlds
+ * @property {GeometriesRow[]} geometries
+ * @property {VerticesRow[]} vertices
+ * @property {ShapesRow[]} shapes
+ * @property {ContactsRow[]} contacts
+ * @property {JointsRow[]} joints
+ * @property {VolumesRow[]} volumes
+ * @property {FluidRow[]} fluid
+ * @property {FluidNumbersRow[]} fluid_numbers
+ * @property {FieldRow[]} field
+ * @property {PointsRow[]} points
+ */
+
+export const EVENTS_TYPE = Object.freeze({ input: 1, state: 2, refusal: 3, relay: 4, connect: 5, accept: 6, ping: 7, pong: 8, verdict: 16, applied: 17, correction: 18, step: 19, stall: 20, rollback: 21, desync: 22, connection: 23, dropped: 24 });
+export const EVENTS_FATE = Object.freeze({ delivered: 0, lost: 1, overflow: 2, corrupted: 3 });
+export const VIEWS_FLAGS = Object.freeze({ prediction: 1, reconciliation: 2, interpolation: 4, underrun: 8, stalled: 16, person: 32 });
+export const VIEWS_CONNECTION = Object.freeze({ connecting: 0, synchronising: 1, playing: 2, stalled: 3, resynchronising: 4, disconnected: 5 });
+export const ENTITIES_FLAGS = Object.freeze({ finished: 1, predicted: 2, interpolated: 4, held: 8, active: 16, extrapolated: 32, unsettled: 64, away: 128 });
+export const BUFFERS_STATE = Object.freeze({ newest: 0, normal: 1, catching_up: 2, slowing: 3, starved: 4, extrapolating: 5 });
+export const PEERS_DESYNC_FIELD = Object.freeze({ x: 0, y: 1, vx: 2, vy: 3, angle: 4, spin: 5, flags: 6, tail: 7 });
+export const LADDER_STATE = Object.freeze({ open: 0, acknowledged: 1, refused: 2, late: 3, lost: 4 });
+export const BUFFERED_PLACE = Object.freeze({ snapshot: 0, dejitter: 1 });
+export const SHOTS_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
+export const SHOTS_FLAGS = Object.freeze({ taken: 1, clamped: 2, distrusted: 4, behind_cover: 8 });
+export const SHOT_BODIES_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
+export const MOTION_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
+export const WORLDS_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
+export const WORLDS_SOLVER = Object.freeze({ impulse: 0, pgs: 1, pgs_ngs: 2, soft_step: 3, tgs_sticky: 4, xpbd: 5, avbd: 6 });
+export const GEOMETRIES_KIND = Object.freeze({ circle: 0, capsule: 1, polygon: 2, segment: 3, link: 4 });
+export const SHAPES_FLAGS = Object.freeze({ dynamic: 1, kinematic: 2, awake: 4 });
+export const JOINTS_TYPE = Object.freeze({ distance: 0, revolute: 1, prismatic: 2, weld: 3, mouse: 4, motor: 5, friction: 6 });
+export const VOLUMES_VOLUME = Object.freeze({ exact: 0, aabb: 1, sphere: 2, obb: 3 });
+export const FLUID_STATUS = Object.freeze({ ok: 0, diverged: 1, off: 2, failed: 3 });
+
+/** @type {readonly Layout[]} */
+export const RECORDS = Object.freeze([
+  {"id":0,"name":"session","channel":"session","form":"one","fields":[
+    {"name":"speed","coding":"real","bits":23},
+    {"name":"duration_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"behind_ticks","coding":"int","unit":"ticks"},
+    {"name":"params_version","coding":"int"},
+    {"name":"generation","coding":"int"},
+    {"name":"viewers","coding":"int"},
+  ]},
+  {"id":60,"name":"clock","channel":"clock","form":"one","fields":[
+    {"name":"wall_us","coding":"int","unit":"us"},
+  ]},
+  {"id":1,"name":"events","channel":"lanes","form":"log","fields":[
+    {"name":"type","coding":"int","names":["","input","state","refusal","relay","connect","accept","ping","pong","","","","","","","","verdict","applied","correction","step","stall","rollback","desync","connection","dropped"]},
+    {"name":"player","coding":"int"},
+    {"name":"fate","coding":"int","names":["delivered","lost","overflow","corrupted"]},
+    {"name":"outcome","coding":"int"},
+    {"name":"begin_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"end_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"number","coding":"int"},
+    {"name":"value","coding":"step","bits":13},
+  ]},
+  {"id":2,"name":"views","channel":"scene","form":"by_index","fields":[
+    {"name":"view","coding":"int"},
+    {"name":"flags","coding":"int","flags":["prediction","reconciliation","interpolation","underrun","stalled","person"]},
+    {"name":"connection","coding":"int","names":["connecting","synchronising","playing","stalled","resynchronising","disconnected"]},
+    {"name":"connected","coding":"int","boolean":true},
+    {"name":"input_seq","coding":"int"},
+    {"name":"acked_seq","coding":"int"},
+    {"name":"unacked","coding":"int"},
+    {"name":"lag_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"view_age_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"own_lead_m","coding":"step","bits":13,"unit":"m"},
+    {"name":"remote_error_m","coding":"step","bits":13,"unit":"m"},
+    {"name":"buffer_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"slack_ticks","coding":"step","bits":7,"unit":"ticks"},
+    {"name":"corrections","coding":"int"},
+    {"name":"correction_m","coding":"step","bits":13,"unit":"m"},
+    {"name":"refused","coding":"int"},
+    {"name":"alpha","coding":"step","bits":10},
+    {"name":"shown_s","coding":"step","bits":20,"unit":"s"},
+  ]},
+  {"id":3,"name":"entities","channel":"scene","form":"by_index","fields":[
+    {"name":"view","coding":"int"},
+    {"name":"entity","coding":"int"},
+    {"name":"flags","coding":"int","flags":["finished","predicted","interpolated","held","active","extrapolated","unsettled","away"]},
+    {"name":"x","coding":"step","bits":13,"unit":"m"},
+    {"name":"y","coding":"step","bits":13,"unit":"m"},
+    {"name":"vx","coding":"step","bits":10,"unit":"m/s"},
+    {"name":"vy","coding":"step","bits":10,"unit":"m/s"},
+    {"name":"angle","coding":"step","bits":12,"unit":"rad"},
+    {"name":"spin","coding":"step","bits":12,"unit":"rad/s"},
+    {"name":"age_ms","coding":"step","bits":7,"unit":"ms"},
+  ]},
+  {"id":4,"name":"game","channel":"scene","form":"by_index","fields":[
+    {"name":"player","coding":"int"},
+    {"name":"index","coding":"int"},
+    {"name":"value","coding":"real","bits":23},
+  ]},
+  {"id":5,"name":"shells","channel":"scene","form":"keyed","keys":3,"fields":[
+    {"name":"view","coding":"int"},
+    {"name":"player","coding":"int"},
+    {"name":"number","coding":"int"},
+    {"name":"flown_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"x","coding":"step","bits":13,"unit":"m"},
+    {"name":"y","coding":"step","bits":13,"unit":"m"},
+    {"name":"vx","coding":"step","bits":10,"unit":"m/s"},
+    {"name":"vy","coding":"step","bits":10,"unit":"m/s"},
+    {"name":"from_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"from_y","coding":"step","bits":13,"unit":"m"},
+    {"name":"from_vx","coding":"step","bits":10,"unit":"m/s"},
+    {"name":"from_vy","coding":"step","bits":10,"unit":"m/s"},
+  ]},
+  {"id":6,"name":"buffers","channel":"gauges","form":"by_index","fields":[
+    {"name":"player","coding":"int"},
+    {"name":"state","coding":"int","names":["newest","normal","catching_up","slowing","starved","extrapolating"]},
+    {"name":"delay_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"behind_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"time_scale","coding":"step","bits":10},
+    {"name":"dejitter_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"underruns","coding":"int"},
+    {"name":"overruns","coding":"int"},
+    {"name":"late","coding":"int"},
+    {"name":"drawn_s","coding":"step","bits":20,"unit":"s"},
+  ]},
+  {"id":7,"name":"measures","channel":"gauges","form":"by_index","fields":[
+    {"name":"player","coding":"int"},
+    {"name":"age_of_information_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"own_timeline_error_sum_m","coding":"step","bits":13,"unit":"m"},
+    {"name":"input_latency_sum_ms","coding":"step","bits":7,"unit":"ms"},
+    {"name":"own_timeline_errors","coding":"int"},
+    {"name":"input_latencies","coding":"int"},
+    {"name":"input_changes","coding":"int"},
+    {"name":"input_changes_lost","coding":"int"},
+    {"name":"visible_corrections","coding":"int"},
+  ]},
+  {"id":8,"name":"peers","channel":"gauges","form":"by_index","fields":[
+    {"name":"player","coding":"int"},
+    {"name":"confirmed","coding":"int"},
+    {"name":"tick","coding":"int"},
+    {"name":"desync_tick","coding":"int"},
+    {"name":"waiting","coding":"int"},
+    {"name":"stalls","coding":"int"},
+    {"name":"stalled_s","coding":"step","bits":10,"unit":"s"},
+    {"name":"rollbacks","coding":"int"},
+    {"name":"rollback_ticks","coding":"int"},
+    {"name":"desync_entity","coding":"int"},
+    {"name":"desync_field","coding":"int","names":["x","y","vx","vy","angle","spin","flags","tail"]},
+    {"name":"desync_m","coding":"step","bits":13,"unit":"m"},
+    {"name":"desync_ulps","coding":"real","bits":23,"unit":"ulps"},
+  ]},
+  {"id":9,"name":"ladder","channel":"ladder","form":"keyed","keys":2,"fields":[
+    {"name":"player","coding":"int"},
+    {"name":"seq","coding":"int"},
+    {"name":"state","coding":"int","names":["open","acknowledged","refused","late","lost"]},
+    {"name":"made_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"predicted_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"server_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"correction_m","coding":"step","bits":13,"unit":"m"},
+  ]},
+  {"id":10,"name":"buffered","channel":"buffered","form":"keyed","keys":3,"fields":[
+    {"name":"player","coding":"int"},
+    {"name":"place","coding":"int","names":["snapshot","dejitter"]},
+    {"name":"tick","coding":"int"},
+    {"name":"time_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"arrived_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"due_s","coding":"step","bits":20,"unit":"s"},
+  ]},
+  {"id":11,"name":"shots","channel":"shots","form":"keyed","keys":3,"fields":[
+    {"name":"player","coding":"int"},
+    {"name":"weapon","coding":"int","names":["rifle","shell"]},
+    {"name":"tick","coding":"int"},
+    {"name":"flags","coding":"int","flags":["taken","clamped","distrusted","behind_cover"]},
+    {"name":"pressed_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"seen_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"judged_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"looked_s","coding":"step","bits":20,"unit":"s"},
+    {"name":"x","coding":"step","bits":13,"unit":"m"},
+    {"name":"y","coding":"step","bits":13,"unit":"m"},
+    {"name":"dx","coding":"step","bits":12},
+    {"name":"dy","coding":"step","bits":12},
+    {"name":"server_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"server_y","coding":"step","bits":13,"unit":"m"},
+    {"name":"client_view_hit","coding":"int"},
+    {"name":"server_now_hit","coding":"int"},
+    {"name":"compensated_hit","coding":"int"},
+    {"name":"perfect_hit","coding":"int"},
+  ]},
+  {"id":12,"name":"shot_bodies","channel":"shots","form":"keyed","keys":4,"fields":[
+    {"name":"player","coding":"int"},
+    {"name":"weapon","coding":"int","names":["rifle","shell"]},
+    {"name":"tick","coding":"int"},
+    {"name":"body","coding":"int"},
+    {"name":"seen_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"seen_y","coding":"step","bits":13,"unit":"m"},
+    {"name":"now_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"now_y","coding":"step","bits":13,"unit":"m"},
+    {"name":"looked_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"looked_y","coding":"step","bits":13,"unit":"m"},
+  ]},
+  {"id":16,"name":"motion","channel":"motion","form":"by_index","fields":[
+    {"name":"status","coding":"int","names":["ok","diverged","off","failed"]},
+    {"name":"t_s","coding":"real","bits":32,"unit":"s"},
+    {"name":"error","coding":"real","bits":23},
+    {"name":"error_max","coding":"real","bits":23},
+    {"name":"energy_drift","coding":"real","bits":23},
+    {"name":"evaluations","coding":"int"},
+    {"name":"steps","coding":"int"},
+    {"name":"rejected","coding":"int"},
+    {"name":"error_max_weighted","coding":"real","bits":23},
+  ]},
+  {"id":17,"name":"motion_state","channel":"motion","form":"by_index","fields":[
+    {"name":"motion","coding":"int"},
+    {"name":"component","coding":"int"},
+    {"name":"value","coding":"real","bits":24},
+  ]},
+  {"id":32,"name":"worlds","channel":"bodies","form":"by_index","fields":[
+    {"name":"status","coding":"int","names":["ok","diverged","off","failed"]},
+    {"name":"solver","coding":"int","names":["impulse","pgs","pgs_ngs","soft_step","tgs_sticky","xpbd","avbd"]},
+    {"name":"dragging","coding":"int","boolean":true},
+    {"name":"bodies","coding":"int"},
+    {"name":"awake","coding":"int"},
+    {"name":"pairs","coding":"int"},
+    {"name":"touching","coding":"int"},
+    {"name":"points","coding":"int"},
+    {"name":"recycled","coding":"int"},
+    {"name":"tested","coding":"int"},
+    {"name":"islands","coding":"int"},
+    {"name":"passed","coding":"int"},
+    {"name":"stopped","coding":"int"},
+    {"name":"joints","coding":"int"},
+    {"name":"energy","coding":"real","bits":23,"unit":"J"},
+    {"name":"energy_start","coding":"real","bits":23,"unit":"J"},
+    {"name":"kinetic","coding":"real","bits":23,"unit":"J"},
+    {"name":"penetration","coding":"real","bits":16,"unit":"m"},
+    {"name":"penetration_worst","coding":"real","bits":16,"unit":"m"},
+    {"name":"sag","coding":"real","bits":16,"unit":"m"},
+    {"name":"drift","coding":"real","bits":16,"unit":"m"},
+    {"name":"tilt","coding":"real","bits":16,"unit":"rad"},
+    {"name":"joint_error","coding":"real","bits":16,"unit":"m"},
+    {"name":"speed_max","coding":"real","bits":16,"unit":"m/s"},
+    {"name":"momentum_x","coding":"real","bits":23,"unit":"kg m/s"},
+    {"name":"momentum_y","coding":"real","bits":23,"unit":"kg m/s"},
+    {"name":"swept","coding":"int"},
+    {"name":"dynamic","coding":"int"},
+  ]},
+  {"id":33,"name":"geometries","channel":"bodies","form":"by_index","fields":[
+    {"name":"kind","coding":"int","names":["circle","capsule","polygon","segment","link"]},
+    {"name":"radius","coding":"step","bits":13,"unit":"m"},
+    {"name":"circle_x","coding":"step","bits":13,"unit":"m"},
+    {"name":"circle_y","coding":"step","bits":13,"unit":"m"},
+    {"name":"circle_radius","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_x0","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_y0","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_x1","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_y1","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_x2","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_y2","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_x3","coding":"step","bits":13,"unit":"m"},
+    {"name":"obb_y3","coding":"step","bits":13,"unit":"m"},
+  ]},
+  {"id":34,"name":"vertices","channel":"bodies","form":"by_index","fields":[
+    {"name":"geometry","coding":"int"},
+    {"name":"x","coding":"step","bits":13,"unit":"m"},
+    {"name":"y","coding":"step","bits":13,"unit":"m"},
+  ]},
+  {"id":35,"name":"shapes","channel":"bodies","form":"by_index","fields":[
+    {"name":"world","coding":"int"},
+    {"name":"body","coding":"int"},
+    {"name":"geometry","coding":"int"},
+    {"name":"flags","coding":"int","flags":["dynamic","kinematic","awake"]},
+    {"name":"x","coding":"step","bits":12,"unit":"m"},
+    {"name":"y","coding":"step","bits":12,"unit":"m"},
+    {"name":"angle","coding":"step","bits":12,"unit":"rad"},
+    {"name":"vx","coding":"step","bits":8,"unit":"m/s"},
+    {"name":"vy","coding":"step","bits":8,"unit":"m/s"},
+    {"name":"spin","coding":"step","bits":8,"unit":"rad/s"},
+    {"name":"left","coding":"step","bits":8,"unit":"m"},
+    {"name":"bottom","coding":"step","bits":8,"unit":"m"},
+    {"name":"right","coding":"step","bits":8,"unit":"m"},
+    {"name":"top","coding":"step","bits":8,"unit":"m"},
+    {"name":"island","coding":"int"},
+  ]},
+  {"id":36,"name":"contacts","channel":"contacts","form":"keyed","keys":3,"fields":[
+    {"name":"world","coding":"int"},
+    {"name":"a","coding":"int"},
+    {"name":"b","coding":"int"},
+    {"name":"count","coding":"int"},
+    {"name":"recycled","coding":"int","boolean":true},
+    {"name":"nx","coding":"step","bits":10},
+    {"name":"ny","coding":"step","bits":10},
+    {"name":"x0","coding":"step","bits":12,"unit":"m"},
+    {"name":"y0","coding":"step","bits":12,"unit":"m"},
+    {"name":"separation0","coding":"step","bits":12,"unit":"m"},
+    {"name":"impulse0","coding":"real","bits":5,"unit":"N s"},
+    {"name":"x1","coding":"step","bits":12,"unit":"m"},
+    {"name":"y1","coding":"step","bits":12,"unit":"m"},
+    {"name":"separation1","coding":"step","bits":12,"unit":"m"},
+    {"name":"impulse1","coding":"real","bits":5,"unit":"N s"},
+  ]},
+  {"id":37,"name":"joints","channel":"joints","form":"by_index","fields":[
+    {"name":"world","coding":"int"},
+    {"name":"a","coding":"int"},
+    {"name":"b","coding":"int"},
+    {"name":"type","coding":"int","names":["distance","revolute","prismatic","weld","mouse","motor","friction"]},
+    {"name":"ax","coding":"step","bits":12,"unit":"m"},
+    {"name":"ay","coding":"step","bits":12,"unit":"m"},
+    {"name":"bx","coding":"step","bits":12,"unit":"m"},
+    {"name":"by","coding":"step","bits":12,"unit":"m"},
+  ]},
+  {"id":38,"name":"volumes","channel":"bodies","form":"by_index","fields":[
+    {"name":"world","coding":"int"},
+    {"name":"volume","coding":"int","names":["exact","aabb","sphere","obb"]},
+    {"name":"tests","coding":"int"},
+    {"name":"hits","coding":"int"},
+    {"name":"false_hits","coding":"int"},
+    {"name":"missed_hits","coding":"int"},
+    {"name":"gap_mean","coding":"real","bits":16,"unit":"m"},
+    {"name":"gap_max","coding":"real","bits":16,"unit":"m"},
+  ]},
+  {"id":48,"name":"fluid","channel":"field","form":"by_index","fields":[
+    {"name":"status","coding":"int","names":["ok","diverged","off","failed"]},
+    {"name":"held","coding":"int","boolean":true},
+    {"name":"ticks","coding":"int"},
+  ]},
+  {"id":49,"name":"fluid_numbers","channel":"field","form":"by_index","fields":[
+    {"name":"fluid","coding":"int"},
+    {"name":"number","coding":"int"},
+    {"name":"value","coding":"real","bits":23},
+  ]},
+  {"id":50,"name":"field","channel":"field","form":"grid","fields":[
+    {"name":"width","coding":"int","unit":"cells"},
+    {"name":"height","coding":"int","unit":"cells"},
+    {"name":"fluid","coding":"int"},
+    {"name":"layer","coding":"int"},
+    {"name":"low","coding":"real","bits":23},
+    {"name":"high","coding":"real","bits":23},
+  ]},
+  {"id":51,"name":"points","channel":"points","form":"by_index","fields":[
+    {"name":"fluid","coding":"int"},
+    {"name":"layer","coding":"int"},
+    {"name":"x","coding":"step","bits":12,"unit":"m"},
+    {"name":"y","coding":"step","bits":12,"unit":"m"},
+    {"name":"value","coding":"real","bits":10},
+    {"name":"value_2","coding":"real","bits":10},
+    {"name":"value_3","coding":"real","bits":10},
+  ]},
+]);
