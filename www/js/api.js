@@ -23,7 +23,7 @@ export function address(path) {
 export function socketOf(id) {
   const url = address(`sessions/${id}/stream`);
   url.protocol = url.protocol.replace('http', 'ws');
-  const socket = new WebSocket(url, ['laglab.v1.bin']);
+  const socket = new WebSocket(url, ['laglab.v2.bin']);
   socket.binaryType = 'arraybuffer';
   return socket;
 }

@@ -1,4 +1,5 @@
 // The time bar: play, step, speed, scrub, clock.
+import { headOf } from './frame.js';
 import { html, nothing } from '../vendor/lit-html.js';
 import { fixed } from './format.js';
 import { icons } from './icons.js';
@@ -77,10 +78,10 @@ export function showTime(frame) {
   const scrub = document.getElementById('scrub');
   if (!(scrub instanceof HTMLInputElement)) return;
   if (scrubbing) return;
-  showClock(frame.time, frame.tick);
-  const end = frame.duration > 0 && frame.duration <= LONG_S ? frame.duration : Math.max(frame.head, 1);
+  showClock(frame.time_s, frame.tick);
+  const end = frame.session.duration_s > 0 && frame.session.duration_s <= LONG_S ? frame.session.duration_s : Math.max(headOf(frame), 1);
   if (Number(scrub.max) !== end) scrub.max = String(end);
-  scrub.valueAsNumber = frame.time;
-  const text = `${fixed(frame.time, 1)} of ${fixed(end, 1)} seconds`;
+  scrub.valueAsNumber = frame.time_s;
+  const text = `${fixed(frame.time_s, 1)} of ${fixed(end, 1)} seconds`;
   if (frame.tick % 30 === 0 || scrub.getAttribute('aria-valuetext') === null) scrub.setAttribute('aria-valuetext', text);
 }

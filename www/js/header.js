@@ -1,4 +1,5 @@
 // The head of the page: labs, scenario, the state chip.
+import { headOf } from './frame.js';
 import { html, nothing } from '../vendor/lit-html.js';
 import { effect } from '../vendor/signals-core.js';
 import { fixed } from './format.js';
@@ -93,5 +94,5 @@ export function header() {
 /** @param {import('./frame.js').Frame} now */
 export function showReplay(now) {
   const place = document.getElementById('replayed');
-  if (place) place.textContent = `${fixed(now.time, 1)} s of ${fixed(now.head, 1)} s`;
+  if (place) place.textContent = `${fixed(now.time_s, 1)} s of ${fixed(headOf(now), 1)} s`;
 }

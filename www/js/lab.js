@@ -1,5 +1,5 @@
 // The session that the page shows: joined, made, copied or made again, and its stream.
-import { batch } from '../vendor/signals-core.js';
+import { batch, effect } from '../vendor/signals-core.js';
 import { Problem, call, make } from './api.js';
 import { create, keep, link } from './early.js';
 import { FAILED } from './frame.js';
@@ -46,6 +46,19 @@ function lensOf(game, sync) {
   return sync === 'deterministic' || sync === 'rollback' ? 'waits' : 'messages';
 }
 
+/** What is looked at, Hz by channel: those of other kinds there are none of. @param {string} chosen the lens @returns {Record<string, number>} */
+function wishOf(chosen) {
+  const closer = chosen === 'buffers' || chosen === 'waits';
+  return {
+    session: 60, scene: 60, lanes: 60, gauges: closer ? 60 : 10, shots: chosen === 'shots' ? 60 : 5, ...(chosen === 'buffers' ? { buffered: 60 } : {}),
+    motion: 60, bodies: 60, contacts: 60, joints: 60, field: 60, points: 60,
+  };
+}
+effect(() => {
+  const wish = wishOf(lens.value);
+  stream?.subscribe(wish);
+});
+
 /** Leaves the lab for the Experiments view. @param {string} id of the experiment; empty for none */
 export function openExperiments(id) {
   stream?.close();
@@ -87,7 +100,7 @@ export function show(id, key, own, line) {
     },
     frame(next) {
       counts.received++;
-      if (next.generation !== memory.generation) memory = new Memory(memory.game, next.generation);
+      if (next.session.generation !== memory.generation) memory = new Memory(memory.game, next.session.generation);
       memory.take(next);
       newest = next;
       if (next.flags & FAILED && failure.value === '') why(id);
@@ -104,7 +117,7 @@ export function show(id, key, own, line) {
     refused(detail) {
       tell(`Refused: ${detail}`);
     },
-  }, line);
+  }, line, wishOf(lens.value));
   showAddress();
 }
 

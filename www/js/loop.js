@@ -1,7 +1,7 @@
 // The drawing loop: at each display refresh, the newest frame is drawn and acknowledged; otherwise nothing is done.
 import { speak } from './announce.js';
 import { showTime } from './bar.js';
-import { INTERPOLATION, PLAYING, STALLED } from './frame.js';
+import { INTERPOLATION, PLAYING, STALLED, entitiesOf } from './frame.js';
 import { fixed, letter } from './format.js';
 import { showReplay } from './header.js';
 import { counts, drawn, memory, takeNewest } from './lab.js';
@@ -53,9 +53,9 @@ function words(now, view) {
   if (!v) return '';
   const shapes = layout.value?.entities ?? [], players = layout.value?.players.length ?? 0;
   const where = (/** @type {import('./frame.js').Entity} */ e) => (shapes.length > 0 ? `${fixed(e.x, 1)}, ${fixed(e.y, 1)} m` : `${fixed(e.x, 1)} m`);
-  const others = v.entities.length > players ? `, and ${v.entities.length - players} things` : '';
-  const list = v.entities.slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
-  const error = view > 0 ? `; own entity ${fixed(v.ownLead, 2)} m from the server's now, others ${fixed(v.viewAge, 0)} ms old` : '';
+  const others = entitiesOf(now, view).length > players ? `, and ${entitiesOf(now, view).length - players} things` : '';
+  const list = entitiesOf(now, view).slice(0, players).map((e, i) => `${letter(i)} at ${where(e)}`).join(', ') + others;
+  const error = view > 0 ? `; own entity ${fixed(v.own_lead_m, 2)} m from the server's now, others ${fixed(v.view_age_ms, 0)} ms old` : '';
   const away = view > 0 ? connectionWords(v) : '';
   return `${away === '' ? '' : `${away.charAt(0).toUpperCase()}${away.slice(1)}. `}${view === 0 ? 'What the server knows' : `What player ${letter(view - 1)} sees`}: ${list}${error}`;
 }
@@ -140,7 +140,7 @@ function drawMessages(now, name) {
 function showFacts(now) {
   const facts = document.getElementById('facts');
   if (!facts) return;
-  const said = `tick ${now.tick} · ${now.viewers} watching`;
+  const said = `tick ${now.tick} · ${now.session.viewers} watching`;
   if (facts.textContent !== said) facts.textContent = said;
 }
 
@@ -174,7 +174,7 @@ function draw() {
   if (next) {
     if (counts.drawn === 0) performance.mark('laglab-first-frame');
     drawn(next.seq);
-    reread(next.paramsVersion);
+    reread(next.session.params_version);
   }
   costs.push(performance.now() - from);
   if (costs.length > 600) costs.splice(0, 300);

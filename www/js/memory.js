@@ -1,5 +1,5 @@
 // What a view shows of the past, gathered from the frames: messages, arrival dots, trails, corrections, curves.
-import { APPLIED, CONNECTION, CORRECTION, DISCONNECTED, DROPPED, E_ACTIVE, INPUT, IS_PLAYING, IS_STALLED, RECONCILIATION, STATE, VERDICT } from './frame.js';
+import { APPLIED, CONNECTION, CORRECTION, DISCONNECTED, DROPPED, E_ACTIVE, INPUT, IS_PLAYING, IS_STALLED, RECONCILIATION, STATE, VERDICT, entitiesOf } from './frame.js';
 import { fixed } from './format.js';
 
 /** @typedef {import('./frame.js').Frame} Frame */
@@ -78,14 +78,14 @@ export class Memory {
       this.curves[p] ??= new Curves();
     }
     for (const event of frame.events) {
-      if (!this.events.has(event.id) && event.begin <= frame.time + 1e-6) this.meet(frame, event);
+      if (!this.events.has(event.id) && event.begin_s <= frame.time_s + 1e-6) this.meet(frame, event);
     }
-    if (this.last === null || frame.time > this.last.time) {
+    if (this.last === null || frame.time_s > this.last.time_s) {
       this.follow(frame);
       this.plot(frame);
       this.measure(frame);
     }
-    this.forget(frame.time);
+    this.forget(frame.time_s);
     this.last = frame;
   }
 
@@ -95,18 +95,18 @@ export class Memory {
     const index = this.counts.get(slot) ?? 0;
     this.counts.set(slot, index + 1);
     this.events.set(event.id, { ...event, index });
-    const fresh = this.last !== null && event.begin > this.last.time - 0.001; /* else nobody knows where it was drawn */
+    const fresh = this.last !== null && event.begin_s > this.last.time_s - 0.001; /* else nobody knows where it was drawn */
     if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
     if (event.type === VERDICT && fresh) this.dot(frame, 0, event, index);
     if (event.type === VERDICT && event.outcome === 1) this.refused[event.player]?.add(event.number);
     if (event.type === CONNECTION || event.type === DROPPED) this.happen(event);
     if (event.type === CORRECTION) {
       const view = frame.views[1 + event.player];
-      const car = view?.entities[event.player];
+      const car = entitiesOf(frame, 1 + event.player)[event.player];
       this.largest[event.player] = Math.max(this.largest[event.player] ?? 0, Math.abs(event.value));
       if (view && car && fresh) {
         this.corrections[event.player]?.push({
-          t: event.begin, x: car.x, y: car.y, dx: event.value, replayed: (view.flags & RECONCILIATION) !== 0,
+          t: event.begin_s, x: car.x, y: car.y, dx: event.value, replayed: (view.flags & RECONCILIATION) !== 0,
         });
       }
     }
@@ -118,23 +118,23 @@ export class Memory {
     if (event.type === CONNECTION) {
       if (event.outcome === IS_STALLED) what = 'stalled';
       if (event.outcome === DISCONNECTED) what = 'disconnected';
-      if (event.outcome === IS_PLAYING && event.begin > 0) {
+      if (event.outcome === IS_PLAYING && event.begin_s > 0) {
         const last = this.happenings.filter((one) => one.player === event.player).at(-1)?.what;
         what = last === 'stalled' ? 'plays on' : event.number <= 1 ? 'joined' : 'joined again';
       }
     }
     if (what === '') return;
-    this.happenings = [...this.happenings.slice(1 - HAPPENINGS), { t: event.begin, player: event.player, what }];
+    this.happenings = [...this.happenings.slice(1 - HAPPENINGS), { t: event.begin_s, player: event.player, what }];
   }
 
   /** @param {Frame} frame @param {number} v @param {Event} event @param {number} n */
   dot(frame, v, event, n) {
     const dots = this.dots[v];
     if (!dots) return;
-    frame.views[v]?.entities.forEach((e, entity) => {
+    entitiesOf(frame, v).forEach((e, entity) => {
       const wanted = this.game === 'cannon' ? (e.flags & E_ACTIVE) !== 0 : entity === event.player;
       if (wanted && (this.game !== 'cannon' || v > 0 || entity === event.player)) {
-        dots.push({ t: event.begin, entity, n, x: e.x, y: e.y, type: event.type, player: event.player, number: event.number });
+        dots.push({ t: event.begin_s, entity, n, x: e.x, y: e.y, type: event.type, player: event.player, number: event.number });
       }
     });
     if (dots.length > DOTS) dots.splice(0, dots.length - DOTS);
@@ -146,7 +146,7 @@ export class Memory {
     let text = `${word} ${dot.number} · arrived ${fixed(dot.t, 2)} s`;
     for (const event of this.events.values()) {
       if (event.type === type && event.player === dot.player && event.number === dot.number) {
-        text += ` · sent ${fixed(event.begin, 2)} s · ${fixed((dot.t - event.begin) * 1000, 0)} ms old`;
+        text += ` · sent ${fixed(event.begin_s, 2)} s · ${fixed((dot.t - event.begin_s) * 1000, 0)} ms old`;
         break;
       }
     }
@@ -155,14 +155,14 @@ export class Memory {
 
   /** Flights: a trail grows while its entity is active. @param {Frame} frame */
   follow(frame) {
-    frame.views.forEach((view, v) => view.entities.forEach((e, i) => {
+    frame.views.forEach((_, v) => entitiesOf(frame, v).forEach((e, i) => {
       this.highest = Math.max(this.highest, e.y);
       const trails = this.trails[v];
       if (!trails || (e.flags & E_ACTIVE) === 0) return;
-      const before = this.last?.views[v]?.entities[i];
+      const before = this.last ? entitiesOf(this.last, v)[i] : undefined;
       if (!before || (before.flags & E_ACTIVE) === 0) {
         trails[i] = [];
-        this.dots[v] = (this.dots[v] ?? []).filter((dot) => dot.entity !== i || dot.t >= frame.time - 0.02);
+        this.dots[v] = (this.dots[v] ?? []).filter((dot) => dot.entity !== i || dot.t >= frame.time_s - 0.02);
       }
       const trail = trails[i] ??= [];
       const end = trail[trail.length - 1];
@@ -172,14 +172,14 @@ export class Memory {
 
   /** @param {Frame} frame */
   plot(frame) {
-    this.times.push(frame.time);
+    this.times.push(frame.time_s);
     this.curves.forEach((curve, p) => {
       const view = frame.views[1 + p];
-      curve.own.push(view?.ownLead ?? 0);
-      curve.remote.push(view?.remoteError ?? 0);
-      curve.ownAge.push(view?.entities[p]?.age ?? 0);
-      curve.remoteAge.push(view?.viewAge ?? 0);
-      curve.buffer.push(view?.buffer ?? null);
+      curve.own.push(view?.own_lead_m ?? 0);
+      curve.remote.push(view?.remote_error_m ?? 0);
+      curve.ownAge.push(entitiesOf(frame, 1 + p)[p]?.age_ms ?? 0);
+      curve.remoteAge.push(view?.view_age_ms ?? 0);
+      curve.buffer.push(view?.buffer_ms ?? null);
     });
     if (this.times.length > CURVE_POINTS) {
       const drop = CURVE_POINTS / 4;
@@ -193,9 +193,9 @@ export class Memory {
   /** @param {Frame} frame */
   measure(frame) {
     const newest = this.measures[this.measures.length - 1];
-    if (newest && frame.time - newest.t < SAMPLE_S) return;
-    this.measures.push({ t: frame.time, of: frame.measures });
-    while ((this.measures[1]?.t ?? Infinity) <= frame.time - LATELY_S) this.measures.shift();
+    if (newest && frame.time_s - newest.t < SAMPLE_S) return;
+    this.measures.push({ t: frame.time_s, of: frame.measures });
+    while ((this.measures[1]?.t ?? Infinity) <= frame.time_s - LATELY_S) this.measures.shift();
   }
 
   /** Means of the last LATELY_S. @param {number} player @returns {Lately} */
@@ -204,15 +204,15 @@ export class Memory {
     if (!from || !to) return { error: null, latency: null, lost: null };
     const mean = (/** @type {number} */ sum, /** @type {number} */ count) => (count > 0 ? sum / count : null);
     return {
-      error: mean(to.errorSum - from.errorSum, to.errors - from.errors), latency: mean(to.latencySum - from.latencySum, to.latencies - from.latencies),
-      lost: mean(to.lost - from.lost, to.changes - from.changes),
+      error: mean(to.own_timeline_error_sum_m - from.own_timeline_error_sum_m, to.own_timeline_errors - from.own_timeline_errors), latency: mean(to.input_latency_sum_ms - from.input_latency_sum_ms, to.input_latencies - from.input_latencies),
+      lost: mean(to.input_changes_lost - from.input_changes_lost, to.input_changes - from.input_changes),
     };
   }
 
   /** @param {number} now */
   forget(now) {
     for (const [id, event] of this.events) {
-      if (Math.max(event.begin, event.end) >= now - EVENTS_S) break; /* ids are in the order of time */
+      if (Math.max(event.begin_s, event.end_s) >= now - EVENTS_S) break; /* ids are in the order of time */
       this.events.delete(id);
     }
     for (const list of this.corrections) {

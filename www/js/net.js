@@ -1,6 +1,7 @@
 // The stream of one session: hello, frames, replies; reconnects by itself until it is closed.
 import { Problem, call, socketOf } from './api.js';
-import { decode } from './frame.js';
+import { Decoder } from './stream/decode.js';
+import { RECORDS, SCHEMA } from './stream/records.js';
 
 const SILENCE_MS = 2000; /* then ask for a sign of life */
 const DEAD_MS = 5000;
@@ -9,28 +10,34 @@ const BACKOFF_MS = 200, BACKOFF_MAX_MS = 2000;
 /**
  * @typedef {object} Handlers
  * @property {(hello: any) => void} hello
- * @property {(frame: import('./frame.js').Frame) => void} frame
+ * @property {(frame: import('./stream/decode.js').Frame) => void} frame
  * @property {(state: import('./state.js').LinkState, attempt: number) => void} state
  * @property {() => void} gone       the daemon does not know the session any more
  * @property {(detail: string) => void} refused  an input was refused
  */
 
 export class Stream {
-  /** @param {string} id @param {string} key @param {Handlers} on @param {import('./early.js').Line} [line] */
-  constructor(id, key, on, line) {
+  /** @param {string} id @param {string} key @param {Handlers} on @param {import('./early.js').Line | undefined} line @param {Record<string, number>} wish */
+  constructor(id, key, on, line, wish) {
     this.id = id;
     this.key = key;
     this.on = on;
     this.attempt = 0;
     this.closed = false;
     this.heard = 0; /* when the last message came, ms */
+    /** What is looked at: of each channel its rate, Hz. @type {Record<string, number>} */
+    this.wish = wish;
+    this.decoder = new Decoder(RECORDS, 60);
     /** @type {WebSocket | null} */
     this.socket = null;
     /** @type {ReturnType<typeof setTimeout> | undefined} */
     this.timer = undefined;
     this.watch = setInterval(() => this.check(), 1000);
-    /* While hidden nothing is drawn, so nothing is acknowledged or sent: that silence says nothing. */
-    this.seen = () => { this.heard = performance.now(); };
+    /* While hidden nothing is drawn, so nothing is asked for: that silence says nothing. */
+    this.seen = () => {
+      this.heard = performance.now();
+      this.subscribe(this.wish);
+    };
     document.addEventListener('visibilitychange', this.seen);
     this.open(line);
   }
@@ -41,6 +48,7 @@ export class Stream {
     this.socket = socket;
     this.heard = performance.now();
     const greet = () => {
+      this.subscribe(this.wish);
       if (this.key) this.send({ auth: this.key, id: 0 });
     };
     const take = (/** @type {MessageEvent} */ message) => {
@@ -64,6 +72,7 @@ export class Stream {
     const message = JSON.parse(data);
     if (message.type === 'hello') {
       this.attempt = 0;
+      this.meet(message);
       this.on.hello(message);
       this.on.state('open', 0);
     } else if (message.type === 'error') {
@@ -71,10 +80,27 @@ export class Stream {
     }
   }
 
+  /** Reads what follows by the daemon's own tables, where they are not those of this page. @param {any} hello */
+  meet(hello) {
+    const decoder = new Decoder(RECORDS, hello.tick_hz);
+    if (hello.schema !== SCHEMA) decoder.learn(call('GET', 'stream/schema.json').then(({ records }) => records));
+    this.decoder = decoder;
+  }
+
   /** @param {ArrayBuffer} data */
   binary(data) {
-    const frame = decode(data);
-    if (frame) this.on.frame(frame);
+    const { decoder } = this;
+    decoder.decode(data, (frame) => {
+      if (decoder === this.decoder) this.on.frame(frame);
+    }, () => {
+      if (decoder === this.decoder) this.lost();
+    });
+  }
+
+  /** Says what is looked at; nothing while the page is hidden. @param {Record<string, number>} wish */
+  subscribe(wish) {
+    this.wish = wish;
+    this.send({ subscribe: document.hidden ? {} : wish });
   }
 
   /** Asks for a sign of life after a silence, gives the socket up after a longer one. */

@@ -48,14 +48,14 @@ function rows() {
       of: (_, __, lately) => fixed(100 * (lately.lost ?? NaN), 0) },
     { name: 'Own, error', unit: way, help: `The own entity as drawn from the truth at the tick that is drawn: ${MEAN}`,
       of: (_, __, lately) => fixed((lately.error ?? NaN) * size, way === 'm' ? 2 : 1) },
-    { name: 'Own, lead', unit: way, help: 'The own entity as drawn minus the server’s now: ahead by prediction, behind without. No error', of: (view) => apart(view.ownLead) },
-    { name: 'Others, error', unit: way, of: (view) => apart(view.remoteError) },
-    { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.viewAge, 0) },
-    { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer, 0) : 'off') },
+    { name: 'Own, lead', unit: way, help: 'The own entity as drawn minus the server’s now: ahead by prediction, behind without. No error', of: (view) => apart(view.own_lead_m) },
+    { name: 'Others, error', unit: way, of: (view) => apart(view.remote_error_m) },
+    { name: 'Others, age', unit: 'ms', of: (view) => fixed(view.view_age_ms, 0) },
+    { name: 'Buffer', unit: 'ms', of: (view) => (view.flags & INTERPOLATION ? fixed(view.buffer_ms, 0) : 'off') },
     { name: 'Un-acked inputs', unit: '', of: (view) => String(view.unacked) },
     { name: 'Corrections', unit: '', of: (view) => String(view.corrections) },
     { name: 'Refused inputs', unit: '', of: (view) => String(view.refused) },
-    { name: 'Early at server', unit: 'ticks', of: (view) => signed(view.slack, 1) },
+    { name: 'Early at server', unit: 'ticks', of: (view) => signed(view.slack_ticks, 1) },
   ];
 }
 

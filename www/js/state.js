@@ -130,7 +130,7 @@ export const status = computed(() => {
   return now;
 });
 export const behind = computed(() => frame.value !== null && (frame.value.flags & BEHIND) !== 0);
-export const speed = computed(() => frame.value?.speed ?? 1);
+export const speed = computed(() => frame.value?.session?.speed ?? 1);
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
 /** Why nothing can be changed now; empty when it can. */

@@ -1,4 +1,5 @@
 // Operations on a session's time. One seek at a time: while dragging, the last place wins.
+import { headOf } from './frame.js';
 import { call, Problem } from './api.js';
 import { link } from './early.js';
 import { reread, showAddress } from './params.js';
@@ -61,8 +62,9 @@ export async function reset() {
 }
 
 export async function backToLive() {
-  const head = frame.value?.head;
-  if (head === undefined || !behind.value) return;
+  const now = frame.value;
+  if (now === null || !behind.value) return;
+  const head = headOf(now);
   if (await control({ op: 'seek', time_s: head }) !== null) await control({ op: 'play' });
 }
 

@@ -145,13 +145,13 @@ function overlayPanel() {
 // ---- numbers ----
 
 const NUMBERS = /** @type {[string, string, (w: World) => string][]} */ ([
-  ['energy', 'energy (J)', (w) => joules(w.energy - w.energyStart)],
+  ['energy', 'energy (J)', (w) => joules(w.energy - w.energy_start)],
   ['penetration', 'overlap (mm)', (w) => fixed(1000 * w.penetration, 2)],
-  ['worst', 'worst (mm)', (w) => fixed(1000 * w.penetrationWorst, 1)],
+  ['worst', 'worst (mm)', (w) => fixed(1000 * w.penetration_worst, 1)],
   ['sag', 'sag (cm)', (w) => fixed(100 * w.sag, 1)],
   ['drift', 'drift (cm)', (w) => fixed(100 * w.drift, 1)],
   ['tilt', 'tilt (°)', (w) => fixed((180 / Math.PI) * w.tilt, 1)],
-  ['joints', 'joints off (mm)', (w) => (w.joints > 0 ? fixed(1000 * w.jointError, 1) : '–')],
+  ['joints', 'joints off (mm)', (w) => (w.joints > 0 ? fixed(1000 * w.joint_error, 1) : '–')],
   ['pairs', 'pairs', (w) => String(w.pairs)],
   ['contacts', 'contacts', (w) => String(w.touching)],
   ['recycled', 'recycled', (w) => String(w.recycled)],
@@ -265,15 +265,15 @@ function showNumbers(scene) {
   for (const one of scene.judged) {
     if (one.world !== 0) continue;
     put(`volume${one.volume}/hits`, String(one.hits));
-    put(`volume${one.volume}/false`, String(one.falseHits));
-    put(`volume${one.volume}/missed`, String(one.missedHits));
-    put(`volume${one.volume}/gap`, one.falseHits > 0 ? fixed(100 * one.gapMax, 1) : '–');
+    put(`volume${one.volume}/false`, String(one.false_hits));
+    put(`volume${one.volume}/missed`, String(one.missed_hits));
+    put(`volume${one.volume}/gap`, one.false_hits > 0 ? fixed(100 * one.gap_max, 1) : '–');
   }
 }
 
 /** What a world shows, in words. @param {World} w @param {number} i */
 const said = (w, i) => (w.status === 1 ? `${nameOf(i)} diverged`
-  : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energyStart)} J`);
+  : `${nameOf(i)}: ${w.bodies} bodies, ${w.awake} awake, ${w.touching} contacts, overlap ${fixed(1000 * w.penetration, 1)} mm, energy ${joules(w.energy - w.energy_start)} J`);
 
 let numbered = 0;
 
@@ -282,8 +282,8 @@ export function drawCollide(frame, settled, name) {
   const at = rigid();
   if (!at) return;
   const scene = sceneOf(frame), colours = palette();
-  if (record.generation !== frame.generation || record.time > frame.time) record = new Record(frame.generation);
-  record.take(frame.time, scene.worlds);
+  if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
+  record.take(frame.time_s, scene.worlds);
   measure(frame, false);
   for (const i of worlds()) {
     const of = {

@@ -22,7 +22,7 @@ export class Record {
       const to = this.tracks[i] ??= { t: [], energy: [], penetration: [], passed: [] };
       if (one.status !== 0) return;
       to.t.push(time);
-      to.energy.push(one.energy - one.energyStart);
+      to.energy.push(one.energy - one.energy_start);
       to.penetration.push(one.penetration);
       to.passed.push(one.passed);
       if (to.t.length > POINTS) for (const list of Object.values(to)) list.splice(0, POINTS / 4);

@@ -26,7 +26,7 @@ export class Progress {
   open() {
     const url = address(`experiments/${this.id}/stream`);
     url.protocol = url.protocol.replace('http', 'ws');
-    const socket = this.socket = new WebSocket(url, ['laglab.v1.json']);
+    const socket = this.socket = new WebSocket(url, ['laglab.v2.json']);
     socket.onmessage = (message) => {
       const told = JSON.parse(String(message.data));
       if (told.type !== 'hello' && told.type !== 'progress') return;

@@ -1,40 +1,43 @@
-// Decodes a frame's sections of a fluid, 48 to 51.
+// What a frame has of fluids, put together for each of those side by side.
 
 /** @typedef {{status: number, held: boolean, numbers: number[]}} State  status: 0 ok, 1 diverged */
 /** Bytes row by row from the bottom: 0 to 254 from low to high, 255 where there is no fluid.
  * @typedef {{layer: number, width: number, height: number, low: number, high: number, bytes: Uint8Array}} Field */
 /** Records of `columns` values each. @typedef {{layer: number, columns: number, count: number, values: Float32Array}} Points */
 /** @typedef {{state: State, field: Field | null, points: Points[]}} Fluid */
-/** @typedef {import('../frame.js').Section} Section */
+/** @typedef {import('../frame.js').Frame} Frame */
 
-const HEAD = 24;
+const COLUMNS = ['x', 'y', 'value', 'value_2', 'value_3']; /* a layer has the first of them */
 
-/** @param {Section} section @returns {State} */
-function state({ bytes }) {
-  const count = Math.min(bytes.getUint16(2, true), (bytes.byteLength - 8) / 8);
-  return {
-    status: bytes.getUint8(0), held: bytes.getUint8(1) === 1, numbers: Array.from({ length: count }, (_, i) => bytes.getFloat64(8 + 8 * i, true)),
-  };
+/** @param {import('../stream/decode.js').Section} section @param {number} from @param {number} to rows of one layer @param {number} layer @returns {Points} */
+function points(section, from, to, layer) {
+  const all = COLUMNS.map((name) => section.column(name).subarray(from, to)), count = to - from;
+  const used = all.filter((column) => !Number.isNaN(column[0])), columns = used.length, values = new Float32Array(columns * count);
+  used.forEach((column, k) => column.forEach((value, i) => { values[i * columns + k] = value; }));
+  return { layer, columns, count, values };
 }
 
-/** @param {Section} section @returns {Field} */
-function field({ bytes }) {
-  return {
-    layer: bytes.getUint8(0), width: bytes.getUint32(4, true), height: bytes.getUint32(8, true), low: bytes.getFloat32(16, true),
-    high: bytes.getFloat32(20, true), bytes: new Uint8Array(bytes.buffer, bytes.byteOffset + HEAD, bytes.byteLength - HEAD),
-  };
+/** The layers of a fluid's points. @param {Frame} frame @param {number} fluid @returns {Points[]} */
+function layersOf(frame, fluid) {
+  const section = frame.sections.get('points');
+  if (!section) return [];
+  const whose = section.column('fluid'), layers = section.column('layer');
+  /** @type {Points[]} */
+  const found = [];
+  for (let from = 0, to = 0; from < section.count; from = to) {
+    while (to < section.count && whose[to] === whose[from] && layers[to] === layers[from]) to++;
+    if (whose[from] === fluid) found.push(points(section, from, to, /** @type {number} */ (layers[from])));
+  }
+  return found;
 }
 
-/** @param {Section} section @returns {Points} */
-function points({ bytes }) {
-  const columns = bytes.getUint8(1), count = bytes.getUint32(4, true);
-  return { layer: bytes.getUint8(0), columns, count, values: new Float32Array(bytes.buffer, bytes.byteOffset + HEAD, columns * count) };
-}
-
-/** The fluids side by side. @param {import('../frame.js').Frame} frame @returns {Fluid[]} */
+/** The fluids side by side. @param {Frame} frame @returns {Fluid[]} */
 export function fluidsOf(frame) {
-  const all = (/** @type {number} */ type, /** @type {number} */ place) => (frame.own.get(type) ?? []).filter(({ bytes }) => bytes.getUint16(2, true) === place);
-  return (frame.own.get(48) ?? []).map((section, i) => ({
-    state: state(section), field: all(49, i).map(field)[0] ?? null, points: [...all(50, i), ...all(51, i)].map(points),
-  }));
+  return frame.fluid.map(({ status, held }, i) => {
+    const field = frame.where('field', 'fluid', i)[0];
+    return {
+      state: { status, held, numbers: frame.where('fluid_numbers', 'fluid', i).map(({ value }) => value) },
+      field: field ? { ...field, bytes: field.values } : null, points: layersOf(frame, i),
+    };
+  });
 }

@@ -402,11 +402,11 @@ export function drawFluid(frame, settled, name) {
   showPace(time);
   all.forEach((now, i) => {
     const known = records[i];
-    if (!known || known.generation !== frame.generation || known.time > frame.time) records[i] = new Record(frame.generation);
-    if (now.state.status === 0) records[i]?.take(frame.time, now.state.numbers);
+    if (!known || known.generation !== frame.session.generation || known.time > frame.time_s) records[i] = new Record(frame.session.generation);
+    if (now.state.status === 0) records[i]?.take(frame.time_s, now.state.numbers);
     drawOne(frame, now, i, colours);
     if (telling) showNumbers(i, now.state.numbers);
-    if (name) document.getElementById(idOf(i))?.setAttribute('aria-label', said(/** @type {FluidLayout} */ (at[i]), now.state, frame.time));
+    if (name) document.getElementById(idOf(i))?.setAttribute('aria-label', said(/** @type {FluidLayout} */ (at[i]), now.state, frame.time_s));
   });
   if (telling) {
     numbered = time;

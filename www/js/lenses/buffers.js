@@ -1,6 +1,7 @@
 // What waits in a player's buffers: the snapshots around the drawn time, and when each arrived and was played out.
 import { V_CATCHING_UP, V_EXTRAPOLATING, V_NEWEST, V_NORMAL, V_SLOWING, V_STARVED } from '../frame.js';
 import { fixed, signed } from '../format.js';
+import { BUFFERED_PLACE } from '../stream/records.js';
 import { paintOf } from '../theme.js';
 import { cross, drawText } from '../views/marks.js';
 
@@ -10,13 +11,21 @@ import { cross, drawText } from '../views/marks.js';
 const STATES = { [V_NEWEST]: 'draws the newest state', [V_NORMAL]: 'normal', [V_CATCHING_UP]: 'catching up', [V_SLOWING]: 'slowing',
   [V_STARVED]: 'starved: holds', [V_EXTRAPOLATING]: 'extrapolating' };
 
+/** A state in a buffer; ms. `time`: its server time less the drawn one; the others count from the frame's time.
+ * @typedef {{place: number, time: number, arrived: number, due: number}} Item */
+
 /** @param {LensPicture} at */
 function of({ frame, player }) {
-  return { buffer: frame.buffers.find((one) => one.player === player), items: frame.buffered.filter((one) => one.player === player) };
+  const buffer = frame.buffers.find((one) => one.player === player), drawn = buffer?.drawn_s ?? 0;
+  /** @type {Item[]} */
+  const items = frame.where('buffered', 'player', player).map((one) => ({
+    place: one.place, time: 1000 * (one.time_s - drawn), arrived: 1000 * (one.arrived_s - frame.time_s), due: 1000 * (one.due_s - frame.time_s),
+  }));
+  return { buffer, items };
 }
 
 /** The gauge: snapshots by server time, the needle at the drawn time, the two around it, and α between them.
- * @param {LensPicture} at @param {import('../frame.js').Buffered[]} list @param {number} state @param {number} top @param {number} height */
+ * @param {LensPicture} at @param {Item[]} list @param {number} state @param {number} top @param {number} height */
 function gauge(at, list, state, top, height) {
   const { pen, colours, width, player } = at;
   const reach = Math.max(120, ...list.map((one) => Math.abs(one.time))) * 1.15;
@@ -64,7 +73,7 @@ function gauge(at, list, state, top, height) {
 }
 
 /** Two rows of dots, joined: when each state arrived, and when it is played out.
- * @param {LensPicture} at @param {import('../frame.js').Buffered[]} list @param {number} top @param {number} height */
+ * @param {LensPicture} at @param {Item[]} list @param {number} top @param {number} height */
 function dejitter(at, list, top, height) {
   const { pen, colours, width, player } = at;
   const times = list.flatMap((one) => [one.arrived, one.due]);
@@ -103,17 +112,17 @@ export const buffers = {
   draw(at) {
     const { buffer, items } = of(at);
     if (!buffer) return;
-    const played = items.filter((one) => one.place === 1), head = at.colours.text * 1.4;
+    const played = items.filter((one) => one.place === BUFFERED_PLACE.dejitter), head = at.colours.text * 1.4;
     const rest = at.height - head, half = played.length > 0 ? rest / 2 : rest;
     drawText(at.pen, at.colours, buffers.words(at), 8, head / 2);
-    gauge(at, items.filter((one) => one.place === 0), buffer.state, head, half);
+    gauge(at, items.filter((one) => one.place === BUFFERED_PLACE.snapshot), buffer.state, head, half);
     if (played.length > 0) dejitter(at, played, head + half, half);
   },
   words(at) {
     const { buffer } = of(at);
     if (!buffer) return 'no buffer';
-    const late = buffer.dejitter > 0 ? ` · de-jitter ${fixed(buffer.dejitter, 0)} ms, ${buffer.late} late` : '';
-    return `${STATES[buffer.state] ?? ''} · delay ${fixed(buffer.delay, 0)} ms · time × ${fixed(buffer.timeScale, 2)} · `
-      + `under-runs ${buffer.underruns}${late} · drawn ${signed(-buffer.behind, 0)} ms`;
+    const late = buffer.dejitter_ms > 0 ? ` · de-jitter ${fixed(buffer.dejitter_ms, 0)} ms, ${buffer.late} late` : '';
+    return `${STATES[buffer.state] ?? ''} · delay ${fixed(buffer.delay_ms, 0)} ms · time × ${fixed(buffer.time_scale, 2)} · `
+      + `under-runs ${buffer.underruns}${late} · drawn ${signed(-buffer.behind_ms, 0)} ms`;
   },
 };

@@ -14,11 +14,11 @@ const OUTCOMES = /** @type {Record<number, Fate>} */ ({ 1: 'refused', 3: 'late' 
 /** @param {LensPicture} at @returns {Rung[]} oldest first */
 function rungsOf({ frame, memory, player }) {
   const view = frame.views[1 + player];
-  if (!view || view.inputSeq === 0) return [];
-  const first = Math.max(1, view.inputSeq - MOST + 1);
+  if (!view || view.input_seq === 0) return [];
+  const first = Math.max(1, view.input_seq - MOST + 1);
   /** @type {Rung[]} */
   const rungs = [];
-  for (let seq = first; seq <= view.inputSeq; seq++) rungs.push({ seq, fate: seq <= view.ackedSeq ? 'acknowledged' : 'open', arrived: seq <= view.ackedSeq });
+  for (let seq = first; seq <= view.input_seq; seq++) rungs.push({ seq, fate: seq <= view.acked_seq ? 'acknowledged' : 'open', arrived: seq <= view.acked_seq });
   for (const event of memory.events.values()) {
     const rung = event.player === player ? rungs[event.number - first] : undefined;
     if (!rung) continue;
@@ -35,7 +35,7 @@ function rungsOf({ frame, memory, player }) {
 /** The last correction of the player, if it is young. @param {LensPicture} at */
 function correctionOf({ frame, memory, player }) {
   let last = null;
-  for (const event of memory.events.values()) if (event.type === CORRECTION && event.player === player && frame.time - event.begin < 1) last = event;
+  for (const event of memory.events.values()) if (event.type === CORRECTION && event.player === player && frame.time_s - event.begin_s < 1) last = event;
   return last;
 }
 
@@ -95,7 +95,7 @@ export const inputs = {
     const view = at.frame.views[1 + at.player], rungs = rungsOf(at);
     if (!view) return 'no inputs';
     const count = (/** @type {Fate} */ fate) => rungs.filter((rung) => rung.fate === fate).length;
-    return `input ${view.inputSeq}, acknowledged up to ${view.ackedSeq}: ${view.unacked} open · of the last ${rungs.length}: `
+    return `input ${view.input_seq}, acknowledged up to ${view.acked_seq}: ${view.unacked} open · of the last ${rungs.length}: `
       + `${count('late')} late, ${count('refused')} refused, ${count('lost')} lost · corrections ${view.corrections}`;
   },
 };

@@ -1,5 +1,5 @@
 // A shot three times over: what the shooter saw, what the server has now, and what the server looked back at.
-import { NOBODY, NOT_YET, SHELL, S_BEHIND_COVER, S_CLAMPED, S_DISTRUSTED } from '../frame.js';
+import { bodiesOf, NOBODY, NOT_YET, SHELL, S_BEHIND_COVER, S_CLAMPED, S_DISTRUSTED } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { drawText } from '../views/marks.js';
@@ -9,7 +9,7 @@ import { drawText } from '../views/marks.js';
 /** @typedef {'seen' | 'now' | 'looked'} When */
 
 /** The last shot of the player that is looked at. @param {LensPicture} at @returns {Shot | undefined} */
-const lastOf = ({ frame, player }) => frame.shots.filter((shot) => shot.player === player).sort((a, b) => b.judged - a.judged)[0];
+const lastOf = ({ frame, player }) => frame.shots.filter((shot) => shot.player === player).sort((a, b) => b.judged_s - a.judged_s)[0];
 
 /** @param {number} hit @param {LensPicture} at @returns {string} */
 const bodyOf = (hit, at) => (hit === NOBODY ? 'miss' : hit === NOT_YET ? 'in flight'
@@ -38,7 +38,7 @@ function panel(at, shot, when, left, width, title, hit) {
   pen.clip();
   pen.fillStyle = colours.grid;
   for (const one of coverOf(at)) pen.fillRect(x(one.x - one.width_m / 2), y(one.y + one.height_m / 2), one.width_m * scale, one.height_m * scale);
-  const [mx, my] = when === 'seen' ? [shot.x, shot.y] : [shot.serverX, shot.serverY];
+  const [mx, my] = when === 'seen' ? [shot.x, shot.y] : [shot.server_x, shot.server_y];
   if (shot.weapon !== SHELL) { /* a ray; a shell flies on in the views */
     pen.strokeStyle = colours.ink;
     pen.lineWidth = 1.5;
@@ -47,8 +47,8 @@ function panel(at, shot, when, left, width, title, hit) {
     pen.lineTo(x(mx + shot.dx * (x1 - x0) * 2), y(my + shot.dy * (x1 - x0) * 2));
     pen.stroke();
   }
-  shot.bodies.forEach((body, i) => {
-    const [bx, by] = when === 'seen' ? [body.seenX, body.seenY] : when === 'now' ? [body.nowX, body.nowY] : [body.lookedX, body.lookedY];
+  bodiesOf(at.frame, shot).forEach((body, i) => {
+    const [bx, by] = when === 'seen' ? [body.seen_x, body.seen_y] : when === 'now' ? [body.now_x, body.now_y] : [body.looked_x, body.looked_y];
     const r = Math.max(4, scale * 0.6);
     pen.setLineDash(when === 'seen' ? [4, 3] : []);
     pen.lineWidth = i === hit ? colours.line + 1 : 1.5;
@@ -68,14 +68,14 @@ function panel(at, shot, when, left, width, title, hit) {
 const notesOf = (shot) => [shot.flags & S_CLAMPED ? 'clamped to the most that is allowed' : '', shot.flags & S_DISTRUSTED ? 'stated view not believed' : '',
   shot.flags & S_BEHIND_COVER ? 'shot behind cover' : ''].filter((note) => note !== '');
 
-/** How far a body has gone at most since the shooter's picture. @param {Shot} shot */
-const movedOf = (shot) => Math.max(0, ...shot.bodies.filter((_, i) => i !== shot.player).map((b) => Math.hypot(b.nowX - b.seenX, b.nowY - b.seenY)));
+/** How far a body has gone at most since the shooter's picture. @param {import('../frame.js').Frame} frame @param {Shot} shot */
+const movedOf = (frame, shot) => Math.max(0, ...bodiesOf(frame, shot).filter((_, i) => i !== shot.player).map((b) => Math.hypot(b.now_x - b.seen_x, b.now_y - b.seen_y)));
 
 /** @param {LensPicture} at @param {Shot} shot @returns {string} */
 function verdict(at, shot) {
-  const back = (shot.judged - shot.looked) * 1000, age = (shot.judged - shot.seen) * 1000, notes = notesOf(shot);
-  return `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'}: ${bodyOf(shot.serverHit, at)} by the server’s rule, ${bodyOf(shot.nowHit, at)} in the present; `
-    + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
+  const back = (shot.judged_s - shot.looked_s) * 1000, age = (shot.judged_s - shot.seen_s) * 1000, notes = notesOf(shot);
+  return `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'}: ${bodyOf(shot.compensated_hit, at)} by the server’s rule, ${bodyOf(shot.server_now_hit, at)} in the present; `
+    + `picture ${fixed(age, 0)} ms old, looked back ${fixed(back, 0)} ms; bodies moved up to ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`;
 }
 
 /** @type {import('./lenses.js').Lens} */
@@ -90,12 +90,12 @@ export const shots = {
     }
     const line = colours.text * 1.5, third = width / 3;
     const inner = { ...at, height: at.height - line };
-    panel(inner, shot, 'seen', 0, third, `Shooter saw (${fixed((shot.judged - shot.seen) * 1000, 0)} ms ago)`, shot.viewHit);
-    panel(inner, shot, 'now', third, third, 'Server now', shot.nowHit);
-    panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.judged - shot.looked) * 1000, 0)} ms`, shot.serverHit);
+    panel(inner, shot, 'seen', 0, third, `Shooter saw (${fixed((shot.judged_s - shot.seen_s) * 1000, 0)} ms ago)`, shot.client_view_hit);
+    panel(inner, shot, 'now', third, third, 'Server now', shot.server_now_hit);
+    panel(inner, shot, 'looked', 2 * third, third, `Server looked back ${fixed((shot.judged_s - shot.looked_s) * 1000, 0)} ms`, shot.compensated_hit);
     const notes = notesOf(shot);
-    drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.serverHit, at)} · present: ${bodyOf(shot.nowHit, at)} · `
-      + `bodies moved ${fixed(movedOf(shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`, 6, at.height - line / 2);
+    drawText(pen, colours, `${letter(shot.player)}, ${shot.weapon === SHELL ? 'cannon' : 'rifle'} · rule: ${bodyOf(shot.compensated_hit, at)} · present: ${bodyOf(shot.server_now_hit, at)} · `
+      + `bodies moved ${fixed(movedOf(at.frame, shot), 2)} m${notes.length > 0 ? ` · ${notes.join(' · ')}` : ''}`, 6, at.height - line / 2);
   },
   words(at) {
     const shot = lastOf(at);

@@ -15,7 +15,8 @@ import { Surface } from '../views/surface.js';
 import { ERRATA, METHOD_ERRATA } from './paper.js';
 import { drawPicture, isPlane } from './picture.js';
 import { drawPlot } from './plot.js';
-import { Record } from './record.js';
+import { Record, motionsOf } from './record.js';
+import { MOTION_STATUS } from '../stream/records.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
 /** @typedef {import('../frame.js').Frame} Frame */
@@ -202,13 +203,13 @@ const exact = (value) => (value === 0 ? '0' : Math.abs(value) < 1e-3 || Math.abs
 
 /** @param {Frame} frame */
 function showNumbers(frame) {
-  frame.motion.forEach((one, row) => {
-    const off = row > 0 && one.status === 2;
-    const values = { t: fixed(one.t, 3), value: fixed(one.state[component.value] ?? 0, 6), error: row === 0 ? '' : exact(one.error),
-      largest: row === 0 ? '' : exact(one.errorMax), weighted: row === 0 ? '' : exact(one.weightedMax) };
+  motionsOf(frame).forEach((one, row) => {
+    const off = row > 0 && one.status === MOTION_STATUS.off;
+    const values = { t: fixed(one.t_s, 3), value: fixed(one.state[component.value] ?? 0, 6), error: row === 0 ? '' : exact(one.error),
+      largest: row === 0 ? '' : exact(one.error_max), weighted: row === 0 ? '' : exact(one.error_max_weighted) };
     for (const [name, text] of Object.entries(values)) {
       const cell = document.querySelector(`[data-motion="${row}/${name}"]`);
-      const failed = one.status === 1 ? 'diverged' : one.status === 3 ? 'failed' : '';
+      const failed = one.status === MOTION_STATUS.diverged ? 'diverged' : one.status === MOTION_STATUS.failed ? 'failed' : '';
       if (cell) cell.textContent = off ? '–' : failed && name === 'error' ? failed : failed && (name === 'largest' || name === 'weighted') ? '' : text;
     }
   });
@@ -220,15 +221,16 @@ let numbered = 0;
 export function drawStep(frame, settled, name) {
   const at = motion();
   if (!at || frame.motion.length === 0) return;
-  if (record.generation !== frame.generation || record.time > frame.time) record = new Record(frame.generation);
-  record.take(frame.time, frame.motion, component.value, isPlane(at.problem));
+  const motions = motionsOf(frame);
+  if (record.generation !== frame.session.generation || record.time > frame.time_s) record = new Record(frame.session.generation);
+  record.take(frame.time_s, motions, component.value, isPlane(at.problem));
   const colours = palette(), shown = at.components[component.value] ?? '';
   const unit = unitOf(at.components[0] ?? '');
   const colourOf = (/** @type {number} */ i) => (i === 0 ? colours.truth : paintOf(colours, i - 1).text);
   const dashOf = (/** @type {number} */ i) => (i === 0 ? [5, 4] : paintOf(colours, i - 1).dash);
   const lines = (/** @type {'t' | 'value'} */ x, /** @type {'value' | 'speed' | 'error' | 'drift'} */ y, /** @type {number} */ from) => record.tracks.slice(from)
     .map((track, k) => ({ xs: track[x], ys: track[y], colour: colourOf(k + from), dash: dashOf(k + from) }));
-  onto('motion', (surface) => drawPicture(surface, colours, record, frame.motion,
+  onto('motion', (surface) => drawPicture(surface, colours, record, motions,
     { problem: at.problem, names: places().map((i) => words(nameOf(i))), unit }));
   const time = performance.now();
   if (settled || time - numbered > 120) {
@@ -242,7 +244,7 @@ export function drawStep(frame, settled, name) {
   }
   if (name) {
     const list = frame.motion.slice(1).map((one, i) => `${words(nameOf(i))}: error ${exact(one.error)}`).join('; ');
-    document.getElementById('motion')?.setAttribute('aria-label', `Motion at ${fixed(frame.time, 2)} s. ${list}`);
+    document.getElementById('motion')?.setAttribute('aria-label', `Motion at ${fixed(frame.time_s, 2)} s. ${list}`);
   }
 }
 

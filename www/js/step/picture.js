@@ -5,7 +5,7 @@ import { paintOf } from '../theme.js';
 import { fixed } from '../format.js';
 
 /** @typedef {import('./record.js').Record} Record */
-/** @typedef {import('../frame.js').Motion} Motion */
+/** @typedef {import('./record.js').Motion} Motion */
 /** @typedef {{pen: CanvasRenderingContext2D, width: number, height: number}} Surface */
 
 /** Problems whose first two components are a place in the plane. */
@@ -116,7 +116,7 @@ function strip(surface, colours, record, motion, names, unit) {
     ring(pen, colours, toX(truth), y);
     const x = toX(value);
     if (one.status === 1 || one.status === 3) {
-      drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t, 2)} s`, left, y, { colour: colours.snap, bold: true });
+      drawText(pen, colours, `${one.status === 1 ? 'diverged' : 'failed'} at ${fixed(one.t_s, 2)} s`, left, y, { colour: colours.snap, bold: true });
     } else if (x < left - 4 || x > surface.width - 4) { /* out of the picture */
       drawText(pen, colours, `${fixed(value, 1)}${unit} ${x < left ? '◂' : '▸'}`, x < left ? left : right, y,
         { colour: paintOf(colours, i - 1).text, align: x < left ? 'left' : 'right', bold: true });

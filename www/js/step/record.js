@@ -1,10 +1,15 @@
 // What the step lab remembers of a run: curves over time, trails in the plane, and rungs of error against cost.
 
-/** @typedef {import('../frame.js').Motion} Motion */
+import { stateOf } from '../frame.js';
+
+/** @typedef {import('../frame.js').Motion & {state: number[]}} Motion */
 /** @typedef {{t: number[], value: number[], speed: number[], error: number[], drift: number[], x: number[], y: number[]}} Track */
 /** @typedef {{dt: number, error: number, work: number}} Rung */
 
 const POINTS = 4000;
+
+/** The solution, then each method. @param {import('../frame.js').Frame} frame @returns {Motion[]} */
+export const motionsOf = (frame) => frame.motion.map((one, i) => ({ ...one, state: stateOf(frame, i) }));
 
 /** @returns {Track} */
 const track = () => ({ t: [], value: [], speed: [], error: [], drift: [], x: [], y: [] });
@@ -31,7 +36,7 @@ export class Record {
       to.value.push(one.state[component] ?? 0);
       to.speed.push(one.state[(component + half) % one.state.length] ?? 0);
       to.error.push(one.error);
-      to.drift.push(one.drift);
+      to.drift.push(one.energy_drift);
       to.x.push(one.state[0] ?? 0);
       to.y.push(plane ? one.state[1] ?? 0 : 0);
       if (to.t.length > POINTS) for (const list of Object.values(to)) list.splice(0, POINTS / 4);

@@ -86,6 +86,23 @@ export class Section {
     this.planes = [];
     /** @type {any[] | null} */
     this.objects = null;
+    /** By field, by its value. @type {Map<string, Map<number, any[]>>} */
+    this.groups = new Map();
+  }
+
+  /** The rows in which a field has a value. @param {string} field @param {number} value @returns {any[]} */
+  where(field, value) {
+    let groups = this.groups.get(field);
+    if (!groups) {
+      groups = new Map();
+      for (const row of this.rows()) {
+        const group = groups.get(row[field]);
+        if (group) group.push(row);
+        else groups.set(row[field], [row]);
+      }
+      this.groups.set(field, groups);
+    }
+    return groups.get(value) ?? [];
   }
 
   /** Values of a field, row by row. @param {string} name @returns {Float64Array} */
@@ -233,6 +250,11 @@ export class FrameBase {
   rows(name) {
     return this.sections.get(name)?.rows() ?? [];
   }
+
+  /** The rows of a record in which a field has a value. @param {string} name @param {string} field @param {number} value @returns {any[]} */
+  where(name, field, value) {
+    return this.sections.get(name)?.where(field, value) ?? [];
+  }
 }
 for (const { name, form } of RECORDS) {
   Object.defineProperty(FrameBase.prototype, name, {
@@ -257,6 +279,16 @@ export class Decoder {
     this.sections = new Map();
     /** Messages are decoded one after the other, also where one has to be inflated. @type {Promise<unknown> | null} */
     this.busy = null;
+  }
+
+  /** What follows is read by tables that are still to come. @param {Promise<readonly Layout[]>} records */
+  learn(records) {
+    const mine = records.then((list) => {
+      this.layouts = new Map(list.map((layout) => [layout.id, layout]));
+    }).catch(() => {}).then(() => {
+      if (this.busy === mine) this.busy = null;
+    });
+    this.busy = mine;
   }
 
   /** Tells `take` of the frame, at once where nothing is to be inflated. `fail` gets a StreamError.

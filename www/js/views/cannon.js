@@ -1,5 +1,5 @@
 // One view of the cannon: flights with one dot per arrived packet, and the target (Figures 8 and 9).
-import { E_ACTIVE } from '../frame.js';
+import { E_ACTIVE, entitiesOf, gameOf } from '../frame.js';
 import { fixed, letter, signed } from '../format.js';
 import { paintOf } from '../theme.js';
 import { dots, drawGrid, gapLabel, ghost, tellDot, toX } from './scene.js';
@@ -65,9 +65,10 @@ function trail(at, player) {
 
 /** @param {Picture} at */
 function score(at) {
-  const names = at.layout.game_values, entities = at.frame.views[at.view]?.entities ?? [];
+  const names = at.layout.game_values, entities = entitiesOf(at.frame, at.view);
   const away = (/** @type {number} */ p) => entities[p] !== undefined && isAway(entities[p]);
-  at.frame.game.forEach((values, p) => {
+  at.layout.players.forEach((_, p) => {
+    const values = gameOf(at.frame, p);
     const value = (/** @type {string} */ name) => values[names.indexOf(name)] ?? 0;
     const shots = value('shots');
     const miss = shots > 0 ? ` · last ${signed(value('miss_m'), 1)} m` : '';
@@ -87,13 +88,13 @@ export function drawCannon(at) {
   drawGrid(at);
   ground(at);
   target(at);
-  view.entities.forEach((_, i) => trail(at, i));
+  entitiesOf(at.frame, at.view).forEach((_, i) => trail(at, i));
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
   const labels = new Labels(at);
   const goal = place(at.layout.scene.target_x, at.layout.scene.target_y);
   labels.block(goal.x, goal.y - GROUND, 48, 2 * GROUND + colours.text);
-  view.entities.forEach((shell, i) => {
-    const real = truth.entities[i];
+  entitiesOf(at.frame, at.view).forEach((shell, i) => {
+    const real = entitiesOf(at.frame, 0)[i];
     const flying = (shell.flags & E_ACTIVE) !== 0, reallyFlying = real !== undefined && (real.flags & E_ACTIVE) !== 0;
     const { x, y } = place(shell.x, shell.y);
     if (at.view > 0 && overlays.ghosts && real && reallyFlying) {

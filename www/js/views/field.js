@@ -1,5 +1,5 @@
 // One view of a game that is drawn by its shapes, to scale and with y upwards: players, targets, crates, water, shells, and what stands there.
-import { E_ACTIVE, E_PREDICTED } from '../frame.js';
+import { E_ACTIVE, E_PREDICTED, entitiesOf, gameOf } from '../frame.js';
 import { fixed, letter } from '../format.js';
 import { paintOf } from '../theme.js';
 import { corrections, correctionWords, dots, gapLabel, gridStep, scaleX, tellDot, toX } from './scene.js';
@@ -127,7 +127,7 @@ function ghost(at, shape, drawn, real) {
 /** The game's own numbers of a player. @param {Picture} at @param {number} player @returns {string} */
 function standing(at, player) {
   const units = new Map([['m', ' m'], ['mps', ' m/s'], ['s', ' s'], ['ms', ' ms']]);
-  const values = at.frame.game[player] ?? [];
+  const values = gameOf(at.frame, player);
   const parts = at.layout.game_values.map((name, k) => {
     const words = name.split('_'), unit = units.get(words[words.length - 1] ?? '');
     const value = values[k] ?? 0;
@@ -162,12 +162,12 @@ export function drawField(at) {
   ground(at);
   const drawn = overlays.dots ? dots(at, place, () => true) : [];
   /** @type {[number, Shape, Entity][]} what is no player's first, so that players lie above */
-  const all = view.entities.flatMap((e, i) => {
+  const all = entitiesOf(at.frame, at.view).flatMap((e, i) => {
     const shape = shapes[i];
     return shape && seen(shape, e) ? [/** @type {[number, Shape, Entity]} */ ([i, shape, e])] : [];
   }).reverse();
   for (const [i, shape, e] of all) {
-    const real = truth.entities[i];
+    const real = entitiesOf(at.frame, 0)[i];
     if (at.view > 0 && overlays.ghosts && real && ghost(at, shape, e, real) && i < players.length) far.push(i);
   }
   for (const [i, shape, e] of all) {
@@ -181,11 +181,11 @@ export function drawField(at) {
     const { x, y } = place(e.x, e.y), half = shape.width_m * scaleX(at) / 2;
     labels.put('away', x - half, x + half, y, 2 * half, { colour: colours.snap, bold: true });
   }
-  const own = view.entities[at.view - 1];
+  const own = entitiesOf(at.frame, at.view)[at.view - 1];
   if (own) corrections(at, at.view - 1, (x, y) => place(x, y), colours.marker);
   if (overlays.labels) {
     for (const i of far) {
-      const e = view.entities[i], real = truth.entities[i];
+      const e = entitiesOf(at.frame, at.view)[i], real = entitiesOf(at.frame, 0)[i];
       if (!e || !real) continue;
       const { x, y } = place(e.x, e.y), gx = toX(at, real.x), half = (shapes[i]?.width_m ?? 1) * scaleX(at) / 2;
       labels.put(gapLabel(at, e, real), Math.min(x, gx) - half, Math.max(x, gx) + half, y, 2 * half, { colour: colours.faint });

@@ -13,7 +13,7 @@ export function drawGauge(at, left, width, top, height) {
   const { pen, colours, frame } = at;
   const player = at.view - 1;
   const dry = (view.flags & UNDERRUN) !== 0;
-  const words = dry ? 'under-run: held' : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer, 0)} ms`;
+  const words = dry ? 'under-run: held' : `α = ${fixed(view.alpha, 2)} · ${fixed(view.buffer_ms, 0)} ms`;
   pen.font = `${colours.text}px ${colours.font}`;
   const room = width - pen.measureText('α = 0.00 · 0000 ms').width - 12;
   if (room < 40) {
@@ -22,19 +22,19 @@ export function drawGauge(at, left, width, top, height) {
   }
   const arrived = [];
   for (const event of at.memory.events.values()) {
-    if (event.type === STATE && event.player === player && event.fate === 0 && event.end <= frame.time) arrived.push(event.begin);
+    if (event.type === STATE && event.player === player && event.fate === 0 && event.end_s <= frame.time_s) arrived.push(event.begin_s);
   }
   arrived.sort((a, b) => a - b);
-  const newest = arrived[arrived.length - 1] ?? view.shown;
-  const span = Math.max(0.2, (frame.time - view.shown) * 1.4, (newest - view.shown) * 2);
-  const start = frame.time - span;
+  const newest = arrived[arrived.length - 1] ?? view.shown_s;
+  const span = Math.max(0.2, (frame.time_s - view.shown_s) * 1.4, (newest - view.shown_s) * 2);
+  const start = frame.time_s - span;
   const x = (/** @type {number} */ t) => left + Math.max(0, Math.min(1, (t - start) / span)) * room;
   const middle = top + height / 2;
 
   pen.setLineDash([]);
   pen.fillStyle = colours.buffer;
   pen.globalAlpha = 0.35;
-  if (newest > view.shown) pen.fillRect(x(view.shown), top + 4, x(newest) - x(view.shown), height - 8);
+  if (newest > view.shown_s) pen.fillRect(x(view.shown_s), top + 4, x(newest) - x(view.shown_s), height - 8);
   pen.globalAlpha = 1;
   if (dry) { /* hatched: nothing to draw from */
     pen.strokeStyle = colours.snap;
@@ -49,7 +49,7 @@ export function drawGauge(at, left, width, top, height) {
   pen.strokeStyle = colours.edge;
   pen.lineWidth = 1;
   pen.strokeRect(left + 0.5, top + 3.5, room, height - 7);
-  const after = arrived.findIndex((t) => t > view.shown);
+  const after = arrived.findIndex((t) => t > view.shown_s);
   arrived.forEach((t, i) => {
     if (t < start) return;
     const bracket = i === after || i === after - 1;
@@ -57,7 +57,7 @@ export function drawGauge(at, left, width, top, height) {
     pen.fillRect(x(t) - (bracket ? 1.5 : 0.5), top + (bracket ? 2 : 5), bracket ? 3 : 1, height - (bracket ? 4 : 10));
   });
   pen.fillStyle = colours.ink; /* the needle */
-  const nx = x(view.shown);
+  const nx = x(view.shown_s);
   pen.beginPath();
   pen.moveTo(nx - 5, top);
   pen.lineTo(nx + 5, top);

@@ -26,21 +26,21 @@ import { cross, drawText } from './marks.js';
 const LEFT = 34, RIGHT = 12;
 const CROWD = 6; /* messages of one kind in a lane: twelve with both directions */
 const LOST_AT = 0.6; /* of its way */
-const UP = new Set([INPUT, CONNECT, PING]);
+const UP = new Set(/** @type {number[]} */ ([INPUT, CONNECT, PING]));
 
 /** Seconds that the lane shows. @param {import('../frame.js').Frame} frame @returns {number} */
 export function windowOf(frame) {
-  const lags = frame.views.slice(1).map((view) => view.lag / 1000);
+  const lags = frame.views.slice(1).map((view) => view.lag_ms / 1000);
   return Math.max(0.4, 3 * Math.max(0, ...lags));
 }
 
 /** Messages of one kind within the window. @param {Lanes} at @param {number} type @param {number} player @returns {Message[]} */
 function messages(at, type, player) {
-  const from = at.frame.time - windowOf(at.frame);
+  const from = at.frame.time_s - windowOf(at.frame);
   const list = [];
   for (const event of at.memory.events.values()) {
-    if (event.type !== type || event.player !== player || event.begin > at.frame.time) continue;
-    const end = event.fate === 0 ? event.end : event.begin + lagOf(at, player);
+    if (event.type !== type || event.player !== player || event.begin_s > at.frame.time_s) continue;
+    const end = event.fate === 0 ? event.end_s : event.begin_s + lagOf(at, player);
     if (end >= from) list.push(event);
   }
   return list;
@@ -48,7 +48,7 @@ function messages(at, type, player) {
 
 /** @param {Lanes} at @param {number} player @returns {number} s */
 function lagOf(at, player) {
-  return Math.max(0.02, (at.frame.views[1 + player]?.lag ?? 0) / 1000);
+  return Math.max(0.02, (at.frame.views[1 + player]?.lag_ms ?? 0) / 1000);
 }
 
 /** Draw every k-th of n messages. A little slack keeps k steady. @param {number} n @returns {number} */
@@ -64,7 +64,7 @@ export function lifeOf(memory, input) {
   for (const event of memory.events.values()) {
     if (event.player !== input.player) continue;
     if (event.type === VERDICT && event.number === input.number) life.verdict ??= event;
-    else if (event.type === STATE && event.fate === 0 && life.verdict && event.begin >= life.verdict.begin) life.state ??= event;
+    else if (event.type === STATE && event.fate === 0 && life.verdict && event.begin_s >= life.verdict.begin_s) life.state ??= event;
     else if (event.type === APPLIED && life.state && event.number === life.state.number) life.applied ??= event;
   }
   return life;
@@ -72,7 +72,7 @@ export function lifeOf(memory, input) {
 
 /** @param {Lanes} at */
 function places(at) {
-  const span = windowOf(at.frame), now = at.frame.time;
+  const span = windowOf(at.frame), now = at.frame.time_s;
   const inner = at.width - LEFT - RIGHT;
   const top = at.colours.text * 1.2, bottom = at.height - at.colours.text * 1.4;
   return {
@@ -86,9 +86,9 @@ function wayOf(at, message, yOwn, yServer) {
   const { x, now } = places(at);
   const up = UP.has(message.type), from = up ? yOwn : yServer, to = up ? yServer : yOwn;
   const lost = message.fate !== 0;
-  const end = lost ? message.begin + lagOf(at, message.player) : message.end;
-  const part = Math.min(lost ? LOST_AT : 1, end > message.begin ? (now - message.begin) / (end - message.begin) : 1);
-  return { x, up, from, to, lost, end, part, hx: x(message.begin + part * (end - message.begin)), hy: from + part * (to - from) };
+  const end = lost ? message.begin_s + lagOf(at, message.player) : message.end_s;
+  const part = Math.min(lost ? LOST_AT : 1, end > message.begin_s ? (now - message.begin_s) / (end - message.begin_s) : 1);
+  return { x, up, from, to, lost, end, part, hx: x(message.begin_s + part * (end - message.begin_s)), hy: from + part * (to - from) };
 }
 
 /** What keeps a connection: thin, with a dot. @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer */
@@ -99,7 +99,7 @@ function drawQuiet(at, message, yOwn, yServer) {
   pen.setLineDash([]);
   pen.lineWidth = 0.7;
   pen.beginPath();
-  pen.moveTo(x(message.begin), from);
+  pen.moveTo(x(message.begin_s), from);
   pen.lineTo(hx, hy);
   pen.stroke();
   if (lost && part >= LOST_AT) {
@@ -111,7 +111,7 @@ function drawQuiet(at, message, yOwn, yServer) {
   pen.arc(hx, hy, 2, 0, 2 * Math.PI);
   pen.fill();
   const word = message.type === CONNECT ? 'connect' : message.type === ACCEPT ? 'accept' : '';
-  if (word !== '' && at.labels) drawText(pen, colours, word, (x(message.begin) + hx) / 2 + 5, (from + hy) / 2, { colour: colours.faint });
+  if (word !== '' && at.labels) drawText(pen, colours, word, (x(message.begin_s) + hx) / 2 + 5, (from + hy) / 2, { colour: colours.faint });
 }
 
 /** @param {Lanes} at @param {Message} message @param {number} yOwn @param {number} yServer @param {boolean} bold */
@@ -124,7 +124,7 @@ function drawMessage(at, message, yOwn, yServer, bold) {
   pen.lineWidth = bold ? colours.line + 1.5 : Math.max(1.2, colours.line - 0.6);
   pen.setLineDash(paint.dash);
   pen.beginPath();
-  pen.moveTo(x(message.begin), from);
+  pen.moveTo(x(message.begin_s), from);
   pen.lineTo(hx, hy);
   pen.stroke();
   pen.setLineDash([]);
@@ -133,7 +133,7 @@ function drawMessage(at, message, yOwn, yServer, bold) {
     pen.strokeStyle = colours.snap;
     cross(pen, hx, hy, 4.5);
   } else if (up) {
-    const angle = Math.atan2(to - from, x(end) - x(message.begin));
+    const angle = Math.atan2(to - from, x(end) - x(message.begin_s));
     pen.beginPath();
     for (const turn of [0, 2.5, -2.5]) pen.lineTo(hx + 6 * Math.cos(angle + turn), hy + 6 * Math.sin(angle + turn));
     pen.closePath();
@@ -151,25 +151,25 @@ function drawLife(at, input, yOwn, yServer) {
   const { pen, colours } = at;
   const { x } = places(at);
   const ms = (/** @type {number} */ s) => `${fixed(s * 1000, 0)} ms`;
-  if (verdict && state && state.begin > verdict.begin) {
+  if (verdict && state && state.begin_s > verdict.begin_s) {
     pen.lineWidth = colours.line + 2;
     pen.strokeStyle = colours.buffer;
     pen.beginPath();
-    pen.moveTo(x(verdict.begin), yServer);
-    pen.lineTo(x(state.begin), yServer);
+    pen.moveTo(x(verdict.begin_s), yServer);
+    pen.lineTo(x(state.begin_s), yServer);
     pen.stroke();
   }
   const half = (/** @type {number} */ t0, /** @type {number} */ t1, /** @type {number} */ y, /** @type {string} */ text) => drawText(pen, colours,
     text, (x(t0) + x(t1)) / 2, y, { align: 'center', bold: true });
   const between = (yOwn + yServer) / 2;
-  if (input.fate === 0) half(input.begin, input.end, between, ms(input.end - input.begin));
-  if (verdict && state && state.begin > verdict.begin) half(verdict.begin, state.begin, yServer - colours.text * 0.9, ms(state.begin - verdict.begin));
-  if (state) half(state.begin, state.end, between, ms(state.end - state.begin));
+  if (input.fate === 0) half(input.begin_s, input.end_s, between, ms(input.end_s - input.begin_s));
+  if (verdict && state && state.begin_s > verdict.begin_s) half(verdict.begin_s, state.begin_s, yServer - colours.text * 0.9, ms(state.begin_s - verdict.begin_s));
+  if (state) half(state.begin_s, state.end_s, between, ms(state.end_s - state.begin_s));
   const parts = [`Input ${input.number} of ${letter(input.player)}`];
   if (input.fate !== 0) parts.push('lost');
-  else if (verdict) parts.push(`${ms(verdict.begin - input.begin)} to the server's tick`);
-  if (verdict && state) parts.push(`${ms(state.begin - verdict.begin)} to the next state`);
-  if (state && applied) parts.push(`${ms(applied.begin - state.begin)} to its use`, `in all ${ms(applied.begin - input.begin)}`);
+  else if (verdict) parts.push(`${ms(verdict.begin_s - input.begin_s)} to the server's tick`);
+  if (verdict && state) parts.push(`${ms(state.begin_s - verdict.begin_s)} to the next state`);
+  if (state && applied) parts.push(`${ms(applied.begin_s - state.begin_s)} to its use`, `in all ${ms(applied.begin_s - input.begin_s)}`);
   return parts.join(' · ');
 }
 
@@ -183,11 +183,11 @@ export function drawLanes(at) {
   pen.setLineDash([]); /* the server's ticks */
   pen.lineWidth = 1;
   pen.strokeStyle = colours.grid;
-  const steps = [...at.memory.events.values()].filter((e) => e.type === STEP && e.begin >= now - span && e.begin <= now);
+  const steps = [...at.memory.events.values()].filter((e) => e.type === STEP && e.begin_s >= now - span && e.begin_s <= now);
   const every = Math.max(1, Math.ceil(steps.length / 80));
   for (const step of steps) {
     if (step.number % every !== 0) continue;
-    const sx = Math.round(x(step.begin)) + 0.5;
+    const sx = Math.round(x(step.begin_s)) + 0.5;
     pen.beginPath();
     pen.moveTo(sx, top);
     pen.lineTo(sx, bottom);
@@ -246,7 +246,7 @@ export function drawLanes(at) {
     }
     drawText(pen, colours, 'now', at.width - 2, y, { align: 'right', colour: colours.accent });
     for (const { p, y: line } of lines) {
-      const lag = frame.views[1 + p]?.lag ?? 0;
+      const lag = frame.views[1 + p]?.lag_ms ?? 0;
       drawText(pen, colours, `${fixed(lag, 0)} ms`, LEFT + 4, (line + middle) / 2, { colour: paintOf(colours, p).text });
     }
   }
@@ -260,9 +260,9 @@ export function nearestInput(at, px, py) {
   const own = py < middle ? top : bottom;
   let best = null, least = 24;
   for (const message of messages(at, INPUT, player)) {
-    const end = message.fate === 0 ? message.end : message.begin + lagOf(at, player);
+    const end = message.fate === 0 ? message.end_s : message.begin_s + lagOf(at, player);
     const part = (py - own) / (middle - own);
-    const distance = Math.abs(x(message.begin + part * (end - message.begin)) - px);
+    const distance = Math.abs(x(message.begin_s + part * (end - message.begin_s)) - px);
     if (distance < least) {
       least = distance;
       best = message.id;

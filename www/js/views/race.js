@@ -1,5 +1,5 @@
 // One view of a race (or of the demo's rule): cars on lanes along the common x axis.
-import { E_FINISHED } from '../frame.js';
+import { E_FINISHED, entitiesOf, gameOf } from '../frame.js';
 import { paintOf } from '../theme.js';
 import { fixed } from '../format.js';
 import { FADED, isAway } from './connection.js';
@@ -17,7 +17,7 @@ function onLap(at, x) {
 
 /** The lanes in use, from top to bottom. @param {Picture} at @returns {number[]} m */
 function levelsOf(at) {
-  return [...new Set((at.frame.views[0]?.entities ?? []).map((e) => e.y))].sort((a, b) => a - b);
+  return [...new Set((entitiesOf(at.frame, 0)).map((e) => e.y))].sort((a, b) => a - b);
 }
 
 /** Height of a lane. @param {Picture} at @returns {number} px */
@@ -35,7 +35,7 @@ function toY(at, y) {
 /** The chequered line, in the lap that ends the race. @param {Picture} at */
 function finishLine(at) {
   const { finish_m: finish, x_max: lap, wraps } = at.layout.scene;
-  const furthest = Math.max(...(at.frame.views[at.view]?.entities ?? []).map((e) => e.x));
+  const furthest = Math.max(...(entitiesOf(at.frame, at.view)).map((e) => e.x));
   if (!(finish > 0) || (wraps && furthest < finish - lap)) return;
   const rest = wraps ? finish - Math.floor(finish / lap) * lap : finish;
   const x = toX(at, rest === 0 ? lap : rest);
@@ -68,7 +68,7 @@ function lanes(at) {
 /** @param {Picture} at @param {number} player @returns {string} */
 function standing(at, player) {
   const names = at.layout.game_values;
-  const values = at.frame.game[player];
+  const values = gameOf(at.frame, player);
   if (!values) return '';
   const value = (/** @type {string} */ name) => values[names.indexOf(name)];
   const finish = value('finish_s'), place = value('place'), laps = value('laps'), speed = value('speed_mps');
@@ -99,13 +99,13 @@ export function drawRace(at) {
   let drawn = [];
   if (overlays.dots) {
     drawn = dots(at, place, (dot) => {
-      const car = view.entities[dot.entity];
+      const car = entitiesOf(at.frame, at.view)[dot.entity];
       return car !== undefined && (!at.layout.scene.wraps || Math.abs(car.x - dot.x) < lap * 0.9);
     });
   }
-  view.entities.forEach((car, i) => {
+  entitiesOf(at.frame, at.view).forEach((car, i) => {
     const { x, y } = place(car.x, car.y);
-    const real = truth.entities[i];
+    const real = entitiesOf(at.frame, 0)[i];
     labels.block(x, y, size * 1.2, size);
     if (at.view > 0 && real) {
       const gx = x + (real.x - car.x) * scaleX(at), gy = toY(at, real.y);

@@ -9,13 +9,13 @@ const CELLS = 48;
 
 /** Inputs per second over the last moments. @param {Picture} at @param {number} player @returns {number} */
 function inputRate(at, player) {
-  const now = at.frame.time;
+  const now = at.frame.time_s;
   let newest = -1, oldest = -1, first = now, last = now;
   for (const event of at.memory.events.values()) {
-    if (event.type !== 1 || event.player !== player || event.begin > now || event.begin < now - 1) continue;
-    if (oldest < 0) { oldest = event.number; first = event.begin; }
+    if (event.type !== 1 || event.player !== player || event.begin_s > now || event.begin_s < now - 1) continue;
+    if (oldest < 0) { oldest = event.number; first = event.begin_s; }
     newest = event.number;
-    last = event.begin;
+    last = event.begin_s;
   }
   return last > first ? (newest - oldest) / (last - first) : 0;
 }
@@ -27,7 +27,7 @@ export function drawRibbon(at, left, width, top, height) {
   if (!view) return;
   const { pen, colours } = at;
   const rate = inputRate(at, player);
-  const rtt = (2 * view.lag) / 1000;
+  const rtt = (2 * view.lag_ms) / 1000;
   const steady = rate > 0 && Math.abs(view.unacked - rtt * rate) <= view.unacked / 2 + 3; /* not while nothing comes */
   const long = `un-acked ${view.unacked} ≈ RTT × input rate (${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s)`;
   const middle = `un-acked ${view.unacked} ≈ ${fixed(rtt, 2)} s × ${fixed(rate, 0)}/s`;
@@ -39,10 +39,10 @@ export function drawRibbon(at, left, width, top, height) {
   const cell = Math.min(9, room / count);
   const refused = at.memory.refused[player];
   for (let i = 0; i < count; i++) {
-    const seq = view.inputSeq - count + 1 + i;
+    const seq = view.input_seq - count + 1 + i;
     if (seq < 0) continue;
     const x = left + i * cell;
-    const waiting = seq > view.ackedSeq;
+    const waiting = seq > view.acked_seq;
     pen.lineWidth = 1;
     pen.setLineDash([]);
     pen.strokeStyle = colours.edge;

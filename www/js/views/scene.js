@@ -78,8 +78,8 @@ export function drawGrid(at) {
 export function gapLabel(at, drawn, real) {
   const along = drawn.x - real.x;
   const dx = (along < 0 ? -1 : 1) * Math.hypot(along, drawn.y - real.y); /* as the daemon measures it: a distance with a sign */
-  const predicted = (drawn.flags & E_PREDICTED) !== 0 || drawn.age === 0;
-  const age = !predicted ? drawn.age : Math.abs(real.vx) > 0.5 ? -(dx / real.vx) * 1000 : 0;
+  const predicted = (drawn.flags & E_PREDICTED) !== 0 || drawn.age_ms === 0;
+  const age = !predicted ? drawn.age_ms : Math.abs(real.vx) > 0.5 ? -(dx / real.vx) * 1000 : 0;
   const about = predicted ? '≈ ' : '';
   const way = at.unit === 'm' ? `${signed(dx, 2)} m` : `${signed(dx * scaleX(at), 0)} px`;
   const late = Math.round(age);
@@ -106,10 +106,10 @@ export function ghost(at, player, x, y, gx, gy, size) {
 export function corrections(at, player, place, size) {
   const { pen, colours, memory, frame } = at;
   const list = memory.corrections[player] ?? [];
-  const lately = list.filter((c) => frame.time - c.t < 1);
+  const lately = list.filter((c) => frame.time_s - c.t < 1);
   const marked = lately.filter((c) => Math.abs(c.dx) * scaleX(at) >= 0.5);
   const newest = lately[lately.length - 1];
-  if (newest?.replayed && marked.length === 0 && frame.time - newest.t < FADE_S / 2) { /* replayed, and nothing to see: a check */
+  if (newest?.replayed && marked.length === 0 && frame.time_s - newest.t < FADE_S / 2) { /* replayed, and nothing to see: a check */
     const { x, y } = place(newest.x, newest.y);
     pen.strokeStyle = colours.snap;
     pen.lineWidth = colours.line;
@@ -122,7 +122,7 @@ export function corrections(at, player, place, size) {
   }
   if (marked.length >= CROWD) return;
   for (const c of marked) {
-    const age = frame.time - c.t;
+    const age = frame.time_s - c.t;
     if (age < 0 || age > FADE_S) continue;
     const now = place(c.x, c.y), before = now.x - c.dx * scaleX(at);
     pen.globalAlpha = 1 - age / FADE_S;
@@ -142,7 +142,7 @@ export function correctionWords(at, player) {
   const view = at.frame.views[1 + player];
   if (!view || view.corrections === 0) return '';
   const list = at.memory.corrections[player] ?? [];
-  const rate = list.filter((c) => at.frame.time - c.t < 1).length;
+  const rate = list.filter((c) => at.frame.time_s - c.t < 1).length;
   const largest = at.memory.largest[player] ?? 0;
   const size = at.unit === 'm' ? `${fixed(largest, 2)} m` : `${fixed(largest * scaleX(at), 0)} px`;
   const word = (view.flags & 2) !== 0 ? 'corrections' : 'snaps';
