@@ -2,6 +2,19 @@
 import http from 'node:http';
 import net from 'node:net';
 import WebSocket from 'ws';
+import { RECORDS } from '../../www/js/stream/records.js';
+
+/** Every channel at 60 Hz. */
+export const EVERYTHING = Object.fromEntries(RECORDS.map(({ channel }) => [channel, 60]));
+
+/** The seq of a binary frame. @param {Buffer} data */
+export function seqOf(data) {
+  let value = 0, scale = 1;
+  for (let at = 2; ; at++, scale *= 128) {
+    value += (data[at] % 128) * scale;
+    if (data[at] < 128) return value;
+  }
+}
 
 /** @typedef {{status: number, headers: http.IncomingHttpHeaders, text: string, json: any}} Answer */
 
@@ -59,10 +72,11 @@ export function client(url) {
 /**
  * A viewer. `messages` holds all texts as objects; `frames` all frames (objects, or Buffers). With `ack` it acknowledges each frame.
  * @param {string} url @param {string} place `sessions/ID` or `experiments/ID` @param {'json' | 'bin'} [format]
- * @param {{ack?: boolean, origin?: string, headers?: Record<string, string>}} [wish]
+ * `subscribe` is what it looks at (everything; null: it does not say).
+ * @param {{ack?: boolean, subscribe?: any, origin?: string, headers?: Record<string, string>}} [wish]
  */
 export async function openStream(url, place, format = 'json', wish = {}) {
-  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/${place}/stream`, `laglab.v1.${format}`,
+  const socket = new WebSocket(`${url.replace(/^http/, 'ws').replace(/\/$/, '')}/api/v1/${place}/stream`, `laglab.v2.${format}`,
     { origin: wish.origin, headers: wish.headers, perMessageDeflate: false });
   const stream = {
     socket,
@@ -83,7 +97,7 @@ export async function openStream(url, place, format = 'json', wish = {}) {
   socket.on('message', (/** @type {Buffer} */ data, binary) => {
     if (binary) {
       stream.frames.push(data);
-      if (wish.ack) stream.say({ ack: data.readUInt32LE(4) });
+      if (wish.ack) stream.say({ ack: seqOf(data) });
       return;
     }
     const message = JSON.parse(data.toString('utf8'));
@@ -103,6 +117,7 @@ export async function openStream(url, place, format = 'json', wish = {}) {
       { status: response.statusCode })));
   });
   socket.on('error', () => {});
+  if (wish.subscribe !== null && place.startsWith('sessions/')) stream.say({ subscribe: wish.subscribe ?? EVERYTHING });
   await waitFor(() => stream.hello || stream.closed, 'the hello', 5000);
   if (!stream.hello) throw Object.assign(new Error(`closed with ${stream.closed.code}: ${stream.closed.reason}`), stream.closed);
   return stream;

@@ -251,6 +251,12 @@ export class FrameBase {
     return this.sections.get(name)?.rows() ?? [];
   }
 
+  /** Without what it can do, for whoever only looks. @returns {any} */
+  plain() {
+    const { flags, seq, tick, time_s } = this;
+    return { flags, seq, tick, time_s, ...Object.fromEntries([...this.sections.keys()].map((name) => [name, /** @type {any} */ (this)[name]])) };
+  }
+
   /** The rows of a record in which a field has a value. @param {string} name @param {string} field @param {number} value @returns {any[]} */
   where(name, field, value) {
     return this.sections.get(name)?.where(field, value) ?? [];
