@@ -62,7 +62,7 @@ test('the race does not read the lab', async () => {
 test('every overlay draws something', async () => {
   const { page, complaints, close } = await open('?scenario=rigid/tilted_stack');
   await page.waitForSelector('#world0');
-  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.5);
+  await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.5);
   await page.locator('#play').click();
   await pause(page);
   for (const name of ['contacts', 'islands', 'pairs', 'boxes', 'paths', 'volumes']) {
@@ -202,7 +202,7 @@ test('another scene, and another size of it, are sessions of their own', async (
 
 test('a body is dragged by the mouse, and let go', async () => {
   const { page, complaints, close } = await open(LONG);
-  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.2 && document.getElementById('world0'));
+  await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.2 && document.getElementById('world0'));
   const { body, px, py } = await topmost(page);
   await page.mouse.move(px, py);
   await page.mouse.down();
@@ -218,7 +218,7 @@ test('a body is dragged by the mouse, and let go', async () => {
 
 test('a body is dragged by a finger', async () => {
   const { page, context, close } = await open(LONG, { width: 390, height: 844, hasTouch: true, isMobile: true });
-  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.2 && document.getElementById('world0'));
+  await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.2 && document.getElementById('world0'));
   const client = await context.newCDPSession(page);
   const { body, px, py } = await topmost(page);
   const aim = await place(page, 0, body.x + 2, body.y + 1);
@@ -235,7 +235,7 @@ test('a body is dragged by a finger', async () => {
 
 test('a body is dragged by keys', async () => {
   const { page, close } = await open(LONG);
-  await page.waitForFunction(() => globalThis.laglab().frame.time > 0.1 && document.getElementById('world0'));
+  await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.1 && document.getElementById('world0'));
   const { body } = await topmost(page);
   await page.locator('.drag').first().focus();
   const hand = () => page.evaluate(async () => (await import(new URL('js/workbench/hand.js', location.href).href)).pointer.value);

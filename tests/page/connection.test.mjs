@@ -57,7 +57,7 @@ test('an outage: stalled, disconnected, joined again; the view says so, and the 
   assert.ok(await ink(page, 2) < 0.6 * plain, `dimmed: ${await ink(page, 2)} of ${plain}`);
   assert.deepEqual(await axe(page), []);
   await control({ op: 'play' });
-  await until(async () => (await frameOf(page)).time > 18.5 && (await frameOf(page)).views[2].connection === 2, 'playing again', 15000);
+  await until(async () => (await frameOf(page)).time_s > 18.5 && (await frameOf(page)).views[2].connection === 2, 'playing again', 15000);
   await page.waitForTimeout(500);
   const list = await listed(page);
   assert.deepEqual(list.map((text) => text.replace(/^[\d.]+ s /, '')), ['B dropped by the server', 'B stalled', 'B disconnected', 'B joined again']);
@@ -92,7 +92,7 @@ test('pings are among the messages when they are wanted', async () => {
 test('what nothing was counted for is a dash; what was is a number', async () => {
   const { page, close } = await visit(browser, `${daemon.url}?scenario=race&set=warmup_s:4`);
   const cell = (name) => page.locator(`[data-now="${name}"]`).innerText();
-  await until(async () => (await frameOf(page)).time > 2, 'two seconds');
+  await until(async () => (await frameOf(page)).time_s > 2, 'two seconds');
   for (const name of ['Input latency', 'Changes lost', 'Own, error']) assert.equal(await cell(`${name}/1`), '–', name);
   await until(async () => (await cell('Input latency/1')) !== '–', 'a change of B', 20000);
   const latency = Number(await cell('Input latency/1'));
@@ -111,9 +111,9 @@ test('both locksteps can be chosen, each by its name', async () => {
     await choice.selectOption(sync);
     await until(async () => (await paramsOf(page)).server.sync === sync, sync);
     await page.waitForTimeout(1000);
-    const { time, views } = await frameOf(page);
+    const { time_s: time, views } = await frameOf(page);
     await page.waitForTimeout(2500);
-    const later = await frameOf(page), pace = (later.views[0].inputSeq - views[0].inputSeq) / (later.time - time);
+    const later = await frameOf(page), pace = (later.views[0].input_seq - views[0].input_seq) / (later.time_s - time);
     assert.ok(pace > low && pace < high, `${sync}: ${pace} steps a second`);
   }
   assert.deepEqual(complaints, []);

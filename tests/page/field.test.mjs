@@ -33,7 +33,7 @@ const painted = (page, view, name) => page.evaluate(([v, property]) => {
 for (const { name, width, height, query } of SIZES) {
   test(`crates and players are seen in every view, ${name}`, async () => {
     const { page, complaints, close } = await visit(browser, `${daemon.url}${query === '' ? '?' : `${query}&`}scenario=crates`, { width, height });
-    await until(async () => (await frameOf(page)).time > 1, 'a second has passed');
+    await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
     for (const view of [0, 1, 2]) {
       for (const colour of ['--p0-fill', '--p1-fill', '--grid']) {
         assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
@@ -48,7 +48,7 @@ for (const { name, width, height, query } of SIZES) {
 
 test('what stands in the scene is drawn too', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=rifle`);
-  await until(async () => (await frameOf(page)).time > 1, 'a second has passed');
+  await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
   for (const view of [0, 1, 2]) {
     for (const colour of ['--p0-fill', '--buffer', '--edge']) assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
   }
@@ -59,7 +59,7 @@ test('what stands in the scene is drawn too', async () => {
 test('water that is watched is drawn', async () => {
   for (const scenario of ['sea_watched', 'dam_watched']) {
     const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=${scenario}`);
-    await until(async () => (await frameOf(page)).time > 1, 'a second has passed');
+    await until(async () => (await frameOf(page)).time_s > 1, 'a second has passed');
     for (const view of [0, 1, 2]) {
       for (const colour of ['--p0-fill', '--p1-fill', '--accent']) assert.ok(await painted(page, view, colour) > 20, `${colour} in view ${view}`);
     }

@@ -21,7 +21,7 @@ const open = async (query, wish = {}) => {
 };
 const drawn = (page, id = 'fluid') => page.locator(`#${id}`).evaluate((c) => /** @type {HTMLCanvasElement} */ (c).toDataURL());
 const told = async (page, name) => Number((await page.locator(`[data-fluid="${name}"]`).textContent())?.replaceAll('−', '-'));
-const reached = (page, time) => page.waitForFunction((t) => globalThis.laglab().frame?.time >= t, time);
+const reached = (page, time) => page.waitForFunction((t) => globalThis.laglab().frame?.time_s >= t, time);
 const pause = async (page) => {
   await page.locator('#play').click();
   await page.waitForFunction(() => document.getElementById('chip')?.textContent?.includes('Paused'));

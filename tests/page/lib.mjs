@@ -54,8 +54,12 @@ export async function shown(page) {
     { timeout: 10000 });
 }
 
-/** @param {import('playwright-core').Page} page @returns {Promise<any>} the newest drawn frame */
-export const frameOf = (page) => page.evaluate(() => globalThis.laglab().frame);
+/** The newest drawn frame, each view with its entities. @param {import('playwright-core').Page} page @returns {Promise<any>} */
+export async function frameOf(page) {
+  const frame = await page.evaluate(() => globalThis.laglab().frame?.plain() ?? null);
+  frame?.views?.forEach((view) => { view.entities = frame.entities.filter((one) => one.view === view.view); });
+  return frame;
+}
 /** @param {import('playwright-core').Page} page */
 export const paramsOf = (page) => page.evaluate(() => globalThis.laglab().params);
 /** @param {import('playwright-core').Page} page */

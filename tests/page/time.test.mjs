@@ -43,7 +43,7 @@ test('a step is one tick at every speed, forward and back, and comes to the same
   assert.ok(values.includes('0.1') && values.includes('10'), values.join());
   for (const value of values) {
     await speed.selectOption(value);
-    await until(async () => (await frameOf(page)).speed === Number(value), `speed ${value}`);
+    await until(async () => (await frameOf(page)).session.speed === Number(value), `speed ${value}`);
     const start = await stateOf(page);
     await button(page, 'One tick forward').click();
     await until(async () => (await tickOf(page)) === start.tick + 1, 'one more');
@@ -73,12 +73,12 @@ test('a held step button repeats', async () => {
 test('slow motion is slow, and lag stays in simulated time', async () => {
   const { page } = view;
   await page.getByRole('combobox', { name: 'Speed' }).selectOption('0.25');
-  await until(async () => (await frameOf(page)).speed === 0.25, 'slow');
-  const start = await page.evaluate(() => ({ time: globalThis.laglab().frame.time, wall: performance.now() }));
+  await until(async () => (await frameOf(page)).session.speed === 0.25, 'slow');
+  const start = await page.evaluate(() => ({ time: globalThis.laglab().frame.time_s, wall: performance.now() }));
   await page.waitForTimeout(4000);
   const end = await page.evaluate(() => {
     const input = globalThis.laglab().messages.filter((m) => m.type === 1 && m.player === 0).at(-1);
-    return { time: globalThis.laglab().frame.time, wall: performance.now(), way: input.end - input.begin };
+    return { time: globalThis.laglab().frame.time_s, wall: performance.now(), way: input.end - input.begin };
   });
   const factor = (end.time - start.time) / ((end.wall - start.wall) / 1000);
   assert.ok(Math.abs(factor - 0.25) < 0.25 * 0.08, `factor ${factor}`);
@@ -88,21 +88,21 @@ test('slow motion is slow, and lag stays in simulated time', async () => {
 test('scrubbing back shows one tick everywhere, and back to live goes on at the head', async () => {
   const { page } = view;
   await page.waitForTimeout(2500);
-  const head = (await frameOf(page)).time;
+  const head = (await frameOf(page)).time_s;
   await scrub(page, 1);
   await until(async () => (await tickOf(page)) === 60, 'tick 60');
   await page.waitForTimeout(200);
   assert.equal(await page.locator('#clock').innerText(), '1.00 s');
   assert.equal(await page.locator('#ticks').textContent(), ' · tick 60');
   assert.equal(Number(await page.locator('#scrub').inputValue()), 1);
-  const newest = await page.evaluate(() => Math.max(...globalThis.laglab().messages.map((m) => m.begin)));
+  const newest = await page.evaluate(() => Math.max(...globalThis.laglab().messages.map((m) => m.begin_s)));
   assert.ok(newest <= 1.0001, `messages to ${newest}`);
   assert.match(await page.locator('#facts').innerText(), /^tick 60 /);
   assert.match(await page.locator('#chip').innerText(), /Paused at 1\.0 s of/);
   await button(page, 'Play').click();
   await page.waitForFunction(() => /Replaying/.test(document.getElementById('chip').innerText));
   await button(page, 'Back to live').click();
-  await until(async () => (await frameOf(page)).time >= head, 'at the head');
+  await until(async () => (await frameOf(page)).time_s >= head, 'at the head');
   await page.waitForFunction(() => /^Live/.test(document.getElementById('chip').innerText));
 });
 
@@ -148,7 +148,7 @@ test('at the end Play is Replay, and works', async () => {
   const { duration } = await frameOf(page);
   await pause(page);
   await scrub(page, duration - 0.2);
-  await until(async () => (await frameOf(page)).time > duration - 1, 'near the end', 15000);
+  await until(async () => (await frameOf(page)).time_s > duration - 1, 'near the end', 15000);
   await button(page, 'Play').click();
   await button(page, 'Replay').waitFor({ timeout: 10000 });
   assert.match(await page.locator('#chip').innerText(), /Ended/);
@@ -166,7 +166,7 @@ test('reset restores parameters, speed and time', async () => {
   await until(async () => { const p = await paramsOf(page); return p.players[0].lag_ms === 600 && p.players[1].prediction; }, 'changed');
   await button(page, 'Reset').click();
   await until(async () => JSON.stringify(await paramsOf(page)) === JSON.stringify(preset), 'the preset');
-  await until(async () => (await frameOf(page)).speed === 1, 'speed');
+  await until(async () => (await frameOf(page)).session.speed === 1, 'speed');
   await until(async () => (await tickOf(page)) < 200, 'the start');
   assert.equal(new URL(page.url()).search, '');
 });
@@ -196,7 +196,7 @@ test('numbers on the page are those of the daemon at that tick', async () => {
   const text = JSON.stringify(body.state);
   for (const entity of frame.views[0].entities) assert.ok(near(body.state, entity.x), `x ${entity.x} in ${text.slice(0, 300)}`);
   assert.equal(await page.locator('[data-now="Un-acked inputs/0"]').innerText(), String(frame.views[1].unacked));
-  assert.equal(await page.locator('#clock').innerText(), `${frame.time.toFixed(2)} s`);
+  assert.equal(await page.locator('#clock').innerText(), `${frame.time_s.toFixed(2)} s`);
 });
 
 /** Whether a number stands anywhere in a value, to the precision of a frame. */
@@ -217,9 +217,9 @@ test('the keys of the table do what the help says', async () => {
   await press(',');
   await until(async () => (await tickOf(page)) === tick, 'one back');
   await press(']');
-  await until(async () => (await frameOf(page)).speed === 2, 'faster');
+  await until(async () => (await frameOf(page)).session.speed === 2, 'faster');
   await press('[');
-  await until(async () => (await frameOf(page)).speed === 1, 'slower');
+  await until(async () => (await frameOf(page)).session.speed === 1, 'slower');
   const before = (await paramsOf(page)).players;
   await press('3');
   await until(async () => (await paramsOf(page)).players[0].interpolation !== before[0].interpolation, 'interpolation of A');
