@@ -17,7 +17,7 @@ const SLOW = '?scenario=race&set=players.0.lag_ms:500&set=players.1.lag_ms:500&s
 /** Watches, frame by frame, what each view draws of a player after its key went down: ms until it moves. */
 const reaction = (page, player, code, key) => page.evaluate(async ([p, c, k]) => {
   const lab = globalThis.laglab;
-  const place = () => { const f = lab().frame; return { seq: f.seq, own: f.views[1 + p].entities[p].x, server: f.views[0].entities[p].x, other: f.views[2 - p].entities[p].x }; };
+  const place = () => { const f = lab().frame, x = (view) => f.where('entities', 'view', view)[p].x; return { seq: f.seq, own: x(1 + p), server: x(0), other: x(2 - p) }; };
   const start = place();
   const seen = { own: null, server: null, other: null, frames: null };
   const from = performance.now();

@@ -13,7 +13,9 @@ const COLUMNS = ['x', 'y', 'value', 'value_2', 'value_3']; /* a layer has the fi
 function points(section, from, to, layer) {
   const all = COLUMNS.map((name) => section.column(name).subarray(from, to)), count = to - from;
   const used = all.filter((column) => !Number.isNaN(column[0])), columns = used.length, values = new Float32Array(columns * count);
-  used.forEach((column, k) => column.forEach((value, i) => { values[i * columns + k] = value; }));
+  used.forEach((column, k) => {
+    for (let i = 0, at = k; i < count; i++, at += columns) values[at] = /** @type {number} */ (column[i]);
+  });
   return { layer, columns, count, values };
 }
 

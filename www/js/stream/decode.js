@@ -9,6 +9,7 @@ export const PLAYING = 2, ENDED = 4, BEHIND = 8, FAILED = 16, JUMP = 32;
 
 const INTEGER_MAX = 2 ** 51 - 1, NONE = -(2 ** 51); /* the infinities and what is not known */
 const ROWS_MAX = 2 ** 21, MASK_BITS = 49;
+const POWERS = Float64Array.from({ length: 53 }, (_, bits) => 2 ** bits);
 
 /** A wish to be sent anew: the bytes are none that this decoder understands. */
 export class StreamError extends Error {}
@@ -66,9 +67,9 @@ export function valueOf(field, n) {
   if (field.coding === 'int') return n;
   if (n === NONE) return NaN;
   if (Math.abs(n) === INTEGER_MAX) return n < 0 ? -Infinity : Infinity;
-  const unit = 2 ** (field.bits ?? 0);
+  const unit = /** @type {number} */ (POWERS[field.bits ?? 0]);
   if (field.coding === 'step') return n / unit;
-  const size = Math.abs(n), exponent = Math.floor(size / unit), mantissa = (size % unit) / unit;
+  const size = Math.abs(n), exponent = Math.floor(size / unit), mantissa = size / unit - exponent;
   const value = exponent === 0 ? mantissa * 2 ** -1022 : exponent === 2047 ? Infinity : (1 + mantissa) * 2 ** (exponent - 1023);
   return n < 0 ? -value : value;
 }
@@ -86,6 +87,8 @@ export class Section {
     this.planes = [];
     /** @type {any[] | null} */
     this.objects = null;
+    /** @type {Map<string, Float64Array>} */
+    this.columns = new Map();
     /** By field, by its value. @type {Map<string, Map<number, any[]>>} */
     this.groups = new Map();
   }
@@ -105,11 +108,15 @@ export class Section {
     return groups.get(value) ?? [];
   }
 
-  /** Values of a field, row by row. @param {string} name @returns {Float64Array} */
+  /** Values of a field, row by row: for records of many rows. @param {string} name @returns {Float64Array} */
   column(name) {
-    const width = this.layout.fields.length, k = this.layout.fields.findIndex((field) => field.name === name);
-    const field = /** @type {Field} */ (this.layout.fields[k]);
-    return Float64Array.from({ length: this.count }, (_, i) => valueOf(field, /** @type {number} */ (this.values[i * width + k])));
+    const known = this.columns.get(name);
+    if (known) return known;
+    const { fields } = this.layout, width = fields.length, k = fields.findIndex((field) => field.name === name);
+    const field = /** @type {Field} */ (fields[k]), column = new Float64Array(this.count), { values } = this;
+    for (let i = 0, at = k; i < this.count; i++, at += width) column[i] = valueOf(field, /** @type {number} */ (values[at]));
+    this.columns.set(name, column);
+    return column;
   }
 
   /** An object of each row. @returns {any[]} */
