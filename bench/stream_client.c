@@ -26,6 +26,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "session/frame.h"
+
 enum {
     VIEWERS_MAX = 20000,
     BUFFER = 1 << 18, /* of one viewer; the largest message must fit */
@@ -56,6 +58,7 @@ typedef struct viewer {
     double opened_s, late_s; /* ..., and when the last one that was older than LATE_MS */
     bool begun;              /* a frame has been counted: the next one ends an interval */
     long frames, lost, keys;
+    int64_t wall_us; /* of the daemon's clock */
     double bytes;
     float *interval, *age; /* ms, one entry per frame */
     long intervals, ages, capacity;
@@ -116,17 +119,60 @@ static void send_ack(viewer *v, uint32_t seq)
     }
 }
 
+/* What the standard page looks at, and the clock. */
+static void subscribe(viewer *v)
+{
+    static const char wish[] = "{\"subscribe\":{\"session\":60,\"scene\":60,\"lanes\":60,\"gauges\":10,"
+                               "\"shots\":5,\"clock\":60,\"bodies\":60}}";
+    if (server_mode != COLYSEUS)
+        send_message(v, 1, wish, sizeof wish - 1);
+}
+
 /* ---- receiving ---- */
+
+static uint64_t varint(const unsigned char **at, const unsigned char *end)
+{
+    uint64_t value = 0;
+    for (int shift = 0; *at < end; shift += 7) {
+        value |= (uint64_t)(**at & 127) << shift;
+        if (*(*at)++ < 128)
+            break;
+    }
+    return value;
+}
+
+/* The daemon's clock, the one row and field of its record: whole, or what it has gone on since. */
+static void take_clock(viewer *v, const unsigned char *at, const unsigned char *end, bool whole)
+{
+    varint(&at, end); /* rows */
+    if (varint(&at, end) == 0)
+        return;
+    varint(&at, end); /* skipped */
+    varint(&at, end); /* mask */
+    v->wall_us = (whole ? 0 : v->wall_us) + ll_unzigzag(varint(&at, end));
+}
 
 static void count_frame(viewer *v, const unsigned char *frame, size_t size)
 {
-    uint16_t flags;
-    uint32_t seq;
-    uint64_t wall_ns;
-    memcpy(&flags, frame + 2, sizeof flags);
-    memcpy(&seq, frame + 4, sizeof seq);
-    memcpy(&wall_ns, frame + 48, sizeof wall_ns);
-    double now = now_s(), age_ms = (now - (double)wall_ns * 1e-9) * 1e3;
+    const unsigned char *at = frame + 2, *end = frame + size;
+    uint8_t flags = frame[1];
+    uint32_t seq = (uint32_t)varint(&at, end);
+    varint(&at, end); /* tick */
+    static uint64_t clock_id;
+    if (clock_id == 0) {
+        const ll_record *all[LL_ALL_RECORDS_MAX + 1];
+        ll_all_records(all);
+        clock_id = (uint64_t)ll_record_named(all, "clock")->id;
+    }
+    while (at < end) {
+        uint64_t id = varint(&at, end), head = varint(&at, end);
+        if (head / 4 > (uint64_t)(end - at))
+            break;
+        if (id == clock_id)
+            take_clock(v, at, at + head / 4, head & 2);
+        at += head / 4;
+    }
+    double now = now_s(), age_ms = (now - (double)v->wall_us * 1e-6) * 1e3;
     if (age_ms > LATE_MS)
         v->late_s = now - v->opened_s;
     if (measuring) {
@@ -145,7 +191,7 @@ static void count_frame(viewer *v, const unsigned char *frame, size_t size)
         v->age[v->ages++] = (float)age_ms;
         v->frames++;
         v->bytes += (double)size;
-        v->keys += flags & 1;
+        v->keys += (flags & LL_FRAME_JUMP) != 0;
     } else if (!v->begun) {
         v->frames++; /* of the warm-up: how fast a slow viewer may read */
         v->bytes += (double)size;
@@ -166,7 +212,7 @@ static void take_message(viewer *v, int opcode, const unsigned char *bytes, size
         send_message(v, 10, bytes, size < 125 ? size : 125);
     } else if (server_mode == COLYSEUS && opcode == 2 && size > 0 && bytes[0] == COLYSEUS_JOIN) {
         send_message(v, 2, &join, sizeof join);
-    } else if (opcode == 2 && size >= head + 80) {
+    } else if (opcode == 2 && size > head + 3) {
         count_frame(v, bytes + head, size - head);
     }
 }
@@ -227,6 +273,7 @@ static void finish_handshake(viewer *v)
     memmove(v->buffer, end + 4, v->filled);
     v->state = OPEN;
     v->opened_s = now_s();
+    subscribe(v);
     if (v->pace != FAST)
         epoll_ctl(poller, EPOLL_CTL_DEL, v->fd, NULL); /* read by the clock */
 }
@@ -288,7 +335,7 @@ static void open_viewer(viewer *v)
         request, sizeof request,
         "GET %s HTTP/1.1\r\nHost: 127.0.0.1:%u\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
         "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Version: 13\r\n%s\r\n",
-        v->path, (unsigned)port, server_mode == COLYSEUS ? "" : "Sec-WebSocket-Protocol: laglab.v1.bin\r\n");
+        v->path, (unsigned)port, server_mode == COLYSEUS ? "" : "Sec-WebSocket-Protocol: laglab.v2.bin\r\n");
     if (send(v->fd, request, (size_t)size, MSG_NOSIGNAL) != size)
         die("send");
     epoll_ctl(poller, EPOLL_CTL_ADD, v->fd, &event);

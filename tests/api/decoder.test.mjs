@@ -1,9 +1,8 @@
 // Holds the page's decoder of binary frames against the text frames of the same instant, for scenarios of every kind.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
-import { client, pause } from '../lib/client.mjs';
+import { client, decodeAll, pause } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
-import { Decoder } from '../../www/js/stream/decode.js';
 import { RECORDS, SCHEMA } from '../../www/js/stream/records.js';
 
 let daemon, c;
@@ -28,16 +27,6 @@ const rowOf = (layout, row) => ({
   ...(layout.form === 'log' ? { id: row.id } : {}), ...Object.fromEntries(layout.fields.map((field) => [field.name, told(field, row[field.name])])),
   ...(row.values ? { values: [...row.values] } : {}),
 });
-
-/** Decodes all binary frames in order; resolves when the last is read. @param {Buffer[]} frames @param {number} tickHz */
-async function decodeAll(frames, tickHz) {
-  const decoder = new Decoder(RECORDS, tickHz);
-  /** @type {any[]} */
-  const read = [];
-  for (const bytes of frames) decoder.decode(new Uint8Array(bytes).buffer, (frame) => read.push(frame), (error) => { throw error; });
-  while (read.length < frames.length) await pause(1);
-  return read;
-}
 
 for (const scenario of ['race', 'eight', 'rifle', 'rollback', 'crates', 'motion/orbit', 'rigid/bridge', 'rigid/tumbler', 'fluid/cylinder', 'fluid/dam_break', 'fluid/sea']) {
   test(`${scenario}: text and bytes tell the same`, async () => {

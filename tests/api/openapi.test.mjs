@@ -331,7 +331,7 @@ test('foreign hosts and origins', async () => {
 test('upgrades that are none', async () => {
   const { id } = await c.make({ paused: true });
   const upgrade = { connection: 'Upgrade', upgrade: 'websocket', 'sec-websocket-version': '13', 'sec-websocket-key': 'MDEyMzQ1Njc4OWFiY2RlZg==',
-    'sec-websocket-protocol': 'laglab.v1.json' };
+    'sec-websocket-protocol': 'laglab.v2.json' };
   const path = `${I}/stream`;
   await call('get', path, { id }, 426);
   await call('get', path, { id }, 426, { headers: { ...upgrade, 'sec-websocket-version': '8' } });
@@ -343,7 +343,7 @@ test('upgrades that are none', async () => {
   await (await c.progress(made.id)).close();
   seen.add(`get ${progress} 101`);
   await call('get', progress, at, 426);
-  await call('get', progress, at, 400, { headers: { ...upgrade, 'sec-websocket-protocol': 'laglab.v1.bin' } });
+  await call('get', progress, at, 400, { headers: { ...upgrade, 'sec-websocket-protocol': 'laglab.v2.bin' } });
   await call('get', progress, at, 403, { headers: { ...upgrade, ...FOREIGN } });
   await call('get', progress, { id: NOBODY }, 404, { headers: upgrade });
   await call('get', progress, { id }, 404, { headers: upgrade });

@@ -210,9 +210,9 @@ test('a body is dragged by inputs of the owner, and the log has them', async () 
   await stream.wait((m) => m.id === 4 && m.ok);
   await c.control(session, { op: 'step', ticks: 120 });
   const frame = await stream.frame((f) => f.tick === 121);
-  assert.equal(frame.worlds[0].dragging, 1);
-  assert.ok(frame.joints.some((joint) => joint.type === 4 && Math.abs(joint.ax - 1) < 1e-5));
-  const body = frame.shapes.find((shape) => shape.flags & 1);
+  assert.equal(frame.worlds[0].dragging, true);
+  assert.ok(frame.joints.some((joint) => joint.type === 'mouse' && Math.abs(joint.ax - 1) < 2e-4));
+  const body = frame.shapes.find((shape) => shape.flags.includes('dynamic'));
   near(body.x, 1, 0.01, 'x');
   near(body.y, 1.5, 0.02, 'y');
   const log = (await c.get(`/api/v1/sessions/${session.id}/log`)).text;

@@ -77,7 +77,7 @@ function frame(first, payload = Buffer.alloc(0), mask = true) {
  * code of the close frame (0: none), the payloads of pongs, and whether the connection was ended in an orderly way. */
 function shout(session, bytes, { before: kept = '', ms = 4000 } = {}) {
   const upgrade = `GET /api/v1/sessions/${session.id}/stream HTTP/1.1\r\nHost: localhost\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n`
-    + 'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: laglab.v1.json\r\n\r\n';
+    + 'Sec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\nSec-WebSocket-Protocol: laglab.v2.json\r\n\r\n';
   return new Promise((resolve) => {
     let got = Buffer.alloc(0), open = false, said = false, ended = false;
     const seen = { code: 0, reason: '', pongs: [], pings: 0, orderly: false, accept: '' };

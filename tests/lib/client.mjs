@@ -2,6 +2,7 @@
 import http from 'node:http';
 import net from 'node:net';
 import WebSocket from 'ws';
+import { Decoder } from '../../www/js/stream/decode.js';
 import { RECORDS } from '../../www/js/stream/records.js';
 
 /** Every channel at 60 Hz. */
@@ -153,4 +154,14 @@ export function raw(port, bytes, ms = 3000, host = '127.0.0.1') {
     socket.on('error', () => end(true));
     socket.on('close', () => end(true));
   });
+}
+
+/** Decodes all binary frames in order; resolves when the last is read. @param {Buffer[]} frames @param {number} tickHz */
+export async function decodeAll(frames, tickHz) {
+  const decoder = new Decoder(RECORDS, tickHz);
+  /** @type {any[]} */
+  const read = [];
+  for (const bytes of frames) decoder.decode(new Uint8Array(bytes).buffer, (frame) => read.push(frame), (error) => { throw error; });
+  while (read.length < frames.length) await pause(1);
+  return read;
 }

@@ -3,7 +3,7 @@ import { spawn } from 'node:child_process';
 import { readFileSync, readdirSync } from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
-import { client, pause, waitFor } from './client.mjs';
+import { client, pause, waitFor, decodeAll } from './client.mjs';
 
 const ATTACKER = path.join(path.dirname(fileURLToPath(import.meta.url)), 'attacker.mjs');
 const POOL = { kind: 'fluid', scene: 'pool', params: { size: 400 }, duration_s: 3600 };
@@ -60,11 +60,9 @@ export async function measure(url, seconds) {
     return answer;
   };
   const stream = await c.stream(watched, 'bin', { ack: true });
-  const published = [], received = [];
-  stream.socket.on('message', (/** @type {Buffer} */ data, binary) => {
-    if (!binary) return;
-    received.push(performance.now());
-    published.push(Number(data.readBigUInt64LE(48)) / 1e6);
+  const first = stream.frames.length, received = [];
+  stream.socket.on('message', (/** @type {Buffer} */ _, binary) => {
+    if (binary) received.push(performance.now());
   });
   const end = performance.now() + 1000 * seconds;
   const key = mine.owner_key, at = `/api/v1/sessions/${mine.id}`;
@@ -90,6 +88,7 @@ export async function measure(url, seconds) {
   for (const s of [mine, watched]) await c.call('DELETE', `/api/v1/sessions/${s.id}`, { key: s.owner_key });
   c.close();
   const off = (times) => times.slice(1).map((t, i) => Math.abs(t - times[i] - 1000 / 60));
+  const published = (await decodeAll(stream.frames, 60)).slice(first).map((frame) => frame.clock.wall_us / 1e3);
   const all = { ...took, frame_published: off(published), frame_received: off(received) };
   return Object.fromEntries(Object.entries(all).map(([name, values]) => [name, { count: values.length, p50: quantile(values, 0.5), p99: quantile(values, 0.99),
     max: quantile(values, 1) }]));
