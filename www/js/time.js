@@ -25,11 +25,17 @@ export function playOrPause() {
 
 /** @type {Promise<any> | null} */
 let stepping = null;
+/** Ticks of one that was asked for meanwhile: its frame comes before the answer. */
+let waiting = 0;
 
 /** @param {number} ticks */
 export function step(ticks) {
+  if (stepping) waiting = ticks;
   stepping ??= control({ op: 'step', ticks }).finally(() => {
+    const next = waiting;
     stepping = null;
+    waiting = 0;
+    if (next !== 0) step(next);
   });
   return stepping;
 }
