@@ -161,7 +161,8 @@ export async function decodeAll(frames, tickHz) {
   const decoder = new Decoder(RECORDS, tickHz);
   /** @type {any[]} */
   const read = [];
-  for (const bytes of frames) decoder.decode(new Uint8Array(bytes).buffer, (frame) => read.push(frame), (error) => { throw error; });
-  while (read.length < frames.length) await pause(1);
+  const all = [...frames]; /* more come meanwhile */
+  for (const bytes of all) decoder.decode(new Uint8Array(bytes).buffer, (frame) => read.push(frame), (error) => { throw error; });
+  while (read.length < all.length) await pause(1);
   return read;
 }

@@ -18,7 +18,7 @@ async function ask(name, method, path, wish = {}) {
 /** Frames of a stream; whether a command on it is refused. */
 function watch(format) {
   return new Promise((resolve, reject) => {
-    const protocols = [`laglab.v2.${format}`, `laglab.v1.${format}`];
+    const protocols = [`laglab.v2.${format}`];
     const socket = new WebSocket(`${url.replace(/^http/, 'ws')}${S}/stream`, protocols);
     const timer = setTimeout(() => reject(new Error('no frames')), 10000);
     let frames = 0, refused = '';
