@@ -9,9 +9,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "fluid/fluid.h"
-#include "fluid/ocean.h"
-#include "fluid/particle.h"
+#include "fluid/core/fluid.h"
+#include "fluid/ocean/ocean.h"
+#include "fluid/particle/particle.h"
 
 #define FRAME (1. / 60)
 

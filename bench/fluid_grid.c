@@ -13,9 +13,9 @@
 #endif
 
 #include "base/rng.h"
-#include "fluid/fft.h"
-#include "fluid/fluid.h"
-#include "fluid/poisson.h"
+#include "fluid/core/fft.h"
+#include "fluid/core/fluid.h"
+#include "fluid/pressure/poisson.h"
 
 static double cpu_now(void)
 {

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "rigid/internal.h"
+#include "rigid/body/world_state.h"
 #include "rigid/laglab.h"
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 static void check(ll_status status)
 {

@@ -9,14 +9,14 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "base/program.h"
+#include "library/program.h"
 #include "base/version.h"
-#include "daemon/serve.h"
-#include "experiment/arguments.h"
-#include "experiment/experiment.h"
-#include "experiment/verbs.h"
-#include "ode/method.h"
-#include "ode/problem.h"
+#include "daemon/serve/serve.h"
+#include "cli/arguments.h"
+#include "experiment/spec/experiment.h"
+#include "cli/verbs.h"
+#include "ode/core/method.h"
+#include "ode/core/problem.h"
 #include "session/scenario.h"
 #include "session/session.h"
 #include "session/workload.h"

@@ -10,7 +10,7 @@
 
 #include "base/assert.h"
 #include "session/internal.h"
-#include "sim/kinds.h"
+#include "sim/core/kinds.h"
 
 #define SCENARIO_BYTES_MAX (1 << 20)
 #define ID_MAX 120

@@ -4,7 +4,7 @@
 #include <stddef.h>
 
 #include "base/status.h"
-#include "sim/sim.h"
+#include "sim/core/sim.h"
 
 struct cJSON;
 

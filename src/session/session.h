@@ -19,7 +19,7 @@
 #include "base/interrupt.h"
 #include "base/status.h"
 #include "base/vtime.h"
-#include "sim/sim.h"
+#include "sim/core/sim.h"
 
 struct cJSON;
 struct ll_scenario;

@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #include "base/hash.h"
-#include "fluid/fluid.h"
+#include "fluid/core/fluid.h"
 
 typedef struct tank {
     const ll_fluid_scene *scene;

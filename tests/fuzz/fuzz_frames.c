@@ -8,9 +8,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "daemon/door.h"
-#include "daemon/gate.h"
-#include "daemon/ws.h"
+#include "daemon/listener/door.h"
+#include "daemon/net/gate.h"
+#include "daemon/stream/ws.h"
 
 #define LONG 4096
 #define MESSAGE 512 /* --max-message-bytes */

@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 typedef struct lab {
     const ll_scene *scene;

@@ -6,8 +6,8 @@
 
 #include <cmocka.h>
 
-#include "netcode/client.h"
-#include "sim/kinds.h"
+#include "netcode/client/client.h"
+#include "sim/core/kinds.h"
 
 static void lists_follow_their_tables(void **state)
 {

@@ -8,8 +8,8 @@ import { join, relative, sep } from "node:path";
 import { argv, exit } from "node:process";
 import { fileURLToPath } from "node:url";
 
-const ROOMS = ["base", "param", "ode", "rigid", "fluid", "link", "game", "netcode", "sim", "session", "experiment",
-  "daemon", "main.c"];
+const ROOMS = ["base", "param", "ode", "rigid", "fluid", "link", "game", "netcode", "sim", "session", "library",
+  "experiment", "daemon", "cli", "main.c"];
 const PURE = new Set(["base", "ode", "rigid", "fluid", "link", "game", "netcode", "sim"]);
 
 const IMPURE = ["rand", "srand", "rand_r", "random", "srandom", "drand48", "time", "clock", "clock_gettime",

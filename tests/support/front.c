@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "base/assert.h"
-#include "daemon/problem.h"
+#include "daemon/net/problem.h"
 
 int64_t front_now(void)
 {

@@ -1,6 +1,6 @@
 /* Arenstorf's orbit: a satellite between earth and moon, in the frame that turns with them; it closes after
  * 17.07 units of time. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double mu;

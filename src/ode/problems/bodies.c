@@ -1,6 +1,6 @@
 /* Bodies that attract each other in the plane: the Pleiades (seven, with close encounters), and the figure of
  * eight that three follow. The order of the positions is x1 ... xn, y1 ... yn. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double gravity;

@@ -1,5 +1,5 @@
 /* A ball that bounces ever lower and comes to rest after infinitely many impacts in a finite time. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double g, h, e, rest_speed;

@@ -1,6 +1,6 @@
 /* Dry friction: a block slides to a stop. `coulomb` locates the stop; `coulomb_naive` only has the sign of
  * the speed in its force, and chatters around rest. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double mu_g, v0;

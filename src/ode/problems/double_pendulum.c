@@ -1,6 +1,6 @@
 /* The double pendulum in angles: an acceleration that depends on speeds, and chaos. Unit masses and lengths.
  */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double g, theta1, theta2;

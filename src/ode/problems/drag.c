@@ -1,6 +1,6 @@
 /* Quadratic drag. Vertical: v' = g - kd v |v|, s pointing down, also thrown up first. In the plane: a
  * projectile, y pointing up, that comes to rest where it meets the ground. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 #include "ode/problems/special.h"
 
 /* ---- vertical ---- */

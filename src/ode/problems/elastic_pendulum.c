@@ -1,5 +1,5 @@
 /* A pendulum on a spring, q'' = -k (r - 1) q / r - (0, g): a fast oscillation under a slow one. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double k, g;

@@ -1,5 +1,5 @@
 /* Free fall, s'' = g: the paper's first example, s pointing down. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double g, v0;

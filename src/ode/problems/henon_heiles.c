@@ -1,5 +1,5 @@
 /* Henon and Heiles: a star in a galaxy, V = (q1^2 + q2^2) / 2 + q1^2 q2 - q2^3 / 3. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double q1, q2, p1, p2;

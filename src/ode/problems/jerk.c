@@ -1,5 +1,5 @@
 /* A constant jerk, x'' = j t: the simplest acceleration that is not constant. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double jerk;

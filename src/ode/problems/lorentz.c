@@ -1,5 +1,5 @@
 /* A charge in a homogeneous magnetic field: x'' = b y', y'' = -b x'. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double b, speed;

@@ -1,5 +1,5 @@
 /* The harmonic oscillator, x'' = -omega^2 x - 2 zeta omega x': undamped as `oscillator`, and `damped`. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double omega, x0, v0, zeta;

@@ -1,5 +1,5 @@
 /* A ball on a floor made of a stiff spring: what games do instead of an impact. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 #include "ode/problems/special.h"
 
 typedef struct params {

@@ -1,5 +1,5 @@
 /* The pendulum, theta'' = -(g / l) sin theta, let go at rest: sin(theta / 2) = k cd(w t, k). */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 #include "ode/problems/special.h"
 
 typedef struct params {

@@ -1,5 +1,5 @@
 /* Euler's equations of a turning body: the tennis racket that flips, and a driven top. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct racket {
     double i1, i2, i3, tilt;

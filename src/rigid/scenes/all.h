@@ -1,7 +1,7 @@
 /* Every scene: scenes.c makes the table of them. */
 #pragma once
 
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 /* clang-format 14 never comes to rest on this. */
 /* clang-format off */

@@ -1,7 +1,7 @@
 /* What scenes are built with. A builder goes on until its first error and then keeps that. */
 #pragma once
 
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 typedef struct ll_builder {
     ll_rigid *world;

@@ -1,0 +1,357 @@
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/mix.h"
+#include "rigid/body/world_state.h"
+
+/* ---- which pairs are known: a hash table with linear probing, no tombstones ---- */
+
+static inline uint32_t slot_of(const ll_rigid *w, int32_t a, int32_t b)
+{
+    uint64_t key = (uint64_t)(uint32_t)a << 32 | (uint32_t)b;
+    key *= LL_MIX_STEP;
+    return (uint32_t)((key ^ key >> 32) & (uint64_t)w->table_mask);
+}
+
+bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b)
+{
+    const ll_known *table = ll_tables(w);
+    for (uint32_t i = slot_of(w, a, b);; i = (i + 1) & (uint32_t)w->table_mask) {
+        if (table[i].a == LL_NONE)
+            return false;
+        if (table[i].a == a && table[i].b == b)
+            return true;
+    }
+}
+
+static void table_put(ll_rigid *w, int32_t contact)
+{
+    const ll_contact *c = &ll_contacts(w)[contact];
+    uint32_t i = slot_of(w, c->shape[0], c->shape[1]);
+    while (ll_tables(w)[i].a != LL_NONE)
+        i = (i + 1) & (uint32_t)w->table_mask;
+    ll_tables(w)[i] = (ll_known){c->shape[0], c->shape[1]};
+}
+
+/* Entries behind the hole move up when their own place is not between it and them (Knuth 6.4, algorithm R).
+ */
+static void table_take(ll_rigid *w, int32_t contact)
+{
+    ll_known *table = ll_tables(w);
+    uint32_t mask = (uint32_t)w->table_mask;
+    const ll_contact *c = &ll_contacts(w)[contact];
+    uint32_t hole = slot_of(w, c->shape[0], c->shape[1]);
+    while (table[hole].a != c->shape[0] || table[hole].b != c->shape[1])
+        hole = (hole + 1) & mask;
+    for (uint32_t i = (hole + 1) & mask; table[i].a != LL_NONE; i = (i + 1) & mask) {
+        uint32_t home = slot_of(w, table[i].a, table[i].b);
+        if (((i - home) & mask) >= ((i - hole) & mask)) {
+            table[hole] = table[i];
+            hole = i;
+        }
+    }
+    table[hole] = (ll_known){LL_NONE, LL_NONE};
+}
+
+/* ---- lists ---- */
+
+void ll_awake_contact(ll_rigid *w, int32_t contact)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    if (c->awake != LL_NONE)
+        return;
+    c->awake = w->awake_contacts;
+    ll_awake_contacts(w)[w->awake_contacts++] = contact;
+}
+
+void ll_rest_contact(ll_rigid *w, int32_t contact)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    int32_t *list = ll_awake_contacts(w), last = list[--w->awake_contacts];
+    list[c->awake] = last;
+    ll_contacts(w)[last].awake = c->awake;
+    c->awake = LL_NONE;
+}
+
+static void link_side(ll_rigid *w, int32_t contact, int side)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    ll_body *b = &ll_bodys(w)[c->body[side]];
+    c->previous[side] = LL_NONE;
+    c->next[side] = b->contact;
+    if (b->contact != LL_NONE)
+        ll_contacts(w)[b->contact >> 1].previous[b->contact & 1] = 2 * contact + side;
+    b->contact = 2 * contact + side;
+}
+
+static void unlink_side(ll_rigid *w, int32_t contact, int side)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    int32_t next = c->next[side], previous = c->previous[side];
+    if (previous == LL_NONE)
+        ll_bodys(w)[c->body[side]].contact = next;
+    else
+        ll_contacts(w)[previous >> 1].next[previous & 1] = next;
+    if (next != LL_NONE)
+        ll_contacts(w)[next >> 1].previous[next & 1] = previous;
+}
+
+/* ---- colours ---- */
+
+static const uint64_t dynamic_colours = (UINT64_C(1) << LL_COLOURS_DYNAMIC) - 1;
+static const uint64_t static_colours =
+    ((UINT64_C(1) << LL_COLOURS) - 1) & ~((UINT64_C(1) << LL_COLOURS_DYNAMIC) - 1);
+
+static void take_colour(ll_rigid *w, ll_contact *c)
+{
+    ll_body *a = &ll_bodys(w)[c->body[0]], *b = &ll_bodys(w)[c->body[1]];
+    bool both = a->type == LL_BODY_DYNAMIC && b->type == LL_BODY_DYNAMIC;
+    uint64_t taken =
+        (a->type == LL_BODY_DYNAMIC ? a->colours : 0) | (b->type == LL_BODY_DYNAMIC ? b->colours : 0);
+    uint64_t open = ~taken & (both ? dynamic_colours : static_colours);
+    if (open == 0) {
+        c->colour = both ? LL_OVERFLOW_DYNAMIC : LL_OVERFLOW_STATIC;
+        return;
+    }
+    uint64_t bit = open & (~open + 1);
+    c->colour = __builtin_ctzll(open);
+    if (a->type == LL_BODY_DYNAMIC)
+        a->colours |= bit;
+    if (b->type == LL_BODY_DYNAMIC)
+        b->colours |= bit;
+}
+
+static void give_colour(ll_rigid *w, ll_contact *c)
+{
+    if (c->colour >= 0 && c->colour < LL_COLOURS) {
+        uint64_t bit = UINT64_C(1) << c->colour;
+        for (int side = 0; side < 2; side++) {
+            ll_body *b = &ll_bodys(w)[c->body[side]];
+            if (b->type == LL_BODY_DYNAMIC)
+                b->colours &= ~bit;
+        }
+    }
+    c->colour = LL_NONE;
+}
+
+/* ---- making and removing ---- */
+
+static void make_contact(ll_rigid *w, ll_proxy_pair pair)
+{
+    const ll_shape *a = &ll_shapes(w)[pair.a], *b = &ll_shapes(w)[pair.b];
+    int32_t i = w->free_contact;
+    if (i == LL_NONE)
+        i = w->contact_end++;
+    else
+        w->free_contact = ll_contacts(w)[i].awake;
+    ll_contacts(w)[i] = (ll_contact){.shape = {pair.a, pair.b},
+                                     .body = {a->body, b->body},
+                                     .awake = LL_NONE,
+                                     .colour = LL_NONE,
+                                     .friction = sqrt(a->friction * b->friction),
+                                     .restitution = ll_max(a->restitution, b->restitution)};
+    if (ll_contacts(w)[i].restitution > 0)
+        w->bouncing++;
+    link_side(w, i, 0);
+    link_side(w, i, 1);
+    table_put(w, i);
+    w->contacts++;
+    if (ll_bodys(w)[a->body].awake != LL_NONE || ll_bodys(w)[b->body].awake != LL_NONE)
+        ll_awake_contact(w, i);
+}
+
+void ll_remove_contact(ll_rigid *w, int32_t contact)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    give_colour(w, c);
+    table_take(w, contact);
+    unlink_side(w, contact, 0);
+    unlink_side(w, contact, 1);
+    if (c->awake != LL_NONE)
+        ll_rest_contact(w, contact);
+    if (c->restitution > 0)
+        w->bouncing--;
+    memset(c, 0, sizeof *c);
+    c->shape[0] = c->colour = LL_NONE;
+    c->awake = w->free_contact;
+    w->free_contact = contact;
+    w->contacts--;
+}
+
+static void announce(const void *context, int32_t a, int32_t b)
+{
+    const ll_rigid *w = context;
+    __builtin_prefetch(&ll_tables(w)[slot_of(w, a, b)]);
+}
+
+static bool wanted(const void *context, int32_t a, int32_t b)
+{
+    const ll_rigid *w = context;
+    if (ll_pair_known(w, a, b)) /* most are; the rest is not in the cache */
+        return false;
+    const ll_shape *sa = &ll_shapes(w)[a], *sb = &ll_shapes(w)[b];
+    if (sa->body == sb->body)
+        return false;
+    const ll_body *ba = &ll_bodys(w)[sa->body], *bb = &ll_bodys(w)[sb->body];
+    if (ba->type != LL_BODY_DYNAMIC && bb->type != LL_BODY_DYNAMIC)
+        return false;
+    if ((sa->category & sb->mask) == 0 || (sb->category & sa->mask) == 0 ||
+        (sa->group != 0 && sa->group == sb->group))
+        return false;
+    return !ll_joined(w, sa->body, sb->body);
+}
+
+void ll_find_pairs(ll_rigid *w, bool *overflowed)
+{
+    w->stats.moved = w->moved;
+    size_t taken = ((size_t)w->limits.contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
+    ll_pair_list list = {.at = ll_pairs(w),
+                         .capacity = w->limits.contacts,
+                         .accept = wanted,
+                         .announce = announce,
+                         .context = w,
+                         .scratch = (char *)ll_pairs(w) + taken,
+                         .scratch_size = w->at.end - w->at.pair - taken};
+    ll_broad_pairs(ll_broad_of(w), ll_broad_state(w), ll_boxs(w), ll_moveds(w), ll_moved_lists(w), w->moved,
+                   &list);
+    *overflowed = list.overflowed;
+    for (int32_t i = 0; i < list.count; i++) {
+        if (w->contacts == w->limits.contacts) {
+            *overflowed = true;
+            break;
+        }
+        make_contact(w, list.at[i]);
+    }
+}
+
+/* ---- manifolds ---- */
+
+/* Of the most that a body may turn before its manifolds are made anew: 5.7 degrees. Arms that do not turn
+ * with their body are off by so much of their length. */
+static const double recycle_cos = 0.995;
+
+static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_geometry *room)
+{
+    const ll_shape *shape = &ll_shapes(w)[s];
+    const ll_geometry *exact = ll_geometry_of(w, shape, room);
+    if (!w->limits.volumes || w->params.volume == LL_VOLUME_EXACT)
+        return exact;
+    if (w->params.volume != LL_VOLUME_AABB)
+        return &ll_bounds(w)[s];
+    *room = ll_bound_of(LL_VOLUME_AABB, exact, q);
+    return room;
+}
+
+/* A manifold of two points still holds when the bodies have turned little since it was made, and moved little
+ * to each other. What is left out is noise of points that come and go (Box2D 3's contact recycling). */
+static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b)
+{
+    if (!w->params.recycle || c->count < 2 || w->params.volume == LL_VOLUME_AABB)
+        return false;
+    double turned_a = a.q.c * c->turned[0].c + a.q.s * c->turned[0].s;
+    double turned_b = b.q.c * c->turned[1].c + b.q.s * c->turned[1].s;
+    ll_vec2 shift = ll_sub(ll_to_local(a, b.p), c->rel);
+    double core_a = ll_traits(w)[c->body[0]].core, core_b = ll_traits(w)[c->body[1]].core;
+    double core = ll_min(core_a, core_b), least = ll_max(core_a, core_b);
+    double far = ll_min(w->params.recycle_distance, 0.1 * (core > 0 ? core : least));
+    return ll_dot(shift, shift) < far * far && turned_a > recycle_cos && turned_b > recycle_cos;
+}
+
+static double margin_of(const ll_rigid *w, const ll_contact *c)
+{
+    double margin = ll_traits(w)[c->body[0]].margin + ll_traits(w)[c->body[1]].margin;
+    if (w->params.continuous != LL_CONTINUOUS_SPECULATIVE)
+        return margin;
+    double reach =
+        margin + w->dt * ll_length(ll_sub(ll_motions(w)[c->body[1]].v, ll_motions(w)[c->body[0]].v));
+    for (int side = 0; side < 2; side++)
+        reach += ll_min(w->dt * fabs(ll_motions(w)[c->body[side]].w), 2) * ll_bodys(w)[c->body[side]].extent;
+    return reach;
+}
+
+ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin)
+{
+    ll_geometry room_a, room_b;
+    return ll_collide(collider(w, c->shape[0], a.q, &room_a), collider(w, c->shape[1], b.q, &room_b),
+                      ll_pose_between(a, b), margin);
+}
+
+static void compute(ll_rigid *w, ll_contact *c, ll_pose a, ll_pose b)
+{
+    ll_pose rel = ll_pose_between(a, b);
+    ll_manifold m = ll_manifold_of(w, c, a, b, margin_of(w, c));
+    ll_contact_point old[2] = {c->at[0], c->at[1]};
+    int32_t old_count = c->count;
+    memset(c->at, 0, sizeof c->at);
+    c->normal = ll_rotate(a.q, m.normal);
+    c->rel = rel.p;
+    c->turned[0] = a.q;
+    c->turned[1] = b.q;
+    c->count = m.count;
+    c->recycled = 0;
+    for (int i = 0; i < m.count; i++) {
+        ll_contact_point *p = &c->at[i];
+        p->a = ll_rotate(a.q, m.at[i].point);
+        p->b = ll_rotate(b.q, ll_to_local(rel, m.at[i].point));
+        p->separation = m.at[i].separation;
+        p->id = m.at[i].id;
+        for (int k = 0; k < old_count; k++)
+            if (old[k].id == p->id) {
+                p->normal_impulse = old[k].normal_impulse;
+                p->tangent_impulse = old[k].tangent_impulse;
+                p->penalty = old[k].penalty;
+            }
+    }
+}
+
+static void begin_or_end(ll_rigid *w, int32_t contact)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    if (c->count == 0) {
+        give_colour(w, c);
+        return;
+    }
+    take_colour(w, c);
+    for (int side = 0; side < 2; side++)
+        if (ll_bodys(w)[c->body[side]].type == LL_BODY_DYNAMIC)
+            ll_wake(w, c->body[side]);
+}
+
+void ll_update_contacts(ll_rigid *w)
+{
+    const uint8_t *moved = ll_moveds(w);
+    const ll_aabb *boxes = ll_boxs(w);
+    const ll_pose *poses = ll_poses(w);
+    int32_t *changed = ll_scratchs(w), changes = 0, recycled = 0;
+    for (int32_t i = 0; i < w->awake_contacts; i++) {
+        int32_t index = ll_awake_contacts(w)[i];
+        if (i + 6 < w->awake_contacts)
+            ll_prefetch_contact(&ll_contacts(w)[ll_awake_contacts(w)[i + 6]]);
+        ll_contact *c = &ll_contacts(w)[index];
+        int32_t a = c->shape[0], b = c->shape[1];
+        if ((moved[a] | moved[b]) && !ll_aabb_overlap(boxes[a], boxes[b])) {
+            changed[changes++] = ~index;
+            continue;
+        }
+        ll_pose pose_a = poses[c->body[0]], pose_b = poses[c->body[1]];
+        if (may_recycle(w, c, pose_a, pose_b)) {
+            c->recycled = 1;
+            recycled++;
+            continue;
+        }
+        compute(w, c, pose_a, pose_b);
+        if ((c->count > 0) != (c->colour != LL_NONE))
+            changed[changes++] = index;
+    }
+    w->stats.recycled = recycled;
+    w->stats.tested = w->awake_contacts - recycled;
+    for (int32_t i = 0; i < changes; i++) {
+        if (changed[i] < 0)
+            ll_remove_contact(w, ~changed[i]);
+        else
+            begin_or_end(w, changed[i]);
+    }
+    for (int32_t i = 0; i < w->moved; i++)
+        ll_moveds(w)[ll_moved_lists(w)[i]] = 0;
+    w->moved = 0;
+}

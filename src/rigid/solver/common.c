@@ -1,0 +1,205 @@
+#include "rigid/solver/solver.h"
+
+#include <string.h>
+
+const ll_solver *const ll_solvers[LL_SOLVERS] = {
+    &ll_solver_impulse,    &ll_solver_pgs,  &ll_solver_pgs_ngs, &ll_solver_soft_step,
+    &ll_solver_tgs_sticky, &ll_solver_xpbd, &ll_solver_avbd};
+const char *const ll_rigid_solver_names[LL_SOLVERS + 1] = {"impulse",    "pgs",  "pgs_ngs", "soft_step",
+                                                           "tgs_sticky", "xpbd", "avbd",    NULL};
+
+const char *ll_rigid_solver_help(ll_rigid_solver_kind kind)
+{
+    return ll_solvers[kind]->help;
+}
+
+double ll_rigid_passes(const ll_rigid_params *p)
+{
+    const double *passes = ll_solvers[p->solver]->passes;
+    return passes[LL_PER_STEP] + passes[LL_PER_SUBSTEP] * (double)p->substeps +
+           passes[LL_PER_ITERATION] * (double)p->iterations +
+           passes[LL_PER_POSITION_ITERATION] * (double)p->position_iterations;
+}
+
+ll_softness ll_soft(double hertz, double damping, double h)
+{
+    double omega = 2 * 3.14159265358979323846 * hertz;
+    double a1 = 2 * damping + h * omega, a2 = h * omega * a1, a3 = 1 / (1 + a2);
+    return hertz > 0 ? (ll_softness){omega / a1, a2 * a3, a3} : (ll_softness){0, 1, 0};
+}
+
+/* ---- bodies ---- */
+
+void ll_prepare_drives(ll_rigid *w, ll_list bodies, double h)
+{
+    ll_vec2 gravity = {w->params.gravity_x, w->params.gravity_y};
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
+        const ll_body *b = &ll_bodys(w)[k];
+        ll_drive *d = &ll_drives(w)[k];
+        *d = (ll_drive){.keep = 1, .keep_spin = 1};
+        if (b->inv_mass > 0) {
+            d->a = ll_madd(ll_scale(b->gravity_scale, gravity), b->inv_mass, b->force);
+            d->spin = b->inv_inertia * b->torque;
+            d->keep = 1 / (1 + h * b->damping);
+            d->keep_spin = 1 / (1 + h * b->spin_damping);
+        }
+    }
+}
+
+void ll_integrate_velocities(ll_rigid *w, ll_list bodies, double h)
+{
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
+        const ll_drive *d = &ll_drives(w)[k];
+        ll_motion *m = &ll_motions(w)[k];
+        m->v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
+        m->w = d->keep_spin * (m->w + h * d->spin);
+    }
+}
+
+void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h)
+{
+    for (int32_t i = 0; i < bodies.count; i++) {
+        ll_motion *m = &ll_motions(w)[bodies.at[i]];
+        double turn = h * m->w;
+        m->d = ll_madd(m->d, h, m->v);
+        m->q = ll_rot_mul(m->q, ll_rot_small(turn));
+        m->turn += turn;
+    }
+}
+
+ll_pose ll_pose_now(const ll_rigid *w, int32_t body)
+{
+    ll_pose pose = ll_poses(w)[body];
+    const ll_motion *m = &ll_motions(w)[body];
+    return (ll_pose){ll_add(pose.p, m->d), ll_rot_mul(pose.q, m->q)};
+}
+
+double ll_angle_now(const ll_rigid *w, const ll_joint *j)
+{
+    const ll_body *bodies = ll_bodys(w);
+    const ll_motion *m = ll_motions(w);
+    return (bodies[j->body[1]].angle - bodies[j->body[0]].angle) + (m[j->body[1]].turn - m[j->body[0]].turn);
+}
+
+/* ---- contacts ---- */
+
+int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1])
+{
+    const ll_contact *all = ll_contacts(w);
+    int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
+    for (int32_t i = 0; i < contacts.count; i++) {
+        const ll_contact *c = &all[contacts.at[i]];
+        if (i + 8 < contacts.count)
+            __builtin_prefetch(&all[contacts.at[i + 8]]);
+        points += c->count;
+        if (c->colour != LL_NONE)
+            count[c->colour]++;
+    }
+    int32_t total = 0;
+    for (int c = 0; c < LL_COLOUR_SLOTS; c++) {
+        start[c] = total;
+        total += count[c];
+        if (c < LL_COLOURS && count[c] > 0)
+            w->colours |= UINT64_C(1) << c;
+        count[c] = start[c];
+    }
+    start[LL_COLOUR_SLOTS] = total;
+    for (int32_t i = 0; i < contacts.count; i++) {
+        const ll_contact *c = &all[contacts.at[i]];
+        if (c->colour != LL_NONE)
+            ll_orders(w)[count[c->colour]++] = contacts.at[i];
+    }
+    w->stats.points += points;
+    w->stats.touching += total;
+    w->stats.overflow += total - start[LL_COLOURS];
+    return total;
+}
+
+size_t ll_touch_rows_size(const ll_rigid_limits *limits)
+{
+    return ((size_t)limits->contacts * sizeof(ll_touch_row) + 63) & ~(size_t)63;
+}
+
+static double inverse(double k)
+{
+    return k > 0 ? 1 / k : 0;
+}
+
+static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, const ll_contact_point *p,
+                         const ll_since *since)
+{
+    line->ra = ll_rotate(since->a, p->a);
+    line->rb = ll_rotate(since->b, p->b);
+    line->adjust = p->separation;
+    line->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
+    line->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
+    ll_vec2 t = ll_right(r->n);
+    double na = ll_cross(line->ra, r->n), nb = ll_cross(line->rb, r->n);
+    double ta = ll_cross(line->ra, t), tb = ll_cross(line->rb, t);
+    line->normal_mass = inverse(r->ma + r->mb + r->ia * na * na + r->ib * nb * nb);
+    line->tangent_mass = inverse(r->ma + r->mb + r->ia * ta * ta + r->ib * tb * tb);
+}
+
+ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
+{
+    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_touch_rows rows = {ll_solver_memory(w), ll_order_contacts(w, ll_whole(w).contacts, start)};
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_touch_row *r = &rows.at[i];
+        const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];
+        const ll_trait *a = &ll_traits(w)[c->body[0]], *b = &ll_traits(w)[c->body[1]];
+        r->contact = ll_orders(w)[i];
+        r->a = c->body[0];
+        r->b = c->body[1];
+        r->count = c->count;
+        r->ma = a->inv_mass;
+        r->ia = a->inv_inertia;
+        r->mb = b->inv_mass;
+        r->ib = b->inv_inertia;
+        r->friction = c->friction;
+        r->restitution = c->restitution;
+        r->fixed = a->inv_mass == 0 || b->inv_mass == 0;
+        ll_since since = {.a = {1, 0}, .b = {1, 0}};
+        if (c->recycled)
+            since = ll_since_made(w, c);
+        r->n = ll_rotate(since.a, c->normal);
+        for (int k = 0; k < c->count; k++)
+            prepare_line(w, r, &r->at[k], &c->at[k], &since);
+    }
+    return rows;
+}
+
+void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows)
+{
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_contact *c = &ll_contacts(w)[rows.at[i].contact];
+        for (int k = 0; k < c->count; k++) {
+            c->at[k].normal_impulse = rows.at[i].at[k].normal_impulse;
+            c->at[k].tangent_impulse = rows.at[i].at[k].tangent_impulse;
+        }
+    }
+}
+
+void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows)
+{
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_touch_row *r = &rows.at[i];
+        ll_vec2 t = ll_right(r->n);
+        for (int k = 0; k < r->count; k++) {
+            const ll_line *line = &r->at[k];
+            ll_push(&ll_motions(w)[r->a], &ll_motions(w)[r->b], r, line,
+                    ll_madd(ll_scale(line->normal_impulse, r->n), line->tangent_impulse, t));
+        }
+    }
+}
+
+double ll_line_separation(const ll_rigid *w, const ll_touch_row *r, const ll_line *line)
+{
+    const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    const ll_pose *poses = ll_poses(w);
+    ll_vec2 gap = ll_add(ll_sub(poses[r->b].p, poses[r->a].p), ll_sub(b->d, a->d));
+    gap = ll_add(gap, ll_sub(ll_rotate(b->q, line->rb), ll_rotate(a->q, line->ra)));
+    return ll_dot(gap, r->n) + line->adjust;
+}

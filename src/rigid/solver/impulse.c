@@ -1,0 +1,57 @@
+/* Impulses as a beginner writes them: one pass over the contacts, each approaching point is turned round by
+ * itself, then every overlap is pushed out at once. What one contact does the next undoes; pushing lifts
+ * bodies without slowing them, and that adds energy: a resting stack is thrown about until it falls (the
+ * paper's example). */
+#include "rigid/solver/solver.h"
+
+static void hit(ll_rigid *w, ll_touch_row *r, ll_line *line)
+{
+    ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    double vn = ll_dot(ll_relative(a, b, line), r->n);
+    line->normal_impulse = line->tangent_impulse = 0;
+    if (vn >= 0 || ll_line_separation(w, r, line) > 0)
+        return;
+    line->normal_impulse = -(1 + r->restitution) * vn * line->normal_mass;
+    ll_push(a, b, r, line, ll_scale(line->normal_impulse, r->n));
+    ll_vec2 t = ll_right(r->n);
+    double most = r->friction * line->normal_impulse;
+    double impulse = -ll_dot(ll_relative(a, b, line), t) * line->tangent_mass;
+    line->tangent_impulse = ll_min(ll_max(impulse, -most), most);
+    ll_push(a, b, r, line, ll_scale(line->tangent_impulse, t));
+}
+
+static void push_out(ll_rigid *w, const ll_touch_row *r)
+{
+    double deepest = 0;
+    for (int k = 0; k < r->count; k++)
+        deepest = ll_min(deepest, ll_line_separation(w, r, &r->at[k]));
+    double share = r->ma + r->mb > 0 ? -deepest / (r->ma + r->mb) : 0;
+    ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    a->d = ll_madd(a->d, -r->ma * share, r->n);
+    b->d = ll_madd(b->d, r->mb * share, r->n);
+}
+
+static void solve(ll_rigid *w)
+{
+    ll_group all = ll_whole(w);
+    ll_touch_rows rows = ll_prepare_touch_rows(w);
+    ll_prepare_drives(w, all.bodies, w->dt);
+    ll_integrate_velocities(w, all.bodies, w->dt);
+    ll_clear_joint_impulses(w);
+    ll_joint_set joints = ll_prepare_joints(w, all.joints);
+    ll_solve_joints(w, &joints, w->dt, (ll_softness){w->params.baumgarte / w->dt, 1, 0}, true);
+    for (int32_t i = 0; i < rows.count; i++)
+        for (int k = 0; k < rows.at[i].count; k++)
+            hit(w, &rows.at[i], &rows.at[i].at[k]);
+    ll_integrate_positions(w, all.bodies, w->dt);
+    for (int32_t i = 0; i < rows.count; i++)
+        push_out(w, &rows.at[i]);
+    ll_store_touch_rows(w, rows);
+}
+
+const ll_solver ll_solver_impulse = {
+    .name = "impulse",
+    .help = "Each contact by itself, once, and overlaps pushed out at once, as beginners write it: 2 passes.",
+    .passes = {[LL_PER_STEP] = 2},
+    .size = ll_touch_rows_size,
+    .solve = solve};

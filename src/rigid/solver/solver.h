@@ -1,0 +1,173 @@
+/* What contact solvers are, and what they share.
+ *
+ * A solver takes the world from the beginning of a step to its end: it changes the velocities, moves the
+ * bodies (in `ll_motion`; the poses are written when the step is finished) and stores the impulses in the
+ * contacts. One file each, one row of the table each. */
+#pragma once
+
+#include "rigid/joint/joint.h"
+
+enum { LL_PER_STEP, LL_PER_SUBSTEP, LL_PER_ITERATION, LL_PER_POSITION_ITERATION, LL_PASSES };
+
+typedef struct ll_solver {
+    const char *name;
+    const char *help;         /* method, cost in passes over contacts, source */
+    double passes[LL_PASSES]; /* the same as numbers: per step, and per each of the counts */
+    size_t (*size)(const ll_rigid_limits *limits); /* bytes of solver memory, a multiple of 64 */
+    void (*solve)(ll_rigid *world);
+} ll_solver;
+
+extern const ll_solver ll_solver_impulse, ll_solver_pgs, ll_solver_pgs_ngs, ll_solver_soft_step,
+    ll_solver_tgs_sticky, ll_solver_xpbd, ll_solver_avbd;
+extern const ll_solver *const ll_solvers[LL_SOLVERS];
+
+/* A spring and damper as an implicit Euler step of h solves it (Catto, "Soft Constraints", GDC 2011). */
+typedef struct ll_softness {
+    double bias_rate, mass_scale, impulse_scale;
+} ll_softness;
+
+ll_softness ll_soft(double hertz, double damping, double h);
+
+/* ---- groups: parts of the awake world that do not act on each other within a step ---- */
+
+typedef struct ll_list {
+    const int32_t *at; /* numbers */
+    int32_t count, pad;
+} ll_list;
+
+typedef struct ll_group {
+    ll_list bodies, contacts, joints; /* some contacts may not touch, and some joints be asleep */
+} ll_group;
+
+typedef struct ll_groups { /* in the memory of `group` until the step's end */
+    int32_t *parent, *of;  /* of each body; `of`: its group */
+    int32_t *bodies, *contacts, *joints;
+    int32_t *body_end, *contact_end, *joint_end; /* of each group, in the three above */
+    int32_t count, pad;
+} ll_groups;
+
+size_t ll_groups_size(const ll_rigid_limits *limits); /* bytes */
+ll_group ll_whole(const ll_rigid *w);                 /* the awake world */
+
+/* Whole islands, as many to a group as fit the cache. In a group all keep the order that they have in the
+ * whole, so that solving one group after the other gives the same bits as solving the whole. */
+ll_groups ll_group_islands(ll_rigid *w);
+ll_group ll_group_at(const ll_rigid *w, const ll_groups *groups, int32_t i);
+
+/* ---- bodies ---- */
+
+void ll_prepare_drives(ll_rigid *w, ll_list bodies, double h); /* their `drive`, for substeps of h */
+void ll_integrate_velocities(ll_rigid *w, ll_list bodies, double h);
+void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h);
+
+/* ---- contacts, one after the other ---- */
+
+/* Those that touch, sorted by colour into `order`; colour c is from start[c] to start[c + 1]. Returns their
+ * count, and adds to the step's statistics. */
+int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1]);
+
+typedef struct ll_line { /* a point of a contact; normal and arms lean with their bodies */
+    ll_vec2 ra, rb;      /* anchors from the centres of mass, at the beginning of the step */
+    double adjust;       /* separation = n . (gap of the anchors) + adjust */
+    double normal_mass, tangent_mass;
+    double normal_impulse, tangent_impulse;
+    double before; /* xpbd: normal velocity before overlaps are corrected */
+} ll_line;
+
+typedef struct ll_touch_row {
+    int32_t contact, a, b, count;
+    double ma, ia, mb, ib; /* inverse masses and moments */
+    double friction, restitution;
+    ll_vec2 n;
+    int32_t fixed, pad; /* one of the two cannot be moved */
+    ll_line at[2];
+} ll_touch_row;
+
+typedef struct ll_touch_rows {
+    ll_touch_row *at;
+    int32_t count;
+} ll_touch_rows;
+
+size_t ll_touch_rows_size(const ll_rigid_limits *limits);
+ll_touch_rows ll_prepare_touch_rows(ll_rigid *w); /* into the solver's memory; with last step's impulses */
+void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows);
+void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows);
+double ll_line_separation(const ll_rigid *w, const ll_touch_row *row,
+                          const ll_line *line); /* where they are now */
+
+/* How velocities along `axis` (the normal or the tangent) change at one point by an impulse at the other. */
+static inline double ll_coupling(const ll_touch_row *r, ll_vec2 axis)
+{
+    return r->ma + r->mb + r->ia * ll_cross(r->at[0].ra, axis) * ll_cross(r->at[1].ra, axis) +
+           r->ib * ll_cross(r->at[0].rb, axis) * ll_cross(r->at[1].rb, axis);
+}
+
+static inline double ll_clamped_sum(double sum, double mass, double v, double low, double high)
+{
+    return ll_min(ll_max(sum - mass * v, low), high);
+}
+
+/* The sums of both points' impulses that take out the velocities `v`, each between its bounds: the mean of
+ * solving the first before the second and the second before the first. Gauss-Seidel in one order prefers a
+ * point, and a column of boxes that is exactly symmetric leans to it. */
+static inline void ll_solve_both(const double v[2], const double mass[2], double coupling,
+                                 const double low[2], const double high[2], double sum[2])
+{
+    double a = ll_clamped_sum(sum[0], mass[0], v[0], low[0], high[0]);
+    double b = ll_clamped_sum(sum[1], mass[1], v[1], low[1], high[1]);
+    double a_then = ll_clamped_sum(sum[0], mass[0], v[0] + coupling * (b - sum[1]), low[0], high[0]);
+    double b_then = ll_clamped_sum(sum[1], mass[1], v[1] + coupling * (a - sum[0]), low[1], high[1]);
+    sum[0] = 0.5 * (a + a_then);
+    sum[1] = 0.5 * (b + b_then);
+}
+
+/* ---- impacts of contacts with restitution; see bounce.c ---- */
+
+typedef struct ll_bounces {
+    int32_t *at; /* numbers of contacts, in the memory of `order` */
+    int32_t count, pad;
+} ll_bounces;
+
+/* Of those that may meet in this step: behind ll_prepare_drives, and what uses `order`. */
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts);
+/* Before velocities and places of a substep of h. What meets within `reach` seconds is turned round: h, or 2
+ * h where contacts are looked at again when the bodies have moved, and would slow them down. */
+void ll_bounce(ll_rigid *w, ll_bounces *bounces, double h, double reach);
+void ll_end_bounces(ll_rigid *w, const ll_bounces *bounces);
+
+/* Velocities by projected Gauss-Seidel, of pgs and pgs_ngs: all of the step but the positions. */
+ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte);
+
+static inline void ll_push(ll_motion *a, ll_motion *b, const ll_touch_row *r, const ll_line *line,
+                           ll_vec2 impulse)
+{
+    a->v = ll_madd(a->v, -r->ma, impulse);
+    a->w -= r->ia * ll_cross(line->ra, impulse);
+    b->v = ll_madd(b->v, r->mb, impulse);
+    b->w += r->ib * ll_cross(line->rb, impulse);
+}
+
+static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const ll_line *line)
+{
+    return ll_sub(ll_add(b->v, ll_cross_sv(b->w, line->rb)), ll_add(a->v, ll_cross_sv(a->w, line->ra)));
+}
+
+/* ---- joints, one after the other ---- */
+
+typedef struct ll_joint_set { /* of a group's joints, in this step */
+    ll_hinge *hinges;
+    ll_turning *turnings; /* of those with limits or a motor */
+    int32_t *others;      /* numbers */
+    int32_t hinge_count, turning_count, other_count, pad;
+} ll_joint_set;
+
+ll_joint_set ll_prepare_joints(ll_rigid *w, ll_list joints); /* uses `scratch` until they are stored */
+void ll_store_joints(ll_rigid *w, const ll_joint_set *set);
+void ll_warm_start_joints(ll_rigid *w, const ll_joint_set *set);
+/* One pass over the rows of all joints. With `bias` errors of position are corrected too. Whether an impulse
+ * has changed. */
+bool ll_solve_joints(ll_rigid *w, const ll_joint_set *set, double h, ll_softness stiff, bool bias);
+void ll_clear_joint_impulses(ll_rigid *w);
+
+ll_pose ll_pose_now(const ll_rigid *w, int32_t body);          /* with what the step has moved so far */
+double ll_angle_now(const ll_rigid *w, const ll_joint *joint); /* of b to a */
