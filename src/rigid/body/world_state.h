@@ -129,12 +129,6 @@ typedef struct ll_link {
     int32_t number, body[2];
 } ll_link;
 
-/* rigid/solver/joint_rows.c; a hinge's limits and motor are apart from it, since few hinges have them. */
-typedef struct ll_hinge ll_hinge;
-typedef struct ll_turning ll_turning;
-size_t ll_hinge_size(void);
-size_t ll_turning_size(void);
-
 typedef struct ll_rigid_layout { /* offsets from the block's beginning */
     size_t broad, pose, motion, trait, body, shape, box, moved, moved_list, hull, bound, contact, table,
         joint;
@@ -185,8 +179,6 @@ LL_ARRAY(int32_t, awake_contact)
 LL_ARRAY(ll_drive, drive)
 LL_ARRAY(int32_t, order)
 LL_ARRAY(int32_t, scratch)
-LL_ARRAY(ll_hinge, hinge)
-LL_ARRAY(ll_turning, turning)
 LL_ARRAY(ll_proxy_pair, pair)
 LL_ARRAY(ll_link, link)
 #undef LL_ARRAY
@@ -246,43 +238,10 @@ void ll_refresh_boxes(ll_rigid *w, int32_t body); /* of the broad phase, around 
 void ll_mark_moved(ll_rigid *w, int32_t shape);
 void ll_bound_shapes(ll_rigid *w, int32_t body); /* the volumes of its shapes, as params.volume asks */
 ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot); /* an id that is stale is an error */
+/* Whether all of them are finite and at most so large; the error names the field. */
+ll_status ll_check_numbers(int count, const char *const *fields, const double *values, double most);
 
-/* ---- contact.c ---- */
+/* ---- awake.c ---- */
 
-void ll_find_pairs(ll_rigid *w, bool *overflowed);
-void ll_update_contacts(ll_rigid *w);
-/* With the bodies in these poses; in a's frame. */
-ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
-void ll_remove_contact(ll_rigid *w, int32_t contact);
-void ll_awake_contact(ll_rigid *w, int32_t contact);
-void ll_rest_contact(ll_rigid *w, int32_t contact);
-bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b);
-
-/* ---- island.c ---- */
-
-void ll_wake(ll_rigid *w, int32_t body); /* and all that sleep with it */
 void ll_put_in_awake_list(ll_rigid *w, int32_t body);
 void ll_take_from_awake_list(ll_rigid *w, int32_t body);
-void ll_put_to_sleep(ll_rigid *w); /* islands that have rested long enough */
-
-bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* one of its bodies is, at least */
-
-/* Those of which one body is awake at least; their count. */
-int32_t ll_touching_links(const ll_rigid *w, ll_link *out);
-int32_t ll_joint_links(const ll_rigid *w, ll_link *out);
-
-/* Union-find: a root has minus the size of its island for a parent; what is LL_APART joins nothing. */
-#define LL_ALONE (-1)
-#define LL_APART INT32_MIN
-void ll_join(int32_t *parent, const ll_link *links, int32_t count);
-int32_t ll_root_of(int32_t *parent, int32_t body);
-
-/* ---- continuous.c ---- */
-
-size_t ll_meetings_size(const ll_rigid_limits *limits); /* bytes of solver memory */
-void ll_stop_at_first_touch(ll_rigid *w);
-
-/* ---- joint.c ---- */
-
-void ll_unlink_joint(ll_rigid *w, int32_t joint);
-bool ll_joined(const ll_rigid *w, int32_t a, int32_t b); /* by a joint that forbids them to collide */

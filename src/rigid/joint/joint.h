@@ -5,7 +5,7 @@
  * types. */
 #pragma once
 
-#include "rigid/body/world_state.h"
+#include "rigid/contact/contact.h"
 
 #define LL_ROWS 6
 
@@ -38,6 +38,8 @@ typedef struct ll_joint_row_type {
 extern const ll_joint_row_type ll_joint_distance, ll_joint_revolute, ll_joint_prismatic, ll_joint_weld,
     ll_joint_mouse, ll_joint_motor, ll_joint_friction;
 extern const ll_joint_row_type *const ll_joint_row_types[LL_JOINT_TYPES];
+
+void ll_unlink_joint(ll_rigid *w, int32_t joint); /* wakes both bodies */
 
 /* Rows that types share. `angle` is that of b to a. */
 void ll_row_point(const ll_joint *joint, ll_pose a, ll_pose b, ll_row out[2]); /* the anchors are together */

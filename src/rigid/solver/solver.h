@@ -154,6 +154,22 @@ static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const 
 
 /* ---- joints, one after the other ---- */
 
+/* joint_rows.c; a hinge's limits and motor are apart from it, since few hinges have them. */
+typedef struct ll_hinge ll_hinge;
+typedef struct ll_turning ll_turning;
+size_t ll_hinge_size(void);
+size_t ll_turning_size(void);
+
+static inline ll_hinge *ll_hinges(const ll_rigid *w)
+{
+    return (ll_hinge *)(void *)((char *)(uintptr_t)w + w->at.hinge);
+}
+
+static inline ll_turning *ll_turnings(const ll_rigid *w)
+{
+    return (ll_turning *)(void *)((char *)(uintptr_t)w + w->at.turning);
+}
+
 typedef struct ll_joint_set { /* of a group's joints, in this step */
     ll_hinge *hinges;
     ll_turning *turnings; /* of those with limits or a motor */

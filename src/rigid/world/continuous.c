@@ -14,9 +14,10 @@
  *
  * Costs a query and a few distances for each fast body, or, when these are more than what they can be swept
  * into, a query for each of the latter; a fast bullet another query, and a look at all of them a meeting. */
-#include "rigid/body/world_state.h"
+#include "rigid/world/continuous.h"
 
 #include "base/detmath.h"
+#include "rigid/contact/contact.h"
 #include "rigid/shape/distance.h"
 
 static const double heavier = 4; /* how much, to be swept into */

@@ -1,5 +1,6 @@
+#include "rigid/world/metrics.h"
+
 #include "rigid/joint/joint.h"
-#include "rigid/scenes/scene.h"
 
 void ll_rigid_refer(const ll_rigid *w, double fall, ll_body_reference *references, int32_t count)
 {

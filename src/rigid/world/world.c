@@ -3,6 +3,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "rigid/solver/solver.h"
+#include "rigid/world/continuous.h"
 
 const char *const ll_rigid_phase_names[LL_PHASES + 1] = {"broad",      "narrow", "solve",
                                                          "continuous", "finish", NULL};
