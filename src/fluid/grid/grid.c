@@ -20,31 +20,6 @@ size_t ll_grid_size(int32_t nx, int32_t ny)
     return (size + ((cells + 7) & ~(size_t)7) + ll_pressure_work_size(nx, ny) + 7) & ~(size_t)7;
 }
 
-static int32_t *donors_of(const ll_grid *g)
-{
-    return (int32_t *)ll_grid_field(g, LL_FIELDS);
-}
-
-uint8_t *ll_grid_fluid(const ll_grid *g)
-{
-    return (uint8_t *)(donors_of(g) + (int64_t)g->stride * g->rows);
-}
-
-double *ll_grid_u(const ll_grid *g)
-{
-    return ll_grid_field(g, LL_FIELD_U);
-}
-
-double *ll_grid_v(const ll_grid *g)
-{
-    return ll_grid_field(g, LL_FIELD_V);
-}
-
-double *ll_grid_dye(const ll_grid *g)
-{
-    return ll_grid_field(g, LL_FIELD_DYE);
-}
-
 const ll_grid_config *ll_grid_get_config(const ll_grid *g)
 {
     return &g->config;
@@ -199,7 +174,7 @@ static void carry(ll_grid *g, ll_grid_place place, ll_grid_field_kind in, ll_gri
                         .in = ll_grid_field(g, in),
                         .out = ll_grid_field(g, out),
                         .spare = {ll_grid_field(g, LL_FIELD_E), ll_grid_field(g, LL_FIELD_F)},
-                        .donors = donors_of(g),
+                        .donors = ll_grid_first_donors(g),
                         .dt = dt};
     ll_advections[g->solver.advection]->advect(&a);
     if (place == LL_PLACE_CELL && g->solver.keep_mass)

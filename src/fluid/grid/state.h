@@ -61,6 +61,8 @@ static inline bool ll_grid_periodic_y(const ll_grid *g)
     return g->config.sides[LL_BELOW] == LL_SIDE_PERIODIC;
 }
 
+int32_t *ll_grid_first_donors(const ll_grid *); /* of each value, while it is advected */
+
 /* ---- boundary.c ---- */
 
 /* Where a field's values stand in a cell. */

@@ -23,7 +23,7 @@ static size_t pictures_size(const ll_ocean_setup *s)
 static size_t size(const ll_ocean_setup *s)
 {
     ll_ocean_setup tile = tile_of(s);
-    return pictures_size(s) + ll_ocean_size(&tile);
+    return pictures_size(s) + ll_ocean_size_by(&ll_ocean_spectrum, &tile);
 }
 
 static double *picture(const ll_ocean *o, int64_t frame)
@@ -34,13 +34,13 @@ static double *picture(const ll_ocean *o, int64_t frame)
 static void init(ll_ocean *o)
 {
     ll_ocean_setup tile = tile_of(&o->setup);
-    ll_ocean *source =
-        ll_ocean_init((char *)ll_ocean_part(o, o->at_method) + pictures_size(&o->setup), &tile);
+    void *block = (char *)ll_ocean_part(o, o->at_method) + pictures_size(&o->setup);
+    ll_ocean *source = ll_ocean_init_by(&ll_ocean_spectrum, block, &tile);
     ll_ocean_surface s = ll_ocean_surface_of(source);
     size_t bytes = (size_t)(tile.n * tile.n) * sizeof(double);
     ll_time loop = ll_ms(1e3 * o->setup.loop_s);
     for (int64_t frame = 0; frame < o->setup.frames; frame++) {
-        ll_ocean_evaluate(source, loop / o->setup.frames * frame);
+        ll_ocean_spectrum.evaluate(source, loop / o->setup.frames * frame);
         double *to = picture(o, frame);
         memcpy(to, s.height, bytes);
         memcpy(to + tile.n * tile.n, s.dx, bytes);

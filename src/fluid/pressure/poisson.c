@@ -8,40 +8,6 @@
 
 #define PI 3.14159265358979323846
 
-const ll_pressure_solver *const ll_pressure_solvers[LL_PRESSURES] = {
-    &ll_pressure_jacobi, &ll_pressure_gauss_seidel, &ll_pressure_sor,
-    &ll_pressure_pcg,    &ll_pressure_multigrid,    &ll_pressure_direct};
-
-/* In the order of ll_pressure_solvers; a test holds them against each other. */
-const char *const ll_pressure_names[LL_PRESSURES + 1] = {"jacobi",    "gauss_seidel", "sor", "pcg",
-                                                         "multigrid", "direct",       NULL};
-
-ll_status ll_pressure_fits(ll_pressure_kind kind, int32_t nx, int32_t ny, bool periodic_x, bool periodic_y,
-                           bool empty)
-{
-    if (!ll_pressure_solvers[kind]->direct)
-        return ll_ok();
-    if (!empty)
-        return ll_error(LL_BAD_INPUT, "the direct solver wants a box without obstacles");
-    if (periodic_x != periodic_y)
-        return ll_error(LL_BAD_INPUT, "the direct solver wants walls on all sides, or none");
-    if (!ll_fft_allowed(nx) || !ll_fft_allowed(ny) || nx % 2 != 0 || ny % 2 != 0)
-        return ll_error(LL_BAD_INPUT,
-                        "the direct solver wants even counts of cells with factors 2, 3 and 5, not %d x %d",
-                        nx, ny);
-    return ll_ok();
-}
-
-size_t ll_pressure_work_size(int32_t nx, int32_t ny)
-{
-    size_t most = 0;
-    for (int i = 0; i < LL_PRESSURES; i++) {
-        size_t size = ll_pressure_solvers[i]->work_size(nx, ny);
-        most = size > most ? size : most;
-    }
-    return most;
-}
-
 /* ---- faces ---- */
 
 void ll_poisson_open(ll_poisson *p, const uint8_t *fluid, double *open_x, double *open_y, double *inverse)
@@ -157,15 +123,7 @@ double ll_poisson_best_relaxation(const ll_poisson *p)
     return 2 / (1 + ll_sin(modes * PI / n));
 }
 
-/* ---- solving ---- */
-
-void ll_pressure_prepare(ll_pressure_kind kind, const ll_poisson *p)
-{
-    if (ll_pressure_solvers[kind]->prepare)
-        ll_pressure_solvers[kind]->prepare(p);
-}
-
-static void take_mean_out(ll_poisson *p)
+void ll_poisson_take_mean_out(ll_poisson *p)
 {
     double sum = 0;
     int64_t count = 0;
@@ -181,12 +139,4 @@ static void take_mean_out(ll_poisson *p)
             p->b[k] = p->inverse[k] > 0 ? p->b[k] - mean : 0;
             p->source = larger(p->source, fabs(p->b[k]));
         }
-}
-
-void ll_pressure_solve(ll_pressure_kind kind, ll_poisson *p)
-{
-    take_mean_out(p);
-    p->sweeps = 0;
-    p->residual = 0;
-    ll_pressure_solvers[kind]->solve(p);
 }

@@ -76,6 +76,7 @@ static inline int64_t ll_cell(const ll_poisson *p, int32_t i, int32_t j)
 void ll_poisson_wrap(const ll_poisson *, double *field); /* the ring of periodic sides, faces excluded */
 /* One sweep of Gauss-Seidel in two colours, over-relaxed. */
 void ll_poisson_sweep(const ll_poisson *, double relaxation);
+void ll_poisson_take_mean_out(ll_poisson *); /* of b, over the fluid; and notes the largest that is left */
 /* max |b - A x|; the differences go to `r` unless it is NULL. */
 double ll_poisson_residual(const ll_poisson *, double *r);
 bool ll_poisson_done(ll_poisson *);                     /* looks at the residual */
