@@ -78,15 +78,6 @@ static ll_time fastest_way(ll_dejitter *b, ll_time transit, ll_time arrived)
     return least;
 }
 
-ll_time ll_dejitter_approach(const ll_dejitter_history *h, const ll_dejitter_arrival *packet, double want_ms,
-                             double up, double down)
-{
-    double passed = (double)(packet->arrived - h->arrived);
-    ll_time want = ll_ms(want_ms), most = h->delay + (ll_time)(up * passed),
-            least = h->delay - (ll_time)(down * passed);
-    return want > most ? most : want < least ? least : want;
-}
-
 /* The time that the policy gives the packet, late or not. */
 static ll_time schedule(ll_dejitter *b, const ll_dejitter_params *params, ll_time sent, ll_time arrived)
 {

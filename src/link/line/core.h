@@ -2,6 +2,7 @@
  * on their way. */
 #pragma once
 
+#include "link/line/link.h"
 #include "link/stages/stage.h"
 
 #pragma GCC diagnostic push

@@ -1,4 +1,4 @@
-#include "link/stages/link.h"
+#include "link/line/link.h"
 
 #include <stdio.h>
 

@@ -1,7 +1,7 @@
 /* Named kinds of links: what other tools and papers simulate, and a few of our own. */
 #pragma once
 
-#include "link/stages/link.h"
+#include "link/stages/parameters.h"
 
 typedef struct ll_link_preset {
     const char *name;

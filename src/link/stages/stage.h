@@ -4,7 +4,7 @@
 #pragma once
 
 #include "base/rng.h"
-#include "link/stages/link.h"
+#include "link/stages/parameters.h"
 
 /* In the order of the way, which is netem's. */
 typedef enum ll_stage {

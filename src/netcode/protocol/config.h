@@ -6,7 +6,7 @@
 
 #include "game/core/compensate.h"
 #include "link/dejitter/dejitter.h"
-#include "link/stages/link.h"
+#include "link/stages/parameters.h"
 #include "param/param.h"
 
 #define LL_NAME_MAX 24

@@ -7,6 +7,7 @@
 #include "netcode/server/admission.h"
 #include "netcode/client/client.h"
 #include "netcode/protocol/config.h"
+#include "link/line/link.h"
 #include "netcode/sync/desync.h"
 #include "netcode/metrics/instruments.h"
 #include "netcode/server/server.h"

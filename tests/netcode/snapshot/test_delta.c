@@ -2,7 +2,7 @@
 #include "netcode/toy.h"
 
 #include "base/rng.h"
-#include "link/stages/link.h"
+#include "link/line/link.h"
 
 #define CLIENTS 2
 #define ENTITIES 42
