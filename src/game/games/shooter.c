@@ -120,34 +120,6 @@ const ll_param_table ll_shooter_table = {.name = "shooter",
                                          .count = sizeof rows / sizeof rows[0],
                                          .size = sizeof(ll_shooter_params)};
 
-static const ll_box covers[] = {
-    {14, 15, 0, LL_SHOOTER_WALL},
-    {LL_SHOOTER_WIDTH - 15, LL_SHOOTER_WIDTH - 14, 0, LL_SHOOTER_WALL},
-    {27, 33, 9, 10},
-};
-
-enum { COVERS = sizeof covers / sizeof covers[0] };
-
-void ll_shooter_arena(const ll_game_env *env, int players, ll_arena *arena)
-{
-    const ll_shooter_params *p = ll_shooter_params_of(env);
-    *arena = (ll_arena){.players = players,
-                        .bodies = players + (int)p->targets,
-                        .teams = 2,
-                        .covers = COVERS,
-                        .player_radius = p->player_radius,
-                        .target_radius = p->target_radius,
-                        .shell_speed = p->shell_speed,
-                        .gravity = p->gravity,
-                        .bounds = {0, LL_SHOOTER_WIDTH, 0, LL_SHOOTER_HEIGHT}};
-    if (p->weapons != LL_SHOOTER_CANNON)
-        arena->interval_s[LL_RIFLE] = p->rifle_interval;
-    if (p->weapons != LL_SHOOTER_RIFLE)
-        arena->interval_s[LL_CANNON] = p->cannon_interval;
-    for (int i = 0; i < COVERS; i++)
-        arena->cover[i] = covers[i];
-}
-
 static ll_extent extent(const void *params, int players)
 {
     const ll_shooter_params *p = params;
@@ -294,9 +266,9 @@ static bool shape(const ll_game_env *env, int players, int index, ll_game_shape 
     *s = (ll_game_shape){index < players ? "player" : "target", 2 * radius, 2 * radius, true, 0, 0};
     if (cover < 0)
         return true;
-    if (cover >= COVERS)
+    if (cover >= ll_shooter_cover_count)
         return false;
-    const ll_box *b = &covers[cover];
+    const ll_box *b = &ll_shooter_covers[cover];
     *s = (ll_game_shape){"cover", b->x_max - b->x_min,       b->y_max - b->y_min,
                          false,   (b->x_min + b->x_max) / 2, (b->y_min + b->y_max) / 2};
     return true;

@@ -1,4 +1,5 @@
-/* Between the files of the shooter: its rules (shooter.c) and its scripts (shooter_drive.c). */
+/* Between the files of the shooter: its rules (shooter.c), its yard (shooter_arena.c) and its scripts
+ * (shooter_drive.c). */
 #pragma once
 
 #include "game/games/games.h"
@@ -33,6 +34,9 @@ static inline double ll_shooter_facing(int player)
 {
     return player % 2 == 0 ? 1 : -1;
 }
+
+extern const ll_box ll_shooter_covers[];
+extern const int ll_shooter_cover_count;
 
 void ll_shooter_arena(const ll_game_env *env, int players, ll_arena *arena);
 ll_action ll_shooter_drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
