@@ -2,6 +2,8 @@
 
 #include <string.h>
 
+#include "ode/core/scale.h"
+
 const ll_ode_method *const ll_ode_methods[] = {&ll_ode_explicit_euler,
                                                &ll_ode_semi_implicit_euler,
                                                &ll_ode_implicit_euler,
@@ -49,21 +51,9 @@ const ll_ode_method *ll_ode_method_find(const char *name)
     return NULL;
 }
 
-int ll_ode_order(const ll_ode_method *method, const ll_ode *ode)
+const ll_ode_method *ll_ode_reference_method(const ll_ode_problem *problem, int which)
 {
-    return ode->velocity_dependent && method->order_velocity > 0 ? method->order_velocity : method->order;
-}
-
-ll_status ll_ode_method_fits(const ll_ode_method *method, const ll_ode *ode)
-{
-    if ((method->needs & LL_ODE_NEEDS_MECHANICAL) && !ll_ode_mechanical(ode))
-        return ll_field_error(LL_BAD_INPUT, "method",
-                              "%s needs a mechanical problem, with positions and velocities.", method->name);
-    if ((method->needs & LL_ODE_NEEDS_MAGNETIC) && ode->magnetic == NULL)
-        return ll_field_error(LL_BAD_INPUT, "method", "%s needs a problem with a magnetic force.",
-                              method->name);
-    if ((method->needs & LL_ODE_NEEDS_POSITIONS) && ode->velocity_dependent && ode->magnetic == NULL)
-        return ll_field_error(LL_BAD_INPUT, "method",
-                              "%s needs forces that are free of velocities, or magnetic.", method->name);
-    return ll_ok();
+    static const char *const names[2][LL_ODE_REFERENCES] = {{"dop853", "extrapolated_midpoint"},
+                                                            {"radau13", "radau9"}};
+    return ll_ode_method_find(names[problem->stiff][which]);
 }

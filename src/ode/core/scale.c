@@ -52,13 +52,6 @@ bool ll_ode_blown_up(const ll_ode_scale *scale, double error, double energy)
     return beyond(error, scale->state) || beyond(energy, scale->energy);
 }
 
-const ll_ode_method *ll_ode_reference_method(const ll_ode_problem *problem, int which)
-{
-    static const char *const names[2][LL_ODE_REFERENCES] = {{"dop853", "extrapolated_midpoint"},
-                                                            {"radau13", "radau9"}};
-    return ll_ode_method_find(names[problem->stiff][which]);
-}
-
 ll_ode_control ll_ode_reference_control(double t_end)
 {
     return (ll_ode_control){.t_end = t_end, .tolerance = 1e-14, .absolute = 1e-18};
