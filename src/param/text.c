@@ -2,6 +2,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <cjson/cJSON.h>
+
 #include "param/internal.h"
 
 void ll_append(ll_writer *writer, const char *format, ...)
@@ -92,4 +94,13 @@ const char *ll_nearest_name(const ll_param_table *table, const char *name, size_
         }
     }
     return nearest;
+}
+
+/* Texts and choices may be written bare; anything else that is no JSON becomes a string, which the row then
+ * refuses by name. */
+cJSON *ll_read_text(const ll_param *row, const char *text)
+{
+    bool bare = row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && text[0] != '"';
+    cJSON *json = bare ? NULL : cJSON_ParseWithOpts(text, NULL, 1);
+    return json != NULL ? json : cJSON_CreateString(text);
 }
