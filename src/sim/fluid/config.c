@@ -88,7 +88,7 @@ static ll_status check(const void *object, const char *path)
         return status;
     char what[32];
     snprintf(what, sizeof what, "%d fluids side by side", c->beside_count + 1);
-    return ll_fluid_check_bytes("beside", what, (int64_t)ll_sim_fluid.size(c));
+    return ll_fluid_check_bytes("beside", what, (int64_t)ll_fluid_sim_size(c));
 }
 
 const ll_param_table ll_fluid_scenario_table = {.name = "fluid",

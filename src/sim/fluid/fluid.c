@@ -7,49 +7,6 @@
 #include "sim/core/hand.h"
 #include "sim/core/kinds.h"
 
-static int64_t head_size(void)
-{
-    return ((int64_t)sizeof(ll_fluid_sim) + 63) & ~INT64_C(63);
-}
-
-ll_fluid_setup ll_fluid_sim_setup(const ll_fluid_config *c, int i)
-{
-    ll_fluid_setup setup = i == 0 ? c->setup : c->beside[i - 1];
-    setup.hz = c->setup.hz;
-    setup.place = (int16_t)i;
-    setup.following = (int16_t)(c->beside_count - i);
-    return setup;
-}
-
-static int64_t size_of(const ll_fluid_setup *setup)
-{
-    return head_size() + (int64_t)ll_fluid_sim_scene(setup)->size(setup->params, setup->solver);
-}
-
-static size_t size(const void *config)
-{
-    const ll_fluid_config *c = config;
-    int64_t end = 0;
-    for (int i = 0; i <= c->beside_count; i++) {
-        ll_fluid_setup setup = ll_fluid_sim_setup(c, i);
-        end = ((end + 63) & ~INT64_C(63)) + size_of(&setup);
-    }
-    return (size_t)end;
-}
-
-static ll_status init(void *block, const void *config)
-{
-    ll_fluid_sim *s = block;
-    for (int i = 0; s != NULL; i++, s = ll_fluid_sim_next(s)) {
-        memset(s, 0, (size_t)head_size());
-        s->setup = ll_fluid_sim_setup(config, i);
-        s->size = size_of(&s->setup);
-        s->fluid = head_size();
-        ll_fluid_sim_scene(&s->setup)->init(ll_fluid_sim_block(s), s->setup.params, s->setup.solver);
-    }
-    return ll_ok();
-}
-
 static void settle(void *config, const void *before)
 {
     (void)config;
@@ -59,13 +16,6 @@ static void settle(void *config, const void *before)
 static ll_freq tick_freq(const void *config)
 {
     return ll_freq_from_hz(((const ll_fluid_config *)config)->setup.hz);
-}
-
-int ll_fluid_sim_numbers(const ll_fluid_sim *s, ll_fluid_number *out)
-{
-    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
-    int count = scene->method->numbers(ll_fluid_sim_block(s), out);
-    return scene->numbers ? count + scene->numbers(ll_fluid_sim_block(s), out + count) : count;
 }
 
 /* ---- a person stirs ---- */
@@ -195,8 +145,8 @@ const ll_sim_kind ll_sim_fluid = {
     .name = "fluid",
     .help = "Fluids by particles, on a grid, and as the surface of an ocean.",
     .table = &ll_fluid_scenario_table,
-    .size = size,
-    .init = init,
+    .size = ll_fluid_sim_size,
+    .init = ll_fluid_sim_init,
     .settle = settle,
     .tick_freq = tick_freq,
     .advance = advance,

@@ -75,6 +75,10 @@ static inline const ll_fluid_sim *ll_fluid_sim_at(const void *block, int place)
 /* Fluid `i` of a scenario, as its part of the block has it. */
 ll_fluid_setup ll_fluid_sim_setup(const ll_fluid_config *config, int i);
 
+/* Of the whole block. */
+size_t ll_fluid_sim_size(const void *config);
+ll_status ll_fluid_sim_init(void *block, const void *config);
+
 /* What the method and the scene tell, at most LL_FLUID_NUMBERS_MAX; returns the count. */
 int ll_fluid_sim_numbers(const ll_fluid_sim *s, ll_fluid_number *out);
 

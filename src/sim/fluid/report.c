@@ -114,10 +114,10 @@ void ll_fluid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
 /* The start of a simulation; NULL without memory. */
 static ll_fluid_sim *started(const void *config)
 {
-    ll_fluid_sim *s = malloc(ll_sim_fluid.size(config));
+    ll_fluid_sim *s = malloc(ll_fluid_sim_size(config));
     if (!s)
         return NULL;
-    ll_status status = ll_sim_fluid.init(s, config);
+    ll_status status = ll_fluid_sim_init(s, config);
     if (!ll_failed(&status))
         return s;
     free(s);

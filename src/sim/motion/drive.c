@@ -9,11 +9,6 @@
 /* A step that ends within this part of itself before a time ends there. */
 #define SLACK 1e-9
 
-const char *const ll_motion_step_names[] = {"fixed", "frame", "accumulator", NULL};
-const char *const ll_motion_clock_names[] = {"exact", "float", "compensated", NULL};
-const char *const ll_motion_precision_names[] = {"double", "float", NULL};
-const char *const ll_motion_frame_names[] = {"alternating", "random", NULL};
-
 static ll_time to_ns(double s)
 {
     return (ll_time)(s * 1e9 + 0.5);
@@ -26,28 +21,6 @@ static ll_time frame_length(const ll_motion_config *c, int64_t n)
     if (c->frames == LL_MOTION_RANDOM)
         share = 2 * ll_rng_unit((uint64_t)c->head.seed, 0, (uint64_t)n) - 1;
     return to_ns(c->frame_s * (1 + share * c->frame_jitter));
-}
-
-double ll_motion_end(const ll_motion_config *c)
-{
-    return c->reverse ? c->head.duration_s / 2 : c->head.duration_s;
-}
-
-double ll_motion_moment(const ll_motion_config *c, double t)
-{
-    return t <= ll_motion_end(c) ? t : c->head.duration_s - t;
-}
-
-double ll_motion_time(const ll_motion *m, int i)
-{
-    const ll_motion_method *method = &m->config.methods[i];
-    return method->clock == LL_MOTION_EXACT ? ll_motion_run(m, i)->t
-                                            : (double)m->drive[i].ticks * method->dt_s;
-}
-
-double ll_motion_clock_error(const ll_motion *m, int i)
-{
-    return ll_motion_run(m, i)->t - ll_motion_time(m, i);
 }
 
 /* Positions are kept where they are, `origin_m` away from where the problem has them. */

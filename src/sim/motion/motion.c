@@ -5,27 +5,6 @@
 #include "base/hash.h"
 #include "sim/core/kinds.h"
 
-/* ---- the system ---- */
-
-ll_ode ll_motion_system(ll_motion_config *config)
-{
-    const ll_ode_problem *problem = ll_motion_problem(config);
-    ll_ode ode;
-    if (problem->prepare)
-        problem->prepare(config->params);
-    problem->system(config->params, &ode);
-    return ode;
-}
-
-ll_ode_control ll_motion_control(const ll_motion_config *config, int i)
-{
-    const ll_motion_method *method = &config->methods[i];
-    return (ll_ode_control){.t_end = ll_motion_end(config),
-                            .dt = method->steps == LL_MOTION_FRAME ? config->frame_s : method->dt_s,
-                            .tolerance = config->methods[i].tolerance,
-                            .max_steps = LL_MOTION_STEPS_MAX};
-}
-
 /* ---- layout ---- */
 
 /* Any method may be chosen while it runs: the largest counts. */

@@ -12,19 +12,6 @@ static void number(cJSON *object, const char *name, double value)
     ll_netgame_number(object, name, value);
 }
 
-void ll_netgame_number(cJSON *object, const char *name, double value)
-{
-    if (value - value == 0)
-        cJSON_AddNumberToObject(object, name, value);
-    else
-        cJSON_AddNullToObject(object, name);
-}
-
-double ll_netgame_ratio(double part, double whole)
-{
-    return whole != 0 ? part / whole : NAN;
-}
-
 static cJSON *entity_json(const ll_entity *e)
 {
     cJSON *o = cJSON_CreateObject();
@@ -70,18 +57,6 @@ cJSON *ll_netgame_state(const void *block)
         cJSON_AddItemToArray(players, p);
     }
     return state;
-}
-
-void ll_netgame_distribution(cJSON *object, const char *name, ll_summary s)
-{
-    cJSON *o = cJSON_AddObjectToObject(object, name);
-    number(o, "mean", s.mean);
-    number(o, "rms", s.rms);
-    number(o, "p50", s.p50);
-    number(o, "p95", s.p95);
-    number(o, "p99", s.p99);
-    number(o, "max", s.max);
-    number(o, "count", (double)s.count);
 }
 
 /* Since when rates count. */

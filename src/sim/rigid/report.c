@@ -228,10 +228,10 @@ static void time_volumes(const ll_rigid *w, cJSON *o, int64_t (*now_ns)(void))
 
 void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_ns)(void))
 {
-    ll_rigid_sim *s = malloc(ll_sim_rigid.size(config));
+    ll_rigid_sim *s = malloc(ll_rigid_sim_size(config));
     if (s == NULL)
         return;
-    ll_status status = ll_sim_rigid.init(s, config);
+    ll_status status = ll_rigid_sim_init(s, config);
     for (int i = 0; i < count_of(s) && !ll_failed(&status); i++) {
         cJSON *o = metrics;
         if (i > 0)
@@ -246,11 +246,11 @@ void ll_rigid_sim_time_parts(const void *config, cJSON *metrics, int64_t (*now_n
 
 static void add_view(cJSON *layout, const void *config)
 {
-    ll_rigid_sim *s = malloc(ll_sim_rigid.size(config));
+    ll_rigid_sim *s = malloc(ll_rigid_sim_size(config));
     cJSON *view = cJSON_AddArrayToObject(layout, "view");
     if (s == NULL)
         return;
-    ll_status status = ll_sim_rigid.init(s, config);
+    ll_status status = ll_rigid_sim_init(s, config);
     for (int i = 0; i < 4 && !ll_failed(&status); i++)
         cJSON_AddItemToArray(view, ll_param_number(s->view[i]));
     free(s);

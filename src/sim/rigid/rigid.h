@@ -149,6 +149,11 @@ _Static_assert(LL_SIDE_BY_SIDE_MAX *LL_RIGID_PARTS <= LL_METER_PARTS, "a meter h
 ll_rigid_limits ll_rigid_sim_limits(const ll_rigid_config *config);
 ll_rigid_params ll_rigid_sim_params(const ll_rigid_setup *setup, int world);
 
+/* ---- block.c: of all worlds side by side ---- */
+
+size_t ll_rigid_sim_size(const void *config);
+ll_status ll_rigid_sim_init(void *block, const void *config);
+
 /* ---- rigid.c ---- */
 
 /* One step of a world, without measuring. What fails is kept in its record. */
