@@ -17,6 +17,7 @@
 #include "cli/verbs.h"
 #include "ode/core/method.h"
 #include "ode/core/problem.h"
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
 #include "session/workload.h"

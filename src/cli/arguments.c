@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "library/library.h"
 #include "library/program.h"
 
 static const ll_option *find(const ll_option *options, const char *name)

@@ -13,7 +13,7 @@
 
 #include <cmocka.h>
 
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 #include "netcode/server/server.h"
 
 #define HZ(f) ((ll_freq)(f)*1000)

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 

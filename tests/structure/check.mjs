@@ -8,7 +8,7 @@ import { join, relative, sep } from "node:path";
 import { argv, exit } from "node:process";
 import { fileURLToPath } from "node:url";
 
-const ROOMS = ["base", "param", "ode", "rigid", "fluid", "link", "game", "netcode", "sim", "session", "library",
+const ROOMS = ["base", "param", "input", "ode", "rigid", "fluid", "link", "game", "netcode", "sim", "session", "library",
   "experiment", "daemon", "cli", "main.c"];
 const PURE = new Set(["base", "ode", "rigid", "fluid", "link", "game", "netcode", "sim"]);
 

@@ -14,7 +14,7 @@
 #include <unistd.h>
 
 #include "base/assert.h"
-#include "daemon/net/problem.h"
+#include "daemon/http/problem.h"
 
 int64_t front_now(void)
 {

@@ -1,3 +1,4 @@
+#include "library/library.h"
 #include "support/scene.h"
 
 #include <setjmp.h>

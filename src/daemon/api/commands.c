@@ -4,9 +4,9 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/hosting/action.h"
+#include "input/action_json.h"
 #include "daemon/api/api.h"
-#include "daemon/net/problem.h"
+#include "daemon/http/problem.h"
 
 typedef struct order {
     const cJSON *body;

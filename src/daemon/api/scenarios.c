@@ -7,8 +7,9 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/api/api.h"
-#include "daemon/net/problem.h"
+#include "daemon/http/problem.h"
 #include "experiment/spec/experiment.h"
+#include "library/library.h"
 #include "session/scenario.h"
 
 void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_response *response)

@@ -8,7 +8,8 @@
 
 #include "daemon/api/api.h"
 #include "daemon/api/idempotency.h"
-#include "daemon/net/problem.h"
+#include "daemon/http/problem.h"
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 

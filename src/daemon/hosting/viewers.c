@@ -10,10 +10,10 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/hosting/action.h"
+#include "input/action_json.h"
 #include "daemon/hosting/hosted.h"
 #include "daemon/hosting/quota.h"
-#include "daemon/net/problem.h"
+#include "daemon/net/problem_json.h"
 #include "session/scenario.h"
 
 /* ---- answers ---- */

@@ -20,27 +20,7 @@
 #include "base/hash.h"
 #include "daemon/http/internal.h"
 
-int64_t ll_http_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
 /* ---- connections and their watchdog ---- */
-
-static void set_deadline(http_connection *connection, double seconds)
-{
-    atomic_store_explicit(&connection->deadline_ns,
-                          seconds > 0 ? ll_http_now() + (int64_t)(seconds * 1e9) : 0, memory_order_relaxed);
-}
-
-void ll_http_deadline(http_exchange *exchange, double seconds)
-{
-    if (exchange->watched != NULL) {
-        set_deadline(exchange->watched, seconds);
-    }
-}
 
 static void write_peer(const struct sockaddr *address, char text[48])
 {
@@ -74,7 +54,7 @@ static http_connection *watch_connection(ll_http *http, struct MHD_Connection *c
     write_peer(address, watched->peer);
     info = MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     watched->fd = info->connect_fd;
-    set_deadline(watched, http->config.head_timeout_s);
+    ll_http_set_deadline(watched, http->config.head_timeout_s);
     pthread_mutex_lock(&http->watch_lock);
     watched->next = http->first;
     if (http->first != NULL) {
@@ -244,7 +224,7 @@ static void on_completed(void *closure, struct MHD_Connection *connection, void 
     (void)code;
     *context = NULL;
     if (watched != NULL && (exchange == NULL || exchange->offer == NULL)) {
-        set_deadline(watched, http->config.idle_timeout_s);
+        ll_http_set_deadline(watched, http->config.idle_timeout_s);
         atomic_store_explicit(&watched->idle, true, memory_order_relaxed);
     }
     if (exchange == NULL) {
@@ -303,7 +283,7 @@ static void *on_request_line(void *closure, const char *uri, struct MHD_Connecti
         if (fault != NULL) {
             refuse_target(watched, fault);
         }
-        set_deadline(watched, http->config.head_timeout_s);
+        ll_http_set_deadline(watched, http->config.head_timeout_s);
         atomic_store_explicit(&watched->idle, false, memory_order_relaxed);
     }
     return NULL;

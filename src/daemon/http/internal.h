@@ -6,10 +6,11 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "daemon/listener/door.h"
+#include "daemon/net/config.h"
+#include "daemon/stream/ws.h"
 #include "daemon/net/gate.h"
 #include "daemon/http/http.h"
-#include "daemon/net/problem.h"
+#include "daemon/http/problem.h"
 #include "daemon/net/proxies.h"
 #include "daemon/support/tasks.h"
 #include "daemon/net/upgrade.h"
@@ -96,6 +97,7 @@ struct ll_http {
 };
 
 int64_t ll_http_now(void);
+void ll_http_set_deadline(http_connection *connection, double seconds);
 void ll_http_deadline(http_exchange *exchange, double seconds); /* 0: none */
 
 /* Routing: what can be said before the body is there. Sets `route` or a response with `refused`. */

@@ -29,6 +29,11 @@ bool ll_http_submit(ll_http *http, http_exchange *exchange)
 }
 
 /* NULL at the end. */
+void ll_http_run_handler(http_exchange *exchange)
+{
+    exchange->route->handler(exchange->http->app.context, &exchange->request, &exchange->response);
+}
+
 static http_exchange *next_job(ll_http *http, int64_t *busy_since)
 {
     pthread_mutex_lock(&http->job_lock);

@@ -6,24 +6,6 @@
 
 #include "daemon/http/internal.h"
 
-const char *ll_http_query(const ll_http_request *request, const char *name)
-{
-    const http_exchange *exchange = request->impl;
-    const char *value = NULL;
-    size_t size;
-    if (MHD_lookup_connection_value_n(exchange->connection, MHD_GET_ARGUMENT_KIND, name, strlen(name), &value,
-                                      &size) == MHD_NO) {
-        return NULL;
-    }
-    return value != NULL ? value : "";
-}
-
-const char *ll_http_header(const ll_http_request *request, const char *name)
-{
-    const http_exchange *exchange = request->impl;
-    return MHD_lookup_connection_value(exchange->connection, MHD_HEADER_KIND, name);
-}
-
 static ll_text text_of(const char *value)
 {
     return (ll_text){value, value != NULL ? strlen(value) : 0};
@@ -388,11 +370,6 @@ void ll_http_begin(http_exchange *exchange, const char *version)
             }
         }
     }
-}
-
-void ll_http_run_handler(http_exchange *exchange)
-{
-    exchange->route->handler(exchange->http->app.context, &exchange->request, &exchange->response);
 }
 
 bool ll_http_handle(http_exchange *exchange)

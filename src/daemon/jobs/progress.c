@@ -10,7 +10,7 @@
 
 #include "daemon/jobs/experiments.h"
 #include "daemon/support/log.h"
-#include "daemon/net/problem.h"
+#include "daemon/net/problem_json.h"
 #include "daemon/stream/ws.h"
 
 #define LOOK_EVERY_NS 250000000L

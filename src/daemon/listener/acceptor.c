@@ -19,7 +19,7 @@
 #include <cjson/cJSON.h>
 
 #include "daemon/listener/door.h"
-#include "daemon/net/problem.h"
+#include "daemon/http/problem.h"
 #include "daemon/net/proxies.h"
 
 #define TICK_NS INT64_C(100000000) /* deadlines are looked at that often */

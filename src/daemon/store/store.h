@@ -18,7 +18,7 @@
 
 #include "base/status.h"
 #include "daemon/support/keys.h"
-#include "game/core/game.h"
+#include "input/action.h"
 
 #define LL_STORE_KEYS (1 + LL_PLAYERS_MAX) /* the owner's, then one per player */
 

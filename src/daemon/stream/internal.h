@@ -5,7 +5,7 @@
 #include <pthread.h>
 #include <stdatomic.h>
 
-#include "daemon/listener/door.h"
+#include "daemon/net/config.h"
 #include "daemon/net/framing.h"
 #include "daemon/net/gate.h"
 #include "daemon/net/upgrade.h"

@@ -11,8 +11,6 @@
 #include "experiment/spec/metric_path.h"
 #include "session/session.h"
 
-const char *const ll_row_status_names[] = {"ok", "stopped", "diverged", "refused", "failed", "skipped"};
-
 static bool stops(const ll_experiment *e, ll_session *session)
 {
     cJSON *report = ll_session_metrics(session);
@@ -35,13 +33,6 @@ static ll_status advance(const ll_experiment *e, ll_session *session, const ll_i
         *stopped = !ll_failed(&status) && info.tick < info.end_tick && stops(e, session);
     }
     return status;
-}
-
-void ll_row_clear(ll_row *row)
-{
-    memset(row, 0, sizeof *row);
-    for (int i = 0; i < LL_EXPERIMENT_METRICS_MAX; i++)
-        row->metrics[i] = NAN;
 }
 
 /* A sentence may be cut within a character, which no database of text takes. */

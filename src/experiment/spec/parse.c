@@ -7,6 +7,7 @@
 #include "experiment/spec/internal.h"
 #include "experiment/spec/metric_path.h"
 #include "experiment/spec/until.h"
+#include "library/library.h"
 #include "session/session.h"
 
 /* Puts the scenario in place of its id. */

@@ -10,22 +10,12 @@
 #include <stdint.h>
 
 #include "base/vtime.h"
+#include "input/action.h"
 #include "param/param.h"
 
-#define LL_PLAYERS_MAX 16
 #define LL_ENTITIES_MAX 255     /* a view counts them in a byte */
 #define LL_GAME_WORLD_MAX 20000 /* bytes, with its tail */
 #define LL_GAME_VALUES 4        /* a game's own numbers per player, for views */
-
-/* What a person or a script does to one player's controls. Axes in [-1, 1]; the game says what they mean. */
-typedef struct ll_action {
-    float axis[2];
-    uint32_t buttons;     /* LL_BUTTON_*, and what the client says that it hit: ll_claim */
-    uint32_t view_age_ns; /* what the player saw when it acted: so long before the step that this is for; at
-                             most 4.29 s */
-} ll_action;
-
-enum { LL_BUTTON_FIRE = 1, LL_BUTTON_CANNON = 2, LL_BUTTONS = 255 };
 
 struct ll_past;
 struct ll_weapons;

@@ -3,7 +3,7 @@
  * skipped; and where the server applies inputs as they come, one that was overtaken is dropped though it will
  * still be applied. */
 #include "netcode/client/ack.h"
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 static void take(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
 {

@@ -8,7 +8,7 @@
 #include <string.h>
 
 #include "netcode/client/ack.h"
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 static bool applied(const ll_client *c, uint32_t seq)
 {

@@ -1,6 +1,6 @@
 #include "netcode/client/cheat.h"
 
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 #define LEAP_S 2 /* between two leaps */
 #define LEAP 1000.0f

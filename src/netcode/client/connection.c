@@ -2,7 +2,7 @@
 
 #include <string.h>
 
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 const char *const ll_connection_state_names[LL_CONNECTION_STATES] = {
     "connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected"};

@@ -1,7 +1,7 @@
 /* How a client reads a world: against what it holds, or not at all. */
 #include <string.h>
 
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 #include "netcode/snapshot/snapshot.h"
 
 /* The world of `tick` as it was received, of those that lie on the present grid. */

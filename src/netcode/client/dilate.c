@@ -5,7 +5,7 @@
  * tells is that of an input made a round trip ago: what the clock was shifted by since then, and what it is
  * going to be, is added, so that nothing is made up for twice. Beyond ten ticks the rest is doubled or left
  * out at once. Time is shifted by whole ns: nothing is accumulated in floating point. */
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 #define WINDOW (2 * LL_SECOND)
 #define TICKS_MAX 10

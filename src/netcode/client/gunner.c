@@ -1,8 +1,8 @@
-#include "netcode/client/gunner.h"
+#include "netcode/state/gunner.h"
 
 #include <string.h>
 
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 #include "netcode/metrics/shots.h"
 
 void ll_gunner_start(const ll_client *c, const ll_client_setup *s)

@@ -11,7 +11,7 @@
 
 #include "base/detmath.h"
 #include "netcode/client/agree.h"
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 #include "netcode/client/scope.h"
 
 static const ll_scope *scope_of(const ll_client_setup *s)

@@ -121,8 +121,6 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
         ll_histogram_add(&in->histogram[metric], value);
 }
 
-struct ll_client;
-
 /* ---- what the actors tell ---- */
 
 /* A client made an input for the server's step `tick` (LL_NEVER: applied as it comes) with these controls. */
@@ -167,24 +165,3 @@ void ll_instruments_stepped(ll_instruments *in, int self, const ll_stepped *step
 
 /* The server and the clients start anew: what was awaited does not come. */
 void ll_instruments_meet(ll_instruments *in);
-
-/* At a display of `client`: compares what it draws with the truth. */
-typedef struct ll_truth {
-    const ll_world *world;
-    const ll_history *history;
-    ll_time device; /* from the picture to the light of the screen: changes are seen so much later */
-    uint32_t acked; /* the newest input of the client's player that the server has applied; where it drains */
-    bool drains, peers; /* inputs are applied as they come; clients have worlds of their own */
-} ll_truth;
-
-void ll_instruments_frame(ll_instruments *in, const struct ll_client *client, const ll_truth *truth,
-                          ll_time now);
-
-/* At the same display: what it shows of the player whose instruments these are, `self`. */
-void ll_instruments_seen(ll_instruments *in, int self, const struct ll_client *by, const ll_truth *truth,
-                         ll_time now);
-
-/* After the last frame of an instant: compares what the clients draw with each other (M7). The distance of an
- * entity in one picture is that from the farthest of the others. `elapsed` since the last such instant. */
-void ll_instruments_between(ll_instruments *const *in, const struct ll_client *const *clients, int count,
-                            ll_time now, ll_time elapsed);

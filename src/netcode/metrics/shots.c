@@ -4,7 +4,6 @@
 #include <string.h>
 
 #include "base/detmath.h"
-#include "netcode/client/client.h"
 
 #define PEEK_WINDOW                                                                                          \
     (3 * LL_SECOND)     /* longer than any way from player to player: what is further apart is no pair */
@@ -142,15 +141,14 @@ static void measure_rollback(const ll_shots *shots, ll_marksman *m, const ll_sho
     ll_histogram_add(&m->rollback, distance(then[body], present[body]));
 }
 
-static bool behind_cover(const ll_shots *shots, const ll_client *victim, int shooter)
+static bool behind_cover(const ll_shots *shots, const ll_sight *victim, int shooter)
 {
-    const ll_world *shown = ll_client_shown_const(victim);
-    const ll_entity *own = &shown->entity[victim->self], *other = &shown->entity[shooter];
+    const ll_entity *own = &victim->shown->entity[victim->self], *other = &victim->shown->entity[shooter];
     return !ll_arena_sees(&shots->arena, (ll_point){own->x, own->y}, (ll_point){other->x, other->y});
 }
 
 static void judge_rifle(ll_shots *shots, const ll_judgement *j, ll_shot_record *r, const ll_history *history,
-                        const ll_point *present, const ll_client *victim)
+                        const ll_point *present, const ll_sight *victim)
 {
     ll_marksman *m = &shots->marksman[j->shooter];
     const ll_arena *arena = &shots->arena;
@@ -207,7 +205,7 @@ static void judge_impact(ll_shots *shots, const ll_judgement *j, const ll_histor
 }
 
 void ll_shots_judge(ll_shots *shots, const ll_judgement *j, int64_t tick, const ll_history *history,
-                    const ll_world *world, const ll_client *victim)
+                    const ll_world *world, const ll_sight *victim)
 {
     ll_marksman *m = &shots->marksman[j->shooter];
     ll_point present[LL_BODIES_MAX];
@@ -307,9 +305,9 @@ static void match(ll_shots *shots, int a, int b)
         ll_histogram_add(&m->peek[advantage < 0], ll_to_ms(advantage < 0 ? -advantage : advantage));
 }
 
-static void notice(ll_shots *shots, const ll_client *c, int other, bool sees, ll_time now)
+static void notice(ll_shots *shots, int self, int other, bool sees, ll_time now)
 {
-    ll_marksman *m = &shots->marksman[c->self];
+    ll_marksman *m = &shots->marksman[self];
     uint32_t bit = UINT32_C(1) << other;
     if (sees == ((m->sees & bit) != 0))
         return;
@@ -317,20 +315,20 @@ static void notice(ll_shots *shots, const ll_client *c, int other, bool sees, ll
     m->peeking = (m->peeking & ~bit) | (sees && m->moved == now ? bit : 0);
     m->awaiting = (m->awaiting & ~bit) | (sees && now - m->moved >= STOOD ? bit : 0);
     m->opened[other] = now;
-    match(shots, c->self, other);
-    match(shots, other, c->self);
+    match(shots, self, other);
+    match(shots, other, self);
 }
 
-void ll_shots_frame(ll_shots *shots, const ll_client *c, ll_time now)
+void ll_shots_frame(ll_shots *shots, const ll_sight *sight, ll_time now)
 {
-    const ll_world *shown = ll_client_shown_const(c);
-    const ll_entity *own = &shown->entity[c->self];
+    int self = sight->self;
+    const ll_entity *own = &sight->shown->entity[self];
     if (own->vx != 0 || own->vy != 0)
-        shots->marksman[c->self].moved = now;
+        shots->marksman[self].moved = now;
     for (int i = 0; i < shots->arena.players; i++) {
-        const ll_entity *e = &shown->entity[i];
-        if (ll_arena_enemies(&shots->arena, c->self, i))
-            notice(shots, c, i,
+        const ll_entity *e = &sight->shown->entity[i];
+        if (ll_arena_enemies(&shots->arena, self, i))
+            notice(shots, self, i,
                    ll_arena_sees(&shots->arena, (ll_point){own->x, own->y}, (ll_point){e->x, e->y}), now);
     }
 }

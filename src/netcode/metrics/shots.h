@@ -13,8 +13,6 @@
 #include "base/histogram.h"
 #include "game/core/weapons.h"
 
-struct ll_client;
-
 #define LL_SHOTS_KEPT 32 /* of each player's presses, until all judges have spoken */
 
 typedef enum ll_judge { LL_JUDGE_VIEW, LL_JUDGE_NOW, LL_JUDGE_SERVER, LL_JUDGE_PERFECT, LL_JUDGES } ll_judge;
@@ -101,18 +99,24 @@ void ll_shots_press(ll_shots *shots, int player, ll_weapon weapon, const ll_pres
                     const ll_point *bodies);
 void ll_shots_seen(ll_shots *shots, int player, int64_t tick, int body);
 
-/* From the server's step `tick`, whose world before it is `world`. `victim` is the client of the player that
- * was hit; NULL when it was none. */
+/* What a client draws of its player `self` and the others. */
+typedef struct ll_sight {
+    const ll_world *shown;
+    int self;
+} ll_sight;
+
+/* From the server's step `tick`, whose world before it is `world`. `victim` is what the client of the player
+ * that was hit draws; NULL when it was none. */
 void ll_shots_judge(ll_shots *shots, const ll_judgement *judgement, int64_t tick, const ll_history *history,
-                    const ll_world *world, const struct ll_client *victim);
+                    const ll_world *world, const ll_sight *victim);
 
 /* After the server's step `tick`, whose world the history has. */
 void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history);
 
-/* After a frame of `client`: whom it sees. Peeker's advantage: of two players between whom the line opens
+/* After a frame of a client: whom it sees. Peeker's advantage: of two players between whom the line opens
  * while one moves and the other has stood for a second, when the standing one's client draws it open less
  * when the moving one's does. It is the moving one's, and below zero when the other saw first. */
-void ll_shots_frame(ll_shots *shots, const struct ll_client *client, ll_time now);
+void ll_shots_frame(ll_shots *shots, const ll_sight *sight, ll_time now);
 
 /* Peeker's advantage of a player, with its sign, ms. */
 ll_summary ll_shots_peeks(const ll_marksman *marksman);

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/rng.h"
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 #define ULP_STREAM 0x756c70
 #define ULP_EVERY 64 /* ticks between two slips, in the mean */

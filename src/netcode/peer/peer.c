@@ -1,11 +1,11 @@
-#include "netcode/peer/peer.h"
+#include "netcode/state/peer.h"
 
 #include <string.h>
 
 #include "base/assert.h"
 
-#include "netcode/client/gunner.h"
-#include "netcode/server/hold.h"
+#include "netcode/state/gunner.h"
+#include "netcode/protocol/limits.h"
 
 /* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
 #define HASHES_EVERY 4
@@ -16,11 +16,6 @@
 #define FAIR_SHARE (1 / 16.0) /* of what was heard last in the means */
 
 #define ROUND_MAX LL_SECOND /* what takes longer is an outage's */
-
-size_t ll_peer_size(int players, size_t world_size)
-{
-    return sizeof(ll_peer) + (size_t)players * sizeof(ll_peer_player) + LL_PEER_RING * world_size;
-}
 
 void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
 {

@@ -3,8 +3,8 @@
 
 #include "base/detmath.h"
 #include "netcode/peer/hardware.h"
-#include "netcode/peer/peer.h"
-#include "netcode/server/referee.h"
+#include "netcode/state/peer.h"
+#include "netcode/protocol/world_hash.h"
 
 /* Whose input for `tick` has not come goes on as it did last, what it presses too (GGPO). */
 static void guess(ll_peer *peer, int players, int64_t tick)

@@ -16,9 +16,6 @@
 #include "netcode/protocol/clock_sync.h"
 #include "netcode/protocol/config.h"
 
-struct ll_client;
-struct ll_client_setup;
-
 #define LL_LOBBY (10 * LL_SECOND) /* before time 0, for players to connect and to measure their clocks */
 #define LL_CONNECT_RETRY (LL_SECOND / 2)
 #define LL_SYNC_EVERY (50 * LL_MS)
@@ -62,18 +59,6 @@ typedef struct ll_connection {
 #pragma GCC diagnostic pop
 
 void ll_connection_init(ll_connection *connection, ll_time now);
-
-/* When something is to be done next, whatever comes. */
-ll_time ll_connection_due(const struct ll_client *client, const struct ll_client_setup *setup);
-
-/* What is due at `now`: a state that ends for want of packets, a connect or a ping that is to be sent.
- * Writes it and returns its size, 0 when there is none. */
-int ll_connection_tend(struct ll_client *client, const struct ll_client_setup *setup, ll_time now,
-                       void *packet);
-
-/* Any packet of the server has come. False: it is not of the connection but of the game. */
-bool ll_connection_receive(struct ll_client *client, const struct ll_client_setup *setup, const void *packet,
-                           int size, ll_time now);
 
 static inline bool ll_connection_plays(const ll_connection *connection)
 {

@@ -10,19 +10,8 @@
  * hears of a hold too late raises it. */
 #pragma once
 
-#include "netcode/protocol/clock_sync.h"
+#include "netcode/protocol/limits.h"
 #include "netcode/server/server.h"
-
-#define LL_HOLD_GAP (60 * LL_MS)
-#define LL_HOLD_EVERY                                                                                        \
-    (5 * LL_SECOND)       /* after one, until a gap has the next: links may lose packets all the time */
-#define LL_HOLD_BLUR 1000 /* ns, by which clocks are rounded */
-
-/* One way of a packet, half the measured round trip. */
-static inline ll_time ll_hold_way(const ll_clock_sync *clock)
-{
-    return (ll_clock_sync_round_trip(clock) + 1) / 2;
-}
 
 /* A packet of `player` has been taken. */
 void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll_peer_message *message,

@@ -1,12 +1,7 @@
 #include "netcode/server/referee.h"
 
-#include "base/hash.h"
+#include "netcode/protocol/world_hash.h"
 #include "netcode/server/hold.h"
-
-uint32_t ll_world_hash(const ll_world *world)
-{
-    return (uint32_t)ll_hash(0, world, ll_world_size(world));
-}
 
 static const ll_input_slot *slot_of(const ll_seat *seat, int64_t tick)
 {

@@ -14,6 +14,3 @@ int ll_referee_compose(ll_server *server, const ll_sync *sync, int player, void 
 
 /* Neutral inputs for who is not connected, as far as those of the others reach. */
 void ll_referee_fill(ll_server *server, ll_time now);
-
-/* A world's hash as it travels. */
-uint32_t ll_world_hash(const ll_world *world);

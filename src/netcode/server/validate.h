@@ -8,10 +8,9 @@
 
 #include "base/vtime.h"
 #include "game/core/game.h"
+#include "netcode/protocol/limits.h"
 
-#define LL_BUDGET_TICKS 128 /* an input must be for a step less than so many ahead of the server's, */
-#define LL_BUDGET_HZ 64     /* and twice as many where there are more steps a second than that */
-/* where inputs count as they come, of no more time than has passed, and a burst */
+/* Where inputs count as they come: of no more time than has passed, and a burst. */
 #define LL_RATE_BURST 80.0        /* inputs that may come at once, at least; */
 #define LL_RATE_BURST_S (4.0 / 3) /* and those of so many seconds: a link may stall for one */
 #define LL_RATE_FACTOR                                                                                       \
@@ -35,11 +34,6 @@ typedef struct ll_allowance {
     double tokens;
     ll_time filled;
 } ll_allowance;
-
-static inline int64_t ll_budget_ticks(ll_freq client_freq)
-{
-    return client_freq > 1000 * LL_BUDGET_HZ ? 2 * LL_BUDGET_TICKS : LL_BUDGET_TICKS;
-}
 
 /* The tokens of a full bucket. */
 double ll_rate_burst(ll_freq client_freq);

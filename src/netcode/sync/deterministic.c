@@ -1,8 +1,8 @@
 /* Deterministic lockstep (paper, "Deterministic Lockstep"; Fiedler): only inputs travel, and everybody makes
  * tick k when all inputs for k are there. Nothing is guessed and nothing corrected, at the price of two lags
  * between an input and its effect, and of equal arithmetic on every machine. */
-#include "netcode/sync/desync.h"
-#include "netcode/peer/peer.h"
+#include "netcode/observe/desync.h"
+#include "netcode/state/peer.h"
 #include "netcode/server/referee.h"
 
 const ll_sync ll_sync_deterministic = {

@@ -2,7 +2,7 @@
  * it, and only then makes the next. A step takes the slowest player's round trip and an interval of the
  * server's: one slow player slows everybody. Nothing is guessed, so nothing is corrected. An input that has
  * no answer is sent again. */
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
 
 const ll_sync ll_sync_lockstep = {

@@ -1,7 +1,7 @@
 /* Rollback (GGPO, GGRS): deterministic lockstep that does not wait. A client guesses the inputs that have not
  * come, and makes the ticks again whose guess was wrong. */
-#include "netcode/sync/desync.h"
-#include "netcode/peer/peer.h"
+#include "netcode/observe/desync.h"
+#include "netcode/state/peer.h"
 #include "netcode/server/referee.h"
 
 const ll_sync ll_sync_rollback = {

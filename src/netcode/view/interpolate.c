@@ -4,7 +4,7 @@
  * the server's clock as brought by the fastest packet of the last two seconds. That drawn time moves forward
  * only and follows by its time scale. Where the buffer has run dry it goes on by extrapolation up to a cap,
  * and waits there. */
-#include "netcode/client/client.h"
+#include "netcode/view/view.h"
 
 #define GAIN 0.25 /* of the averages of gaps and lateness, as Netcode for Entities has it */
 

@@ -1,5 +1,5 @@
 /* The rules of the interpolation delay. */
-#include "netcode/client/client.h"
+#include "netcode/view/view.h"
 
 static ll_time interval(const ll_client *c)
 {

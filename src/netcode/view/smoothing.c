@@ -2,7 +2,7 @@
  * half-life, at any frame rate (lightyear's VisualCorrection). Only the picture is smoothed, never a state:
  * the error is kept beside the worlds and added when they are drawn. */
 #include "base/detmath.h"
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 #define LN2 0.69314718055994531
 #define FORGET 1e-5 /* m, rad: nothing that can be seen */

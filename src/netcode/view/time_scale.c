@@ -1,5 +1,5 @@
 /* How the drawn time follows its target. */
-#include "netcode/client/client.h"
+#include "netcode/view/view.h"
 
 /* ---- proportional ---- */
 

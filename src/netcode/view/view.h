@@ -1,11 +1,7 @@
 /* What decides where a client draws the entities of others: the exchangeable parts, one table each. */
 #pragma once
 
-#include "base/vtime.h"
-#include "game/core/game.h"
-
-struct ll_client;
-struct ll_player_config;
+#include "netcode/state/client.h"
 
 /* Between two states. */
 typedef struct ll_interpolation {
@@ -24,7 +20,7 @@ extern const ll_interpolation ll_interpolation_hermite;
 typedef struct ll_interpolation_delay {
     const char *name;
     const char *help;
-    ll_time (*delay)(const struct ll_client *client, const struct ll_player_config *config);
+    ll_time (*delay)(const ll_client *client, const ll_player_config *config);
 } ll_interpolation_delay;
 
 extern const ll_interpolation_delay ll_interpolation_delay_ratio;
@@ -37,10 +33,10 @@ typedef struct ll_time_scale {
 
     /* By how much more than the frame's own length the drawn time moves, when it would be `error` behind its
      * target (negative: ahead) if it moved by that. */
-    ll_time (*extra)(struct ll_client *client, ll_time error);
+    ll_time (*extra)(ll_client *client, ll_time error);
 
     /* Further behind than this it jumps to its target, further ahead it stands still. */
-    ll_time (*limit)(const struct ll_client *client);
+    ll_time (*limit)(const ll_client *client);
 } ll_time_scale;
 
 extern const ll_time_scale ll_time_scale_proportional;

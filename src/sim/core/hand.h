@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/status.h"
-#include "game/core/game.h"
+#include "input/action.h"
 
 /* Refuses other players and axes beyond [-1, 1]. `does`: `drags`, `stirs`. */
 ll_status ll_hand_accepts(int player, const ll_action *action, const char *does);

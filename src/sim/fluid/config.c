@@ -3,7 +3,7 @@
 
 #include "fluid/scenes/scenes.h"
 #include "sim/fluid/fluid.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 /* The rows of one fluid; `first` is what stands before its members in the struct. */
 #define FLUID_ROWS(owner, first, needed)                                                                     \

@@ -5,7 +5,7 @@
 
 #include "base/hash.h"
 #include "sim/core/hand.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 static void settle(void *config, const void *before)
 {

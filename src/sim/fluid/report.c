@@ -6,7 +6,7 @@
 
 #include "base/run_status.h"
 #include "sim/fluid/fluid.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 static cJSON *number_json(double value)
 {

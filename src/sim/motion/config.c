@@ -2,7 +2,7 @@
 #include <string.h>
 
 #include "ode/catalogue/parameter_names.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 #include "sim/motion/motion.h"
 
 static const ll_param method_rows[] = {

@@ -3,7 +3,7 @@
 #include <string.h>
 
 #include "base/hash.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 /* ---- layout ---- */
 

@@ -5,7 +5,7 @@
 
 #include "netcode/client/scope.h"
 #include "netcode/protocol/wire.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 static const ll_param rows[] = {
     LL_SCENARIO_ROWS,

@@ -6,7 +6,7 @@
 #include "base/assert.h"
 #include "base/hash.h"
 #include "netcode/client/cheat.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 #include "sim/netgame/parts.h"
 
 #define LINK_SECONDS 1.3    /* of packets at full rate that a link holds; what is beyond is a full queue */
@@ -332,7 +332,7 @@ static ll_status client_displays(ll_netgame *g, int player, const ll_client_setu
         return not_finite(g, entity);
     ll_netgame_observe_display(g, player);
     if (s->shots)
-        ll_shots_frame(s->shots, client, g->now);
+        ll_shots_frame(s->shots, &(ll_sight){ll_client_shown_const(client), player}, g->now);
     if (player == g->config.player_count - 1)
         ll_netgame_compare_pictures(g, client->elapsed);
     return ll_ok();

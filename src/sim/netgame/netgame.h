@@ -5,10 +5,10 @@
 #pragma once
 
 #include "netcode/server/admission.h"
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 #include "netcode/protocol/config.h"
 #include "link/line/link.h"
-#include "netcode/sync/desync.h"
+#include "netcode/observe/desync.h"
 #include "netcode/metrics/instruments.h"
 #include "netcode/server/server.h"
 #include "netcode/metrics/shots.h"

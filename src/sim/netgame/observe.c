@@ -1,5 +1,6 @@
 /* The observer of a netgame: it sees the server and every client, and holds them against each other. */
 #include "netcode/client/cheat.h"
+#include "netcode/observe/player_observer.h"
 #include "sim/netgame/parts.h"
 
 /* A shot was judged in the step that the server is making. */
@@ -12,8 +13,11 @@ void ll_netgame_witness(void *context, const ll_judgement *j)
     bool rules = !ll_netgame_sync(g)->observe; /* a referee refuses nothing */
     refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_JUDGED_VOID;
     refused[LL_RULE_REWIND] += rules && j->shot && j->shot->distrusted;
+    ll_sight victim = {.self = j->body};
+    if (on_player)
+        victim.shown = ll_client_shown_const(ll_netgame_client(g, j->body));
     ll_shots_judge(ll_netgame_shots(g), j, server->step, ll_netgame_history(g), ll_server_world(server),
-                   on_player ? ll_netgame_client(g, j->body) : NULL);
+                   on_player ? &victim : NULL);
 }
 
 /* What cheats bring. A step stands for its length, an update that drains for the time since the one before.

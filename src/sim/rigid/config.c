@@ -1,7 +1,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 #include "sim/rigid/rigid.h"
 
 #define ROW(struct_type, field, ...)                                                                         \

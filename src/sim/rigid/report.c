@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "base/run_status.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 #include "sim/rigid/rigid.h"
 
 enum { BODIES_TOLD = 1000 };

@@ -4,7 +4,7 @@
 
 #include "base/hash.h"
 #include "sim/core/hand.h"
-#include "sim/core/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 /* ---- start ---- */
 

@@ -11,6 +11,7 @@
 
 #include "experiment/advise/ladder.h"
 #include "experiment/spec/metric_path.h"
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
 

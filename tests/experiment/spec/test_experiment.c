@@ -15,6 +15,7 @@
 #include "experiment/spec/experiment.h"
 #include "experiment/spec/metric_path.h"
 #include "experiment/format/points.h"
+#include "library/library.h"
 #include "session/session.h"
 
 static void must(ll_status status)

@@ -7,6 +7,7 @@
 #include <cjson/cJSON.h>
 
 #include "base/version.h"
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
 

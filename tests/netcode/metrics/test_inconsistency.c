@@ -1,5 +1,6 @@
 /* M7, against values computed by hand. */
 #include "netcode/toy.h"
+#include "netcode/observe/player_observer.h"
 
 #define STEP (20 * LL_MS)
 

@@ -2,9 +2,9 @@
  * inputs. */
 #include "netcode/toy.h"
 
-#include "netcode/sync/desync.h"
+#include "netcode/observe/desync.h"
 #include "netcode/peer/hardware.h"
-#include "netcode/peer/peer.h"
+#include "netcode/state/peer.h"
 #include "netcode/server/referee.h"
 
 #define TICK (LL_SECOND / 50)

@@ -2,6 +2,7 @@
 #include "netcode/drawn.h"
 
 #include "game/games/games.h"
+#include "netcode/view/view.h"
 
 /* ---- tables ---- */
 

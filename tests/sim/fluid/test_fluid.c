@@ -14,7 +14,7 @@
 #include "session/scenario.h"
 #include "session/session.h"
 #include "sim/fluid/fluid.h"
-#include "sim/core/kinds.h"
+#include "session/kinds.h"
 
 /* ---- helpers ---- */
 

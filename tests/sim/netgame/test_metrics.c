@@ -11,7 +11,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
-#include "sim/core/kinds.h"
+#include "session/kinds.h"
 #include "support/scene.h"
 
 static const cJSON *at(const cJSON *metrics, const char *path)

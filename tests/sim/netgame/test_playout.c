@@ -10,6 +10,7 @@
 #include <cmocka.h>
 #include <cjson/cJSON.h>
 
+#include "library/library.h"
 #include "support/scene.h"
 
 #define JITTER_MS 40.0

@@ -12,6 +12,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
 #include "sim/rigid/rigid.h"

@@ -7,6 +7,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "library/library.h"
 #include "session/scenario.h"
 #include "sim/rigid/rigid.h"
 #include "support/allocations.h"

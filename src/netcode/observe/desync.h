@@ -5,7 +5,7 @@
  * tick. While nothing differs it costs nothing. Part of a simulation's block: no pointers. */
 #pragma once
 
-#include "netcode/peer/peer.h"
+#include "netcode/state/peer.h"
 #include "netcode/server/server.h"
 
 /* The numbers of an entity, in the order of ll_entity. */

@@ -1,4 +1,4 @@
-#include "daemon/hosting/action.h"
+#include "input/action_json.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -1,4 +1,4 @@
-#include "netcode/sync/desync.h"
+#include "netcode/observe/desync.h"
 
 #include <string.h>
 

@@ -1,10 +1,7 @@
-/* The table of kinds, and the rows that every scenario begins with. */
+/* The rows that every scenario begins with. */
 #pragma once
 
 #include "sim/core/sim.h"
-
-/* The kinds, each with a room of its own below: their headers are not for one file. */
-extern const ll_sim_kind ll_sim_netgame, ll_sim_motion, ll_sim_rigid, ll_sim_fluid;
 
 extern const char *const ll_sim_kind_names[];
 extern const ll_param_table ll_timeline_table, ll_activity_table;

@@ -9,10 +9,9 @@
 #include "netcode/protocol/config.h"
 #include "netcode/protocol/connection.h"
 #include "netcode/protocol/grid.h"
-#include "netcode/client/gunner.h"
+#include "netcode/state/gunner.h"
 #include "netcode/metrics/instruments.h"
 #include "netcode/protocol/sync.h"
-#include "netcode/view/view.h"
 #include "netcode/protocol/wire.h"
 
 #define LL_PENDING_RING 512 /* inputs that are not acknowledged: the oldest gives way to a newer one */
@@ -226,6 +225,21 @@ uint8_t ll_client_offset(const ll_client *client, const ll_client_setup *setup);
  * is LL_CLOCK_SNAP or more, or `always`. Steps in between get no input. */
 void ll_client_align(ll_client *client, const ll_client_setup *setup, bool always, ll_time now);
 
+/* ---- connection.c ---- */
+
+/* When something is to be done next, whatever comes. */
+ll_time ll_connection_due(const ll_client *client, const ll_client_setup *setup);
+
+/* What is due at `now`: a state that ends for want of packets, a connect or a ping that is to be sent.
+ * Writes it and returns its size, 0 when there is none. */
+int ll_connection_tend(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
+
+/* Any packet of the server has come. False: it is not of the connection but of the game. */
+bool ll_connection_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
+                           ll_time now);
+
+/* ---- client.c ---- */
+
 /* A packet of the server has come. Returns its ll_outcome. */
 int ll_client_receive(ll_client *client, const ll_client_setup *setup, const void *packet, int size,
                       ll_time now);
@@ -249,6 +263,12 @@ void ll_client_set_display(ll_client *client, const ll_client_setup *setup);
 int ll_client_held(ll_client *client, const ll_client_setup *setup, ll_time now, void *packet);
 
 /* ---- between the client's files ---- */
+
+/* The step that the next input is for becomes that behind `tick`; those in between get none. */
+void ll_client_snap(ll_client *client, int64_t tick);
+
+/* A new epoch: what was made in the one before is void. */
+void ll_client_forget_inputs(ll_client *client, const ll_client_setup *setup, uint16_t epoch, ll_time now);
 
 /* The player's controls at `t`: those of a person, or what a script does that has seen `seen`. */
 ll_action ll_client_control(const ll_client *client, const ll_client_setup *setup, const ll_world *seen,

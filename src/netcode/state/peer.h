@@ -9,7 +9,7 @@
  * Cost per frame: one step of the whole world, a copy of it, and those steps that are made again. */
 #pragma once
 
-#include "netcode/client/client.h"
+#include "netcode/state/client.h"
 
 #define LL_PEER_RING 64 /* ticks of inputs, worlds and hashes that a client keeps */
 
@@ -59,7 +59,10 @@ typedef struct ll_peer {
 
 #pragma GCC diagnostic pop
 
-size_t ll_peer_size(int players, size_t world_size);
+static inline size_t ll_peer_size(int players, size_t world_size)
+{
+    return sizeof(ll_peer) + (size_t)players * sizeof(ll_peer_player) + LL_PEER_RING * world_size;
+}
 
 void ll_peer_start(ll_client *client, const ll_client_setup *setup, int64_t step, int64_t first,
                    const ll_world *world);

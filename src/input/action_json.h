@@ -2,7 +2,7 @@
 #pragma once
 
 #include "base/status.h"
-#include "game/core/game.h"
+#include "input/action.h"
 
 struct cJSON;
 

@@ -5,9 +5,7 @@
 
 #include "base/status.h"
 #include "daemon/http/http.h"
-
-int ll_problem_http_status(ll_code code); /* LL_BAD_INPUT -> 400 and so on */
-const char *ll_http_reason(int status);   /* `Not Found` */
+#include "daemon/net/problem_json.h"
 
 /* Turns the response into a problem document. The HTTP status follows from the code, `errors` names the
  * field. */
@@ -20,7 +18,3 @@ void ll_problem_as(ll_http_response *response, const ll_http_request *request, i
 /* 429 and 503 with Retry-After. */
 void ll_problem_later(ll_http_response *response, const ll_http_request *request, int status,
                       int retry_after_s, const ll_status *error);
-
-/* {"type","title","status","detail","instance","errors"} as JSON. Caller deletes. NULL without memory.
- * `instance` may be NULL. What a stream's {"type":"error","problem":{...}} carries. */
-struct cJSON *ll_problem_json(int status, const ll_status *error, const char *instance);
