@@ -1,4 +1,4 @@
-/* A session on its way: to another tick, or awake again; and the marks that it leaves. */
+/* A session on its way: to another tick, asleep, or awake again. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -98,6 +98,21 @@ void ll_session_make_state(ll_session *s, int64_t tick)
     ll_session_run(s, tick, true);
 }
 
+void ll_session_park(ll_session *s)
+{
+    if (s->errand == LL_ERRAND_WAKE) { /* half awake: as it was asleep */
+        s->tick = s->goal;
+        s->status = s->status_asleep;
+        s->errand = LL_ERRAND_NONE;
+    }
+    ll_session_rest(s);
+    ll_session_drop_snapshots(s, -1);
+    free(s->block);
+    free(s->events);
+    s->block = NULL;
+    s->events = NULL;
+}
+
 ll_status ll_session_begin_to_wake(ll_session *s)
 {
     if (s->block)
@@ -136,43 +151,4 @@ void ll_session_place(ll_session *s, ll_time wall, const ll_session_place_at *at
     bool failed = s->failed_at >= 0 && s->tick == s->failed_at;
     s->status = failed ? LL_SESSION_FAILED : at->playing ? LL_SESSION_PLAYING : LL_SESSION_PAUSED;
     ll_session_anchor(s, wall);
-}
-
-/* ---- marks ---- */
-
-void ll_session_forget_marks(ll_session *s, int64_t from)
-{
-    while (s->mark_count > 0 && s->marks[s->mark_count - 1].tick >= from)
-        s->mark_count--;
-}
-
-/* They come in order but after a seek back. */
-void ll_session_keep_mark(ll_session *s, const ll_mark *mark)
-{
-    int at = s->mark_count;
-    while (at > 0 && s->marks[at - 1].tick > mark->tick)
-        at--;
-    if (at > 0 && s->marks[at - 1].tick == mark->tick) {
-        s->marks[at - 1] = *mark;
-        return;
-    }
-    if (s->mark_count == LL_MARKS && at == 0)
-        return;
-    if (s->mark_count == LL_MARKS) { /* the first goes */
-        at--;
-        memmove(s->marks, s->marks + 1, (size_t)at * sizeof *mark);
-    } else {
-        memmove(s->marks + at + 1, s->marks + at, (size_t)(s->mark_count - at) * sizeof *mark);
-        s->mark_count++;
-    }
-    s->marks[at] = *mark;
-}
-
-void ll_session_mark(ll_session *s)
-{
-    if (!s->on_line || !s->block || s->status == LL_SESSION_FAILED)
-        return;
-    ll_mark mark = {s->tick, s->scenario.kind->hash(s->block)};
-    ll_session_keep_mark(s, &mark);
-    ll_session_emit_mark(&mark, s->on_line, s->line_context);
 }
