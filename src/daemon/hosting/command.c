@@ -6,15 +6,6 @@
 
 static const double piece_ms = 2; /* for which a session is locked */
 
-ll_status ll_host_storable(ll_host *host)
-{
-    ll_status why;
-    if (!ll_store_failing(host->store, &why))
-        return ll_ok();
-    atomic_fetch_add(&host->refused_store, 1);
-    return ll_error(LL_IO, "Changes cannot be stored now, hence none is made: %.180s", why.text);
-}
-
 static ll_status take(ll_hosted *hosted, const ll_host_orders *orders, ll_session *session)
 {
     ll_time now = ll_host_now();

@@ -52,11 +52,6 @@ ll_hosted *ll_hosted_new(ll_host *host)
     return hosted;
 }
 
-void ll_hosted_retain(ll_hosted *hosted)
-{
-    atomic_fetch_add(&hosted->references, 1);
-}
-
 void ll_hosted_release(ll_hosted *hosted)
 {
     if (!hosted || atomic_fetch_sub(&hosted->references, 1) > 1)
@@ -399,4 +394,13 @@ ll_status ll_host_reserve(ll_host *host, int64_t bytes)
 void ll_host_give_back(ll_host *host, int64_t bytes)
 {
     atomic_fetch_sub(&host->memory, bytes);
+}
+
+ll_status ll_host_storable(ll_host *host)
+{
+    ll_status why;
+    if (!ll_store_failing(host->store, &why))
+        return ll_ok();
+    atomic_fetch_add(&host->refused_store, 1);
+    return ll_error(LL_IO, "Changes cannot be stored now, hence none is made: %.180s", why.text);
 }

@@ -127,12 +127,21 @@ struct ll_host {
     int64_t memory_max;
 };
 
+/* ---- inbox.c ---- */
+
+bool ll_viewers_any(ll_hosted *hosted);
+void ll_viewers_dismiss(ll_hosted *hosted, const char *reason); /* closes them all */
+void ll_viewers_forget(ll_hosted *hosted);                      /* at the end */
+
+/* ---- notify.c ---- */
+
+void ll_hosted_retain(ll_hosted *hosted);
+void ll_hosted_notify(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
+
 /* ---- host.c ---- */
 
-ll_hosted *ll_hosted_new(ll_host *host); /* one reference; not registered */
-void ll_hosted_retain(ll_hosted *hosted);
-bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
-void ll_host_unregister(ll_host *host, ll_hosted *hosted);
+ll_status ll_host_storable(ll_host *host);                              /* LL_IO while the store fails */
+ll_hosted *ll_hosted_new(ll_host *host);                                /* one reference; not registered */
 void ll_hosted_count_log(ll_hosted *hosted, int64_t bytes);             /* of its lines, more or fewer */
 void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
 void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
@@ -147,17 +156,20 @@ ll_status ll_hosted_lock(ll_hosted *hosted, ll_task *task);
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
 
+/* ---- registry.c ---- */
+
+bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
+void ll_host_unregister(ll_host *host, ll_hosted *hosted);
+
 /* ---- command.c ---- */
 
 bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket); /* false when it was done before */
-ll_status ll_host_storable(ll_host *host);                                /* LL_IO while the store fails */
 
 /* ---- worker.c ---- */
 
 void ll_worker_init(ll_host *host, ll_worker *worker, int index);
 ll_status ll_worker_start(ll_worker *worker);
 void ll_worker_stop(ll_worker *worker);
-void ll_hosted_notify(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
 
 /* ---- carrier.c ---- */
 
@@ -169,7 +181,4 @@ void ll_hosted_carry(ll_hosted *hosted);
 
 void ll_viewers_greet(ll_hosted *hosted);               /* hellos to those who wait; locked */
 void ll_viewers_apply(ll_hosted *hosted, ll_time wall); /* their inputs; locked */
-bool ll_viewers_any(ll_hosted *hosted);
-void ll_viewers_dismiss(ll_hosted *hosted, const char *reason); /* closes them all */
-void ll_viewers_forget(ll_hosted *hosted);                      /* at the end */
-void ll_host_send_replies(void *host);                          /* those that are durable; the store's hook */
+void ll_host_send_replies(void *host);                  /* those that are durable; the store's hook */

@@ -125,31 +125,6 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
 
 /* ---- the list of active sessions ---- */
 
-void ll_hosted_notify(ll_hosted *hosted)
-{
-    ll_worker *worker = &hosted->host->workers[hosted->worker];
-    atomic_store(&hosted->pending, true);
-    pthread_mutex_lock(&worker->lock);
-    if (!hosted->active && !worker->stopping) {
-        if (worker->count == worker->capacity) {
-            int capacity = worker->capacity ? worker->capacity * 2 : 64;
-            ll_hosted **bigger = realloc(worker->active, (size_t)capacity * sizeof *bigger);
-            if (bigger) {
-                worker->active = bigger;
-                worker->capacity = capacity;
-            }
-        }
-        if (worker->count < worker->capacity) {
-            ll_hosted_retain(hosted);
-            hosted->active = true;
-            worker->active[worker->count++] = hosted;
-            if (worker->count == 1)
-                pthread_cond_signal(&worker->wake);
-        }
-    }
-    pthread_mutex_unlock(&worker->lock);
-}
-
 /* Unless it was nudged in the meantime. */
 static void let_go(ll_worker *worker, ll_hosted *hosted)
 {

@@ -176,7 +176,8 @@ static void show(void *progress, const ll_experiment_record *record)
 ll_status ll_experiments_show(ll_experiments *x, ll_ws *ws)
 {
     ll_progress *progress;
-    ll_status status = ll_progress_start(x, ws, &progress);
+    const ll_progress_source source = {x, ll_experiments_find, ll_experiments_describe, ll_experiments_tidy};
+    ll_status status = ll_progress_start(&source, ws, &progress);
     if (ll_failed(&status))
         return status;
     atomic_store(&x->progress, progress);

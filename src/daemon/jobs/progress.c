@@ -8,7 +8,7 @@
 
 #include <cjson/cJSON.h>
 
-#include "daemon/jobs/experiments.h"
+#include "daemon/hosting/host.h"
 #include "daemon/support/log.h"
 #include "daemon/net/problem_json.h"
 #include "daemon/stream/ws.h"
@@ -38,7 +38,7 @@ typedef struct watched {
 } watched;
 
 struct ll_progress {
-    ll_experiments *experiments;
+    ll_progress_source source;
     ll_ws *ws;
     pthread_t thread;
     pthread_mutex_t lock; /* of all that follows */
@@ -56,7 +56,7 @@ static void tell(ll_progress *p, const watched *w, viewer *v, const ll_experimen
     cJSON_AddStringToObject(json, "type", v->greeted ? "progress" : "hello");
     if (!v->greeted)
         cJSON_AddStringToObject(json, "experiment", w->id);
-    ll_experiments_describe(p->experiments, record, json);
+    p->source.describe(p->source.experiments, record, json);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
     if (text)
@@ -88,7 +88,7 @@ static void look(ll_progress *p, watched *w)
 {
     ll_experiment_record record;
     pthread_mutex_unlock(&p->lock);
-    ll_status status = ll_experiments_find(p->experiments, w->id, &record, NULL);
+    ll_status status = p->source.find(p->source.experiments, w->id, &record, NULL);
     pthread_mutex_lock(&p->lock);
     if (!ll_failed(&status))
         tell_all(p, w, &record);
@@ -144,7 +144,7 @@ static void *watch(void *context)
         if (p->stopping || ll_host_now() - tidied < TIDY_EVERY)
             continue;
         pthread_mutex_unlock(&p->lock); /* what is deleted is taken off the list */
-        ll_experiments_tidy(p->experiments);
+        p->source.tidy(p->source.experiments);
         pthread_mutex_lock(&p->lock);
         tidied = ll_host_now();
     }
@@ -263,12 +263,12 @@ void ll_progress_remove(ll_progress *p, const char *id)
 
 /* ---- life ---- */
 
-ll_status ll_progress_start(ll_experiments *experiments, ll_ws *ws, ll_progress **progress)
+ll_status ll_progress_start(const ll_progress_source *source, ll_ws *ws, ll_progress **progress)
 {
     ll_progress *p = *progress = calloc(1, sizeof *p);
     if (!p)
         return ll_error(LL_NO_MEMORY, "There is no memory for the streams of experiments.");
-    p->experiments = experiments;
+    p->source = *source;
     p->ws = ws;
     pthread_mutex_init(&p->lock, NULL);
     pthread_condattr_t monotonic; /* whatever happens to the machine's date */

@@ -2,13 +2,23 @@
  * is over. Any thread. */
 #pragma once
 
-#include "base/status.h"
+#include "experiment/store/result_store.h"
 
 typedef struct ll_experiments ll_experiments;
 typedef struct ll_progress ll_progress;
 typedef struct ll_ws ll_ws;
+struct cJSON;
 
-ll_status ll_progress_start(ll_experiments *experiments, ll_ws *ws, ll_progress **progress);
+/* What there is to tell, as experiments.h has it. */
+typedef struct ll_progress_source {
+    ll_experiments *experiments;
+    ll_status (*find)(ll_experiments *experiments, const char *id, ll_experiment_record *record,
+                      ll_experiment **experiment);
+    void (*describe)(ll_experiments *experiments, const ll_experiment_record *record, struct cJSON *json);
+    void (*tidy)(ll_experiments *experiments);
+} ll_progress_source;
+
+ll_status ll_progress_start(const ll_progress_source *source, ll_ws *ws, ll_progress **progress);
 
 /* Makes the stream of an experiment known, unless it is. Nothing after the stop. */
 void ll_progress_add(ll_progress *progress, const char *id);
