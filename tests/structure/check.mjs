@@ -121,6 +121,7 @@ function checkNames(file) {
 /** @returns {{findings: string[], files: number, rooms: number}} one line per breach, and how much was looked at */
 export function check(root) {
   const rooms = readRooms(join(root, "tests/structure/rooms.txt")), files = readTree(join(root, "src")), known = new Set(rooms.may.keys());
+  /** @type {any[]} */
   const findings = rooms.findings.map((what) => [{ name: "../tests/structure/rooms.txt" }, 1, what]);
   for (const file of files) {
     if (!known.has(file.room)) findings.push([file, 1, `${file.room} is not one of the rooms`]);
