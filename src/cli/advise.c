@@ -8,6 +8,7 @@
 
 #include "experiment/advise/advise.h"
 #include "cli/arguments.h"
+#include "cli/input.h"
 #include "cli/verbs.h"
 
 /* What may vary, and what it costs, where nobody said. Of a path without values the parameter's own row gives

@@ -5,7 +5,8 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-#include "daemon/serve/serve.h"
+#include "cli/arguments.h"
+#include "cli/verbs.h"
 
 typedef struct target {
     char host[200], port[8];
@@ -57,11 +58,17 @@ static int connect_to(const target *t)
     return fd;
 }
 
-int ll_healthcheck(int argc, char **argv)
+int ll_verb_healthcheck(int argc, char **argv)
 {
-    const char *url = argc > 0 ? argv[0] : "http://127.0.0.1:8080/";
+    const ll_option none[] = {{0}};
+    const char *given;
+    ll_status status =
+        ll_arguments_one("healthcheck [URL]: exit 0 if the daemon there answers", argc, argv, none, &given);
+    if (ll_failed(&status))
+        return ll_argument_fail(&status);
+    const char *url = given ? given : "http://127.0.0.1:8080/";
     target t;
-    if (argc > 1 || read_url(url, &t) != 0) {
+    if (read_url(url, &t) != 0) {
         fprintf(stderr, "laglab: healthcheck takes one URL such as http://127.0.0.1:8080/\n");
         return 2;
     }

@@ -7,6 +7,7 @@
 
 #include "base/version.h"
 #include "cli/arguments.h"
+#include "cli/input.h"
 #include "experiment/format/table.h"
 #include "cli/verbs.h"
 

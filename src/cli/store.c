@@ -94,8 +94,8 @@ int ll_verb_store(int argc, char **argv)
                                   .value = &o.url},
                                  {"--force", NULL, "delete also what is not done", .flag = &o.force},
                                  {0}};
-    ll_status status = ll_arguments("laglab store list|show ID|delete ID... [--store URL] [--force]", argc,
-                                    argv, options, o.positional, &o.count);
+    ll_status status = ll_arguments("store list|show ID|delete ID... [--store URL] [--force]", argc, argv,
+                                    options, o.positional, &o.count);
     size_t verb = 0, count = sizeof verbs / sizeof verbs[0];
     while (verb < count && (o.count == 0 || strcmp(o.positional[0], verbs[verb].name) != 0))
         verb++;

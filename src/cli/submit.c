@@ -10,6 +10,7 @@
 #include <unistd.h>
 
 #include "cli/arguments.h"
+#include "cli/input.h"
 #include "cli/verbs.h"
 #include "experiment/run/work.h"
 

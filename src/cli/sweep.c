@@ -9,6 +9,8 @@
 #include <unistd.h>
 
 #include "cli/arguments.h"
+#include "cli/input.h"
+#include "cli/output.h"
 #include "experiment/format/compare.h"
 #include "experiment/report/report.h"
 #include "experiment/spec/shard.h"

@@ -9,6 +9,8 @@
 #include <time.h>
 
 #include "cli/arguments.h"
+#include "cli/input.h"
+#include "cli/output.h"
 #include "experiment/advise/ladder.h"
 #include "experiment/report/ladder_page.h"
 #include "experiment/advise/precision.h"

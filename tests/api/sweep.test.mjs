@@ -536,8 +536,8 @@ test('every verb tells its usage and options', () => {
   const verbs = [...good(['help']).matchAll(/^ {2}laglab ([a-z-]+)/gm)].map((found) => found[1]);
   assert.ok(verbs.length > 12);
   for (const verb of verbs) assert.match(good([verb, '--help']), new RegExp(`laglab ${verb}`), verb);
-  // Of a verb that is about many runs each option has a line; what is told is taken, and what is taken is told.
-  for (const verb of ['sweep', 'merge', 'advise', 'worker', 'submit']) {
+  // Of a verb that takes options each has a line; what is told is taken, and what is taken is told.
+  for (const verb of ['serve', 'run', 'sweep', 'merge', 'advise', 'worker', 'submit', 'store']) {
     const told = [...good([verb, '--help']).matchAll(/^ {2}(--?[a-z-]+)( [A-Z])?.*\n {6}\S/gm)];
     assert.ok(told.length >= 2, verb);
     for (const [, option, takes] of told) if (takes) assert.match(laglab([verb, option]).stderr, /needs a value/, `${verb} ${option}`);

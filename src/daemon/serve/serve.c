@@ -19,7 +19,6 @@
 #include "daemon/jobs/experiments.h"
 #include "daemon/hosting/host.h"
 #include "daemon/support/log.h"
-#include "daemon/serve/options.h"
 #include "daemon/store/store.h"
 #include "daemon/support/tasks.h"
 
@@ -225,27 +224,19 @@ static ll_status stop(daemon_parts *d)
     return status;
 }
 
-int ll_serve(int argc, char **argv)
+int ll_serve(const ll_serve_config *config)
 {
     daemon_parts *d = calloc(1, sizeof *d);
     if (!d)
         return 1;
-    bool help;
-    const ll_options options[] = {{&ll_door_table, &d->door_config},
-                                  {&ll_host_table, &d->host_config},
-                                  {&ll_access_table, &d->access_config}};
-    ll_status status = ll_options_parse(options, 3, argc, argv, &help);
-    if (ll_failed(&status) || help) {
-        if (help)
-            ll_options_help(options, 3, stdout);
-        free(d);
-        return help ? 0 : complain(&status, 2);
-    }
+    d->door_config = config->door;
+    d->host_config = config->host;
+    d->access_config = config->access;
     default_folder(d->door_config.www, sizeof d->door_config.www, "www");
     default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
     default_folder(d->host_config.api, sizeof d->host_config.api, "api");
     prepare_process(&d->signals);
-    status = start(d);
+    ll_status status = start(d);
     if (ll_failed(&status)) {
         stop(d);
         free(d);

@@ -1,8 +1,15 @@
-/* The verb `serve`, and `healthcheck` for containers. Both take the arguments after the verb and return the
- * exit status. */
+/* The daemon from its settings to its end. */
 #pragma once
 
-int ll_serve(int argc, char **argv);
+#include "daemon/hosting/host.h"
+#include "daemon/net/config.h"
+#include "daemon/support/access.h"
 
-/* Exit 0 when the daemon at the URL (http://127.0.0.1:8080) is ready. */
-int ll_healthcheck(int argc, char **argv);
+typedef struct ll_serve_config {
+    ll_door_config door;
+    ll_host_config host;
+    ll_access_config access;
+} ll_serve_config;
+
+/* Returns the exit status, when a signal has ended it or it could not start. */
+int ll_serve(const ll_serve_config *config);
