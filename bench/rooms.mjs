@@ -10,7 +10,8 @@ const GAME = ["base", "param", "input", "game", "link", "netcode", "sim", "sessi
 
 /** By the name of a result, of which `rigid/growth` is one of `rigid`. */
 export const ROOMS = {
-  speed: GAME, techniques: GAME, streams: DAEMON, slow: DAEMON, proxies: DAEMON, hostile: DAEMON,
+  speed: GAME, techniques: GAME, streams: DAEMON, slow: DAEMON, proxies: DAEMON, hostile: [...DAEMON, "experiment"],
+  kills: [...DAEMON, "experiment"], soak: [...DAEMON, "experiment"],
   integrators: ["base", "ode"], ensemble: ["base", "ode"],
   rigid: ["base", "rigid"], fluid: ["base", "fluid"], fluid_accuracy: ["base", "fluid"], fluid_grid: ["base", "fluid"],
   experiments: [...GAME, "library", "experiment"], advise: [...GAME, "ode", "rigid", "fluid", "library", "experiment"],

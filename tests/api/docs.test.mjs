@@ -9,6 +9,7 @@ import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 import Ajv from 'ajv/dist/2020.js';
+import { roomsOf } from '../../bench/rooms.mjs';
 import { ageDoc, anchor, generate, parseCsv } from '../../docs/generate.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
@@ -48,6 +49,13 @@ test('CSV is read', () => {
 });
 
 // ---- the age of figures ----
+
+test('every result that a benchmark writes says of which rooms it speaks', () => {
+  const folder = path.join(ROOT, 'bench'), text = readdirSync(folder).filter((file) => file.endsWith('.mjs')).map((file) => readFileSync(path.join(folder, file), 'utf8')).join('\n');
+  const names = [...text.matchAll(/writeCsv\("([\w/]+)"/g)].map(([, name]) => name);
+  assert.ok(names.includes('kills') && names.includes('soak') && names.length > 15, `${names}`);
+  for (const name of names) assert.doesNotThrow(() => roomsOf(name));
+});
 
 /** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms @param {string} root */
 function stateOf(rooms, root = ROOT) {

@@ -19,6 +19,9 @@ export async function startDaemon(wish = {}) {
   const data = wish.data ?? mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
   const command = [...(wish.before ?? []), BINARY, 'serve', '--listen', wish.listen ?? '127.0.0.1:0', '--data', data, ...(wish.args ?? [])];
   const child = spawn(command[0], command.slice(1), { cwd: ROOT, stdio: ['ignore', 'pipe', 'pipe'] });
+  const die = () => child.kill('SIGKILL'); // with who started it, also where that failed
+  process.once('exit', die);
+  child.once('close', () => process.off('exit', die));
   let errors = '';
   child.stderr.setEncoding('utf8').on('data', (text) => { errors = (errors + text).slice(-4000); });
   const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal })));

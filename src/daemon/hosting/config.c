@@ -64,7 +64,8 @@ static const ll_param rows[] = {
     {ROW(max_body_bytes, LL_PARAM_INT), .min = 1024, .max = 67108864, .standard = 1048576, .unit = "B",
      .help = "Largest body of a request."},
     {ROW(park_after_s, LL_PARAM_REAL), .min = 0, .max = 86400, .standard = 5, .unit = "s",
-     .help = "A session without viewers and requests for that long is parked."},
+     .help = "A session without viewers and requests for that long is parked; sooner while more than half of "
+             "max_memory_mib is taken, at once beyond three quarters."},
     {ROW(session_ttl_s, LL_PARAM_REAL), .min = 1, .max = 1e9, .standard = 86400, .unit = "s",
      .help = "A session without viewers and requests for that long is deleted."},
     {ROW(save_every_s, LL_PARAM_REAL), .min = 0.1, .max = 3600, .standard = 2, .unit = "s",

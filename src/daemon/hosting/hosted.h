@@ -55,6 +55,7 @@ struct ll_hosted {
     atomic_bool pending;                  /* something to do for the worker */
     ll_hosted *next_by_id, *next_by_code; /* host.lock */
     bool active;                          /* worker.lock: in the worker's list */
+    _Atomic ll_time rests_until;          /* its worker looks at it then, or when something is pending */
     atomic_bool carried;                  /* a task of the daemon's own runs it */
 
     pthread_mutex_t lock; /* all below, and the calls that publish */

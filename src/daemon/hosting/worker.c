@@ -15,6 +15,8 @@ static const double chunk_ms = 1.0; /* of one session at a time */
 /* A session that catches up shows where it is this often; one whose ticks fill a chunk shows each: a frame
  * costs little beside them. */
 static const ll_time behind_frame_ns = 100 * LL_MS;
+/* One that nobody looks at is looked after this often, until it is parked. */
+static const ll_time unobserved_ns = 250 * LL_MS;
 
 static ll_time slot_time(int64_t n)
 {
@@ -77,14 +79,25 @@ static bool publish(ll_worker *worker, ll_hosted *hosted, bool asked)
 
 typedef enum verdict { KEEP, KEEP_SENT, LET_GO } verdict;
 
+/* How long a session stays awake that nobody looks at: the less, the more of the memory is taken, and not at
+ * all beyond three quarters, so that one client's sessions do not keep others from theirs. */
+static ll_time park_after(ll_host *host)
+{
+    double taken = (double)atomic_load(&host->memory) / (double)host->memory_max;
+    double share = taken < 0.5 ? 1 : taken < 0.75 ? 4 * (0.75 - taken) : 0;
+    return (ll_time)(host->config.park_after_s * 1e9 * share);
+}
+
 /* One that is parked has nothing to wait for: who wakes it notifies. */
 static verdict unobserved(ll_hosted *hosted)
 {
     if (!hosted->session || ll_session_get_info(hosted->session).parked)
         return LET_GO;
-    ll_time idle = ll_host_now() - atomic_load(&hosted->touched);
-    if (idle < (ll_time)(hosted->host->config.park_after_s * 1e9))
+    ll_time now = ll_host_now();
+    if (now - atomic_load(&hosted->touched) < park_after(hosted->host)) {
+        atomic_store(&hosted->rests_until, hosted->behind ? now : now + unobserved_ns);
         return KEEP;
+    }
     if (ll_session_get_info(hosted->session).seeking)
         return KEEP; /* whoever asked for it takes it there */
     ll_hosted_save(hosted);
@@ -97,6 +110,7 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
 {
     bool asked =
         atomic_exchange(&hosted->pending, false); /* of one that is deleted, too: else it is never let go */
+    atomic_store(&hosted->rests_until, 0);
     if (hosted->deleted)
         return LET_GO;
     if (!ll_viewers_any(hosted))
@@ -154,6 +168,7 @@ typedef struct round {
 static void gather(ll_worker *worker, round *r, int slot)
 {
     r->count = 0;
+    ll_time now = ll_host_now();
     pthread_mutex_lock(&worker->lock);
     if (r->capacity < worker->count) {
         ll_hosted **bigger = realloc(r->members, (size_t)worker->capacity * sizeof *bigger);
@@ -163,10 +178,12 @@ static void gather(ll_worker *worker, round *r, int slot)
         }
     }
     for (int i = 0; i < worker->count && r->count < r->capacity; i++) {
-        if (slot >= 0 && worker->active[i]->slot != slot)
+        ll_hosted *hosted = worker->active[i];
+        bool rests = atomic_load(&hosted->rests_until) > now && !atomic_load(&hosted->pending);
+        if (rests || (slot >= 0 && hosted->slot != slot))
             continue;
-        ll_hosted_retain(worker->active[i]);
-        r->members[r->count++] = worker->active[i];
+        ll_hosted_retain(hosted);
+        r->members[r->count++] = hosted;
     }
     pthread_mutex_unlock(&worker->lock);
 }
