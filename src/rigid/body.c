@@ -23,7 +23,7 @@ ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot)
     *slot = 0;
     if (i < 0 || i >= w->body_end || ll_bodys(w)[i].type == LL_NONE ||
         ll_bodys(w)[i].generation != id.generation)
-        return ll_error(LL_NOT_FOUND, "There is no body %d of generation %u.", id.index, id.generation);
+        return ll_error(LL_NOT_FOUND, "body: no body %d of generation %u.", id.index, id.generation);
     *slot = i;
     return ll_ok();
 }
@@ -102,8 +102,8 @@ static ll_status check_number(const char *field, double value, double most)
 {
     if (fabs(value) <= most)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, field, "%s is %g; it must be finite and at most %g in size.", field,
-                          value, most);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: must be finite and at most %g in size; got %g.", field,
+                          most, value);
 }
 
 static ll_status check_all(int count, const char *const *fields, const double *values, double most)
@@ -119,7 +119,7 @@ static ll_status check_all(int count, const char *const *fields, const double *v
 static ll_status check_body(const ll_body_def *def)
 {
     if (def->type < 0 || def->type >= LL_BODY_TYPES)
-        return ll_field_error(LL_BAD_INPUT, "type", "type is %d; it must be static, kinematic or dynamic.",
+        return ll_field_error(LL_BAD_INPUT, "type", "type: must be static, kinematic or dynamic; got %d.",
                               def->type);
     static const char *const fields[] = {"position.x",    "position.y", "angle",
                                          "velocity.x",    "velocity.y", "spin",
@@ -132,8 +132,8 @@ static ll_status check_body(const ll_body_def *def)
         status = check_all(7, fields + 2, values + 2, 1e6);
     if (!ll_failed(&status) && (def->damping < 0 || def->spin_damping < 0))
         status = ll_field_error(LL_BAD_INPUT, "damping",
-                                "damping is %g and spin_damping %g; both must be at least 0.", def->damping,
-                                def->spin_damping);
+                                "damping, spin_damping: both must be at least 0; got %g and %g.",
+                                def->damping, def->spin_damping);
     return status;
 }
 
@@ -143,7 +143,7 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
     if (ll_failed(&status))
         return status;
     if (w->bodies == w->limits.bodies)
-        return ll_error(LL_LIMIT, "The world is full: it was made for %d bodies.", w->limits.bodies);
+        return ll_error(LL_LIMIT, "world: full; its limit is %d bodies.", w->limits.bodies);
     int32_t i = w->free_body;
     if (i == LL_NONE)
         i = w->body_end++;
@@ -187,7 +187,7 @@ static void set_inverses(ll_rigid *w, int32_t body)
     ll_traits(w)[body] = (ll_trait){b->inv_mass, b->inv_inertia, b->core, b->margin};
 }
 
-/* Moves the centre of mass to where the shapes put it; everything local is kept from there. */
+/* Moves the centre of mass to where the shapes put it. All local coordinates refer to it. */
 static void sum_mass(ll_rigid *w, int32_t body)
 {
     ll_body *b = &ll_bodys(w)[body];
@@ -231,11 +231,11 @@ ll_status ll_rigid_set_mass(ll_rigid *w, ll_body_id id, double mass, double iner
     if (ll_failed(&status))
         return status;
     if (!(mass > 0 && mass <= 1e15))
-        return ll_field_error(LL_BAD_INPUT, "mass", "mass is %g; it must be above 0 and at most 1e15 kg.",
+        return ll_field_error(LL_BAD_INPUT, "mass", "mass: must be above 0 and at most 1e15 kg; got %g.",
                               mass);
     if (!(inertia > 0 && inertia <= 1e24))
         return ll_field_error(LL_BAD_INPUT, "inertia",
-                              "inertia is %g; it must be above 0 and at most 1e24 kg m^2.", inertia);
+                              "inertia: must be above 0 and at most 1e24 kg m^2; got %g.", inertia);
     ll_bodys(w)[slot].mass = mass;
     ll_bodys(w)[slot].inertia = inertia;
     set_inverses(w, slot);
@@ -247,14 +247,13 @@ ll_status ll_rigid_set_mass(ll_rigid *w, ll_body_id id, double mass, double iner
 static ll_status check_material(const ll_material *m, bool needs_mass)
 {
     if (!(m->density >= 0 && m->density <= 1e9) || (needs_mass && m->density <= 0))
-        return ll_field_error(LL_BAD_INPUT, "density", "density is %g; it must be %s and at most 1e9 kg/m^2.",
-                              m->density,
-                              needs_mass ? "above 0 (a dynamic body needs a mass)" : "at least 0");
+        return ll_field_error(LL_BAD_INPUT, "density", "density: must be %s and at most 1e9 kg/m^2; got %g.",
+                              needs_mass ? "above 0 (a dynamic body needs a mass)" : "at least 0",
+                              m->density);
     if (!(m->friction >= 0 && m->friction <= 1e3))
-        return ll_field_error(LL_BAD_INPUT, "friction", "friction is %g; it must be from 0 to 1000.",
-                              m->friction);
+        return ll_field_error(LL_BAD_INPUT, "friction", "friction: must be 0 to 1000; got %g.", m->friction);
     if (!(m->restitution >= 0 && m->restitution <= 1))
-        return ll_field_error(LL_BAD_INPUT, "restitution", "restitution is %g; it must be from 0 to 1.",
+        return ll_field_error(LL_BAD_INPUT, "restitution", "restitution: must be 0 to 1; got %g.",
                               m->restitution);
     return ll_ok();
 }
@@ -271,10 +270,9 @@ static int32_t take_hull(ll_rigid *w)
 static ll_status room_for_shape(const ll_rigid *w, const ll_geometry *g)
 {
     if (w->free_shape == LL_NONE && w->shape_end == w->limits.shapes)
-        return ll_error(LL_LIMIT, "The world is full: it was made for %d shapes.", w->limits.shapes);
+        return ll_error(LL_LIMIT, "world: full; its limit is %d shapes.", w->limits.shapes);
     if (g->kind != LL_SHAPE_CIRCLE && w->free_hull == LL_NONE && w->hull_end == w->limits.hulls)
-        return ll_error(LL_LIMIT, "The world is full: it was made for %d shapes other than circles.",
-                        w->limits.hulls);
+        return ll_error(LL_LIMIT, "world: full; its limit is %d shapes other than circles.", w->limits.hulls);
     return ll_ok();
 }
 
@@ -323,7 +321,7 @@ ll_status ll_rigid_add_shape(ll_rigid *w, ll_body_id id, const ll_geometry *g, c
     return ll_ok();
 }
 
-/* The volumes that do not depend on the rotation are kept. */
+/* Stores the bounding volumes that do not depend on the rotation. */
 void ll_bound_shapes(ll_rigid *w, int32_t body)
 {
     ll_geometry circle;
@@ -339,7 +337,7 @@ ll_status ll_rigid_add_chain(ll_rigid *w, ll_body_id id, const ll_vec2 *points, 
                              const ll_material *material)
 {
     if (count < 4)
-        return ll_error(LL_BAD_INPUT, "chain: it has %d points; it must have at least 4.", count);
+        return ll_error(LL_BAD_INPUT, "points: a chain must have at least 4 points; got %d.", count);
     int first = loop ? 0 : 1, last = loop ? count : count - 2;
     for (int i = first; i < last; i++) {
         ll_geometry g;
@@ -445,7 +443,7 @@ ll_status ll_rigid_set_pose(ll_rigid *w, ll_body_id id, ll_vec2 position, double
     ll_poses(w)[i] = (ll_pose){ll_sub(position, ll_rotate(q, b->origin)), q};
     b->angle = angle;
     for (int32_t e = b->contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
-        ll_contacts(w)[e >> 1].rel.x = INFINITY; /* its manifold is of another place */
+        ll_contacts(w)[e >> 1].rel.x = INFINITY; /* forbids recycling: the manifold belongs to the old pose */
     ll_refresh_boxes(w, i);
     return ll_ok();
 }
@@ -460,7 +458,7 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
     if (ll_failed(&status))
         return status;
     if (ll_bodys(w)[i].type == LL_BODY_STATIC)
-        return ll_error(LL_CONFLICT, "Body %d is static: it has no velocity.", id.index);
+        return ll_error(LL_CONFLICT, "body: body %d is static and has no velocity.", id.index);
     ll_wake(w, i);
     ll_motions(w)[i].v = velocity;
     ll_motions(w)[i].w = spin;
@@ -473,7 +471,7 @@ static ll_status dynamic_slot(ll_rigid *w, ll_body_id id, const char *what, int3
 {
     ll_status status = ll_body_slot(w, id, slot);
     if (!ll_failed(&status) && ll_bodys(w)[*slot].type != LL_BODY_DYNAMIC)
-        status = ll_error(LL_CONFLICT, "Body %d is not dynamic: it takes no %s.", id.index, what);
+        status = ll_error(LL_CONFLICT, "body: body %d is not dynamic and takes no %s.", id.index, what);
     if (!ll_failed(&status))
         ll_wake(w, *slot);
     return status;

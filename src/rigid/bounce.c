@@ -1,27 +1,26 @@
-/* Impacts, before a (sub)step moves anything: what would meet within it, faster than restitution_speed, is
- * turned round at once, one contact after the other until nothing approaches any more (the sequential law of
+/* Impacts, resolved before a (sub)step moves anything. Contacts that would meet within it, faster than
+ * restitution_speed, are reversed one after the other until none approaches any more (the sequential law of
  * Smith, Kaufman, Vouga, Tamstorf, Grinspun, "Reflections on simultaneous impact", 2012). So an impact runs
- * through a row of bodies within the step, and what a solver then finds are contacts that part. Were
- * restitution left to the step's end, the solver would first have shared out the momentum of an impact
- * without it.
+ * through a row of bodies within the step, and the solver then finds only separating contacts. If restitution
+ * were applied at the end of the step, the solver would first have shared out the momentum without it.
  *
- * Bodies meet within the step, not at its beginning: their speed at the surface is what energy makes of the
- * speed here, and so is the speed here after the rebound. Velocities live half a step before the places (a
- * body that falls freely goes by v += a h, p += v h), which is why half of a h is added and taken off again:
- * a ball of restitution 1 then rises as high as before, whatever the step. */
+ * Bodies meet within the step, not at its beginning. Energy conservation gives the speed at the surface from
+ * the speed here, and the speed here from the one after the rebound. Velocities are half a step behind the
+ * positions (a falling body moves by v += a h, p += v h), so half of a h is added and subtracted again. A
+ * ball of restitution 1 then rises as high as before, for every step size. */
 #include "rigid/solve.h"
 
-enum { LISTED = 2 }; /* a bit of `recycled` */
+enum { LISTED = 2 }; /* bit of `recycled` */
 
-/* A row of bodies takes as many sweeps as it has bodies when it is met from its far end. */
+/* A row of n bodies hit at its far end takes n sweeps. */
 enum { most_sweeps = 64 };
 
-typedef struct meeting { /* a contact's points, from the velocities and places of now */
+typedef struct meeting { /* points of a contact, from the current velocities and positions */
     const ll_contact *c;
     ll_motion *a, *b;
     double ma, ia, mb, ib;   /* inverse masses and moments */
-    double na[2], nb[2];     /* levers of the normal */
-    double ta[2], tb[2];     /* and of the tangent */
+    double na[2], nb[2];     /* lever arms of the normal */
+    double ta[2], tb[2];     /* lever arms of the tangent */
     double gap[2], speed[2]; /* separation, normal velocity */
     double fall[2];          /* normal acceleration */
 } meeting;
@@ -66,7 +65,7 @@ static double speed_here(const meeting *m, int k, double h)
     return m->speed[k] + 0.5 * h * m->fall[k];
 }
 
-/* What the normal velocity is to change by. */
+/* Required change of the normal velocity. */
 static double change(const meeting *m, int k, double h)
 {
     double in = speed_here(m, k, h), e = m->c->restitution, height = 2 * m->fall[k] * m->gap[k];
@@ -75,7 +74,7 @@ static double change(const meeting *m, int k, double h)
     return out - in;
 }
 
-/* Impulses that change both normal velocities as asked for; of one point where two would have to pull. */
+/* Impulses that change both normal velocities as required. One point only, if two would have to pull. */
 static void impulses(const meeting *m, const bool meets[2], const double by[2], double out[2])
 {
     double k00 = m->ma + m->mb + m->ia * m->na[0] * m->na[0] + m->ib * m->nb[0] * m->nb[0];
@@ -115,7 +114,7 @@ static void push(const meeting *m, const double normal[2], const double tangent[
                         (m->tb[0] * tangent[0] + m->tb[1] * tangent[1]));
 }
 
-/* Friction of the impact: at most its coefficient times what pushed. */
+/* Friction of the impact: at most the coefficient times the normal impulses. */
 static void rub(const meeting *m, const double normal[2])
 {
     ll_vec2 t = ll_right(m->c->normal);
@@ -133,7 +132,7 @@ static void rub(const meeting *m, const double normal[2])
     push(m, (const double[2]){0, 0}, sum);
 }
 
-/* Whether the contact turned round. */
+/* Returns whether the contact bounced. */
 static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
 {
     meeting m = meeting_of(w, contact);
@@ -144,7 +143,7 @@ static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
             nearest = ll_min(nearest, m.gap[k]);
     if (nearest == INFINITY)
         return false;
-    /* Both points of a flat side meet, though rounding may let one of them be a step late. */
+    /* Both points of a flat side bounce together, though rounding may make one of them a step late. */
     for (int k = 0; k < m.c->count; k++) {
         meets[k] = speed_here(&m, k, h) < slowest && m.gap[k] <= nearest + 0.1 * LL_LINEAR_SLOP;
         by[k] = meets[k] ? change(&m, k, h) : 0;
@@ -196,7 +195,7 @@ void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
     bool met = true;
     for (int sweep = 0; met && sweep < most_sweeps; sweep++) {
         met = false;
-        for (int32_t i = 0; i < b->count; i++) /* grows on the way */
+        for (int32_t i = 0; i < b->count; i++) /* the list may grow in this loop */
             if (meet(w, b->at[i], h, reach)) {
                 const ll_contact *c = &ll_contacts(w)[b->at[i]];
                 list_those_of(w, b, c->body[0]);

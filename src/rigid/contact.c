@@ -4,7 +4,7 @@
 #include "base/mix.h"
 #include "rigid/internal.h"
 
-/* ---- which pairs are known: a hash table with linear probing, no tombstones ---- */
+/* ---- pair set: a hash table with linear probing, without tombstones ---- */
 
 static inline uint32_t slot_of(const ll_rigid *w, int32_t a, int32_t b)
 {
@@ -33,8 +33,7 @@ static void table_put(ll_rigid *w, int32_t contact)
     ll_tables(w)[i] = (ll_known){c->shape[0], c->shape[1]};
 }
 
-/* Entries behind the hole move up when their own place is not between it and them (Knuth 6.4, algorithm R).
- */
+/* Entries behind the hole move up unless their home slot is between it and them (Knuth 6.4, algorithm R). */
 static void table_take(ll_rigid *w, int32_t contact)
 {
     ll_known *table = ll_tables(w);
@@ -187,7 +186,7 @@ static void announce(const void *context, int32_t a, int32_t b)
 static bool wanted(const void *context, int32_t a, int32_t b)
 {
     const ll_rigid *w = context;
-    if (ll_pair_known(w, a, b)) /* most are; the rest is not in the cache */
+    if (ll_pair_known(w, a, b)) /* most pairs have a contact; those without are not in the cache */
         return false;
     const ll_shape *sa = &ll_shapes(w)[a], *sb = &ll_shapes(w)[b];
     if (sa->body == sb->body)
@@ -226,8 +225,8 @@ void ll_find_pairs(ll_rigid *w, bool *overflowed)
 
 /* ---- manifolds ---- */
 
-/* Of the most that a body may turn before its manifolds are made anew: 5.7 degrees. Arms that do not turn
- * with their body are off by so much of their length. */
+/* Largest rotation of a body before its manifolds are recomputed: 5.7 degrees. Anchors that do not rotate
+ * with their body are off by this share of their length. */
 static const double recycle_cos = 0.995;
 
 static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_geometry *room)
@@ -242,8 +241,9 @@ static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_ge
     return room;
 }
 
-/* A manifold of two points still holds when the bodies have turned little since it was made, and moved little
- * to each other. What is left out is noise of points that come and go (Box2D 3's contact recycling). */
+/* A manifold of two points still holds while its bodies have rotated and moved little relative to each other
+ * since it was made. Recomputing it would only add noise from points that come and go (Box2D 3's contact
+ * recycling). */
 static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b)
 {
     if (!w->params.recycle || c->count < 2 || w->params.volume == LL_VOLUME_AABB)

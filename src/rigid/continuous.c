@@ -1,36 +1,37 @@
-/* Swept detection: a body that would pass through another in this step is put where it first touched.
+/* Continuous collision detection: a body that would tunnel through another in this step is put where they
+ * first touched.
  *
- * The solver has moved every body; nothing is written to the poses yet. A body that moved more than half of
- * its core is swept against what its path's box overlaps and is static, kinematic or at least four times as
- * heavy: of two bodies the lighter one yields, and bodies of like mass are left to their contacts. At the
- * earliest touch it stays at the same place of the other body, which goes on to its own end: so nothing
- * passes and nothing is left overlapping, however fast either is. Where that would carry it through something
- * that does not move, it stays there instead. What remains of its motion in this step is lost; its velocity
- * is not, and the next step's contact deals with it. There is no limit to the speed.
+ * The solver has moved every body; poses are not written yet. A body that moved more than half of its core is
+ * swept against all that its path's box overlaps and that is static, kinematic or at least four times as
+ * heavy: of two bodies the lighter one yields, and bodies of similar mass are left to their contacts. From
+ * the earliest time of impact on, the body keeps its position relative to the other, which goes on to its own
+ * end. So nothing tunnels and nothing is left overlapping, at any speed. If that would carry the body through
+ * something that does not move, it stays at the impact instead. The rest of its motion in this step is lost;
+ * its velocity is not, and the contact of the next step deals with it.
  *
- * A fast bullet is then swept against every dynamic body too, each on its own way to where it stops. Where
- * two meet both stay, whatever their masses; meetings count in the order of time, and who ran into one that
- * had stopped by then is looked at again.
+ * A fast bullet is then swept against every dynamic body too, each on its own path up to where it stops. Both
+ * stop at an impact, whatever their masses. Impacts are handled in the order of time, and bullets that hit a
+ * body which had stopped by then are swept again.
  *
- * Costs a query and a few distances for each fast body, or, when these are more than what they can be swept
- * into, a query for each of the latter; a fast bullet another query, and a look at all of them a meeting. */
+ * Costs a query and a few distances for each fast body, or, if there are fewer obstacles than fast bodies, a
+ * query for each obstacle. A fast bullet costs another query, and a pass over all bullets per impact. */
 #include "rigid/internal.h"
 
 #include "base/detmath.h"
 #include "rigid/distance.h"
 
-static const double heavier = 4; /* how much, to be swept into */
+static const double heavier = 4; /* mass ratio above which a body is an obstacle */
 
-typedef struct meeting { /* a bullet's next with a dynamic body */
-    int32_t body, other; /* LL_NONE: it meets none */
-    double t;            /* share of the step */
+typedef struct meeting { /* a bullet's next impact with a dynamic body */
+    int32_t body, other; /* LL_NONE: no impact */
+    double t;            /* fraction of the step */
 } meeting;
 
 typedef struct search {
     ll_rigid *world;
-    int32_t body, shape; /* swept */
+    int32_t body, shape; /* the swept one */
     int32_t obstacle;    /* a shape */
-    bool still;          /* only into what does not move in this step */
+    bool still;          /* only against bodies that do not move in this step */
     meeting *next;       /* of a bullet */
 } search;
 
@@ -53,8 +54,8 @@ static bool collide_at_all(const ll_shape *a, const ll_shape *b)
            (a->group == 0 || a->group != b->group);
 }
 
-/* A body whose surface is in touch already can still go through, or turn through: then it is swept as if it
- * were smaller, by as little as sets it apart. */
+/* A body whose surface already touches can still pass or rotate through. It is then swept as if it were
+ * smaller, by as little as separates it. */
 static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll_pose other_pose,
                       double target)
 {
@@ -75,7 +76,8 @@ static bool is_still(const ll_motion *m)
     return m->d.x == 0 && m->d.y == 0 && m->turn == 0;
 }
 
-/* The most that a point of `a` moves, seen from `b`, whose turning counts as far out as `a` can be. */
+/* Largest motion of a point of `a` relative to `b`. The rotation of `b` counts at the lever that `a` can
+ * reach. */
 static double relative_motion(const ll_rigid *w, int32_t a, const ll_sweep *sweep_a, int32_t b,
                               const ll_sweep *sweep_b)
 {
@@ -85,7 +87,7 @@ static double relative_motion(const ll_rigid *w, int32_t a, const ll_sweep *swee
     return path + fabs(sweep_a->turn) * extent + fabs(sweep_b->turn) * lever;
 }
 
-/* A point's distance from a hull is at least what it is outside of one of its edges. */
+/* Lower bound of a point's distance from a hull: the distance from its farthest edge line. */
 static double outside_of(const ll_geometry *g, ll_vec2 point)
 {
     double most = -INFINITY;
@@ -95,8 +97,8 @@ static double outside_of(const ll_geometry *g, ll_vec2 point)
     return most - g->radius;
 }
 
-/* Whether two bodies whose points move by up to so much to each other may get through each other, and come
- * near enough: a's centre against b's hull. */
+/* Whether two bodies whose points move by up to `moved` relative to each other may tunnel, and come near
+ * enough: a's centre against b's hull. */
 static bool may_pass(const ll_rigid *w, int32_t a, int32_t b, const ll_geometry *hull, double moved)
 {
     ll_vec2 at = ll_to_local(ll_poses(w)[b], ll_poses(w)[a].p);
@@ -109,7 +111,7 @@ static bool may_stop(const ll_rigid *w, int32_t body, int32_t other)
     return heavier * ll_traits(w)[other].inv_mass <= ll_traits(w)[body].inv_mass;
 }
 
-/* How near a touch leaves a shape. */
+/* Distance at which shapes are left at an impact. */
 static double target_of(const ll_shape *shape)
 {
     return ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
@@ -159,7 +161,7 @@ static void consider_swept(void *context, int32_t shape)
         consider(s->world, shape, s->obstacle);
 }
 
-/* The body keeps its place at the other from the touch on. */
+/* From the impact on, the body keeps its pose relative to the other body. */
 static void carry(ll_rigid *w, int32_t body, const ll_drive *at)
 {
     ll_sweep sweep = sweep_of(w, body), other = sweep_of(w, at->stopper);
@@ -171,7 +173,7 @@ static void carry(ll_rigid *w, int32_t body, const ll_drive *at)
     m->turn = at->touch * m->turn + (1 - at->touch) * other.turn;
 }
 
-/* Who has met stays where that was. */
+/* A body stops at its impact. */
 static void stop(ll_rigid *w, int32_t body)
 {
     const ll_drive *at = &ll_drives(w)[body];
@@ -193,7 +195,7 @@ static bool is_fast(const ll_rigid *w, int32_t body)
     return b->type == LL_BODY_DYNAMIC && ll_length(m->d) + fabs(m->turn) * b->extent > 0.5 * b->core;
 }
 
-/* Where a shape is at any time of this step. */
+/* Bounds of a shape over the whole step. */
 static ll_aabb path_box(const ll_rigid *w, int32_t body, int32_t shape)
 {
     const ll_motion *m = &ll_motions(w)[body];
@@ -203,7 +205,7 @@ static ll_aabb path_box(const ll_rigid *w, int32_t body, int32_t shape)
     return ll_aabb_grown(box, (turn < 1 ? 0.5 * turn : 2) * ll_bodys(w)[body].extent);
 }
 
-/* So that the query of another finds it there. */
+/* Makes other bodies' queries find the swept ones. */
 static void cover_paths(ll_rigid *w)
 {
     for (int32_t i = 0; i < w->awake; i++) {
@@ -212,7 +214,7 @@ static void cover_paths(ll_rigid *w)
         ll_body *b = &ll_bodys(w)[body];
         if (b->drift + ll_length(m->d) + fabs(m->turn) * b->extent <= b->slack)
             continue;
-        b->drift = INFINITY; /* made anew at the end of the step */
+        b->drift = INFINITY; /* its boxes are recomputed at the end of the step */
         for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
             ll_boxs(w)[s] = path_box(w, body, s);
             ll_broad_of(w)->move(ll_broad_state(w), ll_boxs(w), s);
@@ -230,7 +232,8 @@ static void find_first_touch(ll_rigid *w, int32_t body, bool still)
                               &s);
 }
 
-/* Into `list`; the others are marked as not swept. `lightest` is the largest inverse mass among them. */
+/* Writes fast bodies into `list` and marks the others as not swept. `lightest`: largest inverse mass among
+ * them. */
 static int32_t fast_bodies(ll_rigid *w, int32_t *list, double *lightest)
 {
     int32_t count = 0;
@@ -248,7 +251,7 @@ static int32_t fast_bodies(ll_rigid *w, int32_t *list, double *lightest)
     return count;
 }
 
-/* The shapes that something may be swept into, as long as they are fewer than `most`; else -1. */
+/* The shapes that bodies may be swept against, if there are fewer than `most`; else returns -1. */
 static int32_t obstacles(const ll_rigid *w, double lightest, int32_t *list, int32_t most)
 {
     int32_t count = 0;
@@ -266,7 +269,7 @@ static int32_t obstacles(const ll_rigid *w, double lightest, int32_t *list, int3
 static void find_first_touches(ll_rigid *w, const int32_t *fast, int32_t count, double lightest,
                                int32_t *room)
 {
-    /* Looking for obstacles takes as long as some queries. */
+    /* Searching for obstacles costs as much as some queries. */
     int32_t found = count > w->shape_end / 16 ? obstacles(w, lightest, room, count) : -1;
     for (int32_t i = 0; i < count && found < 0; i++)
         find_first_touch(w, fast[i], false);
@@ -283,14 +286,14 @@ size_t ll_meetings_size(const ll_rigid_limits *limits)
     return (size_t)limits->bodies * sizeof(meeting);
 }
 
-/* When the body stops; 1: not in this step. */
+/* Time at which the body stops; 1: not in this step. */
 static double end_time(const ll_rigid *w, int32_t body)
 {
     const ll_drive *d = &ll_drives(w)[body];
     return ll_bodys(w)[body].awake != LL_NONE && d->stopper != LL_NONE ? d->touch : 1;
 }
 
-/* A body's way between two times, of which it stops at neither or at the first. */
+/* A body's path between two times. It stops at the first of them or not at all. */
 static ll_sweep leg(const ll_rigid *w, int32_t body, double from, double to)
 {
     ll_sweep whole = sweep_of(w, body);
@@ -298,8 +301,8 @@ static ll_sweep leg(const ll_rigid *w, int32_t body, double from, double to)
     return (ll_sweep){ll_sweep_at(&whole, begin), ll_scale(share, whole.shift), share * whole.turn};
 }
 
-/* Of a bullet's shape with another, before the bullet stops; 1: never. The other may stop on the way: then
- * there are two legs, and in the second a touch is a little nearer than the first can have ended. */
+/* First impact of a bullet's shape with another, before the bullet stops; 1: none. The other may stop on the
+ * way: then there are two legs, with a slightly smaller target in the second, so that it can succeed. */
 static double first_meeting(const ll_rigid *w, const ll_shape *shape, const ll_shape *other)
 {
     double end = end_time(w, shape->body), times[3] = {0, ll_min(end_time(w, other->body), end), end};
@@ -346,7 +349,7 @@ static meeting next_meeting(ll_rigid *w, int32_t bullet)
     return next;
 }
 
-/* Around all places that it may take from one time to its end. */
+/* Bounds of all positions from this time to the end of the step. */
 static ll_aabb way_box(const ll_rigid *w, int32_t body, double from)
 {
     ll_vec2 start = ll_poses(w)[body].p, shift = ll_motions(w)[body].d;
@@ -356,12 +359,12 @@ static ll_aabb way_box(const ll_rigid *w, int32_t body, double from)
     return ll_aabb_grown(box, ll_bodys(w)[body].extent + LL_LINEAR_SLOP);
 }
 
-/* The bodies that are to be stopped. */
+/* bodies that must stop */
 typedef struct stops {
     int32_t *list, count;
 } stops;
 
-/* Where it is at that time, if it would go on. Bullets that may run into it there look again. */
+/* Stops the body at that time. Bullets that may now hit it there search again. */
 static void stay(ll_rigid *w, int32_t body, double t, stops *all, meeting *bullets, int32_t count)
 {
     if (ll_bodys(w)[body].awake == LL_NONE || t >= end_time(w, body))
@@ -384,7 +387,7 @@ static void stay(ll_rigid *w, int32_t body, double t, stops *all, meeting *bulle
 
 static void stop_bullets_where_they_meet(ll_rigid *w, stops *all)
 {
-    meeting *bullets = ll_solver_memory(w); /* the solver has done with it */
+    meeting *bullets = ll_solver_memory(w); /* the solver no longer needs it */
     int32_t count = 0;
     for (int32_t i = 0; i < all->count; i++)
         if (ll_bodys(w)[all->list[i]].bullet)
@@ -424,7 +427,7 @@ void ll_stop_at_first_touch(ll_rigid *w)
         stop(w, body);
         if (!carried)
             continue;
-        find_first_touch(w, body, true); /* what moves it may carry it through a wall */
+        find_first_touch(w, body, true); /* its obstacle's motion may carry it through a wall */
         if (d->stopper != LL_NONE)
             stop(w, body);
     }

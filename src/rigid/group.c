@@ -1,13 +1,14 @@
-/* Groups of islands: what one island does in a step no other feels, so a solver may finish some of them
- * before it takes up the next. A kinematic body hangs together with all that it touches, since it moves from
- * substep to substep; a static one parts islands. */
+/* Groups of islands: islands do not affect each other within a step, so a solver may finish some before it
+ * starts the next. A kinematic body connects all that it touches, since it moves from substep to substep; a
+ * static body separates islands. */
 #include "rigid/solve.h"
 
 #include <string.h>
 
-/* A heap in the plane has up to three contacts a body; with contacts and constraints `enough_bodies` of it
- * take about half of a second-level cache of 1 MiB. A smaller world gains less by groups than they cost, and
- * so does one of which most is one island: that is solved whole, and looked at again after some steps. */
+/* A heap has up to three contacts per body; with contacts and constraints, `enough_bodies` of it take about
+ * half of a second-level cache of 1 MiB. Smaller worlds gain less from groups than they cost. So do worlds in
+ * which one island has most of the bodies: these are solved as a whole, and checked again after some steps.
+ */
 enum { enough_bodies = 400, least_world = 2000, whole_steps = 16 };
 
 static size_t most_groups(const ll_rigid_limits *l)
@@ -54,7 +55,7 @@ ll_group ll_whole(const ll_rigid *w)
                       .joints = {.at = joints, .count = w->joint_end}};
 }
 
-/* Counts become where each group begins; placing moves that on to where it ends. */
+/* Turns counts into the start of each group; placing then advances that to its end. */
 static void begin_each(int32_t *at, int32_t groups)
 {
     int32_t total = 0;
@@ -65,7 +66,7 @@ static void begin_each(int32_t *at, int32_t groups)
     }
 }
 
-/* Islands in the order in which the awake list meets them. Returns the size of the largest. */
+/* Islands in the order of the awake list. Returns the size of the largest. */
 static int32_t group_islands(const ll_rigid *w, ll_groups *g)
 {
     const int32_t *awake = ll_awakes(w);

@@ -1,7 +1,7 @@
-/* What the files of this room share: the block's arrays and the stages of a step.
+/* Shared by the files of this room: the block's arrays and the stages of a step.
  *
- * Body slots count from 0. Arrays are split by temperature: `pose` and `motion` are what a step streams
- * through, `body` is what it rarely needs. */
+ * Body slots count from 0. Arrays are split by how often they are used: `pose` and `motion` are streamed
+ * through in each step, `body` is needed rarely. */
 #pragma once
 
 #include <assert.h>
@@ -11,15 +11,15 @@
 
 #define LL_NONE (-1)
 
-/* Shapes nearer than the sum of both bodies' shares make a contact: stacks stay quiet when points do not come
- * and go. Of small bodies the share is a quarter of their core. */
+/* Contact margin: shapes nearer than the sum of both bodies' margins make a contact, so that points do not
+ * come and go in resting stacks. The margin of a small body is a quarter of its core. */
 #define LL_MARGIN_SHARE (2 * LL_LINEAR_SLOP)
 
-/* Seconds of rest before sleep. */
+/* s of rest before a body may sleep */
 #define LL_SLEEP_TIME 0.5
 
-/* A contact takes the lowest colour that neither body has. Those with something that cannot be moved take
- * theirs from the upper ones and are solved last, so that what stands on the ground is not pushed into it. */
+/* A contact takes the lowest colour that neither body has. Contacts with an immovable body use the upper
+ * colours and are solved last, so that bodies on the ground are not pushed into it. */
 #define LL_COLOURS_DYNAMIC 44
 #define LL_COLOURS 60
 #define LL_OVERFLOW_DYNAMIC LL_COLOURS
@@ -29,41 +29,41 @@
 typedef struct ll_body {
     double angle;
     double mass, inertia, inv_mass, inv_inertia;
-    ll_vec2 origin; /* of the body's frame, seen from the centre of mass */
+    ll_vec2 origin; /* body frame's origin relative to the centre of mass */
     double gravity_scale, damping, spin_damping;
     ll_vec2 force;
     double torque;
     double sleep_time;
-    double drift;     /* how far any point may have gone since its boxes were made */
-    double slack;     /* and how far it may go */
-    double extent;    /* the farthest point from the centre of mass */
+    double drift;     /* bound of any point's motion since its boxes were made */
+    double slack;     /* largest allowed drift */
+    double extent;    /* distance of the farthest point from the centre of mass */
     double core;      /* of its smallest shape */
-    double margin;    /* its share of the distance at which contacts are made */
-    uint64_t colours; /* taken by contacts of this body */
+    double margin;    /* its contact margin, m */
+    uint64_t colours; /* used by contacts of this body */
     uint32_t generation;
     int32_t type;                  /* ll_body_type; LL_NONE when free */
-    int32_t shape, contact, joint; /* heads of lists; a contact's or joint's number times 2 plus the side */
-    int32_t awake;                 /* place in the awake list, or LL_NONE */
-    int32_t island; /* the next of those that sleep together; of a free slot: the next free one */
+    int32_t shape, contact, joint; /* heads of lists; index of a contact or joint times 2 plus the side */
+    int32_t awake;                 /* index in the awake list, or LL_NONE */
+    int32_t island; /* next body of the same sleeping island; of a free slot: the next free one */
     int32_t may_sleep, fixed_rotation, bullet;
 } ll_body;
 
-/* A step's velocities and what it has moved so far: a cache line. */
+/* Velocity of a body and what it has moved in this step: a cache line. */
 typedef struct ll_motion {
     ll_vec2 v;
     double w;
-    ll_vec2 d;   /* moved by */
-    ll_rot q;    /* turned by */
-    double turn; /* as an angle */
+    ll_vec2 d;   /* translation */
+    ll_rot q;    /* rotation */
+    double turn; /* the same as an angle */
 } ll_motion;
 
-/* What the narrow phase and the solvers ask of a body for each contact: a copy, packed. */
+/* What the narrow phase and the solvers need of a body for each contact: a packed copy. */
 typedef struct ll_trait {
     double inv_mass, inv_inertia, core, margin;
 } ll_trait;
 
 typedef struct ll_shape {
-    ll_vec2 centre; /* a circle's; of all in the frame of the centre of mass */
+    ll_vec2 centre; /* of a circle; all shapes are in the frame of the centre of mass */
     double radius;
     double friction, restitution, density, core;
     int32_t body; /* LL_NONE when free */
@@ -73,11 +73,11 @@ typedef struct ll_shape {
     int32_t group;
 } ll_shape;
 
-/* All as it was when the manifold was made, in the world's directions. A recycled contact keeps normal and
- * arms: were they to lean with their bodies, a pile on soft contacts would buckle like a row of springs. Its
+/* State at the time the manifold was made, in world directions. A recycled contact keeps its normal and
+ * anchors: if they rotated with their bodies, a pile on soft contacts would buckle like a row of springs. Its
  * separation follows the bodies. */
 typedef struct ll_contact_point {
-    ll_vec2 a, b; /* from both centres of mass */
+    ll_vec2 a, b; /* anchors, from both centres of mass */
     double separation;
     double normal_impulse, tangent_impulse;
     uint32_t id;
@@ -86,14 +86,14 @@ typedef struct ll_contact_point {
 
 typedef struct ll_contact {
     int32_t shape[2], body[2];    /* LL_NONE in shape[0] when free */
-    int32_t next[2], previous[2]; /* in the lists of the bodies: number times 2 plus side */
-    int32_t awake;                /* place in the awake list, or LL_NONE; of a free slot: the next free one */
+    int32_t next[2], previous[2]; /* in the lists of both bodies: index times 2 plus side */
+    int32_t awake;                /* index in the awake list, or LL_NONE; of a free slot: the next free one */
     int32_t colour;               /* LL_NONE when not touching */
     int32_t count;                /* points */
-    int32_t recycled; /* 1: the manifold was kept; bounce.c marks others in the course of a step */
+    int32_t recycled;             /* 1: the manifold was recycled; bounce.c sets another bit within a step */
     double friction, restitution;
     ll_vec2 normal;
-    ll_vec2 rel; /* b's centre seen from a */
+    ll_vec2 rel; /* centre of b relative to a */
     ll_rot turned[2];
     ll_contact_point at[2];
 } ll_contact;
@@ -104,32 +104,32 @@ typedef struct ll_joint {
     int32_t next[2], previous[2];
     uint32_t generation;
     int32_t free;
-    double impulse[6];           /* of the rows; a row keeps its number */
-    double penalty[6], force[6]; /* avbd */
+    double impulse[6];           /* of each row */
+    double penalty[6], force[6]; /* for avbd */
 } ll_joint;
 
-typedef struct ll_known { /* a pair that has a contact; LL_NONE: an empty place */
+typedef struct ll_known { /* a pair that has a contact; LL_NONE: empty */
     int32_t a, b;
 } ll_known;
 
-/* What drives a body in this step, the impulses that its contacts hold it with, and what it is swept into. */
+/* Accelerations of a body in this step, the impulses that its contacts hold it with, and its impact. */
 typedef struct ll_drive {
     ll_vec2 a;
     double spin;            /* rad/s^2 */
-    double keep, keep_spin; /* of the velocity in a substep */
+    double keep, keep_spin; /* factor of the velocity per substep (damping) */
     ll_vec2 held;
     double held_spin;
-    double touch;    /* share of the step; 1: never, negative: it is not swept */
-    int32_t stopper; /* body, or LL_NONE; itself: it has met another and stays where that was */
+    double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */
+    int32_t stopper; /* body hit, or LL_NONE; the body itself: it stops where the impact is */
     int32_t pad;
 } ll_drive;
 
-/* What makes two bodies hang together: a contact that touches, or a joint. */
+/* Connects two bodies of an island: a touching contact or a joint. */
 typedef struct ll_link {
     int32_t number, body[2];
 } ll_link;
 
-/* solve_joints.c; a hinge's limits and motor are apart from it, since few hinges have them. */
+/* solve_joints.c; limits and motor of a revolute joint are separate, since few joints have them. */
 typedef struct ll_hinge ll_hinge;
 typedef struct ll_turning ll_turning;
 size_t ll_hinge_size(void);
@@ -151,7 +151,7 @@ struct ll_rigid {
     ll_rigid_stats stats;
     double dt;
     uint64_t colours;    /* of the contacts of the last step */
-    int64_t whole_until; /* step; before it islands are not grouped */
+    int64_t whole_until; /* step number up to which islands are not grouped */
     int32_t free_body, free_shape, free_hull, free_contact, free_joint;
     int32_t body_end, shape_end, hull_end, contact_end, joint_end;
     int32_t bodies, contacts, joints;
@@ -191,7 +191,7 @@ LL_ARRAY(ll_proxy_pair, pair)
 LL_ARRAY(ll_link, link)
 #undef LL_ARRAY
 
-/* What two bodies have moved since a contact's manifold was made. */
+/* Relative motion of two bodies since their contact's manifold was made. */
 typedef struct ll_since {
     ll_vec2 gap; /* between the centres, now */
     ll_rot a, b;
@@ -204,13 +204,13 @@ static inline ll_since ll_since_made(const ll_rigid *w, const ll_contact *c)
                       ll_rot_between(c->turned[1], b->q)};
 }
 
-/* From where the point has gone with a to where it has gone with b. */
+/* Motion of the point with b relative to the point with a. */
 static inline ll_vec2 ll_point_gap(const ll_contact_point *p, const ll_since *s)
 {
     return ll_add(s->gap, ll_sub(ll_rotate(s->b, p->b), ll_rotate(s->a, p->a)));
 }
 
-/* Asks the cache for a contact that is soon needed. */
+/* Prefetches a contact. */
 static inline void ll_prefetch_contact(const ll_contact *c)
 {
     for (size_t at = 0; at < sizeof *c; at += 64)
@@ -239,19 +239,19 @@ static inline const ll_broad_phase *ll_broad_of(const ll_rigid *w)
 
 /* ---- body.c ---- */
 
-/* A shape's geometry: a hull of the pool, or `circle` filled in. */
+/* Geometry of a shape: a hull of the pool, or `circle` filled in. */
 const ll_geometry *ll_geometry_of(const ll_rigid *w, const ll_shape *shape, ll_geometry *circle);
 ll_aabb ll_tight_box(const ll_rigid *w, const ll_shape *shape, ll_pose pose);
-void ll_refresh_boxes(ll_rigid *w, int32_t body); /* of the broad phase, around the present pose */
+void ll_refresh_boxes(ll_rigid *w, int32_t body); /* broad-phase boxes around the current pose */
 void ll_mark_moved(ll_rigid *w, int32_t shape);
-void ll_bound_shapes(ll_rigid *w, int32_t body); /* the volumes of its shapes, as params.volume asks */
-ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot); /* an id that is stale is an error */
+void ll_bound_shapes(ll_rigid *w, int32_t body); /* bounding volumes of its shapes, by params.volume */
+ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot); /* error if the id is stale */
 
 /* ---- contact.c ---- */
 
 void ll_find_pairs(ll_rigid *w, bool *overflowed);
 void ll_update_contacts(ll_rigid *w);
-/* With the bodies in these poses; in a's frame. */
+/* For these poses of the bodies; in a's frame. */
 ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
 void ll_remove_contact(ll_rigid *w, int32_t contact);
 void ll_awake_contact(ll_rigid *w, int32_t contact);
@@ -260,18 +260,18 @@ bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b);
 
 /* ---- island.c ---- */
 
-void ll_wake(ll_rigid *w, int32_t body); /* and all that sleep with it */
+void ll_wake(ll_rigid *w, int32_t body); /* wakes its whole island */
 void ll_put_in_awake_list(ll_rigid *w, int32_t body);
 void ll_take_from_awake_list(ll_rigid *w, int32_t body);
-void ll_put_to_sleep(ll_rigid *w); /* islands that have rested long enough */
+void ll_put_to_sleep(ll_rigid *w); /* islands that have rested for LL_SLEEP_TIME */
 
-bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* one of its bodies is, at least */
+bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* at least one of its bodies is awake */
 
-/* Those of which one body is awake at least; their count. */
+/* Edges with at least one awake body; returns their count. */
 int32_t ll_touching_links(const ll_rigid *w, ll_link *out);
 int32_t ll_joint_links(const ll_rigid *w, ll_link *out);
 
-/* Union-find: a root has minus the size of its island for a parent; what is LL_APART joins nothing. */
+/* Union-find: the parent of a root is minus the size of its island; LL_ALONE bodies join nothing. */
 #define LL_ALONE (-1)
 #define LL_APART INT32_MIN
 void ll_join(int32_t *parent, const ll_link *links, int32_t count);
@@ -285,4 +285,4 @@ void ll_stop_at_first_touch(ll_rigid *w);
 /* ---- joint.c ---- */
 
 void ll_unlink_joint(ll_rigid *w, int32_t joint);
-bool ll_joined(const ll_rigid *w, int32_t a, int32_t b); /* by a joint that forbids them to collide */
+bool ll_joined(const ll_rigid *w, int32_t a, int32_t b); /* whether a joint forbids them to collide */

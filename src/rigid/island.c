@@ -1,4 +1,4 @@
-/* Sleep: bodies that touch each other fall asleep together, and wake together. */
+/* Sleeping: touching bodies fall asleep together and wake together. */
 #include "rigid/internal.h"
 
 #include <string.h>
@@ -38,7 +38,7 @@ void ll_wake(ll_rigid *w, int32_t body)
     } while (i != body);
 }
 
-/* ---- what hangs together ---- */
+/* ---- edges of islands ---- */
 
 int32_t ll_touching_links(const ll_rigid *w, ll_link *out)
 {
@@ -99,7 +99,7 @@ void ll_join(int32_t *parent, const ll_link *links, int32_t count)
     }
 }
 
-/* What leans on a moving kinematic body, or is drawn by a mouse, does not rest. */
+/* Bodies that touch a moving kinematic body, or that a mouse joint drags, do not rest. */
 static void stir(ll_rigid *w)
 {
     for (int32_t i = 0; i < w->awake; i++) {
@@ -139,8 +139,7 @@ static void join_dynamic(ll_rigid *w, int32_t *parent)
     ll_join(parent, ll_links(w), ll_joint_links(w, ll_links(w)));
 }
 
-/* Looked at every eighth step: an island may lie awake for a moment longer, and a moving scene pays little.
- */
+/* Checked every eighth step: an island may stay awake a little longer, and a moving scene pays little. */
 void ll_put_to_sleep(ll_rigid *w)
 {
     if (!w->params.sleep || w->stats.step % 8 != 0)
@@ -168,7 +167,7 @@ void ll_put_to_sleep(ll_rigid *w)
         if (wakeful[root])
             continue;
         lay_down(w, list[i]);
-        if (root != list[i]) { /* into the ring after the root */
+        if (root != list[i]) { /* into the circular list after the root */
             ll_bodys(w)[list[i]].island = ll_bodys(w)[root].island;
             ll_bodys(w)[root].island = list[i];
         }

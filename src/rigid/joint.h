@@ -1,7 +1,7 @@
 /* Joints as rows of constraints.
  *
- * A joint of any type gives up to six rows: a value C that ought to be 0 (or at least 0), how it changes with
- * the two bodies' velocities, and how large its impulse may be. Every solver works on rows and knows no
+ * A joint of any type makes up to six rows. A row has a value C that should be 0 (or at least 0), its
+ * dependence on the two bodies' velocities, and a largest impulse. Solvers work on rows and know no joint
  * types. */
 #pragma once
 
@@ -12,8 +12,8 @@
 typedef enum ll_row_kind {
     LL_ROW_NONE,
     LL_ROW_EQUAL, /* C = 0 */
-    LL_ROW_LIMIT, /* C >= 0; the impulse only pushes */
-    LL_ROW_MOTOR, /* dC/dt = speed, with at most `most` of force */
+    LL_ROW_LIMIT, /* C >= 0; positive impulses only */
+    LL_ROW_MOTOR, /* dC/dt = speed, with a force of at most `most` */
 } ll_row_kind;
 
 /* dC/dt = n . (v_b - v_a) + jb w_b - ja w_a */
@@ -24,13 +24,13 @@ typedef struct ll_row {
     double ja, jb;
     double speed;          /* of a motor */
     double most;           /* largest force, N or N m */
-    double hertz, damping; /* of a spring; 0: as stiff as the solver makes joints */
+    double hertz, damping; /* of a spring; 0: the solver's joint stiffness */
 } ll_row;
 
 typedef struct ll_joint_row_type {
     const char *name;
-    /* Fills the rows of two bodies in `pose`; each row keeps its number. Rows 0 and 1 of a type with `block`
-     * are solved together. */
+    /* Fills the rows for two bodies in these poses; each row keeps its number. With `block`, rows 0 and 1 are
+     * solved together. */
     void (*rows)(const ll_joint *joint, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS]);
     bool block;
 } ll_joint_row_type;
@@ -39,8 +39,9 @@ extern const ll_joint_row_type ll_joint_distance, ll_joint_revolute, ll_joint_pr
     ll_joint_mouse, ll_joint_motor, ll_joint_friction;
 extern const ll_joint_row_type *const ll_joint_row_types[LL_JOINT_TYPES];
 
-/* Rows that types share. `angle` is that of b to a. */
-void ll_row_point(const ll_joint *joint, ll_pose a, ll_pose b, ll_row out[2]); /* the anchors are together */
+/* Rows that joint types share. `angle`: angle of b relative to a. */
+void ll_row_point(const ll_joint *joint, ll_pose a, ll_pose b,
+                  ll_row out[2]); /* keeps the anchors together */
 ll_row ll_row_angle(double c);
-/* Limits and motor about `value` in rows 3 to 5; `base` is a row of the same direction. */
+/* Limits and motor of `value` in rows 3 to 5; `base` is a row of the same direction. */
 void ll_rows_range(const ll_joint *joint, ll_row base, double value, double most, ll_row out[LL_ROWS]);

@@ -1,4 +1,4 @@
-/* Two anchors at a distance: a rod, a rope (which only pulls) or a spring. */
+/* Distance joint: two anchors at a distance; a rod, a rope (pulls only) or a spring. */
 #include "rigid/joint.h"
 
 static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])

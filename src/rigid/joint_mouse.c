@@ -1,4 +1,4 @@
-/* A spring from a point of the world to an anchor of b: a body is dragged by it. */
+/* Mouse joint: a spring from a point of the world to an anchor of b, to drag a body. */
 #include "rigid/joint.h"
 
 static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])

@@ -1,4 +1,4 @@
-/* A slide: b moves along an axis that is fixed in a, and does not turn to it. */
+/* Prismatic joint: b moves along an axis fixed in a, without rotation relative to a. */
 #include "rigid/joint.h"
 
 static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])

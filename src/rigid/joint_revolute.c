@@ -1,4 +1,4 @@
-/* A hinge: two anchors are one point. */
+/* Revolute joint: two anchors are at one point. */
 #include "rigid/joint.h"
 
 static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])

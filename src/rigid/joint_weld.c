@@ -1,4 +1,4 @@
-/* Two bodies as one, or held to each other by springs. */
+/* Weld joint: two bodies rigidly connected, or by springs. */
 #include "rigid/joint.h"
 
 static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])

@@ -1,4 +1,4 @@
-/* What a viewer asks of a world, and the change of its broad phase. */
+/* Queries of a world, and the change of its broad phase. */
 #include "rigid/internal.h"
 
 #include "base/assert.h"

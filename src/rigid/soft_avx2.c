@@ -1,4 +1,4 @@
-/* The build compiles this file alone for AVX2; solve_soft_step.c asks the CPU before it calls into it. */
+/* Only this file is compiled for AVX2; solve_soft_step.c checks the CPU before it calls it. */
 #ifdef __AVX2__
 #define LL_WIDE 4
 #else

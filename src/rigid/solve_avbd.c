@@ -1,24 +1,23 @@
 /* Augmented vertex block descent (Giles, Diaz, Yuksel, "Augmented Vertex Block Descent", ACM TOG 44(4),
- * 2025). The step is the minimum of inertia against the constraints' energy: each body in turn takes a Newton
- * step of its own three unknowns, then forces and penalties of the constraints grow where they are not yet
- * met. Forces and penalties live on in the next step. Errors that are there when the step begins are left
- * alone until velocities are known; a last descent then takes them out, so that their correction is no speed
- * (the authors' post-stabilisation). Passes over contacts: 3 an iteration (each contact is seen from both its
- * bodies, and once to grow), and 2.
+ * 2025). The step minimises inertia plus the constraints' energy. Each body in turn takes a Newton step of
+ * its own three unknowns; then forces and penalties of violated constraints grow. Both are kept for the next
+ * step. Errors present at the beginning of the step are left until velocities are known. A last descent then
+ * removes them, so that their correction adds no velocity (the authors' post-stabilisation). Passes over
+ * contacts: 3 per iteration (each contact is seen from both its bodies, and once to grow), and 2.
  *
- * Forces are in N (lambda of the paper); errors C of the paper are counted so that a positive force pushes b
- * along n. */
+ * Forces are in N (lambda of the paper). Errors C have the sign for which a positive force pushes b along n.
+ */
 #include "rigid/solve.h"
 
 #include <string.h>
 
-static const double gamma_kept = 0.99; /* of penalties, from one step to the next */
+static const double gamma_kept = 0.99; /* decay of penalties per step */
 static const double growth = 1e5;      /* of penalties, N/m per m of error */
 static const double least_penalty = 1, most_penalty = 1e9;
 
-typedef struct line { /* a point of a contact */
+typedef struct line { /* contact point */
     ll_vec2 ra, rb;
-    double c0[2]; /* normal and tangential error at the step's beginning */
+    double c0[2]; /* normal and tangential error at the beginning of the step */
     double force[2], penalty;
     double pad;
 } line;
@@ -30,7 +29,7 @@ typedef struct touch {
     line at[2];
 } touch;
 
-typedef struct goal { /* where a body would go by inertia alone */
+typedef struct goal { /* where inertia alone would move a body */
     ll_vec2 d;
     double turn;
     double pad;
@@ -38,12 +37,12 @@ typedef struct goal { /* where a body would go by inertia alone */
 
 typedef struct memory {
     touch *touches;
-    int32_t *place; /* of a contact in `touches` */
+    int32_t *place; /* index of a contact in `touches` */
     goal *goals;
     double (*joint_c0)[LL_ROWS];
     int32_t count, pad;
     double h;
-    double settle; /* share of the errors at the step's beginning that is to go: 0, and 1 in the end */
+    double settle; /* fraction of the initial errors to remove: 0, and 1 in the last descent */
 } memory;
 
 static size_t round_up(size_t bytes)
@@ -77,7 +76,7 @@ static double clamped(double x, double low, double high)
     return x < low ? low : x > high ? high : x;
 }
 
-/* ---- the step's beginning ---- */
+/* ---- beginning of the step ---- */
 
 static void begin_touches(ll_rigid *w, memory *m)
 {
@@ -135,8 +134,8 @@ static void begin_joints(ll_rigid *w, memory *m)
     }
 }
 
-/* Inertia's goal; the first guess takes as much of gravity as the body followed in the step before, so that
- * what rests begins at rest. */
+/* Goal of inertia. The initial guess includes gravity as far as the body followed it in the last step, so
+ * that resting bodies start at rest. */
 static void begin_bodies(ll_rigid *w, memory *m)
 {
     double h = m->h;
@@ -157,7 +156,7 @@ static void begin_bodies(ll_rigid *w, memory *m)
 
 /* ---- errors ---- */
 
-/* Of a contact's point, to first order in the turns. */
+/* Of a contact point, to first order in the rotations. */
 static void line_errors(const ll_rigid *w, const memory *m, const touch *t, const line *l, double c[2])
 {
     const ll_motion *a = &ll_motions(w)[t->a], *b = &ll_motions(w)[t->b];
@@ -174,11 +173,11 @@ static void line_forces(const touch *t, const line *l, const double c[2], double
     force[1] = clamped(l->force[1] - l->penalty * c[1], -most, most);
 }
 
-/* ---- a body's own Newton step ---- */
+/* ---- Newton step of a body ---- */
 
 typedef struct newton {
-    double h[3][3]; /* of the energy; upper half */
-    double g[3];    /* what the forces are short of */
+    double h[3][3]; /* Hessian of the energy; upper half */
+    double g[3];    /* missing force (negative gradient) */
 } newton;
 
 static void add_row(newton *s, ll_vec2 n, double lever, double stiffness, double force, double curvature)
@@ -204,7 +203,8 @@ static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton
             double c[2], force[2];
             line_errors(w, m, t, l, c);
             line_forces(t, l, c, force);
-            /* One that has just let go still resists, or it would let go and strike in turns. */
+            /* A contact that has just separated still resists; otherwise it would separate and hit
+             * alternately. */
             if (force[0] == 0 && c[0] > 0.1 * LL_LINEAR_SLOP)
                 continue;
             ll_vec2 r = e & 1 ? l->rb : l->ra, tangent = ll_right(t->n);
@@ -214,9 +214,9 @@ static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton
     }
 }
 
-/* Error, force and stiffness of a joint's row now. A spring's stiffness is its own; a motor's error is what
- * it is short of its speed. A force at its largest is as stiff as the line from there to the error, so that a
- * body is not held where the row cannot hold it. */
+/* Current error, force and stiffness of a joint's row. A spring has its own stiffness; the error of a motor
+ * is its missing speed. A force at its limit has the stiffness of the secant to its error, so that a body is
+ * not held where the row cannot hold it. */
 static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, int32_t index, int k,
                         const ll_row *r, double *stiffness, double *error)
 {
@@ -263,7 +263,7 @@ static void add_joints(const ll_rigid *w, const memory *m, int32_t body, newton 
     }
 }
 
-/* The symmetric system of three by elimination; it is positive definite because of inertia. */
+/* Solves the symmetric system of three by elimination; inertia makes it positive definite. */
 static void solve_three(newton *s, double x[3])
 {
     double(*h)[3] = s->h;
@@ -297,7 +297,7 @@ static void descend(ll_rigid *w, const memory *m, int32_t body)
     motion->q = ll_rot_small(motion->turn);
 }
 
-/* ---- the constraints' turn ---- */
+/* ---- growth of forces and penalties ---- */
 
 static void grow_touches(const ll_rigid *w, memory *m)
 {
@@ -355,7 +355,8 @@ static void end(ll_rigid *w, const memory *m)
     }
 }
 
-/* The last made first: what is built upwards is solved downwards, and each hands on the load of all above. */
+/* The body made last first: a stack built upwards is solved downwards, and each body passes on the load
+ * above. */
 static void descend_all(ll_rigid *w, const memory *m)
 {
     for (int32_t i = w->awake; i-- > 0;)
@@ -387,7 +388,7 @@ const ll_solver ll_solver_avbd = {
     .name = "avbd",
     .help =
         "Augmented vertex block descent (Giles et al. 2025): bodies one by one against growing penalties; 3 "
-        "passes an iteration. The paper has no restitution: impacts come before the step.",
+        "passes per iteration. The paper has no restitution: impacts are resolved before the step.",
     .passes = {[LL_PER_ITERATION] = 3},
     .size = size,
     .solve = solve};

@@ -1,7 +1,6 @@
-/* Impulses as a beginner writes them: one pass over the contacts, each approaching point is turned round by
- * itself, then every overlap is pushed out at once. What one contact does the next undoes; pushing lifts
- * bodies without slowing them, and that adds energy: a resting stack is thrown about until it falls (the
- * paper's example). */
+/* Impulses as in beginners' code: one pass over the contacts reverses each approaching point by itself, then
+ * every overlap is pushed out at once. One contact undoes what another did, and pushing lifts bodies without
+ * slowing them, which adds energy: a resting stack is thrown about until it falls (the paper's example). */
 #include "rigid/solve.h"
 
 static void hit(ll_rigid *w, ll_touch_row *r, ll_line *line)
@@ -51,7 +50,7 @@ static void solve(ll_rigid *w)
 
 const ll_solver ll_solver_impulse = {
     .name = "impulse",
-    .help = "Each contact by itself, once, and overlaps pushed out at once, as beginners write it: 2 passes.",
+    .help = "Each contact by itself, once, and overlaps pushed out at once, as in beginners' code: 2 passes.",
     .passes = {[LL_PER_STEP] = 2},
     .size = ll_touch_rows_size,
     .solve = solve};

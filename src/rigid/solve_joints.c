@@ -1,4 +1,4 @@
-/* Joints under solvers of velocities: one after the other, as rows. */
+/* Joints for velocity solvers: one by one, as rows. */
 #include "rigid/solve.h"
 
 #include <string.h>
@@ -44,19 +44,18 @@ static void rows_of(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
                                           ll_angle_now(w, j), rows);
 }
 
-/* ---- hinges: most joints are such, so their rows are written out; friction is a hinge that gives way ----
- */
+/* ---- revolute joints: the most common, so their rows are written out; a friction joint yields ---- */
 
 struct ll_hinge {
     int32_t joint, a, b;
-    int32_t turning; /* LL_NONE: it has neither limits nor a motor */
+    int32_t turning; /* LL_NONE: neither limits nor a motor */
     double ma, ia, mb, ib;
-    ll_vec2 ra, rb, gap; /* anchors and their distance at the beginning of the step */
-    double most;         /* N, of friction; infinite of a hinge, which also brings its anchors together */
+    ll_vec2 ra, rb, gap; /* anchors and their gap at the beginning of the step */
+    double most; /* N, of friction; infinite for a revolute joint, which also corrects its anchors' gap */
     ll_vec2 impulse;
 };
 
-struct ll_turning { /* impulses as of the rows 3 to 5 */
+struct ll_turning { /* impulses of rows 3 to 5 */
     double angle;   /* at the beginning of the step */
     double lower, upper, speed, torque;
     double lower_impulse, upper_impulse, motor_impulse;
@@ -163,14 +162,14 @@ static void turn(const ll_hinge *h, ll_motion *a, ll_motion *b, double impulse)
     b->w += h->ib * impulse;
 }
 
-/* `room`: how far the angle is within the limit, `speed`: how fast it goes away from it. */
+/* `room`: distance of the angle to the limit, `speed`: rate at which it grows. */
 static double limit_impulse(double room, double speed, double mass, double h, ll_softness soft, double old)
 {
     ll_softness s = room > 0 ? (ll_softness){1 / h, 1, 0} : soft;
     return ll_max(old - s.mass_scale * mass * (speed + s.bias_rate * room) - s.impulse_scale * old, 0);
 }
 
-/* This and the next: whether an impulse has changed. */
+/* This and the next return whether an impulse changed. */
 static bool solve_turning(ll_motion *motions, const ll_hinge *hinge, ll_turning *t, double h,
                           ll_softness soft)
 {
@@ -195,7 +194,7 @@ static bool solve_turning(ll_motion *motions, const ll_hinge *hinge, ll_turning 
     return changed | (t->lower_impulse != old);
 }
 
-/* The part of `impulse` that keeps the sum within friction's largest. */
+/* The part of `impulse` that keeps the sum within the friction limit. */
 static ll_vec2 held(const ll_hinge *hinge, ll_vec2 impulse, double most)
 {
     ll_vec2 sum = ll_add(hinge->impulse, impulse);
@@ -260,7 +259,7 @@ void ll_clear_joint_impulses(ll_rigid *w)
         memset(ll_joints(w)[i].impulse, 0, sizeof ll_joints(w)[i].impulse);
 }
 
-/* How a row is to be solved in this pass. A spring is one in every pass. */
+/* How this pass solves a row. A spring is soft in every pass. */
 static ll_softness row_softness(const ll_row *row, double h, ll_softness stiff, bool bias)
 {
     if (row->kind == LL_ROW_MOTOR)
@@ -289,7 +288,7 @@ static bool solve_row(const pair *p, const ll_row *row, double h, ll_softness so
     return impulse != 0;
 }
 
-/* Two rows at once: a hinge under load does not give way in one direction while the other is solved. */
+/* Two rows at once: a loaded joint does not yield in one direction while the other is solved. */
 static bool solve_block(const pair *p, const ll_row *rows, ll_softness soft, double total[2])
 {
     double k11 = row_cross(p, &rows[0], &rows[0]), k12 = row_cross(p, &rows[0], &rows[1]);

@@ -1,11 +1,11 @@
 /* Projected Gauss-Seidel on velocities with accumulated impulses (Catto, "Iterative Dynamics with Temporal
- * Coherence", 2005). A share of each overlap is added to the speed asked for (Baumgarte 1972), which leaves
- * that speed in the bodies. Passes over contacts: 1 + iterations. */
+ * Coherence", 2005). A fraction of each overlap is added to the target velocity (Baumgarte 1972) and stays in
+ * the bodies. Passes over contacts: 1 + iterations. */
 #include "rigid/solve.h"
 
 #include <string.h>
 
-/* The new sums of a row's impulses along `axis`; whether one has changed. */
+/* Updates the accumulated impulses along `axis`. Returns whether one changed. */
 static bool push_both(ll_motion *a, ll_motion *b, const ll_touch_row *r, ll_vec2 axis, const double sum[2],
                       const double old[2])
 {
@@ -53,7 +53,7 @@ static bool solve_normal(ll_motion *a, ll_motion *b, ll_touch_row *r, const doub
     return push_both(a, b, r, r->n, sum, old);
 }
 
-/* Whether an impulse has changed. */
+/* Returns whether an impulse changed. */
 static bool pass(ll_rigid *w, ll_touch_rows rows, double baumgarte)
 {
     double rate = 1 / w->dt;
@@ -85,7 +85,7 @@ ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte)
     ll_joint_set joints = ll_prepare_joints(w, all.joints);
     ll_warm_start_joints(w, &joints);
     ll_warm_start_touch(w, rows);
-    /* A pass that changes nothing is followed by none that does. */
+    /* After a pass that changes nothing, no other pass would. */
     bool changed = true;
     for (int64_t i = 0; i < w->params.iterations && changed; i++) {
         changed = ll_solve_joints(w, &joints, w->dt, stiff, true);

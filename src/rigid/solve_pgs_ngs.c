@@ -1,9 +1,8 @@
-/* Projected Gauss-Seidel on velocities without correction, then nonlinear Gauss-Seidel on positions: overlaps
- * are taken out where the bodies are, and no speed is left from it (Box2D 2). Passes over contacts: 1 +
- * iterations + position_iterations. */
+/* Projected Gauss-Seidel on velocities without correction, then nonlinear Gauss-Seidel on positions: removes
+ * overlaps without leaving velocity (Box2D 2). Passes over contacts: 1 + iterations + position_iterations. */
 #include "rigid/solve.h"
 
-static const double longest_push = 0.2; /* m, in one pass */
+static const double longest_push = 0.2; /* m per pass */
 
 static void turn(ll_motion *m, double angle)
 {
@@ -17,7 +16,7 @@ static double asked(const ll_rigid *w, double separation)
     return -ll_max(ll_min(c, 0), -longest_push);
 }
 
-typedef struct lever { /* of the normal, where the bodies are now */
+typedef struct lever { /* of the normal, at the current positions */
     double a, b, mass;
 } lever;
 
@@ -29,7 +28,7 @@ static lever lever_of(const ll_rigid *w, const ll_touch_row *r, const ll_line *l
     return (lever){a, b, k > 0 ? 1 / k : 0};
 }
 
-/* Both points of a row, as ll_solve_both does it for velocities. */
+/* Corrects both points, like ll_solve_both for velocities. */
 static bool correct(ll_rigid *w, const ll_touch_row *r)
 {
     ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
@@ -55,7 +54,7 @@ static bool correct(ll_rigid *w, const ll_touch_row *r)
     return true;
 }
 
-/* Whether anything had to be corrected. */
+/* Returns whether anything was corrected. */
 static bool correct_all(ll_rigid *w, ll_touch_rows rows)
 {
     bool corrected = false;

@@ -1,21 +1,21 @@
-/* Soft step: substeps with soft contacts, each followed by a pass that takes out the speed which the
- * correction of overlap put in (Catto, "Solver2D", 2024, there TGS Soft; the default of Box2D 3). Contacts of
+/* Soft step: substeps with soft contacts, each followed by a relax pass that removes the velocity which the
+ * correction of overlap added (Catto, "Solver2D", 2024, there TGS Soft; the default of Box2D 3). Contacts of
  * one colour are solved four at a time.
  *
  * Passes over contacts with n substeps: 1 warm start + 2 n; friction in every second. Without joints the
- * later substeps need no warm start: the Jacobian is constant in a step, so what the contacts hold a body
- * with is how its velocity differs from that after gravity, and is put on it when velocities are integrated.
+ * later substeps need no warm start. The Jacobian is constant in a step, so the impulse that holds a body is
+ * the difference of its velocity from that after gravity; it is applied when velocities are integrated.
  *
- * What the passes go over stays in the cache: all substeps of one group of islands are made before the next
- * group is prepared, in the same memory. */
+ * The working set stays in the cache: all substeps of one group of islands are done before the next group is
+ * prepared in the same memory. */
 #include "rigid/soft.h"
 
 #include <string.h>
 
-typedef struct batch { /* of one colour */
+typedef struct batch { /* contacts of one colour */
     ll_wide_contact *at;
     int32_t count;
-    bool fixed; /* one of the bodies cannot be moved: stiffer */
+    bool fixed; /* with an immovable body: stiffer */
     bool alone; /* overflow: bodies may be shared, one lane after the other */
 } batch;
 
@@ -23,7 +23,7 @@ typedef struct batches {
     batch at[LL_COLOUR_SLOTS];
     int32_t count;
     ll_wide_contact *all;
-    int32_t contacts; /* wide ones */
+    int32_t contacts; /* number of wide contacts */
 } batches;
 
 static size_t size(const ll_rigid_limits *limits)
@@ -108,13 +108,13 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
         fill_point(w, c, lane, k, &from->at[k], &since);
 }
 
-/* Not inlined: among the substeps its loop runs out of registers, which costs 2 % of a step. */
+/* Not inlined: within the substeps its loop runs out of registers, which costs 2 % of a step. */
 __attribute__((noinline)) static batches prepare(ll_rigid *w, ll_list contacts)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
     ll_order_contacts(w, contacts, start);
     batches all = {.all = ll_solver_memory(w)};
-    /* What stands on the ground is solved last. */
+    /* Contacts with the ground are solved last. */
     static const int32_t first[2] = {LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_STATIC};
     for (int s = 0; s < LL_COLOUR_SLOTS; s++) {
         int c = s == 0                        ? first[0]
@@ -159,7 +159,7 @@ static void store(ll_rigid *w, const batches *all)
 
 /* ---- substeps ---- */
 
-/* After gravity: what the contacts held the body with in the substep before. */
+/* After gravity: applies the impulses that held the body in the last substep. */
 static void integrate_velocities(ll_rigid *w, ll_list bodies, double h, bool held)
 {
     for (int32_t i = 0; i < bodies.count; i++) {
@@ -252,8 +252,7 @@ static void solve(ll_rigid *w)
 
 const ll_solver ll_solver_soft_step = {
     .name = "soft_step",
-    .help =
-        "Substeps with soft contacts and a relaxing pass each (TGS soft, as Box2D 3): 2 passes a substep.",
+    .help = "Substeps with soft contacts and a relax pass each (TGS soft, as Box2D 3): 2 passes per substep.",
     .passes = {[LL_PER_SUBSTEP] = 2},
     .size = size,
     .solve = solve};

@@ -1,15 +1,15 @@
 /* Temporal Gauss-Seidel with sticky friction (solver2d's TGS Sticky): substeps, hard contacts, and friction
- * that holds a point where it was rather than its speed at zero, so that piles do not creep. Then passes
- * without correction take out the speed that it left.
+ * that holds a point's position rather than zero velocity, so that piles do not creep. Passes without
+ * correction then remove the velocity that it left.
  *
- * Where a point was is what its anchors say: both are one point when the manifold is made, and move with
- * their bodies while it is recycled. A contact that slides has its manifold made anew. Impulses of contacts
- * add up over the whole step, from 0: what one substep pushed too much the next takes back. Those of joints
- * are a substep's, and begin as they were in the one before: springs and largest forces are rates. Passes
- * over contacts with n substeps: 1.5 n. */
+ * The anchors keep a point's position: both are one point when the manifold is made, and move with their
+ * bodies while it is recycled. The manifold of a sliding contact is recomputed. Impulses of contacts
+ * accumulate over the whole step, from 0: later substeps take back excess. Those of joints belong to a
+ * substep and start from the previous one, since springs and largest forces are rates. Passes over contacts
+ * with n substeps: 1.5 n. */
 #include "rigid/solve.h"
 
-/* Shares of an error that a substep corrects. */
+/* Fraction of an error that a substep corrects. */
 static const double normal_share = 0.8, friction_share = 0.5;
 
 typedef struct gap_now {
@@ -65,14 +65,14 @@ static void solve_friction(ll_rigid *w, ll_touch_row *r, const gap_now gap[2], d
     ll_solve_both(v, mass, r->count == 2 ? ll_coupling(r, t) : 0, (double[2]){-most, -most},
                   (double[2]){most, most}, sum);
     for (int k = 0; k < r->count; k++) {
-        if (fabs(sum[k]) == most && most > 0 && !bias) /* slides */
+        if (fabs(sum[k]) == most && most > 0 && !bias) /* sliding */
             ll_contacts(w)[r->contact].rel.x = INFINITY;
         r->at[k].tangent_impulse = sum[k];
     }
     push_both(w, r, t, sum, old);
 }
 
-/* Both points' friction has the mean of what presses on them for its limit. */
+/* The friction limit of both points uses the mean of their normal impulses. */
 static void pass(ll_rigid *w, ll_touch_rows rows, double rate, bool bias)
 {
     for (int32_t i = 0; i < rows.count; i++) {
@@ -118,8 +118,8 @@ static void solve(ll_rigid *w)
 }
 
 const ll_solver ll_solver_tgs_sticky = {.name = "tgs_sticky",
-                                        .help = "Substeps with hard contacts and friction that holds places "
-                                                "(solver2d's TGS Sticky): 1.5 passes a substep.",
+                                        .help = "Substeps with hard contacts and friction that holds "
+                                                "positions (solver2d's TGS Sticky): 1.5 passes per substep.",
                                         .passes = {[LL_PER_SUBSTEP] = 1.5},
                                         .size = ll_touch_rows_size,
                                         .solve = solve};

@@ -1,29 +1,29 @@
 /* Extended position-based dynamics of rigid bodies (Mueller, Macklin, Chentanez, Jeschke, Kim, "Detailed
- * Rigid Body Simulation with Extended Position Based Dynamics", 2020). In each substep the bodies fly freely,
- * overlaps and joints are corrected in the positions, velocities are what the positions then say, and a pass
- * over the velocities gives contacts their friction and restitution.
+ * Rigid Body Simulation with Extended Position Based Dynamics", 2020). In each substep bodies move freely,
+ * overlaps and joints are corrected in the positions, velocities are derived from the positions, and a
+ * velocity pass applies friction and restitution.
  *
- * As published: pairs are found once a step, contact points in every substep, where the bodies then are.
- * Static friction takes a contact's points back along the surface, all the way or not at all; what slides is
- * slowed by the velocity pass, by at most the coefficient times what pushed. The same pass replaces the
- * normal velocity that the correction of overlap left by what restitution makes of the one before, so that no
- * overlap is turned into speed.
+ * As published: pairs are found once per step, contact points in every substep, at the current positions.
+ * Static friction moves a contact's points back along the surface, completely or not at all. The velocity
+ * pass slows sliding contacts by at most the coefficient times the normal impulse. It also replaces the
+ * normal velocity that the correction of overlap left by restitution times the earlier one, so that no
+ * overlap becomes velocity.
  *
- * Otherwise: static friction follows when all overlaps are corrected, and takes back what velocities and
+ * Different: static friction comes after the correction of all overlaps, and takes back what velocities and
  * friction have moved, but not what these corrections have (as published, a pile of 820 boxes gains 450 J and
- * spreads by 37 m in 10 s of 8 substeps; so by 14 cm). An overlap from before the substep goes no faster than
- * push_speed, the velocity pass never takes more than the correction has pushed (contacts do not pull), and
- * chains of impacts come first (bounce.c).
- * Passes over contacts with n substeps: 3 n, and the narrow phase n times. */
+ * spreads by 37 m in 10 s of 8 substeps; so by 14 cm). An overlap from before the substep is corrected no
+ * faster than push_speed. The velocity pass never takes more than the correction has pushed (contacts do not
+ * pull). Chains of impacts are resolved first (bounce.c). Passes over contacts with n substeps: 3 n, and the
+ * narrow phase n times. */
 #include "rigid/solve.h"
 
 #include <string.h>
 
-typedef struct past { /* where a body was at the beginning of the substep */
+typedef struct past { /* pose of a body at the beginning of the substep */
     ll_vec2 d;
     double turn;
     ll_rot q;
-    ll_vec2 apart; /* d and turn when overlaps had been corrected */
+    ll_vec2 apart; /* d and turn after overlaps were corrected */
     double turned_apart;
 } past;
 
@@ -46,7 +46,7 @@ static void shift(ll_motion *m, double inverse_mass, double inverse_inertia, ll_
     m->turn += angle;
 }
 
-/* Where a point of a body has gone in this substep; `arm` is as it is now. */
+/* Motion of a point of a body in this substep; `arm`: its current anchor. */
 static ll_vec2 gone(const ll_motion *m, const past *before, ll_vec2 arm)
 {
     ll_rot turned = ll_rot_between(before->q, m->q);
@@ -54,7 +54,7 @@ static ll_vec2 gone(const ll_motion *m, const past *before, ll_vec2 arm)
     return ll_add(ll_sub(m->d, before->d), ll_sub(arm, arm_before));
 }
 
-/* From a's to b's, of a contact's point. */
+/* The same of b's point relative to a's. */
 static ll_vec2 gone_apart(const ll_rigid *w, const ll_touch_row *r, const ll_line *line)
 {
     return ll_sub(gone(&ll_motions(w)[r->b], &pasts(w)[r->b], line->rb),
@@ -77,7 +77,7 @@ static double inverse(const ll_touch_row *r, const ll_line *line, ll_vec2 axis)
     return k > 0 ? 1 / k : 0;
 }
 
-/* Whether two bodies may have gone through each other in this substep. */
+/* Whether two bodies may have tunnelled in this substep. */
 static bool went_far(const ll_rigid *w, const ll_touch_row *r)
 {
     const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
@@ -96,7 +96,7 @@ static void take_point(const ll_rigid *w, ll_touch_row *r, int k, ll_vec2 ra, ll
     line->before = ll_dot(ll_relative(&ll_motions(w)[r->a], &ll_motions(w)[r->b], line), r->n);
 }
 
-/* The points with which the step began: they know on which side of each other the bodies were. */
+/* The points of the beginning of the step: they know on which side of each other the bodies were. */
 static void keep_points(const ll_rigid *w, ll_touch_row *r, double separation[2])
 {
     const ll_contact *c = &ll_contacts(w)[r->contact];
@@ -111,7 +111,7 @@ static void keep_points(const ll_rigid *w, ll_touch_row *r, double separation[2]
     }
 }
 
-/* The points of the contact where its bodies are now, with what separates them. */
+/* The contact points at the current positions, with their separations. */
 static void find_points(const ll_rigid *w, ll_touch_row *r, double separation[2])
 {
     ll_pose a = ll_pose_now(w, r->a), b = ll_pose_now(w, r->b), rel = ll_pose_between(a, b);
@@ -124,7 +124,7 @@ static void find_points(const ll_rigid *w, ll_touch_row *r, double separation[2]
     }
 }
 
-/* What came on in this substep goes at once, an older overlap no faster than the push speed. */
+/* Corrects the overlap of this substep at once, an older one no faster than push_speed. */
 static bool push_apart(ll_rigid *w, ll_touch_row *r, const double separation[2], double h)
 {
     double c[2] = {0}, mass[2] = {0}, amount[2] = {0};
@@ -141,7 +141,7 @@ static bool push_apart(ll_rigid *w, ll_touch_row *r, const double separation[2],
     return amount[0] + amount[1] > 0;
 }
 
-/* Since overlaps were corrected. */
+/* Motion since overlaps were corrected. */
 static ll_vec2 moved_since(const ll_motion *m, const past *before, ll_vec2 arm)
 {
     return ll_add(ll_sub(m->d, before->apart), ll_cross_sv(m->turn - before->turned_apart, arm));
@@ -180,7 +180,7 @@ static void correct_overlap(ll_rigid *w, ll_touch_row *r, double h)
         r->count = 0;
 }
 
-/* ---- the pass over the velocities ---- */
+/* ---- velocity pass ---- */
 
 static void push_both(ll_rigid *w, ll_touch_row *r, ll_vec2 axis, const double impulse[2])
 {
@@ -188,7 +188,7 @@ static void push_both(ll_rigid *w, ll_touch_row *r, ll_vec2 axis, const double i
         ll_push(&ll_motions(w)[r->a], &ll_motions(w)[r->b], r, &r->at[k], ll_scale(impulse[k], axis));
 }
 
-/* What is left of the largest friction when static friction has had its part. */
+/* The friction limit that static friction has left. */
 static void slow_down(ll_rigid *w, ll_touch_row *r)
 {
     ll_vec2 t = ll_right(r->n);
@@ -247,7 +247,7 @@ static void solve_joint(ll_rigid *w, ll_joint *j, double h)
         if (r->kind == LL_ROW_NONE || k <= 0 || (r->kind == LL_ROW_LIMIT && r->c >= 0))
             continue;
         ll_vec2 way = ll_sub(ll_sub(mb->d, pb->d), ll_sub(ma->d, pa->d));
-        double moved = /* by the row in this substep */
+        double moved = /* impulse of the row in this substep */
             ll_dot(r->n, way) + r->jb * (mb->turn - pb->turn) - r->ja * (ma->turn - pa->turn);
         double c = r->c, share = 1, omega_h = 2 * 3.14159265358979323846 * r->hertz * h;
         if (r->kind == LL_ROW_MOTOR)
@@ -301,7 +301,7 @@ static ll_touch_row row_of(const ll_rigid *w, int32_t contact)
                           .restitution = c->restitution};
 }
 
-/* All pairs that could meet: first those that touch, by colour. */
+/* All pairs that could meet: first the touching ones, by colour. */
 static ll_touch_rows prepare(ll_rigid *w, ll_list contacts)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
@@ -344,7 +344,7 @@ static void substep(ll_rigid *w, ll_list bodies, ll_touch_rows rows, double h)
     }
 }
 
-/* Of the points that the step began with; others are told by their impulses in the next. */
+/* Of the points of the beginning of the step; those of the next are matched by their impulses. */
 static void store(ll_rigid *w, ll_touch_rows rows)
 {
     for (int32_t i = 0; i < rows.count; i++) {
@@ -362,7 +362,7 @@ static void solve(ll_rigid *w)
     double h = w->dt / (double)w->params.substeps;
     ll_group all = ll_whole(w);
     ll_touch_rows rows = prepare(w, all.contacts);
-    for (int32_t i = 0; i < w->body_end; i++) /* also of what does not move */
+    for (int32_t i = 0; i < w->body_end; i++) /* immovable bodies too */
         pasts(w)[i] = (past){.q = {1, 0}};
     ll_prepare_drives(w, all.bodies, h);
     ll_bounces bounces = ll_begin_bounces(w, all.contacts);
@@ -376,8 +376,8 @@ static void solve(ll_rigid *w)
 
 const ll_solver ll_solver_xpbd = {
     .name = "xpbd",
-    .help = "Extended position-based dynamics (Mueller et al. 2020): positions are corrected, velocities "
-            "follow, then friction and restitution; 3 passes a substep, and contact points anew in each.",
+    .help = "Extended position-based dynamics (Mueller et al. 2020): corrects positions, derives velocities, "
+            "then applies friction and restitution; 3 passes per substep, and new contact points in each.",
     .passes = {[LL_PER_SUBSTEP] = 3},
     .size = size,
     .solve = solve};

@@ -1,4 +1,4 @@
-/* Vectors of 1, 2 or 4 doubles: LL_WIDE chooses. Each operation is one IEEE operation a lane, so that every
+/* Vectors of 1, 2 or 4 doubles, by LL_WIDE. Each operation is one IEEE operation per lane, so that every
  * width computes the same bits. */
 #pragma once
 
@@ -29,7 +29,7 @@ static inline void v_transpose(vd r[4])
     r[3] = _mm256_permute2f128_pd(t1, t3, 0x31);
 }
 
-/* Four doubles of each motion, from the first or the fifth on. */
+/* Four doubles of each body, from the first or the fifth on. */
 static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
 {
     for (int i = 0; i < 4; i++)
@@ -37,7 +37,7 @@ static inline void v_gather(const ll_motion *m, const int32_t *index, int from, 
     v_transpose(out);
 }
 
-/* The first four doubles of a motion; the fourth as it was. */
+/* The first four doubles of each body; the fourth is unchanged. */
 static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
 {
     vd r[4] = {in[0], in[1], in[2], in[3]};

@@ -13,8 +13,7 @@ static ll_status check_limit(const char *field, int32_t value, int32_t least, in
 {
     if (value >= least && value <= most)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, field, "%s is %d; it must be from %d to %d.", field, value, least,
-                          most);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: must be %d to %d; got %d.", field, least, most, value);
 }
 
 ll_status ll_rigid_check(const ll_rigid_limits *l)
@@ -63,7 +62,8 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     size_t end = 0, solver = ll_meetings_size(l);
     ll_rigid_layout at = {0};
     place(&end, 1, sizeof(ll_rigid));
-    at.pose = place(&end, bodies + 1, sizeof(ll_pose)); /* the last slots are of nobody: for empty lanes */
+    at.pose =
+        place(&end, bodies + 1, sizeof(ll_pose)); /* the last slots belong to no body: for empty lanes */
     at.motion = place(&end, bodies + 1, sizeof(ll_motion));
     at.trait = place(&end, bodies + 1, sizeof(ll_trait));
     at.body = place(&end, bodies + 1, sizeof(ll_body));
@@ -90,7 +90,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.group = place(&end, ll_groups_size(l), 1);
     at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
     at.turning = place(&end, (size_t)l->joints, ll_turning_size());
-    /* Pairs are used up before the solver begins, and links before it prepares its contacts. */
+    /* Pairs are no longer needed when the solver begins, nor edges when it prepares its contacts. */
     size_t pairs = (contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
     size_t links = (contacts + (size_t)l->joints) * sizeof(ll_link), shared = solver > pairs ? solver : pairs;
     at.pair = at.link = at.solver = place(&end, shared > links ? shared : links, 1);
@@ -134,7 +134,7 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
 {
     if (p->volume != LL_VOLUME_EXACT && !w->limits.volumes)
         return ll_field_error(LL_CONFLICT, "volume",
-                              "volume is %s; this world was made without room for volumes.",
+                              "volume: must be exact in a world without room for bounding volumes; got %s.",
                               ll_volume_names[p->volume]);
     ll_rigid_params old = w->params;
     w->params = *p;
@@ -151,7 +151,7 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
         if (reshaped || old.continuous != p->continuous)
             ll_refresh_boxes(w, i);
     }
-    if (reshaped) /* their anchors are of other surfaces */
+    if (reshaped) /* their anchors belong to other surfaces */
         for (int32_t i = 0; i < w->awake_contacts; i++)
             ll_contacts(w)[ll_awake_contacts(w)[i]].rel.x = INFINITY;
     return ll_ok();
@@ -178,7 +178,7 @@ static void count_rest(ll_rigid *w, ll_body *b, const ll_motion *m)
         b->sleep_time += w->dt;
 }
 
-/* Writes the poses; returns the first body that is not sound, or LL_NONE. */
+/* Writes the poses. Returns the first body that is not finite or out of the world, or LL_NONE. */
 static int32_t finish(ll_rigid *w)
 {
     int32_t bad = LL_NONE;
@@ -229,8 +229,7 @@ static ll_status diverged(const ll_rigid *w, int32_t body)
 {
     ll_pose pose = ll_poses(w)[body];
     ll_vec2 v = ll_motions(w)[body].v;
-    return ll_error(LL_DIVERGED,
-                    "The solver %s diverged in step %lld: body %d is at (%g, %g) with velocity (%g, %g).",
+    return ll_error(LL_DIVERGED, "%s diverged in step %lld: body %d is at (%g, %g) with velocity (%g, %g).",
                     ll_rigid_solver_names[w->params.solver], (long long)w->stats.step, body + 1, pose.p.x,
                     pose.p.y, v.x, v.y);
 }
@@ -238,7 +237,7 @@ static ll_status diverged(const ll_rigid *w, int32_t body)
 ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
 {
     if (!(dt >= 1e-5 && dt <= 1))
-        return ll_field_error(LL_BAD_INPUT, "dt", "dt is %g; it must be from 1e-5 to 1 s.", dt);
+        return ll_field_error(LL_BAD_INPUT, "dt", "dt: must be 1e-5 to 1 s; got %g.", dt);
     w->stats.step++;
     if (w->awake == 0 && w->moved == 0)
         return ll_ok();
@@ -261,12 +260,12 @@ ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
     ended(probe, LL_PHASE_FINISH);
     LL_VALIDATE(ll_rigid_valid(w));
     if (overflowed)
-        return ll_error(LL_LIMIT, "Step %lld found more contacts than the limit of %d.",
+        return ll_error(LL_LIMIT, "contacts: step %lld needs more than the limit of %d.",
                         (long long)w->stats.step, w->limits.contacts);
     return ll_ok();
 }
 
-/* ---- looking ---- */
+/* ---- queries ---- */
 
 uint64_t ll_rigid_hash(const ll_rigid *w)
 {

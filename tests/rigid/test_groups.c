@@ -1,10 +1,10 @@
-/* A world that is solved group by group has the bits of one that is solved whole. */
+/* Solving a world group by group gives the same bits as solving it as a whole. */
 #include "rigid/harness.h"
 
 enum { pits = 80, in_a_pit = 30, thrown = pits * in_a_pit };
 
-/* Pits that do not move, of one kinematic body each or all of one body, which makes one island of all that
- * lies in them. */
+/* Immovable pits, of one kinematic body each, or all of one body, which makes one island of all their
+ * contents. */
 static void add_pits(ll_rigid *w, bool one_body)
 {
     ll_body_def def = ll_body_defaults(LL_BODY_KINEMATIC);
@@ -92,7 +92,7 @@ static void groups_move_as_the_whole_does(void **state)
     }
 }
 
-/* Boxes on a floor that goes up and sideways: each as if the others were not there. */
+/* Boxes on a floor that moves up and sideways: each as if it were alone. */
 static ll_rigid *lift(int first, int boxes, ll_body_id box[])
 {
     ll_rigid_limits limits = small_limits(boxes + 1);

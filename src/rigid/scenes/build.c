@@ -117,7 +117,7 @@ ll_joint_id ll_build_hinge(ll_builder *b, ll_body_id a, ll_body_id c, double x, 
     return ll_build_joint(b, &def);
 }
 
-static int32_t bounded(int64_t count) /* what is too many is refused by ll_rigid_check */
+static int32_t bounded(int64_t count) /* ll_rigid_check rejects what is too large */
 {
     return (int32_t)(count < INT32_MAX ? count : INT32_MAX);
 }

@@ -8,7 +8,8 @@ static void chain_limits(const ll_scene_args *a, ll_rigid_limits *l)
     ll_build_limits(l, 6 * a->size + 32, 8, 12 * a->size + 32);
 }
 
-/* Links of 1 m to the right of the origin, hinged to it and to each other; `stretch` times as far apart. */
+/* Links of 1 m to the right of the origin, jointed to it and to each other; `stretch`: factor of their
+ * distance. */
 static ll_body_id hang_chain(ll_builder *b, int64_t links, double stretch)
 {
     ll_body_id before = ll_build_body(b, LL_BODY_STATIC, 0, 0, 0);
@@ -55,7 +56,7 @@ static ll_status stretched_chain(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_stretched_chain = {
     .name = "stretched_chain",
     .title = "Stretched chain",
-    .help = "size links made ratio times as far apart as they belong (solver2d).",
+    .help = "size links placed ratio times as far apart as their joints allow (solver2d).",
     .standard = {.size = 40, .ratio = 2, .friction = 0.6},
     .limits = chain_limits,
     .build = stretched_chain};
@@ -66,7 +67,7 @@ static void grid_limits(const ll_scene_args *a, ll_rigid_limits *l)
     l->hulls = 0;
 }
 
-/* A cloth of balls; the middle of its upper row is held. */
+/* A cloth of balls, held at the middle of its upper row. */
 static ll_status joint_grid(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
@@ -94,7 +95,7 @@ static ll_status joint_grid(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_joint_grid = {
     .name = "joint_grid",
     .title = "Grid of joints",
-    .help = "size x size balls, hinged to their neighbours (Box2D joint_grid: 100).",
+    .help = "size x size balls, jointed to their neighbours (Box2D joint_grid: 100).",
     .standard = {.size = 100, .friction = 0.6},
     .limits = grid_limits,
     .build = joint_grid};
@@ -120,7 +121,7 @@ static ll_status bridge(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_bridge = {
     .name = "bridge",
     .title = "Bridge",
-    .help = "size planks hinged into a hanging bridge, and three boxes on it (Box2D: 160).",
+    .help = "size planks jointed into a suspension bridge, and three boxes on it (Box2D: 160).",
     .standard = {.size = 160, .friction = 0.6},
     .limits = chain_limits,
     .build = bridge};
@@ -143,12 +144,13 @@ static ll_status cantilever(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_cantilever = {.name = "cantilever",
                                       .title = "Cantilever",
                                       .help =
-                                          "size parts welded into a beam that is held at one end (Box2D).",
+                                          "size parts welded into a beam that is fixed at one end (Box2D).",
                                       .standard = {.size = 8, .friction = 0.6},
                                       .limits = chain_limits,
                                       .build = cantilever};
 
-/* Crossed bars, hinged at their middles and ends; the lower ones stand on a hinge and a slide. */
+/* Crossed bars with revolute joints at their middles and ends; the lower ones stand on a revolute and a
+ * prismatic joint. */
 static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
@@ -221,7 +223,7 @@ const ll_scene ll_scene_cart = {
     .params = heavier,
     .build = cart};
 
-/* Two opposed slides that hold one bar, driven against each other. */
+/* Two opposed prismatic joints on one bar, driven against each other. */
 static ll_status unstable_prismatic(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
@@ -243,7 +245,7 @@ static ll_status unstable_prismatic(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_unstable_prismatic = {
     .name = "unstable_prismatic",
     .title = "Unstable prismatic",
-    .help = "Two slides on one hinge with limits: kept by Box2D as an open issue.",
+    .help = "Two prismatic joints on one revolute joint with limits: an open issue of Box2D.",
     .standard = {.size = 1, .friction = 0.6},
     .limits = chain_limits,
     .build = unstable_prismatic};
@@ -268,7 +270,7 @@ static ll_status windmill(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_windmill = {
     .name = "windmill",
     .title = "Windmill",
-    .help = "A motor of speed rad/s that nothing can stop, and boxes that try (Box2D).",
+    .help = "A motor of speed rad/s and unlimited torque, and boxes in its way (Box2D).",
     .standard = {.size = 1, .speed = 2, .friction = 0.6},
     .limits = chain_limits,
     .build = windmill};
