@@ -1,6 +1,6 @@
-/* Many oscillators x'' = -k x at once, each with its own start and stiffness: arrays of each quantity, so
- * that the compiler makes vectors of them. Every member takes the bits that a run of it alone would
- * (ode/run.h, the method of the same name). */
+/* Many oscillators x'' = -k x at once, each with its own start and stiffness: one array per quantity, so that
+ * the compiler vectorises. Every member gets the same bits as a run of its own (ode/run.h, the method of the
+ * same name). */
 #pragma once
 
 #include <stdint.h>
@@ -9,9 +9,10 @@ typedef struct ll_ensemble {
     int count;
     const double *k; /* 1/s2 */
     double *x, *v;   /* m, m/s */
-    double *a;       /* m/s2, of x; kept by velocity Verlet */
+    double *a;       /* m/s2, at x; kept by velocity Verlet */
 } ll_ensemble;
 
-void ll_ensemble_accelerate(const ll_ensemble *e); /* a from x: before the first step of velocity Verlet */
+void ll_ensemble_accelerate(
+    const ll_ensemble *e); /* Computes a from x, before the first step of velocity Verlet. */
 void ll_ensemble_semi_implicit_euler(const ll_ensemble *e, double dt, int64_t steps);
 void ll_ensemble_velocity_verlet(const ll_ensemble *e, double dt, int64_t steps);
