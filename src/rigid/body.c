@@ -21,8 +21,8 @@ ll_status ll_body_slot(const ll_rigid *w, ll_body_id id, int32_t *slot)
 {
     int32_t i = id.index - 1;
     *slot = 0;
-    if (i < 0 || i >= w->body_end || ll_bodys(w)[i].type == LL_NONE ||
-        ll_bodys(w)[i].generation != id.generation)
+    if (i < 0 || i >= w->body_end || ll_bodies(w)[i].type == LL_NONE ||
+        ll_bodies(w)[i].generation != id.generation)
         return ll_error(LL_NOT_FOUND, "body: no body %d of generation %u.", id.index, id.generation);
     *slot = i;
     return ll_ok();
@@ -37,7 +37,7 @@ bool ll_rigid_has_body(const ll_rigid *w, ll_body_id id)
 
 ll_body_id ll_rigid_body_at(const ll_rigid *w, int32_t index)
 {
-    const ll_body *b = &ll_bodys(w)[index];
+    const ll_body *b = &ll_bodies(w)[index];
     return b->type == LL_NONE ? (ll_body_id){0, 0} : (ll_body_id){index + 1, b->generation};
 }
 
@@ -71,16 +71,16 @@ ll_aabb ll_tight_box(const ll_rigid *w, const ll_shape *shape, ll_pose pose)
 
 void ll_mark_moved(ll_rigid *w, int32_t shape)
 {
-    if (ll_moveds(w)[shape])
+    if (ll_moved_flags(w)[shape])
         return;
-    ll_moveds(w)[shape] = 1;
+    ll_moved_flags(w)[shape] = 1;
     ll_moved_lists(w)[w->moved++] = shape;
 }
 
 void ll_refresh_boxes(ll_rigid *w, int32_t body)
 {
-    ll_body *b = &ll_bodys(w)[body];
-    const ll_motion *m = &ll_motions(w)[body];
+    ll_body *b = &ll_bodies(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     b->slack = b->type == LL_BODY_STATIC ? 0 : ll_min(0.05, 0.125 * b->extent);
     b->drift = 0;
     for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
@@ -90,8 +90,8 @@ void ll_refresh_boxes(ll_rigid *w, int32_t body)
             box = ll_aabb_union(box, (ll_aabb){ll_add(box.lower, ahead), ll_add(box.upper, ahead)});
             box = ll_aabb_grown(box, ll_min(fabs(m->w) * w->dt, 2) * b->extent);
         }
-        ll_boxs(w)[s] = ll_aabb_grown(box, b->slack + b->margin);
-        ll_broad_of(w)->move(ll_broad_state(w), ll_boxs(w), s);
+        ll_boxes(w)[s] = ll_aabb_grown(box, b->slack + b->margin);
+        ll_broad_of(w)->move(ll_broad_state(w), ll_boxes(w), s);
         ll_mark_moved(w, s);
     }
 }
@@ -148,26 +148,26 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
     if (i == LL_NONE)
         i = w->body_end++;
     else
-        w->free_body = ll_bodys(w)[i].island;
-    uint32_t generation = ll_bodys(w)[i].generation + 1;
-    ll_bodys(w)[i] = (ll_body){.angle = def->angle,
-                               .gravity_scale = def->gravity_scale,
-                               .damping = def->damping,
-                               .spin_damping = def->spin_damping,
-                               .generation = generation,
-                               .type = def->type,
-                               .shape = LL_NONE,
-                               .contact = LL_NONE,
-                               .joint = LL_NONE,
-                               .awake = LL_NONE,
-                               .island = i,
-                               .may_sleep = def->may_sleep != 0,
-                               .fixed_rotation = def->fixed_rotation != 0,
-                               .bullet = def->bullet != 0};
+        w->free_body = ll_bodies(w)[i].island;
+    uint32_t generation = ll_bodies(w)[i].generation + 1;
+    ll_bodies(w)[i] = (ll_body){.angle = def->angle,
+                                .gravity_scale = def->gravity_scale,
+                                .damping = def->damping,
+                                .spin_damping = def->spin_damping,
+                                .generation = generation,
+                                .type = def->type,
+                                .shape = LL_NONE,
+                                .contact = LL_NONE,
+                                .joint = LL_NONE,
+                                .awake = LL_NONE,
+                                .island = i,
+                                .may_sleep = def->may_sleep != 0,
+                                .fixed_rotation = def->fixed_rotation != 0,
+                                .bullet = def->bullet != 0};
     bool moves = def->type != LL_BODY_STATIC;
     ll_poses(w)[i] = (ll_pose){def->position, {ll_cos(def->angle), ll_sin(def->angle)}};
-    ll_motions(w)[i] =
-        (ll_motion){.v = moves ? def->velocity : ll_vec(0, 0), .w = moves ? def->spin : 0, .q = {1, 0}};
+    ll_solver_bodies(w)[i] =
+        (ll_solver_body){.v = moves ? def->velocity : ll_vec(0, 0), .w = moves ? def->spin : 0, .q = {1, 0}};
     w->bodies++;
     w->bullets += def->bullet != 0;
     if (moves)
@@ -180,17 +180,17 @@ ll_status ll_rigid_add_body(ll_rigid *w, const ll_body_def *def, ll_body_id *out
 
 static void set_inverses(ll_rigid *w, int32_t body)
 {
-    ll_body *b = &ll_bodys(w)[body];
+    ll_body *b = &ll_bodies(w)[body];
     bool dynamic = b->type == LL_BODY_DYNAMIC;
     b->inv_mass = dynamic && b->mass > 0 ? 1 / b->mass : 0;
     b->inv_inertia = dynamic && b->inertia > 0 && !b->fixed_rotation ? 1 / b->inertia : 0;
-    ll_traits(w)[body] = (ll_trait){b->inv_mass, b->inv_inertia, b->core, b->margin};
+    ll_body_sims(w)[body] = (ll_body_sim){b->inv_mass, b->inv_inertia, b->core, b->margin};
 }
 
 /* Moves the centre of mass to where the shapes put it. All local coordinates refer to it. */
 static void sum_mass(ll_rigid *w, int32_t body)
 {
-    ll_body *b = &ll_bodys(w)[body];
+    ll_body *b = &ll_bodies(w)[body];
     ll_geometry circle;
     double mass = 0;
     ll_vec2 centre = {0, 0};
@@ -217,7 +217,7 @@ static void sum_mass(ll_rigid *w, int32_t body)
     ll_pose *pose = &ll_poses(w)[body];
     ll_vec2 moved = ll_rotate(pose->q, centre);
     pose->p = ll_add(pose->p, moved);
-    ll_motion *motion = &ll_motions(w)[body];
+    ll_solver_body *motion = &ll_solver_bodies(w)[body];
     motion->v = ll_add(motion->v, ll_cross_sv(motion->w, moved));
     b->origin = ll_sub(b->origin, centre);
     b->margin = ll_min(LL_MARGIN_SHARE, b->core > 0 ? 0.25 * b->core : LL_MARGIN_SHARE);
@@ -236,8 +236,8 @@ ll_status ll_rigid_set_mass(ll_rigid *w, ll_body_id id, double mass, double iner
     if (!(inertia > 0 && inertia <= 1e24))
         return ll_field_error(LL_BAD_INPUT, "inertia",
                               "inertia: must be above 0 and at most 1e24 kg m^2; got %g.", inertia);
-    ll_bodys(w)[slot].mass = mass;
-    ll_bodys(w)[slot].inertia = inertia;
+    ll_bodies(w)[slot].mass = mass;
+    ll_bodies(w)[slot].inertia = inertia;
     set_inverses(w, slot);
     return ll_ok();
 }
@@ -282,7 +282,7 @@ ll_status ll_rigid_add_shape(ll_rigid *w, ll_body_id id, const ll_geometry *g, c
     ll_status status = ll_body_slot(w, id, &body);
     if (ll_failed(&status))
         return status;
-    ll_body *b = &ll_bodys(w)[body];
+    ll_body *b = &ll_bodies(w)[body];
     status = check_material(m, b->type == LL_BODY_DYNAMIC && ll_shape_is_solid((ll_shape_kind)g->kind));
     if (!ll_failed(&status))
         status = room_for_shape(w, g);
@@ -315,8 +315,8 @@ ll_status ll_rigid_add_shape(ll_rigid *w, ll_body_id id, const ll_geometry *g, c
     sum_mass(w, body);
     if (w->limits.volumes)
         ll_bound_shapes(w, body);
-    ll_boxs(w)[s] = ll_tight_box(w, shape, ll_poses(w)[body]);
-    ll_broad_of(w)->insert(ll_broad_state(w), ll_boxs(w), s);
+    ll_boxes(w)[s] = ll_tight_box(w, shape, ll_poses(w)[body]);
+    ll_broad_of(w)->insert(ll_broad_state(w), ll_boxes(w), s);
     ll_refresh_boxes(w, body);
     return ll_ok();
 }
@@ -325,7 +325,7 @@ ll_status ll_rigid_add_shape(ll_rigid *w, ll_body_id id, const ll_geometry *g, c
 void ll_bound_shapes(ll_rigid *w, int32_t body)
 {
     ll_geometry circle;
-    for (int32_t s = ll_bodys(w)[body].shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
+    for (int32_t s = ll_bodies(w)[body].shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
         memset(&ll_bounds(w)[s], 0, sizeof(ll_geometry));
         if (w->params.volume == LL_VOLUME_SPHERE || w->params.volume == LL_VOLUME_OBB)
             ll_bounds(w)[s] = ll_bound_of((ll_volume)w->params.volume,
@@ -341,8 +341,8 @@ ll_status ll_rigid_add_chain(ll_rigid *w, ll_body_id id, const ll_vec2 *points, 
     int first = loop ? 0 : 1, last = loop ? count : count - 2;
     for (int i = first; i < last; i++) {
         ll_geometry g;
-        ll_status status = ll_shape_link(points[(i + count - 1) % count], points[i], points[(i + 1) % count],
-                                         points[(i + 2) % count], &g);
+        ll_status status = ll_shape_chain_segment(points[(i + count - 1) % count], points[i],
+                                                  points[(i + 1) % count], points[(i + 2) % count], &g);
         if (!ll_failed(&status))
             status = ll_rigid_add_shape(w, id, &g, material);
         if (ll_failed(&status))
@@ -357,8 +357,8 @@ static void remove_shape(ll_rigid *w, int32_t s)
 {
     ll_shape *shape = &ll_shapes(w)[s];
     ll_broad_of(w)->remove(ll_broad_state(w), s);
-    if (ll_moveds(w)[s]) {
-        ll_moveds(w)[s] = 0;
+    if (ll_moved_flags(w)[s]) {
+        ll_moved_flags(w)[s] = 0;
         int32_t kept = 0, *list = ll_moved_lists(w);
         for (int32_t i = 0; i < w->moved; i++)
             if (list[i] != s)
@@ -380,7 +380,7 @@ ll_status ll_rigid_remove_body(ll_rigid *w, ll_body_id id)
     ll_status status = ll_body_slot(w, id, &slot);
     if (ll_failed(&status))
         return status;
-    ll_body *b = &ll_bodys(w)[slot];
+    ll_body *b = &ll_bodies(w)[slot];
     ll_wake(w, slot);
     while (b->joint != LL_NONE)
         ll_unlink_joint(w, b->joint >> 1);
@@ -400,7 +400,7 @@ ll_status ll_rigid_remove_body(ll_rigid *w, ll_body_id id)
     w->bullets -= b->bullet;
     *b = (ll_body){.type = LL_NONE, .generation = generation, .island = w->free_body};
     ll_poses(w)[slot] = (ll_pose){{0, 0}, {1, 0}};
-    ll_motions(w)[slot] = (ll_motion){.q = {1, 0}};
+    ll_solver_bodies(w)[slot] = (ll_solver_body){.q = {1, 0}};
     w->free_body = slot;
     w->bodies--;
     return ll_ok();
@@ -414,8 +414,8 @@ ll_status ll_rigid_get_body(const ll_rigid *w, ll_body_id id, ll_body_state *out
     ll_status status = ll_body_slot(w, id, &i);
     if (ll_failed(&status))
         return status;
-    const ll_body *b = &ll_bodys(w)[i];
-    const ll_motion *m = &ll_motions(w)[i];
+    const ll_body *b = &ll_bodies(w)[i];
+    const ll_solver_body *m = &ll_solver_bodies(w)[i];
     *out = (ll_body_state){.position = ll_to_world(ll_poses(w)[i], b->origin),
                            .angle = b->angle,
                            .velocity = m->v,
@@ -437,7 +437,7 @@ ll_status ll_rigid_set_pose(ll_rigid *w, ll_body_id id, ll_vec2 position, double
         status = check_all(3, fields, (double[]){position.x, position.y, angle}, LL_WORLD_MAX);
     if (ll_failed(&status))
         return status;
-    ll_body *b = &ll_bodys(w)[i];
+    ll_body *b = &ll_bodies(w)[i];
     ll_rot q = {ll_cos(angle), ll_sin(angle)};
     ll_wake(w, i);
     ll_poses(w)[i] = (ll_pose){ll_sub(position, ll_rotate(q, b->origin)), q};
@@ -457,11 +457,11 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
         status = check_all(3, fields, (double[]){velocity.x, velocity.y, spin}, 1e6);
     if (ll_failed(&status))
         return status;
-    if (ll_bodys(w)[i].type == LL_BODY_STATIC)
+    if (ll_bodies(w)[i].type == LL_BODY_STATIC)
         return ll_error(LL_CONFLICT, "body: body %d is static and has no velocity.", id.index);
     ll_wake(w, i);
-    ll_motions(w)[i].v = velocity;
-    ll_motions(w)[i].w = spin;
+    ll_solver_bodies(w)[i].v = velocity;
+    ll_solver_bodies(w)[i].w = spin;
     if (w->params.continuous == LL_CONTINUOUS_SPECULATIVE)
         ll_refresh_boxes(w, i);
     return ll_ok();
@@ -470,7 +470,7 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
 static ll_status dynamic_slot(ll_rigid *w, ll_body_id id, const char *what, int32_t *slot)
 {
     ll_status status = ll_body_slot(w, id, slot);
-    if (!ll_failed(&status) && ll_bodys(w)[*slot].type != LL_BODY_DYNAMIC)
+    if (!ll_failed(&status) && ll_bodies(w)[*slot].type != LL_BODY_DYNAMIC)
         status = ll_error(LL_CONFLICT, "body: body %d is not dynamic and takes no %s.", id.index, what);
     if (!ll_failed(&status))
         ll_wake(w, *slot);
@@ -486,8 +486,8 @@ ll_status ll_rigid_apply_force(ll_rigid *w, ll_body_id id, ll_vec2 force, double
         status = dynamic_slot(w, id, "force", &i);
     if (ll_failed(&status))
         return status;
-    ll_bodys(w)[i].force = ll_add(ll_bodys(w)[i].force, force);
-    ll_bodys(w)[i].torque += torque;
+    ll_bodies(w)[i].force = ll_add(ll_bodies(w)[i].force, force);
+    ll_bodies(w)[i].torque += torque;
     return ll_ok();
 }
 
@@ -500,8 +500,8 @@ ll_status ll_rigid_apply_impulse(ll_rigid *w, ll_body_id id, ll_vec2 impulse, ll
         status = dynamic_slot(w, id, "impulse", &i);
     if (ll_failed(&status))
         return status;
-    ll_motion *m = &ll_motions(w)[i];
-    m->v = ll_madd(m->v, ll_bodys(w)[i].inv_mass, impulse);
-    m->w += ll_bodys(w)[i].inv_inertia * ll_cross(ll_sub(at, ll_poses(w)[i].p), impulse);
+    ll_solver_body *m = &ll_solver_bodies(w)[i];
+    m->v = ll_madd(m->v, ll_bodies(w)[i].inv_mass, impulse);
+    m->w += ll_bodies(w)[i].inv_inertia * ll_cross(ll_sub(at, ll_poses(w)[i].p), impulse);
     return ll_ok();
 }

@@ -15,34 +15,34 @@ enum { LISTED = 2 }; /* bit of `recycled` */
 /* A row of n bodies hit at its far end takes n sweeps. */
 enum { most_sweeps = 64 };
 
-typedef struct meeting { /* points of a contact, from the current velocities and positions */
+typedef struct toi_event { /* points of a contact, from the current velocities and positions */
     const ll_contact *c;
-    ll_motion *a, *b;
+    ll_solver_body *a, *b;
     double ma, ia, mb, ib;   /* inverse masses and moments */
     double na[2], nb[2];     /* lever arms of the normal */
     double ta[2], tb[2];     /* lever arms of the tangent */
     double gap[2], speed[2]; /* separation, normal velocity */
     double fall[2];          /* normal acceleration */
-} meeting;
+} toi_event;
 
-static ll_drive drive_of(const ll_rigid *w, int32_t body)
+static ll_body_step body_step_of(const ll_rigid *w, int32_t body)
 {
-    return ll_traits(w)[body].inv_mass > 0 ? ll_drives(w)[body] : (ll_drive){0};
+    return ll_body_sims(w)[body].inv_mass > 0 ? ll_body_steps(w)[body] : (ll_body_step){0};
 }
 
-static meeting meeting_of(const ll_rigid *w, int32_t contact)
+static toi_event impact_of(const ll_rigid *w, int32_t contact)
 {
     const ll_contact *c = &ll_contacts(w)[contact];
-    const ll_trait *ta = &ll_traits(w)[c->body[0]], *tb = &ll_traits(w)[c->body[1]];
-    ll_drive da = drive_of(w, c->body[0]), db = drive_of(w, c->body[1]);
-    ll_since since = ll_since_made(w, c);
-    meeting m = {.c = c,
-                 .a = &ll_motions(w)[c->body[0]],
-                 .b = &ll_motions(w)[c->body[1]],
-                 .ma = ta->inv_mass,
-                 .ia = ta->inv_inertia,
-                 .mb = tb->inv_mass,
-                 .ib = tb->inv_inertia};
+    const ll_body_sim *ta = &ll_body_sims(w)[c->body[0]], *tb = &ll_body_sims(w)[c->body[1]];
+    ll_body_step da = body_step_of(w, c->body[0]), db = body_step_of(w, c->body[1]);
+    ll_relative_motion since = ll_relative_motion_of(w, c);
+    toi_event m = {.c = c,
+                   .a = &ll_solver_bodies(w)[c->body[0]],
+                   .b = &ll_solver_bodies(w)[c->body[1]],
+                   .ma = ta->inv_mass,
+                   .ia = ta->inv_inertia,
+                   .mb = tb->inv_mass,
+                   .ib = tb->inv_inertia};
     ll_vec2 n = c->normal, t = ll_right(n);
     double along = ll_dot(ll_sub(m.b->v, m.a->v), n), moved = ll_dot(ll_sub(m.b->d, m.a->d), n);
     double fall = ll_dot(ll_sub(db.a, da.a), n);
@@ -60,13 +60,13 @@ static meeting meeting_of(const ll_rigid *w, int32_t contact)
     return m;
 }
 
-static double speed_here(const meeting *m, int k, double h)
+static double speed_here(const toi_event *m, int k, double h)
 {
     return m->speed[k] + 0.5 * h * m->fall[k];
 }
 
 /* Required change of the normal velocity. */
-static double change(const meeting *m, int k, double h)
+static double change(const toi_event *m, int k, double h)
 {
     double in = speed_here(m, k, h), e = m->c->restitution, height = 2 * m->fall[k] * m->gap[k];
     double square = e * e * ll_max(in * in - height, 0) + height;
@@ -75,7 +75,7 @@ static double change(const meeting *m, int k, double h)
 }
 
 /* Impulses that change both normal velocities as required. One point only, if two would have to pull. */
-static void impulses(const meeting *m, const bool meets[2], const double by[2], double out[2])
+static void impulses(const toi_event *m, const bool meets[2], const double by[2], double out[2])
 {
     double k00 = m->ma + m->mb + m->ia * m->na[0] * m->na[0] + m->ib * m->nb[0] * m->nb[0];
     double k11 = m->ma + m->mb + m->ia * m->na[1] * m->na[1] + m->ib * m->nb[1] * m->nb[1];
@@ -102,7 +102,7 @@ static void impulses(const meeting *m, const bool meets[2], const double by[2], 
     }
 }
 
-static void push(const meeting *m, const double normal[2], const double tangent[2])
+static void push(const toi_event *m, const double normal[2], const double tangent[2])
 {
     double along = normal[0] + normal[1], across = tangent[0] + tangent[1];
     ll_vec2 impulse = ll_madd(ll_scale(along, m->c->normal), across, ll_right(m->c->normal));
@@ -115,7 +115,7 @@ static void push(const meeting *m, const double normal[2], const double tangent[
 }
 
 /* Friction of the impact: at most the coefficient times the normal impulses. */
-static void rub(const meeting *m, const double normal[2])
+static void apply_friction(const toi_event *m, const double normal[2])
 {
     ll_vec2 t = ll_right(m->c->normal);
     double across = ll_dot(ll_sub(m->b->v, m->a->v), t), v[2] = {0}, mass[2] = {0}, sum[2] = {0};
@@ -135,7 +135,7 @@ static void rub(const meeting *m, const double normal[2])
 /* Returns whether the contact bounced. */
 static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
 {
-    meeting m = meeting_of(w, contact);
+    toi_event m = impact_of(w, contact);
     double slowest = -w->params.restitution_speed, by[2] = {0}, p[2], nearest = INFINITY;
     bool meets[2] = {false, false};
     for (int k = 0; k < m.c->count; k++)
@@ -150,7 +150,7 @@ static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
     }
     impulses(&m, meets, by, p);
     push(&m, p, (const double[2]){0, 0});
-    rub(&m, p);
+    apply_friction(&m, p);
     return true;
 }
 
@@ -165,14 +165,14 @@ static void list(ll_rigid *w, ll_bounces *b, int32_t contact)
     b->at[b->count++] = contact;
 }
 
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts)
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts)
 {
     ll_bounces b = {.at = ll_orders(w)};
     for (int32_t i = 0; w->bouncing > 0 && i < contacts.count; i++) {
         const ll_contact *c = &ll_contacts(w)[contacts.at[i]];
         if (c->restitution == 0 || c->count == 0)
             continue;
-        meeting m = meeting_of(w, contacts.at[i]);
+        toi_event m = impact_of(w, contacts.at[i]);
         bool fast = false;
         for (int k = 0; k < c->count; k++)
             fast |= m.speed[k] - w->dt * fabs(m.fall[k]) < -w->params.restitution_speed;
@@ -184,9 +184,9 @@ ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts)
 
 static void list_those_of(ll_rigid *w, ll_bounces *b, int32_t body)
 {
-    if (ll_traits(w)[body].inv_mass == 0)
+    if (ll_body_sims(w)[body].inv_mass == 0)
         return;
-    for (int32_t e = ll_bodys(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
         list(w, b, e >> 1);
 }
 

@@ -164,13 +164,14 @@ ll_pose ll_sweep_at(const ll_sweep *sweep, double t)
 
 /* Along the axis of separation, no point of a shape approaches faster than its body's speed along it plus the
  * rotation at the farthest point. So the shapes are still apart after (distance - target) / that speed. */
-ll_touch ll_first_touch(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
-                        const ll_sweep *sweep_b, double target)
+ll_toi_result ll_time_of_impact(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
+                                const ll_sweep *sweep_b, double target)
 {
     const double tolerance = 0.05 * target;
-    double turning = fabs(sweep_a->turn) * ll_shape_extent(a) + fabs(sweep_b->turn) * ll_shape_extent(b);
+    double revolute_limits =
+        fabs(sweep_a->turn) * ll_shape_extent(a) + fabs(sweep_b->turn) * ll_shape_extent(b);
     ll_vec2 shift = ll_sub(sweep_b->shift, sweep_a->shift);
-    ll_touch touch = {.t = 0};
+    ll_toi_result touch = {.t = 0};
     for (touch.iterations = 1; touch.iterations <= 100; touch.iterations++) {
         ll_distance_result d =
             ll_distance(a, ll_sweep_at(sweep_a, touch.t), b, ll_sweep_at(sweep_b, touch.t));
@@ -179,7 +180,7 @@ ll_touch ll_first_touch(const ll_geometry *a, const ll_sweep *sweep_a, const ll_
             touch.t = touch.hit ? touch.t : 1;
             return touch;
         }
-        double speed = turning - ll_dot(shift, d.normal);
+        double speed = revolute_limits - ll_dot(shift, d.normal);
         if (speed <= 0 || touch.t + (d.distance - target) / speed >= 1) {
             touch.t = 1;
             return touch;

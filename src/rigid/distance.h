@@ -21,12 +21,12 @@ typedef struct ll_sweep { /* linear motion of a pose: from `start` by `shift` an
 
 ll_pose ll_sweep_at(const ll_sweep *sweep, double t); /* t in [0, 1] */
 
-typedef struct ll_touch {
+typedef struct ll_toi_result {
     bool hit;
     double t; /* fraction of the step at which the distance has decreased to `target`; 1 without a hit */
     int iterations;
-} ll_touch;
+} ll_toi_result;
 
 /* First time at which the shapes are `target` apart. No hit, if they are already nearer at the start. */
-ll_touch ll_first_touch(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
-                        const ll_sweep *sweep_b, double target);
+ll_toi_result ll_time_of_impact(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
+                                const ll_sweep *sweep_b, double target);

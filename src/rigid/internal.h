@@ -1,6 +1,6 @@
 /* Shared by the files of this room: the block's arrays and the stages of a step.
  *
- * Body slots count from 0. Arrays are split by how often they are used: `pose` and `motion` are streamed
+ * Body slots count from 0. Arrays are split by how often they are used: `pose` and `solver_body` are streamed
  * through in each step, `body` is needed rarely. */
 #pragma once
 
@@ -49,18 +49,18 @@ typedef struct ll_body {
 } ll_body;
 
 /* Velocity of a body and what it has moved in this step: a cache line. */
-typedef struct ll_motion {
+typedef struct ll_solver_body {
     ll_vec2 v;
     double w;
     ll_vec2 d;   /* translation */
     ll_rot q;    /* rotation */
     double turn; /* the same as an angle */
-} ll_motion;
+} ll_solver_body;
 
 /* What the narrow phase and the solvers need of a body for each contact: a packed copy. */
-typedef struct ll_trait {
+typedef struct ll_body_sim {
     double inv_mass, inv_inertia, core, margin;
-} ll_trait;
+} ll_body_sim;
 
 typedef struct ll_shape {
     ll_vec2 centre; /* of a circle; all shapes are in the frame of the centre of mass */
@@ -108,39 +108,39 @@ typedef struct ll_joint {
     double penalty[6], force[6]; /* for avbd */
 } ll_joint;
 
-typedef struct ll_known { /* a pair that has a contact; LL_NONE: empty */
+typedef struct ll_pair_entry { /* a pair that has a contact; LL_NONE: empty */
     int32_t a, b;
-} ll_known;
+} ll_pair_entry;
 
 /* Accelerations of a body in this step, the impulses that its contacts hold it with, and its impact. */
-typedef struct ll_drive {
+typedef struct ll_body_step {
     ll_vec2 a;
-    double spin;            /* rad/s^2 */
-    double keep, keep_spin; /* factor of the velocity per substep (damping) */
+    double spin;               /* rad/s^2 */
+    double keep, keep_angular; /* factor of the velocity per substep (damping) */
     ll_vec2 held;
-    double held_spin;
+    double held_angular;
     double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */
     int32_t stopper; /* body hit, or LL_NONE; the body itself: it stops where the impact is */
     int32_t pad;
-} ll_drive;
+} ll_body_step;
 
 /* Connects two bodies of an island: a touching contact or a joint. */
-typedef struct ll_link {
+typedef struct ll_island_edge {
     int32_t number, body[2];
-} ll_link;
+} ll_island_edge;
 
 /* solve_joints.c; limits and motor of a revolute joint are separate, since few joints have them. */
-typedef struct ll_hinge ll_hinge;
-typedef struct ll_turning ll_turning;
-size_t ll_hinge_size(void);
-size_t ll_turning_size(void);
+typedef struct ll_revolute_sim ll_revolute_sim;
+typedef struct ll_revolute_limits ll_revolute_limits;
+size_t ll_revolute_sim_size(void);
+size_t ll_revolute_limits_size(void);
 
 typedef struct ll_rigid_layout { /* offsets from the block's beginning */
-    size_t broad, pose, motion, trait, body, shape, box, moved, moved_list, hull, bound, contact, table,
-        joint;
+    size_t broad, pose, solver_body, body_sim, body, shape, box, moved, moved_list, hull, bound, contact,
+        pair_set, joint;
     size_t awake, awake_contact;
     size_t state_end;
-    size_t drive, pair, order, scratch, group, hinge, turning, link, solver;
+    size_t body_step, pair, order, scratch, group, revolute, revolute_limits, island_edge, solver;
     size_t end;
 } ll_rigid_layout;
 
@@ -156,56 +156,56 @@ struct ll_rigid {
     int32_t body_end, shape_end, hull_end, contact_end, joint_end;
     int32_t bodies, contacts, joints;
     int32_t awake, awake_contacts, moved;
-    int32_t table_mask;
+    int32_t pair_set_mask;
     int32_t bouncing; /* contacts with restitution */
     int32_t bullets;  /* bodies */
     int32_t pad[9];
 };
 
-#define LL_ARRAY(type, name)                                                                                 \
-    static inline type *ll_##name##s(const ll_rigid *w)                                                      \
+#define LL_ARRAY(type, plural, name)                                                                         \
+    static inline type *ll_##plural(const ll_rigid *w)                                                       \
     {                                                                                                        \
         return (type *)((char *)(uintptr_t)w + w->at.name);                                                  \
     }
-LL_ARRAY(ll_pose, pose)
-LL_ARRAY(ll_motion, motion)
-LL_ARRAY(ll_trait, trait)
-LL_ARRAY(ll_body, body)
-LL_ARRAY(ll_shape, shape)
-LL_ARRAY(ll_aabb, box)
-LL_ARRAY(uint8_t, moved)
-LL_ARRAY(int32_t, moved_list)
-LL_ARRAY(ll_geometry, hull)
-LL_ARRAY(ll_geometry, bound)
-LL_ARRAY(ll_contact, contact)
-LL_ARRAY(ll_known, table)
-LL_ARRAY(ll_joint, joint)
-LL_ARRAY(int32_t, awake)
-LL_ARRAY(int32_t, awake_contact)
-LL_ARRAY(ll_drive, drive)
-LL_ARRAY(int32_t, order)
-LL_ARRAY(int32_t, scratch)
-LL_ARRAY(ll_hinge, hinge)
-LL_ARRAY(ll_turning, turning)
-LL_ARRAY(ll_proxy_pair, pair)
-LL_ARRAY(ll_link, link)
+LL_ARRAY(ll_pose, poses, pose)
+LL_ARRAY(ll_solver_body, solver_bodies, solver_body)
+LL_ARRAY(ll_body_sim, body_sims, body_sim)
+LL_ARRAY(ll_body, bodies, body)
+LL_ARRAY(ll_shape, shapes, shape)
+LL_ARRAY(ll_aabb, boxes, box)
+LL_ARRAY(uint8_t, moved_flags, moved)
+LL_ARRAY(int32_t, moved_lists, moved_list)
+LL_ARRAY(ll_geometry, hulls, hull)
+LL_ARRAY(ll_geometry, bounds, bound)
+LL_ARRAY(ll_contact, contacts, contact)
+LL_ARRAY(ll_pair_entry, pair_entries, pair_set)
+LL_ARRAY(ll_joint, joints, joint)
+LL_ARRAY(int32_t, awake_bodies, awake)
+LL_ARRAY(int32_t, awake_contacts, awake_contact)
+LL_ARRAY(ll_body_step, body_steps, body_step)
+LL_ARRAY(int32_t, orders, order)
+LL_ARRAY(int32_t, scratch, scratch)
+LL_ARRAY(ll_revolute_sim, revolute_sims, revolute)
+LL_ARRAY(ll_revolute_limits, revolute_limit_sets, revolute_limits)
+LL_ARRAY(ll_proxy_pair, pairs, pair)
+LL_ARRAY(ll_island_edge, island_edges, island_edge)
 #undef LL_ARRAY
 
 /* Relative motion of two bodies since their contact's manifold was made. */
-typedef struct ll_since {
+typedef struct ll_relative_motion {
     ll_vec2 gap; /* between the centres, now */
     ll_rot a, b;
-} ll_since;
+} ll_relative_motion;
 
-static inline ll_since ll_since_made(const ll_rigid *w, const ll_contact *c)
+static inline ll_relative_motion ll_relative_motion_of(const ll_rigid *w, const ll_contact *c)
 {
     const ll_pose *a = &ll_poses(w)[c->body[0]], *b = &ll_poses(w)[c->body[1]];
-    return (ll_since){ll_sub(b->p, a->p), ll_rot_between(c->turned[0], a->q),
-                      ll_rot_between(c->turned[1], b->q)};
+    return (ll_relative_motion){ll_sub(b->p, a->p), ll_rot_between(c->turned[0], a->q),
+                                ll_rot_between(c->turned[1], b->q)};
 }
 
 /* Motion of the point with b relative to the point with a. */
-static inline ll_vec2 ll_point_gap(const ll_contact_point *p, const ll_since *s)
+static inline ll_vec2 ll_point_gap(const ll_contact_point *p, const ll_relative_motion *s)
 {
     return ll_add(s->gap, ll_sub(ll_rotate(s->b, p->b), ll_rotate(s->a, p->a)));
 }
@@ -255,8 +255,8 @@ void ll_update_contacts(ll_rigid *w);
 ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
 void ll_remove_contact(ll_rigid *w, int32_t contact);
 void ll_awake_contact(ll_rigid *w, int32_t contact);
-void ll_rest_contact(ll_rigid *w, int32_t contact);
-bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b);
+void ll_sleep_contact(ll_rigid *w, int32_t contact);
+bool ll_pair_exists(const ll_rigid *w, int32_t a, int32_t b);
 
 /* ---- island.c ---- */
 
@@ -268,21 +268,22 @@ void ll_put_to_sleep(ll_rigid *w); /* islands that have rested for LL_SLEEP_TIME
 bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* at least one of its bodies is awake */
 
 /* Edges with at least one awake body; returns their count. */
-int32_t ll_touching_links(const ll_rigid *w, ll_link *out);
-int32_t ll_joint_links(const ll_rigid *w, ll_link *out);
+int32_t ll_touching_edges(const ll_rigid *w, ll_island_edge *out);
+int32_t ll_joint_edges(const ll_rigid *w, ll_island_edge *out);
 
 /* Union-find: the parent of a root is minus the size of its island; LL_ALONE bodies join nothing. */
 #define LL_ALONE (-1)
 #define LL_APART INT32_MIN
-void ll_join(int32_t *parent, const ll_link *links, int32_t count);
+void ll_join(int32_t *parent, const ll_island_edge *links, int32_t count);
 int32_t ll_root_of(int32_t *parent, int32_t body);
 
 /* ---- continuous.c ---- */
 
-size_t ll_meetings_size(const ll_rigid_limits *limits); /* bytes of solver memory */
-void ll_stop_at_first_touch(ll_rigid *w);
+size_t ll_toi_events_size(const ll_rigid_limits *limits); /* bytes of solver memory */
+void ll_solve_continuous(ll_rigid *w);
 
 /* ---- joint.c ---- */
 
 void ll_unlink_joint(ll_rigid *w, int32_t joint);
-bool ll_joined(const ll_rigid *w, int32_t a, int32_t b); /* whether a joint forbids them to collide */
+bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a,
+                               int32_t b); /* whether a joint forbids them to collide */

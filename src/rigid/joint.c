@@ -10,22 +10,23 @@ const char *const ll_joint_type_names[LL_JOINT_TYPES + 1] = {"distance", "revolu
 
 /* ---- rows that joint types share ---- */
 
-void ll_row_point(const ll_joint *j, ll_pose a, ll_pose b, ll_row out[2])
+void ll_row_point(const ll_joint *j, ll_pose a, ll_pose b, ll_constraint_row out[2])
 {
     ll_vec2 ra = ll_rotate(a.q, j->def.anchor_a), rb = ll_rotate(b.q, j->def.anchor_b);
     ll_vec2 gap = ll_sub(ll_add(b.p, rb), ll_add(a.p, ra));
-    out[0] =
-        (ll_row){.kind = LL_ROW_EQUAL, .c = gap.x, .n = {1, 0}, .ja = -ra.y, .jb = -rb.y, .most = INFINITY};
-    out[1] =
-        (ll_row){.kind = LL_ROW_EQUAL, .c = gap.y, .n = {0, 1}, .ja = ra.x, .jb = rb.x, .most = INFINITY};
+    out[0] = (ll_constraint_row){
+        .kind = LL_ROW_EQUAL, .c = gap.x, .n = {1, 0}, .ja = -ra.y, .jb = -rb.y, .most = INFINITY};
+    out[1] = (ll_constraint_row){
+        .kind = LL_ROW_EQUAL, .c = gap.y, .n = {0, 1}, .ja = ra.x, .jb = rb.x, .most = INFINITY};
 }
 
-ll_row ll_row_angle(double c)
+ll_constraint_row ll_row_angle(double c)
 {
-    return (ll_row){.kind = LL_ROW_EQUAL, .c = c, .ja = 1, .jb = 1, .most = INFINITY};
+    return (ll_constraint_row){.kind = LL_ROW_EQUAL, .c = c, .ja = 1, .jb = 1, .most = INFINITY};
 }
 
-void ll_rows_range(const ll_joint *j, ll_row base, double value, double most, ll_row out[LL_ROWS])
+void ll_rows_range(const ll_joint *j, ll_constraint_row base, double value, double most,
+                   ll_constraint_row out[LL_ROWS])
 {
     if (j->def.limited) {
         out[3] = out[4] = base;
@@ -115,10 +116,10 @@ ll_status ll_rigid_add_joint(ll_rigid *w, const ll_joint_def *def, ll_joint_id *
     *j =
         (ll_joint){.def = *def, .body = {body[0], body[1]}, .generation = j->generation + 1, .free = LL_NONE};
     j->def.axis = ll_normalised(def->axis);
-    j->def.anchor_a = ll_add(def->anchor_a, ll_bodys(w)[body[0]].origin);
-    j->def.anchor_b = ll_add(def->anchor_b, ll_bodys(w)[body[1]].origin);
+    j->def.anchor_a = ll_add(def->anchor_a, ll_bodies(w)[body[0]].origin);
+    j->def.anchor_b = ll_add(def->anchor_b, ll_bodies(w)[body[1]].origin);
     for (int side = 0; side < 2; side++) {
-        ll_body *b = &ll_bodys(w)[body[side]];
+        ll_body *b = &ll_bodies(w)[body[side]];
         j->previous[side] = LL_NONE;
         j->next[side] = b->joint;
         if (b->joint != LL_NONE)
@@ -138,7 +139,7 @@ void ll_unlink_joint(ll_rigid *w, int32_t joint)
         ll_wake(w, j->body[side]);
         int32_t next = j->next[side], previous = j->previous[side];
         if (previous == LL_NONE)
-            ll_bodys(w)[j->body[side]].joint = next;
+            ll_bodies(w)[j->body[side]].joint = next;
         else
             ll_joints(w)[previous >> 1].next[previous & 1] = next;
         if (next != LL_NONE)
@@ -199,9 +200,9 @@ ll_status ll_rigid_set_motor(ll_rigid *w, ll_joint_id id, double speed)
     return ll_ok();
 }
 
-bool ll_joined(const ll_rigid *w, int32_t a, int32_t b)
+bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a, int32_t b)
 {
-    for (int32_t e = ll_bodys(w)[a].joint; e != LL_NONE; e = ll_joints(w)[e >> 1].next[e & 1]) {
+    for (int32_t e = ll_bodies(w)[a].joint; e != LL_NONE; e = ll_joints(w)[e >> 1].next[e & 1]) {
         const ll_joint *j = &ll_joints(w)[e >> 1];
         if (j->body[1 - (e & 1)] == b && !j->def.collide)
             return true;

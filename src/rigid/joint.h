@@ -9,15 +9,15 @@
 
 #define LL_ROWS 6
 
-typedef enum ll_row_kind {
+typedef enum ll_constraint_row_kind {
     LL_ROW_NONE,
     LL_ROW_EQUAL, /* C = 0 */
     LL_ROW_LIMIT, /* C >= 0; positive impulses only */
     LL_ROW_MOTOR, /* dC/dt = speed, with a force of at most `most` */
-} ll_row_kind;
+} ll_constraint_row_kind;
 
 /* dC/dt = n . (v_b - v_a) + jb w_b - ja w_a */
-typedef struct ll_row {
+typedef struct ll_constraint_row {
     int32_t kind, pad;
     double c;
     ll_vec2 n;
@@ -25,13 +25,13 @@ typedef struct ll_row {
     double speed;          /* of a motor */
     double most;           /* largest force, N or N m */
     double hertz, damping; /* of a spring; 0: the solver's joint stiffness */
-} ll_row;
+} ll_constraint_row;
 
 typedef struct ll_joint_row_type {
     const char *name;
     /* Fills the rows for two bodies in these poses; each row keeps its number. With `block`, rows 0 and 1 are
      * solved together. */
-    void (*rows)(const ll_joint *joint, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS]);
+    void (*rows)(const ll_joint *joint, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS]);
     bool block;
 } ll_joint_row_type;
 
@@ -41,7 +41,8 @@ extern const ll_joint_row_type *const ll_joint_row_types[LL_JOINT_TYPES];
 
 /* Rows that joint types share. `angle`: angle of b relative to a. */
 void ll_row_point(const ll_joint *joint, ll_pose a, ll_pose b,
-                  ll_row out[2]); /* keeps the anchors together */
-ll_row ll_row_angle(double c);
+                  ll_constraint_row out[2]); /* keeps the anchors together */
+ll_constraint_row ll_row_angle(double c);
 /* Limits and motor of `value` in rows 3 to 5; `base` is a row of the same direction. */
-void ll_rows_range(const ll_joint *joint, ll_row base, double value, double most, ll_row out[LL_ROWS]);
+void ll_rows_range(const ll_joint *joint, ll_constraint_row base, double value, double most,
+                   ll_constraint_row out[LL_ROWS]);

@@ -3,14 +3,14 @@
  * xpbd and avbd limit the two axes separately: along a diagonal, friction is up to 41 % stronger. */
 #include "rigid/joint.h"
 
-static ll_row of(ll_row row, double most)
+static ll_constraint_row of(ll_constraint_row row, double most)
 {
     row.kind = LL_ROW_MOTOR;
     row.most = most;
     return row;
 }
 
-static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])
+static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS])
 {
     (void)angle;
     ll_row_point(j, a, b, out);

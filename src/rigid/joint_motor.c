@@ -2,7 +2,7 @@
  * each. */
 #include "rigid/joint.h"
 
-static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])
+static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS])
 {
     (void)angle;
     ll_row_point(j, a, b, out);

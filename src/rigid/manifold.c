@@ -48,7 +48,7 @@ static axis best_axis(const ll_geometry *g, const ll_vec2 *other, int count)
 /* Before or after a chain segment, contacts belong to its neighbour, unless the corner there is convex and
  * the direction is between the normals of the two edges. Then the nearer segment takes it; the earlier, if
  * equal. */
-static bool link_takes(const ll_geometry *link, ll_vec2 normal)
+static bool segment_takes(const ll_geometry *link, ll_vec2 normal)
 {
     ll_vec2 along = ll_normalised(ll_sub(link->vertex[1], link->vertex[0]));
     double lean = ll_dot(normal, along);
@@ -67,7 +67,7 @@ static bool link_takes(const ll_geometry *link, ll_vec2 normal)
     return lean < 0 ? own > limit : own >= limit;
 }
 
-static ll_manifold circle_on_link(const ll_geometry *link, ll_vec2 c, double radius, double margin)
+static ll_manifold circle_on_chain(const ll_geometry *link, ll_vec2 c, double radius, double margin)
 {
     ll_vec2 a = link->vertex[0], b = link->vertex[1], edge = ll_sub(b, a);
     double u = ll_dot(ll_sub(c, a), edge) / ll_dot(edge, edge);
@@ -75,7 +75,7 @@ static ll_manifold circle_on_link(const ll_geometry *link, ll_vec2 c, double rad
         return (ll_manifold){0};
     ll_vec2 nearest = u <= 0 ? a : u >= 1 ? b : ll_madd(a, u, edge);
     ll_vec2 normal = ll_normalised(ll_sub(c, nearest));
-    if ((u <= 0 || u >= 1) && !link_takes(link, normal))
+    if ((u <= 0 || u >= 1) && !segment_takes(link, normal))
         return (ll_manifold){0};
     return points_meet(nearest, 0, c, radius, margin, 0);
 }
@@ -84,8 +84,8 @@ static ll_manifold circle_on_link(const ll_geometry *link, ll_vec2 c, double rad
 static ll_manifold hull_circle(const ll_geometry *a, const ll_geometry *b, ll_pose rel, double margin)
 {
     ll_vec2 c = ll_to_world(rel, b->vertex[0]);
-    if (a->kind == LL_SHAPE_LINK)
-        return circle_on_link(a, c, b->radius, margin);
+    if (a->kind == LL_SHAPE_CHAIN_SEGMENT)
+        return circle_on_chain(a, c, b->radius, margin);
     axis best = best_axis(a, &c, 1);
     if (best.separation > a->radius + b->radius + margin)
         return (ll_manifold){0};
@@ -212,7 +212,7 @@ static ll_manifold hulls(const ll_geometry *a, const ll_geometry *b, double marg
 }
 
 /* A hull against a chain segment: the segment's normal, or an axis of the hull that the segment may take. */
-static ll_manifold hull_on_link(const ll_geometry *link, const ll_geometry *b, double margin)
+static ll_manifold hull_on_chain(const ll_geometry *link, const ll_geometry *b, double margin)
 {
     if (ll_dot(ll_sub(b->centre, link->vertex[0]), link->normal[0]) < 0)
         return (ll_manifold){0};
@@ -222,7 +222,7 @@ static ll_manifold hull_on_link(const ll_geometry *link, const ll_geometry *b, d
     ll_vec2 along = ll_sub(link->vertex[1], link->vertex[0]);
     if (m.count == 0 || (ll_dot(m.normal, link->normal[0]) > 0 && fabs(ll_dot(m.normal, along)) < 1e-9))
         return m;
-    if (link_takes(link, m.normal))
+    if (segment_takes(link, m.normal))
         return m;
     return clip(&face, 0, b, facing_edge(b, link->normal[0]), margin, false);
 }
@@ -234,7 +234,7 @@ static ll_geometry moved(const ll_geometry *g, ll_pose rel)
     out.count = g->count;
     out.radius = g->radius;
     out.centre = ll_to_world(rel, g->centre);
-    int vertices = g->kind == LL_SHAPE_LINK ? 4 : g->count;
+    int vertices = g->kind == LL_SHAPE_CHAIN_SEGMENT ? 4 : g->count;
     for (int i = 0; i < vertices; i++)
         out.vertex[i] = ll_to_world(rel, g->vertex[i]);
     for (int i = 0; i < g->count; i++)
@@ -258,9 +258,9 @@ ll_manifold ll_collide(const ll_geometry *a, const ll_geometry *b, ll_pose rel, 
     const ll_pose same = {{0, 0}, {1, 0}};
     if (a->count == 1)
         return turned_round(hull_circle(&other, a, same, margin));
-    if (a->kind == LL_SHAPE_LINK)
-        return hull_on_link(a, &other, margin);
-    if (other.kind == LL_SHAPE_LINK)
-        return turned_round(hull_on_link(&other, a, margin));
+    if (a->kind == LL_SHAPE_CHAIN_SEGMENT)
+        return hull_on_chain(a, &other, margin);
+    if (other.kind == LL_SHAPE_CHAIN_SEGMENT)
+        return turned_round(hull_on_chain(&other, a, margin));
     return hulls(a, &other, margin);
 }

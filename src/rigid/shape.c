@@ -12,7 +12,7 @@ const char *ll_shape_name(ll_shape_kind kind)
 
 bool ll_shape_is_solid(ll_shape_kind kind)
 {
-    return kind != LL_SHAPE_SEGMENT && kind != LL_SHAPE_LINK;
+    return kind != LL_SHAPE_SEGMENT && kind != LL_SHAPE_CHAIN_SEGMENT;
 }
 
 static ll_status check_points(const char *what, const ll_vec2 *points, int count)
@@ -76,12 +76,12 @@ ll_status ll_shape_segment(ll_vec2 a, ll_vec2 b, ll_geometry *out)
     return two_points(LL_SHAPE_SEGMENT, a, b, 0, out);
 }
 
-ll_status ll_shape_link(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 after, ll_geometry *out)
+ll_status ll_shape_chain_segment(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 after, ll_geometry *out)
 {
     ll_vec2 ghosts[2] = {before, after};
     ll_status status = check_points("chain", ghosts, 2);
     if (!ll_failed(&status))
-        status = two_points(LL_SHAPE_LINK, a, b, 0, out);
+        status = two_points(LL_SHAPE_CHAIN_SEGMENT, a, b, 0, out);
     if (!ll_failed(&status)) {
         out->vertex[2] = before;
         out->vertex[3] = after;
@@ -249,7 +249,7 @@ double ll_shape_core(const ll_geometry *g)
 
 void ll_shape_shift(ll_geometry *g, ll_vec2 by)
 {
-    int count = g->kind == LL_SHAPE_LINK ? 4 : g->count;
+    int count = g->kind == LL_SHAPE_CHAIN_SEGMENT ? 4 : g->count;
     for (int i = 0; i < count; i++)
         g->vertex[i] = ll_add(g->vertex[i], by);
     g->centre = ll_add(g->centre, by);

@@ -21,7 +21,7 @@ typedef enum ll_shape_kind {
     LL_SHAPE_CAPSULE,
     LL_SHAPE_POLYGON,
     LL_SHAPE_SEGMENT,
-    LL_SHAPE_LINK, /* chain segment: vertex[2] and vertex[3] are the ghosts before and after */
+    LL_SHAPE_CHAIN_SEGMENT, /* chain segment: vertex[2] and vertex[3] are the ghosts before and after */
     LL_SHAPE_KINDS
 } ll_shape_kind;
 
@@ -44,7 +44,7 @@ typedef struct ll_mass {
 ll_status ll_shape_circle(ll_vec2 centre, double radius, ll_geometry *out);
 ll_status ll_shape_capsule(ll_vec2 a, ll_vec2 b, double radius, ll_geometry *out);
 ll_status ll_shape_segment(ll_vec2 a, ll_vec2 b, ll_geometry *out);
-ll_status ll_shape_link(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 after, ll_geometry *out);
+ll_status ll_shape_chain_segment(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 after, ll_geometry *out);
 ll_status ll_shape_polygon(const ll_vec2 *points, int count, ll_geometry *out); /* in either direction */
 ll_status ll_shape_box(double width, double height, ll_vec2 centre, double angle, ll_geometry *out);
 

@@ -33,11 +33,11 @@ typedef struct ll_soft_pass {
 
 typedef struct ll_soft_loops {
     const char *name;
-    void (*warm_start)(ll_wide_contact *at, int32_t count, ll_motion *motions);
+    void (*warm_start)(ll_wide_contact *at, int32_t count, ll_solver_body *states);
     /* Normals only, against overlap, as a spring and a damper. */
-    void (*solve)(ll_wide_contact *at, int32_t count, ll_motion *motions, const ll_soft_pass *pass);
+    void (*solve)(ll_wide_contact *at, int32_t count, ll_solver_body *states, const ll_soft_pass *pass);
     /* Normals and friction without bias: removes the velocity that the correction added. */
-    void (*relax)(ll_wide_contact *at, int32_t count, ll_motion *motions, const ll_soft_pass *pass);
+    void (*relax)(ll_wide_contact *at, int32_t count, ll_solver_body *states, const ll_soft_pass *pass);
 } ll_soft_loops;
 
 extern const ll_soft_loops ll_soft_scalar, ll_soft_sse2, ll_soft_avx2;

@@ -1,8 +1,8 @@
 /* Contact solvers and what they share.
  *
- * A solver does one step of the world: it changes the velocities, moves the bodies (in `ll_motion`; poses are
- * written when the step is finished) and stores the impulses in the contacts. Each is one file and one row of
- * the table. */
+ * A solver does one step of the world: it changes the velocities, moves the bodies (in `ll_solver_body`;
+ * poses are written when the step is finished) and stores the impulses in the contacts. Each is one file and
+ * one row of the table. */
 #pragma once
 
 #include "rigid/joint.h"
@@ -30,13 +30,13 @@ ll_softness ll_soft(double hertz, double damping, double h);
 
 /* ---- groups: parts of the awake world that do not affect each other within a step ---- */
 
-typedef struct ll_list {
+typedef struct ll_index_list {
     const int32_t *at; /* indices */
     int32_t count, pad;
-} ll_list;
+} ll_index_list;
 
 typedef struct ll_group {
-    ll_list bodies, contacts, joints; /* may include contacts that do not touch, and sleeping joints */
+    ll_index_list bodies, contacts, joints; /* may include contacts that do not touch, and sleeping joints */
 } ll_group;
 
 typedef struct ll_groups { /* in the memory of `group`, valid until the end of the step */
@@ -56,48 +56,49 @@ ll_group ll_group_at(const ll_rigid *w, const ll_groups *groups, int32_t i);
 
 /* ---- bodies ---- */
 
-void ll_prepare_drives(ll_rigid *w, ll_list bodies, double h); /* fills `drive`, for substeps of h */
-void ll_integrate_velocities(ll_rigid *w, ll_list bodies, double h);
-void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h);
+void ll_prepare_body_steps(ll_rigid *w, ll_index_list bodies,
+                           double h); /* fills `body_step`, for substeps of h */
+void ll_integrate_velocities(ll_rigid *w, ll_index_list bodies, double h);
+void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h);
 
 /* ---- contacts, one by one ---- */
 
 /* Sorts touching contacts by colour into `order`; colour c is from start[c] to start[c + 1]. Returns their
  * count, and adds to the step's statistics. */
-int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1]);
+int32_t ll_order_contacts(ll_rigid *w, ll_index_list contacts, int32_t start[LL_COLOUR_SLOTS + 1]);
 
-typedef struct ll_line { /* contact point; normal and anchors rotate with their bodies */
-    ll_vec2 ra, rb;      /* anchors from the centres of mass, at the beginning of the step */
-    double adjust;       /* separation = n . (relative motion of the anchors) + adjust */
+typedef struct ll_contact_constraint_point { /* contact point; normal and anchors rotate with their bodies */
+    ll_vec2 ra, rb; /* anchors from the centres of mass, at the beginning of the step */
+    double adjust;  /* separation = n . (relative motion of the anchors) + adjust */
     double normal_mass, tangent_mass;
     double normal_impulse, tangent_impulse;
     double before; /* xpbd: normal velocity before overlaps were corrected */
-} ll_line;
+} ll_contact_constraint_point;
 
-typedef struct ll_touch_row {
+typedef struct ll_contact_constraint {
     int32_t contact, a, b, count;
     double ma, ia, mb, ib; /* inverse masses and moments */
     double friction, restitution;
     ll_vec2 n;
     int32_t fixed, pad; /* one of the bodies is immovable */
-    ll_line at[2];
-} ll_touch_row;
+    ll_contact_constraint_point at[2];
+} ll_contact_constraint;
 
-typedef struct ll_touch_rows {
-    ll_touch_row *at;
+typedef struct ll_contact_constraints {
+    ll_contact_constraint *at;
     int32_t count;
-} ll_touch_rows;
+} ll_contact_constraints;
 
-size_t ll_touch_rows_size(const ll_rigid_limits *limits);
-ll_touch_rows
-ll_prepare_touch_rows(ll_rigid *w); /* into the solver's memory, with the impulses of the last step */
-void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows);
-void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows);
-double ll_line_separation(const ll_rigid *w, const ll_touch_row *row,
-                          const ll_line *line); /* at the current positions */
+size_t ll_contact_constraints_size(const ll_rigid_limits *limits);
+ll_contact_constraints
+ll_prepare_contacts(ll_rigid *w); /* into the solver's memory, with the impulses of the last step */
+void ll_store_contacts(ll_rigid *w, ll_contact_constraints rows);
+void ll_warm_start_contacts(ll_rigid *w, ll_contact_constraints rows);
+double ll_constraint_separation(const ll_rigid *w, const ll_contact_constraint *row,
+                                const ll_contact_constraint_point *cp); /* at the current positions */
 
 /* Change of the velocity along `axis` (normal or tangent) at one point by an impulse at the other. */
-static inline double ll_coupling(const ll_touch_row *r, ll_vec2 axis)
+static inline double ll_coupling(const ll_contact_constraint *r, ll_vec2 axis)
 {
     return r->ma + r->mb + r->ia * ll_cross(r->at[0].ra, axis) * ll_cross(r->at[1].ra, axis) +
            r->ib * ll_cross(r->at[0].rb, axis) * ll_cross(r->at[1].rb, axis);
@@ -129,40 +130,43 @@ typedef struct ll_bounces {
     int32_t count, pad;
 } ll_bounces;
 
-/* Contacts that may bounce in this step. Call after ll_prepare_drives and after the last use of `order`. */
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts);
+/* Contacts that may bounce in this step. Call after ll_prepare_body_steps and after the last use of `order`.
+ */
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts);
 /* Call before velocities and positions of a substep of h change. Reverses what would meet within `reach`
  * seconds: h, or 2 h if contacts are solved again after the bodies moved, which would slow them down. */
 void ll_bounce(ll_rigid *w, ll_bounces *bounces, double h, double reach);
 void ll_end_bounces(ll_rigid *w, const ll_bounces *bounces);
 
 /* Projected Gauss-Seidel on velocities, for pgs and pgs_ngs: all of the step but the positions. */
-ll_touch_rows ll_pgs_velocities(ll_rigid *w, double baumgarte);
+ll_contact_constraints ll_pgs_velocities(ll_rigid *w, double baumgarte);
 
-static inline void ll_push(ll_motion *a, ll_motion *b, const ll_touch_row *r, const ll_line *line,
-                           ll_vec2 impulse)
+static inline void ll_apply_contact_impulse(ll_solver_body *a, ll_solver_body *b,
+                                            const ll_contact_constraint *r,
+                                            const ll_contact_constraint_point *cp, ll_vec2 impulse)
 {
     a->v = ll_madd(a->v, -r->ma, impulse);
-    a->w -= r->ia * ll_cross(line->ra, impulse);
+    a->w -= r->ia * ll_cross(cp->ra, impulse);
     b->v = ll_madd(b->v, r->mb, impulse);
-    b->w += r->ib * ll_cross(line->rb, impulse);
+    b->w += r->ib * ll_cross(cp->rb, impulse);
 }
 
-static inline ll_vec2 ll_relative(const ll_motion *a, const ll_motion *b, const ll_line *line)
+static inline ll_vec2 ll_relative(const ll_solver_body *a, const ll_solver_body *b,
+                                  const ll_contact_constraint_point *cp)
 {
-    return ll_sub(ll_add(b->v, ll_cross_sv(b->w, line->rb)), ll_add(a->v, ll_cross_sv(a->w, line->ra)));
+    return ll_sub(ll_add(b->v, ll_cross_sv(b->w, cp->rb)), ll_add(a->v, ll_cross_sv(a->w, cp->ra)));
 }
 
 /* ---- joints, one by one ---- */
 
 typedef struct ll_joint_set { /* joints of a group in this step */
-    ll_hinge *hinges;
-    ll_turning *turnings; /* of those with limits or a motor */
-    int32_t *others;      /* indices */
-    int32_t hinge_count, turning_count, other_count, pad;
+    ll_revolute_sim *revolutes;
+    ll_revolute_limits *revolute_limits; /* of those with limits or a motor */
+    int32_t *others;                     /* indices */
+    int32_t revolute_count, revolute_limits_count, other_count, pad;
 } ll_joint_set;
 
-ll_joint_set ll_prepare_joints(ll_rigid *w, ll_list joints); /* uses `scratch` until ll_store_joints */
+ll_joint_set ll_prepare_joints(ll_rigid *w, ll_index_list joints); /* uses `scratch` until ll_store_joints */
 void ll_store_joints(ll_rigid *w, const ll_joint_set *set);
 void ll_warm_start_joints(ll_rigid *w, const ll_joint_set *set);
 /* One pass over the rows of all joints; with `bias` it also corrects positions. Returns whether an impulse

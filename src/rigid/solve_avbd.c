@@ -15,18 +15,18 @@ static const double gamma_kept = 0.99; /* decay of penalties per step */
 static const double growth = 1e5;      /* of penalties, N/m per m of error */
 static const double least_penalty = 1, most_penalty = 1e9;
 
-typedef struct line { /* contact point */
+typedef struct cp { /* contact point */
     ll_vec2 ra, rb;
     double c0[2]; /* normal and tangential error at the beginning of the step */
     double force[2], penalty;
     double pad;
-} line;
+} cp;
 
 typedef struct touch {
     int32_t contact, a, b, count;
     ll_vec2 n;
     double friction;
-    line at[2];
+    cp at[2];
 } touch;
 
 typedef struct goal { /* where inertia alone would move a body */
@@ -86,7 +86,7 @@ static void begin_touches(ll_rigid *w, memory *m)
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];
-        ll_since since = ll_since_made(w, c);
+        ll_relative_motion since = ll_relative_motion_of(w, c);
         touch *t = &m->touches[i];
         *t = (touch){.contact = index,
                      .a = c->body[0],
@@ -98,7 +98,7 @@ static void begin_touches(ll_rigid *w, memory *m)
         for (int k = 0; k < c->count; k++) {
             const ll_contact_point *p = &c->at[k];
             ll_vec2 gap = ll_point_gap(p, &since);
-            t->at[k] = (line){
+            t->at[k] = (cp){
                 .ra = p->a,
                 .rb = p->b,
                 .c0 = {ll_dot(gap, t->n) + p->separation, ll_dot(gap, ll_right(t->n))},
@@ -108,9 +108,9 @@ static void begin_touches(ll_rigid *w, memory *m)
     }
 }
 
-static void joint_rows(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
+static void joint_rows(const ll_rigid *w, const ll_joint *j, ll_constraint_row rows[LL_ROWS])
 {
-    memset(rows, 0, LL_ROWS * sizeof(ll_row));
+    memset(rows, 0, LL_ROWS * sizeof(ll_constraint_row));
     ll_joint_row_types[j->def.type]->rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
                                           ll_angle_now(w, j), rows);
 }
@@ -121,7 +121,7 @@ static void begin_joints(ll_rigid *w, memory *m)
         ll_joint *j = &ll_joints(w)[i];
         if (j->body[0] == LL_NONE)
             continue;
-        ll_row rows[LL_ROWS];
+        ll_constraint_row rows[LL_ROWS];
         joint_rows(w, j, rows);
         for (int k = 0; k < LL_ROWS; k++) {
             bool moves = rows[k].kind == LL_ROW_MOTOR || rows[k].hertz > 0 ||
@@ -140,13 +140,13 @@ static void begin_bodies(ll_rigid *w, memory *m)
 {
     double h = m->h;
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
-        ll_motion *motion = &ll_motions(w)[k];
-        const ll_drive *d = &ll_drives(w)[k];
+        int32_t k = ll_awake_bodies(w)[i];
+        ll_solver_body *motion = &ll_solver_bodies(w)[k];
+        const ll_body_step *d = &ll_body_steps(w)[k];
         ll_vec2 v = ll_scale(d->keep, ll_madd(motion->v, h, d->a));
-        double spin = d->keep_spin * (motion->w + h * d->spin);
+        double spin = d->keep_angular * (motion->w + h * d->spin);
         m->goals[k] = (goal){.d = ll_scale(h, v), .turn = h * spin};
-        bool moved = ll_bodys(w)[k].inv_mass == 0;
+        bool moved = ll_bodies(w)[k].inv_mass == 0;
         ll_vec2 guess = ll_scale(h, moved ? v : motion->v);
         motion->d = guess;
         motion->turn = h * (moved ? spin : motion->w);
@@ -157,16 +157,16 @@ static void begin_bodies(ll_rigid *w, memory *m)
 /* ---- errors ---- */
 
 /* Of a contact point, to first order in the rotations. */
-static void line_errors(const ll_rigid *w, const memory *m, const touch *t, const line *l, double c[2])
+static void point_errors(const ll_rigid *w, const memory *m, const touch *t, const cp *l, double c[2])
 {
-    const ll_motion *a = &ll_motions(w)[t->a], *b = &ll_motions(w)[t->b];
+    const ll_solver_body *a = &ll_solver_bodies(w)[t->a], *b = &ll_solver_bodies(w)[t->b];
     ll_vec2 moved =
         ll_sub(ll_add(b->d, ll_cross_sv(b->turn, l->rb)), ll_add(a->d, ll_cross_sv(a->turn, l->ra)));
     c[0] = (l->c0[0] > 0 ? l->c0[0] : m->settle * l->c0[0]) + ll_dot(moved, t->n);
     c[1] = m->settle * l->c0[1] + ll_dot(moved, ll_right(t->n));
 }
 
-static void line_forces(const touch *t, const line *l, const double c[2], double force[2])
+static void point_forces(const touch *t, const cp *l, const double c[2], double force[2])
 {
     force[0] = ll_max(l->force[0] - l->penalty * c[0], 0);
     double most = t->friction * force[0];
@@ -193,16 +193,16 @@ static void add_row(newton *s, ll_vec2 n, double lever, double stiffness, double
 
 static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton *s)
 {
-    for (int32_t e = ll_bodys(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
         if (ll_contacts(w)[e >> 1].count == 0)
             continue;
         const touch *t = &m->touches[m->place[e >> 1]];
         double side = e & 1 ? 1 : -1;
         for (int k = 0; k < t->count; k++) {
-            const line *l = &t->at[k];
+            const cp *l = &t->at[k];
             double c[2], force[2];
-            line_errors(w, m, t, l, c);
-            line_forces(t, l, c, force);
+            point_errors(w, m, t, l, c);
+            point_forces(t, l, c, force);
             /* A contact that has just separated still resists; otherwise it would separate and hit
              * alternately. */
             if (force[0] == 0 && c[0] > 0.1 * LL_LINEAR_SLOP)
@@ -218,10 +218,10 @@ static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton
  * is its missing speed. A force at its limit has the stiffness of the secant to its error, so that a body is
  * not held where the row cannot hold it. */
 static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, int32_t index, int k,
-                        const ll_row *r, double *stiffness, double *error)
+                        const ll_constraint_row *r, double *stiffness, double *error)
 {
-    const ll_body *a = &ll_bodys(w)[j->body[0]], *b = &ll_bodys(w)[j->body[1]];
-    const ll_motion *ma = &ll_motions(w)[j->body[0]], *mb = &ll_motions(w)[j->body[1]];
+    const ll_body *a = &ll_bodies(w)[j->body[0]], *b = &ll_bodies(w)[j->body[1]];
+    const ll_solver_body *ma = &ll_solver_bodies(w)[j->body[0]], *mb = &ll_solver_bodies(w)[j->body[1]];
     double inverse = (a->inv_mass + b->inv_mass) * ll_dot(r->n, r->n) + a->inv_inertia * r->ja * r->ja +
                      b->inv_inertia * r->jb * r->jb;
     double moved = ll_dot(r->n, ll_sub(mb->d, ma->d)) + r->jb * mb->turn - r->ja * ma->turn;
@@ -248,9 +248,9 @@ static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, i
 
 static void add_joints(const ll_rigid *w, const memory *m, int32_t body, newton *s)
 {
-    for (int32_t e = ll_bodys(w)[body].joint; e != LL_NONE; e = ll_joints(w)[e >> 1].next[e & 1]) {
+    for (int32_t e = ll_bodies(w)[body].joint; e != LL_NONE; e = ll_joints(w)[e >> 1].next[e & 1]) {
         const ll_joint *j = &ll_joints(w)[e >> 1];
-        ll_row rows[LL_ROWS];
+        ll_constraint_row rows[LL_ROWS];
         joint_rows(w, j, rows);
         for (int k = 0; k < LL_ROWS; k++) {
             if (rows[k].kind == LL_ROW_NONE)
@@ -278,8 +278,8 @@ static void solve_three(newton *s, double x[3])
 
 static void descend(ll_rigid *w, const memory *m, int32_t body)
 {
-    const ll_body *b = &ll_bodys(w)[body];
-    ll_motion *motion = &ll_motions(w)[body];
+    const ll_body *b = &ll_bodies(w)[body];
+    ll_solver_body *motion = &ll_solver_bodies(w)[body];
     if (b->inv_mass == 0)
         return;
     double mass = b->mass / (m->h * m->h), inertia = b->inertia / (m->h * m->h);
@@ -304,10 +304,10 @@ static void grow_touches(const ll_rigid *w, memory *m)
     for (int32_t i = 0; i < m->count; i++) {
         touch *t = &m->touches[i];
         for (int k = 0; k < t->count; k++) {
-            line *l = &t->at[k];
+            cp *l = &t->at[k];
             double c[2], force[2];
-            line_errors(w, m, t, l, c);
-            line_forces(t, l, c, force);
+            point_errors(w, m, t, l, c);
+            point_forces(t, l, c, force);
             l->force[0] = force[0];
             l->force[1] = force[1];
             if (force[0] > 0)
@@ -322,7 +322,7 @@ static void grow_joints(ll_rigid *w, const memory *m)
         ll_joint *j = &ll_joints(w)[i];
         if (j->body[0] == LL_NONE)
             continue;
-        ll_row rows[LL_ROWS];
+        ll_constraint_row rows[LL_ROWS];
         joint_rows(w, j, rows);
         for (int k = 0; k < LL_ROWS; k++) {
             if (rows[k].kind == LL_ROW_NONE || rows[k].hertz > 0)
@@ -338,9 +338,9 @@ static void grow_joints(ll_rigid *w, const memory *m)
 static void end(ll_rigid *w, const memory *m)
 {
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
-        ll_motion *motion = &ll_motions(w)[k];
-        if (ll_bodys(w)[k].inv_mass == 0)
+        int32_t k = ll_awake_bodies(w)[i];
+        ll_solver_body *motion = &ll_solver_bodies(w)[k];
+        if (ll_bodies(w)[k].inv_mass == 0)
             continue;
         motion->v = ll_scale(1 / m->h, motion->d);
         motion->w = motion->turn / m->h;
@@ -360,7 +360,7 @@ static void end(ll_rigid *w, const memory *m)
 static void descend_all(ll_rigid *w, const memory *m)
 {
     for (int32_t i = w->awake; i-- > 0;)
-        descend(w, m, ll_awakes(w)[i]);
+        descend(w, m, ll_awake_bodies(w)[i]);
 }
 
 static void solve(ll_rigid *w)
@@ -368,7 +368,7 @@ static void solve(ll_rigid *w)
     memory m = memory_of(w);
     ll_group all = ll_whole(w);
     begin_touches(w, &m);
-    ll_prepare_drives(w, all.bodies, m.h);
+    ll_prepare_body_steps(w, all.bodies, m.h);
     ll_bounces bounces = ll_begin_bounces(w, all.contacts);
     ll_bounce(w, &bounces, m.h, m.h);
     ll_end_bounces(w, &bounces);

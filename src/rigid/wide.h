@@ -30,7 +30,7 @@ static inline void v_transpose(vd r[4])
 }
 
 /* Four doubles of each body, from the first or the fifth on. */
-static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
+static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {
     for (int i = 0; i < 4; i++)
         out[i] = v_load((const double *)&m[index[i]] + from);
@@ -38,7 +38,7 @@ static inline void v_gather(const ll_motion *m, const int32_t *index, int from, 
 }
 
 /* The first four doubles of each body; the fourth is unchanged. */
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
+static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd in[4])
 {
     vd r[4] = {in[0], in[1], in[2], in[3]};
     v_transpose(r);
@@ -61,7 +61,7 @@ static inline vd v_choose(vd a, vd b, vd x, vd y)
     return _mm_or_pd(_mm_and_pd(mask, x), _mm_andnot_pd(mask, y));
 }
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
+static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {
     const double *a = (const double *)&m[index[0]] + from, *b = (const double *)&m[index[1]] + from;
     for (int i = 0; i < 4; i += 2) {
@@ -71,7 +71,7 @@ static inline void v_gather(const ll_motion *m, const int32_t *index, int from, 
     }
 }
 
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
+static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd in[4])
 {
     double *a = (double *)&m[index[0]], *b = (double *)&m[index[1]];
     for (int i = 0; i < 4; i += 2) {
@@ -89,13 +89,13 @@ typedef double vd;
 #define v_min(a, b) ((a) < (b) ? (a) : (b))
 #define v_choose(a, b, x, y) ((a) > (b) ? (x) : (y))
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
+static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {
     for (int i = 0; i < 4; i++)
         out[i] = ((const double *)&m[*index])[from + i];
 }
 
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
+static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd in[4])
 {
     for (int i = 0; i < 4; i++)
         ((double *)&m[*index])[i] = in[i];

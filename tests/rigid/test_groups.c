@@ -35,7 +35,7 @@ static void throw_in(ll_rigid *w, ll_body_id thing[thrown])
     }
 }
 
-static void hinge(ll_rigid *w, ll_body_id a, ll_body_id b, int type)
+static void revolute(ll_rigid *w, ll_body_id a, ll_body_id b, int type)
 {
     ll_joint_id id;
     ll_joint_def def = ll_joint_defaults(w, (ll_joint_type)type, a, b, body(w, a).position);
@@ -54,8 +54,8 @@ static ll_rigid *pit_world(bool one_body, bool joints, ll_body_id thing[thrown])
     add_pits(w, one_body);
     throw_in(w, thing);
     for (int k = 0; joints && k < pits; k++) {
-        hinge(w, thing[k], thing[k + pits], LL_JOINT_REVOLUTE);
-        hinge(w, thing[k + 6 * pits], thing[k + 7 * pits], LL_JOINT_DISTANCE);
+        revolute(w, thing[k], thing[k + pits], LL_JOINT_REVOLUTE);
+        revolute(w, thing[k + 6 * pits], thing[k + 7 * pits], LL_JOINT_DISTANCE);
     }
     return w;
 }

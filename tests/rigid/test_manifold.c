@@ -157,7 +157,7 @@ static void links_have_no_inner_corners(void **state)
     ll_vec2 v[6] = {{4, 0}, {2, 0}, {0, 0}, {-2, 0}, {-3, 1}, {-5, 1}}; /* right to left: solid from above */
     ll_geometry links[3], ball = circle(0.5), crate = box(1, 1);
     for (int i = 0; i < 3; i++)
-        assert_int_equal(ll_shape_link(v[i], v[i + 1], v[i + 2], v[i + 3], &links[i]).code, LL_OK);
+        assert_int_equal(ll_shape_chain_segment(v[i], v[i + 1], v[i + 2], v[i + 3], &links[i]).code, LL_OK);
     for (int i = 0; i <= 400; i++) {
         double x = -0.5 + i * 0.01 * 0.75;
         for (int k = 0; k < 2; k++) {

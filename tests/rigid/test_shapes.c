@@ -207,24 +207,24 @@ static void first_touch_is_the_closed_forms(void **state)
     assert_int_equal(ll_shape_circle(ll_vec(0, 0), 0.05, &ball).code, LL_OK);
     assert_int_equal(ll_shape_box(0.05, 4, ll_vec(0, 0), 0, &wall).code, LL_OK);
     ll_sweep still = {home, {0, 0}, 0}, fast = {{{-10, 0.3}, {1, 0}}, {100, 0}, 0};
-    ll_touch touch = ll_first_touch(&wall, &still, &ball, &fast, 0.001);
+    ll_toi_result touch = ll_time_of_impact(&wall, &still, &ball, &fast, 0.001);
     assert_true(touch.hit);
     near(touch.t, (10 - 0.025 - 0.05 - 0.001) / 100, 0.0001 / 100);
 
     ll_sweep beside = {{{-10, 3}, {1, 0}}, {100, 0}, 0};
-    assert_false(ll_first_touch(&wall, &still, &ball, &beside, 0.001).hit);
+    assert_false(ll_time_of_impact(&wall, &still, &ball, &beside, 0.001).hit);
 
     /* A wall that approaches. */
     ll_sweep coming = {{{50, 0}, {1, 0}}, {-100, 0}, 0};
-    touch = ll_first_touch(&wall, &coming, &ball, &fast, 0.001);
+    touch = ll_time_of_impact(&wall, &coming, &ball, &fast, 0.001);
     near(touch.t, (60 - 0.025 - 0.05 - 0.001) / 200, 0.0001 / 200);
 
     /* A rotating rod of half length 1 whose tip hits a segment 0.5 below: at the angle asin 0.5. */
     ll_geometry floor;
     assert_int_equal(ll_shape_segment(ll_vec(5, -0.5), ll_vec(-5, -0.5), &floor).code, LL_OK);
     assert_int_equal(ll_shape_segment(ll_vec(-1, 0), ll_vec(1, 0), &rod).code, LL_OK);
-    ll_sweep turning = {home, {0, 0}, -pi / 2};
-    touch = ll_first_touch(&floor, &still, &rod, &turning, 1e-6);
+    ll_sweep revolute_limits = {home, {0, 0}, -pi / 2};
+    touch = ll_time_of_impact(&floor, &still, &rod, &revolute_limits, 1e-6);
     assert_true(touch.hit);
     near(touch.t, 1.0 / 3, 1e-5);
 }

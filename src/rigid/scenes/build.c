@@ -111,7 +111,7 @@ ll_joint_id ll_build_joint(ll_builder *b, const ll_joint_def *def)
     return id;
 }
 
-ll_joint_id ll_build_hinge(ll_builder *b, ll_body_id a, ll_body_id c, double x, double y)
+ll_joint_id ll_build_revolute(ll_builder *b, ll_body_id a, ll_body_id c, double x, double y)
 {
     ll_joint_def def = ll_joint_defaults(b->world, LL_JOINT_REVOLUTE, a, c, ll_vec(x, y));
     return ll_build_joint(b, &def);

@@ -33,7 +33,7 @@ static ll_status ball_chain(ll_rigid *w, const ll_scene_args *a)
     double radius = 4, link = 20 * (0.25 + 3.14159265358979 * 0.125 * 0.125);
     b.material.density = a->ratio * link / (3.14159265358979 * radius * radius);
     ll_body_id ball = ll_build_circle(&b, radius, (double)a->size + radius, 0);
-    ll_build_hinge(&b, last, ball, (double)a->size, 0);
+    ll_build_revolute(&b, last, ball, (double)a->size, 0);
     return b.status;
 }
 
@@ -85,9 +85,10 @@ static ll_status joint_grid(ll_rigid *w, const ll_scene_args *a)
                 return b.status;
             int32_t self = first + (int32_t)(k * n + i);
             if (i > 0)
-                ll_build_hinge(&b, ll_rigid_body_at(w, self - 1), body, (double)k, -(double)i + 0.5);
+                ll_build_revolute(&b, ll_rigid_body_at(w, self - 1), body, (double)k, -(double)i + 0.5);
             if (k > 0)
-                ll_build_hinge(&b, ll_rigid_body_at(w, self - (int32_t)n), body, (double)k - 0.5, -(double)i);
+                ll_build_revolute(&b, ll_rigid_body_at(w, self - (int32_t)n), body, (double)k - 0.5,
+                                  -(double)i);
         }
     return b.status;
 }
@@ -109,10 +110,10 @@ static ll_status bridge(ll_rigid *w, const ll_scene_args *a)
     for (int64_t i = 0; i < a->size; i++) {
         double x = left + (double)i;
         ll_body_id plank = ll_build_box(&b, 1, 0.25, x + 0.5, 0, 0);
-        ll_build_hinge(&b, before, plank, x, 0);
+        ll_build_revolute(&b, before, plank, x, 0);
         before = plank;
     }
-    ll_build_hinge(&b, before, ground, -left, 0);
+    ll_build_revolute(&b, before, ground, -left, 0);
     for (int i = 0; i < 3; i++)
         ll_build_box(&b, 1, 1, -8 + 8.0 * i, 3, 0.2 * i);
     return b.status;
@@ -161,9 +162,9 @@ static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
         double y = rise * (double)i;
         ll_body_id up = ll_build_capsule(&b, -2.5, y, 2.5, y + rise, 0.15);
         ll_body_id down = ll_build_capsule(&b, 2.5, y, -2.5, y + rise, 0.15);
-        ll_build_hinge(&b, up, down, 0, y + 0.5 * rise);
+        ll_build_revolute(&b, up, down, 0, y + 0.5 * rise);
         if (i == 0) {
-            ll_build_hinge(&b, base, up, -2.5, 0);
+            ll_build_revolute(&b, base, up, -2.5, 0);
             ll_joint_def slide = ll_joint_defaults(w, LL_JOINT_DISTANCE, base, down, ll_vec(2.5, 0));
             slide.anchor_a = ll_vec(2.5, -50); /* a long rod: almost level */
             slide.length = 50;
@@ -174,8 +175,8 @@ static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
             rod.length = 5;
             ll_build_joint(&b, &rod);
         } else {
-            ll_build_hinge(&b, left, up, -2.5, y);
-            ll_build_hinge(&b, right, down, 2.5, y);
+            ll_build_revolute(&b, left, up, -2.5, y);
+            ll_build_revolute(&b, right, down, 2.5, y);
         }
         left = down;
         right = up;
@@ -190,7 +191,7 @@ const ll_scene ll_scene_scissor_lift = {.name = "scissor_lift",
                                         .limits = chain_limits,
                                         .build = scissor_lift};
 
-static void heavier(const ll_scene_args *a, ll_rigid_params *p)
+static void ccd_mass_ratio(const ll_scene_args *a, ll_rigid_params *p)
 {
     (void)a;
     p->gravity_y = -22;
@@ -220,7 +221,7 @@ const ll_scene ll_scene_cart = {
     .help = "A load of ratio times the density of its two driven wheels, at 2.2 g (Box2D).",
     .standard = {.size = 1, .ratio = 20, .speed = 2, .friction = 0.9},
     .limits = chain_limits,
-    .params = heavier,
+    .params = ccd_mass_ratio,
     .build = cart};
 
 /* Two opposed prismatic joints on one bar, driven against each other. */
@@ -229,7 +230,7 @@ static ll_status unstable_prismatic(ll_rigid *w, const ll_scene_args *a)
     ll_builder b = ll_build(w, a->friction);
     ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
     ll_body_id centre = ll_build_circle(&b, 0.5, 0, 2);
-    ll_build_hinge(&b, ground, centre, 0, 2);
+    ll_build_revolute(&b, ground, centre, 0, 2);
     for (int k = -1; k <= 1; k += 2) {
         ll_body_id arm = ll_build_box(&b, 4, 0.4, 3.0 * k, 2, 0);
         ll_joint_def def = ll_joint_defaults(w, LL_JOINT_PRISMATIC, centre, arm, ll_vec(0.6 * k, 2));
