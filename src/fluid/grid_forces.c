@@ -1,4 +1,4 @@
-/* Viscosity, buoyancy, confinement of vortices, a person's stirring, and the outflow. */
+/* Viscosity, buoyancy, vorticity confinement, pointer drag, and the outflow. */
 #include <math.h>
 #include <string.h>
 
@@ -7,7 +7,7 @@
 
 /* ---- viscosity ---- */
 
-/* One sweep of Gauss-Seidel in two colours on (1 - a lap) f = wanted. */
+/* One red-black Gauss-Seidel sweep on (1 - a lap) f = wanted. */
 static void diffuse_sweep(const ll_grid *g, ll_grid_place place, double *f, const double *wanted, double a)
 {
     ll_grid_span span = ll_grid_span_of(g, place);
@@ -22,7 +22,8 @@ static void diffuse_sweep(const ll_grid *g, ll_grid_place place, double *f, cons
     }
 }
 
-/* By implicit Euler, so that no step is too long; 20 sweeps as Stam has it, or what shrinks by 1e-6. */
+/* Implicit Euler: no step is too long. 20 sweeps as in Stam's method, or as many as reduce the error by
+ * 1e-6. */
 void ll_grid_diffuse(ll_grid *g, double dt)
 {
     double a = g->config.viscosity * g->solver.viscosity_scale * dt / (g->config.h * g->config.h);
@@ -55,7 +56,7 @@ static void add_buoyancy(const ll_grid *g, double *v, double dt)
             v[k] += half * (dye[k - g->stride] + dye[k]);
 }
 
-/* Times 2 h. */
+/* Vorticity times 2 h. */
 static double vorticity(const double *u, const double *v, int64_t k, int64_t s)
 {
     double across = (v[k + 1] + v[k + 1 + s]) - (v[k - 1] + v[k - 1 + s]);
@@ -63,7 +64,7 @@ static double vorticity(const double *u, const double *v, int64_t k, int64_t s)
     return 0.5 * (across - along);
 }
 
-/* Fedkiw et al. 2001: a force around each vortex, in cells two away from the sides. */
+/* Fedkiw et al. 2001: a force around each vortex, in cells at least two from the sides. */
 static void add_confinement(const ll_grid *g, double *du, double *dv, double dt)
 {
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
@@ -137,7 +138,7 @@ void ll_grid_drive(ll_grid *g)
 
 /* ---- outflow ---- */
 
-/* What is at the outflow leaves with the mean speed of what comes in; then as much flows out as in. */
+/* Advects the outflow by the mean inflow speed, then scales it so that outflow equals inflow. =ca7e09d */
 void ll_grid_outflow(ll_grid *g, double dt)
 {
     if (g->config.sides[LL_RIGHT] != LL_SIDE_OUT)

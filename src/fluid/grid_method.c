@@ -62,7 +62,7 @@ static const ll_fluid_layer layers[] = {
     FIELD("speed", "m/s"),
     FIELD("vorticity", "1/s"),
     FIELD("pressure", "Times the step and over a cell: m/s."),
-    FIELD("divergence", "Left by the projection: 1/s."),
+    FIELD("divergence", "Divergence that the projection left: 1/s."),
 };
 
 static double (*const values[])(const ll_grid *, int64_t k) = {dye, speed, vorticity, pressure, divergence};
@@ -111,7 +111,7 @@ static void extent(const void *block, double *x0, double *y0, double *x1, double
 
 const ll_fluid_method ll_fluid_grid = {
     .name = "grid",
-    .help = "Cells of a staggered grid under the equations of Navier and Stokes.",
+    .help = "Navier-Stokes equations on a staggered grid.",
     .layers = layers,
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,

@@ -1,15 +1,14 @@
 /* Divergence-free SPH: Bender and Koschier, IEEE Trans. Vis. Comput. Graph. 23 (2017).
  *
- * Two solves in a substep, each a relaxed Jacobi iteration over the stiffness k = p / density^2 that begins
- * with that of the substep before: one makes the velocity free of divergence, the other keeps the density
- * that the particles would come to at its rest value. k is never negative, hence no tension at the surface.
- */
+ * Two solves per substep, each a relaxed Jacobi iteration over the stiffness k = p / density^2 that starts
+ * from the last substep: one removes the divergence of the velocity, the other corrects the predicted density
+ * to its rest value. k is never negative, so there is no tension at the surface. */
 #include <string.h>
 
 #include "fluid/particle_internal.h"
 
-/* How long what is too dense takes to come back to rest, in h over the speed of sound: at once would need the
- * faster motion, and the more pressure, the shorter the substep. */
+/* Time in which excess density is removed, in h over the speed of sound. Removing it at once would need
+ * faster motion, and more pressure, for shorter substeps. */
 #define RETURN 100
 
 static double dt_limit(const ll_particles *p, double speed)
@@ -19,9 +18,9 @@ static double dt_limit(const ll_particles *p, double speed)
 
 typedef struct solve {
     double *stiff;
-    double slack; /* share of the density at rest that may be missing before a particle counts as surface */
-    double return_share; /* of what is too dense, that is undone in this substep */
-    bool density;        /* else divergence */
+    double slack;        /* relative deficit of density up to which a particle is not at the surface */
+    double return_share; /* fraction of the excess density to remove in this substep */
+    bool density;        /* false: divergence */
     uint8_t reserved[7];
 } solve;
 
@@ -37,8 +36,8 @@ static void push(ll_particles *p, const double *stiff, double dt)
     }
 }
 
-/* One pass of the iteration; returns the mean relative error of density before it: what is too dense, and
- * what is pushed apart too far. */
+/* One iteration; returns the mean relative density error before it: excess density, and particles pushed too
+ * far apart. */
 static double relax(ll_particles *p, const solve *s, double dt)
 {
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
@@ -52,7 +51,7 @@ static double relax(ll_particles *p, const solve *s, double dt)
             over += (density[a] > rest ? s->return_share : 1) * (density[a] - rest);
         double wanted = p->params.relaxation * over / (dt * dt * factor[a]);
         if (!s->density && density[a] < (1 - s->slack) * rest)
-            wanted = -*stiff; /* the surface may part, and carries nothing */
+            wanted = -*stiff; /* the surface may separate, and has no pressure */
         else
             error += *stiff > 0 || over > 0 ? __builtin_fabs(over) : 0;
         step[a] = wanted > -*stiff ? wanted : -*stiff;
@@ -113,9 +112,9 @@ static ll_particle_fault substep(ll_particles *p, double dt)
 
 const ll_particle_method ll_particle_dfsph = {
     .name = "dfsph",
-    .help = "Two pressure solves in a substep, for velocity without divergence and for density at rest, "
-            "begun with the last result and ended at a tolerance. Two passes over pairs an iteration, five "
-            "besides; substeps as long as the CFL condition allows (Bender and Koschier 2017).",
+    .help = "Two pressure solves per substep, for velocity without divergence and for rest density, started "
+            "from the last result and ended at a tolerance. Two passes over pairs per iteration, five more; "
+            "substeps by the CFL condition (Bender and Koschier 2017).",
     .travel = 1,
     .dt_limit = dt_limit,
     .substep = substep,

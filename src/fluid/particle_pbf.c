@@ -1,14 +1,14 @@
 /* Position-based fluids: Macklin and Mueller, ACM Trans. Graph. 32 (2013).
  *
- * Particles are moved ahead, then their places are corrected, a fixed number of times, until none is denser
- * than at rest; velocity is what they moved. Pairs are found once in a substep, somewhat wider than the
- * kernel, and their vectors are taken anew in each pass. Walls mirror the multipliers of the fluid beside
- * them. */
+ * Particles are moved, then their positions are corrected a fixed number of times, until none is denser than
+ * at rest; velocity is derived from their motion. Pairs are found once per substep, in a range somewhat wider
+ * than the kernel, and their vectors are recomputed in each pass. Walls mirror the multipliers of the fluid
+ * next to them. */
 #include <string.h>
 
 #include "fluid/particle_internal.h"
 
-/* Share of the last multipliers to begin with: so few passes do not undo what was too much of them. */
+/* Fraction of the last multipliers used as initial guess: with so few passes, excess could not be undone. */
 #define WARM 0.25
 
 static double dt_limit(const ll_particles *p, double speed)
@@ -16,7 +16,7 @@ static double dt_limit(const ll_particles *p, double speed)
     return p->params.cfl * p->setup.spacing / (speed + 1e-9 * p->setup.spacing);
 }
 
-/* Changes of the multipliers into SUM, and their total into STIFF, which stays at 0 or above. */
+/* Changes of the multipliers into SUM, and their total, which stays >= 0, into STIFF. */
 static void multipliers(ll_particles *p, double dt)
 {
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
@@ -70,7 +70,7 @@ static void predict(ll_particles *p, double dt)
     }
 }
 
-/* Macklin and Mueller, eq. 17: a share of the mean difference to the neighbours' velocity, as an
+/* Macklin and Mueller, eq. 17: a fraction of the mean difference from the neighbours' velocity, as an
  * acceleration. */
 static void smooth(ll_particles *p, double dt)
 {
@@ -94,8 +94,7 @@ static void smooth(ll_particles *p, double dt)
     }
 }
 
-/* What so few passes let through a wall is put back to it; velocity, which is what a particle moved, follows.
- */
+/* Puts particles that passed a wall back to it; velocity, derived from the motion, follows. */
 static double keep(double at, double size, int low, int high)
 {
     return low && at < 0 ? 0 : high && at > size ? size : at;
@@ -149,9 +148,9 @@ static ll_particle_fault substep(ll_particles *p, double dt)
 
 const ll_particle_method ll_particle_pbf = {
     .name = "pbf",
-    .help = "Places are corrected a fixed number of times so that nothing is denser than at rest, whatever "
-            "the step: stiffness depends on the number, and motion is damped. Four passes over pairs an "
-            "iteration, one search (Macklin and Mueller 2013).",
+    .help = "Positions are corrected a fixed number of times so that nothing is denser than at rest, for any "
+            "step: stiffness depends on the number of iterations, and motion is damped. Four passes over "
+            "pairs per iteration, one neighbour search (Macklin and Mueller 2013).",
     .travel = 4,
     .dt_limit = dt_limit,
     .substep = substep,
