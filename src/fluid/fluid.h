@@ -33,10 +33,10 @@ typedef struct ll_fluid_notice {
 } ll_fluid_notice;
 
 /* Pointer drag: fluid around a point is dragged along at `velocity`, until changed. */
-typedef struct ll_fluid_stir {
+typedef struct ll_drag_force {
     double x, y, velocity_x, velocity_y; /* m, m/s */
     double radius;                       /* m; 0: none */
-} ll_fluid_stir;
+} ll_drag_force;
 
 /* Layers to draw. A field has one value per cell, width x height cells that fill the extent, row by row from
  * the bottom. Points are records of several values. */
@@ -59,7 +59,7 @@ typedef struct ll_fluid_method {
      * particle, and the reason (CFL limit, a value that is not finite); the fluid cannot be used any more. */
     ll_status (*step)(void *block, double dt);
     void (*set_solver)(void *block, const void *solver);
-    void (*stir)(void *block, const ll_fluid_stir *stir); /* NULL: not supported */
+    void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */
 
     /* The same numbers in the same order for every scene and time; returns their count. The first `traced`
      * are in the trace. */

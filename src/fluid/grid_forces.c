@@ -98,13 +98,14 @@ void ll_grid_add_forces(const ll_grid *g, double *du, double *dv, double dt)
 
 static void draw_along(const ll_grid *g, ll_grid_place place, double *f, double velocity)
 {
-    const ll_fluid_stir *stir = &g->stir;
+    const ll_drag_force *drag_force = &g->drag_force;
     ll_grid_span span = ll_grid_span_of(g, place);
     double sx = place == LL_PLACE_U ? 0 : 0.5, sy = place == LL_PLACE_V ? 0 : 0.5, h = g->config.h;
     for (int32_t j = span.j0; j < span.j1; j++)
         for (int32_t i = span.i0; i < span.i1; i++) {
-            double x = g->config.x + h * (i + sx) - stir->x, y = g->config.y + h * (j + sy) - stir->y;
-            double share = 1 - (x * x + y * y) / (stir->radius * stir->radius);
+            double x = g->config.x + h * (i + sx) - drag_force->x,
+                   y = g->config.y + h * (j + sy) - drag_force->y;
+            double share = 1 - (x * x + y * y) / (drag_force->radius * drag_force->radius);
             int64_t k = ll_grid_k(g, i, j);
             if (share > 0)
                 f[k] += share * (velocity - f[k]);
@@ -129,9 +130,9 @@ void ll_grid_drive(ll_grid *g)
     double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     if (g->config.dyed && g->config.source_radius > 0)
         feed_dye(g);
-    if (g->stir.radius > 0 && !g->config.frozen) {
-        draw_along(g, LL_PLACE_U, u, g->stir.velocity_x);
-        draw_along(g, LL_PLACE_V, v, g->stir.velocity_y);
+    if (g->drag_force.radius > 0 && !g->config.frozen) {
+        draw_along(g, LL_PLACE_U, u, g->drag_force.velocity_x);
+        draw_along(g, LL_PLACE_V, v, g->drag_force.velocity_y);
         ll_grid_close(g, u, v);
     }
 }

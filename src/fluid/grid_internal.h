@@ -27,7 +27,7 @@ typedef enum ll_grid_field_kind {
 struct ll_grid {
     ll_grid_config config;
     ll_grid_solver solver;
-    ll_fluid_stir stir;
+    ll_drag_force drag_force;
     int64_t size;
     int64_t steps, solves, sweeps; /* since the start */
     int64_t last_sweeps, last_substeps;

@@ -95,9 +95,9 @@ static void set_solver(void *block, const void *solver)
     ll_grid_set_solver(block, solver);
 }
 
-static void stir(void *block, const ll_fluid_stir *what)
+static void drag_force(void *block, const ll_drag_force *what)
 {
-    ((ll_grid *)block)->stir = *what;
+    ((ll_grid *)block)->drag_force = *what;
 }
 
 static void extent(const void *block, double *x0, double *y0, double *x1, double *y1)
@@ -116,7 +116,7 @@ const ll_fluid_method ll_fluid_grid = {
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,
     .set_solver = set_solver,
-    .stir = stir,
+    .drag_force = drag_force,
     .numbers = ll_grid_numbers,
     .traced = 8,
     .extent = extent,

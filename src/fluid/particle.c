@@ -144,7 +144,7 @@ static void set_motion(const ll_particles *p, int32_t i, const ll_particle_fill 
     ll_particle_values(p, LL_PARTICLE_V)[i] = f->v + f->strain * ry;
     ll_particle_values(p, LL_PARTICLE_DENSITY)[i] =
         p->params.density * ll_exp(ll_log(1 - 7 * p->params.gravity_y * above / (c * c)) / 7);
-    ll_particle_values(p, LL_PARTICLE_STIFF)[i] = -p->params.gravity_y * above / p->params.density;
+    ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR)[i] = -p->params.gravity_y * above / p->params.density;
 }
 
 static void fill_fluid(filler *to, const ll_particle_setup *s)
@@ -322,7 +322,8 @@ void ll_particles_set_params(ll_particles *p, const ll_particle_params *params)
     if (!changed)
         return;
     /* Values of another method have another meaning. */
-    memset(ll_particle_values(p, LL_PARTICLE_STIFF), 0, (size_t)ll_particle_total(p) * sizeof(double));
+    memset(ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR), 0,
+           (size_t)ll_particle_total(p) * sizeof(double));
     memset(ll_particle_values(p, LL_PARTICLE_DIVERGENCE), 0, (size_t)ll_particle_total(p) * sizeof(double));
     for (int32_t a = 0; a < p->fluid; a++)
         density[a] = params->density;
@@ -411,9 +412,9 @@ static ll_particle_fault check(const ll_particles *p, double dt)
     return (ll_particle_fault){0};
 }
 
-void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir)
+void ll_particles_drag(ll_particles *p, const ll_drag_force *drag_force)
 {
-    p->stir = *stir;
+    p->drag_force = *drag_force;
 }
 
 void ll_particles_put(ll_particles *p, const ll_particle_place *places)
@@ -429,7 +430,7 @@ void ll_particles_put(ll_particles *p, const ll_particle_place *places)
 
 static void draw_along(ll_particles *p)
 {
-    const ll_fluid_stir *s = &p->stir;
+    const ll_drag_force *s = &p->drag_force;
     const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     for (int32_t a = 0; s->radius > 0 && a < p->fluid; a++) {

@@ -101,7 +101,7 @@ const ll_particle_setup *ll_particles_get_setup(const ll_particles *p);
 ll_status ll_particles_step(ll_particles *p, double dt);
 
 /* Fluid within the circle is dragged at the given velocity, until changed. */
-void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir);
+void ll_particles_drag(ll_particles *p, const ll_drag_force *drag_force);
 
 typedef struct ll_particle_place {
     double x, y, u, v; /* m, m/s */

@@ -10,9 +10,9 @@ typedef enum ll_particle_field {
     LL_PARTICLE_U,
     LL_PARTICLE_V,
     LL_PARTICLE_DENSITY,
-    LL_PARTICLE_PRESSURE,   /* N/m */
-    LL_PARTICLE_STIFF,      /* p / density^2 of the solvers, and their initial guess */
-    LL_PARTICLE_DIVERGENCE, /* the same of dfsph's divergence solver */
+    LL_PARTICLE_PRESSURE,        /* N/m */
+    LL_PARTICLE_PRESSURE_FACTOR, /* p / density^2 of the solvers, and their initial guess */
+    LL_PARTICLE_DIVERGENCE,      /* the same of dfsph's divergence solver */
     LL_PARTICLE_STATES,
     LL_PARTICLE_X0 = LL_PARTICLE_STATES, /* before the substep */
     LL_PARTICLE_Y0,
@@ -35,7 +35,7 @@ struct ll_particles {
     ll_particle_setup setup;
     ll_particle_params params;
     ll_particle_body body;
-    ll_fluid_stir stir;
+    ll_drag_force drag_force;
     double time;
     double mass; /* of one particle */
     double h, support;
@@ -142,15 +142,15 @@ void ll_particle_geometry_avx2(ll_particles *p, int32_t from, int32_t to);
 void ll_particle_sum_density(ll_particles *p, bool moved);
 /* Walls get the mean k of the fluid around, plus gravity's contribution over `volume` = 1 / density (0 for
  * changes of k). */
-void ll_particle_mirror(ll_particles *p, double *stiff, double volume);
+void ll_particle_mirror(ll_particles *p, double *pressure_factor, double volume);
 /* PRESSURE of the fluid: the field that k of fluid and walls makes. */
-void ll_particle_field_pressure(ll_particles *p, const double *stiff);
+void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor);
 /* Adds viscous acceleration. With no-slip walls it leaves their mirrored velocity in GX and GY. */
 void ll_particle_add_viscosity(ll_particles *p);
 /* Sum of m (v_a - v_b) grad W into RATE of the fluid. */
 void ll_particle_sum_rate(ll_particles *p);
 /* Computes AX, AY from k = p / density^2 of fluid and walls. */
-void ll_particle_push(ll_particles *p, const double *stiff);
+void ll_particle_push(ll_particles *p, const double *pressure_factor);
 
 /* particle_body.c */
 void ll_particle_body_place(ll_particles *p);

@@ -65,9 +65,9 @@ static void set_solver(void *block, const void *solver)
     ll_particles_set_params(block, solver);
 }
 
-static void stir(void *block, const ll_fluid_stir *what)
+static void drag_force(void *block, const ll_drag_force *what)
 {
-    ll_particles_stir(block, what);
+    ll_particles_drag(block, what);
 }
 
 static int numbers(const void *block, ll_fluid_number *out)
@@ -116,7 +116,7 @@ const ll_fluid_method ll_fluid_particles = {
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,
     .set_solver = set_solver,
-    .stir = stir,
+    .drag_force = drag_force,
     .numbers = numbers,
     .traced = 8,
     .extent = extent,

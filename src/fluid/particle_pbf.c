@@ -21,22 +21,23 @@ static void multipliers(ll_particles *p, double dt)
 {
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
                  *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
-    double *step = ll_particle_values(p, LL_PARTICLE_SUM), *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *step = ll_particle_values(p, LL_PARTICLE_SUM),
+           *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR);
     double rest = p->params.density, scale = p->params.relaxation / (dt * dt);
     ll_particle_sum_density(p, true);
     for (int32_t a = 0; a < p->fluid; a++) {
         double wanted = scale * (density[a] - rest) / factor[a];
-        step[a] = wanted > -stiff[a] ? wanted : -stiff[a];
-        stiff[a] += step[a];
+        step[a] = wanted > -pressure_factor[a] ? wanted : -pressure_factor[a];
+        pressure_factor[a] += step[a];
     }
 }
 
-static void correct(ll_particles *p, double *stiff, double volume, double dt)
+static void correct(ll_particles *p, double *pressure_factor, double volume, double dt)
 {
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
-    ll_particle_mirror(p, stiff, volume);
-    ll_particle_push(p, stiff);
+    ll_particle_mirror(p, pressure_factor, volume);
+    ll_particle_push(p, pressure_factor);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
         x[a] += dt * dt * ax[a];
@@ -46,10 +47,10 @@ static void correct(ll_particles *p, double *stiff, double volume, double dt)
 
 static void warm_start(ll_particles *p, double dt)
 {
-    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR);
     for (int32_t a = 0; a < p->fluid; a++)
-        stiff[a] *= WARM;
-    correct(p, stiff, 1 / p->params.density, dt);
+        pressure_factor[a] *= WARM;
+    correct(p, pressure_factor, 1 / p->params.density, dt);
 }
 
 static void predict(ll_particles *p, double dt)
@@ -104,7 +105,7 @@ static void finish(ll_particles *p, double dt)
 {
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *x0 = ll_particle_values(p, LL_PARTICLE_X0), *y0 = ll_particle_values(p, LL_PARTICLE_Y0);
-    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR);
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     const ll_particle_setup *s = &p->setup;
@@ -114,8 +115,8 @@ static void finish(ll_particles *p, double dt)
         u[a] = (x[a] - x0[a]) / dt;
         v[a] = (y[a] - y0[a]) / dt;
     }
-    ll_particle_mirror(p, stiff, 1 / p->params.density);
-    ll_particle_field_pressure(p, stiff);
+    ll_particle_mirror(p, pressure_factor, 1 / p->params.density);
+    ll_particle_field_pressure(p, pressure_factor);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);
     memset(ay, 0, bytes);

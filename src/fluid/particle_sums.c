@@ -160,25 +160,25 @@ void ll_particle_sum_density(ll_particles *p, bool moved)
 }
 
 /* Adami eq. 27 for k: includes the weight of the fluid between, unless there is no pressure to carry it. */
-void ll_particle_mirror(ll_particles *p, double *stiff, double volume)
+void ll_particle_mirror(ll_particles *p, double *pressure_factor, double volume)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p), *id = ll_part_id(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *kernel = ll_part_kernel(p);
     double *sum = ll_particle_values(p, LL_PARTICLE_GX);
-    size_t bytes = (size_t)p->wall * sizeof *stiff;
-    memset(stiff + p->fluid, 0, bytes);
+    size_t bytes = (size_t)p->wall * sizeof *pressure_factor;
+    memset(pressure_factor + p->fluid, 0, bytes);
     memset(sum + p->fluid, 0, bytes);
     for (int32_t a = 0; a < p->fluid; a++)
         for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
             double gx = p->params.gravity_x - (id[b] < -1 ? p->body_ax : 0);
             double gy = p->params.gravity_y - (id[b] < -1 ? p->body_ay : 0);
-            double between = stiff[a] > 0 ? volume * (gx * ex[k] + gy * ey[k]) : 0;
-            stiff[b] += (stiff[a] - between) * kernel[k];
+            double between = pressure_factor[a] > 0 ? volume * (gx * ex[k] + gy * ey[k]) : 0;
+            pressure_factor[b] += (pressure_factor[a] - between) * kernel[k];
             sum[b] += kernel[k];
         }
     for (int32_t b = p->fluid; b < ll_particle_total(p); b++)
-        stiff[b] = sum[b] > 0 ? stiff[b] / sum[b] : 0;
+        pressure_factor[b] = sum[b] > 0 ? pressure_factor[b] / sum[b] : 0;
 }
 
 /* A multiplier is not the pressure at its particle. On a displacement u all multipliers together do the work
@@ -186,7 +186,7 @@ void ll_particle_mirror(ll_particles *p, double *stiff, double volume)
  * is. The pressure, which is the work per div u, is therefore the field rho sum of m k_b W(x - x_b).
  * Differences between multipliers that this field does not show have no effect (Bonet and Lok, Comput.
  * Methods Appl. Mech. Eng. 180 (1999)). */
-void ll_particle_field_pressure(ll_particles *p, const double *stiff)
+void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *kernel = ll_part_kernel(p);
@@ -194,16 +194,16 @@ void ll_particle_field_pressure(ll_particles *p, const double *stiff)
     double scale = p->params.density * p->mass * p->gradient_scale;
     clear(p, LL_PARTICLE_PRESSURE);
     for (int32_t a = 0; a < p->fluid; a++) {
-        double sum = pressure[a] + stiff[a] * p->kernel_scale;
+        double sum = pressure[a] + pressure_factor[a] * p->kernel_scale;
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
-            sum += stiff[pair[k]] * kernel[k];
-            pressure[pair[k]] += stiff[a] * kernel[k];
+            sum += pressure_factor[pair[k]] * kernel[k];
+            pressure[pair[k]] += pressure_factor[a] * kernel[k];
         }
         pressure[a] = scale * sum;
     }
 }
 
-void ll_particle_push(ll_particles *p, const double *stiff)
+void ll_particle_push(ll_particles *p, const double *pressure_factor)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
@@ -213,10 +213,10 @@ void ll_particle_push(ll_particles *p, const double *stiff)
     memset(push, 0, (size_t)ll_particle_total(p) * sizeof *push);
     for (int32_t a = 0; a < p->fluid; a++) {
         two sum = {0, 0};
-        double ka = stiff[a];
+        double ka = pressure_factor[a];
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
-            two f = mass * (ka + stiff[b]) * slope[k] * (two){ex[k], ey[k]};
+            two f = mass * (ka + pressure_factor[b]) * slope[k] * (two){ex[k], ey[k]};
             sum += f;
             push[b] += f;
         }
