@@ -45,7 +45,7 @@ ll_status ll_wrong_type(const ll_path *path, const char *expected, const cJSON *
                           value);
 }
 
-/* "between 0 and 1000 ms" */
+/* "0 to 1000 ms" */
 static void append_range(ll_writer *writer, double min, double max, const char *unit)
 {
     char low[32], high[32];
@@ -53,7 +53,7 @@ static void append_range(ll_writer *writer, double min, double max, const char *
     ll_number_text(max, high);
     bool from = min > -1e300, to = max < 1e300; /* a row without a limit */
     if (from && to)
-        ll_append(writer, "between %s and %s", low, high);
+        ll_append(writer, "%s to %s", low, high);
     else
         ll_append(writer, "%s%s",
                   from ? "at least "
@@ -139,7 +139,7 @@ ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name
         status =
             ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; did you mean %s?", subject, nearest);
     } else if (place->kind == LL_PLACE_VALUE || place->table == NULL || place->table->count == 0) {
-        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: nothing can be set there", subject);
+        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: it has no members", subject);
     } else {
         char list[LIST_SHOWN];
         append_names(&(ll_writer){list, sizeof list, 0}, row_name, place->table, place->table->count);

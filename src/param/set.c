@@ -4,8 +4,7 @@
 
 #include "param/internal.h"
 
-/* Texts and choices may be written bare; anything else that is no JSON becomes a string, which the row then
- * refuses by name. */
+/* Texts and choices may be bare; other text that is not JSON becomes a string, which the row then rejects. */
 cJSON *ll_read_text(const ll_param *row, const char *text)
 {
     bool bare = row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && text[0] != '"';
@@ -13,7 +12,7 @@ cJSON *ll_read_text(const ll_param *row, const char *text)
     return json != NULL ? json : cJSON_CreateString(text);
 }
 
-/* The later of two of one path counts. */
+/* The later of two of the same path counts. */
 static ll_status add(cJSON *patch, const char *path, const char *value)
 {
     cJSON *text = cJSON_CreateString(value);

@@ -6,7 +6,7 @@
 
 #include "param/internal.h"
 
-/* A number that ll_param_number wrote raw reads like any other. */
+/* A number written raw by ll_param_number reads like any other. */
 static bool number_of(const cJSON *json, double *value)
 {
     if (!cJSON_IsNumber(json) && !cJSON_IsRaw(json))
@@ -20,7 +20,7 @@ static bool number_of(const cJSON *json, double *value)
     return end != json->valuestring && *end == '\0';
 }
 
-/* A NaN is outside of every range; an infinity too, since ranges are finite (ll_param_table_valid). */
+/* NaN is outside of every range; infinities too, since ranges are finite (ll_param_table_valid). */
 static bool within(double value, double min, double max)
 {
     return value >= min && value <= max;
@@ -104,7 +104,7 @@ static ll_status set_text(const ll_place *place, const cJSON *json, const ll_pat
     return ll_ok();
 }
 
-/* What it may hold is up to whoever reads it. */
+/* Its reader decides what it may contain. */
 static ll_status set_json(const ll_place *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
