@@ -64,7 +64,7 @@ ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int
     errno = 0;
     long long number = strtoll(text, &end, 10);
     if (end == text || *end || errno || number < low || number > high)
-        return ll_error(LL_BAD_INPUT, "%s must be a whole number from %lld to %lld; got %.40s", name,
+        return ll_error(LL_BAD_INPUT, "%s: must be a whole number from %lld to %lld; got %.40s", name,
                         (long long)low, (long long)high, text);
     *value = number;
     return ll_ok();
@@ -90,7 +90,7 @@ ll_status ll_argument_format(const char *name, const char *out, const ll_format 
     for (int i = 0; ll_formats[i]; i++)
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "",
                  ll_formats[i]->name);
-    return ll_error(LL_BAD_INPUT, "--format must be one of %s; got %.40s", known, name);
+    return ll_error(LL_BAD_INPUT, "--format: must be one of %s; got %.40s", known, name);
 }
 
 ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table)

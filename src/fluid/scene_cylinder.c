@@ -92,7 +92,7 @@ static int notices(const void *block, ll_fluid_notice *out)
     double across = 2 * RADIUS / c->h, layer = across / sqrt(p.re);
     int count = 0;
     snprintf(out[count++].text, sizeof out->text,
-             "The cylinder blocks %.0f %% of the tunnel's width: the flow beside it is faster than in a free "
+             "The cylinder blocks %.0f %% of the tunnel's width: the flow past it is faster than in a free "
              "stream, and its frequency higher.",
              100 * 2 * RADIUS / SIDE);
     if (layer < 1)

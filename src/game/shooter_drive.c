@@ -7,7 +7,7 @@
  *   hold    stands just above its wall and shoots at players
  *   idle    does nothing
  *
- * The first body to look at is random in slots of 0.6 +- 0.4 s, the weapon in slots of 0.25 +- 0.15 s;
+ * The first body to aim at is random in slots of 0.6 +- 0.4 s, the weapon in slots of 0.25 +- 0.15 s;
  * `steady` has these random choices too. */
 #include "base/detmath.h"
 #include "game/script.h"

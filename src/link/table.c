@@ -98,16 +98,15 @@ static ll_status check_reorder(const ll_link_params *p, const char *path)
 {
     field pct = field_of(path, "reorder_pct"), gap = field_of(path, "reorder_gap");
     if (p->reorder_pct > 0 && !(p->delay_ms > 0 || p->jitter_ms > 0 || p->rate_kbps > 0))
-        return ll_field_error(
-            LL_BAD_INPUT, pct.name,
-            "%s must be 0 where delay_ms, jitter_ms and rate_kbps are 0, since a reordered packet "
-            "goes without that delay; got %g",
-            pct.name, p->reorder_pct);
+        return ll_field_error(LL_BAD_INPUT, pct.name,
+                              "%s: must be 0 where delay_ms, jitter_ms and rate_kbps are 0, since a "
+                              "reordered packet goes without that delay; got %g",
+                              pct.name, p->reorder_pct);
     if (p->reorder_pct > 0 && p->order == LL_ORDER_FIFO)
-        return ll_field_error(LL_BAD_INPUT, pct.name, "%s must be 0 where order is fifo; got %g", pct.name,
+        return ll_field_error(LL_BAD_INPUT, pct.name, "%s: must be 0 where order is fifo; got %g", pct.name,
                               p->reorder_pct);
     if (p->reorder_pct <= 0 && p->reorder_gap > 1)
-        return ll_field_error(LL_BAD_INPUT, gap.name, "%s must be 1 where reorder_pct is 0; got %lld",
+        return ll_field_error(LL_BAD_INPUT, gap.name, "%s: must be 1 where reorder_pct is 0; got %lld",
                               gap.name, (long long)p->reorder_gap);
     return ll_ok();
 }
@@ -118,7 +117,7 @@ static ll_status check_sum(const char *path, const char *a, double pa, const cha
     field f = field_of(path, b);
     if (pa + pb <= 100)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, f.name, "%s must be at most 100 %% together with %s, %g %%; got %g",
+    return ll_field_error(LL_BAD_INPUT, f.name, "%s: must be at most 100 %% together with %s, %g %%; got %g",
                           f.name, a, pa, pb);
 }
 
@@ -135,7 +134,7 @@ static ll_status check_mtu(const ll_link_params *p, const char *path)
     field f = field_of(path, "mtu_bytes");
     if (p->mtu_bytes == 0 || p->mtu_bytes >= LL_MTU_MIN)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, f.name, "%s must be 0 or between %d and 65507 B; got %lld", f.name,
+    return ll_field_error(LL_BAD_INPUT, f.name, "%s: must be 0 or %d to 65507 B; got %lld", f.name,
                           LL_MTU_MIN, (long long)p->mtu_bytes);
 }
 
@@ -146,8 +145,8 @@ static ll_status check_window(const char *path, const char *kind, double every_m
     field f = field_of(path, name);
     if (every_ms <= 0 || length_ms <= every_ms)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, f.name, "%s must be at most %s_every_ms, %g ms; got %g", f.name, kind,
-                          every_ms, length_ms);
+    return ll_field_error(LL_BAD_INPUT, f.name, "%s: must be at most %s_every_ms, %g ms; got %g", f.name,
+                          kind, every_ms, length_ms);
 }
 
 static ll_status check(const void *object, const char *path)

@@ -1,6 +1,6 @@
 /* Alternating kicks v += d h a(q, v) and drifts q += c h v: every method here is a list of both.
  *
- * If a depends on v, a kick uses the current velocity; the order is then 1, whatever the composition. */
+ * If a depends on v, a kick uses the current velocity; the order is then 1, for any composition. */
 #include "ode/internal.h"
 
 enum { STAGES_MAX = 16 };

@@ -1,5 +1,5 @@
 /* Distance of a run from the solution, over all of its steps: at the end of each and, with dense output, at
- * three times within. It does not depend on when anybody reads it.
+ * three times within. It does not depend on when it is read.
  *
  * There are two errors: the Euclidean distance of the whole state, in which large components hide small ones,
  * and the weighted error, each component relative to its own scale, of which the largest counts. */

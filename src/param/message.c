@@ -41,7 +41,7 @@ ll_status ll_wrong_type(const ll_path *path, const char *expected, const cJSON *
 {
     char value[96];
     append_value(&(ll_writer){value, sizeof value, 0}, got);
-    return ll_field_error(LL_BAD_INPUT, path->text, "%s must be %s; got %s", ll_path_subject(path), expected,
+    return ll_field_error(LL_BAD_INPUT, path->text, "%s: must be %s; got %s", ll_path_subject(path), expected,
                           value);
 }
 
@@ -72,7 +72,7 @@ ll_status ll_out_of_range(const ll_path *path, const ll_param *row, const cJSON 
     ll_writer writer = {range, sizeof range, 0};
     double min = row->min, max = row->max;
     if (row->type == LL_PARAM_INT) {
-        ll_append(&writer, "a whole number ");
+        ll_append(&writer, "a whole number from ");
         min = min < -LL_WHOLE_MAX ? -LL_WHOLE_MAX : min;
         max = max > LL_WHOLE_MAX ? LL_WHOLE_MAX : max;
     }
@@ -122,9 +122,8 @@ static ll_status unknown_index(const ll_path *path, const ll_place *array)
     if (count == 0)
         return ll_field_error(LL_BAD_INPUT, path->text, "%s does not exist: %s is empty", path->text,
                               array->row->name);
-    return ll_field_error(LL_BAD_INPUT, path->text,
-                          "%s does not exist: the index in %s must be between 0 and %d", path->text,
-                          array->row->name, count - 1);
+    return ll_field_error(LL_BAD_INPUT, path->text, "%s does not exist: the index in %s must be 0 to %d",
+                          path->text, array->row->name, count - 1);
 }
 
 ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name, size_t length)
@@ -139,7 +138,7 @@ ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name
         status =
             ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; did you mean %s?", subject, nearest);
     } else if (place->kind == LL_PLACE_VALUE || place->table == NULL || place->table->count == 0) {
-        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: it has no members", subject);
+        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: nothing can be set there", subject);
     } else {
         char list[LIST_SHOWN];
         append_names(&(ll_writer){list, sizeof list, 0}, row_name, place->table, place->table->count);

@@ -67,7 +67,7 @@ static ll_status wrong_count(const ll_param *row, const ll_path *path, int count
         ll_append(&writer, "%.0f to %.0f", row->min, row->max);
     else
         ll_append(&writer, "at most %.0f", row->max);
-    return ll_field_error(LL_BAD_INPUT, path->text, "%s must have %s elements; got %d", path->text, range,
+    return ll_field_error(LL_BAD_INPUT, path->text, "%s: must have %s elements; got %d", path->text, range,
                           count);
 }
 

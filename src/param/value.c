@@ -88,14 +88,14 @@ static ll_status set_text(const ll_place *place, const cJSON *json, const ll_pat
             ll_append(&writer, "%.0f to %.0f", row->min, row->max);
         else
             ll_append(&writer, "at most %.0f", row->max);
-        return ll_field_error(LL_BAD_INPUT, path->text, "%s must be a text of %s bytes; got %zu",
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s: must be a text of %s bytes; got %zu",
                               ll_path_subject(path), range, length);
     }
     for (const char *at = text; *at != '\0';) {
         int sequence = ll_utf8_printable(at);
         if (sequence == 0)
             return ll_field_error(LL_BAD_INPUT, path->text,
-                                  "%s must be valid UTF-8 without control characters; got 0x%02x at byte %d",
+                                  "%s: must be valid UTF-8 without control characters; got 0x%02x at byte %d",
                                   ll_path_subject(path), (unsigned)(unsigned char)*at, (int)(at - text));
         at += sequence;
     }
@@ -120,7 +120,7 @@ static ll_status set_json(const ll_place *place, const cJSON *json, const ll_pat
         memcpy(place->member, text, length);
     cJSON_free(text);
     return fits ? ll_ok()
-                : ll_field_error(LL_BAD_INPUT, path->text, "%s must be at most %.0f bytes of JSON; got %zu",
+                : ll_field_error(LL_BAD_INPUT, path->text, "%s: must be at most %.0f bytes of JSON; got %zu",
                                  ll_path_subject(path), row->max, length);
 }
 
@@ -137,7 +137,7 @@ static ll_status no_pair(const ll_path *path, const char *what, double min, doub
     ll_number_text(min, low);
     ll_number_text(max, high);
     ll_writer writer = {expected, sizeof expected, 0};
-    ll_append(&writer, "%s of numbers between %s and %s%s%s", what, low, high, row->unit ? " " : "",
+    ll_append(&writer, "%s of numbers from %s to %s%s%s", what, low, high, row->unit ? " " : "",
               row->unit ? row->unit : "");
     return ll_wrong_type(path, expected, json);
 }
@@ -159,7 +159,7 @@ static ll_status set_points(const ll_place *place, const cJSON *json, const ll_p
     if (!cJSON_IsArray(json))
         return ll_wrong_type(path, "an array of points [x, y]", json);
     if (count > row->max)
-        return ll_field_error(LL_BAD_INPUT, path->text, "%s must have at most %.0f points; got %d",
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s: must have at most %.0f points; got %d",
                               ll_path_subject(path), row->max, count);
     double points[LL_POINTS_MAX][2] = {{0}};
     int i = 0;

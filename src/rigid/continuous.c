@@ -10,7 +10,7 @@
  * its velocity is not, and the contact of the next step deals with it.
  *
  * A fast bullet is then swept against every dynamic body too, each on its own path up to where it stops. Both
- * stop at an impact, whatever their masses. Impacts are handled in the order of time, and bullets that hit a
+ * stop at an impact, for any masses. Impacts are handled in the order of time, and bullets that hit a
  * body which had stopped by then are swept again.
  *
  * Costs a query and a few distances for each fast body, or, if there are fewer obstacles than fast bodies, a

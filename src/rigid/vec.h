@@ -26,7 +26,7 @@ typedef struct ll_aabb {
     ll_vec2 lower, upper;
 } ll_aabb;
 
-/* Of two zeros the second, whatever their signs; fmin and fmax leave that to the library. */
+/* Of two zeros the second, for any signs; fmin and fmax leave that to the library. */
 static inline double ll_min(double a, double b)
 {
     return a < b ? a : b;

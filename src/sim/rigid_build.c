@@ -25,7 +25,7 @@ static ll_status needs_points(const ll_rigid_body *b, int least, const char *wha
 {
     if (b->point_count >= least)
         return ll_ok();
-    return ll_error(LL_BAD_INPUT, "points: %s must have at least %d; got %d", what, least, b->point_count);
+    return ll_error(LL_BAD_INPUT, "points: %s: must have at least %d; got %d", what, least, b->point_count);
 }
 
 /* Every link is tried: the first that is wrong tells. */
