@@ -211,7 +211,7 @@ static ll_status read_order(const advise *a, ll_advice_order *order)
         return ll_error(LL_BAD_INPUT, "how large may the error be? --max-error takes a number above 0");
     order->max_error = strtod(a->max_error, &end);
     if (end == a->max_error || *end || !(order->max_error > 0) || !isfinite(order->max_error))
-        return ll_error(LL_BAD_INPUT, "--max-error must be a number above 0; got %.40s", a->max_error);
+        return ll_error(LL_BAD_INPUT, "--max-error: must be a number above 0; got %.40s", a->max_error);
     return a->most_runs
                ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &order->most_runs)
                : ll_ok();

@@ -73,7 +73,7 @@ static ll_status find_engine(const char *name, const engine **found)
             return ll_ok();
         }
     }
-    return ll_error(LL_BAD_INPUT, "--engine must be one of %s; got %.40s", known, name ? name : "none");
+    return ll_error(LL_BAD_INPUT, "--engine: must be one of %s; got %.40s", known, name ? name : "none");
 }
 
 static ll_status hand_over(const engine *e, const job *j)

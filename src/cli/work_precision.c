@@ -178,7 +178,7 @@ static ll_status set_duration(const request *q, ll_precision_order *order)
         return ll_ok();
     order->duration = strtod(q->duration, &end);
     if (*end != '\0' || !(order->duration > 0 && order->duration <= 1e12))
-        return ll_error(LL_BAD_INPUT, "--duration must be above 0 and at most 1e12 s; got %.40s",
+        return ll_error(LL_BAD_INPUT, "--duration: must be above 0 and at most 1e12 s; got %.40s",
                         q->duration);
     return ll_ok();
 }

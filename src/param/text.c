@@ -44,7 +44,8 @@ static int least(int a, int b)
 
 #define COMPARED 40
 
-/* Edits between two names: a letter more, less or other, or two neighbours swapped; capitals are free. */
+/* Edit distance of two names: a letter added, removed or changed, or two neighbours swapped; case is
+ * ignored. */
 static int distance(const char *a, int a_length, const char *b, int b_length)
 {
     int rows[3][COMPARED + 1];

@@ -200,8 +200,8 @@ static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, v
 ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
 {
     if (tick < 0 || tick > s->head)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
-                              (long long)s->head, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->head,
+                              (long long)tick);
     return copy(s, tick, NULL, NULL, out);
 }
 

@@ -103,7 +103,7 @@ static ll_status kind_of(const cJSON *json, const ll_sim_kind **kind)
     for (int i = 0; ll_sim_kinds[i]; i++)
         snprintf(names + strlen(names), sizeof names - strlen(names), "%s%s", i ? ", " : "",
                  ll_sim_kinds[i]->name);
-    return ll_field_error(LL_BAD_INPUT, "kind", "kind must be one of: %s", names);
+    return ll_field_error(LL_BAD_INPUT, "kind", "kind: must be one of: %s", names);
 }
 
 ll_status ll_scenario_parse(const cJSON *json, ll_scenario *scenario)
@@ -181,5 +181,5 @@ ll_status ll_scenario_schema(const char *kind, cJSON **schema)
         return ll_ok();
     cJSON_Delete(*schema);
     *schema = NULL;
-    return ll_field_error(LL_BAD_INPUT, "kind", "kind must be one of %s; got %.40s", known, kind);
+    return ll_field_error(LL_BAD_INPUT, "kind", "kind: must be one of %s; got %.40s", known, kind);
 }

@@ -144,8 +144,8 @@ ll_status ll_session_run_to(ll_session *s, int64_t tick)
     if (ll_failed(&status))
         return status;
     if (tick < 0 || tick > s->end)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
-                              (long long)s->end, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->end,
+                              (long long)tick);
     ll_session_rest(s);
     if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);

@@ -307,11 +307,11 @@ test('what scripts did is recorded once and replayed under other techniques', ()
     return got.stderr; };
   assert.match(bad({}), /workload: cannot read .*logs\/drive\.log/);
   assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs: set players\.0\.control to person/);
-  assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player must be between 0 and 1; got 4/);
+  assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player: must be 0 to 1; got 4/);
   writeFileSync(file('broken.log'),
     readFileSync(file('drive.log'), 'utf8').split('\n').map((line, i) => (i === 6 ? line.replace(/"axes":\[[^,]*,/, '"axes":[-3,') : line))
       .join('\n'));
-  assert.match(bad({ workload: 'broken.log' }), /workload: line 7 of the log: axes must be two numbers from -1 to 1; got -3/);
+  assert.match(bad({ workload: 'broken.log' }), /workload: line 7 of the log: axes: must be two numbers from -1 to 1; got -3/);
   const advice = JSON.parse(good(['advise', 'contact', '--set', 'players.0.control=person', '--set', 'duration_s=4', '--workload',
     'drive.log', '--metric', 'players.0.remote_error_m.mean',
     '--max-error', '100', '--vary', 'server.update_hz=20,30', '--repeats', '2']));

@@ -117,9 +117,9 @@ test('runs until the mean is known: written, counted, refused at its fields, run
   assert.deepEqual((await specification(page)).until, until);
   await counted(page);
   assert.match(await estimate(page), /^200 runs of 5 points/);
-  for (const [field, value, words] of [['least', '3', /least must be a whole number between 10 and 100000; got 3/],
+  for (const [field, value, words] of [['least', '3', /least: must be a whole number from 10 to 100000; got 3/],
     ['least', '50', /at most repeats, which is 40; got 50/],
-    ['half', 'wide', /half_width/], ['relative', '1.5', /relative must be between 0 and 1; got 1.5/]]) {
+    ['half', 'wide', /half_width/], ['relative', '1.5', /relative: must be 0 to 1; got 1.5/]]) {
     const box = page.locator(`#until-${field}`), before = await box.inputValue();
     await box.fill(String(value));
     await page.locator('#wrong-until').filter({ hasText: words }).waitFor({ timeout: 5000 });
@@ -159,7 +159,7 @@ test('a front of several metrics is chosen, marked in the table as a search with
   await page.getByLabel(/^Value of Duration/).fill('5');
   const { metrics } = await specification(page), wanted = [metrics[1], metrics[3], metrics[0]];
   await page.locator(`[data-front="${metrics[0]}"]`).check();
-  await page.locator('#wrong-front').filter({ hasText: 'front must be an array of 2' }).waitFor({ timeout: 5000 });
+  await page.locator('#wrong-front').filter({ hasText: 'front: must be an array of 2' }).waitFor({ timeout: 5000 });
   for (const path of wanted) await page.locator(`[data-front="${path}"]`).check();
   await counted(page);
   assert.deepEqual((await specification(page)).front, metrics.filter((/** @type {string} */ path) => wanted.includes(path)));
@@ -212,7 +212,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await counted(page);
   assert.match(await estimate(page), /^48 runs of 48 points/);
   await page.getByLabel('Base samples').fill('0');
-  await page.locator('#wrong-sample').filter({ hasText: 'count must be a whole number between 1' }).waitFor({ timeout: 5000 });
+  await page.locator('#wrong-sample').filter({ hasText: 'count: must be a whole number from 1' }).waitFor({ timeout: 5000 });
   assert.equal(await page.locator('#points').getAttribute('aria-invalid'), 'true');
   await close();
 });
@@ -286,7 +286,7 @@ test('what the daemon refuses stands at the field that it names', async () => {
   await wrong('repeats', /repeats/);
   await page.locator('#repeats').fill('1');
   for (let left = await page.locator('.chosen input').count(); left > 0; left--) await page.locator('.chosen input').first().click();
-  await wrong('metrics', /metrics must be/);
+  await wrong('metrics', /metrics: must be/);
   await page.locator('#find-metric').fill('players.1.remote_error mean');
   await page.locator('.offered input').first().click();
   assert.equal(await page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');

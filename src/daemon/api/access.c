@@ -85,7 +85,7 @@ static ll_status whole(const ll_http_request *request, const char *name, int64_t
     int64_t number = strtoll(text, &end, 10);
     if (text[0] < '0' || text[0] > '9' || *end || number < low || number > high)
         return ll_field_error(LL_BAD_INPUT, name,
-                              "%s must be a whole number from %lld to %lld; it is `%.40s`.", name,
+                              "%s: must be a whole number from %lld to %lld; got `%.40s`.", name,
                               (long long)low, (long long)high, text);
     *value = number;
     return ll_ok();

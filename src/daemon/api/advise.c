@@ -22,10 +22,10 @@ static ll_status read_order(const ll_api *api, const cJSON *body, ll_advice_orde
     const cJSON *runs = cJSON_GetObjectItemCaseSensitive(body, "runs");
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status) && !cJSON_IsNumber(max_error))
-        status = ll_field_error(LL_BAD_INPUT, "max_error", "max_error must be a number above 0.");
+        status = ll_field_error(LL_BAD_INPUT, "max_error", "max_error: must be a number above 0.");
     if (!ll_failed(&status) && runs &&
         !(cJSON_IsNumber(runs) && runs->valuedouble >= 1 && runs->valuedouble <= RUNS_MOST))
-        status = ll_field_error(LL_BAD_INPUT, "runs", "runs must be a number from 1 to %d.", RUNS_MOST);
+        status = ll_field_error(LL_BAD_INPUT, "runs", "runs: must be a number from 1 to %d.", RUNS_MOST);
     if (!ll_failed(&status))
         status = ll_experiment_parse(cJSON_GetObjectItemCaseSensitive(body, "experiment"), api->scenarios,
                                      experiment);

@@ -114,8 +114,7 @@ void ll_post_experiments(void *context, const ll_http_request *request, ll_http_
     const char *dry = ll_http_query(request, "dry_run");
     ll_status status = ll_experiment_parse(body, api->scenarios, &e);
     if (!ll_failed(&status) && dry && strcmp(dry, "true") != 0 && strcmp(dry, "false") != 0)
-        status =
-            ll_field_error(LL_BAD_INPUT, "dry_run", "dry_run must be true or false; it is `%.40s`.", dry);
+        status = ll_field_error(LL_BAD_INPUT, "dry_run", "dry_run: must be true or false; got `%.40s`.", dry);
     bool only_dry = dry && strcmp(dry, "true") == 0;
     if (!ll_failed(&status) && only_dry && !request->task) /* before it is counted as made */
         status = ll_error(LL_INTERRUPTED, "a dry run is work");
@@ -224,7 +223,7 @@ static ll_status read_op(const cJSON *body, ll_experiment_state *state)
             *state = ops[i].state;
             return ll_ok();
         }
-    return ll_field_error(LL_BAD_INPUT, "op", "op must be one of pause, resume, cancel.");
+    return ll_field_error(LL_BAD_INPUT, "op", "op: must be one of pause, resume, cancel.");
 }
 
 void ll_post_experiment_control(void *context, const ll_http_request *request, ll_http_response *response)
@@ -358,11 +357,10 @@ static const ll_format *choose_format(const ll_http_request *request, ll_http_re
     if (best)
         return best;
     ll_status error =
-        name
-            ? ll_field_error(LL_BAD_INPUT, "format",
-                             "format must be one of csv, ndjson, json, parquet, sqlite; it is `%.40s`.", name)
-            : ll_error(LL_BAD_INPUT, "Results are text/csv, application/x-ndjson, application/json, "
-                                     "application/vnd.apache.parquet or application/vnd.sqlite3.");
+        name ? ll_field_error(LL_BAD_INPUT, "format",
+                              "format: must be one of csv, ndjson, json, parquet, sqlite; got `%.40s`.", name)
+             : ll_error(LL_BAD_INPUT, "Results are text/csv, application/x-ndjson, application/json, "
+                                      "application/vnd.apache.parquet or application/vnd.sqlite3.");
     ll_problem_as(response, request, name ? 400 : 406, &error);
     return NULL;
 }
@@ -393,7 +391,7 @@ static ll_status query_flag(const ll_http_request *request, const char *name, bo
     *flag = text && strcmp(text, "true") == 0;
     return !text || *flag || strcmp(text, "false") == 0
                ? ll_ok()
-               : ll_field_error(LL_BAD_INPUT, name, "%s must be true or false; it is `%.40s`.", name, text);
+               : ll_field_error(LL_BAD_INPUT, name, "%s: must be true or false; got `%.40s`.", name, text);
 }
 
 /* What the query asks for: runs, points, or points against one of them. */

@@ -80,7 +80,7 @@ static ll_status query_number(const ll_http_request *request, const char *name, 
     errno = 0;
     double number = strtod(text, &end);
     if (end == text || *end || !isfinite(number) || number < low || number > high)
-        return ll_field_error(LL_BAD_INPUT, name, "%s must be a number from %g to %g; it is `%.40s`.", name,
+        return ll_field_error(LL_BAD_INPUT, name, "%s: must be a number from %g to %g; got `%.40s`.", name,
                               low, high, text);
     *value = number;
     return ll_ok();
@@ -93,7 +93,7 @@ static ll_status fill_state(ll_session *session, const ll_http_request *request,
     ll_session_info info = ll_session_get_info(session);
     ll_status status = query_number(request, "tick", 0, (double)info.head_tick, &tick);
     if (!ll_failed(&status) && tick >= 0 && tick != floor(tick))
-        status = ll_field_error(LL_BAD_INPUT, "tick", "tick must be a whole number from 0 to %lld.",
+        status = ll_field_error(LL_BAD_INPUT, "tick", "tick: must be a whole number from 0 to %lld.",
                                 (long long)info.head_tick);
     if (ll_failed(&status))
         return status;

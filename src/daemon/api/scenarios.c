@@ -19,7 +19,7 @@ void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_res
     const char *brief = ll_http_query(request, "brief");
     if (brief && strcmp(brief, "true") != 0 && strcmp(brief, "false") != 0) {
         ll_status wrong =
-            ll_field_error(LL_BAD_INPUT, "brief", "brief must be true or false; it is `%.40s`.", brief);
+            ll_field_error(LL_BAD_INPUT, "brief", "brief: must be true or false; got `%.40s`.", brief);
         ll_problem(response, request, &wrong);
         return;
     }

@@ -21,7 +21,7 @@ static ll_status set_paths(cJSON **scenario, const cJSON *set)
     if (!cJSON_IsObject(set))
         return ll_field_error(
             LL_BAD_INPUT, "set",
-            "set must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
+            "set: must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
     ll_scenario parsed = {0};
     ll_status status = ll_scenario_parse(*scenario, &parsed);
     if (ll_failed(&status))
@@ -52,8 +52,8 @@ static ll_status read_scenario(const ll_api *api, const cJSON *body, cJSON **sce
         *scenario = cJSON_Duplicate(given, true);
         status = *scenario ? ll_ok() : ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
     } else {
-        status =
-            ll_field_error(LL_BAD_INPUT, "scenario", "scenario must be an id (text) or a scenario (object).");
+        status = ll_field_error(LL_BAD_INPUT, "scenario",
+                                "scenario: must be an id (text) or a scenario (object).");
     }
     if (!ll_failed(&status) && set)
         status = set_paths(scenario, set);
@@ -69,16 +69,16 @@ static ll_status read_options(const cJSON *body, ll_host_order *order)
         double value = cJSON_IsNumber(seed) ? seed->valuedouble : -1;
         if (!(value >= 0 && value <= 9007199254740991.0 && value == floor(value)))
             return ll_field_error(LL_BAD_INPUT, "seed",
-                                  "seed must be a whole number from 0 to 9007199254740991.");
+                                  "seed: must be a whole number from 0 to 9007199254740991.");
         order->seed = (int64_t)value;
     }
     if (paused && !cJSON_IsBool(paused))
-        return ll_field_error(LL_BAD_INPUT, "paused", "paused must be true or false.");
+        return ll_field_error(LL_BAD_INPUT, "paused", "paused: must be true or false.");
     if (paused)
         order->paused = cJSON_IsTrue(paused);
     if (speed) {
         if (!cJSON_IsNumber(speed) || !(speed->valuedouble >= 0.1 && speed->valuedouble <= 10))
-            return ll_field_error(LL_BAD_INPUT, "speed", "speed must be a number from 0.1 to 10.");
+            return ll_field_error(LL_BAD_INPUT, "speed", "speed: must be a number from 0.1 to 10.");
         order->speed = speed->valuedouble;
     }
     return ll_ok();

@@ -209,7 +209,7 @@ static int role_of(ll_hosted *hosted, ll_ws_viewer id)
 static ll_status take_auth(message *m, const cJSON *value)
 {
     if (!cJSON_IsString(value))
-        return ll_field_error(LL_BAD_INPUT, "auth", "auth must be a key (text).");
+        return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key (text).");
     int role = ll_hosted_role(m->hosted, value->valuestring, strlen(value->valuestring));
     if (role == LL_ROLE_NONE)
         return ll_field_error(LL_FORBIDDEN, "auth", "This key does not belong to this session.");
@@ -255,7 +255,7 @@ static ll_status take_input(message *m, const cJSON *value)
 static ll_status take_ping(message *m, const cJSON *value)
 {
     if (!cJSON_IsNumber(value) || !isfinite(value->valuedouble))
-        return ll_field_error(LL_BAD_INPUT, "ping", "ping must be a number; it comes back in the pong.");
+        return ll_field_error(LL_BAD_INPUT, "ping", "ping: must be a number; it comes back in the pong.");
     cJSON *json = answer("pong", m->reply_id);
     cJSON_AddNumberToObject(json, "ping", value->valuedouble);
     char wall[24];
@@ -279,7 +279,8 @@ static ll_status read_id(message *m)
     bool number = cJSON_IsNumber(id) && id->valuedouble == floor(id->valuedouble) &&
                   fabs(id->valuedouble) <= 9007199254740992.0;
     if (!number && !(cJSON_IsString(id) && strlen(id->valuestring) <= 16))
-        return ll_field_error(LL_BAD_INPUT, "id", "id must be a whole number or a text of at most 16 bytes.");
+        return ll_field_error(LL_BAD_INPUT, "id",
+                              "id: must be a whole number or a text of at most 16 bytes.");
     char *text = cJSON_PrintUnformatted(id);
     if (text && strlen(text) < sizeof m->reply_id)
         memcpy(m->reply_id, text, strlen(text) + 1);

@@ -268,7 +268,7 @@ static bool head_refused(http_exchange *exchange, const char *version)
         refuse_head(exchange, 400, "Transfer-Encoding",
                     "Transfer-Encoding is for HTTP/1.1, and not beside Content-Length");
     } else if (encoding != NULL && strcasecmp(encoding, "chunked") != 0) {
-        refuse_head(exchange, 501, "Transfer-Encoding", "Transfer-Encoding must be chunked");
+        refuse_head(exchange, 501, "Transfer-Encoding", "Transfer-Encoding: must be chunked");
     }
     return exchange->ambiguous;
 }
@@ -287,7 +287,7 @@ static void begin_body(http_exchange *exchange)
     if (length > route->body_limit || route->body_limit == 0) {
         ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", route->body_limit);
     } else if (route->types != NULL && (type == NULL || !is_type(route->types, type))) {
-        ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type must be one of: %s",
+        ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type: must be one of: %s",
                        route->types);
         ll_http_set_header(&exchange->response,
                            strcmp(exchange->request.method, "PATCH") == 0 ? "Accept-Patch" : "Accept",
@@ -341,7 +341,7 @@ void ll_http_begin(http_exchange *exchange, const char *version)
     }
     if (host != NULL && !ll_allow_host(&http->allow, text_of(host))) {
         ll_http_refuse(exchange, 421, LL_FORBIDDEN, "Host",
-                       "Host must be localhost, an address or a name given by --allow-host");
+                       "Host: must be localhost, an address or a name given by --allow-host");
         return;
     }
     if (ll_stream_path(text_of(exchange->path), &kind, id)) {

@@ -433,7 +433,8 @@ static ll_status bind_listener(ll_acceptor *acceptor)
     char host[128], port[8];
     if (!split_address(text, host, port)) {
         return ll_field_error(LL_BAD_INPUT, "listen",
-                              "listen must be ADDR:PORT or [ADDR6]:PORT with a port of 0 to 65535: %s", text);
+                              "listen: must be ADDR:PORT or [ADDR6]:PORT with a port of 0 to 65535: %s",
+                              text);
     }
     struct addrinfo hints = {.ai_socktype = SOCK_STREAM, .ai_flags = AI_PASSIVE | AI_NUMERICSERV},
                     *found = NULL;

@@ -49,7 +49,7 @@ static ll_status read_network(char *text, ll_network *network)
     char *slash = strchr(text, '/'), *end = "";
     ll_status bad = ll_field_error(
         LL_BAD_INPUT, "trusted_proxy",
-        "trusted_proxy must be addresses or networks such as 10.0.0.0/8 or ::1; it is `%.60s`.", text);
+        "trusted_proxy: must be addresses or networks such as 10.0.0.0/8 or ::1; got `%.60s`.", text);
     if (slash)
         *slash = '\0';
     if (!read_address(text, network->address))

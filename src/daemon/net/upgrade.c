@@ -374,7 +374,7 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
     }
     if (!ll_allow_host(allow, head->host)) {
         return refuse(http_status, 421, LL_FORBIDDEN, "Host",
-                      "Host must be localhost, an address or a name given by --allow-host");
+                      "Host: must be localhost, an address or a name given by --allow-host");
     }
     if (!ll_has_token(head->upgrade, "websocket") || !ll_has_token(head->connection, "upgrade") ||
         !head->http11) {
@@ -383,11 +383,11 @@ ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrad
     }
     if (!equals(head->version, "13")) {
         return refuse(http_status, 426, LL_BAD_INPUT, "Sec-WebSocket-Version",
-                      "Sec-WebSocket-Version must be 13");
+                      "Sec-WebSocket-Version: must be 13");
     }
     if (!is_key(head->key)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Key",
-                      "Sec-WebSocket-Key must be 16 bytes in base64 (24 characters)");
+                      "Sec-WebSocket-Key: must be 16 bytes in base64 (24 characters)");
     }
     if (!choose_protocol(head->protocols, upgrade->kind, &upgrade->format)) {
         return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Protocol",

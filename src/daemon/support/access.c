@@ -114,7 +114,7 @@ ll_status ll_access_set_creation(ll_access *access, const char *name)
         creation++;
     if (!ll_creation_names[creation])
         return ll_field_error(LL_BAD_INPUT, "creation",
-                              "creation must be one of open, class, operator; it is `%.40s`.", name);
+                              "creation: must be one of open, class, operator; got `%.40s`.", name);
     if ((creation == LL_CREATION_CLASS && !access->has_class) ||
         (creation == LL_CREATION_OPERATOR && !access->has_operator))
         return ll_field_error(LL_BAD_INPUT, "creation", "creation cannot be %s: there is no %s key.", name,

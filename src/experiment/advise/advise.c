@@ -379,7 +379,7 @@ ll_status ll_advise_check(const ll_advice_order *order)
 {
     const ll_experiment *e = order->experiment;
     if (!(order->max_error > 0 && isfinite(order->max_error)))
-        return ll_field_error(LL_BAD_INPUT, "max_error", "max_error must be above 0; got %g",
+        return ll_field_error(LL_BAD_INPUT, "max_error", "max_error: must be above 0; got %g",
                               order->max_error);
     if (e->cost_metric < 0)
         return ll_field_error(LL_BAD_INPUT, "cost",

@@ -45,7 +45,7 @@ static ll_status read_wanted(const ll_experiment *e, const char *field, const ch
     }
     if (*text || *count == 0)
         return ll_field_error(LL_BAD_INPUT, field,
-                              "%s must be first, the number of a point, or values of axes such as "
+                              "%s: must be first, the number of a point, or values of axes such as "
                               "players.0.lag_ms=100; got %.60s",
                               field, text);
     return ll_ok();
@@ -74,7 +74,7 @@ ll_status ll_compare_point(const ll_experiment *e, const char *field, const char
     if (end != text && *end == '\0') {
         if (!errno && *point >= 0 && *point < e->points)
             return ll_ok();
-        return ll_field_error(LL_BAD_INPUT, field, "%s must be a point from 0 to %lld; got %.40s", field,
+        return ll_field_error(LL_BAD_INPUT, field, "%s: must be a point from 0 to %lld; got %.40s", field,
                               (long long)(e->points - 1), text);
     }
     ll_status status = read_wanted(e, field, text, list, &count);

@@ -165,7 +165,7 @@ static ll_status check_shape(const cJSON *json, const char *field, bool sampled)
     const cJSON *values = cJSON_GetObjectItemCaseSensitive(json, "values");
     if (!cJSON_IsObject(json))
         return ll_field_error(LL_BAD_INPUT, field,
-                              "%s must be an object with path and values, or path, from, to and count",
+                              "%s: must be an object with path and values, or path, from, to and count",
                               field);
     if (list && (from || to || cJSON_HasObjectItem(json, "count")))
         return ll_field_error(LL_BAD_INPUT, field, "%s has both values and a range; give one of them", field);
@@ -173,11 +173,11 @@ static ll_status check_shape(const cJSON *json, const char *field, bool sampled)
         return ll_field_error(LL_BAD_INPUT, field, "%s needs values, or from, to%s", field,
                               sampled ? "" : " and count");
     if (list && !cJSON_IsArray(values))
-        return ll_field_error(LL_BAD_INPUT, field, "%s.values must be an array", field);
+        return ll_field_error(LL_BAD_INPUT, field, "%s.values: must be an array", field);
     int count = cJSON_GetArraySize(values);
     if (list && (count == 0 || count > LL_AXIS_VALUES_MAX))
         return ll_field_error(LL_BAD_INPUT, field,
-                              "%s.values must have 1 to %d values; it has %d, so there is nothing to run",
+                              "%s.values: must have 1 to %d values; it has %d, so there is nothing to run",
                               field, LL_AXIS_VALUES_MAX, count);
     return ll_ok();
 }
@@ -217,7 +217,7 @@ static ll_status check_path(const ll_axis *a, const char *field, const ll_param_
         return ll_field_error(LL_BAD_INPUT, path, "%s", told.text);
     }
     if ((*row)->type >= LL_PARAM_OBJECT || (*row)->type == LL_PARAM_JSON)
-        return ll_field_error(LL_BAD_INPUT, field, "%s.path must be one value; %s is an object or an array",
+        return ll_field_error(LL_BAD_INPUT, field, "%s.path: must be one value; %s is an object or an array",
                               field, a->path);
     if (strcmp(a->path, "seed") == 0)
         return ll_field_error(LL_BAD_INPUT, field,

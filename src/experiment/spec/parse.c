@@ -16,7 +16,7 @@ static ll_status read_scenario(ll_experiment *e, const char *scenarios)
     cJSON *scenario = cJSON_GetObjectItemCaseSensitive(e->json, "scenario"), *loaded = NULL;
     if (!cJSON_IsString(scenario) && !cJSON_IsObject(scenario))
         return ll_field_error(LL_BAD_INPUT, "scenario",
-                              "scenario must be an id of the library, or a scenario");
+                              "scenario: must be an id of the library, or a scenario");
     ll_status status = ll_ok();
     if (cJSON_IsString(scenario)) {
         status = ll_scenario_load(scenarios, scenario->valuestring, &loaded);
@@ -42,7 +42,7 @@ static ll_status read_set(ll_experiment *e)
     if (!e->set)
         return ll_ok();
     if (!cJSON_IsObject(e->set))
-        return ll_field_error(LL_BAD_INPUT, "set", "set must be an object of values by path");
+        return ll_field_error(LL_BAD_INPUT, "set", "set: must be an object of values by path");
     if (cJSON_HasObjectItem(e->set, "kind"))
         return ll_field_error(LL_BAD_INPUT, "set.kind", "set cannot change kind: it is what the scenario is");
     ll_status status = ll_experiment_apply(e->base.kind, e->set, e->base.config);
@@ -98,7 +98,7 @@ static ll_status check_workload(const ll_experiment *e)
 static ll_status add_axis(ll_experiment *e, const cJSON *json, const char *field)
 {
     if (e->axis_count == LL_EXPERIMENT_AXES_MAX)
-        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be at most %d", LL_EXPERIMENT_AXES_MAX);
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes: must be at most %d", LL_EXPERIMENT_AXES_MAX);
     ll_axis *axis = &e->axes[e->axis_count];
     bool sampled = e->head.sample.method != LL_SAMPLE_NONE;
     ll_status status = ll_axis_parse(json, field, sampled, e->base.kind->table, e->base.config, axis);
@@ -118,7 +118,7 @@ static ll_status add_zip(ll_experiment *e, const cJSON *zip, const char *field)
     int first = e->axis_count, i = 0;
     const cJSON *item;
     if (!cJSON_IsArray(zip) || cJSON_GetArraySize(zip) == 0)
-        return ll_field_error(LL_BAD_INPUT, field, "%s.zip must be an array of axes", field);
+        return ll_field_error(LL_BAD_INPUT, field, "%s.zip: must be an array of axes", field);
     cJSON_ArrayForEach(item, zip)
     {
         char inner[64];
@@ -140,7 +140,7 @@ static ll_status read_axes(ll_experiment *e)
     const cJSON *axes = cJSON_GetObjectItemCaseSensitive(e->json, "axes"), *item;
     int i = 0;
     if (axes && !cJSON_IsArray(axes))
-        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be an array");
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes: must be an array");
     cJSON_ArrayForEach(item, axes)
     {
         char field[32];
@@ -196,9 +196,9 @@ static ll_status find_metric(const ll_experiment *e, const char *field, const ch
             *index = i;
             return ll_ok();
         }
-    return path[0]
-               ? ll_field_error(LL_BAD_INPUT, field, "%s must be one of the metrics; got %.100s", field, path)
-               : ll_ok();
+    return path[0] ? ll_field_error(LL_BAD_INPUT, field, "%s: must be one of the metrics; got %.100s", field,
+                                    path)
+                   : ll_ok();
 }
 
 static ll_status read_trade(ll_experiment *e)
@@ -217,7 +217,7 @@ static ll_status read_front(ll_experiment *e)
     }
     if (front && (!cJSON_IsArray(front) || cJSON_GetArraySize(front) < 2 ||
                   cJSON_GetArraySize(front) > LL_EXPERIMENT_METRICS_MAX))
-        return ll_field_error(LL_BAD_INPUT, "front", "front must be an array of 2 to %d of the metrics",
+        return ll_field_error(LL_BAD_INPUT, "front", "front: must be an array of 2 to %d of the metrics",
                               LL_EXPERIMENT_METRICS_MAX);
     cJSON_ArrayForEach(item, front)
     {
@@ -225,7 +225,7 @@ static ll_status read_front(ll_experiment *e)
         int metric;
         snprintf(field, sizeof field, "front.%d", e->front_count);
         if (!cJSON_IsString(item) || !item->valuestring[0])
-            return ll_field_error(LL_BAD_INPUT, field, "%s must be one of the metrics", field);
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must be one of the metrics", field);
         ll_status status = find_metric(e, field, item->valuestring, -1, &metric);
         if (ll_failed(&status))
             return status;
@@ -245,7 +245,7 @@ static ll_status check_until(const ll_experiment *e)
         return ll_ok();
     if (e->head.until.least > e->head.repeats)
         return ll_field_error(LL_BAD_INPUT, "until.least",
-                              "until.least must be at most repeats, which is %lld; got %lld",
+                              "until.least: must be at most repeats, which is %lld; got %lld",
                               (long long)e->head.repeats, (long long)e->head.until.least);
     if (extreme)
         return ll_field_error(LL_BAD_INPUT, "until.metric",
@@ -261,14 +261,14 @@ static ll_status read_metrics(ll_experiment *e, const cJSON *present)
         cJSON_GetArraySize(metrics) > LL_EXPERIMENT_METRICS_MAX)
         return ll_field_error(
             LL_BAD_INPUT, "metrics",
-            "metrics must be an array of 1 to %d paths, such as \"players.0.remote_error_m.mean\"",
+            "metrics: must be an array of 1 to %d paths, such as \"players.0.remote_error_m.mean\"",
             LL_EXPERIMENT_METRICS_MAX);
     cJSON_ArrayForEach(item, metrics)
     {
         char field[32];
         snprintf(field, sizeof field, "metrics.%d", e->metric_count);
         if (!cJSON_IsString(item) || strlen(item->valuestring) > LL_EXPERIMENT_PATH_MAX)
-            return ll_field_error(LL_BAD_INPUT, field, "%s must be a path of at most %d characters", field,
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must be a path of at most %d characters", field,
                                   LL_EXPERIMENT_PATH_MAX);
         ll_status status = ll_metric_is_cost(item->valuestring)
                                ? ll_ok()

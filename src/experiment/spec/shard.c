@@ -69,10 +69,10 @@ ll_status ll_shard(const char *shard, int64_t runs, int64_t *from, int64_t *to)
         const char *slash = strchr(shard, '/');
         snprintf(first, sizeof first, "%.*s", slash ? (int)(slash - shard) : 0, shard);
         if (!slash || !whole(first, &index) || !whole(slash + 1, &count))
-            return ll_error(LL_BAD_INPUT, "--shard must be I/N, such as 3/8, or auto; got %.60s", shard);
+            return ll_error(LL_BAD_INPUT, "--shard: must be I/N, such as 3/8, or auto; got %.60s", shard);
     }
     if (count < 1 || count > SHARDS_MAX || index < 1 || index > count)
-        return ll_error(LL_BAD_INPUT, "--shard must be from 1/N to N/N, N at most 1000000; got %lld/%lld",
+        return ll_error(LL_BAD_INPUT, "--shard: must be 1/N to N/N, N at most 1000000; got %lld/%lld",
                         (long long)index, (long long)count);
     *from = runs * (index - 1) / count;
     *to = runs * index / count;

@@ -60,9 +60,8 @@ void ll_fft_init(ll_fft *plan, int32_t n)
         quarters(plan)[k] = root(k, 4 * (int64_t)n);
 }
 
-/* ---- stages ----
- * One stage of radix r takes sequences of length n = r m that lie `s` apart to sequences of length m that lie
- * r s apart. `sign` is +1 forward and -1 backward: it conjugates every factor. */
+/* ---- stages ---- One stage of radix r maps sequences of length n = r m at stride `s` to sequences of length
+ * m at stride r s. `sign` is +1 forward and -1 backward: it conjugates every factor. */
 
 static ll_complex add(ll_complex a, ll_complex b)
 {
@@ -94,7 +93,7 @@ typedef struct stage {
     const ll_complex *x;
     ll_complex *y;
     int64_t m, s;
-    int64_t step; /* between the factors of this stage in the table */
+    int64_t step; /* stride of this stage's factors in the table */
     double sign;
 } stage;
 
@@ -215,9 +214,9 @@ void ll_fft_run_2d(const ll_fft *x, const ll_fft *y, ll_complex *data, ll_comple
 
 /* ---- cosine transforms ---- */
 
-/* What two real sequences a + i b have become: their cosine sums from bins k and n - k of the transform Z.
- * With w = exp(-pi i k / (2 n)): A[k] = Re(w (Z[k] + conj Z[n - k])), A[n - k] is minus its imaginary part;
- * B likewise from -i (Z[k] - conj Z[n - k]). */
+/* Splits the transform Z of two real sequences a + i b into their cosine sums, from bins k and n - k. With w
+ * = exp(-pi i k / (2 n)): A[k] = Re(w (Z[k] + conj Z[n - k])), A[n - k] is minus its imaginary part; B
+ * likewise from -i (Z[k] - conj Z[n - k]). */
 static void split(ll_complex *near, ll_complex *far, ll_complex w)
 {
     ll_complex z = *near, y = {far->re, -far->im};
@@ -226,7 +225,7 @@ static void split(ll_complex *near, ll_complex *far, ll_complex w)
     *far = (ll_complex){-a.im, -b.im};
 }
 
-/* The inverse of split. */
+/* Inverse of split. */
 static void join(ll_complex *near, ll_complex *far, ll_complex w)
 {
     ll_complex back = {w.re, -w.im};
@@ -238,7 +237,7 @@ static void join(ll_complex *near, ll_complex *far, ll_complex w)
     *far = (ll_complex){y.re, -y.im};
 }
 
-/* Row k of the bins with row n - k; row 0 and the middle one stand for themselves. */
+/* Processes row k of the bins with row n - k; row 0 and the middle one alone. */
 static void each_bin(const ll_fft *plan, ll_complex *data, int32_t pairs, bool forward)
 {
     int32_t n = plan->n;
@@ -256,7 +255,7 @@ static void each_bin(const ll_fft *plan, ll_complex *data, int32_t pairs, bool f
             data[(int64_t)(n / 2) * pairs + q] = scaled(middle, data[(int64_t)(n / 2) * pairs + q]);
 }
 
-/* Makhoul's order: even elements upward, odd ones downward. */
+/* Makhoul's order: even elements ascending, odd ones descending. */
 static int64_t shuffled(int64_t j, int64_t n)
 {
     return j % 2 == 0 ? j / 2 : n - 1 - j / 2;

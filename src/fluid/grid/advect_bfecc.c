@@ -1,4 +1,5 @@
-/* Back and forth error compensation: the error is taken from what is carried, before it is carried. */
+/* Back and forth error compensation and correction: the error is subtracted from a field before it is
+ * advected. */
 #include "fluid/grid/state.h"
 
 static void advect(const ll_grid_advect *a)
@@ -19,7 +20,7 @@ static void advect(const ll_grid_advect *a)
 
 const ll_advection ll_advection_bfecc = {
     .name = "bfecc",
-    .help = "Back and forth error compensation and correction. Order 2 for what is carried. Three traces a "
+    .help = "Back and forth error compensation and correction. Order 2 for advected fields. Three traces per "
             "value.",
     .source = "Dupont and Liu 2003; Kim et al. 2005",
     .advect = advect,

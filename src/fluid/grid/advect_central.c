@@ -1,16 +1,16 @@
-/* Central fluxes through the faces of each value's own cell, by the strong-stability method of order 3 (Shu
- * and Osher 1988) with a projection after each of its three stages. Dye goes by fluxes that van Leer's
- * limiter keeps from making new extremes; what leaves a cell enters the next, so that momentum and mass are
- * kept. */
+/* Central fluxes through the faces of each value's own cell, by the strong-stability-preserving Runge-Kutta
+ * method of order 3 (Shu and Osher 1988) with a projection after each of its three stages. Van Leer's limiter
+ * keeps the dye from new extremes. What leaves a cell enters the next, so that momentum and mass are
+ * conserved. */
 #include <string.h>
 
 #include "fluid/grid/state.h"
 
 const ll_advection ll_advection_central = {
     .name = "central",
-    .help =
-        "Central fluxes with viscosity by a Runge-Kutta method of order 3, without splitting: order 2. For "
-        "measuring: it smears nothing, and oscillates where cells are too large. Three projections a step.",
+    .help = "Central fluxes with viscosity by a Runge-Kutta method of order 3, without splitting: order 2. "
+            "For measurements: no numerical diffusion, but oscillations where cells are too large. Three "
+            "projections per step.",
     .source = "Harlow and Welch 1965; Shu and Osher 1988; van Leer 1974",
 };
 
@@ -49,14 +49,14 @@ static void change_v(const ll_grid *g, double nu, double *change)
         }
 }
 
-/* What the limiter adds to the upstream value at a face: half of the harmonic mean of two differences. */
+/* The limiter's addition to the upstream value at a face: half of the harmonic mean of two differences. */
 static double half_slope(double before, double after)
 {
     double product = before * after;
     return product > 0 ? product / (before + after) : 0;
 }
 
-/* From the cell at f[-step] into the one at f[0]. On the box's `edge` it is the upstream value alone. */
+/* Flux from the cell at f[-step] into the one at f[0]. On the box's `edge` only the upstream value counts. */
 static double flux(const double *f, int64_t step, double speed, bool edge)
 {
     if (edge)

@@ -1,4 +1,4 @@
-/* MacCormack: what a trace there and back has changed is twice its error. */
+/* MacCormack: the change by a trace forward and back is twice the error. */
 #include "fluid/grid/state.h"
 
 static void advect(const ll_grid_advect *a)
@@ -17,9 +17,8 @@ static void advect(const ll_grid_advect *a)
 
 const ll_advection ll_advection_maccormack = {
     .name = "maccormack",
-    .help =
-        "MacCormack: semi-Lagrangian, corrected by half of what going there and back changes. Order 2 for "
-        "what is carried. Two traces a value.",
+    .help = "MacCormack: semi-Lagrangian, corrected by half of the change of a trace forward and back. Order "
+            "2 for advected fields. Two traces per value.",
     .source = "Selle et al. 2008",
     .advect = advect,
 };

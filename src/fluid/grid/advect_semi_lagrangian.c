@@ -1,4 +1,4 @@
-/* Semi-Lagrangian: every value is what was where the flow comes from. */
+/* Semi-Lagrangian: every value is the one at the point where the flow comes from. */
 #include "fluid/grid/state.h"
 
 static void advect(const ll_grid_advect *a)
@@ -8,7 +8,8 @@ static void advect(const ll_grid_advect *a)
 
 const ll_advection ll_advection_semi_lagrangian = {
     .name = "semi_lagrangian",
-    .help = "Semi-Lagrangian: stable at every step, of order 1; it smears. One trace a value.",
+    .help =
+        "Semi-Lagrangian: stable at every step, of order 1, with numerical diffusion. One trace per value.",
     .source = "Stam 1999",
     .advect = advect,
 };

@@ -15,7 +15,7 @@ typedef struct tracer {
     double scale; /* dt / h */
 } tracer;
 
-/* Into the box: nothing is known beyond it. */
+/* Clamps into the box: nothing is known outside. */
 static double inside(double x, double n, bool periodic)
 {
     if (periodic) {
@@ -28,7 +28,7 @@ static double inside(double x, double n, bool periodic)
     return x < 0 ? 0 : x > n ? n : x;
 }
 
-/* Between four values; (x, y) from where the value of cell (0, 0) stands, at least -1. */
+/* Bilinear interpolation; (x, y) relative to the value of cell (0, 0), at least -1. */
 static double between(const double *f, int64_t stride, double x, double y, int64_t *first)
 {
     int64_t i = (int64_t)(x + 1), j = (int64_t)(y + 1), k = j * stride + i;
@@ -72,7 +72,7 @@ static vec velocity_here(const tracer *t, ll_grid_place place, int64_t k)
     return (vec){0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[s])};
 }
 
-/* Velocities through walls stay. */
+/* Velocities through walls are unchanged. */
 static void keep_walls(const ll_grid *g, ll_grid_place place, const double *in, double *out)
 {
     int32_t nx = g->config.nx, ny = g->config.ny;

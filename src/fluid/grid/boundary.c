@@ -1,4 +1,4 @@
-/* The ring around the box: what walls, flows and periods make of a field's values beyond it. */
+/* The ring around the box: values of a field beyond walls, inflow, outflow and periodic sides. */
 #include <string.h>
 
 #include "fluid/grid/state.h"
@@ -13,7 +13,7 @@ ll_grid_span ll_grid_span_of(const ll_grid *g, ll_grid_place place)
     return s;
 }
 
-/* The value beyond a side from the one within: a velocity along a wall is the wall's in the middle. */
+/* Value beyond a side from the one within: a velocity along a wall has the wall's in the middle. */
 static double beyond(const ll_grid *g, int side, ll_grid_place place, double within)
 {
     bool upright = side == LL_LEFT || side == LL_RIGHT;
@@ -22,7 +22,7 @@ static double beyond(const ll_grid *g, int side, ll_grid_place place, double wit
     if (along && kind == LL_SIDE_WALL)
         return (side == LL_ABOVE ? 2 * g->config.wall_speed : 0) - within;
     if (place == LL_PLACE_CELL && kind == LL_SIDE_IN)
-        return 0; /* what flows in is clear */
+        return 0; /* inflow has no dye */
     return within;
 }
 

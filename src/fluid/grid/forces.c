@@ -1,4 +1,4 @@
-/* Viscosity, buoyancy, confinement of vortices, a person's stirring, and the outflow. */
+/* Viscosity, buoyancy, vorticity confinement, pointer drag, and the outflow. */
 #include <math.h>
 #include <string.h>
 
@@ -7,7 +7,7 @@
 
 /* ---- viscosity ---- */
 
-/* One sweep of Gauss-Seidel in two colours on (1 - a lap) f = wanted. */
+/* One red-black Gauss-Seidel sweep on (1 - a lap) f = wanted. */
 static void diffuse_sweep(const ll_grid *g, ll_grid_place place, double *f, const double *wanted, double a)
 {
     ll_grid_span span = ll_grid_span_of(g, place);
@@ -22,7 +22,8 @@ static void diffuse_sweep(const ll_grid *g, ll_grid_place place, double *f, cons
     }
 }
 
-/* By implicit Euler, so that no step is too long; 20 sweeps as Stam has it, or what shrinks by 1e-6. */
+/* Implicit Euler: no step is too long. 20 sweeps as in Stam's method, or as many as reduce the error by
+ * 1e-6. */
 void ll_grid_diffuse(ll_grid *g, double dt)
 {
     double a = g->config.viscosity * g->solver.viscosity_scale * dt / (g->config.h * g->config.h);
@@ -55,7 +56,7 @@ static void add_buoyancy(const ll_grid *g, double *v, double dt)
             v[k] += half * (dye[k - g->stride] + dye[k]);
 }
 
-/* Times 2 h. */
+/* Vorticity times 2 h. */
 static double vorticity(const double *u, const double *v, int64_t k, int64_t s)
 {
     double across = (v[k + 1] + v[k + 1 + s]) - (v[k - 1] + v[k - 1 + s]);
@@ -63,7 +64,7 @@ static double vorticity(const double *u, const double *v, int64_t k, int64_t s)
     return 0.5 * (across - along);
 }
 
-/* Fedkiw et al. 2001: a force around each vortex, in cells two away from the sides. */
+/* Fedkiw et al. 2001: a force around each vortex, in cells at least two from the sides. */
 static void add_confinement(const ll_grid *g, double *du, double *dv, double dt)
 {
     const double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
@@ -97,13 +98,14 @@ void ll_grid_add_forces(const ll_grid *g, double *du, double *dv, double dt)
 
 static void draw_along(const ll_grid *g, ll_grid_place place, double *f, double velocity)
 {
-    const ll_fluid_stir *stir = &g->stir;
+    const ll_drag_force *drag_force = &g->drag_force;
     ll_grid_span span = ll_grid_span_of(g, place);
     double sx = place == LL_PLACE_U ? 0 : 0.5, sy = place == LL_PLACE_V ? 0 : 0.5, h = g->config.h;
     for (int32_t j = span.j0; j < span.j1; j++)
         for (int32_t i = span.i0; i < span.i1; i++) {
-            double x = g->config.x + h * (i + sx) - stir->x, y = g->config.y + h * (j + sy) - stir->y;
-            double share = 1 - (x * x + y * y) / (stir->radius * stir->radius);
+            double x = g->config.x + h * (i + sx) - drag_force->x,
+                   y = g->config.y + h * (j + sy) - drag_force->y;
+            double share = 1 - (x * x + y * y) / (drag_force->radius * drag_force->radius);
             int64_t k = ll_grid_k(g, i, j);
             if (share > 0)
                 f[k] += share * (velocity - f[k]);
@@ -128,16 +130,16 @@ void ll_grid_drive(ll_grid *g)
     double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
     if (g->config.dyed && g->config.source_radius > 0)
         feed_dye(g);
-    if (g->stir.radius > 0 && !g->config.frozen) {
-        draw_along(g, LL_PLACE_U, u, g->stir.velocity_x);
-        draw_along(g, LL_PLACE_V, v, g->stir.velocity_y);
+    if (g->drag_force.radius > 0 && !g->config.frozen) {
+        draw_along(g, LL_PLACE_U, u, g->drag_force.velocity_x);
+        draw_along(g, LL_PLACE_V, v, g->drag_force.velocity_y);
         ll_grid_close(g, u, v);
     }
 }
 
 /* ---- outflow ---- */
 
-/* What is at the outflow leaves with the mean speed of what comes in; then as much flows out as in. */
+/* Advects the outflow by the mean inflow speed, then scales it so that outflow equals inflow. =ca7e09d */
 void ll_grid_outflow(ll_grid *g, double dt)
 {
     if (g->config.sides[LL_RIGHT] != LL_SIDE_OUT)

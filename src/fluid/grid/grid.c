@@ -6,7 +6,7 @@
 
 #include "fluid/grid/state.h"
 
-/* ---- layout: the head, fields, donors, fluid, the pressure solver's work ---- */
+/* ---- layout: header, fields, donors, fluid, the pressure solver's work ---- */
 
 static int32_t stride_of(int32_t nx)
 {
@@ -36,7 +36,7 @@ ll_status ll_grid_check(const ll_grid_config *c, const ll_grid_solver *solver, b
 {
     char what[64];
     if (c->nx % 2 != 0)
-        return ll_field_error(LL_BAD_INPUT, "params.n", "params.n: must be even, not %d", c->nx);
+        return ll_field_error(LL_BAD_INPUT, "params.n", "params.n: must be even; got %d", c->nx);
     snprintf(what, sizeof what, "a grid of %d x %d cells", c->nx, c->ny);
     ll_status status = ll_fluid_check_bytes("params.n", what, (int64_t)ll_grid_size(c->nx, c->ny));
     if (ll_failed(&status))
@@ -92,7 +92,7 @@ void ll_grid_set_solver(ll_grid *g, const ll_grid_solver *solver)
         prepare_pressure(g);
 }
 
-/* ---- limits of a step ---- */
+/* ---- step limits ---- */
 
 typedef struct fastest {
     double speed; /* |u| + |v|, m/s */
@@ -130,7 +130,7 @@ static bool central(const ll_grid *g)
     return ll_advections[g->solver.advection]->advect == NULL;
 }
 
-/* Cells that anything may move in a step. */
+/* Largest motion per step, in cells. */
 static double cfl_limit(const ll_grid *g)
 {
     double limit = g->solver.cfl, most = g->config.dyed ? LL_CENTRAL_DYE_CFL : LL_CENTRAL_CFL;
@@ -138,9 +138,9 @@ static double cfl_limit(const ll_grid *g)
 }
 
 enum { SUBSTEPS_MAX = 1000 };
-#define TOLERATED 1.1 /* the limits of central keep so much distance to what is unstable */
+#define TOLERATED 1.1 /* the limits of central keep this distance from instability */
 
-/* Into how many substeps `dt` goes; LL_DIVERGED when that is more than the method or patience allows. */
+/* Number of substeps of `dt`; LL_DIVERGED if more than the method or the limit allows. */
 static ll_status divide(ll_grid *g, double dt, const fastest *f, int64_t *count)
 {
     double h = g->config.h, cfl = f->speed * dt / h;
@@ -148,20 +148,18 @@ static ll_status divide(ll_grid *g, double dt, const fastest *f, int64_t *count)
     double diffusion = nu * dt / (h * h) / LL_CENTRAL_DIFFUSION, advection = cfl / cfl_limit(g);
     double wanted = advection > diffusion ? advection : diffusion;
     if (wanted > SUBSTEPS_MAX)
-        return ll_error(
-            LL_DIVERGED,
-            "step %lld: cell (%d, %d) moves by %.3g cells, which would take more than %d substeps",
-            (long long)g->steps, f->i, f->j, cfl, SUBSTEPS_MAX);
+        return ll_error(LL_DIVERGED,
+                        "step %lld: cell (%d, %d) moves by %.3g cells, which needs more than %d substeps",
+                        (long long)g->steps, f->i, f->j, cfl, SUBSTEPS_MAX);
     *count = g->solver.substeps > 0 ? g->solver.substeps : (int64_t)ceil(wanted);
     *count = *count < 1 ? 1 : *count;
     g->last_cfl = cfl / (double)*count;
     double share = g->last_cfl / LL_CENTRAL_CFL, spread = diffusion / (double)*count;
     if (central(g) && (share > TOLERATED || spread > TOLERATED))
-        return ll_error(
-            LL_DIVERGED,
-            "step %lld: cell (%d, %d): CFL %.3g in a substep is beyond what central allows, %.3g, or "
-            "viscosity by a factor of %.2g",
-            (long long)g->steps, f->i, f->j, g->last_cfl, LL_CENTRAL_CFL, spread);
+        return ll_error(LL_DIVERGED,
+                        "step %lld: cell (%d, %d): a substep has CFL number %.3g, central allows %.3g; or "
+                        "viscosity exceeds its limit by a factor of %.2g",
+                        (long long)g->steps, f->i, f->j, g->last_cfl, LL_CENTRAL_CFL, spread);
     return ll_ok();
 }
 
@@ -188,7 +186,7 @@ static void copy(ll_grid *g, ll_grid_field_kind to, ll_grid_field_kind from)
            (size_t)g->stride * (size_t)g->rows * sizeof(double));
 }
 
-/* Carries (u, v) of two fields and the dye by the present velocities, whose place they take. */
+/* Advects (u, v) of two fields and the dye by the current velocities, and replaces these. */
 static void advect(ll_grid *g, ll_grid_field_kind u, ll_grid_field_kind v, double dt)
 {
     if (!g->config.frozen) {
@@ -207,8 +205,8 @@ static void advect(ll_grid *g, ll_grid_field_kind u, ll_grid_field_kind v, doubl
     ll_grid_diffuse(g, dt);
 }
 
-/* After half a step the part that the projection removed is added a second time, with the other sign: what
- * the next projection removes cancels its error (Zehnder, Narain and Thomaszewski 2018). */
+/* After half a step, adds the part that the projection removed a second time, with the opposite sign: the
+ * next projection removes it again, and its error cancels (Zehnder, Narain and Thomaszewski 2018). */
 static void reflect(ll_grid *g)
 {
     static const ll_grid_field_kind before[2] = {LL_FIELD_C, LL_FIELD_D}, now[2] = {LL_FIELD_U, LL_FIELD_V};

@@ -1,14 +1,14 @@
-/* Keeping the dye's mass. Tracing back loses or gains some, and clamping more: in a gap of few cells it cuts
- * what is below 0, and nothing above 1 makes up for it. The difference goes to where the values that a value
- * comes from leave room, as a share of that room: no new extremes (a global fixer within local bounds:
- * Priestley, Mon. Weather Rev. 121 (1993); Bermejo and Conde, Mon. Weather Rev. 130 (2002)). */
+/* Conservation of the dye's mass. Tracing back loses or gains some, and clamping more: in a gap of few cells
+ * it cuts values below 0, and nothing above 1 compensates. The difference is spread over values whose donors
+ * leave room, in proportion to that room: no new extremes (a global fixer within local bounds: Priestley,
+ * Mon. Weather Rev. 121 (1993); Bermejo and Conde, Mon. Weather Rev. 130 (2002)). */
 #include "fluid/grid/state.h"
 
-/* The most of its room that a value takes: so rounding does not carry it out. */
+/* Largest share of its room that a value uses: keeps rounding within the bounds. */
 #define WHOLE (1 - 1e-15)
 
-/* What leaves through a face at the box's side, in values of cells: the `cells` next to it, counted inwards
- * from `f`; what enters is what the ring has. */
+/* What leaves through a face at the box's side, in cell values: the `cells` next to it, counted inwards from
+ * `f`. Inflow has the ring's values. */
 static double leaving(const double *f, int64_t inwards, int32_t count, double cells)
 {
     double sum = 0;
@@ -38,7 +38,7 @@ static double outflow(const ll_grid_advect *a)
     return sum;
 }
 
-/* How far each value may go on, upwards and down, and both in all. Obstacles keep theirs. */
+/* Room of each value, upwards and downwards, and the sums of both. Obstacles do not change. */
 static void find_room(const ll_grid_advect *a, ll_grid_span span, double all[2])
 {
     const uint8_t *fluid = ll_grid_fluid(a->g);
@@ -53,7 +53,7 @@ static void find_room(const ll_grid_advect *a, ll_grid_span span, double all[2])
         }
 }
 
-/* What is missing to the sum before. */
+/* Missing mass relative to the sum before. */
 static double find_lack(const ll_grid_advect *a, ll_grid_span span)
 {
     double lack = -outflow(a);

@@ -62,7 +62,7 @@ static const ll_fluid_layer layers[] = {
     FIELD("speed", "m/s"),
     FIELD("vorticity", "1/s"),
     FIELD("pressure", "Times the step and over a cell: m/s."),
-    FIELD("divergence", "Left by the projection: 1/s."),
+    FIELD("divergence", "Divergence that the projection left: 1/s."),
 };
 
 static double (*const values[])(const ll_grid *, int64_t k) = {dye, speed, vorticity, pressure, divergence};
@@ -95,9 +95,9 @@ static void set_solver(void *block, const void *solver)
     ll_grid_set_solver(block, solver);
 }
 
-static void stir(void *block, const ll_fluid_stir *what)
+static void drag_force(void *block, const ll_drag_force *what)
 {
-    ((ll_grid *)block)->stir = *what;
+    ((ll_grid *)block)->drag_force = *what;
 }
 
 static void extent(const void *block, double *x0, double *y0, double *x1, double *y1)
@@ -111,12 +111,12 @@ static void extent(const void *block, double *x0, double *y0, double *x1, double
 
 const ll_fluid_method ll_fluid_grid = {
     .name = "grid",
-    .help = "Cells of a staggered grid under the equations of Navier and Stokes.",
+    .help = "Navier-Stokes equations on a staggered grid.",
     .layers = layers,
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,
     .set_solver = set_solver,
-    .stir = stir,
+    .drag_force = drag_force,
     .numbers = ll_grid_numbers,
     .traced = 8,
     .extent = extent,

@@ -67,7 +67,7 @@ double ll_grid_mass(const ll_grid *g)
     return dye_range(g, &least, &most);
 }
 
-/* Of cells, by the pressure solver: what the work is made of, the same on every machine. */
+/* Cell visits of the pressure solver: a cost that is the same on every machine. */
 static double visits(const ll_grid *g)
 {
     return (double)g->sweeps * ll_pressure_solvers[g->solver.pressure]->passes * (double)g->config.nx *

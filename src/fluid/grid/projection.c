@@ -1,4 +1,4 @@
-/* The projection on fields without divergence. */
+/* Projection onto fields without divergence. */
 #include <string.h>
 
 #include "fluid/grid/state.h"

@@ -8,7 +8,7 @@ typedef enum ll_grid_field_kind {
     LL_FIELD_V,
     LL_FIELD_DYE,
     LL_FIELD_PRESSURE, /* times dt / h: m/s */
-    LL_FIELD_A,        /* A to F: of a step */
+    LL_FIELD_A,        /* A to F: temporary within a step */
     LL_FIELD_B,
     LL_FIELD_C,
     LL_FIELD_D,
@@ -22,14 +22,14 @@ typedef enum ll_grid_field_kind {
 } ll_grid_field_kind;
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 struct ll_grid {
     ll_grid_config config;
     ll_grid_solver solver;
-    ll_fluid_stir stir;
+    ll_drag_force drag_force;
     int64_t size;
-    int64_t steps, solves, sweeps; /* of all time */
+    int64_t steps, solves, sweeps; /* since the start */
     int64_t last_sweeps, last_substeps;
     double last_residual; /* relative */
     double last_cfl;
@@ -65,22 +65,22 @@ int32_t *ll_grid_first_donors(const ll_grid *); /* of each value, while it is ad
 
 /* ---- boundary.c ---- */
 
-/* Where a field's values stand in a cell. */
+/* Position of a field's values in a cell. */
 typedef enum ll_grid_place { LL_PLACE_U, LL_PLACE_V, LL_PLACE_CELL } ll_grid_place;
 
-/* The values that are computed: faces on walls are not. Ends are exclusive. */
+/* Computed values: faces on walls are excluded. Ends are exclusive. */
 typedef struct ll_grid_span {
     int32_t i0, i1, j0, j1;
 } ll_grid_span;
 
 ll_grid_span ll_grid_span_of(const ll_grid *, ll_grid_place);
-void ll_grid_bounds(const ll_grid *, ll_grid_place, double *field); /* the ring, and what periods repeat */
+void ll_grid_bounds(const ll_grid *, ll_grid_place, double *field); /* fills the ring */
 void ll_grid_close(const ll_grid *, double *u, double *v);          /* no flow through faces of obstacles */
 
 /* ---- advection.c, advect_*.c ---- */
 
 typedef struct ll_grid_advect {
-    const ll_grid *g; /* whose u and v carry */
+    const ll_grid *g; /* its u and v advect */
     ll_grid_place place;
     const double *in;
     double *out;
@@ -93,17 +93,17 @@ typedef struct ll_advection {
     const char *name;
     const char *help;
     const char *source;
-    void (*advect)(const ll_grid_advect *); /* NULL: it is no splitting, but steps the whole */
+    void (*advect)(const ll_grid_advect *); /* NULL: the scheme does whole steps, without splitting */
 } ll_advection;
 
 extern const ll_advection *const ll_advections[LL_ADVECTIONS];
 extern const ll_advection ll_advection_semi_lagrangian, ll_advection_maccormack, ll_advection_bfecc,
     ll_advection_central;
 
-/* out = in where the flow was `dt` ago, between the four values around. `donors`: of each value the first of
- * those four, or NULL. */
+/* out = in at the point where the flow was `dt` ago, interpolated between four values. `donors`: the first of
+ * the four for each value, or NULL. */
 void ll_grid_trace(const ll_grid_advect *, const double *in, double *out, double dt, int32_t *donors);
-/* Of the four values of `in` that out[k] comes from. */
+/* Range of the four values of `in` that out[k] comes from. */
 typedef struct ll_grid_range {
     double low, high;
 } ll_grid_range;
@@ -117,24 +117,24 @@ static inline ll_grid_range ll_grid_donors(const ll_grid_advect *a, int64_t k)
     return (ll_grid_range){low < low2 ? low : low2, high > high2 ? high : high2};
 }
 
-void ll_grid_clamp(const ll_grid_advect *); /* out into the range of its donors */
+void ll_grid_clamp(const ll_grid_advect *); /* clamps out to the range of its donors */
 
 /* ---- mass.c ---- */
 
-/* out within the range of its donors so that its sum is that of `in`, less what leaves the box. */
+/* Changes out, within the range of its donors, so that its sum is that of `in` less what leaves the box. */
 void ll_grid_keep_mass(const ll_grid_advect *);
 
 /* ---- forces, projection ---- */
 
 void ll_grid_diffuse(ll_grid *, double dt);
 void ll_grid_add_forces(const ll_grid *, double *du, double *dv, double dt);
-void ll_grid_drive(ll_grid *); /* sources and stirring */
+void ll_grid_drive(ll_grid *); /* sources and pointer drag */
 void ll_grid_project(ll_grid *);
 void ll_grid_poisson(const ll_grid *, ll_poisson *); /* all but `b` and settings */
 void ll_grid_outflow(ll_grid *, double dt);
 
-/* One step by the method of Runge and Kutta. */
+/* One Runge-Kutta step. */
 void ll_grid_step_central(ll_grid *, double dt);
-#define LL_CENTRAL_CFL 1.5       /* of the 1.73 that the method allows on the imaginary axis */
-#define LL_CENTRAL_DYE_CFL 0.5   /* up to which limited fluxes make no new extremes */
+#define LL_CENTRAL_CFL 1.5       /* of 1.73, the method's limit on the imaginary axis */
+#define LL_CENTRAL_DYE_CFL 0.5   /* limit up to which limited fluxes make no new extremes */
 #define LL_CENTRAL_DIFFUSION 0.3 /* nu dt / h^2, of 0.314 */

@@ -1,4 +1,4 @@
-/* A box on the surface: sixteen upright columns, each lifted by the water that it displaces. */
+/* A box on the surface: sixteen vertical columns, each lifted by the water that it displaces. */
 #include "fluid/ocean/ocean.h"
 
 enum { COLUMNS = 4 };
@@ -13,7 +13,7 @@ void ll_buoy_step(ll_buoy *b, const ll_ocean *o, double dt)
             double wet = ll_ocean_height_at(o, b->x + x, b->z + z) - bottom;
             wet = wet > 0 ? (wet < b->height ? wet : b->height) : 0;
             double speed = b->speed + b->pitch_rate * x + b->roll_rate * z;
-            /* Of a column, over the box's whole mass: weight is 1 g in all. */
+            /* Force on a column over the mass of the whole box: its weight is 1 g in total. */
             double force = (wet / b->height) / b->density * (g - b->drag * speed) / (COLUMNS * COLUMNS);
             lift += force;
             right += force * x;

@@ -1,7 +1,7 @@
 /* A sum of trochoidal waves: Gerstner (1802); Fournier and Reeves, SIGGRAPH 1986.
  *
- * Along a row of points the sine and cosine of a wave come from those of its start and of a table by the
- * theorem of addition, so that a point of a wave costs a dozen multiplications and additions. */
+ * Along a row of points, sine and cosine of a wave come from those at its start and from a table, by the
+ * addition theorem, so that a point of a wave costs a dozen multiplications and additions. */
 #include <math.h>
 #include <string.h>
 
@@ -11,7 +11,7 @@
 
 #define TURN 6.283185307179586
 
-/* The part of the block: the waves, then of each a table of n cosines and n sines along x. */
+/* Part of the block: the waves, then a table of n cosines and n sines along x for each. */
 
 static ll_wave *waves_of(const ll_ocean *o)
 {
@@ -28,8 +28,8 @@ static size_t size(const ll_ocean_setup *s)
     return (size_t)s->waves * (sizeof(ll_wave) + 2 * (size_t)s->n * sizeof(double));
 }
 
-/* Whole multiples of 2 pi / length around the wind, frequencies in equal ratios around the spectrum's peak.
- */
+/* Integer multiples of 2 pi / length around the wind; frequencies in equal ratios around the spectrum's
+ * peak. */
 static ll_wave choose(const ll_ocean_setup *s, int64_t index)
 {
     double peak = 0.877 * s->gravity / (s->wind_speed > 1 ? s->wind_speed : 1), ratio = 3 / (double)s->waves;
@@ -38,7 +38,7 @@ static ll_wave choose(const ll_ocean_setup *s, int64_t index)
     uint64_t seed = (uint64_t)s->seed, counter = (uint64_t)index;
     double angle = s->wind_angle + 1.2 * (ll_rng_unit(seed, 0, counter) - 0.5);
     double most = (double)s->n / 2 - 1;
-    bool fits = k >= 1 && k <= most; /* what does not is left out, not put into another wave */
+    bool fits = k >= 1 && k <= most; /* waves that do not fit are dropped, not moved to another wave vector */
     k = fmax(1, fmin(k, most));
     int64_t mx = (int64_t)floor(k * ll_cos(angle) + 0.5), mz = (int64_t)floor(k * ll_sin(angle) + 0.5);
     ll_wave w = ll_wave_of(s, mx, mx == 0 && mz == 0 ? 1 : mz);
@@ -131,8 +131,8 @@ static void evaluate(ll_ocean *o, ll_time t)
 
 const ll_ocean_method ll_ocean_gerstner = {
     .name = "gerstner",
-    .help = "A few trochoidal waves from the spectrum of the wind, each added to every point: a dozen "
-            "operations a wave and point (Fournier and Reeves 1986).",
+    .help = "A few trochoidal waves from the wind's spectrum, each added to every point: a dozen operations "
+            "per wave and point (Fournier and Reeves 1986).",
     .size = size,
     .init = init,
     .evaluate = evaluate,

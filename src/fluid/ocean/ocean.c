@@ -9,7 +9,7 @@
 
 static const ll_ocean_method *const methods[] = {&ll_ocean_gerstner, &ll_ocean_spectrum, &ll_ocean_tiled};
 
-/* In the order of `methods`; a test holds them against each other. */
+/* In the order of `methods`; a test compares them. */
 const char *const ll_ocean_method_names[] = {"gerstner", "spectrum", "tiled", NULL};
 
 const char *ll_ocean_method_help(ll_ocean_method_kind kind)
@@ -19,8 +19,8 @@ const char *ll_ocean_method_help(ll_ocean_method_kind kind)
 
 static const ll_param rows[] = {
     LL_OCEAN_ROW(method, "method", .type = LL_PARAM_CHOICE, .choices = ll_ocean_method_names,
-                 .standard = LL_OCEAN_SPECTRUM, .help = "How the surface is made."),
-    LL_OCEAN_REAL(choppiness, "choppiness", 0, 1.5, 1, NULL, "Scale of the displacement along the water."),
+                 .standard = LL_OCEAN_SPECTRUM, .help = "Method for the surface."),
+    LL_OCEAN_REAL(choppiness, "choppiness", 0, 1.5, 1, NULL, "Scale of the horizontal displacement."),
     LL_OCEAN_ROWS(256, 0),
 };
 
@@ -40,29 +40,28 @@ const ll_param_table ll_ocean_table = {.name = "ocean",
 ll_status ll_ocean_check(const ll_ocean_setup *s)
 {
     if (s->n % 2 != 0 || !ll_fft_allowed(s->n))
-        return ll_field_error(LL_BAD_INPUT, "n", "n is %lld; it must be even, without prime factors above 5.",
+        return ll_field_error(LL_BAD_INPUT, "n", "n: must be even, without prime factors above 5; got %lld.",
                               (long long)s->n);
     if (s->method != LL_OCEAN_TILED)
         return ll_ok();
     if (s->tile % 2 != 0 || !ll_fft_allowed(s->tile) || s->n % s->tile != 0)
         return ll_field_error(
             LL_BAD_INPUT, "tile",
-            "tile is %lld; it must be even, without prime factors above 5, and divide %lld.",
+            "tile: must be even, without prime factors above 5, and divide n; got %lld for n %lld.",
             (long long)s->tile, (long long)s->n);
     if (!(s->loop_s > 0))
-        return ll_field_error(LL_BAD_INPUT, "loop_s", "loop_s is %g; tiled needs a loop above 0 s.",
+        return ll_field_error(LL_BAD_INPUT, "loop_s", "loop_s: must be above 0 s for tiled; got %g.",
                               s->loop_s);
     if (s->tile * s->tile * s->frames > 1 << 22)
-        return ll_field_error(
-            LL_LIMIT, "frames",
-            "frames is %lld: the tile's pictures would take %lld MiB; at most 96 are allowed.",
-            (long long)s->frames, (long long)(s->tile * s->tile * s->frames * 24 >> 20));
+        return ll_field_error(LL_LIMIT, "frames",
+                              "frames: %lld frames of the tile need %lld MiB; at most 96 are allowed.",
+                              (long long)s->frames, (long long)(s->tile * s->tile * s->frames * 24 >> 20));
     return ll_ok();
 }
 
 /* ---- waves ---- */
 
-/* Of the energy, what is slower than `frequency`: the integral of the spectrum. */
+/* Energy below `frequency`: the integral of the spectrum. */
 static double slower(const ll_ocean_setup *s, double frequency)
 {
     double r = s->gravity / (s->wind_speed * frequency), r2 = r * r;
@@ -130,8 +129,8 @@ static double blend(const double *values, const spot *s)
     return sum;
 }
 
-/* The point at rest whose displaced place is (x, z) is found by fixed-point iteration, which converges while
- * no wave breaks. */
+/* The rest position of the point displaced to (x, z), by fixed-point iteration, which converges while no wave
+ * breaks. */
 double ll_ocean_height_at(const ll_ocean *o, double x, double z)
 {
     ll_ocean_surface s = ll_ocean_surface_of(o);

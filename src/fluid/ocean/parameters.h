@@ -1,4 +1,4 @@
-/* The rows of an ocean, of ll_ocean_setup; all but the method and the choppiness, which may change. */
+/* Rows of ll_ocean_setup, without method and choppiness, which are live. */
 #pragma once
 
 #include "fluid/ocean/ocean.h"
@@ -15,17 +15,16 @@
                  .help = text)
 
 #define LL_OCEAN_ROWS(n_, loop_)                                                                             \
-    LL_OCEAN_WHOLE(n, 8, 2048, n_,                                                                           \
-                   "Points along a side of the square; even, without prime factors above 5."),               \
+    LL_OCEAN_WHOLE(n, 8, 2048, n_, "Points per side of the square; even, without prime factors above 5."),   \
         LL_OCEAN_REAL(length, "length_m", 1, 1e5, 200, "m", "Side of the square, which repeats."),           \
-        LL_OCEAN_REAL(depth, "depth_m", 0, 1e5, 0, "m", "Of the water; 0 is deeper than any wave reaches."), \
+        LL_OCEAN_REAL(depth, "depth_m", 0, 1e5, 0, "m", "Water depth; 0: infinite."),                        \
         LL_OCEAN_REAL(gravity, "gravity", 0.1, 100, 9.81, "m/s^2", "Gravity."),                              \
-        LL_OCEAN_REAL(wind_speed, "wind_speed_mps", 0, 40, 8, "m/s", "Wind of a fully risen sea."),          \
+        LL_OCEAN_REAL(wind_speed, "wind_speed_mps", 0, 40, 8, "m/s", "Wind of a fully developed sea."),      \
         LL_OCEAN_REAL(wind_angle, "wind_angle_rad", -7, 7, 0.5, "rad",                                       \
-                      "Where the wind blows to, from x towards z."),                                         \
+                      "Direction of the wind, from x towards z."),                                           \
         LL_OCEAN_REAL(loop_s, "loop_s", 0, 3600, loop_, "s",                                                 \
-                      "All frequencies become multiples of one over this; 0 changes none."),                 \
-        LL_OCEAN_WHOLE(waves, 1, 64, 8, "Waves of gerstner."),                                               \
-        LL_OCEAN_WHOLE(tile, 4, 512, 64, "Points along a side of the tile of tiled; divides n."),            \
-        LL_OCEAN_WHOLE(frames, 2, 256, 32, "Pictures in the loop of tiled."),                                \
-        LL_OCEAN_WHOLE(seed, 0, 9007199254740991, 1, "Of phases and amplitudes.")
+                      "All frequencies are rounded to multiples of one over this; 0: not rounded."),         \
+        LL_OCEAN_WHOLE(waves, 1, 64, 8, "Number of waves of gerstner."),                                     \
+        LL_OCEAN_WHOLE(tile, 4, 512, 64, "Points per side of the tile of tiled; divides n."),                \
+        LL_OCEAN_WHOLE(frames, 2, 256, 32, "Frames in the loop of tiled."),                                  \
+        LL_OCEAN_WHOLE(seed, 0, 9007199254740991, 1, "Random seed of phases and amplitudes.")

@@ -11,7 +11,7 @@
 
 #define TURN 6.283185307179586
 
-/* The part of the block: h0 of every wave vector, the transform's plan, two fields and its work. */
+/* Part of the block: h0 of every wave vector, the transform's plan, two fields and its work array. */
 
 typedef struct parts {
     ll_complex *h0, *first, *second, *work;
@@ -35,8 +35,8 @@ static int64_t signed_index(int64_t i, int64_t n)
     return i < n / 2 ? i : i - n;
 }
 
-/* Energy of a wave vector: the frequency's, spread over directions as the square of the cosine to the wind.
- */
+/* Energy of a wave vector: that of its frequency, spread over directions by the squared cosine to the
+ * wind. */
 static double energy(const ll_ocean_setup *s, const ll_wave *w)
 {
     double along = (w->kx * ll_cos(s->wind_angle) + w->kz * ll_sin(s->wind_angle)) / w->k;
@@ -56,19 +56,19 @@ static void init(ll_ocean *o)
     for (int64_t j = 0; j < n; j++)
         for (int64_t i = 0; i < n; i++) {
             int64_t mx = signed_index(i, n), mz = signed_index(j, n);
-            /* No mean, and none at the grid's own limit, which has no counterpart. */
+            /* No mean, and no Nyquist mode, which has no counterpart. */
             if ((mx == 0 && mz == 0) || 2 * i == n || 2 * j == n)
                 continue;
             ll_wave w = ll_wave_of(s, mx, mz);
             double scale = sqrt(energy(s, &w) * cell / 4);
-            /* By the wave vector, not by its place: a finer grid has the same waves and more. */
+            /* By wave vector, not by index: a finer grid has the same waves and more. */
             uint64_t counter = (uint64_t)((mz + 4096) * 8192 + mx + 4096);
             p.h0[j * n + i] = (ll_complex){scale * ll_rng_normal((uint64_t)s->seed, 2, counter),
                                            scale * ll_rng_normal((uint64_t)s->seed, 3, counter)};
         }
 }
 
-/* h(k, t) at place (i, j) of the transform. */
+/* h(k, t) at index (i, j) of the transform. */
 static ll_complex height_of(const ll_ocean *o, const parts *p, const ll_wave *w, int64_t i, int64_t j,
                             ll_time t)
 {
@@ -91,7 +91,7 @@ static void evaluate(ll_ocean *o, ll_time t)
             ll_wave w = ll_wave_of(&o->setup, mx, mz);
             ll_complex h = height_of(o, &p, &w, i, j, t);
             double x = o->setup.choppiness * w.kx / w.k, z = o->setup.choppiness * w.kz / w.k;
-            /* height + i dx, with dx = i x h: the second i turns it to -x h */
+            /* height + i dx, with dx = i x h: the second i turns it into -x h */
             p.first[at] = (ll_complex){h.re - x * h.re, h.im - x * h.im};
             p.second[at] = (ll_complex){-z * h.im, z * h.re};
         }
@@ -129,9 +129,8 @@ void ll_ocean_direct(const ll_ocean *o, ll_time t, int64_t i, int64_t j, double 
 
 const ll_ocean_method ll_ocean_spectrum = {
     .name = "spectrum",
-    .help =
-        "As many waves as points, with random amplitudes from the spectrum of the wind, by two fast Fourier "
-        "transforms and a sine and cosine a wave (Tessendorf 2001).",
+    .help = "As many waves as points, with random amplitudes from the wind's spectrum, by two fast Fourier "
+            "transforms and a sine and cosine per wave (Tessendorf 2001).",
     .size = size,
     .init = init,
     .evaluate = evaluate,

@@ -5,12 +5,12 @@
 #include "fluid/ocean/ocean.h"
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is copied whole: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is copied whole */
 
 struct ll_ocean {
     ll_ocean_setup setup;
     int64_t at_height, at_dx, at_dz; /* doubles: n x n each */
-    int64_t at_method;               /* what the method needs */
+    int64_t at_method;               /* data of the method */
     int64_t at_end;
 };
 
@@ -35,9 +35,9 @@ ll_ocean *ll_ocean_init_by(const ll_ocean_method *method, void *block, const ll_
 
 extern const ll_ocean_method ll_ocean_gerstner, ll_ocean_spectrum, ll_ocean_tiled;
 
-/* The wave of vector k = 2 pi / length (mx, mz): all but amplitude and phase. */
+/* Wave of vector k = 2 pi / length (mx, mz), without amplitude and phase. */
 ll_wave ll_wave_of(const ll_ocean_setup *setup, int64_t mx, int64_t mz);
-double ll_wave_angle(const ll_ocean_setup *setup, const ll_wave *w, ll_time t); /* w t, less whole turns */
+double ll_wave_angle(const ll_ocean_setup *setup, const ll_wave *w, ll_time t); /* w t, modulo whole turns */
 
 /* Pierson and Moskowitz's spectrum (J. Geophys. Res. 69, 1964) over angular frequency, m^2 s. */
 double ll_ocean_energy(const ll_ocean_setup *setup, double frequency);

@@ -1,10 +1,10 @@
-/* A small tile of sea, made beforehand, played in a loop and laid side by side: what games draw as sprites.
- * It costs a copy, and its pattern repeats in time and space. */
+/* A small precomputed tile of sea, repeated in space and in a loop, like sprites in games. It costs a copy,
+ * and its pattern repeats in time and space. */
 #include <string.h>
 
 #include "fluid/ocean/state.h"
 
-/* The part of the block: the pictures (height, dx, dz of each), and the ocean that they were made by. */
+/* Part of the block: the frames (height, dx, dz of each), and the ocean that made them. */
 
 static ll_ocean_setup tile_of(const ll_ocean_setup *s)
 {
@@ -64,9 +64,8 @@ static void evaluate(ll_ocean *o, ll_time t)
 
 const ll_ocean_method ll_ocean_tiled = {
     .name = "tiled",
-    .help =
-        "A tile of the spectrum's sea, made beforehand, played picture by picture in a loop and repeated: "
-        "a copy, as sprites are.",
+    .help = "A tile of the spectrum's sea, precomputed, repeated in space and frame by frame in a loop: "
+            "costs a copy, like sprites.",
     .size = size,
     .init = init,
     .evaluate = evaluate,

@@ -1,7 +1,7 @@
-/* The moving body: a rectangle of particles that fluid pushes and that carries its particles along.
+/* The moving body: a rectangle of particles that fluid pushes and that moves its particles.
  *
- * Momentum goes over pair by pair, so that what the fluid loses the body gains. It is taken in after each
- * solve and moves the body at the substep's end (staggered), which is stable for bodies that are not much
+ * Momentum is exchanged pair by pair, so that the body gains what the fluid loses. It is collected after each
+ * solve and moves the body at the end of the substep (staggered). This is stable for bodies that are not much
  * lighter than the fluid that they move. */
 #include "base/detmath.h"
 #include "fluid/particle/state.h"
@@ -47,7 +47,7 @@ void ll_particle_body_push(ll_particles *p, double dt)
     body->spin += dt * p->mass * torque / body->inertia;
 }
 
-/* Keeps the place within [0, size], as far as there are walls. */
+/* Clamps the position to [0, size] at sides with walls. */
 static void hold(double *place, double *velocity, double reach, double size, int low, int high)
 {
     if (low && *place < reach) {

@@ -1,15 +1,14 @@
 /* Divergence-free SPH: Bender and Koschier, IEEE Trans. Vis. Comput. Graph. 23 (2017).
  *
- * Two solves in a substep, each a relaxed Jacobi iteration over the stiffness k = p / density^2 that begins
- * with that of the substep before: one makes the velocity free of divergence, the other keeps the density
- * that the particles would come to at its rest value. k is never negative, hence no tension at the surface.
- */
+ * Two solves per substep, each a relaxed Jacobi iteration over the stiffness k = p / density^2 that starts
+ * from the last substep: one removes the divergence of the velocity, the other corrects the predicted density
+ * to its rest value. k is never negative, so there is no tension at the surface. */
 #include <string.h>
 
 #include "fluid/particle/state.h"
 
-/* How long what is too dense takes to come back to rest, in h over the speed of sound: at once would need the
- * faster motion, and the more pressure, the shorter the substep. */
+/* Time in which excess density is removed, in h over the speed of sound. Removing it at once would need
+ * faster motion, and more pressure, for shorter substeps. */
 #define RETURN 100
 
 static double dt_limit(const ll_particles *p, double speed)
@@ -18,18 +17,18 @@ static double dt_limit(const ll_particles *p, double speed)
 }
 
 typedef struct solve {
-    double *stiff;
-    double slack; /* share of the density at rest that may be missing before a particle counts as surface */
-    double return_share; /* of what is too dense, that is undone in this substep */
-    bool density;        /* else divergence */
+    double *pressure_factor;
+    double slack;        /* relative deficit of density up to which a particle is not at the surface */
+    double return_share; /* fraction of the excess density to remove in this substep */
+    bool density;        /* false: divergence */
     uint8_t reserved[7];
 } solve;
 
-static void push(ll_particles *p, const double *stiff, double dt)
+static void push(ll_particles *p, const double *pressure_factor, double dt)
 {
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
-    ll_particle_push(p, stiff);
+    ll_particle_push(p, pressure_factor);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
         u[a] += dt * ax[a];
@@ -37,8 +36,8 @@ static void push(ll_particles *p, const double *stiff, double dt)
     }
 }
 
-/* One pass of the iteration; returns the mean relative error of density before it: what is too dense, and
- * what is pushed apart too far. */
+/* One iteration; returns the mean relative density error before it: excess density, and particles pushed too
+ * far apart. */
 static double relax(ll_particles *p, const solve *s, double dt)
 {
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
@@ -47,16 +46,16 @@ static double relax(ll_particles *p, const solve *s, double dt)
     double *step = ll_particle_values(p, LL_PARTICLE_SUM), rest = p->params.density, error = 0;
     ll_particle_sum_rate(p);
     for (int32_t a = 0; a < p->fluid; a++) {
-        double over = dt * rate[a], *stiff = &s->stiff[a];
+        double over = dt * rate[a], *pressure_factor = &s->pressure_factor[a];
         if (s->density)
             over += (density[a] > rest ? s->return_share : 1) * (density[a] - rest);
         double wanted = p->params.relaxation * over / (dt * dt * factor[a]);
         if (!s->density && density[a] < (1 - s->slack) * rest)
-            wanted = -*stiff; /* the surface may part, and carries nothing */
+            wanted = -*pressure_factor; /* the surface may separate, and has no pressure */
         else
-            error += *stiff > 0 || over > 0 ? __builtin_fabs(over) : 0;
-        step[a] = wanted > -*stiff ? wanted : -*stiff;
-        *stiff += step[a];
+            error += *pressure_factor > 0 || over > 0 ? __builtin_fabs(over) : 0;
+        step[a] = wanted > -*pressure_factor ? wanted : -*pressure_factor;
+        *pressure_factor += step[a];
     }
     ll_particle_mirror(p, step, 0);
     push(p, step, dt);
@@ -65,8 +64,8 @@ static double relax(ll_particles *p, const solve *s, double dt)
 
 static void iterate(ll_particles *p, const solve *s, double dt)
 {
-    ll_particle_mirror(p, s->stiff, s->density ? 1 / p->params.density : 0);
-    push(p, s->stiff, dt);
+    ll_particle_mirror(p, s->pressure_factor, s->density ? 1 / p->params.density : 0);
+    push(p, s->pressure_factor, dt);
     for (int64_t i = 0; i < p->params.iterations; i++) {
         p->iterations++;
         if (relax(p, s, dt) <= p->params.tolerance && i > 0)
@@ -84,10 +83,10 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
-    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF),
+    double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR),
            *divergence = ll_particle_values(p, LL_PARTICLE_DIVERGENCE);
     ll_particle_sum_density(p, false);
-    iterate(p, &(solve){.stiff = divergence, .slack = 0.1}, dt);
+    iterate(p, &(solve){.pressure_factor = divergence, .slack = 0.1}, dt);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);
     memset(ay, 0, bytes);
@@ -98,10 +97,13 @@ static ll_particle_fault substep(ll_particles *p, double dt)
         v[a] += dt * (ay[a] + q->gravity_y);
     }
     double share = dt * q->sound_speed / (RETURN * p->h);
-    iterate(p, &(solve){.stiff = stiff, .return_share = share < 1 ? share : 1, .density = true}, dt);
+    iterate(
+        p,
+        &(solve){.pressure_factor = pressure_factor, .return_share = share < 1 ? share : 1, .density = true},
+        dt);
     double *both = ll_particle_values(p, LL_PARTICLE_SUM);
     for (int32_t a = 0; a < p->fluid; a++)
-        both[a] = stiff[a] + divergence[a];
+        both[a] = pressure_factor[a] + divergence[a];
     ll_particle_mirror(p, both, 1 / q->density);
     ll_particle_field_pressure(p, both);
     for (int32_t a = 0; a < p->fluid; a++) {
@@ -113,9 +115,9 @@ static ll_particle_fault substep(ll_particles *p, double dt)
 
 const ll_particle_method ll_particle_dfsph = {
     .name = "dfsph",
-    .help = "Two pressure solves in a substep, for velocity without divergence and for density at rest, "
-            "begun with the last result and ended at a tolerance. Two passes over pairs an iteration, five "
-            "besides; substeps as long as the CFL condition allows (Bender and Koschier 2017).",
+    .help = "Two pressure solves per substep, for velocity without divergence and for rest density, started "
+            "from the last result and ended at a tolerance. Two passes over pairs per iteration, five more; "
+            "substeps by the CFL condition (Bender and Koschier 2017).",
     .travel = 1,
     .dt_limit = dt_limit,
     .substep = substep,

@@ -9,7 +9,7 @@ static const char *const body_columns[] = {"x_m", "y_m", NULL};
 
 static const ll_fluid_layer layers[] = {
     {.name = "particles",
-     .help = "Places in m, speed in m/s, pressure in N/m, density over that at rest.",
+     .help = "Positions in m, speed in m/s, pressure in N/m, density over the rest density.",
      .shape = LL_FLUID_POINTS,
      .columns = particle_columns},
     {.name = "body",
@@ -65,9 +65,9 @@ static void set_solver(void *block, const void *solver)
     ll_particles_set_params(block, solver);
 }
 
-static void stir(void *block, const ll_fluid_stir *what)
+static void drag_force(void *block, const ll_drag_force *what)
 {
-    ll_particles_stir(block, what);
+    ll_particles_drag(block, what);
 }
 
 static int numbers(const void *block, ll_fluid_number *out)
@@ -90,7 +90,7 @@ static int numbers(const void *block, ll_fluid_number *out)
         {"particles", s.fluid},
         {"substeps", (double)s.substeps},
         {"iterations", (double)s.iterations},
-        {"visits", (double)s.iterations * s.fluid}, /* of particles: what the work is made of */
+        {"visits", (double)s.iterations * s.fluid}, /* particle visits: the unit of cost */
         {"body_x_m", b.x},
         {"body_y_m", b.y},
         {"body_angle_rad", b.angle},
@@ -111,12 +111,12 @@ static void extent(const void *block, double *x0, double *y0, double *x1, double
 
 const ll_fluid_method ll_fluid_particles = {
     .name = "particles",
-    .help = "Particles that carry mass and feel their neighbours: smoothed particle hydrodynamics.",
+    .help = "Particles with mass that interact with their neighbours: smoothed particle hydrodynamics.",
     .layers = layers,
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,
     .set_solver = set_solver,
-    .stir = stir,
+    .drag_force = drag_force,
     .numbers = numbers,
     .traced = 8,
     .extent = extent,

@@ -47,7 +47,7 @@ ll_particle_metrics ll_particles_measure(const ll_particles *p, double depth)
     m.density_mean /= p->fluid;
     m.speed_max = sqrt(m.speed_max);
     const int32_t *row = ll_part_row(p);
-    for (int32_t a = 0; p->substeps > 0 && a < p->fluid; a++) /* a pair of fluid is a neighbour of both */
+    for (int32_t a = 0; p->substeps > 0 && a < p->fluid; a++) /* a pair of fluid particles counts for both */
         m.neighbours += (row[2 * a + 1] - row[2 * a]) + (row[2 * a + 2] - row[2 * a]);
     m.neighbours /= p->fluid;
     compare_pressure(p, depth, &m);

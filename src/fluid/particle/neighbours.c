@@ -2,13 +2,13 @@
 
 #include "fluid/particle/state.h"
 
-/* Cells are a little wider than the support, for methods that keep pairs while particles move. */
+/* Cells are a little wider than the support radius, for methods that keep pairs while particles move. */
 #define CELL_PER_SUPPORT 1.1
 
 void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_particles *p)
 {
     double side = CELL_PER_SUPPORT * support;
-    double margin = 4 * setup->spacing; /* where walls are */
+    double margin = 4 * setup->spacing; /* room for walls */
     p->origin_x = setup->periodic ? 0 : -margin;
     p->origin_y = -margin;
     double width = setup->periodic ? setup->width : setup->width + 2 * margin;
@@ -21,7 +21,7 @@ void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_p
     p->wrap = setup->periodic ? width : 1e300;
 }
 
-/* What lies beyond the grid belongs to its edge: neighbours stay in neighbouring cells. NaN goes to 0. */
+/* Positions beyond the grid go to its edge cells: neighbours stay in neighbouring cells. NaN goes to 0. */
 static int32_t slot(double at, double origin, double per_cell, int32_t count)
 {
     double place = (at - origin) * per_cell;
@@ -29,7 +29,7 @@ static int32_t slot(double at, double origin, double per_cell, int32_t count)
     return place > 0 ? (int32_t)(place < last ? place : last) : 0;
 }
 
-/* A stable counting sort: the order follows from the positions and the order before. */
+/* Stable counting sort: the order depends on the positions and the last order only. */
 static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll_particle_field fields)
 {
     const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
@@ -79,7 +79,8 @@ typedef struct range {
     int32_t begin, end;
 } range;
 
-/* Particles of the cells (column - 1 .. column + 1) of a row: one range, or two where a periodic row ends. */
+/* Particles of the cells (column - 1 .. column + 1) of a row: one range, or two at the end of a periodic
+ * row. */
 static int row_ranges(const ll_particles *p, const int32_t *start, int32_t column, int32_t row, range *out)
 {
     if (row < 0 || row >= p->rows)
@@ -108,7 +109,7 @@ typedef struct search {
     int32_t count, capacity;
 } search;
 
-/* Keeps those in the range that are close enough; no branch, since they come at random. */
+/* Keeps those in the range that are near enough; branch-free, since the results are random. */
 static inline bool keep(search *s, int32_t a, range r)
 {
     if (s->capacity - s->count < r.end - r.begin)
@@ -139,7 +140,7 @@ static int fluid_ranges(const ll_particles *p, int32_t column, int32_t row, rang
     out[0] = (range){start[cell], start[cell + 1]};
     if (column + 1 < p->columns)
         out[0].end = start[right + 1];
-    if (column == 0 && p->setup.periodic) /* not from the last cell: the other must be of higher index */
+    if (column == 0 && p->setup.periodic) /* not from the last cell: the other must have the higher index */
         out[count++] = (range){start[cell + p->columns - 1], start[cell + p->columns]};
     return count + row_ranges(p, start, column, row + 1, out + count);
 }
@@ -190,7 +191,7 @@ ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
     for (int32_t row = 0; row < p->rows; row++)
         for (int32_t column = 0; column < p->columns; column++)
             if (!cell_pairs(p, &s, column, row, &a))
-                return (ll_particle_fault){.reason = "has neighbours beyond the room for pairs",
+                return (ll_particle_fault){.reason = "has more neighbours than the room for pairs",
                                            .particle = a,
                                            .value = s.count,
                                            .limit = s.capacity};

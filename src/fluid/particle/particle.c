@@ -8,7 +8,7 @@
 
 static const ll_particle_method *const methods[] = {&ll_particle_wcsph, &ll_particle_pbf, &ll_particle_dfsph};
 
-/* In the order of `methods`; a test holds them against each other. */
+/* In the order of `methods`; a test compares them. */
 const char *const ll_particle_method_names[] = {"wcsph", "pbf", "dfsph", NULL};
 
 const char *ll_particle_method_help(ll_particle_method_kind kind)
@@ -25,8 +25,7 @@ static ll_status check_range(const char *field, double value, double least, doub
 {
     if (value >= least && value <= most)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, field, "%s is %g; it must be from %g to %g.", field, value, least,
-                          most);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: must be %g to %g; got %g.", field, least, most, value);
 }
 
 static double support_of(const ll_particle_setup *setup)
@@ -41,7 +40,7 @@ static ll_status check_ranges(const ll_particle_setup *s)
         double value, least, most;
     } rows[] = {
         {"spacing", s->spacing, 1e-6, 1e3},
-        {"smoothing", s->smoothing, 1, 1.4}, /* three layers of walls are as thick as the support then */
+        {"smoothing", s->smoothing, 1, 1.4}, /* at 1.4 the support equals three layers of walls */
         {"width", s->width, 4 * s->spacing, 1e5 * s->spacing},
         {"height", s->height, 4 * s->spacing, 1e5 * s->spacing},
         {"walls", s->walls, 0, 15},
@@ -53,9 +52,10 @@ static ll_status check_ranges(const ll_particle_setup *s)
         if (ll_failed(&status))
             return status;
     }
-    if (s->periodic && s->width < 4.4 * support_of(s)) /* three cells at least */
-        return ll_field_error(LL_BAD_INPUT, "width", "width is %g; a periodic tank must be at least %g wide.",
-                              s->width, 4.4 * support_of(s));
+    if (s->periodic && s->width < 4.4 * support_of(s)) /* at least three cells */
+        return ll_field_error(LL_BAD_INPUT, "width",
+                              "width: must be at least %g for a periodic tank; got %g.", 4.4 * support_of(s),
+                              s->width);
     return ll_ok();
 }
 
@@ -66,10 +66,10 @@ static ll_status check_rectangle(const ll_particle_setup *s, const char *field, 
     if (width >= s->spacing && height >= s->spacing && x >= -slack && y >= -slack &&
         x + width <= s->width + slack && y + height <= s->height + slack)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, field,
-                          "%s is %g x %g at (%g, %g); it must lie within the tank of %g x %g and be no "
-                          "smaller than a particle of %g.",
-                          field, width, height, x, y, s->width, s->height, s->spacing);
+    return ll_field_error(
+        LL_BAD_INPUT, field,
+        "%s: must lie within the tank of %g x %g and be at least a particle of %g; got %g x %g at (%g, %g).",
+        field, s->width, s->height, s->spacing, width, height, x, y);
 }
 
 static double particles_of(const ll_particle_setup *s)
@@ -92,8 +92,8 @@ ll_status ll_particles_check(const ll_particle_setup *s)
         status = check_rectangle(s, field, f->x, f->y, f->width, f->height);
         if (!ll_failed(&status) && !(fabs(f->u) <= 1e6 && fabs(f->v) <= 1e6 && fabs(f->strain) <= 1e6))
             status = ll_field_error(LL_BAD_INPUT, field,
-                                    "%s moves at (%g, %g) with strain %g; each must be from -1e6 to 1e6.",
-                                    field, f->u, f->v, f->strain);
+                                    "%s: u, v and strain must be -1e6 to 1e6; got (%g, %g) and %g.", field,
+                                    f->u, f->v, f->strain);
     }
     const ll_particle_float *b = &s->body;
     if (!ll_failed(&status) && b->density > 0)
@@ -105,8 +105,8 @@ ll_status ll_particles_check(const ll_particle_setup *s)
     double bytes = count * (LL_PARTICLE_FIELDS * 8. + PAIRS_PER_PARTICLE * 36.) + 8 * cells;
     if (count > LL_PARTICLES_MAX || cells > 4. * LL_PARTICLES_MAX)
         return ll_field_error(LL_LIMIT, "spacing",
-                              "spacing is %g: %.0f particles in %.0f cells would take %.0f MiB; at most %d "
-                              "particles and %d cells are allowed.",
+                              "spacing: %g makes %.0f particles in %.0f cells, which need %.0f MiB; at most "
+                              "%d particles and %d cells are allowed.",
                               s->spacing, count, cells, bytes / 1048576, LL_PARTICLES_MAX,
                               4 * LL_PARTICLES_MAX);
     return status;
@@ -114,7 +114,7 @@ ll_status ll_particles_check(const ll_particle_setup *s)
 
 /* ---- filling ---- */
 
-/* Where particles are put: counts them while `p` is NULL. */
+/* Places particles; with `p` NULL it only counts them. */
 typedef struct filler {
     ll_particles *p;
     int32_t count, body;
@@ -136,7 +136,7 @@ static int32_t whole(double length, double spacing)
     return (int32_t)(length / spacing + 0.5);
 }
 
-/* (rx, ry): the place from the fill's centre. */
+/* (rx, ry): position relative to the fill's centre. */
 static void set_motion(const ll_particles *p, int32_t i, const ll_particle_fill *f, double rx, double ry)
 {
     double c = p->params.sound_speed, above = f->settled ? f->height / 2 - ry : 0;
@@ -144,7 +144,7 @@ static void set_motion(const ll_particles *p, int32_t i, const ll_particle_fill 
     ll_particle_values(p, LL_PARTICLE_V)[i] = f->v + f->strain * ry;
     ll_particle_values(p, LL_PARTICLE_DENSITY)[i] =
         p->params.density * ll_exp(ll_log(1 - 7 * p->params.gravity_y * above / (c * c)) / 7);
-    ll_particle_values(p, LL_PARTICLE_STIFF)[i] = -p->params.gravity_y * above / p->params.density;
+    ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR)[i] = -p->params.gravity_y * above / p->params.density;
 }
 
 static void fill_fluid(filler *to, const ll_particle_setup *s)
@@ -171,7 +171,7 @@ typedef struct lattice {
     bool periodic;
 } lattice;
 
-/* The walls that a place of the lattice lies behind: bits of LL_WALL_, 0 within. */
+/* Walls that a lattice position is behind: bits of LL_WALL_, 0 inside. */
 static int behind(const lattice *l, int32_t column, int32_t row)
 {
     int side = l->periodic ? 0 : column < 0 ? LL_WALL_LEFT : column >= l->columns ? LL_WALL_RIGHT : 0;
@@ -264,7 +264,7 @@ size_t ll_particles_state_size(const ll_particles *p)
 }
 
 /* Scales for which the sums of a square lattice are exact: of the kernel, of the gradient of a linear field,
- * and of viscosity. The kernel's own derivative would be 4 % short, and all pressure so much too high. */
+ * and of viscosity. With the kernel's own derivative pressure would be 4 % too high. */
 static void normalise(ll_particles *p)
 {
     double d = p->setup.spacing, h = p->h, sum = 0, slope = 0, viscous = 0;
@@ -309,7 +309,7 @@ ll_particles *ll_particles_init(void *block, const ll_particle_setup *setup, con
     return p;
 }
 
-/* Masses stay: a change of density at rest is one of mass alone. */
+/* Masses do not change: a new rest density changes the density only through mass. */
 void ll_particles_set_params(ll_particles *p, const ll_particle_params *params)
 {
     bool changed = p->params.method != params->method;
@@ -321,8 +321,9 @@ void ll_particles_set_params(ll_particles *p, const ll_particle_params *params)
         density[a] *= scale;
     if (!changed)
         return;
-    /* What another method left there has another meaning. */
-    memset(ll_particle_values(p, LL_PARTICLE_STIFF), 0, (size_t)ll_particle_total(p) * sizeof(double));
+    /* Values of another method have another meaning. */
+    memset(ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR), 0,
+           (size_t)ll_particle_total(p) * sizeof(double));
     memset(ll_particle_values(p, LL_PARTICLE_DIVERGENCE), 0, (size_t)ll_particle_total(p) * sizeof(double));
     for (int32_t a = 0; a < p->fluid; a++)
         density[a] = params->density;
@@ -343,11 +344,11 @@ const ll_particle_setup *ll_particles_get_setup(const ll_particles *p)
 static ll_status failed(const ll_particles *p, ll_particle_fault fault)
 {
     int32_t id = ll_part_id(p)[fault.particle];
-    return ll_error(LL_DIVERGED, "Tick %lld, particle %d: it %s (%.4g, at most %.4g).", (long long)p->tick,
-                    id, fault.reason, fault.value, fault.limit);
+    return ll_error(LL_DIVERGED, "step %lld: particle %d %s (%.4g, at most %.4g).", (long long)p->tick, id,
+                    fault.reason, fault.value, fault.limit);
 }
 
-/* The particle of the largest speed; the first whose state is not finite, if one is. */
+/* The particle of the largest speed; the first whose state is not finite, if any. */
 static int32_t fastest(const ll_particles *p, double *speed)
 {
     const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
@@ -404,16 +405,16 @@ static ll_particle_fault check(const ll_particles *p, double dt)
     if (isnan(speed))
         return not_finite(at);
     if (spacings > travel)
-        return (ll_particle_fault){.reason = "broke the CFL condition: spacings gone in one substep",
+        return (ll_particle_fault){.reason = "broke the CFL condition: spacings moved in one substep",
                                    .particle = at,
                                    .value = spacings,
                                    .limit = travel};
     return (ll_particle_fault){0};
 }
 
-void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir)
+void ll_particles_drag(ll_particles *p, const ll_drag_force *drag_force)
 {
-    p->stir = *stir;
+    p->drag_force = *drag_force;
 }
 
 void ll_particles_put(ll_particles *p, const ll_particle_place *places)
@@ -429,7 +430,7 @@ void ll_particles_put(ll_particles *p, const ll_particle_place *places)
 
 static void draw_along(ll_particles *p)
 {
-    const ll_fluid_stir *s = &p->stir;
+    const ll_drag_force *s = &p->drag_force;
     const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     for (int32_t a = 0; s->radius > 0 && a < p->fluid; a++) {
@@ -503,7 +504,7 @@ bool ll_particles_valid(const ll_particles *p)
     return true;
 }
 
-/* ---- looking ---- */
+/* ---- queries ---- */
 
 ll_particle_view ll_particles_view(const ll_particles *p)
 {

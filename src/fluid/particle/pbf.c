@@ -1,14 +1,14 @@
 /* Position-based fluids: Macklin and Mueller, ACM Trans. Graph. 32 (2013).
  *
- * Particles are moved ahead, then their places are corrected, a fixed number of times, until none is denser
- * than at rest; velocity is what they moved. Pairs are found once in a substep, somewhat wider than the
- * kernel, and their vectors are taken anew in each pass. Walls mirror the multipliers of the fluid beside
- * them. */
+ * Particles are moved, then their positions are corrected a fixed number of times, until none is denser than
+ * at rest; velocity is derived from their motion. Pairs are found once per substep, in a range somewhat wider
+ * than the kernel, and their vectors are recomputed in each pass. Walls mirror the multipliers of the fluid
+ * next to them. */
 #include <string.h>
 
 #include "fluid/particle/state.h"
 
-/* Share of the last multipliers to begin with: so few passes do not undo what was too much of them. */
+/* Fraction of the last multipliers used as initial guess: with so few passes, excess could not be undone. */
 #define WARM 0.25
 
 static double dt_limit(const ll_particles *p, double speed)
@@ -16,27 +16,28 @@ static double dt_limit(const ll_particles *p, double speed)
     return p->params.cfl * p->setup.spacing / (speed + 1e-9 * p->setup.spacing);
 }
 
-/* Changes of the multipliers into SUM, and their total into STIFF, which stays at 0 or above. */
+/* Changes of the multipliers into SUM, and their total, which stays >= 0, into STIFF. */
 static void multipliers(ll_particles *p, double dt)
 {
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY),
                  *factor = ll_particle_values(p, LL_PARTICLE_FACTOR);
-    double *step = ll_particle_values(p, LL_PARTICLE_SUM), *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *step = ll_particle_values(p, LL_PARTICLE_SUM),
+           *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR);
     double rest = p->params.density, scale = p->params.relaxation / (dt * dt);
     ll_particle_sum_density(p, true);
     for (int32_t a = 0; a < p->fluid; a++) {
         double wanted = scale * (density[a] - rest) / factor[a];
-        step[a] = wanted > -stiff[a] ? wanted : -stiff[a];
-        stiff[a] += step[a];
+        step[a] = wanted > -pressure_factor[a] ? wanted : -pressure_factor[a];
+        pressure_factor[a] += step[a];
     }
 }
 
-static void correct(ll_particles *p, double *stiff, double volume, double dt)
+static void correct(ll_particles *p, double *pressure_factor, double volume, double dt)
 {
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
-    ll_particle_mirror(p, stiff, volume);
-    ll_particle_push(p, stiff);
+    ll_particle_mirror(p, pressure_factor, volume);
+    ll_particle_push(p, pressure_factor);
     ll_particle_body_push(p, dt);
     for (int32_t a = 0; a < p->fluid; a++) {
         x[a] += dt * dt * ax[a];
@@ -46,10 +47,10 @@ static void correct(ll_particles *p, double *stiff, double volume, double dt)
 
 static void warm_start(ll_particles *p, double dt)
 {
-    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR);
     for (int32_t a = 0; a < p->fluid; a++)
-        stiff[a] *= WARM;
-    correct(p, stiff, 1 / p->params.density, dt);
+        pressure_factor[a] *= WARM;
+    correct(p, pressure_factor, 1 / p->params.density, dt);
 }
 
 static void predict(ll_particles *p, double dt)
@@ -70,7 +71,7 @@ static void predict(ll_particles *p, double dt)
     }
 }
 
-/* Macklin and Mueller, eq. 17: a share of the mean difference to the neighbours' velocity, as an
+/* Macklin and Mueller, eq. 17: a fraction of the mean difference from the neighbours' velocity, as an
  * acceleration. */
 static void smooth(ll_particles *p, double dt)
 {
@@ -94,8 +95,7 @@ static void smooth(ll_particles *p, double dt)
     }
 }
 
-/* What so few passes let through a wall is put back to it; velocity, which is what a particle moved, follows.
- */
+/* Puts particles that passed a wall back to it; velocity, derived from the motion, follows. */
 static double keep(double at, double size, int low, int high)
 {
     return low && at < 0 ? 0 : high && at > size ? size : at;
@@ -105,7 +105,7 @@ static void finish(ll_particles *p, double dt)
 {
     double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
     const double *x0 = ll_particle_values(p, LL_PARTICLE_X0), *y0 = ll_particle_values(p, LL_PARTICLE_Y0);
-    double *stiff = ll_particle_values(p, LL_PARTICLE_STIFF);
+    double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR);
     double *u = ll_particle_values(p, LL_PARTICLE_U), *v = ll_particle_values(p, LL_PARTICLE_V);
     double *ax = ll_particle_values(p, LL_PARTICLE_AX), *ay = ll_particle_values(p, LL_PARTICLE_AY);
     const ll_particle_setup *s = &p->setup;
@@ -115,8 +115,8 @@ static void finish(ll_particles *p, double dt)
         u[a] = (x[a] - x0[a]) / dt;
         v[a] = (y[a] - y0[a]) / dt;
     }
-    ll_particle_mirror(p, stiff, 1 / p->params.density);
-    ll_particle_field_pressure(p, stiff);
+    ll_particle_mirror(p, pressure_factor, 1 / p->params.density);
+    ll_particle_field_pressure(p, pressure_factor);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);
     memset(ay, 0, bytes);
@@ -149,9 +149,9 @@ static ll_particle_fault substep(ll_particles *p, double dt)
 
 const ll_particle_method ll_particle_pbf = {
     .name = "pbf",
-    .help = "Places are corrected a fixed number of times so that nothing is denser than at rest, whatever "
-            "the step: stiffness depends on the number, and motion is damped. Four passes over pairs an "
-            "iteration, one search (Macklin and Mueller 2013).",
+    .help = "Positions are corrected a fixed number of times so that nothing is denser than at rest, for any "
+            "step: stiffness depends on the number of iterations, and motion is damped. Four passes over "
+            "pairs per iteration, one neighbour search (Macklin and Mueller 2013).",
     .travel = 4,
     .dt_limit = dt_limit,
     .substep = substep,

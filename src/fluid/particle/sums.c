@@ -2,7 +2,7 @@
 
 #include "fluid/particle/state.h"
 
-/* Keeps the correction by a lone pair finite: this share of the square of a steep pair's gradient. */
+/* Limits the correction by a single pair: this fraction of the squared gradient of a steep pair. */
 #define SOFT 0.05
 
 static void clear(const ll_particles *p, ll_particle_field field)
@@ -10,8 +10,8 @@ static void clear(const ll_particles *p, ll_particle_field field)
     memset(ll_particle_values(p, field), 0, (size_t)ll_particle_total(p) * sizeof(double));
 }
 
-/* Adami, Hu, Adams, J. Comput. Phys. 231 (2012), eq. 23: twice the wall's velocity less the mean of the
- * fluid's around, so that it vanishes on the wall. */
+/* Adami, Hu, Adams, J. Comput. Phys. 231 (2012), eq. 23: twice the wall's velocity minus the mean of the
+ * surrounding fluid, so that the velocity vanishes on the wall. */
 static void mirror_velocity(ll_particles *p, double *mu, double *mv)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
@@ -36,8 +36,8 @@ static void mirror_velocity(ll_particles *p, double *mu, double *mv)
 }
 
 typedef struct viscous {
-    double along;  /* artificial: acts on approach and parting only */
-    double across; /* laminar: on all of the difference */
+    double along;  /* artificial: acts on approach and separation only */
+    double across; /* laminar: acts on the whole difference */
     double soft;   /* (0.1 h)^2 */
 } viscous;
 
@@ -51,7 +51,7 @@ static inline void drag(const ll_particles *p, const viscous *c, int32_t k, doub
     *fy = along * ey + across * dv;
 }
 
-/* Monaghan's artificial viscosity (linear part, of approach and parting) and Morris, Fox, Zhu, J. Comput.
+/* Monaghan's artificial viscosity (linear part, of approach and separation) and Morris, Fox, Zhu, J. Comput.
  * Phys. 136 (1997), eq. 22. */
 void ll_particle_add_viscosity(ll_particles *p)
 {
@@ -110,12 +110,11 @@ void ll_particle_sum_rate(ll_particles *p)
     }
 }
 
-/* Of one particle: two sums at once. Each lane is one IEEE operation, so that the bits are those of scalars.
- */
+/* Two sums of one particle at once. Each lane is one IEEE operation, so the bits equal those of scalars. */
 typedef double two __attribute__((vector_size(16), may_alias));
 
 typedef struct density_sums {
-    two kernel_squares; /* of the kernel, and of the squares of its gradient */
+    two kernel_squares; /* of the kernel, and of its squared gradient */
     two gradient;
 } density_sums;
 
@@ -138,7 +137,7 @@ static void add_densities(ll_particles *p, density_sums *sums, int32_t from, int
             other->kernel_squares += both;
             other->gradient -= g;
         }
-        for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) { /* a wall does not give way */
+        for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) { /* walls do not move */
             sum += (two){kernel[k], 0};
             gradient += slope[k] * (two){ex[k], ey[k]};
         }
@@ -160,35 +159,34 @@ void ll_particle_sum_density(ll_particles *p, bool moved)
     }
 }
 
-/* Adami eq. 27 for stiffness: with the weight of the fluid between, unless there is no pressure to carry it.
- */
-void ll_particle_mirror(ll_particles *p, double *stiff, double volume)
+/* Adami eq. 27 for k: includes the weight of the fluid between, unless there is no pressure to carry it. */
+void ll_particle_mirror(ll_particles *p, double *pressure_factor, double volume)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p), *id = ll_part_id(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *kernel = ll_part_kernel(p);
     double *sum = ll_particle_values(p, LL_PARTICLE_GX);
-    size_t bytes = (size_t)p->wall * sizeof *stiff;
-    memset(stiff + p->fluid, 0, bytes);
+    size_t bytes = (size_t)p->wall * sizeof *pressure_factor;
+    memset(pressure_factor + p->fluid, 0, bytes);
     memset(sum + p->fluid, 0, bytes);
     for (int32_t a = 0; a < p->fluid; a++)
         for (int32_t k = row[2 * a + 1]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
             double gx = p->params.gravity_x - (id[b] < -1 ? p->body_ax : 0);
             double gy = p->params.gravity_y - (id[b] < -1 ? p->body_ay : 0);
-            double between = stiff[a] > 0 ? volume * (gx * ex[k] + gy * ey[k]) : 0;
-            stiff[b] += (stiff[a] - between) * kernel[k];
+            double between = pressure_factor[a] > 0 ? volume * (gx * ex[k] + gy * ey[k]) : 0;
+            pressure_factor[b] += (pressure_factor[a] - between) * kernel[k];
             sum[b] += kernel[k];
         }
     for (int32_t b = p->fluid; b < ll_particle_total(p); b++)
-        stiff[b] = sum[b] > 0 ? stiff[b] / sum[b] : 0;
+        pressure_factor[b] = sum[b] > 0 ? pressure_factor[b] / sum[b] : 0;
 }
 
-/* A multiplier is not the pressure at its particle. On a displacement u all of them do the work sum of
- * m k_a drho_a, and drho_a is -rho times the kernel's mean of div u around a, scaled as the gradient is: the
- * pressure, which is the work per div u, is the field rho sum of m k_b W(x - x_b). Differences from one
- * multiplier to the next that this field does not show move nothing (Bonet and Lok, Comput. Methods Appl.
- * Mech. Eng. 180 (1999)). */
-void ll_particle_field_pressure(ll_particles *p, const double *stiff)
+/* A multiplier is not the pressure at its particle. On a displacement u all multipliers together do the work
+ * sum of m k_a drho_a, and drho_a is -rho times the kernel's mean of div u around a, scaled as the gradient
+ * is. The pressure, which is the work per div u, is therefore the field rho sum of m k_b W(x - x_b).
+ * Differences between multipliers that this field does not show have no effect (Bonet and Lok, Comput.
+ * Methods Appl. Mech. Eng. 180 (1999)). */
+void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *kernel = ll_part_kernel(p);
@@ -196,16 +194,16 @@ void ll_particle_field_pressure(ll_particles *p, const double *stiff)
     double scale = p->params.density * p->mass * p->gradient_scale;
     clear(p, LL_PARTICLE_PRESSURE);
     for (int32_t a = 0; a < p->fluid; a++) {
-        double sum = pressure[a] + stiff[a] * p->kernel_scale;
+        double sum = pressure[a] + pressure_factor[a] * p->kernel_scale;
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
-            sum += stiff[pair[k]] * kernel[k];
-            pressure[pair[k]] += stiff[a] * kernel[k];
+            sum += pressure_factor[pair[k]] * kernel[k];
+            pressure[pair[k]] += pressure_factor[a] * kernel[k];
         }
         pressure[a] = scale * sum;
     }
 }
 
-void ll_particle_push(ll_particles *p, const double *stiff)
+void ll_particle_push(ll_particles *p, const double *pressure_factor)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p);
     const double *ex = ll_part_ex(p), *ey = ll_part_ey(p), *slope = ll_part_slope(p);
@@ -215,10 +213,10 @@ void ll_particle_push(ll_particles *p, const double *stiff)
     memset(push, 0, (size_t)ll_particle_total(p) * sizeof *push);
     for (int32_t a = 0; a < p->fluid; a++) {
         two sum = {0, 0};
-        double ka = stiff[a];
+        double ka = pressure_factor[a];
         for (int32_t k = row[2 * a]; k < row[2 * a + 2]; k++) {
             int32_t b = pair[k];
-            two f = mass * (ka + stiff[b]) * slope[k] * (two){ex[k], ey[k]};
+            two f = mass * (ka + pressure_factor[b]) * slope[k] * (two){ex[k], ey[k]};
             sum += f;
             push[b] += f;
         }

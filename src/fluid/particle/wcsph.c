@@ -1,9 +1,9 @@
-/* Weakly compressible SPH with diffusion of density (delta-SPH).
+/* Weakly compressible SPH with density diffusion (delta-SPH).
  *
  * Monaghan, J. Comput. Phys. 110 (1994): Tait's equation of state. Molteni and Colagrossi, Comput. Phys.
  * Commun. 180 (2009): diffusion; Fourtakas et al., Comput. Fluids 190 (2019): of the dynamic part of density
- * alone. Adami, Hu, Adams, J. Comput. Phys. 231 (2012): pressure of walls. Density follows the velocity after
- * the forces (semi-implicit), which is what keeps the scheme stable without damping. */
+ * only. Adami, Hu, Adams, J. Comput. Phys. 231 (2012): wall pressure. Density uses the velocity after the
+ * forces (semi-implicit), which keeps the scheme stable without damping. */
 #include <string.h>
 
 #include "fluid/particle/state.h"
@@ -17,14 +17,14 @@ static void pressure_of_fluid(ll_particles *p)
 {
     const double *density = ll_particle_values(p, LL_PARTICLE_DENSITY);
     double *pressure = ll_particle_values(p, LL_PARTICLE_PRESSURE), rest = p->params.density;
-    double stiff = rest * p->params.sound_speed * p->params.sound_speed / 7;
+    double stiffness = rest * p->params.sound_speed * p->params.sound_speed / 7;
     for (int32_t a = 0; a < p->fluid; a++) {
         double r = density[a] / rest, r2 = r * r;
-        pressure[a] = stiff * (r2 * r2 * r2 * r - 1);
+        pressure[a] = stiffness * (r2 * r2 * r2 * r - 1);
     }
 }
 
-/* Adami eq. 27: the mean of the fluid's pressure around, with the weight of the fluid between. */
+/* Adami eq. 27: mean pressure of the surrounding fluid, with the weight of the fluid between. */
 static void pressure_of_walls(ll_particles *p)
 {
     const int32_t *row = ll_part_row(p), *pair = ll_part_pair(p), *id = ll_part_id(p);
@@ -45,7 +45,7 @@ static void pressure_of_walls(ll_particles *p)
         }
     for (int32_t b = p->fluid; b < total; b++) {
         double mean = weight[b] > 0 ? pressure[b] / weight[b] : 0;
-        pressure[b] = mean > 0 ? mean : 0; /* walls do not pull */
+        pressure[b] = mean > 0 ? mean : 0; /* no tension at walls */
     }
 }
 
@@ -77,7 +77,7 @@ static void accelerate(ll_particles *p)
 
 /* Adds delta h c times the sum of 2 (rho_a - rho_b - hydrostatic difference) volume e grad W / e^2. The
  * difference is that of Tait's equation at its density: drho/dp = (rho0 / rho)^6 / c^2, dp/dy = rho g. A
- * straight line instead of it keeps a column 3 g H / c^2 from its pressure. */
+ * linear difference would cause a pressure error of 3 g H / c^2 in a column. */
 static void diffuse(ll_particles *p)
 {
     const ll_particle_params *q = &p->params;
@@ -140,9 +140,9 @@ static ll_particle_fault substep(ll_particles *p, double dt)
 
 const ll_particle_method ll_particle_wcsph = {
     .name = "wcsph",
-    .help = "Pressure from density by Tait's equation, density from the divergence of velocity, with "
-            "diffusion of density (delta-SPH). Nothing is solved: four passes over pairs in a substep, but "
-            "substeps as short as sound needs to cross a quarter of h (Monaghan 1994; Antuono et al. 2010).",
+    .help = "Pressure from density by Tait's equation, density from the divergence of velocity, with density "
+            "diffusion (delta-SPH). No solver: four passes over pairs per substep, but substeps must be as "
+            "short as sound needs to cross a quarter of h (Monaghan 1994; Antuono et al. 2010).",
     .travel = 0.5,
     .dt_limit = dt_limit,
     .substep = substep,

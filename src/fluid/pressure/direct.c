@@ -1,5 +1,5 @@
-/* An empty box: cosines (between walls) or waves (with periods) are the eigenvectors, so that each
- * coefficient is divided by its eigenvalue. */
+/* An empty box: cosines (between walls) or Fourier modes (periodic) are the eigenvectors, so each coefficient
+ * is divided by its eigenvalue. */
 #include <string.h>
 
 #include "base/detmath.h"
@@ -34,7 +34,7 @@ static size_t work_size(int32_t nx, int32_t ny)
     return ll_fft_size(nx) + ll_fft_size(ny) + doubles * sizeof(double);
 }
 
-/* Of mode k: 2 - 2 cos(angle), without cancelling. */
+/* Of mode k: 2 - 2 cos(angle), without cancellation. */
 static void eigenvalues(double *out, int32_t n, bool periodic)
 {
     for (int32_t k = 0; k < n; k++) {
@@ -52,7 +52,7 @@ static void prepare(const ll_poisson *p)
     eigenvalues(a.eigen_y, p->ny, p->periodic_y);
 }
 
-/* `width` doubles a cell. The constant mode is left at zero. */
+/* `width` doubles per cell. The constant mode stays zero. */
 static void divide(const parts *a, int32_t width, double scale)
 {
     for (int32_t j = 0; j < a->y->n; j++)
@@ -92,10 +92,10 @@ static void solve(ll_poisson *p)
 
 const ll_pressure_solver ll_pressure_direct = {
     .name = "direct",
-    .help = "Cosine (or Fourier) transform: exact to rounding, in boxes without obstacles. About "
-            "20 log2(N) operations a cell.",
+    .help = "Cosine (or Fourier) transform: exact to rounding, in boxes without obstacles. About 20 log2(N) "
+            "operations per cell.",
     .source = "Buzbee, Golub and Nielson 1970; Makhoul 1980",
-    .passes = 18, /* of N = 64 */
+    .passes = 18, /* for N = 64 */
     .direct = true,
     .work_size = work_size,
     .prepare = prepare,

@@ -1,4 +1,4 @@
-/* Red-black Gauss-Seidel: Jacobi that uses what it has just computed. */
+/* Red-black Gauss-Seidel: uses new values at once. */
 #include "fluid/pressure/poisson.h"
 
 static size_t work_size(int32_t nx, int32_t ny)
@@ -15,7 +15,7 @@ static void solve(ll_poisson *p)
 
 const ll_pressure_solver ll_pressure_gauss_seidel = {
     .name = "gauss_seidel",
-    .help = "Red-black Gauss-Seidel. A sweep costs 1 pass; about N^2 / 2 of them converge.",
+    .help = "Red-black Gauss-Seidel. A sweep costs 1 pass; converges in about N^2 / 2 sweeps.",
     .source = "Stam 2003",
     .passes = 1,
     .work_size = work_size,

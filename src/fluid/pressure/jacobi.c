@@ -1,4 +1,4 @@
-/* Jacobi: every cell from its neighbours of the sweep before. */
+/* Jacobi: every cell from its neighbours of the last sweep. */
 #include <string.h>
 
 #include "fluid/pressure/poisson.h"
@@ -8,10 +8,10 @@ static size_t work_size(int32_t nx, int32_t ny)
     return (size_t)(nx + 3) * (size_t)(ny + 3) * sizeof(double) + (size_t)(ny + 3) * sizeof(double);
 }
 
-/* With weight 1 the checkerboard changes sign from sweep to sweep and never fades. */
+/* With relaxation 1 the checkerboard mode changes sign from sweep to sweep and never decays. */
 static void solve(ll_poisson *p)
 {
-    enum { LOOK_EVERY = 10 }; /* looking costs as much as a sweep */
+    enum { LOOK_EVERY = 10 }; /* a check costs as much as a sweep */
     double *r = p->work, weight = p->relaxation > 0 ? p->relaxation : 1;
     if (ll_poisson_done(p))
         return;
@@ -26,8 +26,8 @@ static void solve(ll_poisson *p)
 
 const ll_pressure_solver ll_pressure_jacobi = {
     .name = "jacobi",
-    .help = "Jacobi: what graphics cards like. A sweep costs 1 pass; to converge it takes N^2 of them, and "
-            "with relaxation 1 it never does.",
+    .help = "Jacobi: suits graphics cards. A sweep costs 1 pass; converges in about N^2 sweeps, and not at "
+            "all with relaxation 1.",
     .source = "Stam 1999; Harris, GPU Gems 38, 2004",
     .passes = 1,
     .work_size = work_size,

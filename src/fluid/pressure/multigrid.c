@@ -1,10 +1,10 @@
-/* Multigrid: what changes slowly over the cells is solved on cells twice as large, and so on.
+/* Multigrid: slow variations over the cells are solved on cells twice as large, and so on.
  *
- * V(2,2) cycles with red-black sweeps, cells in fours, bilinear interpolation. A coarse face is open in the
- * share of its two fine faces, which for an empty box gives the same stencil on every level. Behind a wall
- * with a gap that share is too small and the correction too large: among obstacles it is made as long as
- * lowers the error's energy most, so that no cycle can raise it. Counts of cells are halved while both are
- * even; what is left is solved by over-relaxation. */
+ * V(2,2) cycles with red-black sweeps, 2 x 2 cells per coarse cell, bilinear interpolation. A coarse face is
+ * open in proportion to its two fine faces, which for an empty box gives the same stencil on every level.
+ * Behind a wall with a gap that proportion is too small and the correction too large: among obstacles the
+ * correction is scaled to minimise the energy of the error, so that no cycle can increase it. Cell numbers
+ * are halved while both are even; the coarsest level is solved by over-relaxation. */
 #include <string.h>
 
 #include "fluid/pressure/poisson.h"
@@ -27,8 +27,8 @@ static bool can_halve(int32_t nx, int32_t ny)
     return nx % 2 == 0 && ny % 2 == 0 && nx > COARSEST && ny > COARSEST;
 }
 
-/* Of the finest level only the rest and the correction are here; of the others x, b, both, faces and inverse.
- */
+/* The finest level stores only the residual and the correction here; the others x, b, both, faces and
+ * inverse. */
 static size_t work_size(int32_t nx, int32_t ny)
 {
     size_t count = 2 * cells_of(nx, ny);
@@ -40,7 +40,7 @@ static size_t work_size(int32_t nx, int32_t ny)
     return count * sizeof(double);
 }
 
-/* Where each level's fields stand in `work`. */
+/* Places the fields of each level in `work`. */
 static int lay_out(const ll_poisson *p, level levels[LEVELS_MAX])
 {
     double *at = p->work;
@@ -96,7 +96,7 @@ static void prepare(const ll_poisson *p)
         coarsen(&levels[l - 1].p, &levels[l].p);
 }
 
-/* What four cells want together; the guess is zero. */
+/* Sums the residuals of four cells; the initial guess is zero. */
 static void restrict_rest(const level *fine, const level *coarse)
 {
     int64_t s = fine->p.stride;
@@ -109,8 +109,8 @@ static void restrict_rest(const level *fine, const level *coarse)
         }
 }
 
-/* The fine cell in the corner of coarse cell k towards `side` and `across`, a step along x and y. Beyond a
- * closed face the slope is zero. */
+/* The fine cell in the corner of coarse cell k towards `side` and `across`, a step along x and y. The
+ * gradient through a closed face is zero. */
 static double corner(const ll_poisson *c, int64_t k, int64_t side, int64_t across, double open_side,
                      double open_across, double open_diagonal)
 {
@@ -201,9 +201,8 @@ static void solve(ll_poisson *p)
 
 const ll_pressure_solver ll_pressure_multigrid = {
     .name = "multigrid",
-    .help =
-        "Multigrid, V(2,2) cycles. A cycle costs about 8 passes; half a dozen converge, whatever N is. Best "
-        "where the counts of cells have many factors 2.",
+    .help = "Multigrid, V(2,2) cycles. A cycle costs about 8 passes; about six converge, for every N. Best "
+            "if the numbers of cells have many factors 2.",
     .source = "Brandt 1977; Trottenberg, Oosterlee and Schueller 2001",
     .passes = 8,
     .work_size = work_size,

@@ -22,8 +22,8 @@ static double *field(const ll_poisson *p, int index)
     return (double *)p->work + (size_t)index * field_count(p->stride, p->ny);
 }
 
-/* Bridson, Fluid Simulation for Computer Graphics, 2nd ed., figure 5.7. Couplings around a period are left to
- * the gradients. */
+/* Bridson, Fluid Simulation for Computer Graphics, 2nd ed., figure 5.7. Periodic couplings are left to the
+ * iteration. */
 static void prepare(const ll_poisson *p)
 {
     const double tau = 0.97, sigma = 0.25;
@@ -45,7 +45,7 @@ static void prepare(const ll_poisson *p)
         }
 }
 
-/* z = M^-1 r: forward and back. */
+/* z = M^-1 r: forward and backward substitution. */
 static void precondition(const ll_poisson *p, const double *r, double *z)
 {
     const double *factor = field(p, 0), *ox = p->open_x, *oy = p->open_y;

@@ -107,7 +107,7 @@ bool ll_poisson_done(ll_poisson *p)
 
 void ll_poisson_relax(ll_poisson *p, double relaxation)
 {
-    enum { LOOK_EVERY = 10 }; /* looking costs as much as a sweep */
+    enum { LOOK_EVERY = 10 }; /* a check costs as much as a sweep */
     if (ll_poisson_done(p))
         return;
     do {

@@ -1,4 +1,4 @@
-/* Successive over-relaxation: Gauss-Seidel that goes further than it should. */
+/* Successive over-relaxation: Gauss-Seidel with enlarged corrections. */
 #include "fluid/pressure/poisson.h"
 
 static size_t work_size(int32_t nx, int32_t ny)
@@ -15,8 +15,8 @@ static void solve(ll_poisson *p)
 
 const ll_pressure_solver ll_pressure_sor = {
     .name = "sor",
-    .help = "Over-relaxed Gauss-Seidel, by itself with 2 / (1 + sin(pi / N)). A sweep costs 1 pass; about "
-            "8 N of them converge.",
+    .help = "Over-relaxed Gauss-Seidel; default relaxation 2 / (1 + sin(pi / N)). A sweep costs 1 pass; "
+            "converges in about 8 N sweeps.",
     .source = "Young 1954",
     .passes = 1,
     .work_size = work_size,

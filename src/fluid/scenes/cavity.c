@@ -61,8 +61,8 @@ static void init(void *block, const void *given, const void *solver)
 
 /* ---- profiles ---- */
 
-/* u (0) along the upright middle, v (1) along the level one, in the middle of cell j; beyond a wall, the
- * wall. */
+/* u (0) along the vertical centre line, v (1) along the horizontal one, at the centre of cell j; beyond a
+ * wall, the wall. */
 static double node_value(const ll_grid *g, int component, int32_t j)
 {
     int32_t n = ll_grid_get_config(g)->nx;
@@ -76,7 +76,7 @@ static double node_place(int32_t n, int32_t j)
     return j < 0 ? 0 : j >= n ? 1 : (j + 0.5) / n;
 }
 
-/* The cubic through the four values around, walls among them. */
+/* Cubic interpolation of the four nearest values, walls included. */
 static double profile_at(const ll_grid *g, int component, double coordinate)
 {
     int32_t n = ll_grid_get_config(g)->nx, first = (int32_t)(coordinate * n + 0.5) - 2;
@@ -92,7 +92,7 @@ static double profile_at(const ll_grid *g, int component, double coordinate)
     return sum;
 }
 
-/* What is known of a cavity; NULL: nothing. */
+/* Reference solution of a cavity; NULL: none. */
 static const ll_cavity_reference *reference(const ll_grid *g)
 {
     params p;
@@ -103,7 +103,7 @@ static const ll_cavity_reference *reference(const ll_grid *g)
     return NULL;
 }
 
-/* At multiples of 1/128, where published values stand; then those. */
+/* At multiples of 1/128 and at the published points. */
 static int profile(const void *block, int index, const char **name, double (*pairs)[2])
 {
     static const char *const names[4] = {"u", "v", "u_reference", "v_reference"};
@@ -147,7 +147,7 @@ static int numbers(const void *block, ll_fluid_number *out)
     return 2;
 }
 
-/* Along the walls the flow has layers of about 1 / sqrt(Re) (Prandtl 1904). */
+/* Boundary layers along the walls are about 1 / sqrt(Re) thick (Prandtl 1904). */
 static int notices(const void *block, ll_fluid_notice *out)
 {
     const ll_grid_config *c = ll_grid_get_config(block);
@@ -156,16 +156,14 @@ static int notices(const void *block, ll_fluid_notice *out)
     double layer = (double)p.n / sqrt(p.re);
     int count = 0;
     if (layer < 1)
-        snprintf(
-            out[count++].text, sizeof out->text,
-            "The layers along the walls are about %.2g cells thick at Re %g with params.n %lld: they are not "
-            "resolved; params.n of %.0f would give them one.",
-            layer, p.re, (long long)p.n, sqrt(p.re));
+        snprintf(out[count++].text, sizeof out->text,
+                 "The boundary layers at the walls are about %.2g cells thick at Re %g with params.n %lld: "
+                 "not resolved; params.n of %.0f would give them one cell.",
+                 layer, p.re, (long long)p.n, sqrt(p.re));
     if (p.re > 8000)
         snprintf(
             out[count++].text, sizeof out->text,
-            "Beyond Re 8,000 the flow in the cavity does not become steady: there is no solution to be held "
-            "against.");
+            "Above Re 8,000 the flow in the cavity does not become steady: there is no reference solution.");
     return count;
 }
 
@@ -173,7 +171,7 @@ const ll_fluid_scene ll_fluid_cavity = {
     .name = "cavity",
     .title = "Driven cavity",
     .help =
-        "A box whose lid moves: the steady state of Re 100 and 1000 is known to 1e-4, of Re 400 to 0.006.",
+        "A box with a moving lid: the steady state of Re 100 and 1000 is known to 1e-4, of Re 400 to 0.006.",
     .source = "Ghia, Ghia and Shin 1982; cavity_reference.h",
     .method = &ll_fluid_grid,
     .params = &ll_fluid_cavity_params,

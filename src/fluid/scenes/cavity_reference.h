@@ -1,9 +1,9 @@
-/* Velocities along the middles of the driven cavity.
+/* Velocities along the centre lines of the driven cavity.
  *
- * `value` is Richardson's extrapolation of steady solutions of order 2 on 128, 256 and 512 cells, right to
+ * `value` is Richardson's extrapolation of steady solutions of order 2 on 128, 256 and 512 cells, accurate to
  * 1e-4. `ghia` is the printed table of Ghia, Ghia and Shin 1982, which is off by up to 0.0093 at Re 100 and
- * 0.0184 at Re 1000: for comparing at 0.02 only. At Re 400 the printed
- * table is all there is, off by up to 0.0062; v at x = 0.9063 is left out, which is misprinted by 0.15. */
+ * 0.0184 at Re 1000: only for comparisons to 0.02. At Re 400 there is only the printed table, off by up to
+ * 0.0062; v at x = 0.9063 is omitted, since it is misprinted by 0.15. */
 #pragma once
 
 typedef struct ll_cavity_point {

@@ -1,4 +1,4 @@
-/* Smoke past a cylinder in a tunnel of 2 m: a street of vortices. */
+/* Smoke past a cylinder in a tunnel of 2 m: a vortex street. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
@@ -30,7 +30,7 @@ static const ll_param param_rows[] = {
      .min = -10,
      .max = 10,
      .unit = "m/s^2",
-     .help = "With which smoke rises."},
+     .help = "Buoyancy of the smoke."},
 };
 
 const ll_param_table ll_fluid_cylinder_params = {.name = "cylinder",
@@ -76,14 +76,14 @@ static void init(void *block, const void *given, const void *solver)
     for (int32_t j = 0; j < c.ny; j++)
         for (int32_t i = 0; i <= c.nx; i++) {
             double x = (i + 0.5) * c.h - 0.5,
-                   y = (j + 0.5) * c.h - SIDE / 2 - 0.01; /* a little off the axis */
+                   y = (j + 0.5) * c.h - SIDE / 2 - 0.01; /* slightly off the axis */
             u[ll_grid_at(c.nx, i, j)] = SPEED;
             fluid[ll_grid_at(c.nx, i, j)] = !(x * x + y * y < RADIUS * RADIUS);
         }
     ll_grid_start(block);
 }
 
-/* A layer along a body is about its diameter over the square root of Re thick (Prandtl 1904). */
+/* The boundary layer is about the diameter over the square root of Re thick (Prandtl 1904). */
 static int notices(const void *block, ll_fluid_notice *out)
 {
     params p;
@@ -92,15 +92,13 @@ static int notices(const void *block, ll_fluid_notice *out)
     double across = 2 * RADIUS / c->h, layer = across / sqrt(p.re);
     int count = 0;
     snprintf(out[count++].text, sizeof out->text,
-             "The cylinder takes %.0f %% of the tunnel's width: the flow beside it is faster than in a free "
-             "stream, "
-             "and its frequency higher.",
+             "The cylinder blocks %.0f %% of the tunnel's width: the flow past it is faster than in a free "
+             "stream, and its frequency higher.",
              100 * 2 * RADIUS / SIDE);
     if (layer < 1)
         snprintf(out[count++].text, sizeof out->text,
-                 "The layer along the cylinder is about %.2g cells thick at Re %g with %.3g cells across it: "
-                 "params.n "
-                 "of %.0f would give it one.",
+                 "The boundary layer of the cylinder is about %.2g cells thick at Re %g with %.3g cells "
+                 "across it: params.n of %.0f would give it one cell.",
                  layer, p.re, across, (double)p.n / layer);
     return count;
 }
@@ -108,7 +106,7 @@ static int notices(const void *block, ll_fluid_notice *out)
 const ll_fluid_scene ll_fluid_cylinder = {
     .name = "cylinder",
     .title = "Smoke past a cylinder",
-    .help = "A tunnel with a cylinder, behind which vortices part in turn. Stir it.",
+    .help = "A tunnel with a cylinder that sheds vortices alternately. Drag the smoke with the pointer.",
     .source = "von Karman 1911",
     .method = &ll_fluid_grid,
     .params = &ll_fluid_cylinder_params,

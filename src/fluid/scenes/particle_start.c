@@ -51,7 +51,7 @@ static void poiseuille(double size, ll_particle_setup *s)
     s->fill[0] = (ll_particle_fill){.width = s->width, .height = 1};
 }
 
-/* ---- a drop that nothing holds ---- */
+/* ---- a free drop ---- */
 
 static const ll_param drop_rows[] = {
     LL_PARTICLE_ROWS(LL_PARTICLE_DFSPH, 0, -1, 1, 20, 0.01, 0, 0, 0.4, 100, 0)};
@@ -66,7 +66,7 @@ static void drop(double size, ll_particle_setup *s)
         .x = 1.5, .y = 2.5, .width = 1, .height = 1, .u = 0.3, .v = 0.2, .strain = 1, .round = 1};
 }
 
-/* ---- a box that floats ---- */
+/* ---- a floating box ---- */
 
 static const ll_param raft_rows[] = {
     LL_PARTICLE_ROWS(LL_PARTICLE_DFSPH, 0, -1, 1, 14, 0.05, 0, 0, 0.4, 100, 0)};
@@ -82,7 +82,7 @@ static void raft(double size, ll_particle_setup *s)
     s->body = (ll_particle_float){.x = 1, .y = 0.95, .width = 0.5, .height = 0.4, .density = 0.6};
 }
 
-/* ---- as games have it: a shallow pool of 20 m, in SI units ---- */
+/* ---- a game's pool: 20 m, shallow, in SI units ---- */
 
 static const ll_param pool_rows[] = {
     LL_PARTICLE_ROWS(LL_PARTICLE_PBF, 0, -10, 1000, 50, 0.02, 0, 0, 1, 4, 0.1)};
@@ -102,8 +102,8 @@ static void pool(double size, ll_particle_setup *s)
 static const ll_particle_scene dam_break_scene = {
     .name = "dam_break",
     .title = "Dam break",
-    .help = "A column of width 1 and height 2 falls into a dry tank; lengths in its width a, times in "
-            "sqrt(a / g). Held against Martin and Moyce (1952) and Ritter's front 1 + 2 sqrt(2) t.",
+    .help = "A column of width 1 and height 2 falls into a dry tank; lengths in its width a, times in sqrt(a "
+            "/ g). Compared with Martin and Moyce (1952) and Ritter's front 1 + 2 sqrt(2) t.",
     .size = 20,
     .dt = 0.02,
     .duration = 2.4,
@@ -114,7 +114,7 @@ static const ll_particle_scene dam_break_scene = {
 static const ll_particle_scene hydrostatic_scene = {
     .name = "hydrostatic",
     .title = "Hydrostatic column",
-    .help = "A column of height 1 comes to rest under gravity 1; pressure is held against density g depth.",
+    .help = "A column of height 1 comes to rest under gravity 1; pressure is compared with density g depth.",
     .size = 40,
     .depth = 1,
     .dt = 0.02,
@@ -127,7 +127,7 @@ static const ll_particle_scene poiseuille_scene = {
     .name = "poiseuille",
     .title = "Poiseuille flow",
     .help = "Fluid at rest between two walls is driven by a constant force: width 1, force 1, viscosity 0.1. "
-            "In the middle 0.769190642828260 at time 1 and 1.25 at last.",
+            "In the middle 0.769190642828260 at time 1, and 1.25 in the limit.",
     .size = 32,
     .dt = 0.02,
     .duration = 1,
@@ -138,8 +138,7 @@ static const ll_particle_scene poiseuille_scene = {
 static const ll_particle_scene drop_scene = {
     .name = "drop",
     .title = "Falling drop",
-    .help = "A disc that falls, moves sideways and is drawn out while nothing touches it: momentum is "
-            "mass (0.3, 0.2 - t).",
+    .help = "A disc in free fall that moves sideways and is stretched: momentum is mass (0.3, 0.2 - t).",
     .size = 30,
     .dt = 0.02,
     .duration = 1,
@@ -162,8 +161,7 @@ static const ll_particle_scene pool_scene = {
     .name = "pool",
     .title = "Pool",
     .help = "A step of half a metre in the level of a pool of 20 m runs to and fro: water at a game's scale "
-            "and cost, by "
-            "position-based fluids. 400 along the pool are 10,000 particles.",
+            "and cost, by position-based fluids. 400 along the pool are 10,000 particles.",
     .size = 200,
     .dt = 1. / 60,
     .duration = 10,

@@ -1,4 +1,4 @@
-/* Scenes of particles as rows of fluid.h: how fine they are is their one parameter. */
+/* Scenes of particles as rows of fluid.h; their one parameter is the resolution. */
 #include <math.h>
 
 #include "base/detmath.h"
@@ -42,10 +42,10 @@ static void init(const char *scene, void *block, const void *given, const void *
     ll_particles_init(block, &setup, solver);
 }
 
-/* ---- what is right ---- */
+/* ---- reference solutions ---- */
 
-/* Martin and Moyce (1952), n^2 = 2: the front Z over T = t sqrt(2 g / a) of a gate that took 0.175 to open.
- */
+/* Martin and Moyce (1952), n^2 = 2: the front Z over T = t sqrt(2 g / a), with a gate that took 0.175 to
+ * open. */
 static const double measured[][2] = {{.41, 1.11},  {.84, 1.22},  {1.19, 1.44}, {1.43, 1.67}, {1.63, 1.89},
                                      {1.83, 2.11}, {1.98, 2.33}, {2.20, 2.56}, {2.32, 2.78}, {2.51, 3.00},
                                      {2.65, 3.22}, {2.83, 3.44}, {2.98, 3.67}, {3.11, 3.89}, {3.33, 4.11}};
@@ -78,7 +78,7 @@ static int hydrostatic_numbers(const void *block, ll_fluid_number *out)
     return 1;
 }
 
-/* Of a channel of width 1, force 1 and viscosity 0.1, from rest. */
+/* In a channel of width 1 with force 1 and viscosity 0.1, from rest. */
 static double poiseuille_velocity(double y, double t)
 {
     double u = 5 * y * (1 - y);
@@ -143,13 +143,13 @@ static int poiseuille_numbers(const void *block, ll_fluid_number *out)
                                              .numbers = numbers_}
 
 SCENE(dam_break, "Dam break", 20, 2.4, "Martin and Moyce 1952; Ritter 1892", dam_break_numbers,
-      "A column of 1 m x 2 m falls into a dry tank under gravity 1; held against a measured front.");
+      "A column of 1 m x 2 m falls into a dry tank under gravity 1; compared with a measured front.");
 SCENE(hydrostatic, "Hydrostatic column", 40, 10, "density times gravity times depth", hydrostatic_numbers,
-      "A column of 1 m at rest under gravity 1; its pressure is held against its depth.");
+      "A column of 1 m at rest under gravity 1; its pressure is compared with its depth.");
 SCENE(poiseuille, "Poiseuille flow", 20, 2, "series of the flow from rest", poiseuille_numbers,
-      "Fluid between two walls that a constant force drives; held against the exact profile.");
+      "Fluid between two walls, driven by a constant force; compared with the exact profile.");
 SCENE(drop, "Falling drop", 30, 1, "momentum of free fall", NULL,
-      "A disc that falls and is drawn out while nothing touches it; its momentum is known exactly.");
+      "A disc in free fall that is stretched; its momentum is known exactly.");
 SCENE(raft, "Floating box", 20, 10, "Archimedes", NULL,
       "A box of 0.6 of the fluid's density falls in and floats with 0.6 of its height under water.");
 SCENE(pool, "Pool", 200, 10, "Macklin and Mueller 2013", NULL,

@@ -1,4 +1,4 @@
-/* A shape that turns with the box's solid rotation, once a second: what comes round should be what it was. */
+/* A shape that rotates with the box's solid rotation, once a second: after a turn it should be unchanged. */
 #include <math.h>
 #include <string.h>
 
@@ -25,7 +25,8 @@ static const ll_param param_rows[] = {
 };
 
 const ll_param_table ll_fluid_rotation_params = {.name = "rotation",
-                                                 .help = "A shape that turns once a second in a box of 1 m.",
+                                                 .help =
+                                                     "A shape that rotates once a second in a box of 1 m.",
                                                  .rows = param_rows,
                                                  .count = sizeof param_rows / sizeof param_rows[0],
                                                  .size = sizeof(params)};
@@ -55,7 +56,7 @@ static ll_status check(const void *given, const void *solver)
 
 static double slotted_disc(double x, double y)
 {
-    y -= 0.25; /* from the middle of the box */
+    y -= 0.25; /* relative to the box's centre */
     return x * x + y * y < 0.15 * 0.15 && !(fabs(x) < 0.025 && y < 0.1);
 }
 
@@ -67,7 +68,7 @@ static double gaussian(double x, double y)
 
 static double (*const shapes[])(double x, double y) = {slotted_disc, gaussian};
 
-/* The shape at (x, y) from the middle after `turns` to the left. */
+/* The shape at (x, y) relative to the centre after `turns` counter-clockwise. */
 static double turned(const params *p, double x, double y, double turns)
 {
     double angle = 2 * PI * (turns - (double)(int64_t)turns), c = ll_cos(angle), s = ll_sin(angle);
@@ -113,7 +114,7 @@ const ll_fluid_scene ll_fluid_rotation = {
     .name = "rotation",
     .title = "Solid rotation",
     .help =
-        "A slotted disc, or a smooth hill, that turns with the box: shows what carrying it does to a shape.",
+        "A slotted disc, or a smooth hill, that rotates with the box: shows how advection changes a shape.",
     .source = "Zalesak 1979",
     .method = &ll_fluid_grid,
     .params = &ll_fluid_rotation_params,

@@ -1,6 +1,6 @@
-/* Every scene of every method. A new one is a name here, and three things by that name:
- * ll_fluid_NAME, a row; ll_fluid_NAME_params, the table of its own parameters; ll_fluid_NAME_solver, the
- * table of its method's settings with the defaults that suit it. New names go to the end. */
+/* Every scene of every method. A new scene is a name here, and three definitions by that name: ll_fluid_NAME,
+ * a row; ll_fluid_NAME_params, the table of its own parameters; ll_fluid_NAME_solver, the table of its
+ * method's settings with the scene's defaults. Append new names at the end. */
 #pragma once
 
 #include "fluid/core/fluid.h"

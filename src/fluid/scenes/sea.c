@@ -12,7 +12,7 @@ typedef struct solver {
     int32_t reserved;
 } solver;
 
-/* The start of the block; the ocean follows. */
+/* Start of the block, before the ocean. */
 typedef struct sea {
     ll_ocean_setup setup;
     ll_time now;
@@ -30,7 +30,7 @@ static ll_ocean *ocean_of(const void *block)
 
 static const ll_param param_rows[] = {LL_OCEAN_ROWS(128, 30)};
 const ll_param_table ll_fluid_sea_params = {.name = "sea_state",
-                                            .help = "A square of a sea that the wind has risen.",
+                                            .help = "A square of fully developed sea.",
                                             .rows = param_rows,
                                             .count = sizeof param_rows / sizeof param_rows[0],
                                             .size = sizeof(ll_ocean_setup)};
@@ -42,17 +42,17 @@ static const ll_param solver_rows[] = {
      .choices = ll_ocean_method_names,
      .standard = LL_OCEAN_SPECTRUM,
      .live = true,
-     .help = "How the surface is made."},
+     .help = "Method for the surface."},
     {.name = "choppiness",
      .type = LL_PARAM_REAL,
      .offset = offsetof(solver, choppiness),
      .max = 1.5,
      .standard = 1,
      .live = true,
-     .help = "Scale of the displacement along the water."},
+     .help = "Scale of the horizontal displacement."},
 };
 const ll_param_table ll_fluid_sea_solver = {.name = "sea_solver",
-                                            .help = "How the surface of a sea is made.",
+                                            .help = "Parameters of a sea's surface.",
                                             .rows = solver_rows,
                                             .count = sizeof solver_rows / sizeof solver_rows[0],
                                             .size = sizeof(solver)};
@@ -79,7 +79,7 @@ static size_t size(const void *params, const void *given)
     return OCEAN_AT + most;
 }
 
-/* Of every method, since it may be changed. */
+/* Checks every method, since it may be changed. */
 static ll_status check(const void *params, const void *given)
 {
     for (int32_t method = 0; method < LL_OCEAN_METHODS; method++) {
@@ -123,7 +123,7 @@ static ll_status step(void *block, double dt)
     return ll_ok();
 }
 
-/* ---- looking ---- */
+/* ---- queries ---- */
 
 static int numbers(const void *block, ll_fluid_number *out)
 {
@@ -153,7 +153,7 @@ static int numbers(const void *block, ll_fluid_number *out)
     return sizeof all / sizeof all[0];
 }
 
-/* Beyond so much of the energy the height of the waves is another than the wind's. */
+/* Fraction of the energy above which the wave height differs notably from the wind's. */
 static const double share_told = 0.05;
 
 static int notices(const void *block, ll_fluid_notice *out)
@@ -163,16 +163,14 @@ static int notices(const void *block, ll_fluid_notice *out)
     const char *where = s->method == LL_OCEAN_TILED ? "tile" : "box";
     int count = 0;
     if (fit.longer > share_told)
-        snprintf(
-            out[count++].text, sizeof out->text,
-            "%.0f %% of the sea's energy is in waves longer than the %s of %.4g m (at a wind of %g m/s the "
-            "peak has %.0f m), which have no place in it: the significant height is not the wind's %.3g m.",
-            100 * fit.longer, where, fit.length, s->wind_speed, fit.peak, fit.height);
+        snprintf(out[count++].text, sizeof out->text,
+                 "%.0f %% of the sea's energy is in waves longer than the %s of %.4g m (at a wind of %g m/s "
+                 "the peak has %.0f m), which do not fit: the significant height is not the wind's %.3g m.",
+                 100 * fit.longer, where, fit.length, s->wind_speed, fit.peak, fit.height);
     if (fit.shorter > share_told)
         snprintf(out[count++].text, sizeof out->text,
-                 "%.0f %% of the sea's energy is in waves shorter than two cells of %.3g m: they are left "
-                 "out, and "
-                 "the significant height is below the wind's %.3g m.",
+                 "%.0f %% of the sea's energy is in waves shorter than two cells of %.3g m: they are "
+                 "omitted, and the significant height is below the wind's %.3g m.",
                  100 * fit.shorter, s->length / (double)s->n, fit.height);
     return count;
 }
@@ -192,7 +190,7 @@ static const ll_fluid_layer layers[] = {
      .shape = LL_FLUID_FIELD,
      .columns = height_columns},
     {.name = "body",
-     .help = "The floating box: its place, its height and its slopes.",
+     .help = "The floating box: position, height and slopes.",
      .shape = LL_FLUID_POINTS,
      .columns = body_columns},
 };
@@ -220,7 +218,7 @@ static void layer_values(const void *block, int layer, float *out)
 
 static const ll_fluid_method ocean = {
     .name = "ocean",
-    .help = "The surface of an ocean as a function of time: nothing is integrated but what floats.",
+    .help = "Surface of an ocean as a function of time; only floating bodies are integrated.",
     .layers = layers,
     .layer_count = sizeof layers / sizeof layers[0],
     .step = step,
@@ -235,9 +233,8 @@ static const ll_fluid_method ocean = {
 const ll_fluid_scene ll_fluid_sea = {
     .name = "sea",
     .title = "Sea state",
-    .help =
-        "A sea that the wind has risen, seen from above, with a box that floats on it: a few waves, as many "
-        "as points, or a tile that repeats.",
+    .help = "A fully developed sea from above, with a floating box: a few waves, as many as points, or a "
+            "tile that repeats.",
     .source = "Pierson and Moskowitz 1964",
     .method = &ocean,
     .params = &ll_fluid_sea_params,

@@ -1,5 +1,5 @@
-/* Taylor and Green's vortices, carried along by a mean flow: an exact solution with viscosity. Without the
- * mean flow central differences are exact, and advection would not be tested. */
+/* Taylor-Green vortices, advected by a mean flow: an exact solution with viscosity. Without the mean flow
+ * central differences are exact and would not test advection. */
 #include <math.h>
 #include <string.h>
 
@@ -38,11 +38,11 @@ static const ll_param param_rows[] = {
      .max = 10,
      .standard = 1,
      .unit = "m/s",
-     .help = "Mean flow up."},
+     .help = "Mean flow upwards."},
 };
 
 const ll_param_table ll_fluid_taylor_green_params = {.name = "taylor_green",
-                                                     .help = "Vortices of 2 pi m that a mean flow carries.",
+                                                     .help = "Vortices of 2 pi m in a mean flow.",
                                                      .rows = param_rows,
                                                      .count = sizeof param_rows / sizeof param_rows[0],
                                                      .size = sizeof(params)};
@@ -69,7 +69,7 @@ static ll_status check(const void *given, const void *solver)
     return ll_grid_check(&c, solver, true);
 }
 
-/* The exact velocities at a point, without the mean. */
+/* Exact velocities at a point, without the mean. */
 static double exact_u(double x, double y, double decay)
 {
     return -decay * ll_cos(x) * ll_sin(y);
@@ -96,7 +96,7 @@ static void init(void *block, const void *given, const void *solver)
     ll_grid_start(block);
 }
 
-/* Root of the mean square of the error over that of the exact vortices. */
+/* Root mean square error relative to the exact vortices. */
 static double error_l2(const ll_grid *g, const params *p, double decay)
 {
     const ll_grid_config *c = ll_grid_get_config(g);
@@ -114,7 +114,8 @@ static double error_l2(const ll_grid *g, const params *p, double decay)
     return ll_sqrt(sum / all);
 }
 
-/* The energy of the vortices falls with exp(-4 nu t); what it falls more is the method's own viscosity. */
+/* The energy of the vortices decays with exp(-4 nu t); faster decay shows the method's numerical
+ * viscosity. */
 static int numbers(const void *block, ll_fluid_number *out)
 {
     const ll_grid *g = block;
@@ -133,7 +134,7 @@ static int numbers(const void *block, ll_fluid_number *out)
 const ll_fluid_scene ll_fluid_taylor_green = {
     .name = "taylor_green",
     .title = "Taylor-Green vortices",
-    .help = "Vortices that decay while a mean flow carries them: shows the viscosity that a method adds.",
+    .help = "Vortices that decay in a mean flow: shows the numerical viscosity of a method.",
     .source = "Taylor and Green 1937",
     .method = &ll_fluid_grid,
     .params = &ll_fluid_taylor_green_params,

@@ -1,8 +1,8 @@
-/* What shots meet: bodies, cover and the ground. Closed forms; nothing here keeps state.
+/* What shots hit: bodies, cover and the ground. Closed forms; nothing here keeps state.
  *
- * A body is a circle, a cover an upright box. A ray is a shot without time of flight. A flight is a parabola;
- * it is met by bodies that move evenly meanwhile, and when it meets one is a root of a polynomial, so that
- * the answer does not depend on how a flight is cut into stretches. Lengths in m, times in s. */
+ * A body is a circle, a cover an axis-aligned box. A ray is a hitscan shot. A flight is a parabola. Bodies
+ * move linearly during it, and the time of a hit is a root of a polynomial, so that it does not depend on how
+ * a flight is divided. Lengths in m, times in s. */
 #pragma once
 
 #include <stdbool.h>
@@ -22,12 +22,12 @@ typedef struct ll_box {
 } ll_box;
 
 typedef struct ll_arena {
-    int players, bodies; /* entities [0, bodies) can be hit: the players', then targets */
-    int teams;           /* player i is of team i % teams; a shot passes through the shooter's own team */
+    int players, bodies; /* entities [0, bodies) can be hit: players, then targets */
+    int teams;           /* player i is in team i % teams; shots pass through the shooter's team */
     int covers;
     double player_radius, target_radius;
     double shell_speed, gravity;
-    double interval_s[LL_WEAPONS]; /* between two shots of a player; 0: nobody carries the weapon */
+    double interval_s[LL_WEAPONS]; /* between two shots of a player; 0: the weapon does not exist */
     ll_box bounds;                 /* shots end here; the lower edge is the ground; flights may rise above */
     ll_box cover[LL_COVER_MAX];
 } ll_arena;
@@ -35,32 +35,32 @@ typedef struct ll_arena {
 bool ll_arena_enemies(const ll_arena *arena, int shooter, int body);
 double ll_arena_radius(const ll_arena *arena, int body);
 
-/* ---- without time of flight ---- */
+/* ---- hitscan ---- */
 
 #define LL_NOBODY (-1)
 
-/* How far along the ray of unit `direction`; negative when it misses, 0 from within. */
+/* Distance along the ray of unit `direction`; negative: no hit, 0: from inside. */
 double ll_ray_circle(ll_point from, ll_point direction, ll_point centre, double radius);
 double ll_ray_box(ll_point from, ll_point direction, const ll_box *box);
 
-/* The first body that a ray meets before any cover, or LL_NOBODY. */
+/* First body that a ray hits before any cover, or LL_NOBODY. */
 int ll_arena_ray(const ll_arena *arena, int shooter, ll_point from, ll_point direction,
                  const ll_point *bodies);
 
-/* Whether no cover stands between two points. */
+/* Whether no cover is between two points. */
 bool ll_arena_sees(const ll_arena *arena, ll_point a, ll_point b);
 
-/* ---- with it ---- */
+/* ---- projectiles ---- */
 
 typedef struct ll_flight {
-    ll_point from, velocity; /* at its start */
+    ll_point from, velocity; /* at launch */
     double gravity;
 } ll_flight;
 
 ll_point ll_flight_at(const ll_flight *flight, double s);
 
-/* The straight line through where the flight is at `s0` and `s1`, as a flight that begins at `s0`. In between
- * it is off by gravity (s - s0) (s1 - s) / 2, at most gravity (s1 - s0)^2 / 8. */
+/* The straight line between the flight's positions at `s0` and `s1`, as a flight that begins at `s0`. Its
+ * error is gravity (s - s0) (s1 - s) / 2, at most gravity (s1 - s0)^2 / 8. */
 ll_flight ll_flight_chord(const ll_flight *flight, double s0, double s1);
 
 typedef enum ll_met { LL_MET_NOTHING, LL_MET_BODY, LL_MET_COVER, LL_MET_BOUNDS } ll_met;
@@ -71,7 +71,6 @@ typedef struct ll_meeting {
     int body;
 } ll_meeting;
 
-/* The first thing that a flight meets from `s0` to `s1`, while the bodies move evenly from `before` to
- * `after`. */
+/* First hit of a flight from `s0` to `s1`, while the bodies move linearly from `before` to `after`. */
 ll_meeting ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *flight, double s0, double s1,
                            const ll_point *before, const ll_point *after);

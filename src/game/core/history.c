@@ -50,7 +50,7 @@ ll_time ll_history_time(const ll_history *history, int64_t step)
     return record_at(history, step < oldest ? oldest : step > newest ? newest : step)->time;
 }
 
-/* The last record at or before `time`; steps are nearly even, so a guess from the newest is nearly right. */
+/* Last record at or before `time`. Steps are almost even, so that a guess from the newest is almost right. */
 static int64_t find(const ll_history *history, ll_time time)
 {
     int64_t newest = history->count - 1;

@@ -1,7 +1,7 @@
-/* Where the entities of a server were: a ring of positions by time, for looking into the past.
+/* Past positions of the entities of a server: a ring by time, for rewinding.
  *
- * Part of a simulation's block: no pointers. It holds the last LL_HISTORY_STEPS steps: 8.5 s at 60 a second,
- * older than any view. */
+ * Part of a simulation's block: no pointers. It holds the last LL_HISTORY_STEPS steps: 8.5 s at 60 per
+ * second, older than any view. */
 #pragma once
 
 #include "game/core/game.h"
@@ -28,15 +28,15 @@ size_t ll_history_size(int entities);
 void ll_history_init(ll_history *history, int entities);
 void ll_history_add(ll_history *history, ll_time time, const ll_world *world);
 
-/* A moment of a history: where it lies among the records, for all entities at once. */
+/* A time within a history, as records to interpolate, for all entities at once. */
 typedef struct ll_moment {
     int64_t before, after; /* records around it; equal at the ends */
-    double share;          /* of the way from `before` to `after` */
+    double share;          /* fraction of the way from `before` to `after` */
 } ll_moment;
 
 ll_time ll_history_newest(const ll_history *history);
 
-/* The moment of a step, which must be in the ring. */
+/* A step, which must be in the ring. */
 static inline ll_moment ll_history_step(int64_t step)
 {
     return (ll_moment){step, step, 0};
@@ -49,12 +49,12 @@ static inline const ll_history_record *ll_history_record_at(const ll_history *hi
                                        (size_t)(i & (LL_HISTORY_STEPS - 1)) * size);
 }
 
-/* When record `step` was made, the step that it is of; the nearest that is kept. */
+/* Time at which the server made this step, or the nearest one in the ring. */
 ll_time ll_history_time(const ll_history *history, int64_t step);
 
-ll_moment ll_history_find(const ll_history *history, ll_time time); /* beyond the ends: the end */
+ll_moment ll_history_find(const ll_history *history, ll_time time); /* clamped to the ends */
 
-/* Here, since a frame asks for every entity. */
+/* Inline, since a frame asks for every entity. */
 static inline void ll_history_at(const ll_history *history, ll_moment moment, int entity, double *x,
                                  double *y)
 {

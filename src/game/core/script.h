@@ -1,23 +1,23 @@
-/* What scripts draw. Every draw is a hash of (session's seed, player, purpose, counter) and nothing else, so
- * a script is a pure function of the seed, the time and what its client draws: it may be asked about any
- * time, in any order, at the same cost. docs/concepts.md tells for each script which of these it uses.
+/* Random choices of scripts. Each is a hash of (session's seed, player, purpose, counter) only, so a script
+ * is a pure function of the seed, the time and what its client draws: it may be evaluated at any time, in any
+ * order, at the same cost. docs/concepts.md lists the choices of each script.
  *
- * A player's time is cut into slots of drawn lengths: the boundaries of a raster of `mean`, the first of it
- * drawn too, are each moved by up to `spread`. So a slot is between mean - spread and mean + spread long, and
- * finding the one of a time takes at most two draws. */
+ * A player's time is divided into slots of random length: boundaries at multiples of `mean`, with a random
+ * phase, are each moved by up to `spread`. So a slot is between mean - spread and mean + spread long, and
+ * finding the one of a time needs at most two draws. */
 #pragma once
 
 #include "base/rng.h"
 #include "game/core/game.h"
 
-#define LL_SCRIPT_STREAM UINT64_C(0x7363726970740000) /* `script`; 16 purposes a player */
+#define LL_SCRIPT_STREAM UINT64_C(0x7363726970740000) /* `script`; 16 purposes per player */
 
-/* The purposes of slots; what is drawn for a slot has purposes of the game's own, from LL_SCRIPT_OWN on. */
+/* Purposes of slots; choices within a slot use purposes of the game, from LL_SCRIPT_OWN on. */
 enum { LL_SCRIPT_SLOTS, LL_SCRIPT_AIM_SLOTS, LL_SCRIPT_WEAPON_SLOTS, LL_SCRIPT_OWN };
 
 typedef struct ll_slot {
     int64_t number; /* from 0 on */
-    ll_time since;  /* how long the slot has lasted; of slot 0 including what lies before time 0 */
+    ll_time since;  /* time since the slot began; slot 0 may begin before time 0 */
 } ll_slot;
 
 static inline uint64_t ll_script_draw(uint64_t seed, int player, int purpose, int64_t counter)

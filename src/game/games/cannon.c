@@ -1,6 +1,6 @@
-/* Cannon: players fire in turn at a target, a projectile each.
+/* Cannon: players fire one projectile each at a target, in turn.
  *
- * Axis 0 is the elevation (0 to 1: level to upright), axis 1 the muzzle speed (0 to 1 of the largest);
+ * Axis 0 is the elevation (0: level, 1: vertical), axis 1 the muzzle speed (relative to the largest);
  * LL_BUTTON_FIRE fires. Flight under gravity and linear drag is solved exactly per step. A shot ends at the
  * target or on the ground; then it is the next player's turn. */
 #include "base/detmath.h"
@@ -17,7 +17,7 @@ typedef struct cannon_tail {
     ll_time wait; /* ns until the player of this turn may fire */
     struct {
         int32_t shots, hits;
-        double miss; /* of the last shot: landing place minus target, m */
+        double miss; /* of the last shot: landing position minus target, m */
     } score[];       /* per player */
 } cannon_tail;
 
@@ -39,7 +39,7 @@ static const ll_param rows[] = {
      .max = 10,
      .standard = 0,
      .unit = "1/s",
-     .help = "Linear drag of the projectile; 0 gives the parabola."},
+     .help = "Linear drag of the projectile; 0: a parabola."},
     {.name = "muzzle_speed_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(cannon_params, muzzle_speed),
@@ -63,7 +63,7 @@ static const ll_param rows[] = {
      .max = 100,
      .standard = 2,
      .unit = "m",
-     .help = "A projectile that comes so near hits."},
+     .help = "Largest miss that counts as a hit."},
     {.name = "pause_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(cannon_params, pause),
@@ -104,12 +104,13 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
     ((cannon_tail *)ll_world_tail(world))->wait = (ll_time)(params_of(env)->pause * 1e9);
 }
 
-static double along(double x) /* the part of a step that is still ahead, in [0, 1] */
+static double along(double x) /* remaining fraction of a step, clamped to [0, 1] */
 {
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* Does the chord of this step pass the target? A step of 1/60 s bends by less than 0.4 mm from its chord. */
+/* Whether the chord of this step passes the target. The path of a step of 1/60 s deviates by less than 0.4 mm
+ * from it. */
 static bool hits(const cannon_params *p, double x0, double y0, double x1, double y1)
 {
     double dx = x1 - x0, dy = y1 - y0, length2 = dx * dx + dy * dy;
@@ -130,7 +131,7 @@ static void fly(ll_world *world, const ll_game_env *env, int player)
     bool hit = hits(p, x, y, shell->x, shell->y);
     if (!hit && shell->y > 0)
         return;
-    if (shell->y < 0) { /* lands where the chord meets the ground */
+    if (shell->y < 0) { /* lands where the chord crosses the ground */
         shell->x = x + (shell->x - x) * (y / (y - shell->y));
         shell->y = 0;
     }
@@ -166,11 +167,11 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 {
     (void)past;
     (void)now;
-    int turn = ((cannon_tail *)ll_world_tail(world))->turn; /* one turn a step */
+    int turn = ((cannon_tail *)ll_world_tail(world))->turn; /* one turn per step */
     step_own(world, env, turn, &actions[turn]);
 }
 
-/* A shell flies on under gravity and drag, and lies where it would go underground. */
+/* A projectile flies on under gravity and drag, and stays where it would go underground. */
 static void coast(const ll_game_env *env, ll_entity *shell, double dt)
 {
     if (!(shell->flags & LL_ENTITY_ACTIVE))
@@ -183,7 +184,7 @@ static void coast(const ll_game_env *env, ll_entity *shell, double dt)
         shell->y = shell->vx = shell->vy = 0;
 }
 
-/* Fires when it is its turn. Varied: angle and speed are drawn for each shot. */
+/* Fires when it is its turn. `varied`: angle and speed are random per shot. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {

@@ -1,11 +1,11 @@
-/* Crates: players push boxes about in an arena, seen from above.
+/* Crates: players push boxes in an arena, seen from above.
  *
  * Axes 0 and 1 are the way that the player wants to go, along x and along y; the floor lets it change its
  * velocity by so much a second. A player is a disc, a crate a square; what happens between them a rigid world
  * computes (game/games/floor.h). A crate that is let go slides, turns and comes to rest.
  *
- * What a client predicts of its own player alone takes everybody else for an obstacle that stays where the
- * last state had it: a crate that gives way on the server stops the prediction. */
+ * A client that predicts only its own player treats all others as obstacles at their positions in the last
+ * snapshot: a crate that moves on the server stops the predicted player. */
 #include <stdio.h>
 
 #include "base/detmath.h"
@@ -21,13 +21,13 @@ typedef struct crates_params {
 
 typedef struct crates_tail {
     struct {
-        double pushed; /* m: ways of crates while this player pressed them */
+        double pushed; /* m: distance that crates moved while this player pressed them */
         int64_t pressing;
     } score[1]; /* per player */
 } crates_tail;
 
 #define GRAVITY 9.81
-#define TOP_SPEED 1.5 /* of the players' */
+#define TOP_SPEED 1.5 /* relative to the players' speed */
 
 static const ll_param rows[] = {
     {.name = "count",
@@ -36,7 +36,7 @@ static const ll_param rows[] = {
      .min = 1,
      .max = LL_ENTITIES_MAX - LL_PLAYERS_MAX,
      .standard = 40,
-     .help = "How many crates there are."},
+     .help = "Number of crates."},
     {.name = "size_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(crates_params, size),
@@ -83,7 +83,7 @@ static const ll_param rows[] = {
      .max = 2,
      .standard = 0.4,
      .unit = "m",
-     .help = "A player is a disc of this radius."},
+     .help = "Radius of a player's disc."},
     {.name = "player_mass_kg",
      .type = LL_PARAM_REAL,
      .offset = offsetof(crates_params, player_mass),
@@ -99,7 +99,7 @@ static const ll_param rows[] = {
      .max = 20,
      .standard = 4,
      .unit = "m/s",
-     .help = "Speed that a player goes at; nothing goes faster than 1.5 times this."},
+     .help = "Speed of a player; the limit of all speeds is 1.5 times this."},
     {.name = "acceleration_mps2",
      .type = LL_PARAM_REAL,
      .offset = offsetof(crates_params, acceleration),
@@ -107,24 +107,24 @@ static const ll_param rows[] = {
      .max = 100,
      .standard = 12,
      .unit = "m/s2",
-     .help = "How fast a player changes its velocity: with its mass, how hard it pushes."},
+     .help = "Acceleration of a player; times its mass, the force it pushes with."},
 };
 
-#define BORDER 4.0 /* radii between the walls at the sides and the crates at the start: the players' */
-#define SPACE 1.2  /* diagonals between crates at the start, at least */
+#define BORDER 4.0 /* initial distance of crates from the side walls, in players' radii */
+#define SPACE 1.2  /* least initial distance of crates, in diagonals */
 
 static double diagonal(const crates_params *p)
 {
     return 1.4142135623730951 * p->size;
 }
 
-/* What lies between the players' borders. */
+/* Width between the players' borders. */
 static double inner_width(const crates_params *p)
 {
     return p->width - 2 * BORDER * p->radius;
 }
 
-/* Crates start on a lattice of so many lines: those that leave each the most room. */
+/* Crates start on a lattice: the number of lines that gives each the most room. */
 static int64_t lines_of(const crates_params *p)
 {
     int64_t best = 1;
@@ -149,13 +149,13 @@ static ll_status check(const void *object, const char *path)
     if (shallow)
         return ll_field_error(
             LL_BAD_INPUT, field,
-            "arena_depth_m must be at least %g m for crates of %g m and players of radius %g m; got %g",
+            "arena_depth_m: must be at least %g m for crates of %g m and players of radius %g m; got %g",
             depth, p->size, p->radius, p->depth);
     double width = 2 * BORDER * p->radius + (double)((p->count + lines - 1) / lines) * pitch;
     if (p->width < width)
         return ll_field_error(
             LL_BAD_INPUT, field,
-            "arena_width_m must be at least %g m for %d crates of %g m in a depth of %g m; got %g", width,
+            "arena_width_m: must be at least %g m for %d crates of %g m in a depth of %g m; got %g", width,
             (int)p->count, p->size, p->depth, p->width);
     return ll_ok();
 }
@@ -196,7 +196,7 @@ static void prepare(ll_game_env *env, const void *params)
                                            .substeps = ll_floor_substeps(env->dt, top, low)};
 }
 
-/* Players stand along the walls at x = 0 and at the far x, in turn. */
+/* Places players alternately along the walls at x = 0 and at the largest x. */
 static void place_players(ll_world *world, const crates_params *p)
 {
     for (int i = 0; i < world->players; i++) {
@@ -207,7 +207,7 @@ static void place_players(ll_world *world, const crates_params *p)
     }
 }
 
-/* Somewhere within its cell of the lattice, turned at random, and apart from its neighbours. */
+/* Places a crate at random in its cell of the lattice, at a random angle, apart from its neighbours. */
 static void place_crate(ll_entity *e, const crates_params *p, int64_t lines, int64_t columns, int64_t k)
 {
     const uint64_t stream = 0x63726174, draw = (uint64_t)k * 3;
@@ -261,8 +261,8 @@ static ll_floor_body body_of(const ll_world *world, const crates_params *p, int 
         b.inverse_mass = 1 / p->mass;
         b.inverse_inertia = 6 / (p->mass * p->size * p->size);
         b.grip = p->friction * GRAVITY;
-        /* A square that turns under friction: torque mu m g r, r the mean distance 0.38260 a from its centre,
-         * over m a^2 / 6. */
+        /* A square that rotates under friction: torque mu m g r, with r the mean distance 0.38260 a from its
+         * centre, over m a^2 / 6. */
         b.grip_spin = b.grip * 0.38259785823210635 * 6 / p->size;
     }
     return b;
@@ -330,7 +330,7 @@ static void step_some(ll_world *world, const ll_game_env *env, const ll_action *
         to_entity(&bodies[k], &world->entity[entity[k]]);
 }
 
-/* The others that lie within a step's way are obstacles. */
+/* Entities within a step's reach are obstacles. */
 static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
 {
     ll_floor_body bodies[LL_ENTITIES_MAX];
@@ -352,14 +352,14 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     to_entity(&bodies[0], &world->entity[player]);
 }
 
-/* ---- who may touch whom ---- */
+/* ---- possible contacts ---- */
 
-/* Entities as circles that grow at top speed from when they may move first. */
+/* Entities as circles that grow at top speed from their earliest motion. */
 typedef struct wave {
     int count;
     double top;
     double x[LL_ENTITIES_MAX], y[LL_ENTITIES_MAX];
-    double radius[LL_ENTITIES_MAX]; /* with half of what makes the floor look at two as a pair */
+    double radius[LL_ENTITIES_MAX]; /* plus half of the distance within which the floor makes a pair */
     double start[LL_ENTITIES_MAX];  /* s */
 } wave;
 
@@ -370,8 +370,8 @@ static bool within(const wave *w, int i, int j, double far)
     return dx * dx + dy * dy <= reach * reach;
 }
 
-/* When each may move first: players at once, what slides at once, what rests when one that moves may have
- * come to it, or never in time. In the order of these times. */
+/* Earliest motion of each: players and sliding bodies at once, a resting body when a moving one may have
+ * reached it, or never in time. Sorted by these times. */
 static void start(wave *w, double horizon_s)
 {
     bool done[LL_ENTITIES_MAX] = {false};
@@ -393,7 +393,7 @@ static void start(wave *w, double horizon_s)
     }
 }
 
-/* Two touch if both at top speed, each from when it may move first, come together in time. */
+/* Two touch if, at top speed from their earliest motion on, they can meet in time. */
 static void reach(const ll_world *world, const ll_game_env *env, double horizon_s, ll_entity_set *set)
 {
     const crates_params *p = params_of(env);
@@ -431,7 +431,7 @@ static ll_action towards(const ll_entity *own, double x, double y)
 
 enum { OWN_CRATE = LL_SCRIPT_OWN, OWN_GOAL_X, OWN_GOAL_Y };
 
-/* For a slot of 4 +- 2 s pushes one crate towards one place: goes behind it first. */
+/* For a slot of 4 +- 2 s pushes one crate towards one position, after moving behind it. */
 static ll_action push_about(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                             ll_time t)
 {
@@ -449,7 +449,7 @@ static ll_action push_about(const ll_world *world, const ll_game_env *env, uint6
     return behind ? towards(own, crate->x, crate->y) : towards(own, x, y);
 }
 
-/* Steady: round and round through whatever lies there. */
+/* `steady`: in circles, through any crates. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {
@@ -463,7 +463,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
                    p->depth * (0.5 + 0.3 * ll_sin(angle)));
 }
 
-/* ---- what is told ---- */
+/* ---- reported values ---- */
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
@@ -498,7 +498,7 @@ static bool shape(const ll_game_env *env, int players, int index, ll_game_shape 
 
 const ll_game ll_game_crates = {
     .name = "crates",
-    .help = "Players push boxes about, seen from above.",
+    .help = "Players push boxes, seen from above.",
     .params = &ll_crates_table,
     .values = {"pushed_m", "pressing", "speed_mps", "moving"},
     .extent = extent,

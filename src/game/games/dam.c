@@ -1,12 +1,11 @@
-/* Dam: a column of water breaks in a tank, and players draw paddles through it, seen from the side.
+/* Dam: a column of water collapses in a tank, and players move paddles through it, seen from the side.
  *
- * Axes 0 and 1 are the way that the player wants its paddle to go, along x and along y. A paddle goes through
- * everything; water within its circle goes with it. The water is particles (src/fluid, method pbf), one
- * entity each: a step makes a fluid of their places and velocities and forgets it, so that what states tell
- * is all that there is to know. What the solver would remember is how far it came in the step before; it
- * begins each step at nothing.
+ * Axes 0 and 1 are the direction in which the player wants its paddle to go, along x and y. Paddles pass
+ * through everything; water within their circle moves with them. The water is particles (src/fluid, method
+ * pbf), one entity each: a step makes a fluid from their positions and velocities and discards it, so that a
+ * snapshot holds the whole state. Warm-start data of the solver is not kept.
  *
- * What a client predicts of its own player is its paddle alone; the water it is told. */
+ * A client that predicts only its own player predicts its paddle; the water comes from snapshots. */
 #include <stdio.h>
 #include <string.h>
 
@@ -21,9 +20,9 @@ typedef struct dam_params {
     double side, width, height, radius, speed, acceleration;
 } dam_params;
 
-#define ACROSS_MAX 15       /* particles along a side of the column */
-#define BLOCK_MAX (1 << 20) /* bytes of the fluid of a step */
-#define WALLS_MAX 3000      /* particles of the tank's walls: what BLOCK_MAX has room for */
+#define ACROSS_MAX 15       /* particles per side of the column */
+#define BLOCK_MAX (1 << 20) /* bytes of a step's fluid */
+#define WALLS_MAX 3000      /* particles of the tank's walls that fit BLOCK_MAX */
 
 static const ll_param rows[] = {
     {.name = "across",
@@ -32,14 +31,14 @@ static const ll_param rows[] = {
      .min = 4,
      .max = ACROSS_MAX,
      .standard = 13,
-     .help = "Particles along a side of the column of water, which is square."},
+     .help = "Particles per side of the square column of water."},
     {.name = "iterations",
      .type = LL_PARAM_INT,
      .offset = offsetof(dam_params, iterations),
      .min = 1,
      .max = 50,
      .standard = 12,
-     .help = "Passes of the water's solver (pbf) in a substep."},
+     .help = "Iterations of the water's solver (pbf) per substep."},
     {.name = "side_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(dam_params, side),
@@ -71,7 +70,7 @@ static const ll_param rows[] = {
      .max = 2,
      .standard = 0.12,
      .unit = "m",
-     .help = "A paddle is a disc of this radius."},
+     .help = "Radius of a paddle's disc."},
     {.name = "speed_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(dam_params, speed),
@@ -79,7 +78,7 @@ static const ll_param rows[] = {
      .max = 5,
      .standard = 1.5,
      .unit = "m/s",
-     .help = "Speed that a paddle goes at."},
+     .help = "Speed of a paddle."},
     {.name = "acceleration_mps2",
      .type = LL_PARAM_REAL,
      .offset = offsetof(dam_params, acceleration),
@@ -87,7 +86,7 @@ static const ll_param rows[] = {
      .max = 100,
      .standard = 15,
      .unit = "m/s2",
-     .help = "How fast a paddle changes its velocity."},
+     .help = "Acceleration of a paddle."},
 };
 
 static ll_particle_setup setup_of(const dam_params *p)
@@ -127,13 +126,13 @@ static ll_status check(const void *object, const char *path)
     snprintf(field, sizeof field, "%s%s_m", path, low ? "height" : "width");
     if (low || p->width < least)
         return ll_field_error(LL_BAD_INPUT, field,
-                              "%s_m must be at least %g m for a column of %g m and paddles of %g m; got %g",
+                              "%s_m: must be at least %g m for a column of %g m and paddles of %g m; got %g",
                               low ? "height" : "width", least, p->side, p->radius,
                               low ? p->height : p->width);
     double walls = 6 * (p->width + p->height) / setup.spacing;
     if (walls > WALLS_MAX)
         return ll_field_error(LL_LIMIT, field,
-                              "width_m and height_m make walls of %.0f particles of %g m; at most %d", walls,
+                              "width_m, height_m: the walls need %.0f particles of %g m; at most %d", walls,
                               setup.spacing, WALLS_MAX);
     return ll_ok();
 }
@@ -166,7 +165,7 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
     const dam_params *p = params_of(env);
     double spacing = p->side / (double)p->across;
     (void)lanes;
-    for (int i = 0; i < world->players; i++) { /* beside the column, in a row */
+    for (int i = 0; i < world->players; i++) { /* next to the column, in a row */
         world->entity[i].x = p->side + (p->width - p->side) * (i + 1) / (world->players + 1);
         world->entity[i].y = p->height / 2;
     }
@@ -184,7 +183,7 @@ static double towards(double from, double to, double most)
     return from + ll_clamp(to - from, -most, most);
 }
 
-/* Within the tank; against a wall it stops. */
+/* Clamps to the tank; a wall stops it. */
 static void keep(double *x, double *v, double low, double high)
 {
     double kept = ll_clamp(*x, low, high);
@@ -206,7 +205,7 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     keep(&e->y, &e->vy, p->radius, p->height - p->radius);
 }
 
-/* A paddle that rests is not in the way. */
+/* A paddle at rest has no effect. */
 static void draw_along(ll_world *world, const dam_params *p)
 {
     for (int i = 0; i < world->players; i++) {
@@ -224,7 +223,7 @@ static void draw_along(ll_world *world, const dam_params *p)
     }
 }
 
-/* Water that the solver cannot step stays where it is, at rest. */
+/* If the solver fails, the water stays where it is, at rest. */
 static void flow(ll_world *world, const ll_game_env *env)
 {
     _Alignas(64) char block[BLOCK_MAX];
@@ -264,7 +263,8 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 enum { OWN_X = LL_SCRIPT_OWN, OWN_Y };
 
-/* To a place in the tank; varied: drawn for slots of 1.5 +- 0.8 s; steady: to and fro, each way for 1.5 s. */
+/* Moves to a position in the tank. `varied`: random ones, in slots of 1.5 +- 0.8 s; `steady`: to and fro, 1.5
+ * s each way. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {
@@ -284,7 +284,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
                                 (float)ll_clamp(4 * (y - own->y) / p->speed, -1, 1)}};
 }
 
-/* ---- what is told ---- */
+/* ---- reported values ---- */
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
@@ -324,7 +324,7 @@ static bool shape(const ll_game_env *env, int players, int index, ll_game_shape 
 
 const ll_game ll_game_dam = {
     .name = "dam",
-    .help = "A column of water breaks in a tank, and players draw paddles through it.",
+    .help = "A column of water collapses in a tank, and players move paddles through it.",
     .params = &ll_dam_table,
     .values = {"front_m", "top_m", "water_speed_mps", "speed_mps"},
     .extent = extent,

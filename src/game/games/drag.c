@@ -12,8 +12,8 @@ ll_drag ll_drag_over(double drag_per_s, double dt)
         d.g = (dt - d.f) / c;
         return d;
     }
-    /* The quotients lose digits as c goes to zero; their series in z do not. Twenty-two terms leave
-     * less than 1 ulp up to z = 1. */
+    /* The quotients lose digits as c goes to zero; their series in z do not. Twenty-two terms leave less than
+     * 1 ulp up to z = 1. */
     double f = 0, g = 0;
     for (int n = 22; n >= 1; n--) {
         f = 1 - f * z / (n + 1);

@@ -5,25 +5,25 @@
 #include "game/games/games.h"
 #include "rigid/body/rigid.h"
 
-#define ITERATIONS 16             /* a push is passed on along so many bodies and more */
-#define POSITION_ITERATIONS 4     /* that take overlap away */
-#define NEAR (4 * LL_LINEAR_SLOP) /* m: things at rest that are so near have a contact in src/rigid */
-#define REST 1e-3                 /* m/s: what the floor holds and is slower comes to rest */
-#define STILL 1e-6                /* m, rad: what is at rest and moves less in a step stays where it is */
-#define ALL_PAIRS 32              /* for so few shapes there is no better broad phase */
+#define ITERATIONS 16             /* a push propagates through at least this many bodies */
+#define POSITION_ITERATIONS 4     /* of the correction of overlap */
+#define NEAR (4 * LL_LINEAR_SLOP) /* m: resting bodies nearer than this have a contact in src/rigid */
+#define REST 1e-3                 /* m/s: slower bodies that the floor holds come to rest */
+#define STILL 1e-6                /* m, rad: a resting body that moves less per step stays where it is */
+#define ALL_PAIRS 32              /* shapes up to which brute force is the fastest broad phase */
 #define BODIES_MAX                                                                                           \
-    (2 * LL_ENTITIES_MAX + 1) /* of a world: the floor, and what a body that wants to go stands on */
-#define BLOCK_MAX (3 << 19)   /* bytes of a world of all bodies */
+    (2 * LL_ENTITIES_MAX + 1) /* of a world: the floor, and a target for each body with a wanted velocity */
+#define BLOCK_MAX (3 << 19)   /* bytes of a world with all bodies */
 
 typedef struct work {
     const ll_game_env *env;
     const ll_floor *floor;
     ll_floor_body *body;
     int count, reached, lonely, walls;
-    int alone[LL_ENTITIES_MAX];     /* those that move and meet nothing */
-    int order[LL_ENTITIES_MAX];     /* of those that may meet something */
+    int alone[LL_ENTITIES_MAX];     /* moving bodies without possible contacts */
+    int order[LL_ENTITIES_MAX];     /* bodies with possible contacts */
     ll_body_id id[LL_ENTITIES_MAX]; /* of body order[k] */
-    int16_t of[BODIES_MAX];         /* the body of a slot of the world; -1: none */
+    int16_t of[BODIES_MAX];         /* body of a slot of the world; -1: none */
 } work;
 
 double ll_floor_bound(const ll_floor_body *b)
@@ -37,14 +37,14 @@ int ll_floor_substeps(double dt, double top_speed, double half_min)
     return 1 + (int)n;
 }
 
-/* Both move at top speed up to the last substep, and for that one contacts are made as far ahead as both
- * move and turn in it. */
+/* Both move at top speed up to the last substep, and speculative contacts reach as far as both move and
+ * rotate in it. */
 double ll_floor_margin(const ll_game_env *env, const ll_floor *floor)
 {
     return 2 * floor->top_speed * env->dt * (1 + 1.0 / floor->substeps) + NEAR;
 }
 
-/* ---- who takes part ---- */
+/* ---- participants ---- */
 
 static bool moves(const ll_floor_body *b)
 {
@@ -52,7 +52,7 @@ static bool moves(const ll_floor_body *b)
                                    b->wanted_vy != 0 || b->unsettled);
 }
 
-/* Which walls a body may come to within the step: bits in the order of add_floor. */
+/* Walls that a body may reach within the step: bits in the order of add_floor. */
 static int walls_near(const work *w, const ll_floor_body *b)
 {
     double reach = ll_floor_bound(b) + ll_floor_margin(w->env, w->floor);
@@ -60,8 +60,8 @@ static int walls_near(const work *w, const ll_floor_body *b)
            (b->y > w->floor->depth - reach) << 3;
 }
 
-/* Those that move, those that these may come to within the step, and so on; an obstacle passes nothing on.
- * Who comes to nobody and to no wall is alone. */
+/* Moving bodies, those that they may reach within the step, and so on; obstacles pass nothing on. A body that
+ * reaches nothing is alone. */
 static void find_reached(work *w)
 {
     bool known[LL_ENTITIES_MAX] = {false}, meets[LL_ENTITIES_MAX] = {false};
@@ -103,7 +103,7 @@ static void must(ll_status status)
     LL_ASSERT(!ll_failed(&status));
 }
 
-/* Small, since it is cleared for each step: of few bodies there cannot be more contacts than pairs. */
+/* Small, since it is cleared in each step: few bodies cannot have more contacts than pairs. */
 static ll_rigid_limits limits_of(int bodies)
 {
     int pairs = bodies * (bodies - 1) / 2 + 4 * bodies, enough = 6 * bodies + 32;
@@ -135,7 +135,7 @@ static ll_material smooth(void)
     return m;
 }
 
-/* The floor with the walls that somebody may come to: body 0 of the world. */
+/* Adds body 0: the floor, with the walls that some body may reach. */
 static ll_body_id add_floor(work *w, ll_rigid *world)
 {
     ll_body_def def = ll_body_defaults(LL_BODY_STATIC);
@@ -180,7 +180,7 @@ static void add_body(work *w, ll_rigid *world, int k)
     w->of[w->id[k].index - 1] = (int16_t)w->order[k];
 }
 
-/* What the floor does to a body: friction against what it wants, which for the rest is the floor itself. */
+/* Grip of the floor: friction towards the wanted velocity, or towards rest against the floor itself. */
 static void add_grip(work *w, ll_rigid *world, ll_body_id floor, int k)
 {
     const ll_floor_body *b = &w->body[w->order[k]];
@@ -215,7 +215,7 @@ static ll_rigid *make_world(work *w, void *block)
     return world;
 }
 
-/* ---- what has become of it ---- */
+/* ---- results ---- */
 
 static void note_pressed(work *w, const ll_rigid *world)
 {
@@ -239,8 +239,8 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-/* The floor's own rules: what it holds comes to rest, and nothing is faster than the top speed, as it moves
- * out of others either. */
+/* The floor's own rules: bodies that it holds come to rest, and nothing exceeds the top speed, also when
+ * pushed out of overlap. */
 static void take(const work *w, ll_floor_body *b, const ll_body_state *s)
 {
     double dt = w->env->dt, top = w->floor->top_speed, top_spin = top / ll_floor_bound(b);
@@ -264,7 +264,7 @@ static void take(const work *w, ll_floor_body *b, const ll_body_state *s)
     b->angle = ll_mul_add(w->env, ll_clamp(turn / dt, -top_spin, top_spin), dt, b->angle);
 }
 
-/* What the world's step comes to for a body without contacts. */
+/* The same result as the world's step, for a body without contacts. */
 static ll_body_state slide(const work *w, const ll_floor_body *b)
 {
     double h = w->env->dt / w->floor->substeps, most = b->grip * h, most_spin = b->grip_spin * h;

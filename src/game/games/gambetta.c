@@ -1,6 +1,6 @@
-/* Gambetta: the rule of the live demo "Fast-Paced Multiplayer", kept for comparison: an input moves its
- * entity by speed x time, and nothing else does. Axis 0 is the direction. There is no velocity and no
- * contact, so replayed inputs are always right. */
+/* Gambetta: the rule of the live demo "Fast-Paced Multiplayer", for comparison: an input moves its entity by
+ * speed x time, and nothing else does. Axis 0 is the direction. There is no velocity and no contact, so
+ * replayed inputs are always right. */
 #include "game/games/games.h"
 #include "game/core/script.h"
 
@@ -16,7 +16,7 @@ static const ll_param rows[] = {
      .max = 1000,
      .standard = 2,
      .unit = "m/s",
-     .help = "Speed while a key is down."},
+     .help = "Speed while a key is pressed."},
     {.name = "width_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(gambetta_params, width),
@@ -24,7 +24,7 @@ static const ll_param rows[] = {
      .max = 1000,
      .standard = 10,
      .unit = "m",
-     .help = "What a view shows."},
+     .help = "Width of a view."},
 };
 
 const ll_param_table ll_gambetta_table = {.name = "gambetta",
@@ -81,8 +81,8 @@ static double farthest(const ll_game_env *env, double seconds, bool from_rest)
 
 enum { OWN_SIDE = LL_SCRIPT_OWN, OWN_OUT, OWN_THERE };
 
-/* Steady: to and fro. Varied: out, wait, as long back, wait, as keys are pressed: in slots of 4 +- 0.4 s, to
- * either side by chance, 1.2 to 1.6 s each way and 0.1 to 0.4 s there. */
+/* `steady`: to and fro. `varied`: out, wait, back, wait, like pressed keys: in slots of 4 +- 0.4 s, to a
+ * random side, 1.2 to 1.6 s each way and 0.1 to 0.4 s there. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {
@@ -120,7 +120,7 @@ static ll_game_scene scene(const ll_game_env *env, int players)
 
 const ll_game ll_game_gambetta = {
     .name = "gambetta",
-    .help = "The live demo's rule: inputs move, nothing else does.",
+    .help = "The live demo's rule: only inputs move an entity.",
     .params = &ll_gambetta_table,
     .values = {"speed_mps"},
     .extent = extent,

@@ -23,7 +23,7 @@ extern const ll_param_table ll_sea_table;
 extern const ll_param_table ll_dam_table;
 extern const ll_param_table ll_stack_table;
 
-/* a * b + c, as the machine does it that `env` stands for. Every integrator of a game goes through here. */
+/* a * b + c on the machine that `env` stands for. Every integrator of a game uses it. */
 static inline double ll_mul_add(const ll_game_env *env, double a, double b, double c)
 {
     return env->fused ? fma(a, b, c) : a * b + c;
@@ -31,7 +31,7 @@ static inline double ll_mul_add(const ll_game_env *env, double a, double b, doub
 
 /* Motion under a constant force and linear drag, v' = a - c v, solved exactly over one step of `dt`:
  *   v1 = v0 e + a f,  x1 = x0 + v0 f + a g,  with  e = exp(-c dt), f = (1 - e) / c, g = (dt - f) / c.
- * The result does not depend on how a stretch of constant input is cut into steps. */
+ * The result does not depend on how a time of constant input is divided into steps. */
 typedef struct ll_drag {
     double e, f, g;
 } ll_drag;

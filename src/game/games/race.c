@@ -1,8 +1,8 @@
-/* Race: cars on parallel lanes of a lap track.
+/* Race: cars on parallel lanes of a circular track.
  *
- * Axis 0 is the pedal: throttle when positive, brake when negative. Between inputs a car moves under constant
+ * Axis 0 is the pedal: throttle if positive, brake if negative. Between inputs a car moves under constant
  * force and linear drag, which is solved exactly. Two cars in one lane touch: they are pushed apart and
- * exchange momentum. Only the server sees that contact in full, so a client that predicts its own car alone
+ * exchange momentum. Only the server simulates that contact fully, so a client that predicts only its own car
  * is then corrected. */
 #include "base/detmath.h"
 #include "game/games/games.h"
@@ -14,7 +14,7 @@ typedef struct race_params {
 
 typedef struct race_tail {
     int64_t finished;
-    double finish_s[]; /* per player; 0: on the way */
+    double finish_s[]; /* per player; 0: not finished */
 } race_tail;
 
 static const ll_param rows[] = {
@@ -41,7 +41,7 @@ static const ll_param rows[] = {
      .max = 10,
      .standard = 0.3,
      .unit = "1/s",
-     .help = "Linear drag: the share of its speed that a coasting car loses per second."},
+     .help = "Linear drag: fraction of its speed that a coasting car loses per second."},
     {.name = "top_speed_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(race_params, top_speed),
@@ -49,7 +49,7 @@ static const ll_param rows[] = {
      .max = 500,
      .standard = 16,
      .unit = "m/s",
-     .help = "No car goes faster."},
+     .help = "Speed limit of all cars."},
     {.name = "lap_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(race_params, lap),
@@ -64,7 +64,7 @@ static const ll_param rows[] = {
      .min = 0.01,
      .max = 10000,
      .standard = 6,
-     .help = "The finish line lies after so many laps."},
+     .help = "Laps to the finish line."},
     {.name = "car_length_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(race_params, car_length),
@@ -72,7 +72,7 @@ static const ll_param rows[] = {
      .max = 100,
      .standard = 4,
      .unit = "m",
-     .help = "Length of a car: cars of one lane that come nearer touch."},
+     .help = "Length of a car: cars of one lane touch within this distance."},
     {.name = "lane_width_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(race_params, lane_width),
@@ -87,7 +87,7 @@ static const ll_param rows[] = {
      .min = 0,
      .max = 1,
      .standard = 0.3,
-     .help = "Share of the closing speed that a contact gives back."},
+     .help = "Restitution of contacts between cars."},
 };
 
 const ll_param_table ll_race_table = {.name = "race",
@@ -122,7 +122,7 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
 {
     const race_params *p = params_of(env);
     for (int i = 0; i < world->players; i++) {
-        int ahead = 0; /* who shares a lane starts behind one another */
+        int ahead = 0; /* cars in one lane start behind each other */
         for (int j = 0; j < i; j++)
             ahead += lanes[j] == lanes[i];
         world->entity[i].x = -ahead * (p->car_length + 1);
@@ -139,7 +139,7 @@ static void move(ll_entity *car, const ll_game_env *env, double pedal)
     if (car->vx > p->top_speed) {
         car->vx = p->top_speed;
         car->x = x + env->dt * (v + p->top_speed) / 2;
-    } else if (car->vx < 0) { /* brakes hold a car, they do not reverse it */
+    } else if (car->vx < 0) { /* brakes stop a car, they do not reverse it */
         car->vx = 0;
         car->x = x + v * v / (2 * -a);
     }
@@ -158,7 +158,7 @@ static void touch(ll_entity *rear, ll_entity *front, double length, double resti
     }
 }
 
-/* The cars that a step is about, in the order of their players. */
+/* The cars of a step, in the order of their players. */
 typedef struct cars {
     int count;
     int player[LL_PLAYERS_MAX];
@@ -175,7 +175,7 @@ static void find_cars(ll_world *world, const ll_entity_set *set, cars *c)
         }
 }
 
-/* A lane is told by its middle; on the grid of a snapshot that may be a little off. */
+/* Lanes are recognised by their centre; quantised snapshots may be slightly off. */
 static bool one_lane(const race_params *p, const ll_entity *a, const ll_entity *b)
 {
     double apart = b->y - a->y;
@@ -215,7 +215,7 @@ static void finish(ll_world *world, const race_params *p, const cars *c, ll_time
     }
 }
 
-/* `set`: NULL for everybody. */
+/* `set`: NULL for all. */
 static void advance(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                     const ll_entity_set *set)
 {
@@ -241,8 +241,7 @@ static void step_some(ll_world *world, const ll_game_env *env, const ll_action *
     advance(world, env, actions, now, set);
 }
 
-/* A car may stop and the one behind it go on at top speed; a contact adds at most a car's length of pushing.
- */
+/* A car may stop and the one behind it go on at top speed; a contact adds at most a car's length. */
 static void reach(const ll_world *world, const ll_game_env *env, double horizon_s, ll_entity_set *set)
 {
     const race_params *p = params_of(env);
@@ -267,7 +266,7 @@ static void step_own(ll_world *world, const ll_game_env *env, int player, const 
     move(&world->entity[player], env, action->axis[0]);
 }
 
-/* Full throttle until the top speed is reached: v = a f(t), x = a g(t) with the drag's factors over t. */
+/* Full throttle up to top speed: v = a f(t), x = a g(t) with the drag's factors over t. */
 static double farthest(const ll_game_env *env, double seconds, bool from_rest)
 {
     const race_params *p = params_of(env);
@@ -282,8 +281,8 @@ static double farthest(const ll_game_env *env, double seconds, bool from_rest)
     return a * ll_drag_over(c, until).g + top * (seconds - until);
 }
 
-/* Varied: for slots of 750 +- 500 ms one of six positions of the pedal, the first two seconds aside; also
- * behind the finish. Steady: full throttle to the finish. */
+/* `varied`: one of six pedal positions in slots of 750 +- 500 ms, after the first two seconds, and beyond the
+ * finish too. `steady`: full throttle to the finish. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {
@@ -333,7 +332,7 @@ static ll_game_scene scene(const ll_game_env *env, int players)
 
 const ll_game ll_game_race = {
     .name = "race",
-    .help = "Cars with throttle and brake on a lap track; cars in one lane touch.",
+    .help = "Cars with throttle and brake on a circular track; cars in one lane touch.",
     .params = &ll_race_table,
     .values = {"finish_s", "place", "laps", "speed_mps"},
     .extent = extent,

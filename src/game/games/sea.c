@@ -1,11 +1,11 @@
 /* Sea: boats on a swell, seen from the side.
  *
- * Axis 0 drives a boat along x. The water is a sum of Gerstner waves (src/fluid, a cut through the ocean
- * along x that repeats), a function of time alone: its points, one entity each, are what a state tells of it,
- * and what a client draws between states is held against the water itself.
+ * Axis 0 drives a boat along x. The water is a sum of Gerstner waves (src/fluid, a periodic cut through the
+ * ocean along x), a function of time alone. Its points, one entity each, are sent in snapshots, and what a
+ * client draws between snapshots is compared with the water itself.
  *
- * A boat floats by linear buoyancy: lifted by its weight for each draught that it lies too deep, turned alike
- * by what bow and stern lie too deep, and slowed by the water's drag against the water's own motion. */
+ * A boat floats by linear buoyancy: its weight per draught of depth, with a torque from the depths of bow and
+ * stern, and drag relative to the water's motion. */
 #include <string.h>
 
 #include "base/detmath.h"
@@ -19,7 +19,7 @@ typedef struct sea_params {
 } sea_params;
 
 typedef struct sea_tail {
-    ll_time time[1]; /* ns: of each player's water, and behind them of the points' */
+    ll_time time[1]; /* ns: of each player's water, then of the points' */
 } sea_tail;
 
 #define WAVES_MAX 32
@@ -32,20 +32,20 @@ static const ll_param rows[] = {
      .min = 8,
      .max = LL_ENTITIES_MAX - LL_PLAYERS_MAX,
      .standard = 80,
-     .help = "Points of the surface that states tell of."},
+     .help = "Number of surface points in snapshots."},
     {.name = "waves",
      .type = LL_PARAM_INT,
      .offset = offsetof(sea_params, waves),
      .min = 1,
      .max = WAVES_MAX,
      .standard = 8,
-     .help = "Waves that the swell is the sum of."},
+     .help = "Number of waves."},
     {.name = "seed",
      .type = LL_PARAM_INT,
      .offset = offsetof(sea_params, seed),
      .max = 9007199254740991,
      .standard = 1,
-     .help = "Of the waves' directions and phases."},
+     .help = "Random seed of the waves' directions and phases."},
     {.name = "length_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(sea_params, length),
@@ -60,13 +60,13 @@ static const ll_param rows[] = {
      .max = 25,
      .standard = 8,
      .unit = "m/s",
-     .help = "Wind of a fully risen sea."},
+     .help = "Wind of a fully developed sea."},
     {.name = "choppiness",
      .type = LL_PARAM_REAL,
      .offset = offsetof(sea_params, choppiness),
      .max = 1,
      .standard = 0.7,
-     .help = "Scale of the displacement along the water."},
+     .help = "Scale of the horizontal displacement."},
     {.name = "boat_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(sea_params, boat),
@@ -82,7 +82,7 @@ static const ll_param rows[] = {
      .max = 5,
      .standard = 0.6,
      .unit = "m",
-     .help = "How deep a boat lies at rest."},
+     .help = "Draught of a boat at rest."},
     {.name = "damping_per_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(sea_params, damping),
@@ -90,7 +90,7 @@ static const ll_param rows[] = {
      .max = 20,
      .standard = 2.5,
      .unit = "1/s",
-     .help = "Drag of a boat's heave and pitch against the water's."},
+     .help = "Drag of a boat's heave and pitch relative to the water."},
     {.name = "speed_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(sea_params, speed),
@@ -98,7 +98,7 @@ static const ll_param rows[] = {
      .max = 30,
      .standard = 6,
      .unit = "m/s",
-     .help = "Speed that a boat goes at."},
+     .help = "Speed of a boat."},
     {.name = "acceleration_mps2",
      .type = LL_PARAM_REAL,
      .offset = offsetof(sea_params, acceleration),
@@ -106,7 +106,7 @@ static const ll_param rows[] = {
      .max = 50,
      .standard = 3,
      .unit = "m/s2",
-     .help = "How fast a boat changes its speed."},
+     .help = "Acceleration of a boat."},
 };
 const ll_param_table ll_sea_table = {.name = "sea",
                                      .help = "Parameters of the sea.",
@@ -119,7 +119,7 @@ static const sea_params *params_of(const ll_game_env *env)
     return (const sea_params *)env->params;
 }
 
-/* The water of a step. */
+/* The water at a step. */
 typedef struct water {
     ll_ocean_setup setup;
     ll_wave waves[WAVES_MAX];
@@ -137,8 +137,8 @@ static void raise(water *w, const sea_params *p)
     ll_ocean_waves(&w->setup, w->waves);
 }
 
-/* The point of the surface that is above or below the place x; the point that rests there is found by
- * fixed-point iteration, which converges while no wave breaks. */
+/* The surface point at x. Its rest position is found by fixed-point iteration, which converges while no wave
+ * breaks. */
 static ll_ocean_point at_place(const water *w, double x, ll_time t)
 {
     double rest = x;
@@ -233,7 +233,7 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 /* ---- scripts ---- */
 
-/* To and fro about its own place, each way for 4 s; varied: to places drawn for slots of 4 +- 2 s. */
+/* `steady`: to and fro about its start, 4 s each way; `varied`: to random positions in slots of 4 +- 2 s. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {
@@ -250,7 +250,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
     return (ll_action){.axis = {(float)ll_clamp((home + away - own->x) / p->speed, -1, 1)}};
 }
 
-/* ---- what is told ---- */
+/* ---- reported values ---- */
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {

@@ -1,15 +1,15 @@
 /* Shooter: two towers face each other over a yard in which targets fly; seen from the side.
  *
- * From the side, since then gravity acts in the plane that is drawn: a shell's parabola is the whole truth,
- * and needs no third dimension. A player rides a lift up and down its tower, across the line of fire: axis 0
- * is the speed of the lift. Axis 1 is the aim: -1 straight down, 0 level, 1 straight up. LL_BUTTON_FIRE fires
- * the rifle (hit-scan), LL_BUTTON_CANNON a shell. Players with even numbers have the left tower, those with
- * odd numbers the right one; a tower's players are one team and do not hit one another.
+ * The side view shows the plane of gravity, so a projectile's parabola is complete without a third dimension.
+ * A player rides a lift on its tower, across the line of fire: axis 0 is the speed of the lift. Axis 1 is the
+ * aim: -1 straight down, 0 level, 1 straight up. LL_BUTTON_FIRE fires the rifle (hitscan), LL_BUTTON_CANNON a
+ * projectile. Players with even numbers have the left tower, those with odd numbers the right one; the
+ * players of a tower are a team and do not hit each other.
  *
- * Walls and a roof in the yard are cover: they block lines of sight and shots. Targets go to and fro, upright
- * or level, and turn at their ends and by chance. Hits are counted; who is hit goes on. A shot of a step
- * leaves the muzzle where the player was before the step, which is what its client drew when it pressed. A
- * player's motion depends on its own inputs alone, so that its prediction is exact. */
+ * Walls and a roof in the yard are cover: they block lines of sight and shots. Targets move to and fro,
+ * vertically or horizontally, and turn at their ends and at random. Hits are counted; the victim goes on. A
+ * shot of a step starts at the player's position before the step, which is what its client drew at the press.
+ * A player's motion depends only on its own inputs, so its prediction is exact. */
 #include "game/games/shooter.h"
 
 #include "base/detmath.h"
@@ -37,13 +37,13 @@ static const ll_param rows[] = {
      .max = 2,
      .standard = 0.6,
      .unit = "m",
-     .help = "A player is a circle of this radius."},
+     .help = "Radius of a player's circle."},
     {.name = "targets",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_shooter_params, targets),
      .max = 16,
      .standard = 6,
-     .help = "How many targets fly in the yard."},
+     .help = "Number of targets in the yard."},
     {.name = "target_speed_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, target_speed),
@@ -58,7 +58,7 @@ static const ll_param rows[] = {
      .max = 2,
      .standard = 0.6,
      .unit = "m",
-     .help = "A target is a circle of this radius."},
+     .help = "Radius of a target's circle."},
     {.name = "target_turn_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, turn),
@@ -66,12 +66,12 @@ static const ll_param rows[] = {
      .max = 3600,
      .standard = 1.5,
      .unit = "s",
-     .help = "Mean time until a target turns by chance, besides at its ends."},
+     .help = "Mean time between random turns of a target, besides those at its ends."},
     {.name = "weapons",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_shooter_params, weapons),
      .choices = weapons_names,
-     .help = "What the players carry."},
+     .help = "Weapons of the players."},
     {.name = "rifle_interval_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, rifle_interval),
@@ -95,7 +95,7 @@ static const ll_param rows[] = {
      .max = 1000,
      .standard = 35,
      .unit = "m/s",
-     .help = "Muzzle speed of a shell."},
+     .help = "Muzzle speed of a projectile."},
     {.name = "gravity_mps2",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, gravity),
@@ -103,15 +103,13 @@ static const ll_param rows[] = {
      .max = 100,
      .standard = 9.81,
      .unit = "m/s2",
-     .help = "Gravity, downwards; it acts on shells."},
+     .help = "Gravity on projectiles, downwards."},
     {.name = "spread",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, spread),
      .max = 10,
      .standard = 1.5,
-     .help =
-         "How far from the middle scripts aim at most, in radii of what they aim at; `steady` aims at the "
-         "middle."},
+     .help = "Largest random aiming error of scripts, in radii of the target; `steady` aims at the centre."},
 };
 
 const ll_param_table ll_shooter_table = {.name = "shooter",
@@ -134,7 +132,7 @@ static void prepare(ll_game_env *env, const void *params)
 
 /* ---- targets ---- */
 
-/* Even ones go up and down on either side of the roof, odd ones to and fro above it. */
+/* Even targets move vertically on either side of the roof, odd ones horizontally above it. */
 static bool upright(int target)
 {
     return target % 2 == 0;
@@ -161,7 +159,7 @@ static bool turns(const ll_shooter_params *p, int target, ll_time before, ll_tim
            ll_rng_unit(0x7475726e, (uint64_t)target, (uint64_t)slot) * p->turn < ll_to_s(TURN_SLOT);
 }
 
-/* A target turns before it moves, so that within a step its way is straight. */
+/* A target turns before it moves, so that its path within a step is straight. */
 static void move_target(ll_entity *e, const ll_game_env *env, int target, ll_time before, ll_time now)
 {
     const ll_shooter_params *p = ll_shooter_params_of(env);
@@ -278,7 +276,7 @@ static const ll_weapons weapons = {.arena = ll_shooter_arena, .aim = aim, .arms 
 
 const ll_game ll_game_shooter = {
     .name = "shooter",
-    .help = "Players on two towers shoot at flying targets and at one another, by rifle and by cannon.",
+    .help = "Players on two towers shoot at flying targets and at each other, by rifle and by cannon.",
     .params = &ll_shooter_table,
     .values = {"rifle_shots", "rifle_hits", "shell_shots", "shell_hits"},
     .extent = extent,

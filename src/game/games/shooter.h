@@ -18,11 +18,11 @@ typedef enum ll_shooter_weapons { LL_SHOOTER_BOTH, LL_SHOOTER_RIFLE, LL_SHOOTER_
 /* The yard, in m. */
 #define LL_SHOOTER_WIDTH 60.0
 #define LL_SHOOTER_HEIGHT 20.0
-#define LL_SHOOTER_LIFT_LOW 1.0 /* where the players' centres go */
+#define LL_SHOOTER_LIFT_LOW 1.0 /* range of the players' centres */
 #define LL_SHOOTER_LIFT_HIGH 15.0
-#define LL_SHOOTER_WALL 6.0 /* the height of the walls before the towers */
+#define LL_SHOOTER_WALL 6.0 /* height of the walls in front of the towers */
 
-#define LL_SHOOTER_QUARTER 1.5707963267948966 /* rad, of axis 1 */
+#define LL_SHOOTER_QUARTER 1.5707963267948966 /* rad, per unit of axis 1 */
 
 static inline const ll_shooter_params *ll_shooter_params_of(const ll_game_env *env)
 {

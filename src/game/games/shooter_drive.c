@@ -1,24 +1,24 @@
-/* Scripts of the shooter: they act on what their client draws, and on nothing else.
+/* Scripts of the shooter: they depend only on what their client draws.
  *
- *   varied  strafes for slots of 0.7 +- 0.4 s, shoots at whatever it sees, off the middle by up to `spread`
- *   steady  rides up and down, shoots at the middle of whatever it sees
- *   peek    in slots of 2.4 +- 0.8 s comes out of cover for 0.9 to 1.3 s, shoots at players, and hides
+ *   varied  strafes in slots of 0.7 +- 0.4 s, shoots at any body in sight, with an error of up to `spread`
+ *   steady  moves up and down, shoots at the centre of any body in sight
+ *   peek    in slots of 2.4 +- 0.8 s leaves cover for 0.9 to 1.3 s, shoots at players, and hides
  *           again, at 0.85 to 1 of its lift's speed
  *   hold    stands just above its wall and shoots at players
  *   idle    does nothing
  *
- * Whom it begins to look at is drawn for slots of 0.6 +- 0.4 s, which of two weapons for slots of 0.25 +-
- * 0.15 s; with these steady draws, too. */
+ * The first body to aim at is random in slots of 0.6 +- 0.4 s, the weapon in slots of 0.25 +- 0.15 s;
+ * `steady` has these random choices too. */
 #include "base/detmath.h"
 #include "game/core/script.h"
 #include "game/games/shooter.h"
 
-#define LOOKOUT (LL_SHOOTER_WALL + 1.5) /* m: over the own wall */
+#define LOOKOUT (LL_SHOOTER_WALL + 1.5) /* m: above its own wall */
 #define HIDEOUT (LL_SHOOTER_WALL - 2.5)
 
 enum { OWN_WAY = LL_SCRIPT_OWN, OWN_OUT, OWN_PACE, OWN_BODY, OWN_WEAPON, OWN_SCATTER };
 
-/* Who is asked, and when. */
+/* The script's player and time. */
 typedef struct asked {
     uint64_t seed;
     int player;
@@ -43,7 +43,7 @@ static float towards(double y, double goal)
     return goal > y + 0.05 ? 1.0f : goal < y - 0.05 ? -1.0f : 0.0f;
 }
 
-/* At a drawn share of the lift's speed, so that it does not come into sight at the same fraction of a step
+/* At a random fraction of the lift's speed, so that it does not come into sight at the same phase of a step
  * each time. */
 static float peek(const ll_entity *own, const asked *a)
 {
@@ -72,7 +72,7 @@ static float strafe(const ll_entity *own, const asked *a)
 
 /* ---- the aim ---- */
 
-/* The first body in sight, from one on that changes every now and then. */
+/* First body in sight, starting from one that changes every now and then. */
 static int choose(const ll_arena *arena, const ll_world *world, const asked *a)
 {
     const ll_entity *own = &world->entity[a->player];
@@ -89,12 +89,12 @@ static int choose(const ll_arena *arena, const ll_world *world, const asked *a)
     return LL_NOBODY;
 }
 
-/* The way to what is aimed at, from the own place on: `forward` is towards the other tower. */
+/* Vector to the target from the own position; `forward` is towards the other tower. */
 typedef struct way {
     double forward, up;
 } way;
 
-/* The lower of the two elevations by which a shell passes through a place; false when it is out of reach. */
+/* The lower of the two elevations at which a projectile passes through a point; false: out of reach. */
 static bool elevation_to(way to, double speed, double gravity, double *elevation, double *seconds)
 {
     double v2 = speed * speed;
@@ -106,7 +106,7 @@ static bool elevation_to(way to, double speed, double gravity, double *elevation
     return true;
 }
 
-/* With the lead that the flight takes, found by going there a few times in thought. */
+/* With lead for the time of flight, found by iteration. */
 static bool lay_cannon(const ll_shooter_params *p, way to, way velocity, double *elevation)
 {
     double seconds = 0;
@@ -118,7 +118,7 @@ static bool lay_cannon(const ll_shooter_params *p, way to, way velocity, double 
     return true;
 }
 
-/* Off the middle, across the line of fire. */
+/* Random error across the line of fire. */
 static way scatter(way to, double radius, const asked *a)
 {
     double length = ll_sqrt(to.forward * to.forward + to.up * to.up);

@@ -1,13 +1,14 @@
-/* Stack: balls are driven into what stands there by friction, a scene of src/rigid, seen from the side.
+/* Stack: players drive balls into a structure that stands by friction, a scene of src/rigid, seen from the
+ * side.
  *
- * Axes 0 and 1 are the way that the player wants its ball to go, along x and along y; no weight holds it
- * down. The bodies of the scene are entities: their places and velocities are all that there is to know of
- * them, and a step builds the scene, puts its bodies there, and forgets it. It begins without the impulses
- * that hold a stack together, and finds them anew in its 32 substeps (solver soft_step). What is slower than
- * 1 mm/s rests, and where everything rests a step costs nothing.
+ * Axes 0 and 1 are the direction in which the player wants its ball to go, along x and y; the balls have no
+ * weight. The bodies of the scene are entities. Their positions and velocities are the whole state: a step
+ * builds the scene, places its bodies, and discards it. It starts without the impulses that hold a stack
+ * together, and finds them in its 32 substeps (solver soft_step). Bodies slower than 1 mm/s rest, and if all
+ * rest a step costs nothing.
  *
- * What a client predicts of its own player alone is a ball that meets nothing but the ground: every push is
- * mispredicted. In scope `all` it predicts what it pushes, too. */
+ * A client that predicts only its own player predicts a ball that hits nothing but the ground: every push is
+ * mispredicted. In scope `all` it predicts the pushed bodies too. */
 #include <stdio.h>
 #include <string.h>
 
@@ -24,11 +25,11 @@ typedef struct stack_params {
     int32_t reserved;
 } stack_params;
 
-#define BLOCK_MAX (2 << 20) /* bytes of the world of a step */
+#define BLOCK_MAX (2 << 20) /* bytes of a step's world */
 #define BODIES_MAX (LL_ENTITIES_MAX - LL_PLAYERS_MAX)
 #define REST 1e-3 /* m/s and rad/s */
 
-/* Of src/rigid's scenes: those of boxes without joints. */
+/* Scenes of src/rigid with boxes and without joints. */
 static const char *const scene_names[] = {"pyramid", "column", "card_house", "domino", NULL};
 
 static const ll_param rows[] = {
@@ -36,7 +37,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(stack_params, scene),
      .choices = scene_names,
-     .help = "What stands there: a scene of the rigid bodies' library."},
+     .help = "Structure: a scene of rigid bodies."},
     {.name = "size",
      .type = LL_PARAM_INT,
      .offset = offsetof(stack_params, size),
@@ -50,14 +51,14 @@ static const ll_param rows[] = {
      .min = 1,
      .max = 64,
      .standard = 32,
-     .help = "Substeps of a step: higher stacks need more to stand."},
+     .help = "Substeps per step: higher stacks need more to stand."},
     {.name = "friction",
      .type = LL_PARAM_REAL,
      .offset = offsetof(stack_params, friction),
      .min = 0.01,
      .max = 2,
      .standard = 0.6,
-     .help = "Coulomb friction of everything."},
+     .help = "Friction coefficient of all bodies."},
     {.name = "radius_m",
      .type = LL_PARAM_REAL,
      .offset = offsetof(stack_params, radius),
@@ -81,7 +82,7 @@ static const ll_param rows[] = {
      .max = 10,
      .standard = 4,
      .unit = "m/s",
-     .help = "Speed that a ball goes at."},
+     .help = "Speed of a ball."},
     {.name = "acceleration_mps2",
      .type = LL_PARAM_REAL,
      .offset = offsetof(stack_params, acceleration),
@@ -89,7 +90,7 @@ static const ll_param rows[] = {
      .max = 200,
      .standard = 25,
      .unit = "m/s2",
-     .help = "How fast a ball changes its velocity: with its mass, how hard it pushes."},
+     .help = "Acceleration of a ball; times its mass, the force it pushes with."},
 };
 
 /* ---- the scene's world ---- */
@@ -112,7 +113,7 @@ static ll_rigid_limits limits_of(const stack_params *p, int players)
     return limits;
 }
 
-/* As the scene begins, in a block of BLOCK_MAX bytes. */
+/* The initial scene, in a block of BLOCK_MAX bytes. */
 static ll_status try_to_build(void *block, const stack_params *p, int players, ll_rigid **out)
 {
     const ll_scene *scene = ll_scene_named(scene_names[p->scene]);
@@ -139,7 +140,7 @@ static ll_rigid *build(void *block, const stack_params *p, int players)
     return world;
 }
 
-/* The bodies that can move, in the order of the entities; returns how many. */
+/* The movable bodies, in the order of the entities; returns their count. */
 static int bodies_of(const ll_rigid *world, ll_body_id ids[BODIES_MAX])
 {
     int count = 0;
@@ -169,7 +170,7 @@ static ll_status check(const void *object, const char *path)
     ll_rigid_limits limits = limits_of(p, LL_PLAYERS_MAX);
     snprintf(field, sizeof field, "%ssize", path);
     if (ll_rigid_size(&limits) > BLOCK_MAX)
-        return ll_field_error(LL_LIMIT, field, "a scene %s of size %lld takes %zu kB; at most %d are allowed",
+        return ll_field_error(LL_LIMIT, field, "scene: %s of size %lld needs %zu kB; at most %d are allowed",
                               scene_names[p->scene], (long long)p->size, ll_rigid_size(&limits) / 1000,
                               BLOCK_MAX / 1000);
     _Alignas(64) char block[BLOCK_MAX];
@@ -177,12 +178,11 @@ static ll_status check(const void *object, const char *path)
     ll_rigid *world;
     ll_status status = try_to_build(block, p, 0, &world);
     if (ll_failed(&status))
-        return ll_field_error(LL_LIMIT, field, "a scene %s of size %lld cannot be built: %s",
+        return ll_field_error(LL_LIMIT, field, "scene: %s of size %lld cannot be built: %s",
                               scene_names[p->scene], (long long)p->size, status.text);
     int count = bodies_of(world, ids);
     if (count > BODIES_MAX)
-        return ll_field_error(LL_LIMIT, field,
-                              "a scene %s of size %lld has %d bodies; at most %d are allowed",
+        return ll_field_error(LL_LIMIT, field, "scene: %s of size %lld has %d bodies; at most %d are allowed",
                               scene_names[p->scene], (long long)p->size, count, BODIES_MAX);
     return ll_ok();
 }
@@ -204,7 +204,7 @@ static ll_extent extent(const void *params, int players)
     return (ll_extent){players + count_of(params), 0};
 }
 
-/* What the bodies take up at the start, for the view: with room for the balls beside them. */
+/* Initial bounds of the bodies, for the view, with room for the balls next to them. */
 static ll_game_scene *room(const ll_game_env *env)
 {
     return (ll_game_scene *)env->derived;
@@ -242,7 +242,8 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
     ll_rigid *rigid = build(block, p, world->players);
     int count = bodies_of(rigid, ids);
     (void)lanes;
-    for (int i = 0; i < world->players; i++) { /* to the left and right of it in turn, one above the other */
+    for (int i = 0; i < world->players;
+         i++) { /* alternately to the left and right of it, one above the other */
         world->entity[i].x = i % 2 == 0 ? room(env)->x_min + 3 * p->radius : room(env)->x_max - 3 * p->radius;
         world->entity[i].y = p->radius * (1.5 + 2.5 * (i / 2));
     }
@@ -271,7 +272,7 @@ static void drive_ball(ll_entity *e, const ll_game_env *env, const ll_action *ac
     e->vy += y;
 }
 
-/* Within the view's width, above the ground; who is stopped there has no speed that way. */
+/* Clamps to the view's width and above the ground; stops the velocity in that direction. */
 static void keep(ll_entity *e, const ll_game_env *env)
 {
     const stack_params *p = params_of(env);
@@ -339,7 +340,7 @@ static void take(ll_entity *e, const ll_game_env *env, const ll_body_state *s)
                      .angle = s->angle};
 }
 
-/* What the room of rigid bodies cannot step (a body that was thrown beyond its world) stays where it is. */
+/* If the rigid step fails (a body was thrown out of the world), bodies stay where they are. */
 static void step_bodies(ll_world *world, const ll_game_env *env)
 {
     _Alignas(64) char block[BLOCK_MAX];
@@ -381,8 +382,8 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
 
 /* ---- scripts ---- */
 
-/* Against the foot of what stands there and back again, each way for 2.5 s; varied: at drawn heights, for
- * slots of 2.5 +- 1 s. */
+/* Against the foot of the structure and back, 2.5 s each way; `varied`: at random heights, in slots of 2.5 +-
+ * 1 s. */
 static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
                        ll_script script, ll_time t)
 {
@@ -403,7 +404,7 @@ static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t s
                                 (float)ll_clamp(2 * (y - own->y) / p->speed, -1, 1)}};
 }
 
-/* ---- what is told ---- */
+/* ---- reported values ---- */
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
@@ -428,7 +429,7 @@ static ll_game_scene scene(const ll_game_env *env, int players)
     return *room(env);
 }
 
-/* The box around the body's shape, in its own frame: of the scenes here, the shape. */
+/* Box around the body's shape, in the body frame; in the scenes here it equals the shape. */
 static bool shape(const ll_game_env *env, int players, int index, ll_game_shape *shape)
 {
     _Alignas(64) char block[BLOCK_MAX];
@@ -453,7 +454,7 @@ static bool shape(const ll_game_env *env, int players, int index, ll_game_shape 
 
 const ll_game ll_game_stack = {
     .name = "stack",
-    .help = "Balls are driven into what stands there by friction, seen from the side.",
+    .help = "Players drive balls into a structure that stands by friction, seen from the side.",
     .params = &ll_stack_table,
     .values = {"top_m", "mean_height_m", "moving", "speed_mps"},
     .extent = extent,

@@ -14,7 +14,7 @@ double ll_arena_radius(const ll_arena *arena, int body)
     return body < arena->players ? arena->player_radius : arena->target_radius;
 }
 
-/* ---- without time of flight ---- */
+/* ---- hitscan ---- */
 
 double ll_ray_circle(ll_point from, ll_point direction, ll_point centre, double radius)
 {
@@ -26,7 +26,7 @@ double ll_ray_circle(ll_point from, ll_point direction, ll_point centre, double 
     return along > 0 || within < 0 ? -1 : -along - ll_sqrt(within);
 }
 
-/* Narrows [near, far] to where x + t v lies between `low` and `high`. */
+/* Narrows [near, far] to where x + t v is between `low` and `high`. */
 static bool slab(double x, double v, double low, double high, double *near, double *far)
 {
     if (v == 0)
@@ -115,7 +115,7 @@ static double value_of(const double *c, int degree, double u)
     return sum;
 }
 
-/* The one root between `a` and `b`, to 2^-56 of their distance. */
+/* The single root between `a` and `b`, to 2^-56 of their distance. */
 static double bisect(const double *c, int degree, double a, double b)
 {
     bool above = value_of(c, degree, a) > 0;
@@ -129,8 +129,8 @@ static double bisect(const double *c, int degree, double a, double b)
     return b;
 }
 
-/* Where the polynomial sum c[i] u^i, of degree 1 to 4, changes its sign in (0, 1], in order; returns how
- * often. Between two turning points, which are the roots of its derivative, it does so at most once. */
+/* Roots in (0, 1] of the polynomial sum c[i] u^i, of degree 1 to 4, at which its sign changes, in order;
+ * returns their count. Between two extrema, which are the roots of its derivative, there is at most one. */
 static int sign_changes(const double *c, int degree, double *roots)
 {
     if (degree == 1) {
@@ -151,7 +151,7 @@ static int sign_changes(const double *c, int degree, double *roots)
     return found;
 }
 
-/* ---- meetings ---- */
+/* ---- hits ---- */
 
 #define NEVER 1e300
 
@@ -165,7 +165,7 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-/* A flight from s0 on for h seconds: with u in [0, 1] it is at from + way u - (0, fall) u^2. */
+/* A flight from s0 on for h seconds: for u in [0, 1] its position is from + way u - (0, fall) u^2. */
 typedef struct stretch {
     ll_point from, way;
     double fall, s0, h;
@@ -177,13 +177,13 @@ static stretch stretch_of(const ll_flight *f, double s0, double s1)
     return (stretch){ll_flight_at(f, s0), {f->velocity.x * h, vy * h}, f->gravity / 2 * h * h, s0, h};
 }
 
-/* When it comes within `radius` of a body that goes evenly from `a` to `b`. Their distance is |r0 + r1 u + r2
- * u^2|, and its square less that of the radius a polynomial of degree 4. */
+/* Time at which it comes within `radius` of a body that moves linearly from `a` to `b`. Their distance is |r0
+ * + r1 u + r2 u^2|, so its square minus that of the radius is a polynomial of degree 4. */
 static double meets_body(const stretch *t, ll_point a, ll_point b, double radius)
 {
     double x0 = t->from.x - a.x, y0 = t->from.y - a.y, x1 = t->way.x - (b.x - a.x),
            y1 = t->way.y - (b.y - a.y);
-    double reach = radius + magnitude(x1) + magnitude(y1) + t->fall; /* they come no nearer than by so much */
+    double reach = radius + magnitude(x1) + magnitude(y1) + t->fall; /* bound of their approach */
     if (magnitude(x0) > reach || magnitude(y0) > reach)
         return NEVER;
     double y2 = -t->fall, roots[4];
@@ -194,7 +194,7 @@ static double meets_body(const stretch *t, ll_point a, ll_point b, double radius
     return sign_changes(c, 4, roots) > 0 ? t->s0 + t->h * roots[0] : NEVER;
 }
 
-/* Adds to `times` when the flight is at height `y`, and counts them. */
+/* Appends the times at which the flight is at height `y`, and counts them. */
 static int at_height(const ll_flight *f, double y, double *times)
 {
     double a = f->gravity / 2, b = -f->velocity.y, c = y - f->from.y;
@@ -222,7 +222,7 @@ static bool inside(const ll_box *box, ll_point p)
     return p.x >= box->x_min && p.x <= box->x_max && p.y >= box->y_min && p.y <= box->y_max;
 }
 
-/* The first of `times` from s0 to s1 at which the flight is between two edges, seen along the other axis. */
+/* First of `times` from s0 to s1 at which the flight is between two edges along the other axis. */
 static double first_between(const ll_flight *f, const double *times, int count, double s0, double s1,
                             bool seen_in_y, double low, double high)
 {
@@ -241,7 +241,7 @@ static double first_between(const ll_flight *f, const double *times, int count, 
 static double meets_box(const ll_flight *f, double s0, double s1, const ll_box *box)
 {
     ll_point a = ll_flight_at(f, s0), b = ll_flight_at(f, s1);
-    double rise = f->gravity * square(s1 - s0) / 8; /* above the chord, at most */
+    double rise = f->gravity * square(s1 - s0) / 8; /* largest height above the chord */
     if (beside(a.x, b.x, box->x_min, box->x_max) || beside(a.y, b.y, box->y_min - rise, box->y_max))
         return NEVER;
     if (inside(box, a))
@@ -256,12 +256,12 @@ static double meets_box(const ll_flight *f, double s0, double s1, const ll_box *
     return by_side < by_level ? by_side : by_level;
 }
 
-/* The way out is through a side or the ground. */
+/* Time at which the flight leaves through a side or the ground. */
 static double leaves(const ll_flight *f, double s0, double s1, const ll_box *bounds)
 {
     ll_point p = ll_flight_at(f, s1);
     if (p.x >= bounds->x_min && p.x <= bounds->x_max && p.y >= bounds->y_min)
-        return NEVER; /* what falls below the ground does not come back */
+        return NEVER; /* below the ground it does not come back */
     double sides[2], ground[2], first = s1;
     int n = at_width(f, bounds->x_min, sides);
     n += at_width(f, bounds->x_max, sides + n);

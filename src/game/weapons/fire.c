@@ -8,9 +8,8 @@ static void tell(const ll_field *field, const ll_judgement *judgement)
         field->past->witness(field->past->context, judgement);
 }
 
-/* The time that the shooter saw, as far as the rules believe it, for an input of the step that ends at `now`.
- * An age counts from there; how far back the server looks, from the world that it judges in, a step before.
- */
+/* The shooter's view time, limited by the rules, for an input of the step that ends at `now`. The view's age
+ * counts from there; the rewind counts from the world that the shot is judged in, a step earlier. */
 static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
 {
     ll_time age = view_age_ns, oldest = past->measured[shot->shooter] + past->buffer;
@@ -59,7 +58,7 @@ static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
     return (ll_flight){shell->from, shell->velocity, arena->gravity};
 }
 
-/* `looked` is the time of the bodies that the shell met; LL_NEVER for that of its end. */
+/* `looked`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
 static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int shooter, ll_meeting m,
                    ll_time looked)
 {
@@ -77,7 +76,7 @@ static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int sh
                                 .at = ll_flight_at(&flight, m.s)});
 }
 
-/* How far the middle of what was traced at the launch is from the parabola: there it is furthest. */
+/* Distance between the tested path at the launch and the parabola, in the middle, where it is largest. */
 static double trace_error(const ll_field *field, const ll_flight *flight, double s)
 {
     ll_flight traced = ll_traced(field->past, flight, s);
@@ -114,7 +113,7 @@ static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *sho
         strike(arms, shell, field, shot->shooter, m, family->rewinds ? LL_NEVER : shot->now);
 }
 
-/* Where the client's word counts: the shell that it names has hit what it says. */
+/* With client authority: the projectile that the client names has hit what it reports. */
 static void take_claim(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action,
                        ll_time now)
 {
@@ -128,9 +127,9 @@ static void take_claim(ll_arms *arms, const ll_field *field, int shooter, const 
 }
 
 #define SLOP                                                                                                 \
-    1000 /* ns: steps lie on whole nanoseconds, so that so many of them may fall short of an interval */
+    1000 /* ns: steps are on whole nanoseconds, so that a number of them may be shorter than an interval */
 
-/* Whether the weapon is ready; it is loaded again from then on. */
+/* Whether the weapon is ready; if so, reloading starts. */
 static bool load(ll_arms *arms, const ll_field *field, int shooter, int weapon, ll_time now)
 {
     if (now + SLOP < arms->ready[weapon]) {
@@ -165,9 +164,9 @@ void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll
     }
 }
 
-#define CLAIM_GRACE_S 1.0 /* a claim may come so long after the shell would have ended */
+#define CLAIM_GRACE_S 1.0 /* s after its end at which a projectile can still be claimed */
 
-/* A shell whose client tells what it hits ends unclaimed when it has been out of the arena for a while. */
+/* A client-authoritative projectile ends without a claim when it has been out of the arena for a while. */
 static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
 {
     const ll_box *b = &field->arena->bounds;

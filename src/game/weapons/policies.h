@@ -1,4 +1,4 @@
-/* The rows of the tables of rifle policies and shell families: one file each. */
+/* Rows of the tables of hitscan policies and projectile families: one file each. */
 #pragma once
 
 #include "game/core/compensate.h"

@@ -1,4 +1,4 @@
-/* None: against the targets where they are when the server takes the shot. A shooter must lead by its own
+/* None: judged against the targets at the time the server processes the shot. A shooter must lead by its own
  * lag. Cost: one ray. */
 #include "game/weapons/policies.h"
 

@@ -1,6 +1,6 @@
-/* Rewind: against the targets where the shooter saw them, from where the shooter is. What it saw hit is hit;
- * who was hit may have been in cover by then (Bernier, "Latency Compensating Methods", 2001; the paper's
- * `traceback`). Cost: one search of the history and one ray. */
+/* Rewind: judged against the targets at the shooter's view time, from the shooter's own position. What the
+ * shooter saw hit is hit, though it may be behind cover by then (Bernier, "Latency Compensating Methods",
+ * 2001; the paper's `traceback`). Cost: one search of the history and one ray. */
 #include "game/weapons/policies.h"
 
 static int judge(const ll_field *field, const ll_shot *shot)
@@ -11,6 +11,6 @@ static int judge(const ll_field *field, const ll_shot *shot)
 }
 
 const ll_rifle_policy ll_rifle_rewind = {.name = "rewind",
-                                         .help = "Judged against the targets where the shooter saw them.",
+                                         .help = "Judged against the targets at the shooter's view time.",
                                          .rewinds = true,
                                          .judge = judge};

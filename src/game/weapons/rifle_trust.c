@@ -1,4 +1,5 @@
-/* Trust: the client says whom it hits. Insecure: a client that lies hits whom it likes. Cost: none. */
+/* Client-authoritative: the client reports its hits. Insecure: a dishonest client hits anything. Cost:
+ * none. */
 #include "game/weapons/policies.h"
 
 static int judge(const ll_field *field, const ll_shot *shot)
@@ -7,4 +8,4 @@ static int judge(const ll_field *field, const ll_shot *shot)
 }
 
 const ll_rifle_policy ll_rifle_trust = {
-    .name = "trust", .help = "The client says whom it hits; insecure.", .judge = judge};
+    .name = "trust", .help = "The client reports its hits; insecure.", .judge = judge};

@@ -1,7 +1,7 @@
-/* Fast-forward (B): the shell is put where it would be by the time that the shooter saw, and the way to there
- * is tested against the targets of the present. So the first part of the flight meets targets at places where
- * they were not yet, and misses those that have moved on: a defect that games have shipped (devotion, PR
- * 168). Cost: one stretch of flight. */
+/* Fast-forward (B): the projectile is put where it would be by the shooter's view time, and its way there is
+ * tested against the present targets. So the first part of the flight hits targets at positions where they
+ * were not yet, and misses those that have moved on: a defect in shipped games (devotion, PR 168). Cost: one
+ * part of a flight. */
 #include "game/weapons/policies.h"
 
 static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
@@ -14,6 +14,6 @@ static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_fl
 
 const ll_shell_family ll_shell_fast_forward = {
     .name = "fast_forward",
-    .help = "B: forwarded by the age of the shooter's view, among the targets of the present.",
+    .help = "B: forwarded by the age of the shooter's view, among present targets.",
     .looks_back = true,
     .launch = launch};

@@ -1,5 +1,5 @@
-/* None (A): the flight begins when the server takes the shot, among the targets of the present. What the
- * shooter saw is ahead of it by the age of its view. Cost: none beyond the flight. */
+/* None (A): the flight begins when the server processes the shot, among present targets. The shooter's own
+ * view is behind by its age. Cost: none beyond the flight. */
 #include "game/weapons/policies.h"
 
 static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)

@@ -1,6 +1,6 @@
-/* Rewind (C), what the paper describes: the flight begins at the time that the shooter saw. The server looks
- * into the past, where shell and targets go together record by record up to now, and then stays in the
- * present. The impact is that of a server without lag. Cost: one stretch of flight per record of the way. */
+/* Rewind (C), the paper's method: the flight begins at the shooter's view time. The server rewinds, moves
+ * projectile and targets together record by record up to now, and then stays in the present. The hit is that
+ * of a server without lag. Cost: one part of a flight per record. */
 #include "game/weapons/policies.h"
 
 static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
@@ -13,7 +13,8 @@ static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_fl
 
 const ll_shell_family ll_shell_rewind = {
     .name = "rewind",
-    .help = "C: shell and targets go together from the time that the shooter saw, then on in the present.",
+    .help =
+        "C: projectile and targets move together from the shooter's view time to now, then in the present.",
     .rewinds = true,
     .looks_back = true,
     .launch = launch};

@@ -1,5 +1,5 @@
-/* Trust: the client flies its shell among what it sees and says what it hits. Insecure: a client that lies
- * hits whom it likes. Cost: none. */
+/* Client-authoritative: the client flies its projectile in its own view and reports what it hits. Insecure: a
+ * dishonest client hits anything. Cost: none. */
 #include "game/weapons/policies.h"
 
 static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
@@ -8,6 +8,6 @@ static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_fl
 }
 
 const ll_shell_family ll_shell_trust = {.name = "trust",
-                                        .help = "The client says what its shells hit; insecure.",
+                                        .help = "The client reports the hits of its projectiles; insecure.",
                                         .claims = true,
                                         .launch = launch};

@@ -1,5 +1,4 @@
-/* Each packet is held for the same time from its arrival, as the paper writes it. What came in uneven goes
- * out uneven. */
+/* Each packet is held for a fixed time after its arrival, as in the paper. Jitter remains. */
 #include "link/dejitter/policy.h"
 
 static ll_time delay(ll_dejitter_history *h, const ll_dejitter_params *params,

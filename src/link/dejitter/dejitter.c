@@ -1,5 +1,5 @@
-/* The packets stand in the order of playing behind the struct. They are few, so that taking one out moves the
- * others up. */
+/* The packets are stored after the struct in the order of play-out. They are few, so that removing one moves
+ * the others. */
 #include "link/dejitter/dejitter.h"
 
 #include <string.h>
@@ -11,22 +11,22 @@ const ll_dejitter_policy *const ll_dejitter_policies[] = {&ll_dejitter_none,    
                                                           &ll_dejitter_send_time, &ll_dejitter_mirror,
                                                           &ll_dejitter_nfe,       NULL};
 
-/* In the order of ll_dejitter_policies; a test holds them against each other. */
+/* In the order of ll_dejitter_policies; a test compares them. */
 const char *const ll_dejitter_names[] = {"none", "arrival", "send_time", "mirror", "nfe", NULL};
 
-#define WINDOW 8             /* parts of the time within which the fastest packet counts */
-#define PART (LL_SECOND / 4) /* and the length of one */
+#define WINDOW 8             /* parts of the window of the fastest packet */
+#define PART (LL_SECOND / 4) /* length of a part */
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
 struct ll_dejitter {
     int32_t capacity, depth;
-    int32_t policy; /* that `history` is of */
+    int32_t policy; /* to which `history` belongs */
     int32_t reserved;
-    int64_t part;            /* the present one */
-    ll_time fastest[WINDOW]; /* least transit time of each part, by its number modulo WINDOW */
-    ll_time played;          /* due time of the packet that was played last */
+    int64_t part;            /* the current one */
+    ll_time fastest[WINDOW]; /* least transit time per part, by its number modulo WINDOW */
+    ll_time played;          /* due time of the last packet played out */
     ll_dejitter_history history;
     ll_dejitter_stats stats;
 };
@@ -61,9 +61,9 @@ void ll_dejitter_clear(ll_dejitter *b)
         b->fastest[i] = LL_NEVER;
 }
 
-/* ---- when ---- */
+/* ---- time ---- */
 
-/* The least transit time of the window, the present packet's included. */
+/* Least transit time of the window, including the current packet's. */
 static ll_time fastest_way(ll_dejitter *b, ll_time transit, ll_time arrived)
 {
     int64_t part = arrived / PART;
@@ -78,7 +78,7 @@ static ll_time fastest_way(ll_dejitter *b, ll_time transit, ll_time arrived)
     return least;
 }
 
-/* The time that the policy gives the packet, late or not. */
+/* Play-out time by the policy, late or not. */
 static ll_time schedule(ll_dejitter *b, const ll_dejitter_params *params, ll_time sent, ll_time arrived)
 {
     const ll_dejitter_policy *policy = ll_dejitter_policies[params->policy];
@@ -97,7 +97,7 @@ static ll_time schedule(ll_dejitter *b, const ll_dejitter_params *params, ll_tim
 
 /* ---- order ---- */
 
-/* Behind all that were sent before, or behind all; never before one whose time has come. */
+/* After all that were sent earlier, or after all; never before one that is due. */
 static int place_of(const ll_dejitter *b, ll_time sent, ll_time arrived)
 {
     const ll_dejitter_packet *packets = packets_of(b);
@@ -108,8 +108,7 @@ static int place_of(const ll_dejitter *b, ll_time sent, ll_time arrived)
     return place;
 }
 
-/* A delay that has changed meanwhile must not change the order: not before those before, not after those
- * after. */
+/* A changed delay must not change the order: not before earlier packets, not after later ones. */
 static ll_time in_order(const ll_dejitter *b, int place, ll_time due)
 {
     const ll_dejitter_packet *packets = packets_of(b);
@@ -171,7 +170,7 @@ bool ll_dejitter_pop(ll_dejitter *b, ll_time now, ll_dejitter_packet *packet)
     return true;
 }
 
-/* ---- what is told ---- */
+/* ---- reported values ---- */
 
 int ll_dejitter_depth(const ll_dejitter *b)
 {

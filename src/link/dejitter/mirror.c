@@ -1,12 +1,12 @@
-/* Mirror's snapshot interpolation (SnapshotInterpolation.cs): interval * (1 + deviation / interval + 1), the
- * deviation that of the times between arrivals over 2 s, the last 1 a tolerance. Mirror counts from where an
- * average packet is, over 1 s; here time counts from the fastest, so that the average lateness against it is
- * added. Its playing runs 4 % slower or 2 % faster to follow. */
+/* Mirror's snapshot interpolation (SnapshotInterpolation.cs): interval * (1 + deviation / interval + 1), with
+ * the deviation of the times between arrivals over 2 s, and a tolerance of 1. Mirror counts from an average
+ * packet, over 1 s; here time counts from the fastest one, so the average lateness relative to it is added.
+ * Play-out runs 4 % slower or 2 % faster to adapt. */
 #include "base/assert.h"
 #include "base/detmath.h"
 #include "link/dejitter/policy.h"
 
-/* The weight of a value in an average over `seconds`. */
+/* Weight of a value in an average over `seconds`. */
 static double weight_of(double seconds, double interval_ms)
 {
     LL_ASSERT(interval_ms > 0);

@@ -1,8 +1,8 @@
 /* Unity's Netcode for Entities (NetworkTimeSystem.cs): the larger of the average time between arrivals and
- * the average gap between their send times + 1.25 of its mean deviation, each by a weight of 0.25; at most
- * six intervals, at least what is configured. The gaps tell of loss and reordering, not of jitter. It counts
- * from where an average packet is, by a weight of 1/8; here time counts from the fastest, so that the average
- * lateness against it is added. The delay moves by at most a tenth of the time. */
+ * the average gap between send times + 1.25 of its mean deviation, each with a weight of 0.25; at most six
+ * intervals, at least the configured delay. The gaps show loss and reordering, not jitter. It counts from an
+ * average packet, with a weight of 1/8; here time counts from the fastest one, so the average lateness
+ * relative to it is added. The delay changes by at most a tenth of the time. */
 #include "link/dejitter/policy.h"
 
 #define WEIGHT 0.25

@@ -1,6 +1,6 @@
-/* Each packet is due the same time from its sending: that of the fastest packet's way, and delay_ms. With
- * transit times spread uniformly over w, 1 - delay / w of the packets are late, and delay^2 / 2w are added on
- * average. */
+/* Each packet is due at a fixed time after sending: the transit time of the fastest packet plus delay_ms. If
+ * transit times are uniform over a width w, 1 - delay / w of the packets are late, and delay^2 / 2w is added
+ * on average. */
 #include "link/dejitter/policy.h"
 
 static ll_time delay(ll_dejitter_history *h, const ll_dejitter_params *params,

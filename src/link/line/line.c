@@ -1,16 +1,16 @@
-/* A link is four things in a row: the struct, the queue, the ring of the rate's stage and the store.
+/* A link is four parts in a row: the struct, the queue, the ring of the rate's stage and the store.
  *
- * The queue holds the messages in flight, sorted by due time. Most are due after all others, so a
- * sorted array is as good as appending and costs less than a heap: with 20 ms of jitter at 60 Hz one in eight
- * packets moves another by one place. It slides to the front of its array when it reaches the end.
+ * The queue holds the messages in flight, sorted by due time. Most are due after all others, so that a sorted
+ * array is as good as appending and cheaper than a heap: with 20 ms of jitter at 60 Hz one in eight packets
+ * moves another by one position. The array slides to its front when it reaches the end.
  *
- * The store holds the packets' bytes in the order of sending, each behind a head. What is delivered out of
- * order leaves a hole, which stays until the store is full; then it is packed. So a packet is refused only
- * when what is in flight really exceeds the limits.
+ * The store holds the packets' bytes in the order of sending, each after a header. A delivery out of order
+ * leaves a hole until the store is full; then it is packed. So a packet is refused only if the data in flight
+ * really exceeds the limits.
  *
- * What is held for a receiver stands at the end of the queue, due never, its id in the place of `took`.
+ * Packets held for a receiver are at the end of the queue, never due, with their id in `took`.
  *
- * Heads are short because a session keeps several copies of every link. */
+ * Headers are short because a session keeps several copies of every link. */
 #include "link/line/core.h"
 
 #include <string.h>
@@ -23,14 +23,14 @@
 typedef struct entry {
     ll_time due;
     int32_t at;    /* of its parcel in the store */
-    uint32_t took; /* ns from its sending; held: its id */
+    uint32_t took; /* ns since it was sent; if held: its id */
 } entry;
 
-/* The head of a packet's bytes in the store, which follow rounded up to 4. */
+/* Header of a packet's bytes in the store; the bytes follow, rounded up to 4. */
 typedef struct parcel {
-    int32_t size;    /* of the packet; ~size when it is delivered */
-    uint32_t number; /* of the message, modulo 2^32: a copy has that of its original. While packing, the index
-                        of its entry */
+    int32_t size;    /* of the packet; ~size when delivered */
+    uint32_t number; /* of the message, modulo 2^32; a copy has its original's. While packing: the index of
+                        its entry */
 } parcel;
 
 #pragma GCC diagnostic pop
@@ -42,11 +42,10 @@ static int32_t round_up(int32_t n, int32_t to) /* a power of two */
 
 static int32_t queue_capacity(int32_t slots)
 {
-    return slots + slots / 8 + 1; /* so that a full one slides once in slots / 8 sendings */
+    return slots + slots / 8 + 1; /* a full one slides once per slots / 8 messages */
 }
 
-/* A message has a packet and, at an mtu_bytes of 1200 or more, at most one more for each 1200 of its bytes.
- */
+/* A message has one packet and, with mtu_bytes of 1200 or more, at most one more per 1200 bytes. */
 static int32_t ring_places(int32_t slots, int32_t arena)
 {
     int32_t places = slots + arena / 1200;
@@ -55,10 +54,10 @@ static int32_t ring_places(int32_t slots, int32_t arena)
 
 static int32_t ring_capacity(int32_t places)
 {
-    return round_up(places, 2); /* what follows begins at a multiple of 8 */
+    return round_up(places, 2); /* the next part starts at a multiple of 8 */
 }
 
-/* Fits `slots` packets of `arena` bytes together, whatever their rounding. */
+/* Fits `slots` packets of `arena` bytes in total, including rounding. */
 static int32_t store_capacity(int32_t slots, int32_t arena)
 {
     return round_up(arena + slots * ((int32_t)sizeof(parcel) + 3), 8);
@@ -129,8 +128,8 @@ void ll_link_init(ll_link *l, int slots, int arena_bytes, uint64_t seed, uint64_
 
 /* ---- queue ---- */
 
-/* The place behind all that are due at `due` or before: equal due times keep the order of sending. Near the
- * end one looks, further away one halves. */
+/* Position after all that are due at `due` or before: equal due times keep the order of sending. Linear
+ * search near the end, binary search elsewhere. */
 static inline int32_t place_of(const entry *queue, int32_t first, int32_t end, ll_time due)
 {
     int32_t low = first, high = end;
@@ -166,8 +165,8 @@ static inline void enqueue(ll_link *l, entry e)
 
 /* ---- store ---- */
 
-/* Closes the holes from the front; the order stays, so no move overtakes. Meanwhile each parcel says whose it
- * is, and its entry keeps the number. */
+/* Closes the holes from the front, in order. Meanwhile each parcel stores its entry's index, and the entry
+ * the number. */
 static void pack(ll_link *l)
 {
     entry *queue = queue_of(l);
@@ -191,7 +190,7 @@ static void pack(ll_link *l)
     l->top = top;
 }
 
-/* The limits are checked: after packing there is room. */
+/* The limits were checked: after packing there is room. */
 static inline int32_t store(ll_link *l, int64_t number, const void *bytes, int32_t size)
 {
     int32_t stride = stride_of(size);
@@ -232,7 +231,7 @@ static void count_delivery(ll_link *l, uint32_t number)
     l->delivered += ahead > 0 ? ahead : 0;
 }
 
-/* Of an entry that has left the queue. */
+/* Copies out the packet of a removed entry. */
 static int hand_over(ll_link *l, int32_t at, void *bytes, int capacity)
 {
     parcel *p = parcel_at(l, at);
@@ -319,7 +318,7 @@ double ll_link_loss_pct(const ll_link_stats *s)
     return draws > 0 ? 100 * (double)s->lost / (double)draws : 0;
 }
 
-/* By the differences, which need no mean: that of all packets is not quite that of the pairs. */
+/* By differences, which need no mean: the mean of all packets differs slightly from that of the pairs. */
 double ll_link_delay_correlation(const ll_link_stats *s)
 {
     double n = (double)ll_link_put_on_way(s), mean = s->delay_sum_ms / n;
@@ -351,8 +350,8 @@ static bool queue_valid(const ll_link *l)
     return true;
 }
 
-/* Walks the parcels: they must fill the store up to the top, in the order of sending, and those in flight be
- * those queued. */
+/* Checks that the parcels fill the store up to the top, in the order of sending, and that those in flight are
+ * queued. */
 static bool store_valid(const ll_link *l)
 {
     int32_t packets = 0, bytes = 0, at = 0;

@@ -9,7 +9,7 @@ static void wifi_busy(ll_link_params *way)
     way->ge_1h_pct = 60;
 }
 
-/* The cell changes: for a while everything comes late. */
+/* A handover: for a while every packet is late. */
 static void handover(ll_link_params *way)
 {
     way->spike_at_ms = way->spike_every_ms = 10000;
@@ -35,9 +35,9 @@ static void bufferbloat(ll_link_params *way)
 #define UNREAL "Unreal Engine, network emulation profile: "
 #define LIGHTYEAR "lightyear 0.29, link conditioner: "
 
-/* Name, source; delay, jitter in ms and loss in % of each direction; distribution; what else it has. */
+/* Name, source; delay, jitter in ms and loss in % of each direction; distribution; further settings. */
 #define PRESETS(PRESET)                                                                                      \
-    PRESET("custom", "what the rows of up and down say", 0, 0, 0, UNIFORM, NULL)                             \
+    PRESET("custom", "the rows of up and down", 0, 0, 0, UNIFORM, NULL)                                      \
     PRESET("home_broadband", UNITY "Home Broadband", 32, 12, 2, UNIFORM, NULL)                               \
     PRESET("fiber", UNITY "Fiber", 10, 1, 0, UNIFORM, NULL)                                                  \
     PRESET("cable", UNITY "Cable", 25, 5, 0, UNIFORM, NULL)                                                  \

@@ -1,4 +1,4 @@
-/* What becomes of a message: drawn, packet by packet, when it is sent. */
+/* Fate of a message, drawn packet by packet when it is sent. */
 #include "base/assert.h"
 #include "link/line/core.h"
 
@@ -13,7 +13,7 @@ static void count_delay(ll_link *l, double delay_ms)
     s->delay_sum_squares += delay_ms * delay_ms;
 }
 
-/* When a packet that nothing takes any more is due, in the order that is asked for. */
+/* Due time of a packet that passed all stages, in the configured order. */
 static ll_time arrival(ll_link *l, ll_order order, ll_time now, double delay_ms, ll_time queued)
 {
     ll_time due = now + ll_ms(delay_ms) + queued;
@@ -28,7 +28,7 @@ static ll_time arrival(ll_link *l, ll_order order, ll_time now, double delay_ms,
     return due;
 }
 
-/* Of two packets sent one after the other. */
+/* For two successive packets. */
 static void count_pair(ll_link *l, double delay_ms)
 {
     bool follows = l->delay_number == l->packet - 1;
@@ -41,8 +41,8 @@ static void count_pair(ll_link *l, double delay_ms)
 
 #define ENTRY (1U << LL_STAGE_DUPLICATE | 1U << LL_STAGE_LOSS | 1U << LL_STAGE_CORRUPT)
 
-/* Takes a packet or its copy through the stages. `size` is that of the whole message, for which the link must
- * have room. */
+/* Passes a packet or its copy through the stages. `size`: of the whole message, for which the link must have
+ * room. */
 static void travel(ll_link *l, uint32_t stages, ll_passage *p, int32_t size)
 {
     ll_stages_pass(stages & ENTRY, p, &l->memory, &l->stats);
@@ -81,7 +81,7 @@ static ll_passage packet(ll_link *l, const ll_link_params *params, double lag_ms
                         .size = size};
 }
 
-/* Begins the way from behind the stage that made it. */
+/* A copy starts after the stage that made it. */
 static ll_passage copy_of(const ll_passage *p)
 {
     ll_passage copy = *p;
@@ -95,7 +95,7 @@ static ll_passage copy_of(const ll_passage *p)
     return copy;
 }
 
-/* The message that packets are of; with no bytes to be put on their way as the packets come. */
+/* The message of packets; NULL bytes: packets are not stored by themselves. */
 typedef struct message {
     const void *bytes;
     int32_t size;
@@ -128,7 +128,7 @@ static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message
     return sending;
 }
 
-/* Whether the packet or its copy comes; if so, when the first of them does. */
+/* Whether the packet or its copy arrives, and when the first of them does. */
 static bool comes(const ll_sending *s, ll_time *when)
 {
     bool first = s->fate == LL_FATE_DELIVERED, second = s->duplicated && s->copy_fate == LL_FATE_DELIVERED;
@@ -170,7 +170,7 @@ static void gather(ll_link *l, ll_sending *all, const ll_sending *one)
     }
 }
 
-/* As a sequence of packets, each by itself; the receiver has the message when it has the last of them. */
+/* Sends a sequence of independent packets; the message arrives with the last of them. */
 static ll_sending send_split(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
                              const message *m, int32_t packets)
 {
@@ -210,7 +210,7 @@ static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
     return (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
 }
 
-/* Nothing is drawn, so all packets of a message come at one time. */
+/* Without draws: all packets of a message arrive at one time. */
 static void send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
                        const void *bytes, int32_t size, int32_t packets, ll_sending *sending)
 {

@@ -4,8 +4,8 @@
 const ll_delay_model *const ll_delay_models[] = {&ll_delay_uniform, &ll_delay_normal, &ll_delay_pareto,
                                                  &ll_delay_paretonormal, NULL};
 
-/* The distribution function of a normal deviate is uniform: so the deviates can be correlated and any
- * distribution be made of them. The first of a chain is not shrunk, so that it has the variance of all. */
+/* The distribution function of a normal deviate is uniform, so correlated deviates can be mapped to any
+ * distribution. The first one of a chain is not scaled, so that it has the same variance. */
 static double correlated_unit(const ll_passage *p, const ll_delay_model *model, ll_memory *m)
 {
     double corr = model->deviate_corr(p->params->delay_corr_pct / 100);

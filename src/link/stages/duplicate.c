@@ -1,4 +1,4 @@
-/* First of all, as in netem: so there are two of the packet that a loss may take one of. */
+/* First of all, as in netem: a loss may then take one of the two copies. */
 #include "link/stages/stage.h"
 
 void ll_stage_duplicate(ll_passage *p, ll_memory *m, ll_link_stats *stats)

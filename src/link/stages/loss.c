@@ -1,11 +1,11 @@
-/* netem's: one draw takes one of two. The one that is left then goes on as the packet, and there is no copy;
- * a copy comes here by itself, with a draw of its own. A blackout takes all that there is. */
+/* As in netem, one draw takes one of two. The remaining one goes on as the packet, and there is no copy; a
+ * copy that comes here has its own draw. A blackout takes all. */
 #include "link/stages/stage.h"
 
 const ll_loss_model *const ll_loss_models[] = {&ll_loss_random, &ll_loss_gemodel, &ll_loss_state, NULL};
 
-/* A model that has not decided about the packet before begins in its first state. A copy goes on from the
- * state that its original left and leaves that to the next packet. */
+/* A model that did not decide about the last packet starts in its first state. A copy continues from its
+ * original's state and leaves its own to the next packet. */
 static bool model_loses(const ll_passage *p, ll_memory *m)
 {
     if (p->is_copy) {

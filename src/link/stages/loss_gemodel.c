@@ -1,9 +1,9 @@
 /* E. N. Gilbert, "Capacity of a burst-noise channel", Bell Syst. Tech. J. 39, 1960; E. O. Elliott, "Estimates
  * of error rates for codes on burst-noise channels", 42, 1963. In the long run p / (p + r) of the packets are
- * sent in the bad state, 1 / r in a row. Two draws a packet. */
+ * sent in the bad state, in runs of 1 / r. Two draws per packet. */
 #include "link/stages/stage.h"
 
-/* The state is 1 when bad. */
+/* State 1: bad. */
 static bool lost(const ll_passage *p, int32_t *state)
 {
     const ll_link_params *params = p->params;

@@ -1,8 +1,8 @@
-/* Independent losses, or a chain of two states (see ll_link_params): a burst is 1 / ((1 - p) (1 - corr))
- * long. One draw a packet. */
+/* Independent losses, or a two-state chain (see ll_link_params): mean burst length 1 / ((1 - p) (1 - corr)).
+ * One draw per packet. */
 #include "link/stages/stage.h"
 
-/* The state is 1 after a lost packet. */
+/* State 1: after a lost packet. */
 static bool lost(const ll_passage *p, int32_t *state)
 {
     const ll_link_params *params = p->params;

@@ -1,6 +1,6 @@
 /* S. Salsano, F. Ludovici, A. Ordine, "Definition of a general and intuitive loss model for packet networks
- * and its implementation in the Netem module in the Linux kernel", 2009. With pi the share of a state: pi1
- * p13 = pi3 p31, pi4 = pi1 p14, pi2 p23 = pi3 p32. One draw a packet. */
+ * and its implementation in the Netem module in the Linux kernel", 2009. With pi the fraction of a state: pi1
+ * p13 = pi3 p31, pi4 = pi1 p14, pi2 p23 = pi3 p32. One draw per packet. */
 #include "link/stages/stage.h"
 
 enum { RECEIVED, RECEIVED_IN_BURST, LOST_IN_BURST, LOST }; /* states 1 to 4 */

@@ -26,32 +26,33 @@ typedef enum ll_distribution {
 
 typedef enum ll_order { LL_ORDER_FREE, LL_ORDER_FIFO } ll_order;
 
-/* random: loss_pct, with loss_corr_pct.
- * gemodel (Gilbert-Elliott): a packet is lost by 1-h in the bad state, by 1-k in the good one; p leads from
- *     good to bad and r back. Each packet draws the transition, then the loss in the state before it.
- * state: netem's four states, 1 received and 4 lost on its own in a gap, 3 lost and 2 received in a burst; a
- *     packet's fate is that of the state it leads to. 4 leads to 1 always. */
+/* random: loss_pct, with loss_corr_pct. gemodel (Gilbert-Elliott): loss probability 1-h in the bad state, 1-k
+ * in the good one; transition p from good to bad, r back.
+ *     Each packet draws the transition, then the loss in the state before it.
+ * state: netem's four states: 1 received and 4 isolated loss, within a gap; 3 lost and 2 received, within a
+ * burst. The fate of a
+ *     packet is that of its new state. 4 always leads to 1. */
 typedef enum ll_loss { LL_LOSS_RANDOM, LL_LOSS_GEMODEL, LL_LOSS_STATE } ll_loss;
 
 /* Parameters of one direction; `ll_link_table` gives names, ranges and defaults.
  *
- * Correlations are those of successive packets and leave mean and variance as they are; netem's (x' = rho x +
- * (1 - rho) u) shrink the variance, and with it rates. Delays follow a first-order autoregressive normal
- * process, mapped to their distribution (a Gaussian copula) so that their own correlation is the one given.
- * What happens or not (loss, duplicate, reorder, corrupt) is a chain of two states: after a packet to which
- * it happened the probability is p + corr (1 - p), otherwise p (1 - corr). */
+ * Correlations are those of successive packets and keep mean and variance; netem's (x' = rho x + (1 - rho) u)
+ * reduce the variance, and with it rates. Delays follow a first-order autoregressive normal process, mapped
+ * to their distribution (a Gaussian copula) so that their own correlation is the configured one. Loss,
+ * duplicate, reorder and corrupt are two-state chains: after a packet to which it happened the probability is
+ * p + corr (1 - p), otherwise p (1 - corr). */
 typedef struct ll_link_params {
     double delay_ms; /* added to the player's lag_ms */
     double jitter_ms, delay_corr_pct;
     double loss_pct, loss_corr_pct;
     double ge_p_pct, ge_r_pct, ge_1h_pct, ge_1k_pct;
     double p13_pct, p31_pct, p32_pct, p23_pct, p14_pct;
-    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* windows in which all is lost */
+    double blackout_at_ms, blackout_every_ms, blackout_length_ms; /* periods in which all is lost */
     double duplicate_pct, duplicate_corr_pct;
-    double spike_at_ms, spike_every_ms, spike_length_ms, spike_add_ms; /* windows with more delay */
+    double spike_at_ms, spike_every_ms, spike_length_ms, spike_add_ms; /* periods of longer delay */
     double rate_kbps, limit_ms;                                        /* rate 0: no queue */
     int64_t limit_packets, packet_overhead_bytes;
-    int64_t mtu_bytes; /* of a message in one packet; 0: never split */
+    int64_t mtu_bytes; /* longest message in one packet; 0: never split */
     double reorder_pct, reorder_corr_pct;
     int64_t reorder_gap;
     double corrupt_pct, corrupt_corr_pct;
@@ -63,58 +64,57 @@ typedef struct ll_link_params {
 
 extern const ll_param_table ll_link_table;
 
-/* The longest time that a packet can take with these parameters and `lag_ms` of base delay. (One in fifo
- * order may wait for a packet that was sent with others.) */
+/* Longest time that a packet can take with these parameters and `lag_ms` of base delay. (In fifo order it may
+ * also wait for a packet that was sent with others.) */
 double ll_link_delay_max_ms(const ll_link_params *params, double lag_ms);
 
-#define LL_MTU_MIN 64        /* of mtu_bytes, where it is not 0 */
-#define LL_FRAGMENT_HEADER 4 /* bytes in front of a fragment: which of how many, of which message */
+#define LL_MTU_MIN 64        /* minimum of mtu_bytes other than 0 */
+#define LL_FRAGMENT_HEADER 4 /* bytes before a fragment: its index, their count and the message */
 
 /* lost: by the loss model or in a blackout. overflow: beyond the limits of the queue or of the link.
- * corrupted: it arrives when due, but the receiver's checksum drops it. */
+ * corrupted: arrives when due, and the receiver's checksum drops it. */
 typedef enum ll_fate { LL_FATE_DELIVERED, LL_FATE_LOST, LL_FATE_OVERFLOW, LL_FATE_CORRUPTED } ll_fate;
 
-/* What became of one message: known at once, since the link draws it at once. Of one that was split: the fate
- * of its first fragment that did not arrive, `due` when the last one comes, and no copy, queue or reordering.
- */
+/* Fate of one message: known at once. Of a split message: fate of its first fragment that did not arrive,
+ * `due` when the last one arrives, and no copy, queue or reordering. */
 typedef struct ll_sending {
     ll_fate fate;
-    ll_time due;       /* when delivered or corrupted; otherwise when sent */
-    ll_time queued;    /* of that: wait and transmission in the rate's queue */
-    int32_t fragments; /* packets; 1 when it was not split */
-    bool reordered;    /* sent ahead, without its delay */
+    ll_time due;       /* if delivered or corrupted; else when sent */
+    ll_time queued;    /* of that: waiting and transmission in the rate's queue */
+    int32_t fragments; /* packets; 1 if not split */
+    bool reordered;    /* reordered ahead, without its delay */
     bool duplicated;
-    bool rescued;      /* a loss took one of the two: the other went on, and the second is lost */
-    ll_fate copy_fate; /* of the second */
-    ll_time copy_due;  /* as `due` */
+    bool rescued;      /* one of two copies was lost and the other went on; the copy is the lost one */
+    ll_fate copy_fate; /* of the copy */
+    ll_time copy_due;  /* like `due` */
 } ll_sending;
 
-/* Realised statistics, to stand next to the configured ones; of packets where they do not say messages. The
- * delays are those of what was put on its way, copies too: as drawn or, in fifo order, as they became. */
+/* Measured statistics, to compare with the configured ones; of packets unless they say messages. Delays are
+ * those of packets that were stored, copies included: as drawn or, in fifo order, as they became. */
 typedef struct ll_link_stats {
-    int64_t carried;    /* messages that were in flight when counting began */
-    int64_t sent, lost; /* lost: copies too */
+    int64_t carried;    /* messages in flight when counting began */
+    int64_t sent, lost; /* lost: includes copies */
     int64_t lost_copies;
-    int64_t lost_in_blackouts; /* copies too */
+    int64_t lost_in_blackouts; /* includes copies */
     int64_t loss_bursts;   /* runs of lost packets: their mean length is (lost - lost_copies) / loss_bursts */
     int64_t duplicated;    /* copies drawn */
-    int64_t rescued;       /* losses that took one of two; then the other had no draw */
+    int64_t rescued;       /* losses of one of two copies; the other then had no draw */
     int64_t overflowed;    /* packets and copies beyond the link's slots and arena */
     int64_t queue_drops;   /* packets and copies beyond limit_packets or limit_ms */
-    int64_t corrupted;     /* copies too */
-    int64_t delivered;     /* messages, copies too */
-    int64_t reordered;     /* deliveries after that of a message sent later */
-    int64_t sent_ahead;    /* by the stage `reorder`; copies too */
+    int64_t corrupted;     /* includes copies */
+    int64_t delivered;     /* messages, including copies */
+    int64_t reordered;     /* deliveries after a message sent later */
+    int64_t sent_ahead;    /* by the stage `reorder`; includes copies */
     int64_t bytes;         /* of all messages, without copies and headers */
-    int64_t messages_lost; /* of which, whatever the cause, nothing arrives, or not all */
+    int64_t messages_lost; /* not received, or not completely, for any reason */
     int64_t split;         /* messages of more than one packet */
-    int64_t split_lost;    /* of them */
-    int64_t fragments;     /* so many packets had they */
-    int64_t fragments_lost; /* which did not arrive, nor a copy of them */
+    int64_t split_lost;    /* of these */
+    int64_t fragments;     /* their packets */
+    int64_t fragments_lost; /* neither they nor their copies arrived */
     double delay_sum_ms, delay_sum_squares;
-    double delay_min_ms, delay_max_ms; /* the least is 1e9 before the first */
-    double delay_step_squares; /* of the differences of the delays of two packets sent one after the other */
-    int64_t delay_pairs;       /* so many, on a link with impairments */
-    int64_t queued;            /* packets and copies that passed the rate's queue */
-    double queue_sum_ms, queue_max_ms; /* wait and transmission */
+    double delay_min_ms, delay_max_ms; /* the minimum is 1e9 before the first */
+    double delay_step_squares;         /* of the differences of the delays of successive packets */
+    int64_t delay_pairs;               /* their number, on a link with impairments */
+    int64_t queued;                    /* packets and copies that passed the rate's queue */
+    double queue_sum_ms, queue_max_ms; /* waiting and transmission */
 } ll_link_stats;

@@ -1,16 +1,15 @@
-/* A bottleneck behind the delay, as in netem: packets leave it one after the other in the order of sending,
- * each taking its bytes over the rate. So none overtakes, and one that the delay lets come early waits for
- * those that were sent before.
+/* A bottleneck after the delay, as in netem: packets leave it one by one in the order of sending, each for
+ * its bytes over the rate. So none overtakes, and one with a shorter delay waits for those sent earlier.
  *
- * The queue's limits come before the delay, and go by what the rate has yet to send as if all had come
- * without one: a long way is not a long queue. (netem's limit counts whatever it holds.) A packet that is let
- * in leaves at most limit_ms after the longest delay: with E the clock of the limits, X that of the rate, at
- * any time X - E is at most the longest delay of the packets since the queue was empty. */
+ * The queue's limits are checked before the delay, against what the rate has yet to send if all had arrived
+ * without delay: a long way is not a long queue. (netem's limit counts all that it holds.) An accepted packet
+ * leaves at most limit_ms after the longest delay: with E the clock of the limits and X that of the rate, X -
+ * E is always at most the longest delay of the packets since the queue was empty. */
 #include "link/stages/stage.h"
 
-/* The ring holds departures modulo 2^32 ns. What is left in it departs after the last sending before now,
- * since that took out all others, and less than 1.25 s from then; so a difference has its sign as long as the
- * queue has not run empty. */
+/* The ring holds departures modulo 2^32 ns. Remaining ones are after the last sending before now, which
+ * removed all others, and less than 1.25 s from it; so differences have the right sign while the queue is not
+ * empty. */
 static void take_out_departed(ll_memory *m, const ll_passage *p)
 {
     if (m->entrance <= p->now)
@@ -33,7 +32,7 @@ void ll_stage_limit(ll_passage *p, ll_memory *m, ll_link_stats *stats)
         return;
     take_out_departed(m, p);
     double bits = 8.0 * (double)(p->size + params->packet_overhead_bytes);
-    double ms = bits / params->rate_kbps; /* perhaps longer than whole ns can tell */
+    double ms = bits / params->rate_kbps; /* may exceed the range of integer ns */
     bool full = m->queue_count >= params->limit_packets || m->queue_count == p->places;
     if (!full && ms <= params->limit_ms) {
         p->transmission = ll_ms(ms);

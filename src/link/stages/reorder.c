@@ -1,5 +1,5 @@
-/* netem's reordering: a packet goes ahead without the delay of its link, `lag_ms` aside, and past the rate's
- * queue, in which it takes no time. After one did, the next reorder_gap - 1 do not. */
+/* netem's reordering: a packet goes ahead without the delay of its link, except `lag_ms`, and past the rate's
+ * queue, in which it takes no time. The next reorder_gap - 1 packets are not reordered. */
 #include "link/stages/stage.h"
 
 void ll_stage_reorder(ll_passage *p, ll_memory *m, ll_link_stats *stats)

@@ -22,7 +22,7 @@ static ll_status get_grid(ll_bit_reader *r, ll_grid *grid)
         uint32_t bits = (uint32_t)ll_bits_get(r, 32);
         memcpy(&steps[i], &bits, sizeof bits);
         if (!(steps[i] >= 1e-6f && steps[i] <= 1e6f)) /* a NaN fails too */
-            return ll_error(LL_BAD_INPUT, "a step of a grid must be between 1e-06 and 1e+06; got %g",
+            return ll_error(LL_BAD_INPUT, "a step of a grid must be 1e-06 to 1e+06; got %g",
                             (double)steps[i]);
     }
     *grid = (ll_grid){steps[0], steps[1], steps[2], steps[3]};

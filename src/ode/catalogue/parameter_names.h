@@ -1,5 +1,4 @@
-/* The tables of methods and problems as lists of names, for parameters: in their order, which a test holds.
- */
+/* Methods and problems as lists of names, for parameters, in the order of their tables. */
 #pragma once
 
 #include "param/param.h"

@@ -1,5 +1,5 @@
-/* A crossing is located with the method itself: what varies is the length of the step, so that the time is as
- * good as the method, for every method. It costs some ten attempts. */
+/* Locates a crossing with the method itself by varying the length of the step, so that the time is as
+ * accurate as the method. Costs about ten attempts. */
 #include "ode/core/crossing.h"
 
 #include <float.h>
@@ -15,7 +15,7 @@ typedef struct search {
     double h; /* of the whole step */
 } search;
 
-/* g after the part `theta` of the step. */
+/* g after the fraction `theta` of the step. */
 static double g_at(const search *s, double theta)
 {
     s->run->partial = true;
@@ -23,8 +23,8 @@ static double g_at(const search *s, double theta)
     return s->event->g(s->ode->params, s->run->t + theta * s->h, ll_ode_next(s->run));
 }
 
-/* Whether g has gone through zero the way that the event looks for. A step that starts on the surface starts
- * from the side that the event comes from; an event that looks for both ways has none. */
+/* Whether g crossed zero in the direction of the event. A step that starts on the surface counts as starting
+ * from the side that the event comes from; for an event of both directions it is no crossing. */
 static bool crosses(const ll_ode_event *event, double g0, double g1)
 {
     int way = event->direction;
@@ -38,8 +38,8 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-/* The part of the step just after which g has crossed zero: T. R. Chandrupatla's method (Adv. Eng. Softw. 28,
- * 1997), inverse quadratic interpolation where that is safe and bisection where not. */
+/* Fraction of the step just after the zero crossing of g: T. R. Chandrupatla's method (Adv. Eng. Softw. 28,
+ * 1997), inverse quadratic interpolation where it is safe, else bisection. */
 static double crossing(const search *s, double g0, double g1)
 {
     double resolution = 2 * DBL_EPSILON * (1 + magnitude(s->run->t / s->h));
@@ -58,7 +58,7 @@ static double crossing(const search *s, double g0, double g1)
             break;
         double xi = (x - other) / (old - other), phi = (g - g_other) / (g_old - g_other);
         share = 0.5;
-        /* A g of 0 is a start on the surface: no value to interpolate with. */
+        /* g = 0 is a start on the surface and cannot be interpolated. */
         if (g * g_other < 0 && phi * phi < xi && (1 - phi) * (1 - phi) < 1 - xi) {
             share = g / (g_other - g) * g_old / (g_other - g_old) +
                     (old - x) / (other - x) * g / (g_old - g) * g_other / (g_old - g_other);

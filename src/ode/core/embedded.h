@@ -1,4 +1,4 @@
-/* Embedded explicit Runge-Kutta methods, stages and error in one go.
+/* Embedded explicit Runge-Kutta methods: stages and error estimate in one function.
  *
  * The functions stand here, inline, for a problem to have them compiled with its own f within and its number
  * of components known (ode/core/field.h): where a state has few components, calls and the way through memory
@@ -11,9 +11,9 @@
 typedef struct ll_ode_tableau {
     int stages;
     const double *c; /* `stages` */
-    const double *a; /* rows of stages 1 and on, 1, 2, 3... numbers each */
-    const double *b; /* `stages`; NULL: the last stage stands at the end of the step (FSAL) */
-    const double *e; /* error: `stages` weights of the difference to the embedded solution; NULL: none */
+    const double *a; /* rows of the later stages: 1, 2, 3... numbers each */
+    const double *b; /* `stages`; NULL: the last stage is at the end of the step (FSAL) */
+    const double *e; /* error: `stages` weights of the difference from the embedded solution; NULL: none */
     const double
         *p; /* dense output: `stages` rows of `degree` coefficients of theta, theta^2...; NULL: none */
     int degree;
@@ -21,22 +21,22 @@ typedef struct ll_ode_tableau {
 
 /* A step of `h` from (t, y). */
 typedef struct ll_ode_trial {
-    const ll_ode_tableau *tableau; /* of a method that has one */
+    const ll_ode_tableau *tableau; /* NULL for methods without one */
     double t, h;
     double absolute, relative; /* tolerances */
     const double *y;
-    double *k;    /* slopes, `stride` doubles each; the first is given */
-    double *next; /* the state after the step */
+    double *k;    /* slopes, `stride` doubles each; the caller fills in the first */
+    double *next; /* state after the step */
     int stride;
 } ll_ode_trial;
 
-/* Fills `k` and `next` of a step. Returns the mean square of its estimated error over the tolerance. */
+/* Fills `k` and `next`. Returns the mean square of the estimated error relative to the tolerance. */
 typedef double ll_ode_stages(const void *params, const ll_ode_trial *trial);
 
 enum { LL_SEVEN = 7, LL_DOP853_STAGES = 12 };
 
-/* out = base + h (weight[0] k_0 + weight[1] k_1 + ...); no base: 0. Weights of 0 cost nothing if `sparse`,
- * which is for weights that are constants. */
+/* out = base + h (weight[0] k_0 + weight[1] k_1 + ...); base NULL: 0. With `sparse`, constant weights of 0
+ * cost nothing. */
 LL_INLINE void ll_ode_combine(int dim, int stride, const double *base, const double *k, const double *weight,
                               bool sparse, int count, double h, double *out)
 {
@@ -50,7 +50,7 @@ LL_INLINE void ll_ode_combine(int dim, int stride, const double *base, const dou
     }
 }
 
-/* The mean over the components of (e / (absolute + relative max(|y|, |next|)))^2. */
+/* Mean over the components of (e / (absolute + relative max(|y|, |next|)))^2. */
 LL_INLINE double ll_ode_mean_square(int dim, const double *e, const double *y, const double *next,
                                     double absolute, double relative)
 {
@@ -63,8 +63,8 @@ LL_INLINE double ll_ode_mean_square(int dim, const double *e, const double *y, c
     return (sum[0] + sum[1]) * (1.0 / dim);
 }
 
-/* DOP853: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5. Rows of `a`
- * are those of the stages from the second on, then of the result, then of three stages for dense output. */
+/* DOP853: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5. Rows of `a`:
+ * stages from the second on, then the result, then three stages for dense output. */
 static const double ll_dop853_c[] = {0.0,
                                      0.052600151958767731879,
                                      0.078900227938151597818,
@@ -250,7 +250,7 @@ LL_INLINE double ll_ode_dop853_stages(int dim, ll_ode_rhs *f, const void *params
     return error5 == 0 ? 0 : error5 * error5 / (error5 + 0.01 * error3);
 }
 
-/* An embedded pair of seven stages, the last of which stands at the end of the step. */
+/* Embedded pair of seven stages; the last is at the end of the step. */
 LL_INLINE double ll_ode_seven_stages(int dim, ll_ode_rhs *f, const void *params, const ll_ode_trial *s,
                                      double *k, int stride)
 {
@@ -266,7 +266,7 @@ LL_INLINE double ll_ode_seven_stages(int dim, ll_ode_rhs *f, const void *params,
     return ll_ode_mean_square(dim, error, s->y, next, s->absolute, s->relative);
 }
 
-/* The same in memory of their own, for a constant `dim`; the slopes are handed out at the end. */
+/* The same with local arrays, for a constant `dim`; copies the slopes out at the end. */
 #define LL_ODE_OWN_STAGES(stages, count, dim, f, params, trial)                                              \
     double k[(count) * (dim)];                                                                               \
     for (int i = 0; i < (dim); i++)                                                                          \

@@ -2,11 +2,11 @@
  * at a time.
  *
  * A step of h is made k times, by 1, 2 ... k substeps (pairs of them for the midpoint rule). The error of
- * both rules goes in even powers of the substep, so that one weighted sum of the k results is of order 2 k,
- * and another, over the finest k - 1 of them, an estimate (E. Hairer, S. P. Norsett, G. Wanner, Solving
- * Ordinary Differential Equations I, II.9 and II.14). The sequences do not depend on each other. Four of them
- * are advanced together, one a lane in two pairs, so that the arithmetic of one fills the waits of another;
- * lanes that end early take the short ones. In a row, a step costs k evaluations for leapfrog and 2 k for the
+ * both rules has only even powers of the substep, so that one weighted sum of the k results is of order 2 k,
+ * and another, over the finest k - 1 of them, gives an estimate (E. Hairer, S. P. Norsett, G. Wanner, Solving
+ * Ordinary Differential Equations I, II.9 and II.14). The sequences are independent. Four of them run
+ * together, one per lane in two pairs, so that the arithmetic of one hides the latency of another; lanes that
+ * end early take the short ones. Sequentially, a step costs k evaluations for leapfrog and 2 k for the
  * midpoint rule.
  *
  * The loops stand here, inline, for a problem to have them compiled with its own f within (ode/core/field.h).
@@ -19,32 +19,32 @@
 
 enum { LL_COLUMNS_MAX = 7, LL_ROWS_MAX = 2 * LL_COLUMNS_MAX - 1, LL_PAIRS = 2 };
 
-/* One evaluation of two states; lengths are parts of the step. */
+/* One evaluation of two states; lengths are fractions of the step. */
 typedef struct ll_ode_row {
     ll_pair h;           /* of the substep; 0: the lane is idle */
-    ll_pair c;           /* when it is evaluated */
-    ll_pair weight;      /* in the result, of the columns that end with this row */
+    ll_pair c;           /* time of the evaluation */
+    ll_pair weight;      /* in the result, for columns that end with this row */
     ll_pair error;       /* in the estimate */
     ll_pair keep;        /* 0: another column begins after this row, otherwise 1 */
     ll_pair next;        /* length of that column's substeps */
-    double active;       /* whether any lane is not idle */
-    double ends, begins; /* whether any column does */
+    double active;       /* whether any lane is active */
+    double ends, begins; /* whether any column ends or begins */
     double reserved;
 } ll_ode_row;
 
 typedef struct ll_ode_plan {
-    double columns; /* 0: not made yet */
+    double columns; /* 0: plan not made yet */
     double rows;
     double evaluations; /* of all columns */
     double reserved;
     ll_ode_row row[LL_ROWS_MAX][LL_PAIRS];
 } ll_ode_plan;
 
-/* Makes the step of a trial, whose `k` is f at its start, for the midpoint rule. Returns the mean square of
- * its estimated error over the tolerance. */
+/* Makes the step of a trial for the midpoint rule; its `k` is f at the start. Returns the mean square of the
+ * estimated error relative to the tolerance. */
 typedef double ll_ode_rows(const void *params, const ll_ode_plan *plan, const ll_ode_trial *trial);
 
-/* The increment and the estimate are spread over the lanes. */
+/* Sums the increment and the estimate over the lanes. */
 LL_INLINE double ll_ode_gather(int dim, const ll_pair *sum, const ll_pair *estimate, const ll_ode_trial *s)
 {
     double next[LL_ODE_DIM_MAX], error[LL_ODE_DIM_MAX];
@@ -56,8 +56,8 @@ LL_INLINE double ll_ode_gather(int dim, const ll_pair *sum, const ll_pair *estim
     return ll_ode_mean_square(dim, error, s->y, next, s->absolute, s->relative);
 }
 
-/* One row of the midpoint rule y(i + 1) = y(i - 1) + 2 h f(y(i)). Lanes hold increments to the state at the
- * start: sums of small numbers lose fewer digits. */
+/* One row of the midpoint rule y(i + 1) = y(i - 1) + 2 h f(y(i)). Lanes hold increments from the initial
+ * state: sums of small numbers lose fewer digits. */
 LL_INLINE void ll_ode_midpoint_row(int dim, ll_ode_rhs_pair *f, const void *params, const ll_ode_row *x,
                                    double t, double h, const double *y, const double *f0, ll_pair *before,
                                    ll_pair *now, ll_pair *sum, ll_pair *error)
@@ -106,7 +106,7 @@ LL_INLINE double ll_ode_midpoint_rows(int dim, ll_ode_rhs_pair *f, const void *p
     return ll_ode_gather(dim, sum, error, trial);
 }
 
-/* a = e + m x b, where m is the mean of v and v + h a: solved for m. */
+/* Solves a = e + m x b for a, where m is the mean of v and v + h a. */
 LL_INLINE void ll_ode_turn(int half, ll_pair h, const ll_pair *v, const ll_pair *b, ll_pair *a)
 {
     ll_pair s = h / 2 * b[2], w[3], m[3];
@@ -132,9 +132,9 @@ LL_INLINE void ll_ode_turn(int half, ll_pair h, const ll_pair *v, const ll_pair 
 
 enum { LL_HALF_MAX = LL_ODE_DIM_MAX / 2 };
 
-/* One row of leapfrog: half a drift, a kick by an acceleration that is free of v or by a magnetic force (the
- * other one is NULL), half a drift. `moved` is the increment of q at the middle of a substep, `gained` that
- * of v at its start. */
+/* One row of leapfrog: half a drift, a kick by an acceleration independent of v or by a magnetic force (the
+ * other one is NULL), half a drift. `moved`: increment of q at the middle of a substep, `gained`: of v at its
+ * start. */
 LL_INLINE void ll_ode_leapfrog_row(int half, ll_ode_acceleration_pair *acceleration,
                                    ll_ode_magnetic_pair *magnetic, const void *params, const ll_ode_row *x,
                                    double t, double h, const double *y, ll_pair *moved, ll_pair *gained,
@@ -148,7 +148,7 @@ LL_INLINE void ll_ode_leapfrog_row(int half, ll_ode_acceleration_pair *accelerat
     for (int i = 0; i < half; i++) {
         point[i] = y[i] + moved[i];
         speed[i] = v[i] + gained[i];
-        ahead[i] = moved[i] + step * speed[i]; /* what does not wait for a */
+        ahead[i] = moved[i] + step * speed[i]; /* does not depend on a */
     }
     if (magnetic != NULL) {
         magnetic(params, &time, point, a, b);

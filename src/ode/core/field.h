@@ -1,10 +1,9 @@
-/* A system's functions, written once for one state and for two at once.
+/* Functions of a system, written once for one state and for two at once.
  *
- * LL_ODE_RHS and its like define `name` for one state and `name_pair` for two from one body, in which `real`
- * is the type of a number, double or ll_pair, and ll_real_sqrt, ll_real_sin and the like are functions of it.
- * They also define the loops of methods with the body within, which LL_ODE_KERNELS collects, and
- * name_leapfrog: where a state has few components, calls and the way through memory cost as much as the body.
- * `dim` is that of the system, a constant. */
+ * LL_ODE_RHS and the other macros define `name` for one state and `name_pair` for two from one body, in which
+ * `real` is the number type, double or ll_pair, and ll_real_sqrt, ll_real_sin and so on are its functions.
+ * They also compile the loops of methods with this body, collected by LL_ODE_KERNELS, and name_leapfrog: for
+ * small states, calls and memory traffic cost as much as the body. `dim` is the system's, a constant. */
 #pragma once
 
 #include "ode/core/kernels.h"
@@ -15,7 +14,7 @@
 #define ll_real_cos(x) _Generic((x), double : ll_cos, default : ll_pair_cos)(x)
 #define ll_real_sincos(x, s, c) _Generic((x), double : ll_sincos, default : ll_pair_sincos)(x, s, c)
 
-/* The loops of the methods that take any f: from `rhs` of one state and `rhs_pair` of two. */
+/* Loops of the methods that take any f, from `rhs` of one state and `rhs_pair` of two. */
 #define LL_ODE_LOOPS(name, dim, rhs, rhs_pair)                                                               \
     static inline __attribute__((unused)) double name##_midpoint(const void *p, const ll_ode_plan *plan,     \
                                                                  const ll_ode_trial *trial)                  \
@@ -35,7 +34,7 @@
 #define LL_ODE_KERNELS(name)                                                                                 \
     .midpoint = name##_midpoint, .dop853 = name##_dop853, .seven_stages = name##_seven_stages
 
-/* ll_ode_rhs: p, t, y give dy. */
+/* ll_ode_rhs: computes dy from p, t, y. */
 #define LL_ODE_RHS(name, dim, ...)                                                                           \
     static void name(const void *p, double t, const double *y, double *dy)                                   \
     {                                                                                                        \
@@ -52,7 +51,7 @@
     }                                                                                                        \
     LL_ODE_LOOPS(name, dim, name, name##_pair)
 
-/* ll_ode_acceleration: p, t, q, v give a. Leapfrog is for an a that is free of v. */
+/* ll_ode_acceleration: computes a from p, t, q, v. Leapfrog needs an a independent of v. */
 #define LL_ODE_ACCELERATION(name, dim, ...)                                                                  \
     static void name(const void *p, double t, const double *q, const double *v, double *a)                   \
     {                                                                                                        \
@@ -87,7 +86,7 @@
         return ll_ode_leapfrog_rows((dim) / 2, name##_pair, NULL, p, plan, trial);                           \
     }
 
-/* ll_ode_magnetic: p, t, q give e and b. */
+/* ll_ode_magnetic: computes e and b from p, t, q. */
 #define LL_ODE_MAGNETIC(name, dim, ...)                                                                      \
     static void name(const void *p, double t, const double *q, double *e, double *b)                         \
     {                                                                                                        \

@@ -1,4 +1,4 @@
-/* The loops of methods that a system has compiled with its own f within. */
+/* Loops of methods that a system has compiled with its own f. */
 #pragma once
 
 #include "ode/core/embedded.h"

@@ -32,7 +32,7 @@ bool ll_lu_factorise(int n, double *a, int32_t *pivot)
                 for (int j = k + 1; j < n; j++)
                     a[i * n + j] -= factor * a[k * n + j];
         }
-        a[k * n + k] = inverse; /* what the solution needs of the diagonal */
+        a[k * n + k] = inverse; /* the solution needs the inverse of the diagonal */
     }
     return true;
 }
@@ -142,7 +142,7 @@ void ll_ode_jacobian_at(ll_ode_run *run, const ll_ode *ode, double t, const doub
         double size = magnitude(y[j]);
         double step = ll_sqrt(DBL_EPSILON * (size > 1e-5 ? size : 1e-5));
         moved[j] = y[j] + step;
-        step = moved[j] - y[j]; /* as it is in y */
+        step = moved[j] - y[j]; /* the step as rounded in y */
         ll_ode_f(run, ode, t, moved, g);
         for (int i = 0; i < n; i++)
             jacobian[i * n + j] = (g[i] - f[i]) / step;

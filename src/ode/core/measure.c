@@ -5,7 +5,7 @@
 #include "base/detmath.h"
 #include "ode/core/method_internal.h"
 
-/* An energy at the start below this part of the scale is the difference of larger ones. */
+/* An initial energy below this fraction of the scale is the difference of larger ones. */
 #define NO_ENERGY 1e-6
 
 static double magnitude(double x)
@@ -84,7 +84,7 @@ double ll_ode_measure_rms(const ll_ode_measure *m)
     return m->time > 0 ? ll_sqrt(m->error_squares / m->time) : 0;
 }
 
-/* The largest of `n` sizes. */
+/* The largest of `n` magnitudes. */
 static double largest(const double *size, int n)
 {
     double most = 0;

@@ -1,35 +1,35 @@
-/* For the methods: how a row of the table steps, and the arithmetic that they share.
+/* For the methods: how a row of the table steps, and shared arithmetic.
  *
- * A vector of a run has `stride` doubles, dim rounded up to even. The last one, where dim is odd, is zero and
- * stays zero, so that loops run over pairs. */
+ * A vector of a run has `stride` doubles: dim rounded up to even. The extra one, if dim is odd, stays zero,
+ * so that loops run over pairs. */
 #pragma once
 
 #include "base/detmath.h"
 #include "ode/core/kernels.h"
 #include "ode/core/run.h"
 
-/* What a method does within a step. The driver (run.c) owns t, counts steps, decides about acceptance, looks
- * for events and checks that values are finite. */
+/* Steps of a method. The driver (run.c) owns t, counts steps, accepts or rejects them, looks for events and
+ * checks that values are finite. */
 typedef struct ll_ode_body {
     int vectors;              /* work vectors of `stride` doubles: ll_ode_work(run, 0) and on */
-    size_t (*extra)(int dim); /* further doubles, behind the vectors: ll_ode_extra; NULL: none */
+    size_t (*extra)(int dim); /* further doubles after the vectors: ll_ode_extra; NULL: none */
 
-    /* Writes the state after a step of `h` from (run->t, y) to ll_ode_next(run), and leaves everything from
-     * which another attempt can be made. Returns the mean square of the estimated error over the
-     * tolerance, 0 for methods of fixed step; NaN or infinite: failed. */
+    /* Writes the state after a step of `h` from (run->t, y) to ll_ode_next(run). Leaves everything that
+     * another attempt needs. Returns the mean square of the estimated error relative to the tolerance, 0 for
+     * fixed-step methods; NaN or infinite: failed. */
     double (*attempt)(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h);
 
-    /* The attempt counts: run->t, run->t_last and the two states are moved already. NULL: nothing to do. */
+    /* The attempt was accepted; run->t, run->t_last and the two states are updated. NULL: nothing to do. */
     void (*accept)(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h);
 
-    /* The size of the step after one of `h` whose error was `error`. NULL: by the order and a PI controller.
-     */
+    /* Step size after a step of `h` with this error. NULL: by the order and a PI controller. */
     double (*propose)(ll_ode_run *run, const ll_ode_method *method, double h, double error);
 
-    /* y at t_last + theta h of the last step. NULL: the cubic through both ends. */
+    /* y at t_last + theta h of the last step. NULL: cubic Hermite interpolation. */
     void (*dense)(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double theta, double *y);
 
-    int error_order; /* of the estimate: the error of a step goes with h^error_order; adaptive methods */
+    int error_order; /* order of the estimate: the error of a step is proportional to h^error_order; adaptive
+                        methods */
 } ll_ode_body;
 
 static inline ll_pair ll_pair_at(const double *x)
@@ -52,7 +52,7 @@ static inline double *ll_ode_next(ll_ode_run *run)
     return run->data + (1 - run->current) * run->stride;
 }
 
-/* The state at the end of the last step, before the jump of an event there. */
+/* The state at the end of the last step, before an event's jump. */
 static inline double *ll_ode_end(ll_ode_run *run)
 {
     return run->data + (run->event >= 0 ? 2 : run->current) * run->stride;
@@ -74,7 +74,7 @@ static inline void ll_ode_f(ll_ode_run *run, const ll_ode *ode, double t, const 
     ll_ode_eval(ode, t, y, dy);
 }
 
-/* The acceleration alone, of a mechanical system. */
+/* Acceleration of a mechanical system. */
 static inline void ll_ode_a(ll_ode_run *run, const ll_ode *ode, double t, const double *q, const double *v,
                             double *a)
 {
@@ -82,13 +82,14 @@ static inline void ll_ode_a(ll_ode_run *run, const ll_ode *ode, double t, const 
     ode->acceleration(ode->params, t, q, v, a);
 }
 
-/* The mean over the components of (e / (tolerance + tolerance max(|y|, |next|)))^2. */
+/* Mean over the components of (e / (tolerance + tolerance max(|y|, |next|)))^2. */
 double ll_ode_norm2(const ll_ode_run *run, const double *e);
 
-/* The step after one of `h` with the mean square `error`, where the error of a step goes with h^order. */
+/* Step size after one of `h` with the mean square `error`, where the error of a step is proportional to
+ * h^order. */
 double ll_ode_propose(ll_ode_run *run, double h, double error, double order);
 
-/* x^p for x > 0, within 1 %: for step sizes, which need not be exact but the same everywhere. */
+/* x^p for x > 0, within 1 %: for step sizes, which need not be exact but must be the same everywhere. */
 double ll_ode_power(double x, double p);
 
 static inline void ll_ode_copy(int stride, const double *from, double *to)

@@ -13,7 +13,7 @@ extern const ll_ode_problem ll_ode_free_fall, ll_ode_jerk, ll_ode_forced, ll_ode
     ll_ode_oregonator, ll_ode_prothero_robinson, ll_ode_bouncing_ball, ll_ode_penalty_floor, ll_ode_coulomb,
     ll_ode_coulomb_naive;
 
-/* Their parameters. */
+/* Parameters of the problems. */
 extern const ll_param_table ll_ode_free_fall_table, ll_ode_jerk_table, ll_ode_forced_table,
     ll_ode_oscillator_table, ll_ode_damped_table, ll_ode_drag_vertical_table, ll_ode_drag_2d_table,
     ll_ode_lorentz_table, ll_ode_pendulum_table, ll_ode_kepler_table, ll_ode_henon_heiles_table,

@@ -1,4 +1,4 @@
-/* The driver of every method: time, acceptance of steps, control of their size, and what can go wrong. */
+/* Driver of every method: time, acceptance of steps, step size control, and failures. */
 #include "ode/core/run.h"
 
 #include <float.h>
@@ -11,11 +11,11 @@
 
 #define DEFAULT_MAX_STEPS 100000000
 
-/* A step is proposed shorter than its error asks for: at 0.9 every fourth step of a double pendulum is
- * rejected, and that costs more than shorter steps, on most problems. */
+/* Steps are proposed shorter than their error requires: with 0.9 every fourth step of a double pendulum is
+ * rejected, which costs more than shorter steps, in most problems. */
 #define SAFETY 0.85
 
-/* A step that ends within this part of itself before a time ends there: times are rounded. */
+/* A step that ends within this fraction of itself before a given time ends there: times are rounded. */
 #define SLACK 1e-9
 
 static double magnitude(double x)
@@ -43,8 +43,8 @@ static double direction(const ll_ode_run *run)
 
 double ll_ode_power(double x, double p)
 {
-    /* The bits of a double, read as an integer, are its logarithm with a straight line between the powers of
-     * two; the parabola takes most of the rest. */
+    /* The bits of a double, read as an integer, are its logarithm, linear between powers of two; the parabola
+     * corrects most of the difference. */
     int64_t bits;
     memcpy(&bits, &x, sizeof bits);
     double exponent = (double)(bits >> 52) - 1023;
@@ -90,43 +90,42 @@ ll_status ll_ode_check_control(const ll_ode_method *method, const ll_ode_control
 {
     double span = magnitude(c->t_end - c->t0);
     if (!finite(span) || span == 0)
-        return ll_field_error(LL_BAD_INPUT, "t_end", "t_end must be finite and differ from t0, got %.17g.",
+        return ll_field_error(LL_BAD_INPUT, "t_end", "t_end: must be finite and differ from t0; got %.17g.",
                               c->t_end);
     if (c->max_steps < 0)
-        return ll_field_error(LL_BAD_INPUT, "max_steps", "max_steps must be at least 0, got %lld.",
+        return ll_field_error(LL_BAD_INPUT, "max_steps", "max_steps: must be at least 0; got %lld.",
                               (long long)c->max_steps);
     if (method->adaptive) {
         if (!(c->tolerance >= 1e-15 && c->tolerance <= 0.1))
             return ll_field_error(LL_BAD_INPUT, "tolerance",
-                                  "The tolerance of %s must be between 1e-15 and 0.1, got %.17g.",
-                                  method->name, c->tolerance);
+                                  "tolerance: must be 1e-15 to 0.1 for %s; got %.17g.", method->name,
+                                  c->tolerance);
         if (!(c->absolute >= 0 && finite(c->absolute)))
             return ll_field_error(LL_BAD_INPUT, "absolute",
-                                  "The absolute tolerance must be finite and at least 0, got %.17g.",
-                                  c->absolute);
+                                  "absolute: must be finite and at least 0; got %.17g.", c->absolute);
         if (!(c->first_step >= 0 && finite(c->first_step)))
             return ll_field_error(LL_BAD_INPUT, "first_step",
-                                  "first_step must be finite and at least 0 s, got %.17g.", c->first_step);
+                                  "first_step: must be finite and at least 0 s; got %.17g.", c->first_step);
         if (!(c->largest_step >= 0))
             return ll_field_error(LL_BAD_INPUT, "largest_step",
-                                  "largest_step must be at least 0 s, got %.17g.", c->largest_step);
+                                  "largest_step: must be at least 0 s; got %.17g.", c->largest_step);
         return ll_ok();
     }
     if (!(c->dt > 0 && c->dt <= span))
         return ll_field_error(LL_BAD_INPUT, "dt",
-                              "dt of %s must be above 0 and at most the duration of %.17g s, got %.17g.",
+                              "dt: must be above 0 and, for %s, at most the duration of %.17g s; got %.17g.",
                               method->name, span, c->dt);
     double limit = (double)(c->max_steps > 0 ? c->max_steps : DEFAULT_MAX_STEPS);
     if (span / c->dt > limit)
         return ll_field_error(LL_BAD_INPUT, "dt",
-                              "dt must be at least %.17g s, or the duration of %.17g s takes more than the "
-                              "limit of %.0f steps; got %.17g.",
-                              span / limit, span, limit, c->dt);
+                              "dt: must be at least %.17g s; got %.17g. The duration of %.17g s would take "
+                              "more than the limit of %.0f steps.",
+                              span / limit, c->dt, span, limit);
     return ll_ok();
 }
 
-/* A first step by the size of y and of its first two derivatives (Hairer, Norsett, Wanner: Solving Ordinary
- * Differential Equations I, II.4). */
+/* First step from the magnitude of y and of its first two derivatives (Hairer, Norsett, Wanner: Solving
+ * Ordinary Differential Equations I, II.4). */
 static double first_step(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode)
 {
     const ll_ode_control *c = &run->control;
@@ -174,7 +173,7 @@ ll_status ll_ode_start(ll_ode_run *run, const ll_ode_method *method, const ll_od
     memcpy(ll_ode_state_y(run), y0, (size_t)ode->dim * sizeof *y0);
     memcpy(ll_ode_next(run), y0, (size_t)ode->dim * sizeof *y0);
     if (!all_finite(y0, ode->dim))
-        return ll_field_error(LL_BAD_INPUT, "state", "The initial state must be finite.");
+        return ll_field_error(LL_BAD_INPUT, "state", "state: the initial state must be finite.");
     if (method->adaptive)
         run->h = direction(run) * first_step(run, method, ode);
     return ll_ok();
@@ -193,7 +192,7 @@ static bool out_of_steps(const ll_ode_run *run)
     return run->counters.steps + run->counters.rejected >= run->control.max_steps;
 }
 
-/* Makes the state that an attempt has left in `next` the state at `t`. */
+/* Accepts the attempt: makes `next` the state at `t`. */
 static ll_ode_state commit(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double t,
                            double h)
 {
@@ -209,7 +208,7 @@ static ll_ode_state commit(ll_ode_run *run, const ll_ode_method *method, const l
     return LL_ODE_RUNNING;
 }
 
-/* A step of `h` to `t`, which is run->t + h but for rounding. */
+/* Step of `h` to `t`, which is run->t + h except for rounding. */
 static ll_ode_state step_fixed(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h,
                                double t)
 {
@@ -222,7 +221,7 @@ static ll_ode_state step_fixed(ll_ode_run *run, const ll_ode_method *method, con
     return commit(run, method, ode, t, h);
 }
 
-/* To the next multiple of dt; after an event the rest of that step comes first. */
+/* Steps to the next multiple of dt; after an event the rest of that step comes first. */
 static ll_ode_state step_to_grid(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode)
 {
     if (out_of_steps(run))
@@ -237,9 +236,9 @@ static ll_ode_state step_to_grid(ll_ode_run *run, const ll_ode_method *method, c
     return (ll_ode_state)run->state;
 }
 
-/* By the error of the step, and where the errors of the last two show that the step is to shrink, by their
- * trend (K. Gustafsson, ACM Trans. Math. Softw. 20, 1994): on the way into a close encounter that spares the
- * rejected steps. */
+/* Step size by the error of the step and, if the errors of the last two steps indicate that it must shrink,
+ * by their trend (K. Gustafsson, ACM Trans. Math. Softw. 20, 1994): this avoids rejected steps on the way
+ * into a close encounter. */
 double ll_ode_propose(ll_ode_run *run, double h, double error, double order)
 {
     enum { LEAST = 5, MOST = 6 };
@@ -265,7 +264,7 @@ static ll_ode_state step_adaptive(ll_ode_run *run, const ll_ode_method *method, 
         double h = run->h, left = c->t_end - run->t;
         if (c->largest_step > 0 && magnitude(h) > c->largest_step)
             h = direction(run) * c->largest_step;
-        /* The last two steps are made alike rather than one of them tiny. */
+        /* Makes the last two steps equal, rather than one of them tiny. */
         bool last = magnitude(h) >= magnitude(left) * (1 - SLACK);
         if (last)
             h = left;
@@ -294,7 +293,7 @@ static ll_ode_state step_adaptive(ll_ode_run *run, const ll_ode_method *method, 
     }
 }
 
-/* A system at rest: time passes, nothing is evaluated. */
+/* At rest: time passes without evaluations. */
 static ll_ode_state pass(ll_ode_run *run, double t)
 {
     run->t_last = run->t;
@@ -368,7 +367,7 @@ void ll_ode_round(ll_ode_run *run, int positions, double origin)
     }
 }
 
-/* The cubic that has both ends' values and slopes. */
+/* Cubic Hermite interpolation. */
 static void cubic(ll_ode_run *run, const ll_ode *ode, double theta, double *y)
 {
     double slope[2][LL_ODE_DIM_MAX], h = run->t - run->t_last;
@@ -413,10 +412,10 @@ void ll_ode_reason_text(const ll_ode_run *run, char *text, size_t size)
     static const char *const reasons[] = {
         [LL_ODE_NO_REASON] = "The run has not failed",
         [LL_ODE_NOT_FINITE] = "A value of the state was not finite",
-        [LL_ODE_STEP_TOO_SMALL] = "The tolerance asks for a step below the resolution of time",
+        [LL_ODE_STEP_TOO_SMALL] = "The tolerance needs a step below the resolution of time",
         [LL_ODE_NO_SOLUTION] = "The equations of the implicit step could not be solved",
-        [LL_ODE_STEP_LIMIT] = "The limit of steps was reached",
-        [LL_ODE_BLEW_UP] = "The error or the energy was above ten times the scale of the problem",
+        [LL_ODE_STEP_LIMIT] = "The step limit was reached",
+        [LL_ODE_BLEW_UP] = "The error or the energy exceeded ten times the scale of the problem",
         [LL_ODE_UNRESOLVED] =
             "The steps do not resolve the problem: a component is off by over a third of its scale,",
     };

@@ -29,7 +29,7 @@ float ll_single_clock_compensated(float dt, int64_t ticks)
 float ll_single_clock_stall(float dt)
 {
     float t = 1;
-    while (t + dt == t) /* below the first power of two that stops it, or at it */
+    while (t + dt == t) /* at or below the first power of two that stops it */
         t /= 2;
     while (t + dt != t)
         t *= 2;

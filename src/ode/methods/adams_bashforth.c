@@ -1,14 +1,15 @@
 /* Adams-Bashforth: y+ = y + h (b[0] f + b[1] f- + ...): the integral over the step of the polynomial through
- * the slopes of the past (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, III.5). Where
- * the steps of the past have other lengths than this one, so do the polynomial's weights: it keeps its order.
- * A past that is missing, at the start and after an event, is made by rk4. */
+ * earlier slopes (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, III.5). If earlier
+ * steps had other lengths, the weights are computed from these, so that the order holds. At the start and
+ * after an event, rk4 makes the missing slopes. */
 #include <string.h>
 
 #include "ode/core/method_internal.h"
 
 enum { STEPS_MAX = 4 };
 
-#define NODE 0.57735026918962576 /* 1 / sqrt(3): of Gauss's rule, exact up to the third degree */
+#define NODE                                                                                                 \
+    0.57735026918962576 /* 1 / sqrt(3), a node of Gauss's rule, which is exact up to the third degree */
 
 typedef struct coefficients {
     int steps;
@@ -36,10 +37,10 @@ static void rk4(ll_ode_run *run, const ll_ode *ode, double h, const double *k1)
 static size_t extra(int dim)
 {
     (void)dim;
-    return STEPS_MAX; /* the lengths of the last steps, from the last on */
+    return STEPS_MAX; /* lengths of the last steps, latest first */
 }
 
-/* The polynomial that is 1 at place j of `count` and 0 at the others. */
+/* The polynomial that is 1 at node j of `count` and 0 at the others. */
 static double lagrange(const double *places, int count, int j, double at)
 {
     double value = 1;
@@ -49,7 +50,7 @@ static double lagrange(const double *places, int count, int j, double at)
     return value;
 }
 
-/* The weights of the slopes in a step of `h` after steps of `past`. */
+/* Weights of the slopes for a step of `h` after steps of lengths `past`. */
 static void weights(const coefficients *c, const double *past, double h, double *b)
 {
     double places[STEPS_MAX] = {0};
@@ -64,7 +65,7 @@ static void weights(const coefficients *c, const double *past, double h, double 
                              lagrange(places, c->steps, j, 0.5 * h * (1 + NODE)));
 }
 
-/* Work vector j holds f of j steps ago; history counts how many of them are there besides f itself. */
+/* Work vector j holds f of j steps ago; `history` counts the valid ones besides f itself. */
 static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     const coefficients *c = method->data;
@@ -93,7 +94,7 @@ static void accept(ll_ode_run *run, const ll_ode_method *method, const ll_ode *o
     memmove(f + run->stride, f, (size_t)((c->steps - 1) * run->stride) * sizeof *f);
     memmove(past + 1, past, (STEPS_MAX - 1) * sizeof *past);
     past[0] = h;
-    if (run->partial || run->event >= 0) /* slopes before a jump say nothing of what comes after it */
+    if (run->partial || run->event >= 0) /* slopes before a jump are not valid after it */
         run->history = 0;
     else if (run->history < c->steps - 1)
         run->history++;
@@ -103,7 +104,7 @@ static const ll_ode_body body = {
     .vectors = STEPS_MAX + 2, .extra = extra, .attempt = attempt, .accept = accept};
 
 const ll_ode_method ll_ode_ab2 = {.name = "ab2",
-                                  .help = "Adams-Bashforth of two steps; its first is made by rk4.",
+                                  .help = "Two-step Adams-Bashforth; starts with one step of rk4.",
                                   .source = "F. Bashforth, J. C. Adams, Theories of Capillary Action, 1883",
                                   .order = 2,
                                   .evaluations = 1,
@@ -111,7 +112,7 @@ const ll_ode_method ll_ode_ab2 = {.name = "ab2",
                                   .data = &(const coefficients){2, {3. / 2, -1. / 2}}};
 
 const ll_ode_method ll_ode_ab3 = {.name = "ab3",
-                                  .help = "Adams-Bashforth of three steps; its first two are made by rk4.",
+                                  .help = "Three-step Adams-Bashforth; starts with two steps of rk4.",
                                   .source = "F. Bashforth, J. C. Adams, Theories of Capillary Action, 1883",
                                   .order = 3,
                                   .evaluations = 1,
@@ -119,7 +120,7 @@ const ll_ode_method ll_ode_ab3 = {.name = "ab3",
                                   .data = &(const coefficients){3, {23. / 12, -16. / 12, 5. / 12}}};
 
 const ll_ode_method ll_ode_ab4 = {.name = "ab4",
-                                  .help = "Adams-Bashforth of four steps; its first three are made by rk4.",
+                                  .help = "Four-step Adams-Bashforth; starts with three steps of rk4.",
                                   .source = "F. Bashforth, J. C. Adams, Theories of Capillary Action, 1883",
                                   .order = 4,
                                   .evaluations = 1,

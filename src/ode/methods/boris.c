@@ -1,5 +1,5 @@
-/* Boris: half a drift, half the electric kick, a rotation about b, the other halves. The rotation keeps |v|.
- */
+/* Boris: half a drift, half of the electric kick, a rotation about b, the other halves. The rotation keeps
+ * |v|. */
 #include "ode/core/method_internal.h"
 
 static void cross(const double *v, const double *b, double *out)

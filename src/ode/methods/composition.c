@@ -1,7 +1,6 @@
-/* Kicks v += d h a(q, v) and drifts q += c h v in turns: every method here is a list of both.
+/* Alternating kicks v += d h a(q, v) and drifts q += c h v: every method here is a list of both.
  *
- * Where a depends on v, a kick takes the velocity that it finds; that is of order 1, whatever the order of
- * the composition is otherwise. */
+ * If a depends on v, a kick uses the current velocity; the order is then 1, for any composition. */
 #include "ode/core/method_internal.h"
 
 enum { STAGES_MAX = 16 };
@@ -11,8 +10,8 @@ typedef struct composition {
     double kick[STAGES_MAX], drift[STAGES_MAX]; /* each stage kicks first; a kick of 0 costs no evaluation */
 } composition;
 
-/* A composition that ends and begins with a kick has the second one's acceleration already, if a is free of
- * v. */
+/* If a does not depend on v, a composition that begins and ends with a kick can keep the last
+ * acceleration. */
 static bool keeps_acceleration(const composition *c, const ll_ode *ode)
 {
     return c->drift[c->stages - 1] == 0 && !ode->velocity_dependent;
@@ -58,8 +57,8 @@ static const ll_ode_body body = {.vectors = 2, .attempt = attempt, .accept = acc
 
 const ll_ode_method ll_ode_semi_implicit_euler = {
     .name = "semi_implicit_euler",
-    .help = "Velocity first, then position with the new velocity: what games use, and what Figure 1 of the "
-            "paper lists.",
+    .help = "Velocity first, then position with the new velocity: the usual method of games, and the listing "
+            "of the paper's Figure 1.",
     .source = "R. de Vogelaere, report, 1956; Hairer, Lubich, Wanner, Geometric Numerical Integration, I.1",
     .order = 1,
     .evaluations = 1,
@@ -104,8 +103,8 @@ const ll_ode_method ll_ode_ruth3 = {
     .body = &body,
     .data = &(const composition){3, {7. / 24, 3. / 4, -1. / 24}, {2. / 3, -2. / 3, 1}}};
 
-/* A symmetric composition of leapfrogs drift-kick-drift with the given steps: neighbours' half drifts join.
- */
+/* Symmetric composition of drift-kick-drift leapfrogs with the given steps; adjacent half drifts are
+ * merged. */
 #define W1 1.351207191959657634
 #define W0 -1.702414383919315268
 

@@ -92,7 +92,7 @@ static const ll_ode_body body = {
 
 const ll_ode_method ll_ode_dop853 = {
     .name = "dop853",
-    .help = "Dormand-Prince of order 8 with dense output: for smooth problems to many digits.",
+    .help = "Dormand-Prince of order 8 with dense output: for smooth problems and high accuracy.",
     .source = "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.5",
     .order = 8,
     .evaluations = 12,

@@ -4,8 +4,8 @@
 
 enum { LANES = 2 * LL_PAIRS, COLUMNS_MIN = 4 };
 
-/* What is extrapolated: evaluations of the column of j substeps beyond those that all columns share, substeps
- * of that column in a step, and the part of a substep after which its first evaluation comes. */
+/* Of an extrapolated rule: evaluations of the column of j substeps beyond the shared ones, substeps of that
+ * column per step, and the fraction of a substep at which its first evaluation is. */
 typedef struct rule {
     int per_column, less;
     int divisions;
@@ -25,14 +25,13 @@ static ll_ode_plan *plan_of(ll_ode_run *run, const ll_ode_method *method)
     return (ll_ode_plan *)ll_ode_extra(run, method);
 }
 
-/* More columns pay at small tolerances: measured on orbits, springs, pendulums, tops and reactions. */
+/* More columns pay off at small tolerances: measured on orbits, springs, pendulums, tops and reactions. */
 static int columns_for(double tolerance)
 {
     return tolerance > 3e-3 ? COLUMNS_MIN : tolerance > 1e-4 ? 6 : LL_COLUMNS_MAX;
 }
 
-/* Lagrange's weights at 0, in the square of the substep: of column j among the columns `from` (1 or 2) to k.
- */
+/* Lagrange weights at 0, in the square of the substep: of column j among the columns `from` (1 or 2) to k. */
 #define FACTOR(i, j, from, k)                                                                                \
     ((i) == (j) || (i) < (from) || (i) > (k) ? 1 : (double)((j) * (j)) / ((j) * (j) - (i) * (i)))
 #define WEIGHT(j, from, k)                                                                                   \
@@ -53,7 +52,7 @@ static const struct {
     double result, error;
 } weights[][LL_COLUMNS_MAX] = {OF_COLUMNS(4), OF_COLUMNS(5), OF_COLUMNS(6), OF_COLUMNS(7)};
 
-/* Puts column j into `lane`, from row `at` on. Returns the row after it. */
+/* Puts column j into `lane`, from row `at` on. Returns the next free row. */
 static int place(ll_ode_plan *p, const rule *r, int j, int lane, int at)
 {
     int k = (int)p->columns, length = r->per_column * j - r->less, pair = lane / 2, part = lane % 2;
@@ -78,7 +77,7 @@ static int place(ll_ode_plan *p, const rule *r, int j, int lane, int at)
     return at + length;
 }
 
-/* Lane l takes column k - l, and column l after it where that is left over. */
+/* Lane l takes column k - l, and then column l if that is left. */
 static void make(ll_ode_plan *p, const rule *r, double tolerance)
 {
     int k = columns_for(tolerance);
@@ -94,7 +93,7 @@ static void make(ll_ode_plan *p, const rule *r, double tolerance)
     }
 }
 
-/* ---- systems without loops of their own: two states, one after the other ---- */
+/* ---- systems without compiled loops: two states, one after the other ---- */
 
 static void lane_of(int n, int lane, const ll_pair *from, double *to)
 {
@@ -148,7 +147,7 @@ static void magnetic_pair(const void *system, const ll_pair *t, const ll_pair *q
 
 /* ---- both rules ---- */
 
-/* The midpoint rule takes f at the start; leapfrog does not. */
+/* The midpoint rule needs f at the start; leapfrog does not. */
 static bool begins_with_f(const rule *r)
 {
     return r->less > 0;
@@ -196,7 +195,7 @@ static double propose(ll_ode_run *run, const ll_ode_method *method, double h, do
     return ll_ode_propose(run, h, error, 2 * plan_of(run, method)->columns - 1);
 }
 
-/* A shorter step from the same start: as good as the step itself, at its cost. */
+/* A shorter step from the same start: as accurate as the step itself, at the same cost. */
 static void dense(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double theta, double *y)
 {
     ll_ode_trial trial = ll_ode_trial_of(run, theta * (run->t - run->t_last), ll_ode_work(run, F0));
@@ -225,7 +224,8 @@ const ll_ode_method ll_ode_extrapolated_midpoint = {
 
 const ll_ode_method ll_ode_extrapolated_leapfrog = {
     .name = "extrapolated_leapfrog",
-    .help = "Leapfrogs of several steps, extrapolated to order 8 to 14: for forces free of v, or magnetic.",
+    .help = "Leapfrogs of several steps, extrapolated to order 8 to 14: for forces independent of v, or "
+            "magnetic.",
     .source = "E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, II.14",
     .order = 8,
     .adaptive = true,

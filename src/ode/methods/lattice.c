@@ -1,11 +1,12 @@
-/* Leapfrog on a lattice of fixed point, Q32.32: positions and velocities are whole multiples of 2^-32, and
- * what a kick adds is a function of the position alone, rounded. So every step can be taken back to the last
- * bit, where steps in floating point can not (D. Levesque, L. Verlet, J. Stat. Phys. 72, 1993). */
+/* Leapfrog in fixed point, Q32.32: positions and velocities are integer multiples of 2^-32, and a kick adds a
+ * rounded function of the position only. So every step can be undone to the last bit, unlike in floating
+ * point (D. Levesque, L. Verlet, J. Stat. Phys. 72, 1993). */
 #include "ode/core/method_internal.h"
 
-static const double unit = 0x1p-32, limit = 0x1p20; /* a double holds multiples of the unit below the limit */
+static const double unit = 0x1p-32,
+                    limit = 0x1p20; /* a double represents every multiple of the unit below the limit */
 
-/* To the nearest whole number, ties to even, for |x| < 2^51: -x gives the negative of it. */
+/* Nearest integer, ties to even, for |x| < 2^51; odd: -x gives the negative. */
 static int64_t nearest(double x)
 {
     const double shift = 0x1.8p52;
@@ -39,7 +40,7 @@ static const ll_ode_body body = {.vectors = 1, .attempt = attempt};
 
 const ll_ode_method ll_ode_verlet_lattice = {
     .name = "verlet_lattice",
-    .help = "Leapfrog in fixed point, Q32.32: it runs back to the last bit. For values below 1,048,576.",
+    .help = "Leapfrog in fixed point, Q32.32: reversible to the last bit. For values below 1,048,576.",
     .source = "D. Levesque, L. Verlet, J. Stat. Phys. 72, 1993",
     .order = 2,
     .order_velocity = 1,

@@ -1,20 +1,19 @@
-/* Implicit methods of one stage: z = base + theta h f(z), solved by Newton's iteration to rounding.
+/* Implicit one-stage methods: z = base + theta h f(z), solved by Newton's iteration to rounding.
  *
- * Such equations may have several solutions, or none. The one that is meant is that which grows out of y as
- * the step grows from 0. So the iteration is damped: it follows its own path and does not jump
- * (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, 3.3: restricted natural monotonicity test).
- * Where that leads nowhere the solution is followed from y through growing parts of the step; where f has
- * a kink neither may lead on, and the iteration hops. What is found is checked: from y, where det(I - w J) is
- * 1, it cannot have passed a turning point if the determinant is above 0. What is not found fails the step.
- */
+ * Such equations may have several solutions, or none. The wanted one is connected to y as the step grows from
+ * 0. So the iteration is damped: it follows its path and does not jump (P. Deuflhard, Newton Methods for
+ * Nonlinear Problems, 2004, 3.3: restricted natural monotonicity test). If that fails, the solution is
+ * followed from y through growing fractions of the step. At a kink of f both may fail; then the iteration is
+ * tried undamped. A result is checked: from y, where det(I - w J) is 1, it cannot have passed a turning point
+ * if the determinant is positive. If no solution is found, the step fails. */
 #include "ode/core/method_internal.h"
 #include "ode/core/linear.h"
 
 typedef struct stage {
     double theta;
     double node;    /* z is at t + node h */
-    bool trapezoid; /* base = y + (1 - theta) h f(y), otherwise y */
-    bool midpoint;  /* y+ = 2 z - y, otherwise z */
+    bool trapezoid; /* base = y + (1 - theta) h f(y), else y */
+    bool midpoint;  /* y+ = 2 z - y, else z */
 } stage;
 
 enum { BASE, PART, Z, KEPT, F, CHANGE, TRIAL, TRIAL_F, NEXT_CHANGE, WEIGHT, SCRATCH, VECTORS = SCRATCH + 2 };
@@ -25,7 +24,7 @@ static size_t extra(int dim)
     return 2 * n * n + (n + 1) / 2; /* Jacobian, its factorisation, row exchanges */
 }
 
-/* What is solved: z = base + w f(t, z). */
+/* The equation z = base + w f(t, z). */
 typedef struct equation {
     ll_ode_run *run;
     const ll_ode *ode;
@@ -46,13 +45,13 @@ static double largest(const double *x, int n)
     double most = 0;
     for (int i = 0; i < n; i++) {
         double size = magnitude(x[i]);
-        most = size <= most ? most : size; /* NaN comes through */
+        most = size <= most ? most : size; /* keeps NaN */
     }
     return most;
 }
 
-/* A component counts against its own size, so that small ones do, too. Of one near 0, SMALL of the largest
- * and of what it is the sum of is as good as 0: below that there is only rounding. */
+/* A component counts relative to its own magnitude, so that small ones matter too. Near 0, SMALL of the
+ * largest component and of the terms of its sum is the limit: below that there is only rounding. */
 #define SMALL 1e-6
 
 static void weigh(equation *e)
@@ -73,7 +72,7 @@ static double size_of(const equation *e, const double *change)
     double most = 0;
     for (int i = 0; i < e->run->dim; i++) {
         double size = magnitude(change[i]) / (weight[i] > 0 ? weight[i] : 1);
-        most = size <= most ? most : size; /* NaN comes through */
+        most = size <= most ? most : size; /* keeps NaN */
     }
     return most;
 }
@@ -90,7 +89,7 @@ static bool factorise(equation *e)
     return ll_lu_factorise(n, e->lu, e->pivot);
 }
 
-/* The change that Newton's iteration wants at z, or by the same matrix at another place. */
+/* Newton's change at z, or at another point with the same matrix. */
 static double change_at(equation *e, const double *z, const double *f, double *change)
 {
     int n = e->run->dim;
@@ -103,8 +102,8 @@ static double change_at(equation *e, const double *z, const double *f, double *c
 
 typedef enum progress { WORSE, SLOW, FAST } progress;
 
-/* Tries `part` of the change; z moves there when the change that is left has become smaller as it should,
- * and `*size` becomes that. */
+/* Tries the fraction `part` of the change. Moves z if the remaining change has decreased enough, and sets
+ * `*size` to it. */
 static progress move(equation *e, double part, double *size)
 {
     int n = e->run->dim, stride = e->run->stride;
@@ -124,14 +123,14 @@ static progress move(equation *e, double part, double *size)
     return made;
 }
 
-/* From z, where `e->f` is f, to the solution. Ends when the change is at rounding level: below 1e-15, or no
- * longer falling once below 1e-9. The matrix is kept as long as the changes fall fast. */
+/* Iterates from z, where `e->f` is f, to the solution. Ends when the change is at rounding level: below
+ * 1e-15, or not decreasing below 1e-9. Keeps the matrix as long as the changes decrease fast. */
 static bool iterate(equation *e)
 {
     enum { ITERATIONS = 100 };
     const double least = 1e-4;
     double part = 1, size = 0;
-    bool known = false, stale = false; /* the matrix: at all; of a z that has been left */
+    bool known = false, stale = false; /* of the matrix: it exists; it belongs to an earlier z */
     for (int i = 0; i < ITERATIONS; i++) {
         if (!known) {
             if (!factorise(e))
@@ -157,7 +156,7 @@ static bool iterate(equation *e)
     return false;
 }
 
-/* The solution for growing parts of the step, each from the one before, from y on. */
+/* Solves for growing fractions of the step from y on, each from the last solution. */
 static bool follow(const equation *whole, const double *y)
 {
     const double least = 1. / 256;
@@ -183,8 +182,8 @@ static bool follow(const equation *whole, const double *y)
     return done == 1;
 }
 
-/* Undamped, from y, with a new matrix each time: where f has a kink, as at a floor of springs, the matrix of
- * one side says nothing of the other. No matrix on the way may be beyond a turning point. */
+/* Undamped, from y, with a new matrix each time: at a kink of f, such as a floor of springs, the matrix of
+ * one side is useless on the other. No matrix on the way may be beyond a turning point. */
 static bool hop(equation *e, const double *y)
 {
     enum { ITERATIONS = 50 };
@@ -243,7 +242,7 @@ static const ll_ode_body body = {.vectors = VECTORS, .extra = extra, .attempt = 
 const ll_ode_method ll_ode_implicit_euler = {
     .name = "implicit_euler",
     .help = "Both advance by the slopes at the end of the step, found by Newton's iteration: stable at any "
-            "step, and it damps.",
+            "step, with damping.",
     .source = "Hairer, Wanner, Solving Ordinary Differential Equations II, IV.1",
     .order = 1,
     .a_stable = true,
@@ -252,7 +251,7 @@ const ll_ode_method ll_ode_implicit_euler = {
 
 const ll_ode_method ll_ode_implicit_midpoint = {
     .name = "implicit_midpoint",
-    .help = "The slope at the mean of both ends: stable at any step, and it keeps quadratic invariants.",
+    .help = "The slope at the mean of both ends: stable at any step; conserves quadratic invariants.",
     .source = "Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1",
     .order = 2,
     .symplectic = true,

@@ -1,9 +1,9 @@
 /* Radau IIA collocation with s = 3, 5 or 7 stages, of order 2 s - 1: stiffly accurate and L-stable.
  *
  * The stages' increments Z are found by a simplified Newton iteration. A change of basis Z = T W turns its
- * system of s n unknowns into one real system of n unknowns and (s - 1) / 2 complex ones (E. Hairer,
- * G. Wanner, Solving Ordinary Differential Equations II, IV.8, and J. Comput. Appl. Math. 111, 1999). The
- * Jacobian and its factorisations are kept while the iteration converges fast and the step stays. */
+ * system of s n unknowns into one real system of n unknowns and (s - 1) / 2 complex ones (E. Hairer, G.
+ * Wanner, Solving Ordinary Differential Equations II, IV.8, and J. Comput. Appl. Math. 111, 1999). The
+ * Jacobian and its factorisations are kept while the iteration converges fast and the step size stays. */
 #include <string.h>
 
 #include "ode/core/method_internal.h"
@@ -16,19 +16,19 @@ typedef struct radau {
     double c[STAGES_MAX];
     double real, alpha[PAIRS_MAX], beta[PAIRS_MAX]; /* eigenvalues of the inverse of the method's matrix */
     double t[STAGES_MAX * STAGES_MAX], t_inverse[STAGES_MAX * STAGES_MAX]; /* `stages` x `stages` */
-    double e[STAGES_MAX]; /* the embedded solution less the solution is h f0 / real + sum of e[i] Z_i */
+    double e[STAGES_MAX]; /* embedded minus final solution = h f0 / real + sum of e[i] Z_i */
 } radau;
 
-/* What is kept between steps; stands before the matrices. */
+/* Kept between steps; stored before the matrices. */
 typedef struct memory {
-    double tolerance;  /* that the step is held to */
-    double h_factored; /* of which the factorisations are; 0: none */
+    double tolerance;  /* tolerance of the step */
+    double h_factored; /* step size of the factorisations; 0: none */
     double h_last, error_last;
-    double h_kept;     /* of the polynomial in OLD; 0: none */
-    double rate;       /* of convergence of the last iteration */
-    double current;    /* 1: the Jacobian is of this step */
-    double iterations; /* of the last attempt; 0: it failed */
-    double rejected;   /* 1: the last attempt was not accepted */
+    double h_kept;     /* step size of the polynomial in OLD; 0: none */
+    double rate;       /* convergence rate of the last iteration */
+    double current;    /* 1: the Jacobian belongs to this step */
+    double iterations; /* in the last attempt; 0: it failed */
+    double rejected;   /* 1: the last attempt was rejected */
 } memory;
 
 enum { MEMORY = sizeof(memory) / sizeof(double) };
@@ -99,7 +99,7 @@ static bool factorise(ll_ode_run *run, const ll_ode_method *method, double h)
     return true;
 }
 
-/* Weights of Z at the part `theta` of their step: the polynomial through 0 at 0 and Z_j at c_j. */
+/* Weights of Z at the fraction `theta` of their step: the polynomial through 0 at 0 and Z_j at c_j. */
 static void lagrange(const radau *r, double theta, double *weight)
 {
     for (int j = 0; j < r->stages; j++) {
@@ -110,7 +110,7 @@ static void lagrange(const radau *r, double theta, double *weight)
     }
 }
 
-/* Starts from the polynomial of the last step, continued, or from zero. */
+/* Starts from the extrapolated polynomial of the last step, or from zero. */
 static void guess(ll_ode_run *run, const ll_ode_method *method, double h)
 {
     const radau *r = method->data;
@@ -143,7 +143,7 @@ static void guess(ll_ode_run *run, const ll_ode_method *method, double h)
         }
 }
 
-/* One change of W and Z. Returns its norm, over the tolerance. */
+/* One update of W and Z. Returns its norm relative to the tolerance. */
 static double iterate(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     const radau *r = method->data;
@@ -193,7 +193,7 @@ static double iterate(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     return ll_sqrt(sum / (n * s));
 }
 
-/* Until the change that is left is small against the tolerance of the step. */
+/* Iterates until the remaining change is small against the step's tolerance. */
 static bool newton(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     memory *m = memory_of(run, method);
@@ -218,14 +218,14 @@ static bool newton(ll_ode_run *run, const ll_ode_method *method, const ll_ode *o
             return true;
         }
         if (i > 1 && left * ll_ode_power(ratio + 1e-30, ITERATIONS - 1 - i) > target * 10)
-            return false; /* it would take too long */
+            return false; /* it would take too many iterations */
         last = size;
     }
     return false;
 }
 
-/* The embedded solution less the solution, filtered by (real / h) I - J so that stiff components do not
- * dominate it. `again` filters twice, for first and rejected steps. */
+/* Embedded minus final solution, filtered by (real / h) I - J so that stiff components do not dominate it.
+ * `again`: filter twice, for first and rejected steps. */
 static double estimate(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h, bool again)
 {
     const radau *r = method->data;
@@ -268,7 +268,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     double *f0 = ll_ode_work(run, F0), *scale = ll_ode_work(run, SCALE), *next = ll_ode_next(run);
     double power = (r->stages + 1) / (2. * r->stages), share = run->control.absolute / run->control.tolerance;
     if (run->history ==
-        0) { /* the estimate is of order s + 1 only: a larger tolerance meets the one asked for */
+        0) { /* the estimate has only order s + 1: a larger tolerance achieves the wanted one */
         *m = (memory){.tolerance = 0.1 * ll_ode_power(run->control.tolerance, power)};
         run->history = 1;
     }
@@ -288,7 +288,7 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     m->h_factored = h;
     guess(run, method, h);
     if (!newton(run, method, ode, h)) {
-        m->rate = 1; /* a Jacobian of another step is not used again */
+        m->rate = 1; /* a Jacobian of another step is not reused */
         return (double)__builtin_inff();
     }
     const double *last = ll_ode_work(run, Z) + (r->stages - 1) * run->stride;
@@ -297,9 +297,9 @@ static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode
     return estimate(run, method, ode, h, m->h_last == 0 || m->rejected == 1);
 }
 
-/* After a failed iteration half the step; otherwise by the error, by how hard the iteration was, and by the
- * trend of the last two steps (K. Gustafsson, ACM Trans. Math. Softw. 20, 1994). A step that would grow by
- * less than a fifth stays, and with it the factorisations. */
+/* After a failed iteration half the step; otherwise by the error, by the iterations needed, and by the trend
+ * of the last two steps (K. Gustafsson, ACM Trans. Math. Softw. 20, 1994). A step that would grow by less
+ * than a fifth is kept, and with it the factorisations. */
 static double propose(ll_ode_run *run, const ll_ode_method *method, double h, double error)
 {
     memory *m = memory_of(run, method);
@@ -336,7 +336,7 @@ static void accept(ll_ode_run *run, const ll_ode_method *method, const ll_ode *o
     run->history = 1;
 }
 
-/* The polynomial of the collocation. */
+/* Collocation polynomial. */
 static void dense(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double theta, double *y)
 {
     (void)ode;
@@ -501,7 +501,7 @@ const ll_ode_method ll_ode_radau5 = {
     .data = &radau5};
 
 const ll_ode_method ll_ode_radau9 = {.name = "radau9",
-                                     .help = "Radau IIA of five stages: for stiff problems to ten digits.",
+                                     .help = "Radau IIA of five stages: for stiff problems, to ten digits.",
                                      .source = "E. Hairer, G. Wanner, J. Comput. Appl. Math. 111, 1999",
                                      .order = 9,
                                      .a_stable = true,
@@ -510,7 +510,7 @@ const ll_ode_method ll_ode_radau9 = {.name = "radau9",
                                      .data = &radau9};
 
 const ll_ode_method ll_ode_radau13 = {.name = "radau13",
-                                      .help = "Radau IIA of seven stages: for stiff problems to all digits.",
+                                      .help = "Radau IIA of seven stages: for stiff problems, to all digits.",
                                       .source = "E. Hairer, G. Wanner, J. Comput. Appl. Math. 111, 1999",
                                       .order = 13,
                                       .a_stable = true,

@@ -1,7 +1,7 @@
-/* Rosenbrock methods: linearly implicit, one factorisation a step and no iteration. In the form that spares
+/* Rosenbrock methods: linearly implicit, one factorisation per step and no iteration. In the form without
  * products with the Jacobian (Hairer, Wanner, Solving Ordinary Differential Equations II, IV.7):
  *   (I / (gamma h) - J) u_i = f(t + c_i h, y + sum a_ij u_j) + sum (g_ij / h) u_j + d_i h df/dt.
- * The last two stages stand at the embedded and at the final solution; their difference is the error. */
+ * The last two stages are at the embedded and at the final solution; their difference is the error. */
 #include <float.h>
 #include <string.h>
 
@@ -13,7 +13,7 @@ enum { STAGES_MAX = 8 };
 typedef struct rosenbrock {
     int stages;
     double gamma;
-    const double *a, *g; /* rows of stages 1 and on, 1, 2, 3... numbers each */
+    const double *a, *g; /* rows of the later stages: 1, 2, 3... numbers each */
     const double *c, *d; /* `stages` */
     const double *p;     /* dense output: `terms` rows of `stages` weights */
     int terms;

@@ -1,4 +1,4 @@
-/* Explicit Runge-Kutta methods, of fixed step and embedded pairs: one stepper, a tableau each. */
+/* Explicit Runge-Kutta methods, with fixed step and embedded pairs: one stepper, one tableau each. */
 #include "ode/core/method_internal.h"
 
 enum { STAGES_MAX = LL_SEVEN };
@@ -100,8 +100,7 @@ const ll_ode_method ll_ode_rk2 = {.name = "rk2",
                                                                   .b = (const double[]){0, 1}}};
 
 const ll_ode_method ll_ode_ralston = {.name = "ralston",
-                                      .help =
-                                          "The two-stage method with the least bound on the error of a step.",
+                                      .help = "The two-stage method with the least error bound per step.",
                                       .source = "A. Ralston, Math. Comp. 16, 1962",
                                       .order = 2,
                                       .evaluations = 2,
@@ -125,7 +124,7 @@ const ll_ode_method ll_ode_rk3 = {.name = "rk3",
 
 const ll_ode_method ll_ode_rk4 = {
     .name = "rk4",
-    .help = "The classical method of four slopes.",
+    .help = "The classical four-stage method.",
     .source = "W. Kutta, Z. Math. Phys. 46, 1901",
     .order = 4,
     .evaluations = 4,
@@ -137,7 +136,7 @@ const ll_ode_method ll_ode_rk4 = {
 
 const ll_ode_method ll_ode_bs32 = {
     .name = "bs32",
-    .help = "Bogacki-Shampine 3(2): an adaptive pair for rough answers.",
+    .help = "Bogacki-Shampine 3(2): an adaptive pair for low accuracy.",
     .source = "P. Bogacki, L. F. Shampine, Appl. Math. Lett. 2, 1989",
     .order = 3,
     .evaluations = 3,
@@ -205,7 +204,7 @@ const ll_ode_method ll_ode_dopri5 = {
                                     .p = dopri5_p,
                                     .degree = 4}};
 
-/* Tsitouras prints its interpolant as products; these are the polynomials of theta that they are. */
+/* Tsitouras's interpolant, expanded into polynomials of theta. */
 static const double tsit5_p[] = {1,
                                  -2.763706197274825911,
                                  2.913255461821912744,

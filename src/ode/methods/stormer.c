@@ -1,18 +1,18 @@
-/* Stormer's recurrence of positions and its relatives: q+ = q + p (q - q-) + w a.
+/* Stormer's recurrence of positions and its variants: q+ = q + p (q - q-) + w a.
  *
- * The first step, and one up to an event, starts from the velocity: q+ = q + h v + h^2 a / 2. The velocity
- * that is told, (q+ - q) / h + h a+ / 2, is the central difference where the force is free of v; the
- * acceleration sees the backward difference (q+ - q) / h, and so is of first order where it depends on v. */
+ * The first step, and one up to an event, starts from the velocity: q+ = q + h v + h^2 a / 2. The reported
+ * velocity, (q+ - q) / h + h a+ / 2, is the central difference if the force is independent of v. The
+ * acceleration sees the backward difference (q+ - q) / h, and is of first order if it depends on v. */
 #include "ode/core/method_internal.h"
 
 typedef struct recurrence {
-    /* p and w for a step of `h` after one of `last`. */
+    /* p and w of a step of `h` after one of `last`. */
     void (*weights)(double h, double last, double *p, double *w);
-    bool backward; /* the velocity that is told is the backward difference too */
+    bool backward; /* the reported velocity is the backward difference too */
 } recurrence;
 
-/* Work vectors: the position before, the acceleration now (first half) and after the step (second half), the
- * last step's length. */
+/* Work vectors: the last position, the acceleration now (first half) and after the step (second half), the
+ * length of the last step. */
 static double attempt(ll_ode_run *run, const ll_ode_method *method, const ll_ode *ode, double h)
 {
     const recurrence *r = method->data;
@@ -83,7 +83,7 @@ static void ratio_and_mean(double h, double last, double *p, double *w)
 
 const ll_ode_method ll_ode_stormer_verlet = {
     .name = "stormer_verlet",
-    .help = "Positions from the two before: s+ = 2 s - s- + a dt^2. Wants a constant step.",
+    .help = "Positions from the last two: s+ = 2 s - s- + a dt^2. Needs a constant step.",
     .source = "C. Stormer, Arch. Sci. Phys. Nat. 24, 1907; L. Verlet, Phys. Rev. 159, 1967",
     .order = 2,
     .order_velocity = 1,
@@ -96,7 +96,7 @@ const ll_ode_method ll_ode_stormer_verlet = {
 
 const ll_ode_method ll_ode_verlet_as_printed = {
     .name = "verlet_as_printed",
-    .help = "The paper's recurrence, s+ = 2 s - s- + a dt^2 / 2, which moves under half the acceleration.",
+    .help = "The paper's recurrence, s+ = 2 s - s- + a dt^2 / 2, which has half the acceleration.",
     .source = "The paper, section on Verlet integration; an error: stormer_verlet is right",
     .order = 0,
     .evaluations = 1,

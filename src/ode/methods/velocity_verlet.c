@@ -1,6 +1,6 @@
-/* Velocity Verlet: q+ = q + h v + h^2 a / 2, v+ = v + h (a + a+) / 2. A force that is free of v is evaluated
- * once a step: a+ is kept for the next one. Where it depends on v it is evaluated twice, and the methods
- * differ in the velocity that a+ sees. */
+/* Velocity Verlet: q+ = q + h v + h^2 a / 2, v+ = v + h (a + a+) / 2. A force independent of v is evaluated
+ * once per step: a+ is kept for the next one. A force that depends on v is evaluated twice, and the methods
+ * differ in the velocity for a+. */
 #include "ode/core/method_internal.h"
 
 typedef struct variant {
@@ -40,8 +40,7 @@ static const ll_ode_body body = {.vectors = 1, .attempt = attempt, .accept = acc
 
 const ll_ode_method ll_ode_velocity_verlet = {
     .name = "velocity_verlet",
-    .help = "Position by the acceleration before, velocity by the mean of both; a force sees the velocity "
-            "before.",
+    .help = "Position by the last acceleration, velocity by the mean of both; a force sees the old velocity.",
     .source = "W. C. Swope, H. C. Andersen, P. H. Berens, K. R. Wilson, J. Chem. Phys. 76, 1982",
     .order = 2,
     .order_velocity = 1,
@@ -54,7 +53,7 @@ const ll_ode_method ll_ode_velocity_verlet = {
 
 const ll_ode_method ll_ode_velocity_verlet_predicted = {
     .name = "velocity_verlet_predicted",
-    .help = "Velocity Verlet whose force sees the velocity v + a dt: of order 2 also with drag.",
+    .help = "Velocity Verlet whose force sees the velocity v + a dt: of order 2 with drag too.",
     .source = "R. D. Groot, P. B. Warren, J. Chem. Phys. 107, 1997",
     .order = 2,
     .evaluations = 1,

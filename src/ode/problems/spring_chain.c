@@ -1,4 +1,4 @@
-/* Sixteen masses between springs, both ends fixed, the eighth plucked: a sum of modes. */
+/* Sixteen masses between springs, both ends fixed, the eighth displaced: a sum of modes. */
 #include "ode/core/problem_rows.h"
 
 enum { MASSES = 16, PLUCKED = 7 };

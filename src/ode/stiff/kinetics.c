@@ -62,17 +62,18 @@ static const double robertson_reference[] = {0.715827068719405090, 9.18553476455
                                              0.284163745745830352};
 static const char *const robertson_components[] = {"a", "b", "c"};
 
-const ll_ode_problem ll_ode_robertson = {.name = "robertson",
-                                         .help = "Three substances whose reactions differ by nine orders.",
-                                         .source = "Robertson 1966; Test Set for IVP Solvers",
-                                         .stiff = true,
-                                         .params = &ll_ode_robertson_table,
-                                         .system = robertson_system,
-                                         .duration = 40,
-                                         .start = robertson_start,
-                                         .components = robertson_components,
-                                         .reference = robertson_reference,
-                                         .floor = 1e-15};
+const ll_ode_problem ll_ode_robertson = {
+    .name = "robertson",
+    .help = "Three substances whose reaction rates differ by nine orders of magnitude.",
+    .source = "Robertson 1966; Test Set for IVP Solvers",
+    .stiff = true,
+    .params = &ll_ode_robertson_table,
+    .system = robertson_system,
+    .duration = 40,
+    .start = robertson_start,
+    .components = robertson_components,
+    .reference = robertson_reference,
+    .floor = 1e-15};
 
 /* ---- Oregonator ---- */
 
@@ -129,7 +130,7 @@ static const double oregonator_reference[] = {1.00081487031852272, 1228.17852154
 
 const ll_ode_problem ll_ode_oregonator = {
     .name = "oregonator",
-    .help = "The Belousov-Zhabotinskii reaction: bursts between long rests.",
+    .help = "The Belousov-Zhabotinskii reaction: bursts between long pauses.",
     .source = "Field and Noyes 1974; Test Set for IVP Solvers",
     .stiff = true,
     .params = &ll_ode_oregonator_table,
@@ -146,7 +147,8 @@ typedef struct hires {
     double k;
 } hires;
 
-static const ll_param hires_rows[] = {LL_ODE_PARAM(hires, k, NULL, 0, 1e6, 280, "The fast reaction.")};
+static const ll_param hires_rows[] = {
+    LL_ODE_PARAM(hires, k, NULL, 0, 1e6, 280, "Rate of the fast reaction.")};
 LL_ODE_TABLE(ll_ode_hires_table, "hires", "Parameters of the response to light.", hires_rows, hires);
 
 static void hires_f(const void *p, double t, const double *y, double *dy)

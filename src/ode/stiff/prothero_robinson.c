@@ -1,4 +1,4 @@
-/* Prothero and Robinson: y' = -lambda (y - cos t) - sin t, whose solution stays cos t however stiff it is. */
+/* Prothero and Robinson: y' = -lambda (y - cos t) - sin t; the solution is cos t at any stiffness. */
 #include "ode/core/problem_rows.h"
 
 typedef struct params {
@@ -6,7 +6,7 @@ typedef struct params {
 } params;
 
 static const ll_param rows[] = {LL_ODE_PARAM(params, lambda, "1/s", 0, 1e9, 1e4, "Stiffness.")};
-LL_ODE_TABLE(ll_ode_prothero_robinson_table, "prothero_robinson", "Parameters of the stiff follower.", rows,
+LL_ODE_TABLE(ll_ode_prothero_robinson_table, "prothero_robinson", "Parameters of the stiff problem.", rows,
              params);
 
 static void f(const void *p, double t, const double *y, double *dy)
@@ -41,7 +41,7 @@ static bool exact(const void *p, double t, double *y)
 static const char *const components[] = {"y"};
 
 const ll_ode_problem ll_ode_prothero_robinson = {.name = "prothero_robinson",
-                                                 .help = "A slow solution that a stiff force holds to.",
+                                                 .help = "A slow solution under a stiff restoring force.",
                                                  .source = "Prothero and Robinson 1974; closed form",
                                                  .stiff = true,
                                                  .params = &ll_ode_prothero_robinson_table,

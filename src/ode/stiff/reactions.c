@@ -1,4 +1,4 @@
-/* Reactions and populations that are not stiff: the Brusselator; Lotka and Volterra's hunters and prey. */
+/* Non-stiff reactions and populations: the Brusselator; Lotka and Volterra's predators and prey. */
 #include "ode/core/problem_rows.h"
 
 typedef struct brusselator {
@@ -38,7 +38,7 @@ static const double brusselator_reference[] = {0.498637071268347849, 4.596780349
 static const char *const brusselator_components[] = {"u", "v"};
 
 const ll_ode_problem ll_ode_brusselator = {.name = "brusselator",
-                                           .help = "A reaction that oscillates.",
+                                           .help = "An oscillating reaction.",
                                            .source = "Hairer, Norsett and Wanner I, section I.16",
                                            .params = &ll_ode_brusselator_table,
                                            .system = brusselator_system,
@@ -53,12 +53,12 @@ typedef struct hunters {
 } hunters;
 
 static const ll_param hunter_rows[] = {
-    LL_ODE_PARAM(hunters, growth, "1/s", 0, 100, 1.5, "Growth of the prey."),
-    LL_ODE_PARAM(hunters, catch_rate, "1/s", 0, 100, 1, "Prey that is caught, per hunter."),
-    LL_ODE_PARAM(hunters, death, "1/s", 0, 100, 3, "Death of the hunters."),
-    LL_ODE_PARAM(hunters, gain, "1/s", 0, 100, 1, "Growth of the hunters, per prey."),
+    LL_ODE_PARAM(hunters, growth, "1/s", 0, 100, 1.5, "Growth rate of the prey."),
+    LL_ODE_PARAM(hunters, catch_rate, "1/s", 0, 100, 1, "Prey caught per predator."),
+    LL_ODE_PARAM(hunters, death, "1/s", 0, 100, 3, "Death rate of the predators."),
+    LL_ODE_PARAM(hunters, gain, "1/s", 0, 100, 1, "Growth rate of the predators per prey."),
 };
-LL_ODE_TABLE(ll_ode_lotka_volterra_table, "lotka_volterra", "Parameters of hunters and prey.", hunter_rows,
+LL_ODE_TABLE(ll_ode_lotka_volterra_table, "lotka_volterra", "Parameters of predators and prey.", hunter_rows,
              hunters);
 
 LL_ODE_RHS(hunter_f, 2, {
@@ -85,7 +85,7 @@ static const double hunter_reference[] = {1.02634476757508932, 0.909691078136041
 static const char *const hunter_components[] = {"prey", "hunters"};
 
 const ll_ode_problem ll_ode_lotka_volterra = {.name = "lotka_volterra",
-                                              .help = "Hunters and prey.",
+                                              .help = "Predators and prey.",
                                               .source = "SciMLBenchmarks; binary128 reference",
                                               .params = &ll_ode_lotka_volterra_table,
                                               .system = hunter_system,

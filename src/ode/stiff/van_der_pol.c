@@ -46,7 +46,7 @@ static const double reference[] = {1.70616773217046501, -0.000892809701024816548
 static const char *const components[] = {"x_m", "v_mps"};
 
 const ll_ode_problem ll_ode_van_der_pol = {.name = "van_der_pol",
-                                           .help = "An oscillator that relaxes slowly and jumps fast.",
+                                           .help = "An oscillator with slow relaxation and fast jumps.",
                                            .source = "Test Set for IVP Solvers; binary128 reference",
                                            .stiff = true,
                                            .params = &ll_ode_van_der_pol_table,

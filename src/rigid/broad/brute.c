@@ -1,4 +1,4 @@
-/* Brute force: every box against every other. What the others must agree with. */
+/* Brute force: every box against every other. The reference for the other broad phases. */
 #include "rigid/broad/broad.h"
 
 typedef struct brute {

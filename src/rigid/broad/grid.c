@@ -1,8 +1,8 @@
-/* A hierarchy of uniform grids. A box lies in one cell, that of its centre, on the level whose cells are at
- * least as large as it; a query looks at the cells around it on every level that is in use. Cells are kept in
- * a hash table, as lists. Moving within a cell costs nothing. (Ericson, Real-Time Collision Detection, 7.2.)
+/* Hierarchy of uniform grids. A box is stored in the cell of its centre, on the finest level whose cells are
+ * at least as large as the box. A query visits the neighbouring cells on every used level. Cells are lists in
+ * a hash table. A move within a cell is free. (Ericson, Real-Time Collision Detection, 7.2.)
  *
- * Costs n + pairs for bodies of any sizes, as long as they are not piled up at one place. */
+ * Costs n + pairs for bodies of any sizes, unless they are piled up at one position. */
 #include "rigid/broad/broad.h"
 
 #include "base/mix.h"
@@ -11,8 +11,8 @@
 #define LEAST_CELL (1.0 / 64) /* m; level k has cells of LEAST_CELL * 2^k */
 
 typedef struct node {
-    int32_t next, previous; /* in the list of the bucket; -1 ends it, -2 - bucket before the first */
-    int32_t x, y;           /* the cell */
+    int32_t next, previous; /* in the bucket's list; -1: last, -2 - bucket: first */
+    int32_t x, y;           /* cell */
     int32_t level, pad;
 } node;
 
@@ -62,9 +62,9 @@ static inline double cell_size(int level)
     return LEAST_CELL * (double)(INT64_C(1) << level);
 }
 
-/* The largest cells are 2^47 / 64 m and coordinates at most 1e9 m (plus their box): on the finest level cell
- * numbers stay below 2^37, so they are cut to 32 bits; two cells that share a number are told apart by the
- * test of the boxes. */
+/* The largest cells are 2^47 / 64 m, and coordinates are at most 1e9 m plus a box: cell numbers of the finest
+ * level stay below 2^37 and are cut to 32 bits. Two cells may then share a number; the box test separates
+ * them. */
 static inline int32_t cell_number(double x, double per_cell)
 {
     double scaled = x * per_cell;
@@ -147,7 +147,7 @@ static void query_all(const grid *g, const ll_aabb *boxes, ll_aabb box, int leve
             visit(context, i);
 }
 
-/* A box that overlaps has its centre at most half a cell outside. */
+/* The centre of an overlapping box is at most half a cell outside. */
 static void query_level(const grid *g, const ll_aabb *boxes, ll_aabb box, int level, ll_broad_visit *visit,
                         void *context)
 {
@@ -182,7 +182,7 @@ static void query(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad
             query_level(g, boxes, box, level, visit, context);
 }
 
-/* When most have moved, all at once is quicker than a query for each. */
+/* If most proxies have moved, one pass over all is faster than a query for each. */
 static bool pairs(void *state, const ll_aabb *boxes, const uint8_t *moved, int32_t count, ll_pair_list *out)
 {
     const grid *g = state;
@@ -200,7 +200,7 @@ static bool pairs(void *state, const ll_aabb *boxes, const uint8_t *moved, int32
 
 const ll_broad_phase ll_broad_grid = {
     .name = "grid",
-    .help = "Grids of cells by size of box, and sweeps by strips when most have moved: n + pairs.",
+    .help = "Grids of cells by size of box; sweeps by strips when most have moved: n + pairs.",
     .size = size,
     .init = init,
     .insert = insert,

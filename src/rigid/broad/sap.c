@@ -1,8 +1,8 @@
-/* Sweep and prune along x (Baraff 1992): the boxes sorted by their left side, and each compared with those
- * that begin before it ends.
+/* Sweep and prune along x (Baraff 1992): the boxes are sorted by their left side, and each is compared with
+ * those that begin before it ends.
  *
- * The order is kept from step to step; what moved a little is put right by a few exchanges. When too much has
- * moved for that, it is sorted anew. Costs n log n + the pairs that overlap in x. */
+ * The order is kept from step to step, and small moves need few exchanges. After large moves everything is
+ * sorted again. Costs n log n + the pairs that overlap in x. */
 #include "rigid/broad/broad.h"
 
 typedef struct entry {
@@ -57,7 +57,7 @@ static void heap_sort(entry *at, int32_t count)
     }
 }
 
-/* By insertion, as long as that takes no more exchanges than a sort would. */
+/* Insertion sort, as long as that takes fewer exchanges than a full sort. */
 static void put_in_order(entry *at, int32_t count)
 {
     int64_t budget = 16 * (int64_t)count;

@@ -1,36 +1,36 @@
-/* All pairs at once: the boxes are sorted into horizontal strips and swept along x within each. Memory is
- * read in order, which queries one by one do not; so this is faster as soon as most boxes have moved. The
- * order goes by whole numbers (radix sort), the tests by the boxes. A box that reaches into several strips is
- * in each, and a pair belongs to the strip in which the higher one begins. */
+/* All pairs at once: the boxes are sorted into horizontal strips and swept along x within each. This reads
+ * memory in order, which single queries do not, so it is faster as soon as most boxes have moved. Sorting
+ * uses integers (radix sort), the tests use the boxes. A box that reaches into several strips is in each of
+ * them; a pair belongs to the strip in which the higher box begins. */
 #include "rigid/broad/broad.h"
 
 typedef struct entry {
     double left, right, low, high;
-    uint32_t begin, end; /* left and right in whole parts of the width of all: the order goes by them */
+    uint32_t begin, end; /* left and right, as integers relative to the width of all; used for sorting */
     int32_t proxy;
     uint16_t strip, moved;
 } entry;
 
 typedef struct strips {
     entry *at;
-    uint64_t *keys; /* strip, begin and place */
+    uint64_t *keys; /* strip, begin and index */
     int32_t count, capacity;
-    double per_height; /* strips a metre */
-    double middle;     /* m: the middle strip begins there */
+    double per_height; /* strips per metre */
+    double middle;     /* m: start of the middle strip */
     double least, per_part;
-    int32_t tall[64]; /* boxes of too many strips: each is compared with all */
+    int32_t tall[64]; /* boxes of too many strips: each is compared with all others */
     int32_t tall_count;
 } strips;
 
 enum {
-    most_strips = 6, /* boxes of up to this many strips are sorted in */
+    most_strips = 6, /* boxes of up to this many strips are sorted into them */
     strip_bits = 16,
     part_bits = 20,
     place_bits = 28,
     digit_bits = 9
 };
 
-/* A whole number from 0 to most; what lies beyond is put there, which keeps the order. */
+/* Integer from 0 to `most`. Values outside are clamped, which keeps the order. */
 static inline uint32_t cut(double x, double most)
 {
     return (uint32_t)ll_min(ll_max(x, 0), most);
@@ -65,7 +65,8 @@ static bool sort_in(strips *s, ll_aabb box, int32_t proxy, bool moved)
     return true;
 }
 
-/* By digits, the lowest first; a digit that all have in common is passed over. Ends in one of the two. */
+/* Radix sort, lowest digit first; a digit that is the same in all keys is skipped. Returns the array that
+ * holds the result. */
 static const uint64_t *sort(uint64_t *keys, uint64_t *other, int32_t count)
 {
     for (int shift = place_bits; shift < 64; shift += digit_bits) {
@@ -117,7 +118,7 @@ static void compare_tall(const strips *s, const ll_aabb *boxes, const uint8_t *m
     }
 }
 
-/* Twice the mean height, without what is ten times as high as the first guess. */
+/* Twice the mean height, without boxes ten times as high as the first estimate. */
 static double strip_height(const ll_aabb *boxes, const int32_t *live, int32_t count)
 {
     double least = INFINITY, sum = 0;
@@ -134,7 +135,7 @@ static double strip_height(const ll_aabb *boxes, const int32_t *live, int32_t co
     return counted > 0 ? 2 * sum / counted : 1;
 }
 
-/* Where strips and parts are counted from: the mean height, and the leftmost box. */
+/* Origin of the strips (mean height) and of the integers (leftmost box). */
 static void span(strips *s, const ll_aabb *boxes, const int32_t *live, int32_t count)
 {
     double least = INFINITY, most = -INFINITY, sum = 0;

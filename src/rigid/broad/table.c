@@ -12,7 +12,7 @@ typedef struct gather {
     ll_pair_list *out;
 } gather;
 
-/* Of two that both moved, the one with the smaller index reports the pair. */
+/* If both proxies moved, the one with the smaller index reports the pair. */
 static void found(void *context, int32_t other)
 {
     const gather *g = context;
@@ -50,7 +50,7 @@ static void heap_sort(ll_proxy_pair *at, int32_t count)
     }
 }
 
-/* Quicksort, with heapsort where the halves are too uneven, so that no order of pairs is slow. */
+/* Quicksort that falls back to heapsort when partitions are too uneven: n log n for every input. */
 static void sort(ll_proxy_pair *at, int32_t count, int depth)
 {
     while (count > 24 && depth-- > 0) {

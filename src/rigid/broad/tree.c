@@ -1,8 +1,8 @@
-/* A dynamic tree of boxes: leaves are proxies, a node's box holds those of its two children.
+/* Dynamic tree of boxes: leaves are proxies, the box of a node holds those of its two children.
  *
- * A leaf goes where it adds the least perimeter (the surface area heuristic; a greedy descent, as in Bittner
- * et al. 2013 and Box2D), and on the way back up a node is exchanged with a grandchild where that makes its
- * parent's box smaller. Costs log n for an insertion and log n + hits for a query. */
+ * A leaf is inserted where it adds the least perimeter (surface area heuristic; a greedy descent, as in
+ * Bittner et al. 2013 and Box2D). On the way back up, a node is exchanged with a grandchild where that
+ * shrinks its parent's box. Costs log n for an insertion and log n + hits for a query. */
 #include "rigid/broad/broad.h"
 
 #define NONE (-1)
@@ -85,8 +85,8 @@ static void refit(node *at, int32_t i)
     at[i].box = ll_aabb_union(at[at[i].child[0]].box, at[at[i].child[1]].box);
 }
 
-/* Exchanges one child of `i` with a grandchild on the other side, where the other child's box shrinks most.
- */
+/* Exchanges one child of `i` with a grandchild on the other side, where that shrinks the other child's box
+ * most. */
 static void rotate(node *at, int32_t i)
 {
     double best = 0;
@@ -167,7 +167,7 @@ static void move(void *state, const ll_aabb *boxes, int32_t proxy)
     insert(state, boxes, proxy);
 }
 
-/* Depth first without a stack: down to the first child, else on to the next relative to the right. */
+/* Depth first without a stack: down to the first child, else to the right sibling of the nearest ancestor. */
 static void query(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad_visit *visit, void *context)
 {
     (void)boxes;
@@ -188,12 +188,12 @@ static void query(const void *state, const ll_aabb *boxes, ll_aabb box, ll_broad
     }
 }
 
-const ll_broad_phase ll_broad_tree = {
-    .name = "tree",
-    .help = "Dynamic tree of boxes: log n for a move, log n + hits for a query.",
-    .size = size,
-    .init = init,
-    .insert = insert,
-    .remove = remove_proxy,
-    .move = move,
-    .query = query};
+const ll_broad_phase ll_broad_tree = {.name = "tree",
+                                      .help =
+                                          "Dynamic tree of boxes: log n per move, log n + hits per query.",
+                                      .size = size,
+                                      .init = init,
+                                      .insert = insert,
+                                      .remove = remove_proxy,
+                                      .move = move,
+                                      .query = query};

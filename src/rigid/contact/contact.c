@@ -4,19 +4,19 @@
 #include "base/mix.h"
 #include "rigid/contact/contact.h"
 
-/* ---- which pairs are known: a hash table with linear probing, no tombstones ---- */
+/* ---- pair set: a hash table with linear probing, without tombstones ---- */
 
 static inline uint32_t slot_of(const ll_rigid *w, int32_t a, int32_t b)
 {
     uint64_t key = (uint64_t)(uint32_t)a << 32 | (uint32_t)b;
     key *= LL_MIX_STEP;
-    return (uint32_t)((key ^ key >> 32) & (uint64_t)w->table_mask);
+    return (uint32_t)((key ^ key >> 32) & (uint64_t)w->pair_set_mask);
 }
 
-bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b)
+bool ll_pair_exists(const ll_rigid *w, int32_t a, int32_t b)
 {
-    const ll_known *table = ll_tables(w);
-    for (uint32_t i = slot_of(w, a, b);; i = (i + 1) & (uint32_t)w->table_mask) {
+    const ll_pair_entry *table = ll_pair_entries(w);
+    for (uint32_t i = slot_of(w, a, b);; i = (i + 1) & (uint32_t)w->pair_set_mask) {
         if (table[i].a == LL_NONE)
             return false;
         if (table[i].a == a && table[i].b == b)
@@ -24,21 +24,20 @@ bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b)
     }
 }
 
-static void table_put(ll_rigid *w, int32_t contact)
+static void pair_set_put(ll_rigid *w, int32_t contact)
 {
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t i = slot_of(w, c->shape[0], c->shape[1]);
-    while (ll_tables(w)[i].a != LL_NONE)
-        i = (i + 1) & (uint32_t)w->table_mask;
-    ll_tables(w)[i] = (ll_known){c->shape[0], c->shape[1]};
+    while (ll_pair_entries(w)[i].a != LL_NONE)
+        i = (i + 1) & (uint32_t)w->pair_set_mask;
+    ll_pair_entries(w)[i] = (ll_pair_entry){c->shape[0], c->shape[1]};
 }
 
-/* Entries behind the hole move up when their own place is not between it and them (Knuth 6.4, algorithm R).
- */
-static void table_take(ll_rigid *w, int32_t contact)
+/* Entries behind the hole move up unless their home slot is between it and them (Knuth 6.4, algorithm R). */
+static void pair_set_remove(ll_rigid *w, int32_t contact)
 {
-    ll_known *table = ll_tables(w);
-    uint32_t mask = (uint32_t)w->table_mask;
+    ll_pair_entry *table = ll_pair_entries(w);
+    uint32_t mask = (uint32_t)w->pair_set_mask;
     const ll_contact *c = &ll_contacts(w)[contact];
     uint32_t hole = slot_of(w, c->shape[0], c->shape[1]);
     while (table[hole].a != c->shape[0] || table[hole].b != c->shape[1])
@@ -50,7 +49,7 @@ static void table_take(ll_rigid *w, int32_t contact)
             hole = i;
         }
     }
-    table[hole] = (ll_known){LL_NONE, LL_NONE};
+    table[hole] = (ll_pair_entry){LL_NONE, LL_NONE};
 }
 
 /* ---- lists ---- */
@@ -64,7 +63,7 @@ void ll_awake_contact(ll_rigid *w, int32_t contact)
     ll_awake_contacts(w)[w->awake_contacts++] = contact;
 }
 
-void ll_rest_contact(ll_rigid *w, int32_t contact)
+void ll_sleep_contact(ll_rigid *w, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
     int32_t *list = ll_awake_contacts(w), last = list[--w->awake_contacts];
@@ -76,7 +75,7 @@ void ll_rest_contact(ll_rigid *w, int32_t contact)
 static void link_side(ll_rigid *w, int32_t contact, int side)
 {
     ll_contact *c = &ll_contacts(w)[contact];
-    ll_body *b = &ll_bodys(w)[c->body[side]];
+    ll_body *b = &ll_bodies(w)[c->body[side]];
     c->previous[side] = LL_NONE;
     c->next[side] = b->contact;
     if (b->contact != LL_NONE)
@@ -89,7 +88,7 @@ static void unlink_side(ll_rigid *w, int32_t contact, int side)
     ll_contact *c = &ll_contacts(w)[contact];
     int32_t next = c->next[side], previous = c->previous[side];
     if (previous == LL_NONE)
-        ll_bodys(w)[c->body[side]].contact = next;
+        ll_bodies(w)[c->body[side]].contact = next;
     else
         ll_contacts(w)[previous >> 1].next[previous & 1] = next;
     if (next != LL_NONE)
@@ -104,7 +103,7 @@ static const uint64_t static_colours =
 
 void ll_take_colour(ll_rigid *w, ll_contact *c)
 {
-    ll_body *a = &ll_bodys(w)[c->body[0]], *b = &ll_bodys(w)[c->body[1]];
+    ll_body *a = &ll_bodies(w)[c->body[0]], *b = &ll_bodies(w)[c->body[1]];
     bool both = a->type == LL_BODY_DYNAMIC && b->type == LL_BODY_DYNAMIC;
     uint64_t taken =
         (a->type == LL_BODY_DYNAMIC ? a->colours : 0) | (b->type == LL_BODY_DYNAMIC ? b->colours : 0);
@@ -126,7 +125,7 @@ void ll_give_colour(ll_rigid *w, ll_contact *c)
     if (c->colour >= 0 && c->colour < LL_COLOURS) {
         uint64_t bit = UINT64_C(1) << c->colour;
         for (int side = 0; side < 2; side++) {
-            ll_body *b = &ll_bodys(w)[c->body[side]];
+            ll_body *b = &ll_bodies(w)[c->body[side]];
             if (b->type == LL_BODY_DYNAMIC)
                 b->colours &= ~bit;
         }
@@ -154,9 +153,9 @@ static void make_contact(ll_rigid *w, ll_proxy_pair pair)
         w->bouncing++;
     link_side(w, i, 0);
     link_side(w, i, 1);
-    table_put(w, i);
+    pair_set_put(w, i);
     w->contacts++;
-    if (ll_bodys(w)[a->body].awake != LL_NONE || ll_bodys(w)[b->body].awake != LL_NONE)
+    if (ll_bodies(w)[a->body].awake != LL_NONE || ll_bodies(w)[b->body].awake != LL_NONE)
         ll_awake_contact(w, i);
 }
 
@@ -164,11 +163,11 @@ void ll_remove_contact(ll_rigid *w, int32_t contact)
 {
     ll_contact *c = &ll_contacts(w)[contact];
     ll_give_colour(w, c);
-    table_take(w, contact);
+    pair_set_remove(w, contact);
     unlink_side(w, contact, 0);
     unlink_side(w, contact, 1);
     if (c->awake != LL_NONE)
-        ll_rest_contact(w, contact);
+        ll_sleep_contact(w, contact);
     if (c->restitution > 0)
         w->bouncing--;
     memset(c, 0, sizeof *c);
@@ -181,24 +180,24 @@ void ll_remove_contact(ll_rigid *w, int32_t contact)
 static void announce(const void *context, int32_t a, int32_t b)
 {
     const ll_rigid *w = context;
-    __builtin_prefetch(&ll_tables(w)[slot_of(w, a, b)]);
+    __builtin_prefetch(&ll_pair_entries(w)[slot_of(w, a, b)]);
 }
 
 static bool wanted(const void *context, int32_t a, int32_t b)
 {
     const ll_rigid *w = context;
-    if (ll_pair_known(w, a, b)) /* most are; the rest is not in the cache */
+    if (ll_pair_exists(w, a, b)) /* most pairs have a contact; those without are not in the cache */
         return false;
     const ll_shape *sa = &ll_shapes(w)[a], *sb = &ll_shapes(w)[b];
     if (sa->body == sb->body)
         return false;
-    const ll_body *ba = &ll_bodys(w)[sa->body], *bb = &ll_bodys(w)[sb->body];
+    const ll_body *ba = &ll_bodies(w)[sa->body], *bb = &ll_bodies(w)[sb->body];
     if (ba->type != LL_BODY_DYNAMIC && bb->type != LL_BODY_DYNAMIC)
         return false;
     if ((sa->category & sb->mask) == 0 || (sb->category & sa->mask) == 0 ||
         (sa->group != 0 && sa->group == sb->group))
         return false;
-    return !ll_joined(w, sa->body, sb->body);
+    return !ll_joint_blocks_collision(w, sa->body, sb->body);
 }
 
 void ll_find_pairs(ll_rigid *w, bool *overflowed)
@@ -212,8 +211,8 @@ void ll_find_pairs(ll_rigid *w, bool *overflowed)
                          .context = w,
                          .scratch = (char *)ll_pairs(w) + taken,
                          .scratch_size = w->at.end - w->at.pair - taken};
-    ll_broad_pairs(ll_broad_of(w), ll_broad_state(w), ll_boxs(w), ll_moveds(w), ll_moved_lists(w), w->moved,
-                   &list);
+    ll_broad_pairs(ll_broad_of(w), ll_broad_state(w), ll_boxes(w), ll_moved_flags(w), ll_moved_lists(w),
+                   w->moved, &list);
     *overflowed = list.overflowed;
     for (int32_t i = 0; i < list.count; i++) {
         if (w->contacts == w->limits.contacts) {

@@ -1,16 +1,16 @@
-/* Friction of a thing that lies on a plane, seen from above (b2FrictionJoint of Box2D 2): b comes to a's
- * speed and turning, by no more than a largest force, alike in every direction, and a largest torque. Xpbd
- * and avbd hold the two axes apart: along a diagonal it is stronger by up to 41 %. */
+/* Friction joint: friction of a body on a plane, seen from above (b2FrictionJoint of Box2D 2). b takes a's
+ * velocity and angular velocity, with a largest force, the same in every direction, and a largest torque.
+ * xpbd and avbd limit the two axes separately: along a diagonal, friction is up to 41 % stronger. */
 #include "rigid/joint/joint.h"
 
-static ll_row of(ll_row row, double most)
+static ll_constraint_row of(ll_constraint_row row, double most)
 {
     row.kind = LL_ROW_MOTOR;
     row.most = most;
     return row;
 }
 
-static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])
+static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS])
 {
     (void)angle;
     ll_row_point(j, a, b, out);

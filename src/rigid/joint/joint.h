@@ -1,7 +1,7 @@
 /* Joints as rows of constraints.
  *
- * A joint of any type gives up to six rows: a value C that ought to be 0 (or at least 0), how it changes with
- * the two bodies' velocities, and how large its impulse may be. Every solver works on rows and knows no
+ * A joint of any type makes up to six rows. A row has a value C that should be 0 (or at least 0), its
+ * dependence on the two bodies' velocities, and a largest impulse. Solvers work on rows and know no joint
  * types. */
 #pragma once
 
@@ -9,29 +9,29 @@
 
 #define LL_ROWS 6
 
-typedef enum ll_row_kind {
+typedef enum ll_constraint_row_kind {
     LL_ROW_NONE,
     LL_ROW_EQUAL, /* C = 0 */
-    LL_ROW_LIMIT, /* C >= 0; the impulse only pushes */
-    LL_ROW_MOTOR, /* dC/dt = speed, with at most `most` of force */
-} ll_row_kind;
+    LL_ROW_LIMIT, /* C >= 0; positive impulses only */
+    LL_ROW_MOTOR, /* dC/dt = speed, with a force of at most `most` */
+} ll_constraint_row_kind;
 
 /* dC/dt = n . (v_b - v_a) + jb w_b - ja w_a */
-typedef struct ll_row {
+typedef struct ll_constraint_row {
     int32_t kind, pad;
     double c;
     ll_vec2 n;
     double ja, jb;
     double speed;          /* of a motor */
     double most;           /* largest force, N or N m */
-    double hertz, damping; /* of a spring; 0: as stiff as the solver makes joints */
-} ll_row;
+    double hertz, damping; /* of a spring; 0: the solver's joint stiffness */
+} ll_constraint_row;
 
 typedef struct ll_joint_row_type {
     const char *name;
-    /* Fills the rows of two bodies in `pose`; each row keeps its number. Rows 0 and 1 of a type with `block`
-     * are solved together. */
-    void (*rows)(const ll_joint *joint, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS]);
+    /* Fills the rows for two bodies in these poses; each row keeps its number. With `block`, rows 0 and 1 are
+     * solved together. */
+    void (*rows)(const ll_joint *joint, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS]);
     bool block;
 } ll_joint_row_type;
 

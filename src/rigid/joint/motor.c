@@ -1,7 +1,8 @@
-/* Drives b's turning to a speed, and holds b's anchor at a's, both with no more than a largest force. */
+/* Motor joint: drives b's angular velocity to a speed, and holds b's anchor at a's, with a largest force
+ * each. */
 #include "rigid/joint/joint.h"
 
-static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])
+static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS])
 {
     (void)angle;
     ll_row_point(j, a, b, out);

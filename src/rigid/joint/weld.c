@@ -1,7 +1,7 @@
-/* Two bodies as one, or held to each other by springs. */
+/* Weld joint: two bodies rigidly connected, or by springs. */
 #include "rigid/joint/joint.h"
 
-static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_row out[LL_ROWS])
+static void rows(const ll_joint *j, ll_pose a, ll_pose b, double angle, ll_constraint_row out[LL_ROWS])
 {
     ll_row_point(j, a, b, out);
     out[2] = ll_row_angle(angle - j->def.angle);

@@ -84,7 +84,7 @@ static ll_geometry enclosing_circle(const ll_geometry *g)
 
 ll_geometry ll_bound_of(ll_volume volume, const ll_geometry *g, ll_rot q)
 {
-    ll_rot upright = {q.c, -q.s}; /* the world's axes seen from the body */
+    ll_rot upright = {q.c, -q.s}; /* world axes in the body frame */
     switch (volume) {
     case LL_VOLUME_AABB:
         return rectangle(box_along(g, upright), upright);
@@ -122,7 +122,7 @@ ll_bound ll_bound_make(ll_volume volume, const ll_geometry *g)
     return b;
 }
 
-/* As ll_shape_aabb, but the place is added once. */
+/* Like ll_shape_aabb, but adds the position once. */
 static ll_aabb box_at(const ll_geometry *g, ll_pose pose)
 {
     double c = pose.q.c, s = pose.q.s, left = INFINITY, right = -INFINITY, low = INFINITY, high = -INFINITY;

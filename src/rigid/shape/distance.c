@@ -27,7 +27,7 @@ static int support(const ll_geometry *g, ll_vec2 direction)
     return best;
 }
 
-/* Everything happens in a's frame; `rel` is b seen from a. */
+/* Everything is in a's frame; `rel` is the pose of b in it. */
 static corner corner_at(const ll_geometry *a, const ll_geometry *b, ll_pose rel, int index_a, int index_b)
 {
     corner c = {.index_a = index_a, .index_b = index_b, .weight = 1};
@@ -37,7 +37,7 @@ static corner corner_at(const ll_geometry *a, const ll_geometry *b, ll_pose rel,
     return c;
 }
 
-/* The part of a segment that is nearest to the origin. */
+/* Reduces a segment to its part nearest to the origin. */
 static void reduce_two(simplex *s)
 {
     ll_vec2 w0 = s->at[0].w, w1 = s->at[1].w, edge = ll_sub(w1, w0);
@@ -55,7 +55,7 @@ static void reduce_two(simplex *s)
     s->at[0].weight = 1;
 }
 
-/* The same of a triangle: the origin is inside, or the nearest point is on the nearest of its edges. */
+/* The same for a triangle: the origin is inside, or the nearest point is on the nearest of its edges. */
 static void reduce_three(simplex *s)
 {
     ll_vec2 w0 = s->at[0].w, w1 = s->at[1].w, w2 = s->at[2].w;
@@ -101,9 +101,9 @@ static bool holds(const simplex *s, const corner *c)
     return false;
 }
 
-/* Walks the simplex towards the origin. Each round takes a corner that was not there before, or ends; the
- * count of rounds is bounded by that of corners, and rounding cannot make it cycle because a corner must also
- * bring the origin nearer. */
+/* Moves the simplex towards the origin. Each iteration adds a new corner or ends, so their count is bounded
+ * by that of the corners. Rounding cannot make it cycle, because a corner must also come nearer to the
+ * origin. */
 static simplex walk(const ll_geometry *a, const ll_geometry *b, ll_pose rel, int *iterations)
 {
     simplex s = {.count = 1};
@@ -162,15 +162,16 @@ ll_pose ll_sweep_at(const ll_sweep *sweep, double t)
     return (ll_pose){ll_madd(sweep->start.p, t, sweep->shift), ll_rot_mul(sweep->start.q, turn)};
 }
 
-/* Along the axis of separation no point of a shape comes nearer faster than its body moves along it plus what
- * the turning adds at the farthest point. So after (distance - target) / that speed they still are apart. */
-ll_touch ll_first_touch(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
-                        const ll_sweep *sweep_b, double target)
+/* Along the axis of separation, no point of a shape approaches faster than its body's speed along it plus the
+ * rotation at the farthest point. So the shapes are still apart after (distance - target) / that speed. */
+ll_toi_result ll_time_of_impact(const ll_geometry *a, const ll_sweep *sweep_a, const ll_geometry *b,
+                                const ll_sweep *sweep_b, double target)
 {
     const double tolerance = 0.05 * target;
-    double turning = fabs(sweep_a->turn) * ll_shape_extent(a) + fabs(sweep_b->turn) * ll_shape_extent(b);
+    double revolute_limits =
+        fabs(sweep_a->turn) * ll_shape_extent(a) + fabs(sweep_b->turn) * ll_shape_extent(b);
     ll_vec2 shift = ll_sub(sweep_b->shift, sweep_a->shift);
-    ll_touch touch = {.t = 0};
+    ll_toi_result touch = {.t = 0};
     for (touch.iterations = 1; touch.iterations <= 100; touch.iterations++) {
         ll_distance_result d =
             ll_distance(a, ll_sweep_at(sweep_a, touch.t), b, ll_sweep_at(sweep_b, touch.t));
@@ -179,13 +180,13 @@ ll_touch ll_first_touch(const ll_geometry *a, const ll_sweep *sweep_a, const ll_
             touch.t = touch.hit ? touch.t : 1;
             return touch;
         }
-        double speed = turning - ll_dot(shift, d.normal);
+        double speed = revolute_limits - ll_dot(shift, d.normal);
         if (speed <= 0 || touch.t + (d.distance - target) / speed >= 1) {
             touch.t = 1;
             return touch;
         }
         touch.t += (d.distance - target) / speed;
     }
-    touch.hit = true; /* a grazing touch: still apart, and as near as the loop came */
+    touch.hit = true; /* a grazing contact: still apart, and as near as the iteration came */
     return touch;
 }

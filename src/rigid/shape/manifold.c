@@ -12,7 +12,7 @@ static ll_manifold one_point(ll_vec2 normal, ll_vec2 on_a, ll_vec2 on_b, uint32_
     return m;
 }
 
-/* Two points that are rounded by radii; the upward normal when they are at one place. */
+/* Two rounded points; the normal points upwards if they coincide. */
 static ll_manifold points_meet(ll_vec2 a, double radius_a, ll_vec2 b, double radius_b, double margin,
                                uint32_t id)
 {
@@ -29,7 +29,7 @@ typedef struct axis {
     double separation;
 } axis;
 
-/* The edge of `g` that the whole of `other` (as many points as `count`) is farthest outside of. */
+/* The edge of `g` with the largest separation from the first `count` points of `other`. */
 static axis best_axis(const ll_geometry *g, const ll_vec2 *other, int count)
 {
     axis best = {-1, -INFINITY};
@@ -45,9 +45,10 @@ static axis best_axis(const ll_geometry *g, const ll_vec2 *other, int count)
     return best;
 }
 
-/* Of a link, what lies before or after it belongs to a neighbour unless the corner there sticks out and the
- * direction is between the two edges' normals. The nearer of the two takes it, the earlier when both are. */
-static bool link_takes(const ll_geometry *link, ll_vec2 normal)
+/* Before or after a chain segment, contacts belong to its neighbour, unless the corner there is convex and
+ * the direction is between the normals of the two edges. Then the nearer segment takes it; the earlier, if
+ * equal. */
+static bool segment_takes(const ll_geometry *link, ll_vec2 normal)
 {
     ll_vec2 along = ll_normalised(ll_sub(link->vertex[1], link->vertex[0]));
     double lean = ll_dot(normal, along);
@@ -59,14 +60,14 @@ static bool link_takes(const ll_geometry *link, ll_vec2 normal)
     double turn = ll_cross(neighbour, link->normal[0]) * (lean < 0 ? -1 : 1);
     if (fabs(lean) < 1e-6)
         return true;
-    if (turn >= 0) /* a hollow, or straight */
+    if (turn >= 0) /* concave or straight */
         return false;
     ll_vec2 half = ll_normalised(ll_add(neighbour, link->normal[0]));
     double own = ll_dot(normal, link->normal[0]), limit = ll_dot(half, link->normal[0]);
     return lean < 0 ? own > limit : own >= limit;
 }
 
-static ll_manifold circle_on_link(const ll_geometry *link, ll_vec2 c, double radius, double margin)
+static ll_manifold circle_on_chain(const ll_geometry *link, ll_vec2 c, double radius, double margin)
 {
     ll_vec2 a = link->vertex[0], b = link->vertex[1], edge = ll_sub(b, a);
     double u = ll_dot(ll_sub(c, a), edge) / ll_dot(edge, edge);
@@ -74,17 +75,17 @@ static ll_manifold circle_on_link(const ll_geometry *link, ll_vec2 c, double rad
         return (ll_manifold){0};
     ll_vec2 nearest = u <= 0 ? a : u >= 1 ? b : ll_madd(a, u, edge);
     ll_vec2 normal = ll_normalised(ll_sub(c, nearest));
-    if ((u <= 0 || u >= 1) && !link_takes(link, normal))
+    if ((u <= 0 || u >= 1) && !segment_takes(link, normal))
         return (ll_manifold){0};
     return points_meet(nearest, 0, c, radius, margin, 0);
 }
 
-/* Circle b against hull a. Inside the hull the nearest edge decides; outside, the nearest point. */
+/* Circle b against hull a. Inside the hull the nearest edge decides, outside the nearest point. */
 static ll_manifold hull_circle(const ll_geometry *a, const ll_geometry *b, ll_pose rel, double margin)
 {
     ll_vec2 c = ll_to_world(rel, b->vertex[0]);
-    if (a->kind == LL_SHAPE_LINK)
-        return circle_on_link(a, c, b->radius, margin);
+    if (a->kind == LL_SHAPE_CHAIN_SEGMENT)
+        return circle_on_chain(a, c, b->radius, margin);
     axis best = best_axis(a, &c, 1);
     if (best.separation > a->radius + b->radius + margin)
         return (ll_manifold){0};
@@ -114,21 +115,21 @@ static int facing_edge(const ll_geometry *g, ll_vec2 normal)
     return best;
 }
 
-/* Clips the edge p-q to the strip over the reference edge v-w and keeps what is within `margin`. `flip` is
- * set when the reference edge is b's. */
+/* Clips the edge p-q to the strip over the reference edge v-w and keeps points nearer than `margin`. `flip`:
+ * the reference edge is b's. */
 static ll_manifold clip(const ll_geometry *reference, int edge, const ll_geometry *incident, int facing,
                         double margin, bool flip)
 {
     ll_vec2 v = reference->vertex[edge], w = reference->vertex[after(reference, edge)];
     ll_vec2 normal = reference->normal[edge], along = ll_normalised(ll_sub(w, v));
     int i0 = facing, i1 = after(incident, facing);
-    ll_vec2 p = incident->vertex[i1], q = incident->vertex[i0]; /* turned round: along the reference */
+    ll_vec2 p = incident->vertex[i1], q = incident->vertex[i0]; /* reversed: along the reference edge */
     double length = ll_dot(ll_sub(w, v), along);
     double tp = ll_dot(ll_sub(p, v), along), tq = ll_dot(ll_sub(q, v), along);
     ll_manifold m = {.normal = flip ? ll_neg(normal) : normal};
     if (tq < 0 || tp > length)
         return m;
-    /* A capsule may stand upright on the edge: then there is nothing to clip. */
+    /* A capsule may be perpendicular to the edge: then there is nothing to clip. */
     bool slanted = tq > tp;
     ll_vec2 ends[2] = {slanted && tp < 0 ? ll_lerp(p, q, -tp / (tq - tp)) : p,
                        slanted && tq > length ? ll_lerp(p, q, (length - tp) / (tq - tp)) : q};
@@ -163,12 +164,12 @@ static void nearest_of_edges(ll_vec2 p, ll_vec2 d1, ll_vec2 q, ll_vec2 d2, doubl
     }
 }
 
-/* Sides that face each other keep two points when their ends are one above the other: a corner that is so
- * little beside the other is no corner. */
+/* Facing sides keep two points if their ends are opposite each other: below this sine a corner counts as part
+ * of the side. */
 static const double beside_edge = 0.01; /* sine */
 
-/* Corner against corner: apart, and nearest at an end of each edge, where no edge's normal is the shortest
- * way out. `m` comes as the edges' own manifold. */
+/* Corner against corner: separated, and nearest at an end of each edge, so that no edge normal is the
+ * direction of least separation. `m`: the manifold of the edges. */
 static void corners_meet(const ll_geometry *a, int edge_a, const ll_geometry *b, int edge_b, double margin,
                          ll_manifold *m)
 {
@@ -198,7 +199,7 @@ static ll_manifold hulls(const ll_geometry *a, const ll_geometry *b, double marg
     axis axis_b = best_axis(b, a->vertex, a->count);
     if (axis_b.separation > reach)
         return (ll_manifold){0};
-    /* Of nearly equal axes always the first, or the manifold would jump between them. */
+    /* Of nearly equal axes take the first, or the manifold would jump between them. */
     bool flip = axis_b.separation > axis_a.separation + 0.1 * LL_LINEAR_SLOP;
     int edge_a = flip ? facing_edge(a, b->normal[axis_b.edge]) : axis_a.edge;
     int edge_b = flip ? axis_b.edge : facing_edge(b, a->normal[axis_a.edge]);
@@ -210,8 +211,8 @@ static ll_manifold hulls(const ll_geometry *a, const ll_geometry *b, double marg
     return m;
 }
 
-/* A hull against a link: the link's own normal, or an axis of the hull that the link may take. */
-static ll_manifold hull_on_link(const ll_geometry *link, const ll_geometry *b, double margin)
+/* A hull against a chain segment: the segment's normal, or an axis of the hull that the segment may take. */
+static ll_manifold hull_on_chain(const ll_geometry *link, const ll_geometry *b, double margin)
 {
     if (ll_dot(ll_sub(b->centre, link->vertex[0]), link->normal[0]) < 0)
         return (ll_manifold){0};
@@ -221,7 +222,7 @@ static ll_manifold hull_on_link(const ll_geometry *link, const ll_geometry *b, d
     ll_vec2 along = ll_sub(link->vertex[1], link->vertex[0]);
     if (m.count == 0 || (ll_dot(m.normal, link->normal[0]) > 0 && fabs(ll_dot(m.normal, along)) < 1e-9))
         return m;
-    if (link_takes(link, m.normal))
+    if (segment_takes(link, m.normal))
         return m;
     return clip(&face, 0, b, facing_edge(b, link->normal[0]), margin, false);
 }
@@ -233,7 +234,7 @@ static ll_geometry moved(const ll_geometry *g, ll_pose rel)
     out.count = g->count;
     out.radius = g->radius;
     out.centre = ll_to_world(rel, g->centre);
-    int vertices = g->kind == LL_SHAPE_LINK ? 4 : g->count;
+    int vertices = g->kind == LL_SHAPE_CHAIN_SEGMENT ? 4 : g->count;
     for (int i = 0; i < vertices; i++)
         out.vertex[i] = ll_to_world(rel, g->vertex[i]);
     for (int i = 0; i < g->count; i++)
@@ -257,9 +258,9 @@ ll_manifold ll_collide(const ll_geometry *a, const ll_geometry *b, ll_pose rel, 
     const ll_pose same = {{0, 0}, {1, 0}};
     if (a->count == 1)
         return turned_round(hull_circle(&other, a, same, margin));
-    if (a->kind == LL_SHAPE_LINK)
-        return hull_on_link(a, &other, margin);
-    if (other.kind == LL_SHAPE_LINK)
-        return turned_round(hull_on_link(&other, a, margin));
+    if (a->kind == LL_SHAPE_CHAIN_SEGMENT)
+        return hull_on_chain(a, &other, margin);
+    if (other.kind == LL_SHAPE_CHAIN_SEGMENT)
+        return turned_round(hull_on_chain(&other, a, margin));
     return hulls(a, &other, margin);
 }

@@ -1,15 +1,15 @@
-/* Contact manifolds: the separating axis test, and clipping of the edges that face each other.
+/* Contact manifolds: separating axis test, and clipping of facing edges.
  *
  * All is in the frame of the first shape's body. Method: Gottschalk's separating axes with Sutherland-Hodgman
- * clipping, as in Box2D; rounded shapes are their hulls grown by the radius. */
+ * clipping, as in Box2D; rounded shapes are hulls with a radius. */
 #pragma once
 
 #include "rigid/shape/shape.h"
 
 typedef struct ll_manifold_point {
-    ll_vec2 point; /* half way between the surfaces */
+    ll_vec2 point; /* midway between the surfaces */
     double separation;
-    uint32_t id; /* which features meet; the same in the next step while they are the same */
+    uint32_t id; /* of the features that touch; unchanged in the next step while they are the same */
 } ll_manifold_point;
 
 typedef struct ll_manifold {
@@ -18,5 +18,5 @@ typedef struct ll_manifold {
     ll_manifold_point at[2];
 } ll_manifold;
 
-/* `rel` is b's body seen from a's. Points that are farther apart than `margin` are left out. */
+/* `rel`: pose of b's body in a's frame. Points farther apart than `margin` are omitted. */
 ll_manifold ll_collide(const ll_geometry *a, const ll_geometry *b, ll_pose rel, double margin);

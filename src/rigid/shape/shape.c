@@ -12,16 +12,17 @@ const char *ll_shape_name(ll_shape_kind kind)
 
 bool ll_shape_is_solid(ll_shape_kind kind)
 {
-    return kind != LL_SHAPE_SEGMENT && kind != LL_SHAPE_LINK;
+    return kind != LL_SHAPE_SEGMENT && kind != LL_SHAPE_CHAIN_SEGMENT;
 }
 
 static ll_status check_points(const char *what, const ll_vec2 *points, int count)
 {
     for (int i = 0; i < count; i++)
         if (!(fabs(points[i].x) <= LL_WORLD_MAX && fabs(points[i].y) <= LL_WORLD_MAX))
-            return ll_error(LL_BAD_INPUT,
-                            "%s: vertex %d is (%g, %g); coordinates must be finite and at most %g.", what, i,
-                            points[i].x, points[i].y, LL_WORLD_MAX);
+            return ll_error(
+                LL_BAD_INPUT,
+                "%s: coordinates must be finite and at most %g in size; got vertex %d at (%g, %g).", what,
+                LL_WORLD_MAX, i, points[i].x, points[i].y);
     return ll_ok();
 }
 
@@ -29,8 +30,8 @@ static ll_status check_radius(const char *what, double radius)
 {
     if (radius >= LL_LINEAR_SLOP && radius <= LL_WORLD_MAX)
         return ll_ok();
-    return ll_error(LL_BAD_INPUT, "%s: the radius is %g; it must be from %g to %g m.", what, radius,
-                    LL_LINEAR_SLOP, LL_WORLD_MAX);
+    return ll_error(LL_BAD_INPUT, "%s: the radius must be %g to %g m; got %g.", what, LL_LINEAR_SLOP,
+                    LL_WORLD_MAX, radius);
 }
 
 ll_status ll_shape_circle(ll_vec2 centre, double radius, ll_geometry *out)
@@ -52,8 +53,8 @@ static ll_status two_points(ll_shape_kind kind, ll_vec2 a, ll_vec2 b, double rad
         return status;
     double length = ll_length(ll_sub(b, a));
     if (length < LL_LINEAR_SLOP)
-        return ll_error(LL_BAD_INPUT, "%s: its ends are %g m apart; they must be at least %g m.",
-                        ll_shape_name(kind), length, LL_LINEAR_SLOP);
+        return ll_error(LL_BAD_INPUT, "%s: the ends must be at least %g m apart; got %g.",
+                        ll_shape_name(kind), LL_LINEAR_SLOP, length);
     ll_vec2 normal = ll_scale(1 / length, ll_right(ll_sub(b, a)));
     *out = (ll_geometry){.kind = (int32_t)kind,
                          .count = 2,
@@ -75,12 +76,12 @@ ll_status ll_shape_segment(ll_vec2 a, ll_vec2 b, ll_geometry *out)
     return two_points(LL_SHAPE_SEGMENT, a, b, 0, out);
 }
 
-ll_status ll_shape_link(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 after, ll_geometry *out)
+ll_status ll_shape_chain_segment(ll_vec2 before, ll_vec2 a, ll_vec2 b, ll_vec2 after, ll_geometry *out)
 {
     ll_vec2 ghosts[2] = {before, after};
     ll_status status = check_points("chain", ghosts, 2);
     if (!ll_failed(&status))
-        status = two_points(LL_SHAPE_LINK, a, b, 0, out);
+        status = two_points(LL_SHAPE_CHAIN_SEGMENT, a, b, 0, out);
     if (!ll_failed(&status)) {
         out->vertex[2] = before;
         out->vertex[3] = after;
@@ -96,8 +97,8 @@ static double signed_area(const ll_vec2 *v, int count)
     return area;
 }
 
-/* Convex and going round once: every corner turns left, and together they turn by one full circle, which a
- * star does not. The second is checked by every vertex being left of every edge. */
+/* Convex and closed once: every corner turns left, and all turn by one full circle together, unlike a star's.
+ * The second part is checked by every vertex being left of every edge. */
 static ll_status check_convex(const ll_geometry *g)
 {
     for (int i = 0; i < g->count; i++)
@@ -120,8 +121,7 @@ static ll_status check_convex(const ll_geometry *g)
 ll_status ll_shape_polygon(const ll_vec2 *points, int count, ll_geometry *out)
 {
     if (count < 3 || count > LL_HULL_MAX)
-        return ll_error(LL_BAD_INPUT, "polygon: it has %d vertices; it must have from 3 to %d.", count,
-                        LL_HULL_MAX);
+        return ll_error(LL_BAD_INPUT, "polygon: must have 3 to %d vertices; got %d.", LL_HULL_MAX, count);
     ll_status status = check_points("polygon", points, count);
     if (ll_failed(&status))
         return status;
@@ -143,10 +143,10 @@ ll_status ll_shape_box(double width, double height, ll_vec2 centre, double angle
 {
     if (!(width >= 0.2 * LL_LINEAR_SLOP && height >= 0.2 * LL_LINEAR_SLOP && width <= LL_WORLD_MAX &&
           height <= LL_WORLD_MAX))
-        return ll_error(LL_BAD_INPUT, "box: its size is %g x %g; both must be from %g to %g m.", width,
-                        height, 0.2 * LL_LINEAR_SLOP, LL_WORLD_MAX);
+        return ll_error(LL_BAD_INPUT, "box: both sides must be %g to %g m; got %g x %g.",
+                        0.2 * LL_LINEAR_SLOP, LL_WORLD_MAX, width, height);
     if (!(fabs(angle) <= 1e6))
-        return ll_error(LL_BAD_INPUT, "box: its angle is %g; it must be finite and at most 1e6 rad.", angle);
+        return ll_error(LL_BAD_INPUT, "box: the angle must be finite and at most 1e6 rad; got %g.", angle);
     ll_status status = check_points("box", &centre, 1);
     if (ll_failed(&status))
         return status;
@@ -182,7 +182,7 @@ static ll_mass capsule_mass(const ll_geometry *g, double density)
     return (ll_mass){discs + box, inertia, g->centre};
 }
 
-/* Sum over the triangles of a fan, about the first vertex: that keeps digits far from the origin. */
+/* Sum over a triangle fan about the first vertex, which keeps digits far from the origin. */
 static ll_mass polygon_mass(const ll_geometry *g, double density)
 {
     ll_vec2 origin = g->vertex[0], centre = {0, 0};
@@ -249,7 +249,7 @@ double ll_shape_core(const ll_geometry *g)
 
 void ll_shape_shift(ll_geometry *g, ll_vec2 by)
 {
-    int count = g->kind == LL_SHAPE_LINK ? 4 : g->count;
+    int count = g->kind == LL_SHAPE_CHAIN_SEGMENT ? 4 : g->count;
     for (int i = 0; i < count; i++)
         g->vertex[i] = ll_add(g->vertex[i], by);
     g->centre = ll_add(g->centre, by);

@@ -1,8 +1,8 @@
 /* Vectors, rotations and poses of the plane, in metres and radians.
  *
- * Everything in this room is double. Momentum then balances to 1e-12, a scene 10,000 km from the origin is as
- * good as one at it, and a pendulum can be held against the motion lab; float allows none of that. The price
- * is half the lanes: four with AVX2, as many as single precision has with SSE2. */
+ * This room uses double throughout. Momentum then balances to 1e-12, a scene 10,000 km from the origin is as
+ * accurate as one at it, and a pendulum can be compared with the motion lab; float allows none of that. It
+ * costs half of the lanes: four with AVX2, as many as single precision has with SSE2. */
 #pragma once
 
 #include <math.h>
@@ -26,7 +26,7 @@ typedef struct ll_aabb {
     ll_vec2 lower, upper;
 } ll_aabb;
 
-/* Of two zeros the second, whatever their signs: fmin and fmax leave that to the library. */
+/* Of two zeros the second, for any signs; fmin and fmax leave that to the library. */
 static inline double ll_min(double a, double b)
 {
     return a < b ? a : b;
@@ -82,7 +82,7 @@ static inline ll_vec2 ll_cross_sv(double s, ll_vec2 a) /* s z x a */
     return (ll_vec2){-s * a.y, s * a.x};
 }
 
-static inline ll_vec2 ll_right(ll_vec2 a) /* a turned by -90 degrees: an edge's outward normal */
+static inline ll_vec2 ll_right(ll_vec2 a) /* a rotated by -90 degrees: outward normal of an edge */
 {
     return (ll_vec2){a.y, -a.x};
 }
@@ -129,8 +129,8 @@ static inline ll_rot ll_rot_normalised(ll_rot q)
     return (ll_rot){q.c * scale, q.s * scale};
 }
 
-/* A rotation by a small angle without sine or cosine: the half angle's tangent to fifth order, and from it
- * the rotation as a fraction, of length 1 up to rounding. Off by angle^5 / 120. */
+/* Rotation by a small angle without sine or cosine, from the half angle's tangent to fifth order. Of length 1
+ * up to rounding; the angle is off by angle^5 / 120. */
 static inline ll_rot ll_rot_small(double angle)
 {
     double h = 0.5 * angle, t = h * (1 + h * h * (1.0 / 3)), t2 = t * t, scale = 1 / (1 + t2);
@@ -147,12 +147,12 @@ static inline ll_vec2 ll_to_local(ll_pose pose, ll_vec2 world)
     return ll_unrotate(pose.q, ll_sub(world, pose.p));
 }
 
-static inline ll_pose ll_pose_between(ll_pose a, ll_pose b) /* b seen from a */
+static inline ll_pose ll_pose_between(ll_pose a, ll_pose b) /* b in the frame of a */
 {
     return (ll_pose){ll_to_local(a, b.p), ll_rot_between(a.q, b.q)};
 }
 
-static inline ll_pose ll_pose_mul(ll_pose a, ll_pose b) /* b within a */
+static inline ll_pose ll_pose_mul(ll_pose a, ll_pose b) /* pose b of a's frame, in the world */
 {
     return (ll_pose){ll_to_world(a, b.p), ll_rot_mul(a.q, b.q)};
 }

@@ -1,36 +1,35 @@
 /* Augmented vertex block descent (Giles, Diaz, Yuksel, "Augmented Vertex Block Descent", ACM TOG 44(4),
- * 2025). The step is the minimum of inertia against the constraints' energy: each body in turn takes a Newton
- * step of its own three unknowns, then forces and penalties of the constraints grow where they are not yet
- * met. Forces and penalties live on in the next step. Errors that are there when the step begins are left
- * alone until velocities are known; a last descent then takes them out, so that their correction is no speed
- * (the authors' post-stabilisation). Passes over contacts: 3 an iteration (each contact is seen from both its
- * bodies, and once to grow), and 2.
+ * 2025). The step minimises inertia plus the constraints' energy. Each body in turn takes a Newton step of
+ * its own three unknowns; then forces and penalties of violated constraints grow. Both are kept for the next
+ * step. Errors present at the beginning of the step are left until velocities are known. A last descent then
+ * removes them, so that their correction adds no velocity (the authors' post-stabilisation). Passes over
+ * contacts: 3 per iteration (each contact is seen from both its bodies, and once to grow), and 2.
  *
- * Forces are in N (lambda of the paper); errors C of the paper are counted so that a positive force pushes b
- * along n. */
+ * Forces are in N (lambda of the paper). Errors C have the sign for which a positive force pushes b along n.
+ */
 #include "rigid/solver/solver.h"
 
 #include <string.h>
 
-static const double gamma_kept = 0.99; /* of penalties, from one step to the next */
+static const double gamma_kept = 0.99; /* decay of penalties per step */
 static const double growth = 1e5;      /* of penalties, N/m per m of error */
 static const double least_penalty = 1, most_penalty = 1e9;
 
-typedef struct line { /* a point of a contact */
+typedef struct cp { /* contact point */
     ll_vec2 ra, rb;
-    double c0[2]; /* normal and tangential error at the step's beginning */
+    double c0[2]; /* normal and tangential error at the beginning of the step */
     double force[2], penalty;
     double pad;
-} line;
+} cp;
 
 typedef struct touch {
     int32_t contact, a, b, count;
     ll_vec2 n;
     double friction;
-    line at[2];
+    cp at[2];
 } touch;
 
-typedef struct goal { /* where a body would go by inertia alone */
+typedef struct goal { /* where inertia alone would move a body */
     ll_vec2 d;
     double turn;
     double pad;
@@ -38,12 +37,12 @@ typedef struct goal { /* where a body would go by inertia alone */
 
 typedef struct memory {
     touch *touches;
-    int32_t *place; /* of a contact in `touches` */
+    int32_t *place; /* index of a contact in `touches` */
     goal *goals;
     double (*joint_c0)[LL_ROWS];
     int32_t count, pad;
     double h;
-    double settle; /* share of the errors at the step's beginning that is to go: 0, and 1 in the end */
+    double settle; /* fraction of the initial errors to remove: 0, and 1 in the last descent */
 } memory;
 
 static size_t round_up(size_t bytes)
@@ -77,7 +76,7 @@ static double clamped(double x, double low, double high)
     return x < low ? low : x > high ? high : x;
 }
 
-/* ---- the step's beginning ---- */
+/* ---- beginning of the step ---- */
 
 static void begin_touches(ll_rigid *w, memory *m)
 {
@@ -87,7 +86,7 @@ static void begin_touches(ll_rigid *w, memory *m)
     for (int32_t i = 0; i < m->count; i++) {
         int32_t index = ll_orders(w)[i];
         const ll_contact *c = &ll_contacts(w)[index];
-        ll_since since = ll_since_made(w, c);
+        ll_relative_motion since = ll_relative_motion_of(w, c);
         touch *t = &m->touches[i];
         *t = (touch){.contact = index,
                      .a = c->body[0],
@@ -99,7 +98,7 @@ static void begin_touches(ll_rigid *w, memory *m)
         for (int k = 0; k < c->count; k++) {
             const ll_contact_point *p = &c->at[k];
             ll_vec2 gap = ll_point_gap(p, &since);
-            t->at[k] = (line){
+            t->at[k] = (cp){
                 .ra = p->a,
                 .rb = p->b,
                 .c0 = {ll_dot(gap, t->n) + p->separation, ll_dot(gap, ll_right(t->n))},
@@ -109,9 +108,9 @@ static void begin_touches(ll_rigid *w, memory *m)
     }
 }
 
-static void joint_rows(const ll_rigid *w, const ll_joint *j, ll_row rows[LL_ROWS])
+static void joint_rows(const ll_rigid *w, const ll_joint *j, ll_constraint_row rows[LL_ROWS])
 {
-    memset(rows, 0, LL_ROWS * sizeof(ll_row));
+    memset(rows, 0, LL_ROWS * sizeof(ll_constraint_row));
     ll_joint_row_types[j->def.type]->rows(j, ll_pose_now(w, j->body[0]), ll_pose_now(w, j->body[1]),
                                           ll_angle_now(w, j), rows);
 }
@@ -122,7 +121,7 @@ static void begin_joints(ll_rigid *w, memory *m)
         ll_joint *j = &ll_joints(w)[i];
         if (j->body[0] == LL_NONE)
             continue;
-        ll_row rows[LL_ROWS];
+        ll_constraint_row rows[LL_ROWS];
         joint_rows(w, j, rows);
         for (int k = 0; k < LL_ROWS; k++) {
             bool moves = rows[k].kind == LL_ROW_MOTOR || rows[k].hertz > 0 ||
@@ -135,19 +134,19 @@ static void begin_joints(ll_rigid *w, memory *m)
     }
 }
 
-/* Inertia's goal; the first guess takes as much of gravity as the body followed in the step before, so that
- * what rests begins at rest. */
+/* Goal of inertia. The initial guess includes gravity as far as the body followed it in the last step, so
+ * that resting bodies start at rest. */
 static void begin_bodies(ll_rigid *w, memory *m)
 {
     double h = m->h;
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
-        ll_motion *motion = &ll_motions(w)[k];
-        const ll_drive *d = &ll_drives(w)[k];
+        int32_t k = ll_awake_bodies(w)[i];
+        ll_solver_body *motion = &ll_solver_bodies(w)[k];
+        const ll_body_step *d = &ll_body_steps(w)[k];
         ll_vec2 v = ll_scale(d->keep, ll_madd(motion->v, h, d->a));
-        double spin = d->keep_spin * (motion->w + h * d->spin);
+        double spin = d->keep_angular * (motion->w + h * d->spin);
         m->goals[k] = (goal){.d = ll_scale(h, v), .turn = h * spin};
-        bool moved = ll_bodys(w)[k].inv_mass == 0;
+        bool moved = ll_bodies(w)[k].inv_mass == 0;
         ll_vec2 guess = ll_scale(h, moved ? v : motion->v);
         motion->d = guess;
         motion->turn = h * (moved ? spin : motion->w);
@@ -157,28 +156,28 @@ static void begin_bodies(ll_rigid *w, memory *m)
 
 /* ---- errors ---- */
 
-/* Of a contact's point, to first order in the turns. */
-static void line_errors(const ll_rigid *w, const memory *m, const touch *t, const line *l, double c[2])
+/* Of a contact point, to first order in the rotations. */
+static void point_errors(const ll_rigid *w, const memory *m, const touch *t, const cp *l, double c[2])
 {
-    const ll_motion *a = &ll_motions(w)[t->a], *b = &ll_motions(w)[t->b];
+    const ll_solver_body *a = &ll_solver_bodies(w)[t->a], *b = &ll_solver_bodies(w)[t->b];
     ll_vec2 moved =
         ll_sub(ll_add(b->d, ll_cross_sv(b->turn, l->rb)), ll_add(a->d, ll_cross_sv(a->turn, l->ra)));
     c[0] = (l->c0[0] > 0 ? l->c0[0] : m->settle * l->c0[0]) + ll_dot(moved, t->n);
     c[1] = m->settle * l->c0[1] + ll_dot(moved, ll_right(t->n));
 }
 
-static void line_forces(const touch *t, const line *l, const double c[2], double force[2])
+static void point_forces(const touch *t, const cp *l, const double c[2], double force[2])
 {
     force[0] = ll_max(l->force[0] - l->penalty * c[0], 0);
     double most = t->friction * force[0];
     force[1] = clamped(l->force[1] - l->penalty * c[1], -most, most);
 }
 
-/* ---- a body's own Newton step ---- */
+/* ---- Newton step of a body ---- */
 
 typedef struct newton {
-    double h[3][3]; /* of the energy; upper half */
-    double g[3];    /* what the forces are short of */
+    double h[3][3]; /* Hessian of the energy; upper half */
+    double g[3];    /* missing force (negative gradient) */
 } newton;
 
 static void add_row(newton *s, ll_vec2 n, double lever, double stiffness, double force, double curvature)
@@ -194,17 +193,18 @@ static void add_row(newton *s, ll_vec2 n, double lever, double stiffness, double
 
 static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton *s)
 {
-    for (int32_t e = ll_bodys(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
         if (ll_contacts(w)[e >> 1].count == 0)
             continue;
         const touch *t = &m->touches[m->place[e >> 1]];
         double side = e & 1 ? 1 : -1;
         for (int k = 0; k < t->count; k++) {
-            const line *l = &t->at[k];
+            const cp *l = &t->at[k];
             double c[2], force[2];
-            line_errors(w, m, t, l, c);
-            line_forces(t, l, c, force);
-            /* One that has just let go still resists, or it would let go and strike in turns. */
+            point_errors(w, m, t, l, c);
+            point_forces(t, l, c, force);
+            /* A contact that has just separated still resists; otherwise it would separate and hit
+             * alternately. */
             if (force[0] == 0 && c[0] > 0.1 * LL_LINEAR_SLOP)
                 continue;
             ll_vec2 r = e & 1 ? l->rb : l->ra, tangent = ll_right(t->n);
@@ -214,14 +214,14 @@ static void add_touches(const ll_rigid *w, const memory *m, int32_t body, newton
     }
 }
 
-/* Error, force and stiffness of a joint's row now. A spring's stiffness is its own; a motor's error is what
- * it is short of its speed. A force at its largest is as stiff as the line from there to the error, so that a
- * body is not held where the row cannot hold it. */
+/* Current error, force and stiffness of a joint's row. A spring has its own stiffness; the error of a motor
+ * is its missing speed. A force at its limit has the stiffness of the secant to its error, so that a body is
+ * not held where the row cannot hold it. */
 static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, int32_t index, int k,
-                        const ll_row *r, double *stiffness, double *error)
+                        const ll_constraint_row *r, double *stiffness, double *error)
 {
-    const ll_body *a = &ll_bodys(w)[j->body[0]], *b = &ll_bodys(w)[j->body[1]];
-    const ll_motion *ma = &ll_motions(w)[j->body[0]], *mb = &ll_motions(w)[j->body[1]];
+    const ll_body *a = &ll_bodies(w)[j->body[0]], *b = &ll_bodies(w)[j->body[1]];
+    const ll_solver_body *ma = &ll_solver_bodies(w)[j->body[0]], *mb = &ll_solver_bodies(w)[j->body[1]];
     double inverse = (a->inv_mass + b->inv_mass) * ll_dot(r->n, r->n) + a->inv_inertia * r->ja * r->ja +
                      b->inv_inertia * r->jb * r->jb;
     double moved = ll_dot(r->n, ll_sub(mb->d, ma->d)) + r->jb * mb->turn - r->ja * ma->turn;
@@ -248,9 +248,9 @@ static double row_force(const ll_rigid *w, const memory *m, const ll_joint *j, i
 
 static void add_joints(const ll_rigid *w, const memory *m, int32_t body, newton *s)
 {
-    for (int32_t e = ll_bodys(w)[body].joint; e != LL_NONE; e = ll_joints(w)[e >> 1].next[e & 1]) {
+    for (int32_t e = ll_bodies(w)[body].joint; e != LL_NONE; e = ll_joints(w)[e >> 1].next[e & 1]) {
         const ll_joint *j = &ll_joints(w)[e >> 1];
-        ll_row rows[LL_ROWS];
+        ll_constraint_row rows[LL_ROWS];
         joint_rows(w, j, rows);
         for (int k = 0; k < LL_ROWS; k++) {
             if (rows[k].kind == LL_ROW_NONE)
@@ -263,7 +263,7 @@ static void add_joints(const ll_rigid *w, const memory *m, int32_t body, newton 
     }
 }
 
-/* The symmetric system of three by elimination; it is positive definite because of inertia. */
+/* Solves the symmetric system of three by elimination; inertia makes it positive definite. */
 static void solve_three(newton *s, double x[3])
 {
     double(*h)[3] = s->h;
@@ -278,8 +278,8 @@ static void solve_three(newton *s, double x[3])
 
 static void descend(ll_rigid *w, const memory *m, int32_t body)
 {
-    const ll_body *b = &ll_bodys(w)[body];
-    ll_motion *motion = &ll_motions(w)[body];
+    const ll_body *b = &ll_bodies(w)[body];
+    ll_solver_body *motion = &ll_solver_bodies(w)[body];
     if (b->inv_mass == 0)
         return;
     double mass = b->mass / (m->h * m->h), inertia = b->inertia / (m->h * m->h);
@@ -297,17 +297,17 @@ static void descend(ll_rigid *w, const memory *m, int32_t body)
     motion->q = ll_rot_small(motion->turn);
 }
 
-/* ---- the constraints' turn ---- */
+/* ---- growth of forces and penalties ---- */
 
 static void grow_touches(const ll_rigid *w, memory *m)
 {
     for (int32_t i = 0; i < m->count; i++) {
         touch *t = &m->touches[i];
         for (int k = 0; k < t->count; k++) {
-            line *l = &t->at[k];
+            cp *l = &t->at[k];
             double c[2], force[2];
-            line_errors(w, m, t, l, c);
-            line_forces(t, l, c, force);
+            point_errors(w, m, t, l, c);
+            point_forces(t, l, c, force);
             l->force[0] = force[0];
             l->force[1] = force[1];
             if (force[0] > 0)
@@ -322,7 +322,7 @@ static void grow_joints(ll_rigid *w, const memory *m)
         ll_joint *j = &ll_joints(w)[i];
         if (j->body[0] == LL_NONE)
             continue;
-        ll_row rows[LL_ROWS];
+        ll_constraint_row rows[LL_ROWS];
         joint_rows(w, j, rows);
         for (int k = 0; k < LL_ROWS; k++) {
             if (rows[k].kind == LL_ROW_NONE || rows[k].hertz > 0)
@@ -338,9 +338,9 @@ static void grow_joints(ll_rigid *w, const memory *m)
 static void end(ll_rigid *w, const memory *m)
 {
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
-        ll_motion *motion = &ll_motions(w)[k];
-        if (ll_bodys(w)[k].inv_mass == 0)
+        int32_t k = ll_awake_bodies(w)[i];
+        ll_solver_body *motion = &ll_solver_bodies(w)[k];
+        if (ll_bodies(w)[k].inv_mass == 0)
             continue;
         motion->v = ll_scale(1 / m->h, motion->d);
         motion->w = motion->turn / m->h;
@@ -355,11 +355,12 @@ static void end(ll_rigid *w, const memory *m)
     }
 }
 
-/* The last made first: what is built upwards is solved downwards, and each hands on the load of all above. */
+/* The body made last first: a stack built upwards is solved downwards, and each body passes on the load
+ * above. */
 static void descend_all(ll_rigid *w, const memory *m)
 {
     for (int32_t i = w->awake; i-- > 0;)
-        descend(w, m, ll_awakes(w)[i]);
+        descend(w, m, ll_awake_bodies(w)[i]);
 }
 
 static void solve(ll_rigid *w)
@@ -367,7 +368,7 @@ static void solve(ll_rigid *w)
     memory m = memory_of(w);
     ll_group all = ll_whole(w);
     begin_touches(w, &m);
-    ll_prepare_drives(w, all.bodies, m.h);
+    ll_prepare_body_steps(w, all.bodies, m.h);
     ll_bounces bounces = ll_begin_bounces(w, all.contacts);
     ll_bounce(w, &bounces, m.h, m.h);
     ll_end_bounces(w, &bounces);
@@ -387,7 +388,7 @@ const ll_solver ll_solver_avbd = {
     .name = "avbd",
     .help =
         "Augmented vertex block descent (Giles et al. 2025): bodies one by one against growing penalties; 3 "
-        "passes an iteration. The paper has no restitution: impacts come before the step.",
+        "passes per iteration. The paper has no restitution: impacts are resolved before the step.",
     .passes = {[LL_PER_ITERATION] = 3},
     .size = size,
     .solve = solve};

@@ -1,49 +1,48 @@
-/* Impacts, before a (sub)step moves anything: what would meet within it, faster than restitution_speed, is
- * turned round at once, one contact after the other until nothing approaches any more (the sequential law of
+/* Impacts, resolved before a (sub)step moves anything. Contacts that would meet within it, faster than
+ * restitution_speed, are reversed one after the other until none approaches any more (the sequential law of
  * Smith, Kaufman, Vouga, Tamstorf, Grinspun, "Reflections on simultaneous impact", 2012). So an impact runs
- * through a row of bodies within the step, and what a solver then finds are contacts that part. Were
- * restitution left to the step's end, the solver would first have shared out the momentum of an impact
- * without it.
+ * through a row of bodies within the step, and the solver then finds only separating contacts. If restitution
+ * were applied at the end of the step, the solver would first have shared out the momentum without it.
  *
- * Bodies meet within the step, not at its beginning: their speed at the surface is what energy makes of the
- * speed here, and so is the speed here after the rebound. Velocities live half a step before the places (a
- * body that falls freely goes by v += a h, p += v h), which is why half of a h is added and taken off again:
- * a ball of restitution 1 then rises as high as before, whatever the step. */
+ * Bodies meet within the step, not at its beginning. Energy conservation gives the speed at the surface from
+ * the speed here, and the speed here from the one after the rebound. Velocities are half a step behind the
+ * positions (a falling body moves by v += a h, p += v h), so half of a h is added and subtracted again. A
+ * ball of restitution 1 then rises as high as before, for every step size. */
 #include "rigid/solver/solver.h"
 
-enum { LISTED = 2 }; /* a bit of `recycled` */
+enum { LISTED = 2 }; /* bit of `recycled` */
 
-/* A row of bodies takes as many sweeps as it has bodies when it is met from its far end. */
+/* A row of n bodies hit at its far end takes n sweeps. */
 enum { most_sweeps = 64 };
 
-typedef struct meeting { /* a contact's points, from the velocities and places of now */
+typedef struct toi_event { /* points of a contact, from the current velocities and positions */
     const ll_contact *c;
-    ll_motion *a, *b;
+    ll_solver_body *a, *b;
     double ma, ia, mb, ib;   /* inverse masses and moments */
-    double na[2], nb[2];     /* levers of the normal */
-    double ta[2], tb[2];     /* and of the tangent */
+    double na[2], nb[2];     /* lever arms of the normal */
+    double ta[2], tb[2];     /* lever arms of the tangent */
     double gap[2], speed[2]; /* separation, normal velocity */
     double fall[2];          /* normal acceleration */
-} meeting;
+} toi_event;
 
-static ll_drive drive_of(const ll_rigid *w, int32_t body)
+static ll_body_step body_step_of(const ll_rigid *w, int32_t body)
 {
-    return ll_traits(w)[body].inv_mass > 0 ? ll_drives(w)[body] : (ll_drive){0};
+    return ll_body_sims(w)[body].inv_mass > 0 ? ll_body_steps(w)[body] : (ll_body_step){0};
 }
 
-static meeting meeting_of(const ll_rigid *w, int32_t contact)
+static toi_event impact_of(const ll_rigid *w, int32_t contact)
 {
     const ll_contact *c = &ll_contacts(w)[contact];
-    const ll_trait *ta = &ll_traits(w)[c->body[0]], *tb = &ll_traits(w)[c->body[1]];
-    ll_drive da = drive_of(w, c->body[0]), db = drive_of(w, c->body[1]);
-    ll_since since = ll_since_made(w, c);
-    meeting m = {.c = c,
-                 .a = &ll_motions(w)[c->body[0]],
-                 .b = &ll_motions(w)[c->body[1]],
-                 .ma = ta->inv_mass,
-                 .ia = ta->inv_inertia,
-                 .mb = tb->inv_mass,
-                 .ib = tb->inv_inertia};
+    const ll_body_sim *ta = &ll_body_sims(w)[c->body[0]], *tb = &ll_body_sims(w)[c->body[1]];
+    ll_body_step da = body_step_of(w, c->body[0]), db = body_step_of(w, c->body[1]);
+    ll_relative_motion since = ll_relative_motion_of(w, c);
+    toi_event m = {.c = c,
+                   .a = &ll_solver_bodies(w)[c->body[0]],
+                   .b = &ll_solver_bodies(w)[c->body[1]],
+                   .ma = ta->inv_mass,
+                   .ia = ta->inv_inertia,
+                   .mb = tb->inv_mass,
+                   .ib = tb->inv_inertia};
     ll_vec2 n = c->normal, t = ll_right(n);
     double along = ll_dot(ll_sub(m.b->v, m.a->v), n), moved = ll_dot(ll_sub(m.b->d, m.a->d), n);
     double fall = ll_dot(ll_sub(db.a, da.a), n);
@@ -61,13 +60,13 @@ static meeting meeting_of(const ll_rigid *w, int32_t contact)
     return m;
 }
 
-static double speed_here(const meeting *m, int k, double h)
+static double speed_here(const toi_event *m, int k, double h)
 {
     return m->speed[k] + 0.5 * h * m->fall[k];
 }
 
-/* What the normal velocity is to change by. */
-static double change(const meeting *m, int k, double h)
+/* Required change of the normal velocity. */
+static double change(const toi_event *m, int k, double h)
 {
     double in = speed_here(m, k, h), e = m->c->restitution, height = 2 * m->fall[k] * m->gap[k];
     double square = e * e * ll_max(in * in - height, 0) + height;
@@ -75,8 +74,8 @@ static double change(const meeting *m, int k, double h)
     return out - in;
 }
 
-/* Impulses that change both normal velocities as asked for; of one point where two would have to pull. */
-static void impulses(const meeting *m, const bool meets[2], const double by[2], double out[2])
+/* Impulses that change both normal velocities as required. One point only, if two would have to pull. */
+static void impulses(const toi_event *m, const bool meets[2], const double by[2], double out[2])
 {
     double k00 = m->ma + m->mb + m->ia * m->na[0] * m->na[0] + m->ib * m->nb[0] * m->nb[0];
     double k11 = m->ma + m->mb + m->ia * m->na[1] * m->na[1] + m->ib * m->nb[1] * m->nb[1];
@@ -103,7 +102,7 @@ static void impulses(const meeting *m, const bool meets[2], const double by[2], 
     }
 }
 
-static void push(const meeting *m, const double normal[2], const double tangent[2])
+static void push(const toi_event *m, const double normal[2], const double tangent[2])
 {
     double along = normal[0] + normal[1], across = tangent[0] + tangent[1];
     ll_vec2 impulse = ll_madd(ll_scale(along, m->c->normal), across, ll_right(m->c->normal));
@@ -115,8 +114,8 @@ static void push(const meeting *m, const double normal[2], const double tangent[
                         (m->tb[0] * tangent[0] + m->tb[1] * tangent[1]));
 }
 
-/* Friction of the impact: at most its coefficient times what pushed. */
-static void rub(const meeting *m, const double normal[2])
+/* Friction of the impact: at most the coefficient times the normal impulses. */
+static void apply_friction(const toi_event *m, const double normal[2])
 {
     ll_vec2 t = ll_right(m->c->normal);
     double across = ll_dot(ll_sub(m->b->v, m->a->v), t), v[2] = {0}, mass[2] = {0}, sum[2] = {0};
@@ -133,10 +132,10 @@ static void rub(const meeting *m, const double normal[2])
     push(m, (const double[2]){0, 0}, sum);
 }
 
-/* Whether the contact turned round. */
+/* Returns whether the contact bounced. */
 static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
 {
-    meeting m = meeting_of(w, contact);
+    toi_event m = impact_of(w, contact);
     double slowest = -w->params.restitution_speed, by[2] = {0}, p[2], nearest = INFINITY;
     bool meets[2] = {false, false};
     for (int k = 0; k < m.c->count; k++)
@@ -144,14 +143,14 @@ static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
             nearest = ll_min(nearest, m.gap[k]);
     if (nearest == INFINITY)
         return false;
-    /* Both points of a flat side meet, though rounding may let one of them be a step late. */
+    /* Both points of a flat side bounce together, though rounding may make one of them a step late. */
     for (int k = 0; k < m.c->count; k++) {
         meets[k] = speed_here(&m, k, h) < slowest && m.gap[k] <= nearest + 0.1 * LL_LINEAR_SLOP;
         by[k] = meets[k] ? change(&m, k, h) : 0;
     }
     impulses(&m, meets, by, p);
     push(&m, p, (const double[2]){0, 0});
-    rub(&m, p);
+    apply_friction(&m, p);
     return true;
 }
 
@@ -166,14 +165,14 @@ static void list(ll_rigid *w, ll_bounces *b, int32_t contact)
     b->at[b->count++] = contact;
 }
 
-ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts)
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts)
 {
     ll_bounces b = {.at = ll_orders(w)};
     for (int32_t i = 0; w->bouncing > 0 && i < contacts.count; i++) {
         const ll_contact *c = &ll_contacts(w)[contacts.at[i]];
         if (c->restitution == 0 || c->count == 0)
             continue;
-        meeting m = meeting_of(w, contacts.at[i]);
+        toi_event m = impact_of(w, contacts.at[i]);
         bool fast = false;
         for (int k = 0; k < c->count; k++)
             fast |= m.speed[k] - w->dt * fabs(m.fall[k]) < -w->params.restitution_speed;
@@ -185,9 +184,9 @@ ll_bounces ll_begin_bounces(ll_rigid *w, ll_list contacts)
 
 static void list_those_of(ll_rigid *w, ll_bounces *b, int32_t body)
 {
-    if (ll_traits(w)[body].inv_mass == 0)
+    if (ll_body_sims(w)[body].inv_mass == 0)
         return;
-    for (int32_t e = ll_bodys(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
         list(w, b, e >> 1);
 }
 
@@ -196,7 +195,7 @@ void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
     bool met = true;
     for (int sweep = 0; met && sweep < most_sweeps; sweep++) {
         met = false;
-        for (int32_t i = 0; i < b->count; i++) /* grows on the way */
+        for (int32_t i = 0; i < b->count; i++) /* the list may grow in this loop */
             if (meet(w, b->at[i], h, reach)) {
                 const ll_contact *c = &ll_contacts(w)[b->at[i]];
                 list_those_of(w, b, c->body[0]);

@@ -11,38 +11,38 @@ ll_softness ll_soft(double hertz, double damping, double h)
 
 /* ---- bodies ---- */
 
-void ll_prepare_drives(ll_rigid *w, ll_list bodies, double h)
+void ll_prepare_body_steps(ll_rigid *w, ll_index_list bodies, double h)
 {
     ll_vec2 gravity = {w->params.gravity_x, w->params.gravity_y};
     for (int32_t i = 0; i < bodies.count; i++) {
         int32_t k = bodies.at[i];
-        const ll_body *b = &ll_bodys(w)[k];
-        ll_drive *d = &ll_drives(w)[k];
-        *d = (ll_drive){.keep = 1, .keep_spin = 1};
+        const ll_body *b = &ll_bodies(w)[k];
+        ll_body_step *d = &ll_body_steps(w)[k];
+        *d = (ll_body_step){.keep = 1, .keep_angular = 1};
         if (b->inv_mass > 0) {
             d->a = ll_madd(ll_scale(b->gravity_scale, gravity), b->inv_mass, b->force);
             d->spin = b->inv_inertia * b->torque;
             d->keep = 1 / (1 + h * b->damping);
-            d->keep_spin = 1 / (1 + h * b->spin_damping);
+            d->keep_angular = 1 / (1 + h * b->spin_damping);
         }
     }
 }
 
-void ll_integrate_velocities(ll_rigid *w, ll_list bodies, double h)
+void ll_integrate_velocities(ll_rigid *w, ll_index_list bodies, double h)
 {
     for (int32_t i = 0; i < bodies.count; i++) {
         int32_t k = bodies.at[i];
-        const ll_drive *d = &ll_drives(w)[k];
-        ll_motion *m = &ll_motions(w)[k];
+        const ll_body_step *d = &ll_body_steps(w)[k];
+        ll_solver_body *m = &ll_solver_bodies(w)[k];
         m->v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
-        m->w = d->keep_spin * (m->w + h * d->spin);
+        m->w = d->keep_angular * (m->w + h * d->spin);
     }
 }
 
-void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h)
+void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h)
 {
     for (int32_t i = 0; i < bodies.count; i++) {
-        ll_motion *m = &ll_motions(w)[bodies.at[i]];
+        ll_solver_body *m = &ll_solver_bodies(w)[bodies.at[i]];
         double turn = h * m->w;
         m->d = ll_madd(m->d, h, m->v);
         m->q = ll_rot_mul(m->q, ll_rot_small(turn));
@@ -53,20 +53,20 @@ void ll_integrate_positions(ll_rigid *w, ll_list bodies, double h)
 ll_pose ll_pose_now(const ll_rigid *w, int32_t body)
 {
     ll_pose pose = ll_poses(w)[body];
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     return (ll_pose){ll_add(pose.p, m->d), ll_rot_mul(pose.q, m->q)};
 }
 
 double ll_angle_now(const ll_rigid *w, const ll_joint *j)
 {
-    const ll_body *bodies = ll_bodys(w);
-    const ll_motion *m = ll_motions(w);
+    const ll_body *bodies = ll_bodies(w);
+    const ll_solver_body *m = ll_solver_bodies(w);
     return (bodies[j->body[1]].angle - bodies[j->body[0]].angle) + (m[j->body[1]].turn - m[j->body[0]].turn);
 }
 
 /* ---- contacts ---- */
 
-int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR_SLOTS + 1])
+int32_t ll_order_contacts(ll_rigid *w, ll_index_list contacts, int32_t start[LL_COLOUR_SLOTS + 1])
 {
     const ll_contact *all = ll_contacts(w);
     int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
@@ -98,9 +98,9 @@ int32_t ll_order_contacts(ll_rigid *w, ll_list contacts, int32_t start[LL_COLOUR
     return total;
 }
 
-size_t ll_touch_rows_size(const ll_rigid_limits *limits)
+size_t ll_contact_constraints_size(const ll_rigid_limits *limits)
 {
-    return ((size_t)limits->contacts * sizeof(ll_touch_row) + 63) & ~(size_t)63;
+    return ((size_t)limits->contacts * sizeof(ll_contact_constraint) + 63) & ~(size_t)63;
 }
 
 static double inverse(double k)
@@ -108,29 +108,29 @@ static double inverse(double k)
     return k > 0 ? 1 / k : 0;
 }
 
-static void prepare_line(const ll_rigid *w, ll_touch_row *r, ll_line *line, const ll_contact_point *p,
-                         const ll_since *since)
+static void prepare_point(const ll_rigid *w, ll_contact_constraint *r, ll_contact_constraint_point *cp,
+                          const ll_contact_point *p, const ll_relative_motion *since)
 {
-    line->ra = ll_rotate(since->a, p->a);
-    line->rb = ll_rotate(since->b, p->b);
-    line->adjust = p->separation;
-    line->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
-    line->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
+    cp->ra = ll_rotate(since->a, p->a);
+    cp->rb = ll_rotate(since->b, p->b);
+    cp->adjust = p->separation;
+    cp->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
+    cp->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
     ll_vec2 t = ll_right(r->n);
-    double na = ll_cross(line->ra, r->n), nb = ll_cross(line->rb, r->n);
-    double ta = ll_cross(line->ra, t), tb = ll_cross(line->rb, t);
-    line->normal_mass = inverse(r->ma + r->mb + r->ia * na * na + r->ib * nb * nb);
-    line->tangent_mass = inverse(r->ma + r->mb + r->ia * ta * ta + r->ib * tb * tb);
+    double na = ll_cross(cp->ra, r->n), nb = ll_cross(cp->rb, r->n);
+    double ta = ll_cross(cp->ra, t), tb = ll_cross(cp->rb, t);
+    cp->normal_mass = inverse(r->ma + r->mb + r->ia * na * na + r->ib * nb * nb);
+    cp->tangent_mass = inverse(r->ma + r->mb + r->ia * ta * ta + r->ib * tb * tb);
 }
 
-ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
+ll_contact_constraints ll_prepare_contacts(ll_rigid *w)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
-    ll_touch_rows rows = {ll_solver_memory(w), ll_order_contacts(w, ll_whole(w).contacts, start)};
+    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, ll_whole(w).contacts, start)};
     for (int32_t i = 0; i < rows.count; i++) {
-        ll_touch_row *r = &rows.at[i];
+        ll_contact_constraint *r = &rows.at[i];
         const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];
-        const ll_trait *a = &ll_traits(w)[c->body[0]], *b = &ll_traits(w)[c->body[1]];
+        const ll_body_sim *a = &ll_body_sims(w)[c->body[0]], *b = &ll_body_sims(w)[c->body[1]];
         r->contact = ll_orders(w)[i];
         r->a = c->body[0];
         r->b = c->body[1];
@@ -142,17 +142,17 @@ ll_touch_rows ll_prepare_touch_rows(ll_rigid *w)
         r->friction = c->friction;
         r->restitution = c->restitution;
         r->fixed = a->inv_mass == 0 || b->inv_mass == 0;
-        ll_since since = {.a = {1, 0}, .b = {1, 0}};
+        ll_relative_motion since = {.a = {1, 0}, .b = {1, 0}};
         if (c->recycled)
-            since = ll_since_made(w, c);
+            since = ll_relative_motion_of(w, c);
         r->n = ll_rotate(since.a, c->normal);
         for (int k = 0; k < c->count; k++)
-            prepare_line(w, r, &r->at[k], &c->at[k], &since);
+            prepare_point(w, r, &r->at[k], &c->at[k], &since);
     }
     return rows;
 }
 
-void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows)
+void ll_store_contacts(ll_rigid *w, ll_contact_constraints rows)
 {
     for (int32_t i = 0; i < rows.count; i++) {
         ll_contact *c = &ll_contacts(w)[rows.at[i].contact];
@@ -163,24 +163,25 @@ void ll_store_touch_rows(ll_rigid *w, ll_touch_rows rows)
     }
 }
 
-void ll_warm_start_touch(ll_rigid *w, ll_touch_rows rows)
+void ll_warm_start_contacts(ll_rigid *w, ll_contact_constraints rows)
 {
     for (int32_t i = 0; i < rows.count; i++) {
-        ll_touch_row *r = &rows.at[i];
+        ll_contact_constraint *r = &rows.at[i];
         ll_vec2 t = ll_right(r->n);
         for (int k = 0; k < r->count; k++) {
-            const ll_line *line = &r->at[k];
-            ll_push(&ll_motions(w)[r->a], &ll_motions(w)[r->b], r, line,
-                    ll_madd(ll_scale(line->normal_impulse, r->n), line->tangent_impulse, t));
+            const ll_contact_constraint_point *cp = &r->at[k];
+            ll_apply_contact_impulse(&ll_solver_bodies(w)[r->a], &ll_solver_bodies(w)[r->b], r, cp,
+                                     ll_madd(ll_scale(cp->normal_impulse, r->n), cp->tangent_impulse, t));
         }
     }
 }
 
-double ll_line_separation(const ll_rigid *w, const ll_touch_row *r, const ll_line *line)
+double ll_constraint_separation(const ll_rigid *w, const ll_contact_constraint *r,
+                                const ll_contact_constraint_point *cp)
 {
-    const ll_motion *a = &ll_motions(w)[r->a], *b = &ll_motions(w)[r->b];
+    const ll_solver_body *a = &ll_solver_bodies(w)[r->a], *b = &ll_solver_bodies(w)[r->b];
     const ll_pose *poses = ll_poses(w);
     ll_vec2 gap = ll_add(ll_sub(poses[r->b].p, poses[r->a].p), ll_sub(b->d, a->d));
-    gap = ll_add(gap, ll_sub(ll_rotate(b->q, line->rb), ll_rotate(a->q, line->ra)));
-    return ll_dot(gap, r->n) + line->adjust;
+    gap = ll_add(gap, ll_sub(ll_rotate(b->q, cp->rb), ll_rotate(a->q, cp->ra)));
+    return ll_dot(gap, r->n) + cp->adjust;
 }

@@ -1,13 +1,14 @@
-/* Groups of islands: what one island does in a step no other feels, so a solver may finish some of them
- * before it takes up the next. A kinematic body hangs together with all that it touches, since it moves from
- * substep to substep; a static one parts islands. */
+/* Groups of islands: islands do not affect each other within a step, so a solver may finish some before it
+ * starts the next. A kinematic body connects all that it touches, since it moves from substep to substep; a
+ * static body separates islands. */
 #include "rigid/solver/solver.h"
 
 #include <string.h>
 
-/* A heap in the plane has up to three contacts a body; with contacts and constraints `enough_bodies` of it
- * take about half of a second-level cache of 1 MiB. A smaller world gains less by groups than they cost, and
- * so does one of which most is one island: that is solved whole, and looked at again after some steps. */
+/* A heap has up to three contacts per body; with contacts and constraints, `enough_bodies` of it take about
+ * half of a second-level cache of 1 MiB. Smaller worlds gain less from groups than they cost. So do worlds in
+ * which one island has most of the bodies: these are solved as a whole, and checked again after some steps.
+ */
 enum { enough_bodies = 400, least_world = 2000, whole_steps = 16 };
 
 static size_t most_groups(const ll_rigid_limits *l)
@@ -49,12 +50,12 @@ ll_group ll_whole(const ll_rigid *w)
     int32_t *joints = memory_of(w).joints;
     for (int32_t i = 0; i < w->joint_end; i++)
         joints[i] = i;
-    return (ll_group){.bodies = {.at = ll_awakes(w), .count = w->awake},
+    return (ll_group){.bodies = {.at = ll_awake_bodies(w), .count = w->awake},
                       .contacts = {.at = ll_awake_contacts(w), .count = w->awake_contacts},
                       .joints = {.at = joints, .count = w->joint_end}};
 }
 
-/* Counts become where each group begins; placing moves that on to where it ends. */
+/* Turns counts into the start of each group; placing then advances that to its end. */
 static void begin_each(int32_t *at, int32_t groups)
 {
     int32_t total = 0;
@@ -65,10 +66,10 @@ static void begin_each(int32_t *at, int32_t groups)
     }
 }
 
-/* Islands in the order in which the awake list meets them. Returns the size of the largest. */
+/* Islands in the order of the awake list. Returns the size of the largest. */
 static int32_t group_islands(const ll_rigid *w, ll_groups *g)
 {
-    const int32_t *awake = ll_awakes(w);
+    const int32_t *awake = ll_awake_bodies(w);
     int32_t filled = enough_bodies, largest = 0;
     g->count = 0;
     for (int32_t i = 0; i < w->awake; i++) {
@@ -90,18 +91,19 @@ static int32_t group_islands(const ll_rigid *w, ll_groups *g)
 
 static void place_bodies(const ll_rigid *w, const ll_groups *g)
 {
-    const int32_t *awake = ll_awakes(w);
+    const int32_t *awake = ll_awake_bodies(w);
     begin_each(g->body_end, g->count);
     for (int32_t i = 0; i < w->awake; i++)
         g->bodies[g->body_end[g->of[awake[i]]]++] = awake[i];
 }
 
-static int32_t group_of(const ll_groups *g, const ll_link *link)
+static int32_t group_of(const ll_groups *g, const ll_island_edge *link)
 {
     return g->of[link->body[g->parent[link->body[0]] == LL_APART]];
 }
 
-static void place_links(const ll_groups *g, const ll_link *links, int32_t count, int32_t *end, int32_t *out)
+static void place_edges(const ll_groups *g, const ll_island_edge *links, int32_t count, int32_t *end,
+                        int32_t *out)
 {
     memset(end, 0, (size_t)g->count * sizeof *end);
     for (int32_t i = 0; i < count; i++)
@@ -119,26 +121,26 @@ ll_groups ll_group_islands(ll_rigid *w)
     for (int32_t i = 0; i < w->body_end; i++)
         g.parent[i] = LL_APART;
     for (int32_t i = 0; i < w->awake; i++) {
-        g.parent[ll_awakes(w)[i]] = LL_ALONE;
-        g.of[ll_awakes(w)[i]] = LL_NONE;
+        g.parent[ll_awake_bodies(w)[i]] = LL_ALONE;
+        g.of[ll_awake_bodies(w)[i]] = LL_NONE;
     }
-    ll_link *links = ll_links(w);
-    int32_t touching = ll_touching_links(w, links), joints = ll_joint_links(w, links + touching);
+    ll_island_edge *links = ll_island_edges(w);
+    int32_t touching = ll_touching_edges(w, links), joints = ll_joint_edges(w, links + touching);
     ll_join(g.parent, links, touching + joints);
     if (2 * group_islands(w, &g) > w->awake) {
         w->whole_until = w->stats.step + whole_steps;
         return whole;
     }
     place_bodies(w, &g);
-    place_links(&g, links, touching, g.contact_end, g.contacts);
-    place_links(&g, links + touching, joints, g.joint_end, g.joints);
+    place_edges(&g, links, touching, g.contact_end, g.contacts);
+    place_edges(&g, links + touching, joints, g.joint_end, g.joints);
     return g;
 }
 
-static ll_list part(const int32_t *all, const int32_t *end, int32_t i)
+static ll_index_list part(const int32_t *all, const int32_t *end, int32_t i)
 {
     int32_t begin = i > 0 ? end[i - 1] : 0;
-    return (ll_list){.at = all + begin, .count = end[i] - begin};
+    return (ll_index_list){.at = all + begin, .count = end[i] - begin};
 }
 
 ll_group ll_group_at(const ll_rigid *w, const ll_groups *g, int32_t i)

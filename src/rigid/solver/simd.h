@@ -1,4 +1,4 @@
-/* Vectors of 1, 2 or 4 doubles: LL_WIDE chooses. Each operation is one IEEE operation a lane, so that every
+/* Vectors of 1, 2 or 4 doubles, by LL_WIDE. Each operation is one IEEE operation per lane, so that every
  * width computes the same bits. */
 #pragma once
 
@@ -29,16 +29,16 @@ static inline void v_transpose(vd r[4])
     r[3] = _mm256_permute2f128_pd(t1, t3, 0x31);
 }
 
-/* Four doubles of each motion, from the first or the fifth on. */
-static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
+/* Four doubles of each body, from the first or the fifth on. */
+static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {
     for (int i = 0; i < 4; i++)
         out[i] = v_load((const double *)&m[index[i]] + from);
     v_transpose(out);
 }
 
-/* The first four doubles of a motion; the fourth as it was. */
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
+/* The first four doubles of each body; the fourth is unchanged. */
+static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd in[4])
 {
     vd r[4] = {in[0], in[1], in[2], in[3]};
     v_transpose(r);
@@ -61,7 +61,7 @@ static inline vd v_choose(vd a, vd b, vd x, vd y)
     return _mm_or_pd(_mm_and_pd(mask, x), _mm_andnot_pd(mask, y));
 }
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
+static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {
     const double *a = (const double *)&m[index[0]] + from, *b = (const double *)&m[index[1]] + from;
     for (int i = 0; i < 4; i += 2) {
@@ -71,7 +71,7 @@ static inline void v_gather(const ll_motion *m, const int32_t *index, int from, 
     }
 }
 
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
+static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd in[4])
 {
     double *a = (double *)&m[index[0]], *b = (double *)&m[index[1]];
     for (int i = 0; i < 4; i += 2) {
@@ -89,13 +89,13 @@ typedef double vd;
 #define v_min(a, b) ((a) < (b) ? (a) : (b))
 #define v_choose(a, b, x, y) ((a) > (b) ? (x) : (y))
 
-static inline void v_gather(const ll_motion *m, const int32_t *index, int from, vd out[4])
+static inline void v_gather(const ll_solver_body *m, const int32_t *index, int from, vd out[4])
 {
     for (int i = 0; i < 4; i++)
         out[i] = ((const double *)&m[*index])[from + i];
 }
 
-static inline void v_scatter(ll_motion *m, const int32_t *index, const vd in[4])
+static inline void v_scatter(ll_solver_body *m, const int32_t *index, const vd in[4])
 {
     for (int i = 0; i < 4; i++)
         ((double *)&m[*index])[i] = in[i];

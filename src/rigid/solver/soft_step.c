@@ -1,21 +1,21 @@
-/* Soft step: substeps with soft contacts, each followed by a pass that takes out the speed which the
- * correction of overlap put in (Catto, "Solver2D", 2024, there TGS Soft; the default of Box2D 3). Contacts of
+/* Soft step: substeps with soft contacts, each followed by a relax pass that removes the velocity which the
+ * correction of overlap added (Catto, "Solver2D", 2024, there TGS Soft; the default of Box2D 3). Contacts of
  * one colour are solved four at a time.
  *
  * Passes over contacts with n substeps: 1 warm start + 2 n; friction in every second. Without joints the
- * later substeps need no warm start: the Jacobian is constant in a step, so what the contacts hold a body
- * with is how its velocity differs from that after gravity, and is put on it when velocities are integrated.
+ * later substeps need no warm start. The Jacobian is constant in a step, so the impulse that holds a body is
+ * the difference of its velocity from that after gravity; it is applied when velocities are integrated.
  *
- * What the passes go over stays in the cache: all substeps of one group of islands are made before the next
- * group is prepared, in the same memory. */
+ * The working set stays in the cache: all substeps of one group of islands are done before the next group is
+ * prepared in the same memory. */
 #include "rigid/solver/soft.h"
 
 #include <string.h>
 
-typedef struct batch { /* of one colour */
+typedef struct batch { /* contacts of one colour */
     ll_wide_contact *at;
     int32_t count;
-    bool fixed; /* one of the bodies cannot be moved: stiffer */
+    bool fixed; /* with an immovable body: stiffer */
     bool alone; /* overflow: bodies may be shared, one lane after the other */
 } batch;
 
@@ -23,7 +23,7 @@ typedef struct batches {
     batch at[LL_COLOUR_SLOTS];
     int32_t count;
     ll_wide_contact *all;
-    int32_t contacts; /* wide ones */
+    int32_t contacts; /* number of wide contacts */
 } batches;
 
 static size_t size(const ll_rigid_limits *limits)
@@ -65,7 +65,7 @@ static void empty_lane(const ll_rigid *w, ll_wide_contact *c, int lane)
 }
 
 static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, const ll_contact_point *from,
-                       const ll_since *since)
+                       const ll_relative_motion *since)
 {
     ll_wide_point *p = &c->at[k];
     ll_vec2 n = {c->nx[lane], c->ny[lane]};
@@ -88,7 +88,7 @@ static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, c
 static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t contact)
 {
     const ll_contact *from = &ll_contacts(w)[contact];
-    const ll_trait *a = &ll_traits(w)[from->body[0]], *b = &ll_traits(w)[from->body[1]];
+    const ll_body_sim *a = &ll_body_sims(w)[from->body[0]], *b = &ll_body_sims(w)[from->body[1]];
     ll_vec2 n = from->normal;
     if (from->count < 2)
         empty_lane(w, c, lane);
@@ -103,18 +103,18 @@ static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t c
     c->nx[lane] = n.x;
     c->ny[lane] = n.y;
     c->friction[lane] = from->friction;
-    ll_since since = ll_since_made(w, from);
+    ll_relative_motion since = ll_relative_motion_of(w, from);
     for (int k = 0; k < from->count; k++)
         fill_point(w, c, lane, k, &from->at[k], &since);
 }
 
-/* Not inlined: among the substeps its loop runs out of registers, which costs 2 % of a step. */
-__attribute__((noinline)) static batches prepare(ll_rigid *w, ll_list contacts)
+/* Not inlined: within the substeps its loop runs out of registers, which costs 2 % of a step. */
+__attribute__((noinline)) static batches prepare(ll_rigid *w, ll_index_list contacts)
 {
     int32_t start[LL_COLOUR_SLOTS + 1];
     ll_order_contacts(w, contacts, start);
     batches all = {.all = ll_solver_memory(w)};
-    /* What stands on the ground is solved last. */
+    /* Contacts with the ground are solved last. */
     static const int32_t first[2] = {LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_STATIC};
     for (int s = 0; s < LL_COLOUR_SLOTS; s++) {
         int c = s == 0                        ? first[0]
@@ -159,44 +159,45 @@ static void store(ll_rigid *w, const batches *all)
 
 /* ---- substeps ---- */
 
-/* After gravity: what the contacts held the body with in the substep before. */
-static void integrate_velocities(ll_rigid *w, ll_list bodies, double h, bool held)
+/* After gravity: applies the impulses that held the body in the last substep. */
+static void integrate_velocities(ll_rigid *w, ll_index_list bodies, double h, bool held)
 {
     for (int32_t i = 0; i < bodies.count; i++) {
         int32_t k = bodies.at[i];
-        ll_drive *d = &ll_drives(w)[k];
-        ll_motion *m = &ll_motions(w)[k];
+        ll_body_step *d = &ll_body_steps(w)[k];
+        ll_solver_body *m = &ll_solver_bodies(w)[k];
         ll_vec2 v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
-        double spin = d->keep_spin * (m->w + h * d->spin);
+        double spin = d->keep_angular * (m->w + h * d->spin);
         m->v = held ? ll_add(v, d->held) : v;
-        m->w = held ? spin + d->held_spin : spin;
+        m->w = held ? spin + d->held_angular : spin;
         d->held = v;
-        d->held_spin = spin;
+        d->held_angular = spin;
     }
 }
 
-static void note_held(ll_rigid *w, ll_list bodies)
+static void note_held(ll_rigid *w, ll_index_list bodies)
 {
     for (int32_t i = 0; i < bodies.count; i++) {
         int32_t k = bodies.at[i];
-        ll_drive *d = &ll_drives(w)[k];
-        d->held = ll_sub(ll_motions(w)[k].v, d->held);
-        d->held_spin = ll_motions(w)[k].w - d->held_spin;
+        ll_body_step *d = &ll_body_steps(w)[k];
+        d->held = ll_sub(ll_solver_bodies(w)[k].v, d->held);
+        d->held_angular = ll_solver_bodies(w)[k].w - d->held_angular;
     }
 }
 
-typedef void pass_function(ll_wide_contact *at, int32_t count, ll_motion *motions, const ll_soft_pass *pass);
+typedef void pass_function(ll_wide_contact *at, int32_t count, ll_solver_body *states,
+                           const ll_soft_pass *pass);
 
 static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_function *alone,
                      const ll_soft_pass pass[2])
 {
     for (int32_t i = 0; i < all->count; i++) {
         const batch *b = &all->at[i];
-        (b->alone ? alone : wide)(b->at, b->count, ll_motions(w), &pass[b->fixed]);
+        (b->alone ? alone : wide)(b->at, b->count, ll_solver_bodies(w), &pass[b->fixed]);
     }
 }
 
-static void substep(ll_rigid *w, const ll_soft_loops *loops, ll_list bodies, const batches *all,
+static void substep(ll_rigid *w, const ll_soft_loops *loops, ll_index_list bodies, const batches *all,
                     const ll_joint_set *set, double h, bool first)
 {
     const ll_rigid_params *p = &w->params;
@@ -212,7 +213,7 @@ static void substep(ll_rigid *w, const ll_soft_loops *loops, ll_list bodies, con
     if (first || joints)
         for (int32_t i = 0; i < all->count; i++)
             (all->at[i].alone ? &ll_soft_scalar : loops)
-                ->warm_start(all->at[i].at, all->at[i].count, ll_motions(w));
+                ->warm_start(all->at[i].at, all->at[i].count, ll_solver_bodies(w));
     if (joints)
         ll_solve_joints(w, set, h, stiff, true);
     pass_all(w, all, loops->solve, ll_soft_scalar.solve, push);
@@ -228,7 +229,7 @@ static void solve_group(ll_rigid *w, const ll_soft_loops *loops, const ll_group 
 {
     double h = w->dt / (double)w->params.substeps;
     batches all = prepare(w, group->contacts);
-    ll_prepare_drives(w, group->bodies, h);
+    ll_prepare_body_steps(w, group->bodies, h);
     ll_bounces bounces = ll_begin_bounces(w, group->contacts);
     ll_joint_set set = ll_prepare_joints(w, group->joints);
     for (int64_t i = 0; i < w->params.substeps; i++) {
@@ -252,8 +253,7 @@ static void solve(ll_rigid *w)
 
 const ll_solver ll_solver_soft_step = {
     .name = "soft_step",
-    .help =
-        "Substeps with soft contacts and a relaxing pass each (TGS soft, as Box2D 3): 2 passes a substep.",
+    .help = "Substeps with soft contacts and a relax pass each (TGS soft, as Box2D 3): 2 passes per substep.",
     .passes = {[LL_PER_SUBSTEP] = 2},
     .size = size,
     .solve = solve};

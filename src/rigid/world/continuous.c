@@ -1,49 +1,50 @@
-/* Swept detection: a body that would pass through another in this step is put where it first touched.
+/* Continuous collision detection: a body that would tunnel through another in this step is put where they
+ * first touched.
  *
- * The solver has moved every body; nothing is written to the poses yet. A body that moved more than half of
- * its core is swept against what its path's box overlaps and is static, kinematic or at least four times as
- * heavy: of two bodies the lighter one yields, and bodies of like mass are left to their contacts. At the
- * earliest touch it stays at the same place of the other body, which goes on to its own end: so nothing
- * passes and nothing is left overlapping, however fast either is. Where that would carry it through something
- * that does not move, it stays there instead. What remains of its motion in this step is lost; its velocity
- * is not, and the next step's contact deals with it. There is no limit to the speed.
+ * The solver has moved every body; poses are not written yet. A body that moved more than half of its core is
+ * swept against all that its path's box overlaps and that is static, kinematic or at least four times as
+ * heavy: of two bodies the lighter one yields, and bodies of similar mass are left to their contacts. From
+ * the earliest time of impact on, the body keeps its position relative to the other, which goes on to its own
+ * end. So nothing tunnels and nothing is left overlapping, at any speed. If that would carry the body through
+ * something that does not move, it stays at the impact instead. The rest of its motion in this step is lost;
+ * its velocity is not, and the contact of the next step deals with it.
  *
- * A fast bullet is then swept against every dynamic body too, each on its own way to where it stops. Where
- * two meet both stay, whatever their masses; meetings count in the order of time, and who ran into one that
- * had stopped by then is looked at again.
+ * A fast bullet is then swept against every dynamic body too, each on its own path up to where it stops. Both
+ * stop at an impact, for any masses. Impacts are handled in the order of time, and bullets that hit a
+ * body which had stopped by then are swept again.
  *
- * Costs a query and a few distances for each fast body, or, when these are more than what they can be swept
- * into, a query for each of the latter; a fast bullet another query, and a look at all of them a meeting. */
+ * Costs a query and a few distances for each fast body, or, if there are fewer obstacles than fast bodies, a
+ * query for each obstacle. A fast bullet costs another query, and a pass over all bullets per impact. */
 #include "rigid/world/continuous.h"
 
 #include "base/detmath.h"
 #include "rigid/contact/contact.h"
 #include "rigid/shape/distance.h"
 
-static const double heavier = 4; /* how much, to be swept into */
+static const double ccd_mass_ratio = 4; /* mass ratio above which a body is an obstacle */
 
-typedef struct meeting { /* a bullet's next with a dynamic body */
-    int32_t body, other; /* LL_NONE: it meets none */
-    double t;            /* share of the step */
-} meeting;
+typedef struct toi_event { /* a bullet's next impact with a dynamic body */
+    int32_t body, other;   /* LL_NONE: no impact */
+    double t;              /* fraction of the step */
+} toi_event;
 
 typedef struct search {
     ll_rigid *world;
-    int32_t body, shape; /* swept */
+    int32_t body, shape; /* the swept one */
     int32_t obstacle;    /* a shape */
-    bool still;          /* only into what does not move in this step */
-    meeting *next;       /* of a bullet */
+    bool still;          /* only against bodies that do not move in this step */
+    toi_event *next;     /* of a bullet */
 } search;
 
 static ll_sweep sweep_of(const ll_rigid *w, int32_t body)
 {
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     return (ll_sweep){ll_poses(w)[body], m->d, m->turn};
 }
 
 static ll_pose end_of(const ll_rigid *w, int32_t body)
 {
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     ll_pose start = ll_poses(w)[body];
     return (ll_pose){ll_add(start.p, m->d), ll_rot_normalised(ll_rot_mul(start.q, m->q))};
 }
@@ -54,8 +55,8 @@ static bool collide_at_all(const ll_shape *a, const ll_shape *b)
            (a->group == 0 || a->group != b->group);
 }
 
-/* A body whose surface is in touch already can still go through, or turn through: then it is swept as if it
- * were smaller, by as little as sets it apart. */
+/* A body whose surface already touches can still pass or rotate through. It is then swept as if it were
+ * smaller, by as little as separates it. */
 static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll_pose other_pose,
                       double target)
 {
@@ -71,22 +72,23 @@ static bool set_apart(ll_geometry *g, ll_pose pose, const ll_geometry *other, ll
     return false;
 }
 
-static bool is_still(const ll_motion *m)
+static bool is_still(const ll_solver_body *m)
 {
     return m->d.x == 0 && m->d.y == 0 && m->turn == 0;
 }
 
-/* The most that a point of `a` moves, seen from `b`, whose turning counts as far out as `a` can be. */
+/* Largest motion of a point of `a` relative to `b`. The rotation of `b` counts at the lever that `a` can
+ * reach. */
 static double relative_motion(const ll_rigid *w, int32_t a, const ll_sweep *sweep_a, int32_t b,
                               const ll_sweep *sweep_b)
 {
-    double path = ll_length(ll_sub(sweep_a->shift, sweep_b->shift)), extent = ll_bodys(w)[a].extent;
+    double path = ll_length(ll_sub(sweep_a->shift, sweep_b->shift)), extent = ll_bodies(w)[a].extent;
     double distance = ll_length(ll_sub(sweep_a->start.p, sweep_b->start.p));
-    double lever = ll_min(distance + extent + path, ll_bodys(w)[b].extent);
+    double lever = ll_min(distance + extent + path, ll_bodies(w)[b].extent);
     return path + fabs(sweep_a->turn) * extent + fabs(sweep_b->turn) * lever;
 }
 
-/* A point's distance from a hull is at least what it is outside of one of its edges. */
+/* Lower bound of a point's distance from a hull: the distance from its farthest edge line. */
 static double outside_of(const ll_geometry *g, ll_vec2 point)
 {
     double most = -INFINITY;
@@ -96,21 +98,21 @@ static double outside_of(const ll_geometry *g, ll_vec2 point)
     return most - g->radius;
 }
 
-/* Whether two bodies whose points move by up to so much to each other may get through each other, and come
- * near enough: a's centre against b's hull. */
+/* Whether two bodies whose points move by up to `moved` relative to each other may tunnel, and come near
+ * enough: a's centre against b's hull. */
 static bool may_pass(const ll_rigid *w, int32_t a, int32_t b, const ll_geometry *hull, double moved)
 {
     ll_vec2 at = ll_to_local(ll_poses(w)[b], ll_poses(w)[a].p);
-    return moved > 0.5 * ll_traits(w)[a].core &&
-           outside_of(hull, at) <= ll_bodys(w)[a].extent + moved + LL_LINEAR_SLOP;
+    return moved > 0.5 * ll_body_sims(w)[a].core &&
+           outside_of(hull, at) <= ll_bodies(w)[a].extent + moved + LL_LINEAR_SLOP;
 }
 
 static bool may_stop(const ll_rigid *w, int32_t body, int32_t other)
 {
-    return heavier * ll_traits(w)[other].inv_mass <= ll_traits(w)[body].inv_mass;
+    return ccd_mass_ratio * ll_body_sims(w)[other].inv_mass <= ll_body_sims(w)[body].inv_mass;
 }
 
-/* How near a touch leaves a shape. */
+/* Distance at which shapes are left at an impact. */
 static double target_of(const ll_shape *shape)
 {
     return ll_min(0.25 * LL_LINEAR_SLOP, 0.1 * shape->core);
@@ -124,18 +126,18 @@ static void consider(const ll_rigid *w, int32_t swept, int32_t obstacle)
     ll_sweep sweep_a = sweep_of(w, shape->body), sweep_b = sweep_of(w, other->body);
     double moved = relative_motion(w, shape->body, &sweep_a, other->body, &sweep_b);
     if (!collide_at_all(shape, other) || !may_pass(w, shape->body, other->body, b, moved) ||
-        ll_joined(w, shape->body, other->body))
+        ll_joint_blocks_collision(w, shape->body, other->body))
         return;
     ll_geometry a = *ll_geometry_of(w, shape, &room_a);
-    if (b->kind == LL_SHAPE_LINK &&
+    if (b->kind == LL_SHAPE_CHAIN_SEGMENT &&
         ll_dot(b->normal[0],
                ll_sub(ll_to_local(sweep_b.start, ll_to_world(sweep_a.start, a.centre)), b->vertex[0])) < 0)
         return;
     double target = target_of(shape);
     if (!set_apart(&a, sweep_a.start, b, sweep_b.start, target))
         return;
-    ll_touch touch = ll_first_touch(b, &sweep_b, &a, &sweep_a, target);
-    ll_drive *d = &ll_drives(w)[shape->body];
+    ll_toi_result touch = ll_time_of_impact(b, &sweep_b, &a, &sweep_a, target);
+    ll_body_step *d = &ll_body_steps(w)[shape->body];
     if (touch.hit && (touch.t < d->touch || (touch.t == d->touch && other->body < d->stopper))) {
         d->touch = touch.t;
         d->stopper = other->body;
@@ -147,7 +149,7 @@ static void consider_obstacle(void *context, int32_t obstacle)
     const search *s = context;
     int32_t other = ll_shapes(s->world)[obstacle].body;
     if (other != s->body && may_stop(s->world, s->body, other) &&
-        !(s->still && !is_still(&ll_motions(s->world)[other])))
+        !(s->still && !is_still(&ll_solver_bodies(s->world)[other])))
         consider(s->world, s->shape, obstacle);
 }
 
@@ -155,28 +157,28 @@ static void consider_swept(void *context, int32_t shape)
 {
     const search *s = context;
     int32_t body = ll_shapes(s->world)[shape].body, other = ll_shapes(s->world)[s->obstacle].body;
-    if (body != other && !is_still(&ll_motions(s->world)[body]) && ll_drives(s->world)[body].touch >= 0 &&
-        may_stop(s->world, body, other))
+    if (body != other && !is_still(&ll_solver_bodies(s->world)[body]) &&
+        ll_body_steps(s->world)[body].touch >= 0 && may_stop(s->world, body, other))
         consider(s->world, shape, s->obstacle);
 }
 
-/* The body keeps its place at the other from the touch on. */
-static void carry(ll_rigid *w, int32_t body, const ll_drive *at)
+/* From the impact on, the body keeps its pose relative to the other body. */
+static void carry(ll_rigid *w, int32_t body, const ll_body_step *at)
 {
     ll_sweep sweep = sweep_of(w, body), other = sweep_of(w, at->stopper);
     ll_pose touched = ll_sweep_at(&sweep, at->touch);
     ll_pose seen = ll_pose_between(ll_sweep_at(&other, at->touch), touched);
     ll_pose end = ll_pose_mul(end_of(w, at->stopper), seen);
-    ll_motion *m = &ll_motions(w)[body];
+    ll_solver_body *m = &ll_solver_bodies(w)[body];
     m->d = ll_sub(end.p, sweep.start.p);
     m->turn = at->touch * m->turn + (1 - at->touch) * other.turn;
 }
 
-/* Who has met stays where that was. */
+/* A body stops at its impact. */
 static void stop(ll_rigid *w, int32_t body)
 {
-    const ll_drive *at = &ll_drives(w)[body];
-    ll_motion *m = &ll_motions(w)[body];
+    const ll_body_step *at = &ll_body_steps(w)[body];
+    ll_solver_body *m = &ll_solver_bodies(w)[body];
     if (at->stopper == body) {
         m->d = ll_scale(at->touch, m->d);
         m->turn *= at->touch;
@@ -189,73 +191,74 @@ static void stop(ll_rigid *w, int32_t body)
 
 static bool is_fast(const ll_rigid *w, int32_t body)
 {
-    const ll_body *b = &ll_bodys(w)[body];
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_body *b = &ll_bodies(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     return b->type == LL_BODY_DYNAMIC && ll_length(m->d) + fabs(m->turn) * b->extent > 0.5 * b->core;
 }
 
-/* Where a shape is at any time of this step. */
+/* Bounds of a shape over the whole step. */
 static ll_aabb path_box(const ll_rigid *w, int32_t body, int32_t shape)
 {
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     const ll_shape *s = &ll_shapes(w)[shape];
     ll_aabb box = ll_aabb_union(ll_tight_box(w, s, ll_poses(w)[body]), ll_tight_box(w, s, end_of(w, body)));
     double turn = fabs(m->turn);
-    return ll_aabb_grown(box, (turn < 1 ? 0.5 * turn : 2) * ll_bodys(w)[body].extent);
+    return ll_aabb_grown(box, (turn < 1 ? 0.5 * turn : 2) * ll_bodies(w)[body].extent);
 }
 
-/* So that the query of another finds it there. */
+/* Makes other bodies' queries find the swept ones. */
 static void cover_paths(ll_rigid *w)
 {
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t body = ll_awakes(w)[i];
-        const ll_motion *m = &ll_motions(w)[body];
-        ll_body *b = &ll_bodys(w)[body];
+        int32_t body = ll_awake_bodies(w)[i];
+        const ll_solver_body *m = &ll_solver_bodies(w)[body];
+        ll_body *b = &ll_bodies(w)[body];
         if (b->drift + ll_length(m->d) + fabs(m->turn) * b->extent <= b->slack)
             continue;
-        b->drift = INFINITY; /* made anew at the end of the step */
+        b->drift = INFINITY; /* its boxes are recomputed at the end of the step */
         for (int32_t s = b->shape; s != LL_NONE; s = ll_shapes(w)[s].next) {
-            ll_boxs(w)[s] = path_box(w, body, s);
-            ll_broad_of(w)->move(ll_broad_state(w), ll_boxs(w), s);
+            ll_boxes(w)[s] = path_box(w, body, s);
+            ll_broad_of(w)->move(ll_broad_state(w), ll_boxes(w), s);
         }
     }
 }
 
-static void find_first_touch(ll_rigid *w, int32_t body, bool still)
+static void find_time_of_impact(ll_rigid *w, int32_t body, bool still)
 {
     search s = {.world = w, .body = body, .still = still};
-    ll_drives(w)[body].touch = 1;
-    ll_drives(w)[body].stopper = LL_NONE;
-    for (s.shape = ll_bodys(w)[body].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
-        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, body, s.shape), consider_obstacle,
+    ll_body_steps(w)[body].touch = 1;
+    ll_body_steps(w)[body].stopper = LL_NONE;
+    for (s.shape = ll_bodies(w)[body].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxes(w), path_box(w, body, s.shape), consider_obstacle,
                               &s);
 }
 
-/* Into `list`; the others are marked as not swept. `lightest` is the largest inverse mass among them. */
+/* Writes fast bodies into `list` and marks the others as not swept. `lightest`: largest inverse mass among
+ * them. */
 static int32_t fast_bodies(ll_rigid *w, int32_t *list, double *lightest)
 {
     int32_t count = 0;
     *lightest = 0;
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t body = ll_awakes(w)[i];
+        int32_t body = ll_awake_bodies(w)[i];
         bool fast = is_fast(w, body);
-        ll_drives(w)[body].touch = fast ? 1 : -1;
-        ll_drives(w)[body].stopper = LL_NONE;
+        ll_body_steps(w)[body].touch = fast ? 1 : -1;
+        ll_body_steps(w)[body].stopper = LL_NONE;
         if (!fast)
             continue;
         list[count++] = body;
-        *lightest = ll_max(*lightest, ll_traits(w)[body].inv_mass);
+        *lightest = ll_max(*lightest, ll_body_sims(w)[body].inv_mass);
     }
     return count;
 }
 
-/* The shapes that something may be swept into, as long as they are fewer than `most`; else -1. */
+/* The shapes that bodies may be swept against, if there are fewer than `most`; else returns -1. */
 static int32_t obstacles(const ll_rigid *w, double lightest, int32_t *list, int32_t most)
 {
     int32_t count = 0;
     for (int32_t i = 0; i < w->shape_end; i++) {
         int32_t body = ll_shapes(w)[i].body;
-        if (body == LL_NONE || heavier * ll_traits(w)[body].inv_mass > lightest)
+        if (body == LL_NONE || ccd_mass_ratio * ll_body_sims(w)[body].inv_mass > lightest)
             continue;
         if (count == most)
             return -1;
@@ -264,34 +267,34 @@ static int32_t obstacles(const ll_rigid *w, double lightest, int32_t *list, int3
     return count;
 }
 
-static void find_first_touches(ll_rigid *w, const int32_t *fast, int32_t count, double lightest,
-                               int32_t *room)
+static void find_times_of_impact(ll_rigid *w, const int32_t *fast, int32_t count, double lightest,
+                                 int32_t *room)
 {
-    /* Looking for obstacles takes as long as some queries. */
+    /* Searching for obstacles costs as much as some queries. */
     int32_t found = count > w->shape_end / 16 ? obstacles(w, lightest, room, count) : -1;
     for (int32_t i = 0; i < count && found < 0; i++)
-        find_first_touch(w, fast[i], false);
+        find_time_of_impact(w, fast[i], false);
     for (int32_t i = 0; i < found; i++) {
         search s = {.world = w, .obstacle = room[i]};
-        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), ll_boxs(w)[room[i]], consider_swept, &s);
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxes(w), ll_boxes(w)[room[i]], consider_swept, &s);
     }
 }
 
 /* ---- bullets ---- */
 
-size_t ll_meetings_size(const ll_rigid_limits *limits)
+size_t ll_toi_events_size(const ll_rigid_limits *limits)
 {
-    return (size_t)limits->bodies * sizeof(meeting);
+    return (size_t)limits->bodies * sizeof(toi_event);
 }
 
-/* When the body stops; 1: not in this step. */
+/* Time at which the body stops; 1: not in this step. */
 static double end_time(const ll_rigid *w, int32_t body)
 {
-    const ll_drive *d = &ll_drives(w)[body];
-    return ll_bodys(w)[body].awake != LL_NONE && d->stopper != LL_NONE ? d->touch : 1;
+    const ll_body_step *d = &ll_body_steps(w)[body];
+    return ll_bodies(w)[body].awake != LL_NONE && d->stopper != LL_NONE ? d->touch : 1;
 }
 
-/* A body's way between two times, of which it stops at neither or at the first. */
+/* A body's path between two times. It stops at the first of them or not at all. */
 static ll_sweep leg(const ll_rigid *w, int32_t body, double from, double to)
 {
     ll_sweep whole = sweep_of(w, body);
@@ -299,9 +302,9 @@ static ll_sweep leg(const ll_rigid *w, int32_t body, double from, double to)
     return (ll_sweep){ll_sweep_at(&whole, begin), ll_scale(share, whole.shift), share * whole.turn};
 }
 
-/* Of a bullet's shape with another, before the bullet stops; 1: never. The other may stop on the way: then
- * there are two legs, and in the second a touch is a little nearer than the first can have ended. */
-static double first_meeting(const ll_rigid *w, const ll_shape *shape, const ll_shape *other)
+/* First impact of a bullet's shape with another, before the bullet stops; 1: none. The other may stop on the
+ * way: then there are two legs, with a slightly smaller target in the second, so that it can succeed. */
+static double first_toi_event(const ll_rigid *w, const ll_shape *shape, const ll_shape *other)
 {
     double end = end_time(w, shape->body), times[3] = {0, ll_min(end_time(w, other->body), end), end};
     double moved = 0, target = target_of(shape);
@@ -318,80 +321,80 @@ static double first_meeting(const ll_rigid *w, const ll_shape *shape, const ll_s
         !set_apart(&g, a[0].start, hull, b[0].start, target))
         return 1;
     for (int i = 0; i < 2; i++) {
-        ll_touch touch = ll_first_touch(hull, &b[i], &g, &a[i], i == 0 ? target : 0.9 * target);
+        ll_toi_result touch = ll_time_of_impact(hull, &b[i], &g, &a[i], i == 0 ? target : 0.9 * target);
         if (touch.hit)
             return times[i] + touch.t * (times[i + 1] - times[i]);
     }
     return 1;
 }
 
-static void consider_meeting(void *context, int32_t shape)
+static void consider_toi_event(void *context, int32_t shape)
 {
     const search *s = context;
     const ll_shape *own = &ll_shapes(s->world)[s->shape], *other = &ll_shapes(s->world)[shape];
-    if (other->body == s->body || ll_bodys(s->world)[other->body].type != LL_BODY_DYNAMIC ||
-        !collide_at_all(own, other) || ll_joined(s->world, s->body, other->body))
+    if (other->body == s->body || ll_bodies(s->world)[other->body].type != LL_BODY_DYNAMIC ||
+        !collide_at_all(own, other) || ll_joint_blocks_collision(s->world, s->body, other->body))
         return;
-    double t = first_meeting(s->world, own, other);
+    double t = first_toi_event(s->world, own, other);
     if (t < s->next->t || (t == s->next->t && other->body < s->next->other))
-        *s->next = (meeting){s->body, other->body, t};
+        *s->next = (toi_event){s->body, other->body, t};
 }
 
-static meeting next_meeting(ll_rigid *w, int32_t bullet)
+static toi_event next_toi_event(ll_rigid *w, int32_t bullet)
 {
-    meeting next = {bullet, LL_NONE, end_time(w, bullet)};
+    toi_event next = {bullet, LL_NONE, end_time(w, bullet)};
     search s = {.world = w, .body = bullet, .next = &next};
-    for (s.shape = ll_bodys(w)[bullet].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
-        ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), path_box(w, bullet, s.shape), consider_meeting,
-                              &s);
+    for (s.shape = ll_bodies(w)[bullet].shape; s.shape != LL_NONE; s.shape = ll_shapes(w)[s.shape].next)
+        ll_broad_of(w)->query(ll_broad_state(w), ll_boxes(w), path_box(w, bullet, s.shape),
+                              consider_toi_event, &s);
     return next;
 }
 
-/* Around all places that it may take from one time to its end. */
+/* Bounds of all positions from this time to the end of the step. */
 static ll_aabb way_box(const ll_rigid *w, int32_t body, double from)
 {
-    ll_vec2 start = ll_poses(w)[body].p, shift = ll_motions(w)[body].d;
+    ll_vec2 start = ll_poses(w)[body].p, shift = ll_solver_bodies(w)[body].d;
     double until = end_time(w, body);
     ll_vec2 p = ll_madd(start, ll_min(from, until), shift), end = ll_madd(start, until, shift);
     ll_aabb box = ll_aabb_union((ll_aabb){p, p}, (ll_aabb){end, end});
-    return ll_aabb_grown(box, ll_bodys(w)[body].extent + LL_LINEAR_SLOP);
+    return ll_aabb_grown(box, ll_bodies(w)[body].extent + LL_LINEAR_SLOP);
 }
 
-/* The bodies that are to be stopped. */
+/* bodies that must stop */
 typedef struct stops {
     int32_t *list, count;
 } stops;
 
-/* Where it is at that time, if it would go on. Bullets that may run into it there look again. */
-static void stay(ll_rigid *w, int32_t body, double t, stops *all, meeting *bullets, int32_t count)
+/* Stops the body at that time. Bullets that may now hit it there search again. */
+static void stay(ll_rigid *w, int32_t body, double t, stops *all, toi_event *bullets, int32_t count)
 {
-    if (ll_bodys(w)[body].awake == LL_NONE || t >= end_time(w, body))
+    if (ll_bodies(w)[body].awake == LL_NONE || t >= end_time(w, body))
         return;
-    ll_drive *d = &ll_drives(w)[body];
+    ll_body_step *d = &ll_body_steps(w)[body];
     if (d->touch < 0)
         all->list[all->count++] = body;
     d->touch = t;
     d->stopper = body;
     ll_aabb place = way_box(w, body, t);
     for (int32_t i = 0; i < count; i++) {
-        meeting *m = &bullets[i];
+        toi_event *m = &bullets[i];
         if (m->body == body)
             m->other = LL_NONE;
-        else if (ll_drives(w)[m->body].stopper != m->body &&
+        else if (ll_body_steps(w)[m->body].stopper != m->body &&
                  (m->other == body || ll_aabb_overlap(way_box(w, m->body, 0), place)))
-            *m = next_meeting(w, m->body);
+            *m = next_toi_event(w, m->body);
     }
 }
 
 static void stop_bullets_where_they_meet(ll_rigid *w, stops *all)
 {
-    meeting *bullets = ll_solver_memory(w); /* the solver has done with it */
+    toi_event *bullets = ll_solver_memory(w); /* the solver no longer needs it */
     int32_t count = 0;
     for (int32_t i = 0; i < all->count; i++)
-        if (ll_bodys(w)[all->list[i]].bullet)
-            bullets[count++] = next_meeting(w, all->list[i]);
+        if (ll_bodies(w)[all->list[i]].bullet)
+            bullets[count++] = next_toi_event(w, all->list[i]);
     for (;;) {
-        meeting first = {LL_NONE, LL_NONE, 1};
+        toi_event first = {LL_NONE, LL_NONE, 1};
         for (int32_t i = 0; i < count; i++)
             if (bullets[i].other != LL_NONE && bullets[i].t < first.t)
                 first = bullets[i];
@@ -402,30 +405,30 @@ static void stop_bullets_where_they_meet(ll_rigid *w, stops *all)
     }
 }
 
-void ll_stop_at_first_touch(ll_rigid *w)
+void ll_solve_continuous(ll_rigid *w)
 {
     w->stats.swept = w->stats.stopped = 0;
     if (w->params.continuous != LL_CONTINUOUS_SWEPT)
         return;
-    stops all = {.list = ll_scratchs(w)};
+    stops all = {.list = ll_scratch(w)};
     double lightest;
     all.count = w->stats.swept = fast_bodies(w, all.list, &lightest);
     if (all.count == 0)
         return;
     cover_paths(w);
-    find_first_touches(w, all.list, all.count, lightest, all.list + all.count);
+    find_times_of_impact(w, all.list, all.count, lightest, all.list + all.count);
     if (w->bullets > 0)
         stop_bullets_where_they_meet(w, &all);
     for (int32_t i = 0; i < all.count; i++) {
         int32_t body = all.list[i];
-        const ll_drive *d = &ll_drives(w)[body];
+        const ll_body_step *d = &ll_body_steps(w)[body];
         if (d->stopper == LL_NONE)
             continue;
-        bool carried = d->stopper != body && !is_still(&ll_motions(w)[d->stopper]);
+        bool carried = d->stopper != body && !is_still(&ll_solver_bodies(w)[d->stopper]);
         stop(w, body);
         if (!carried)
             continue;
-        find_first_touch(w, body, true); /* what moves it may carry it through a wall */
+        find_time_of_impact(w, body, true); /* its obstacle's motion may carry it through a wall */
         if (d->stopper != LL_NONE)
             stop(w, body);
     }

@@ -5,7 +5,7 @@
 void ll_rigid_refer(const ll_rigid *w, double fall, ll_body_reference *references, int32_t count)
 {
     for (int32_t i = 0; i < count; i++)
-        references[i] = (ll_body_reference){ll_sub(ll_poses(w)[i].p, ll_vec(0, fall)), ll_bodys(w)[i].angle};
+        references[i] = (ll_body_reference){ll_sub(ll_poses(w)[i].p, ll_vec(0, fall)), ll_bodies(w)[i].angle};
 }
 
 static bool drives(const ll_joint *j)
@@ -17,7 +17,7 @@ static bool drives(const ll_joint *j)
 bool ll_rigid_is_driven(const ll_rigid *w)
 {
     for (int32_t i = 0; i < w->body_end; i++)
-        if (ll_bodys(w)[i].type == LL_BODY_KINEMATIC)
+        if (ll_bodies(w)[i].type == LL_BODY_KINEMATIC)
             return true;
     for (int32_t i = 0; i < w->joint_end; i++)
         if (drives(&ll_joints(w)[i]))
@@ -27,9 +27,9 @@ bool ll_rigid_is_driven(const ll_rigid *w)
 
 static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *first, ll_rigid_metrics *m)
 {
-    const ll_body *b = &ll_bodys(w)[i];
-    ll_vec2 p = ll_poses(w)[i].p, v = ll_motions(w)[i].v;
-    double spin = ll_motions(w)[i].w;
+    const ll_body *b = &ll_bodies(w)[i];
+    ll_vec2 p = ll_poses(w)[i].p, v = ll_solver_bodies(w)[i].v;
+    double spin = ll_solver_bodies(w)[i].w;
     m->bodies++;
     m->kinetic_energy += 0.5 * b->mass * ll_dot(v, v) + 0.5 * b->inertia * spin * spin;
     m->potential_energy -=
@@ -46,8 +46,8 @@ static void measure_body(const ll_rigid *w, int32_t i, const ll_body_reference *
 
 static double joint_error(const ll_rigid *w, const ll_joint *j)
 {
-    ll_row rows[LL_ROWS] = {{0}};
-    double most = 0, angle = ll_bodys(w)[j->body[1]].angle - ll_bodys(w)[j->body[0]].angle;
+    ll_constraint_row rows[LL_ROWS] = {{0}};
+    double most = 0, angle = ll_bodies(w)[j->body[1]].angle - ll_bodies(w)[j->body[0]].angle;
     ll_joint_row_types[j->def.type]->rows(j, ll_poses(w)[j->body[0]], ll_poses(w)[j->body[1]], angle, rows);
     for (int i = 0; i < LL_ROWS; i++)
         if (rows[i].hertz == 0 && rows[i].most == INFINITY)
@@ -60,7 +60,7 @@ ll_rigid_metrics ll_rigid_measure(const ll_rigid *w, const ll_body_reference *re
 {
     ll_rigid_metrics m = {0};
     for (int32_t i = 0; i < w->body_end; i++) {
-        if (ll_bodys(w)[i].type != LL_BODY_DYNAMIC)
+        if (ll_bodies(w)[i].type != LL_BODY_DYNAMIC)
             continue;
         measure_body(w, i, i < count ? &references[i] : NULL, &m);
         m.passed += ll_poses(w)[i].p.x > beyond_x;

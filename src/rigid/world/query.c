@@ -1,4 +1,4 @@
-/* What a viewer asks of a world, and the change of its broad phase. */
+/* Queries of a world, and the change of its broad phase. */
 #include "rigid/body/world_state.h"
 
 #include "base/assert.h"
@@ -12,7 +12,7 @@ void ll_rigid_set_broad(ll_rigid *w, ll_broad_kind broad)
     ll_broad_of(w)->init(ll_broad_state(w), w->limits.shapes);
     for (int32_t i = 0; i < w->shape_end; i++)
         if (ll_shapes(w)[i].body != LL_NONE)
-            ll_broad_of(w)->insert(ll_broad_state(w), ll_boxs(w), i);
+            ll_broad_of(w)->insert(ll_broad_state(w), ll_boxes(w), i);
 }
 
 bool ll_rigid_pair_at(const ll_rigid *w, int32_t index, ll_body_id *a, ll_body_id *b)

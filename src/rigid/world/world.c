@@ -14,8 +14,7 @@ static ll_status check_limit(const char *field, int32_t value, int32_t least, in
 {
     if (value >= least && value <= most)
         return ll_ok();
-    return ll_field_error(LL_BAD_INPUT, field, "%s is %d; it must be from %d to %d.", field, value, least,
-                          most);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: must be %d to %d; got %d.", field, least, most, value);
 }
 
 ll_status ll_rigid_check(const ll_rigid_limits *l)
@@ -34,7 +33,7 @@ ll_status ll_rigid_check(const ll_rigid_limits *l)
     return ll_ok();
 }
 
-static int32_t table_size(int32_t contacts)
+static int32_t pair_set_size(int32_t contacts)
 {
     int32_t n = 16;
     while (n < 2 * contacts)
@@ -61,12 +60,13 @@ static size_t broad_size(const ll_rigid_limits *l)
 static ll_rigid_layout layout_of(const ll_rigid_limits *l)
 {
     size_t bodies = (size_t)l->bodies, shapes = (size_t)l->shapes, contacts = (size_t)l->contacts;
-    size_t end = 0, solver = ll_meetings_size(l);
+    size_t end = 0, solver = ll_toi_events_size(l);
     ll_rigid_layout at = {0};
     place(&end, 1, sizeof(ll_rigid));
-    at.pose = place(&end, bodies + 1, sizeof(ll_pose)); /* the last slots are of nobody: for empty lanes */
-    at.motion = place(&end, bodies + 1, sizeof(ll_motion));
-    at.trait = place(&end, bodies + 1, sizeof(ll_trait));
+    at.pose =
+        place(&end, bodies + 1, sizeof(ll_pose)); /* the last slots belong to no body: for empty lanes */
+    at.solver_body = place(&end, bodies + 1, sizeof(ll_solver_body));
+    at.body_sim = place(&end, bodies + 1, sizeof(ll_body_sim));
     at.body = place(&end, bodies + 1, sizeof(ll_body));
     at.shape = place(&end, shapes, sizeof(ll_shape));
     at.box = place(&end, shapes, sizeof(ll_aabb));
@@ -76,7 +76,7 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     at.joint = place(&end, (size_t)l->joints, sizeof(ll_joint));
     at.moved = place(&end, shapes, 1);
     at.moved_list = place(&end, shapes, sizeof(int32_t));
-    at.table = place(&end, (size_t)table_size(l->contacts), sizeof(ll_known));
+    at.pair_set = place(&end, (size_t)pair_set_size(l->contacts), sizeof(ll_pair_entry));
     at.awake = place(&end, bodies, sizeof(int32_t));
     at.awake_contact = place(&end, contacts, sizeof(int32_t));
     at.broad = place(&end, broad_size(l), 1);
@@ -84,17 +84,18 @@ static ll_rigid_layout layout_of(const ll_rigid_limits *l)
     for (int i = 0; i < LL_SOLVERS; i++)
         if (ll_solvers[i]->size(l) > solver)
             solver = ll_solvers[i]->size(l);
-    at.drive = place(&end, bodies, sizeof(ll_drive));
+    at.body_step = place(&end, bodies, sizeof(ll_body_step));
     at.order = place(&end, contacts, sizeof(int32_t));
     size_t most = contacts > 3 * bodies ? contacts : 3 * bodies;
     at.scratch = place(&end, most > (size_t)l->joints ? most : (size_t)l->joints, sizeof(int32_t));
     at.group = place(&end, ll_groups_size(l), 1);
-    at.hinge = place(&end, (size_t)l->joints, ll_hinge_size());
-    at.turning = place(&end, (size_t)l->joints, ll_turning_size());
-    /* Pairs are used up before the solver begins, and links before it prepares its contacts. */
+    at.revolute = place(&end, (size_t)l->joints, ll_revolute_sim_size());
+    at.revolute_limits = place(&end, (size_t)l->joints, ll_revolute_limits_size());
+    /* Pairs are no longer needed when the solver begins, nor edges when it prepares its contacts. */
     size_t pairs = (contacts * sizeof(ll_proxy_pair) + 63) & ~(size_t)63;
-    size_t links = (contacts + (size_t)l->joints) * sizeof(ll_link), shared = solver > pairs ? solver : pairs;
-    at.pair = at.link = at.solver = place(&end, shared > links ? shared : links, 1);
+    size_t links = (contacts + (size_t)l->joints) * sizeof(ll_island_edge),
+           shared = solver > pairs ? solver : pairs;
+    at.pair = at.island_edge = at.solver = place(&end, shared > links ? shared : links, 1);
     at.end = end;
     return at;
 }
@@ -118,11 +119,11 @@ ll_rigid *ll_rigid_init(void *block, const ll_rigid_limits *limits, const ll_rig
     w->params = *params;
     w->at = at;
     w->free_body = w->free_shape = w->free_hull = w->free_contact = w->free_joint = LL_NONE;
-    w->table_mask = table_size(limits->contacts) - 1;
-    memset(ll_tables(w), 0xff, (size_t)(w->table_mask + 1) * sizeof(ll_known));
+    w->pair_set_mask = pair_set_size(limits->contacts) - 1;
+    memset(ll_pair_entries(w), 0xff, (size_t)(w->pair_set_mask + 1) * sizeof(ll_pair_entry));
     ll_broad_of(w)->init(ll_broad_state(w), limits->shapes);
     ll_poses(w)[limits->bodies] = (ll_pose){{0, 0}, {1, 0}};
-    ll_motions(w)[limits->bodies] = (ll_motion){.q = {1, 0}};
+    ll_solver_bodies(w)[limits->bodies] = (ll_solver_body){.q = {1, 0}};
     return w;
 }
 
@@ -135,7 +136,7 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
 {
     if (p->volume != LL_VOLUME_EXACT && !w->limits.volumes)
         return ll_field_error(LL_CONFLICT, "volume",
-                              "volume is %s; this world was made without room for volumes.",
+                              "volume: must be exact in a world without room for bounding volumes; got %s.",
                               ll_volume_names[p->volume]);
     ll_rigid_params old = w->params;
     w->params = *p;
@@ -144,7 +145,7 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
         old.gravity_y == p->gravity_y && old.sleep == p->sleep)
         return ll_ok();
     for (int32_t i = 0; i < w->body_end; i++) {
-        if (ll_bodys(w)[i].type == LL_NONE)
+        if (ll_bodies(w)[i].type == LL_NONE)
             continue;
         ll_wake(w, i);
         if (reshaped)
@@ -152,7 +153,7 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
         if (reshaped || old.continuous != p->continuous)
             ll_refresh_boxes(w, i);
     }
-    if (reshaped) /* their anchors are of other surfaces */
+    if (reshaped) /* their anchors belong to other surfaces */
         for (int32_t i = 0; i < w->awake_contacts; i++)
             ll_contacts(w)[ll_awake_contacts(w)[i]].rel.x = INFINITY;
     return ll_ok();
@@ -163,13 +164,13 @@ ll_status ll_rigid_set_params(ll_rigid *w, const ll_rigid_params *p)
 static bool sound(const ll_rigid *w, int32_t body)
 {
     ll_pose p = ll_poses(w)[body];
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     double most = LL_WORLD_MAX;
     return fabs(p.p.x) <= most && fabs(p.p.y) <= most && fabs(m->v.x) <= most && fabs(m->v.y) <= most &&
            fabs(m->w) <= most && p.q.c * p.q.c + p.q.s * p.q.s > 0.5;
 }
 
-static void count_rest(ll_rigid *w, ll_body *b, const ll_motion *m)
+static void count_rest(ll_rigid *w, ll_body *b, const ll_solver_body *m)
 {
     double speed = ll_length(m->v) + fabs(m->w) * b->extent;
     bool kinematic = b->type == LL_BODY_KINEMATIC;
@@ -179,14 +180,14 @@ static void count_rest(ll_rigid *w, ll_body *b, const ll_motion *m)
         b->sleep_time += w->dt;
 }
 
-/* Writes the poses; returns the first body that is not sound, or LL_NONE. */
+/* Writes the poses. Returns the first body that is not finite or out of the world, or LL_NONE. */
 static int32_t finish(ll_rigid *w)
 {
     int32_t bad = LL_NONE;
     for (int32_t i = 0; i < w->awake; i++) {
-        int32_t k = ll_awakes(w)[i];
-        ll_body *b = &ll_bodys(w)[k];
-        ll_motion *m = &ll_motions(w)[k];
+        int32_t k = ll_awake_bodies(w)[i];
+        ll_body *b = &ll_bodies(w)[k];
+        ll_solver_body *m = &ll_solver_bodies(w)[k];
         ll_pose *pose = &ll_poses(w)[k];
         double moved = fabs(m->d.x) + fabs(m->d.y) + fabs(m->turn) * b->extent;
         pose->p = ll_add(pose->p, m->d);
@@ -223,15 +224,14 @@ static void take_dt(ll_rigid *w, double dt)
     w->dt = dt;
     if (changed && w->params.continuous == LL_CONTINUOUS_SPECULATIVE)
         for (int32_t i = 0; i < w->awake; i++)
-            ll_refresh_boxes(w, ll_awakes(w)[i]);
+            ll_refresh_boxes(w, ll_awake_bodies(w)[i]);
 }
 
 static ll_status diverged(const ll_rigid *w, int32_t body)
 {
     ll_pose pose = ll_poses(w)[body];
-    ll_vec2 v = ll_motions(w)[body].v;
-    return ll_error(LL_DIVERGED,
-                    "The solver %s diverged in step %lld: body %d is at (%g, %g) with velocity (%g, %g).",
+    ll_vec2 v = ll_solver_bodies(w)[body].v;
+    return ll_error(LL_DIVERGED, "%s diverged in step %lld: body %d is at (%g, %g) with velocity (%g, %g).",
                     ll_rigid_solver_names[w->params.solver], (long long)w->stats.step, body + 1, pose.p.x,
                     pose.p.y, v.x, v.y);
 }
@@ -239,7 +239,7 @@ static ll_status diverged(const ll_rigid *w, int32_t body)
 ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
 {
     if (!(dt >= 1e-5 && dt <= 1))
-        return ll_field_error(LL_BAD_INPUT, "dt", "dt is %g; it must be from 1e-5 to 1 s.", dt);
+        return ll_field_error(LL_BAD_INPUT, "dt", "dt: must be 1e-5 to 1 s; got %g.", dt);
     w->stats.step++;
     if (w->awake == 0 && w->moved == 0)
         return ll_ok();
@@ -253,7 +253,7 @@ ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
     w->colours = 0;
     ll_solvers[w->params.solver]->solve(w);
     ended(probe, LL_PHASE_SOLVE);
-    ll_stop_at_first_touch(w);
+    ll_solve_continuous(w);
     ended(probe, LL_PHASE_CONTINUOUS);
     int32_t bad = finish(w);
     if (bad != LL_NONE)
@@ -262,19 +262,19 @@ ll_status ll_rigid_step(ll_rigid *w, double dt, const ll_rigid_probe *probe)
     ended(probe, LL_PHASE_FINISH);
     LL_VALIDATE(ll_rigid_valid(w));
     if (overflowed)
-        return ll_error(LL_LIMIT, "Step %lld found more contacts than the limit of %d.",
+        return ll_error(LL_LIMIT, "contacts: step %lld needs more than the limit of %d.",
                         (long long)w->stats.step, w->limits.contacts);
     return ll_ok();
 }
 
-/* ---- looking ---- */
+/* ---- queries ---- */
 
 uint64_t ll_rigid_hash(const ll_rigid *w)
 {
     uint64_t h = ll_hash_u64((uint64_t)w->stats.step, (uint64_t)w->awake);
     h = ll_hash(h, ll_poses(w), (size_t)w->body_end * sizeof(ll_pose));
-    h = ll_hash(h, ll_motions(w), (size_t)w->body_end * sizeof(ll_motion));
-    h = ll_hash(h, ll_bodys(w), (size_t)w->body_end * sizeof(ll_body));
+    h = ll_hash(h, ll_solver_bodies(w), (size_t)w->body_end * sizeof(ll_solver_body));
+    h = ll_hash(h, ll_bodies(w), (size_t)w->body_end * sizeof(ll_body));
     h = ll_hash(h, ll_contacts(w), (size_t)w->contact_end * sizeof(ll_contact));
     return ll_hash(h, ll_joints(w), (size_t)w->joint_end * sizeof(ll_joint));
 }
@@ -300,7 +300,7 @@ bool ll_rigid_contact_at(const ll_rigid *w, int32_t index, ll_contact_view *out)
     const ll_contact *c = &ll_contacts(w)[index];
     if (c->shape[0] == LL_NONE || c->count == 0)
         return false;
-    ll_since since = ll_since_made(w, c);
+    ll_relative_motion since = ll_relative_motion_of(w, c);
     ll_vec2 a = ll_poses(w)[c->body[0]].p;
     *out = (ll_contact_view){.a = ll_rigid_body_at(w, c->body[0]),
                              .b = ll_rigid_body_at(w, c->body[1]),
@@ -331,7 +331,7 @@ bool ll_rigid_shape_at(const ll_rigid *w, int32_t index, ll_shape_view *out)
     *out = (ll_shape_view){.body = ll_rigid_body_at(w, s->body),
                            .geometry = *ll_geometry_of(w, s, &circle),
                            .pose = ll_poses(w)[s->body],
-                           .box = ll_boxs(w)[index]};
+                           .box = ll_boxes(w)[index]};
     return true;
 }
 
@@ -347,7 +347,7 @@ static void pick(void *context, int32_t shape)
     picking *p = context;
     const ll_shape *s = &ll_shapes(p->world)[shape];
     ll_geometry circle;
-    if (ll_bodys(p->world)[s->body].type != LL_BODY_DYNAMIC || (p->body != LL_NONE && p->body < s->body))
+    if (ll_bodies(p->world)[s->body].type != LL_BODY_DYNAMIC || (p->body != LL_NONE && p->body < s->body))
         return;
     ll_manifold m = ll_collide(ll_geometry_of(p->world, s, &circle), &p->point,
                                ll_pose_between(ll_poses(p->world)[s->body], (ll_pose){p->at, {1, 0}}), 0);
@@ -358,7 +358,7 @@ static void pick(void *context, int32_t shape)
 ll_body_id ll_rigid_pick(const ll_rigid *w, ll_vec2 at)
 {
     picking p = {.world = w, .point = {.kind = LL_SHAPE_CIRCLE, .count = 1}, .at = at, .body = LL_NONE};
-    ll_broad_of(w)->query(ll_broad_state(w), ll_boxs(w), (ll_aabb){at, at}, pick, &p);
+    ll_broad_of(w)->query(ll_broad_state(w), ll_boxes(w), (ll_aabb){at, at}, pick, &p);
     return p.body == LL_NONE ? (ll_body_id){0, 0} : ll_rigid_body_at(w, p.body);
 }
 
@@ -367,15 +367,15 @@ ll_body_id ll_rigid_pick(const ll_rigid *w, ll_vec2 at)
 static bool contact_valid(const ll_rigid *w, int32_t i)
 {
     const ll_contact *c = &ll_contacts(w)[i];
-    bool awake = ll_bodys(w)[c->body[0]].awake != LL_NONE || ll_bodys(w)[c->body[1]].awake != LL_NONE;
+    bool awake = ll_bodies(w)[c->body[0]].awake != LL_NONE || ll_bodies(w)[c->body[1]].awake != LL_NONE;
     if ((c->awake != LL_NONE) != awake || (awake && ll_awake_contacts(w)[c->awake] != i))
         return false;
-    if ((c->count > 0) != (c->colour != LL_NONE) || !ll_pair_known(w, c->shape[0], c->shape[1]))
+    if ((c->count > 0) != (c->colour != LL_NONE) || !ll_pair_exists(w, c->shape[0], c->shape[1]))
         return false;
     if (c->colour == LL_NONE || c->colour >= LL_COLOURS)
         return true;
     for (int side = 0; side < 2; side++) {
-        const ll_body *b = &ll_bodys(w)[c->body[side]];
+        const ll_body *b = &ll_bodies(w)[c->body[side]];
         if (b->type == LL_BODY_DYNAMIC && !(b->colours >> c->colour & 1))
             return false;
     }
@@ -384,8 +384,8 @@ static bool contact_valid(const ll_rigid *w, int32_t i)
 
 static bool body_valid(const ll_rigid *w, int32_t i)
 {
-    const ll_body *b = &ll_bodys(w)[i];
-    if (b->awake != LL_NONE && ll_awakes(w)[b->awake] != i)
+    const ll_body *b = &ll_bodies(w)[i];
+    if (b->awake != LL_NONE && ll_awake_bodies(w)[b->awake] != i)
         return false;
     uint64_t colours = 0;
     for (int32_t e = b->contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1]) {
@@ -405,7 +405,7 @@ bool ll_rigid_valid(const ll_rigid *w)
 {
     int32_t bodies = 0, contacts = 0;
     for (int32_t i = 0; i < w->body_end; i++) {
-        if (ll_bodys(w)[i].type == LL_NONE)
+        if (ll_bodies(w)[i].type == LL_NONE)
             continue;
         bodies++;
         if (!body_valid(w, i))

@@ -20,8 +20,8 @@ static ll_freq tick_freq(const void *config)
 
 /* ---- a person stirs ---- */
 
-#define STIR_RADIUS 0.04 /* of the larger side of what is seen */
-#define STIR_SPEED 4.0   /* sides per second, at most */
+#define DRAG_RADIUS 0.04 /* of the larger side of what is seen */
+#define DRAG_SPEED 4.0   /* sides per second, at most */
 
 static double larger_side(const ll_fluid_sim *s, double box[4])
 {
@@ -36,17 +36,17 @@ static double limited(double value, double most)
 }
 
 /* With the speed of the pointer since the tick before. */
-static void stir(ll_fluid_sim *s)
+static void drag_force(ll_fluid_sim *s)
 {
     double box[4], side = larger_side(s, box);
-    ll_fluid_stir what = {
+    ll_drag_force what = {
         .x = s->pointer[0],
         .y = s->pointer[1],
-        .velocity_x = limited((s->pointer[0] - s->before[0]) * s->setup.hz, STIR_SPEED * side),
-        .velocity_y = limited((s->pointer[1] - s->before[1]) * s->setup.hz, STIR_SPEED * side),
-        .radius = s->held ? STIR_RADIUS * side : 0};
-    if (ll_fluid_sim_scene(&s->setup)->method->stir)
-        ll_fluid_sim_scene(&s->setup)->method->stir(ll_fluid_sim_block(s), &what);
+        .velocity_x = limited((s->pointer[0] - s->before[0]) * s->setup.hz, DRAG_SPEED * side),
+        .velocity_y = limited((s->pointer[1] - s->before[1]) * s->setup.hz, DRAG_SPEED * side),
+        .radius = s->held ? DRAG_RADIUS * side : 0};
+    if (ll_fluid_sim_scene(&s->setup)->method->drag_force)
+        ll_fluid_sim_scene(&s->setup)->method->drag_force(ll_fluid_sim_block(s), &what);
     memcpy(s->before, s->pointer, sizeof s->before);
 }
 
@@ -79,7 +79,7 @@ static void input(void *block, int player, const ll_action *action)
 
 static ll_status step(ll_fluid_sim *s)
 {
-    stir(s);
+    drag_force(s);
     ll_status status = ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz);
     if (!ll_failed(&status)) {
         s->ticks++;

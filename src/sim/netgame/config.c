@@ -58,7 +58,7 @@ static ll_status send_too_seldom(int player, double send_hz, double least)
     char field[48];
     snprintf(field, sizeof field, "players.%d.send_hz", player);
     return ll_field_error(LL_BAD_INPUT, field,
-                          "%s must be 0 or at least %g, since a packet holds %d inputs at most; got %g",
+                          "%s: must be 0 or at least %g, since a packet holds %d inputs at most; got %g",
                           field, least, LL_INPUTS_MAX, send_hz);
 }
 
@@ -77,7 +77,7 @@ static ll_status check(const void *object, const char *path)
         snprintf(field, sizeof field, "players.%d.prediction_scope", i);
         if (scope->guesses && ll_syncs[c->server.sync]->drains)
             return ll_field_error(LL_BAD_INPUT, field,
-                                  "%s must be own where server.sync is %s, in which there is no step to "
+                                  "%s: must be own where server.sync is %s, in which there is no step to "
                                   "predict others by; got %s",
                                   field, ll_syncs[c->server.sync]->name, scope->name);
     }

@@ -544,11 +544,11 @@ static ll_status accepts(const void *config, int player, const ll_action *action
 {
     const ll_netgame_config *c = config;
     if (player < 0 || player >= c->player_count)
-        return ll_field_error(LL_BAD_INPUT, "player", "player must be between 0 and %d; got %d",
-                              c->player_count - 1, player);
+        return ll_field_error(LL_BAD_INPUT, "player", "player: must be 0 to %d; got %d", c->player_count - 1,
+                              player);
     for (int i = 0; i < 2; i++)
         if (!(action->axis[i] >= -1 && action->axis[i] <= 1))
-            return ll_field_error(LL_BAD_INPUT, "axes", "an axis must be between -1 and 1; got %g",
+            return ll_field_error(LL_BAD_INPUT, "axes", "axes: must be -1 to 1; got %g",
                                   (double)action->axis[i]);
     if (c->players[player].control != LL_CONTROL_PERSON)
         return ll_error(LL_CONFLICT,

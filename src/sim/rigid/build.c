@@ -25,7 +25,7 @@ static ll_status needs_points(const ll_rigid_body *b, int least, const char *wha
 {
     if (b->point_count >= least)
         return ll_ok();
-    return ll_error(LL_BAD_INPUT, "points: %s must have at least %d; got %d", what, least, b->point_count);
+    return ll_error(LL_BAD_INPUT, "points: %s: must have at least %d; got %d", what, least, b->point_count);
 }
 
 /* Every link is tried: the first that is wrong tells. */
@@ -34,8 +34,8 @@ static ll_status chain(const ll_rigid_body *b, const ll_vec2 *points, ll_geometr
     int count = b->point_count, first = b->loop ? 0 : 1, last = b->loop ? count : count - 2;
     ll_status status = needs_points(b, 4, "a chain");
     for (int i = first; i < last && !ll_failed(&status); i++)
-        status = ll_shape_link(points[(i + count - 1) % count], points[i], points[(i + 1) % count],
-                               points[(i + 2) % count], out);
+        status = ll_shape_chain_segment(points[(i + count - 1) % count], points[i], points[(i + 1) % count],
+                                        points[(i + 2) % count], out);
     return status;
 }
 

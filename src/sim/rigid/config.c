@@ -233,8 +233,8 @@ static ll_status check_bodies(const ll_rigid_config *c)
             return ll_field_error(LL_BAD_INPUT, field, "%s: %s", field, status.text);
         if (b->type == LL_BODY_DYNAMIC && !ll_shape_is_solid((ll_shape_kind)g.kind))
             return ll_field_error(LL_BAD_INPUT, field,
-                                  "%s.type must be static or kinematic: a %s has no mass; got dynamic", field,
-                                  form_names[b->form]);
+                                  "%s.type: must be static or kinematic: a %s has no mass; got dynamic",
+                                  field, form_names[b->form]);
     }
     return ll_ok();
 }
@@ -249,16 +249,16 @@ static ll_status check_joints(const ll_rigid_config *c)
             snprintf(field, sizeof field, "joints.%d.%c", i, "ab"[side]);
             if (ends[side] >= c->body_count)
                 return ll_field_error(LL_BAD_INPUT, field,
-                                      "%s must be the index of one of the %d bodies; got %lld", field,
+                                      "%s: must be the index of one of the %d bodies; got %lld", field,
                                       c->body_count, (long long)ends[side]);
         }
         if (j->a == j->b)
-            return ll_field_error(LL_BAD_INPUT, field, "%s must be another body than a; got %lld", field,
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must be another body than a; got %lld", field,
                                   (long long)j->b);
         snprintf(field, sizeof field, "joints.%d.lower", i);
         if (j->limited && j->lower > j->upper)
-            return ll_field_error(LL_BAD_INPUT, field, "%s must be at most upper, which is %g; got %g", field,
-                                  j->upper, j->lower);
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must be at most upper, which is %g; got %g",
+                                  field, j->upper, j->lower);
     }
     return ll_ok();
 }

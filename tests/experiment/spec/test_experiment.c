@@ -687,10 +687,10 @@ static void bad_input_is_told(void **state)
     static const struct {
         const char *text, *field, *words;
     } cases[] = {
-        {"{" METRICS "}", "scenario", "scenario must be"},
+        {"{" METRICS "}", "scenario", "scenario: must be"},
         {"{\"scenario\":\"nosuch\"," METRICS "}", "scenario", "nosuch"},
         {"{\"scenario\":\"race\"," METRICS ",\"axis\":[]}", "axis", "axes"},
-        {"{\"scenario\":\"race\"}", "metrics", "metrics must be"},
+        {"{\"scenario\":\"race\"}", "metrics", "metrics: must be"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.lag\"]}", "metrics.0", "players.0 has name"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.7.own_lead_m.mean\"]}", "metrics.0", "2 elements"},
         {"{\"scenario\":\"race\",\"metrics\":[\"players.0.own_lead_m\"]}", "metrics.0", "mean"},

@@ -66,8 +66,8 @@ static void obstacles_let_nothing_through(void **state)
         tank t = tank_open("cylinder", "params.n=64 solver.tolerance=1e-12");
         tank_set(&t, advections[i]);
         t.scene->method->set_solver(t.block, t.solver);
-        t.scene->method->stir(
-            t.block, &(ll_fluid_stir){.x = 0.6, .y = 1, .velocity_x = -2, .velocity_y = 1, .radius = 0.3});
+        t.scene->method->drag_force(
+            t.block, &(ll_drag_force){.x = 0.6, .y = 1, .velocity_x = -2, .velocity_y = 1, .radius = 0.3});
         for (int step = 0; step < 5; step++) {
             tank_run(&t, 1, 1. / 60);
             between(advections[i], tank_number(&t, "divergence_max"), 0, 1e-9);
@@ -268,13 +268,13 @@ static void stirring_draws_along(void **state)
 {
     (void)state;
     tank t = tank_open("cavity", "params.n=32");
-    ll_fluid_stir stir = {.x = 0.5, .y = 0.3, .velocity_x = 2, .radius = 0.1};
-    t.scene->method->stir(t.block, &stir);
+    ll_drag_force drag_force = {.x = 0.5, .y = 0.3, .velocity_x = 2, .radius = 0.1};
+    t.scene->method->drag_force(t.block, &drag_force);
     tank_run(&t, 5, 1.0 / 60);
     const ll_grid *g = t.block;
     between("speed where it is stirred", ll_grid_u(g)[ll_grid_at(32, 16, 9)], 1, 2.5);
-    stir.radius = 0;
-    t.scene->method->stir(t.block, &stir);
+    drag_force.radius = 0;
+    t.scene->method->drag_force(t.block, &drag_force);
     double before = tank_number(&t, "energy");
     tank_run(&t, 60, 1.0 / 60);
     between("energy afterwards", tank_number(&t, "energy"), 0, before);
@@ -335,7 +335,7 @@ static void too_many_cells_are_refused_with_their_memory(void **state)
     ll_status status = tank_check(&t, "cavity", "params.n=4096");
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_string_equal(status.field, "params.n");
-    assert_non_null(strstr(status.text, "4096 x 4096 cells would take"));
+    assert_non_null(strstr(status.text, "4096 x 4096 cells needs"));
     assert_non_null(strstr(status.text, "MiB"));
     status = tank_check(&t, "cylinder", "params.n=512");
     assert_false(ll_failed(&status));

@@ -256,7 +256,7 @@ static void lagged_density_is_reported(void **state)
     }
     between("steps to the end", steps, 20, 70); /* by t = 1.4 */
     assert_int_equal(status.code, LL_DIVERGED);
-    assert_non_null(strstr(status.text, "Tick "));
+    assert_non_null(strstr(status.text, "step "));
     assert_non_null(strstr(status.text, "particle "));
     assert_non_null(strstr(status.text, "CFL"));
     lab_close(&l);
@@ -285,7 +285,7 @@ static void values_that_are_not_finite_are_reported(void **state)
         ll_status status = ll_particles_step(l.fluid, l.scene->dt);
         assert_int_equal(status.code, LL_DIVERGED);
         char wanted[40];
-        snprintf(wanted, sizeof wanted, "Tick 0, particle %d", view.id[7]);
+        snprintf(wanted, sizeof wanted, "step 0: particle %d", view.id[7]);
         assert_non_null(strstr(status.text, wanted));
         lab_close(&l);
     }

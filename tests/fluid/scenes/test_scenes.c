@@ -61,8 +61,8 @@ static void fluid_is_drawn_along(void **state)
 {
     (void)state;
     tank t = tank_open("pool", "params.size=80");
-    ll_fluid_stir stir = {.x = 5, .y = 0.5, .velocity_x = 3, .radius = 0.8};
-    t.scene->method->stir(t.block, &stir);
+    ll_drag_force drag_force = {.x = 5, .y = 0.5, .velocity_x = 3, .radius = 0.8};
+    t.scene->method->drag_force(t.block, &drag_force);
     double before = tank_number(&t, "momentum_x");
     tank_run(&t, 5, FRAME);
     between("momentum", tank_number(&t, "momentum_x") - before, 500, 1e5);

@@ -46,8 +46,8 @@ static void bad_tanks_are_refused(void **state)
     (void)state;
     const char *const texts[] = {"{\"width_m\":0.8}", "{\"height_m\":0.9}",
                                  "{\"width_m\":50,\"height_m\":50,\"side_m\":1}"};
-    const char *const told[] = {"width_m must be at least 1 m", "height_m must be at least 1 m",
-                                "walls of 7800 particles"};
+    const char *const told[] = {"width_m: must be at least 1 m", "height_m: must be at least 1 m",
+                                "the walls need 7800 particles"};
     for (size_t i = 0; i < 3; i++) {
         params p;
         cJSON *json = cJSON_Parse(texts[i]);

@@ -88,26 +88,24 @@ static void what_makes_no_sense_is_refused(void **state)
         const char *text, *field, *sentence;
     } cases[] = {
         {"{\"reorder_pct\":5}", "reorder_pct",
-         "reorder_pct must be 0 where delay_ms, jitter_ms and rate_kbps are 0, since a reordered packet goes "
-         "without "
-         "that delay; got 5"},
+         "reorder_pct: must be 0 where delay_ms, jitter_ms and rate_kbps are 0, since a reordered packet "
+         "goes without that delay; got 5"},
         {"{\"reorder_pct\":5,\"delay_ms\":20,\"order\":\"fifo\"}", "reorder_pct",
-         "reorder_pct must be 0 where order is fifo; got 5"},
-        {"{\"reorder_gap\":5}", "reorder_gap", "reorder_gap must be 1 where reorder_pct is 0; got 5"},
+         "reorder_pct: must be 0 where order is fifo; got 5"},
+        {"{\"reorder_gap\":5}", "reorder_gap", "reorder_gap: must be 1 where reorder_pct is 0; got 5"},
         {"{\"loss_model\":\"state\",\"p13_pct\":60,\"p14_pct\":50}", "p14_pct",
-         "p14_pct must be at most 100 % together with p13_pct, 60 %; got 50"},
+         "p14_pct: must be at most 100 % together with p13_pct, 60 %; got 50"},
         {"{\"loss_model\":\"state\",\"p32_pct\":1}", "p32_pct",
-         "p32_pct must be at most 100 % together with p31_pct, 100 %; got 1"},
+         "p32_pct: must be at most 100 % together with p31_pct, 100 %; got 1"},
         {"{\"spike_every_ms\":1000,\"spike_length_ms\":1001}", "spike_length_ms",
-         "spike_length_ms must be at most spike_every_ms, 1000 ms; got 1001"},
+         "spike_length_ms: must be at most spike_every_ms, 1000 ms; got 1001"},
         {"{\"blackout_every_ms\":10,\"blackout_length_ms\":20}", "blackout_length_ms",
-         "blackout_length_ms must be at most blackout_every_ms, 10 ms; got 20"},
-        {"{\"delay_corr_pct\":100}", "delay_corr_pct", "delay_corr_pct must be between 0 and 99 %; got 100"},
-        {"{\"mtu_bytes\":63}", "mtu_bytes", "mtu_bytes must be 0 or between 64 and 65507 B; got 63"},
+         "blackout_length_ms: must be at most blackout_every_ms, 10 ms; got 20"},
+        {"{\"delay_corr_pct\":100}", "delay_corr_pct", "delay_corr_pct: must be 0 to 99 %; got 100"},
+        {"{\"mtu_bytes\":63}", "mtu_bytes", "mtu_bytes: must be 0 or 64 to 65507 B; got 63"},
         {"{\"mtu_bytes\":65508}", "mtu_bytes",
-         "mtu_bytes must be a whole number between 0 and 65507 B; got 65508"},
-        {"{\"reorder_gap\":0}", "reorder_gap",
-         "reorder_gap must be a whole number between 1 and 1000; got 0"},
+         "mtu_bytes: must be a whole number from 0 to 65507 B; got 65508"},
+        {"{\"reorder_gap\":0}", "reorder_gap", "reorder_gap: must be a whole number from 1 to 1000; got 0"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ll_link_params params;

@@ -73,10 +73,9 @@ static void an_unknown_preset_is_told_the_known(void **state)
 {
     (void)state;
     ll_player_config player;
-    assert_string_equal(
-        parse("{\"link\":{\"preset\":\"lte\"}}", &player).text,
-        "link.preset must be one of custom, home_broadband, fiber, cable, dsl, satellite_leo, "
-        "congested, gsm_2g, gprs_2_5g, edge_2_75g, umts_3g, ...; got \"lte\"");
+    assert_string_equal(parse("{\"link\":{\"preset\":\"lte\"}}", &player).text,
+                        "link.preset: must be one of custom, home_broadband, fiber, cable, dsl, "
+                        "satellite_leo, congested, gsm_2g, gprs_2_5g, edge_2_75g, umts_3g, ...; got \"lte\"");
 }
 
 /* The bound counts what a packet can take at most, whatever it takes mostly. */

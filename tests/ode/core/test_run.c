@@ -37,7 +37,7 @@ static void bad_input_is_refused_with_a_sentence(void **state)
     refused("rk4", &oscillator, (ll_ode_control){.t_end = 10, .dt = 0.1, .max_steps = 99}, "dt", "99 steps");
     refused("rk4", &oscillator, (ll_ode_control){.t_end = 0, .dt = 0.1}, "t_end", "differ from t0");
     refused("rk4", &oscillator, (ll_ode_control){.t_end = (double)INFINITY, .dt = 0.1}, "t_end", "finite");
-    refused("dopri5", &oscillator, (ll_ode_control){.t_end = 1}, "tolerance", "between 1e-15 and 0.1");
+    refused("dopri5", &oscillator, (ll_ode_control){.t_end = 1}, "tolerance", "1e-15 to 0.1");
     refused("dopri5", &oscillator, (ll_ode_control){.t_end = 1, .tolerance = 1e-17}, "tolerance", "1e-15");
     refused("dopri5", &oscillator, (ll_ode_control){.t_end = 1, .tolerance = 1e-6, .first_step = -1},
             "first_step", "at least 0");

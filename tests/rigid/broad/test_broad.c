@@ -1,5 +1,5 @@
-/* Every broad phase finds the pairs of brute force: for boxes of one size and of many, moved, removed and put
- * back, and piled up. */
+/* Every broad phase finds the same pairs as brute force: boxes of one size and of many, moved, removed,
+ * inserted again, and piled up. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -19,7 +19,7 @@ typedef struct bench {
     uint8_t moved[CAPACITY], live[CAPACITY];
     int32_t list[CAPACITY];
     int32_t moves;
-    bool scratch; /* with it the grid sweeps strips, without it makes queries */
+    bool scratch; /* the grid sweeps strips with it and makes queries without it */
     void *state[LL_BROADS];
 } bench;
 

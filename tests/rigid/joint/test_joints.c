@@ -1,4 +1,4 @@
-/* Each joint does what its name says, under every solver; and heavy loads on long chains. */
+/* Each joint type works under every solver; heavy loads on long chains. */
 #include "rigid/harness.h"
 
 static const double pi = 3.14159265358979323846;
@@ -38,8 +38,7 @@ static void run(const pair *t, int steps)
         ok(ll_rigid_step(t->world, 1.0 / 60, NULL));
 }
 
-/* Errors that a solver may leave after 5 s of hanging; impulses and pgs correct a fifth of an error in a
- * step. */
+/* Largest errors after hanging for 5 s; impulse and pgs correct a fifth of an error per step. */
 static const double slack[LL_SOLVERS] = {0.1, 0.05, 0.05, 0.002, 0.01, 0.002, 0.03};
 
 static void hinges_and_welds_hold(void **state)
@@ -78,7 +77,7 @@ static void a_rod_keeps_its_length_and_a_rope_only_pulls(void **state)
         }
         at_most("longest", longest, def.length + 0.005);
         if (rope)
-            at_most("shortest", shortest, 1.5); /* it fell freely at first */
+            at_most("shortest", shortest, 1.5); /* it was in free fall at first */
         else
             at_least("shortest", shortest, def.length - 0.005);
         free(t.world);
@@ -107,8 +106,8 @@ static void a_spring_is_as_stiff_as_it_says(void **state)
     }
 }
 
-/* In a period an amplitude falls to exp(-2 pi zeta / sqrt(1 - zeta^2)) of it; implicit steps of h add omega h
- * / 2 to the damping ratio, and omega h where the spring is looked at again once bodies have moved. */
+/* In a period an amplitude decreases to exp(-2 pi zeta / sqrt(1 - zeta^2)) of it. Implicit steps of h add
+ * omega h / 2 to the damping ratio, and omega h if the spring is solved again after bodies moved. */
 static void a_spring_swings_out_as_its_damping_says(void **state)
 {
     (void)state;
@@ -138,7 +137,7 @@ static void a_spring_swings_out_as_its_damping_says(void **state)
     }
 }
 
-/* A largest torque turns as fast in the steps of every solver: T / I a second. */
+/* A largest torque accelerates equally in every solver: T / I per second. */
 static void a_motor_has_the_torque_that_it_says(void **state)
 {
     (void)state;
@@ -163,7 +162,7 @@ static void a_motor_has_the_torque_that_it_says(void **state)
         }
 }
 
-/* A box on a hinge whose limits are far turns as without them. */
+/* A box on a revolute joint with distant limits rotates as without them. */
 static void a_far_limit_is_not_felt(void **state)
 {
     (void)state;
@@ -256,8 +255,8 @@ static void a_mouse_draws_and_a_motor_holds(void **state)
     free(t.world);
 }
 
-/* Coulomb: v loses F / m a second along itself and w loses T / I, both to 0 and no further; what a moving
- * ground takes along comes to its speed. */
+/* Coulomb friction: v decreases by F / m per second along itself and w by T / I, both to 0 and no further; a
+ * body on a moving ground takes on its speed. */
 static void friction_holds_in_every_direction(void **state)
 {
     (void)state;
@@ -308,7 +307,7 @@ static void bad_joints_are_told(void **state)
     free(t.world);
 }
 
-/* 670 times the mass of a link at the end of 40: the chain is as long as it was. */
+/* A ball of 670 times the mass of a link, at the end of 40 links: the chain keeps its length. */
 static void a_chain_bears_a_heavy_ball(void **state)
 {
     (void)state;

@@ -1,7 +1,7 @@
-/* Every scene is built within its limits and runs; the hard ones keep the bounds that are stated here. */
+/* Every scene can be built within its limits and runs; the hard ones stay within the bounds given here. */
 #include "rigid/harness.h"
 
-typedef struct bound { /* after 10 s, sleeping off; 0: not asked for */
+typedef struct bound { /* after 10 s without sleeping; 0: not checked */
     const char *scene;
     ll_scene_args args;
     int steps;
@@ -23,7 +23,7 @@ static const bound bounds[] = {
      .tilt = 0.001,
      .penetration = 0.005,
      .speed = 0.01},
-    {"overlap", {0}, 600, .penetration = 0.005, .speed = 0.01}, /* where the top comes to rest is chance */
+    {"overlap", {0}, 600, .penetration = 0.005, .speed = 0.01}, /* where the top comes to rest is random */
     {"total_overlap", {.size = 8}, 600, .penetration = 0.01, .speed = 0.01},
     {"card_house", {0}, 600, .sag = 0.005, .drift = 0.01, .tilt = 0.05, .penetration = 0.001, .speed = 0.001},
     {"arch", {0}, 600, .sag = 0.01, .drift = 0.005, .tilt = 0.002, .penetration = 0.001, .speed = 0.001},
@@ -60,8 +60,7 @@ static void hard_cases_keep_their_bounds(void **state)
     }
 }
 
-/* More balls than there is room for: the energy of squeezing is not turned into speed, and all stay inside.
- */
+/* More balls than fit: compression energy does not become velocity, and all stay inside. */
 static void confined_balls_come_to_rest(void **state)
 {
     (void)state;
@@ -100,7 +99,7 @@ static void every_scene_runs(void **state)
     assert_null(ll_scene_named("no such"));
 }
 
-/* Bodies that come and go: the world is sound, and a doll's joints hold. */
+/* Bodies are added and removed: the world stays valid, and the joints of ragdolls hold. */
 static void rain_comes_and_goes(void **state)
 {
     (void)state;
@@ -115,7 +114,7 @@ static void rain_comes_and_goes(void **state)
     lab_close(&l);
 }
 
-/* The paper's wall, exact and as the volumes see it: what is bigger is hit earlier. */
+/* The paper's wall, exact and with bounding volumes: larger shapes are hit earlier. */
 static void volumes_change_while_it_runs(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Manifolds of every pair of shapes against what a drawing gives. */
+/* Manifolds of every pair of shapes against drawn ones. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -115,7 +115,7 @@ static void corners_push_along_the_line_between_them(void **state)
     near(m.normal.x, sqrt(0.5), 1e-12);
 }
 
-/* Whatever the shapes: a manifold's deepest point is as far apart as GJK says, when they are apart. */
+/* For all shapes: the deepest point of a manifold has the separation that GJK gives, if they are apart. */
 static void separations_are_distances(void **state)
 {
     (void)state;
@@ -137,8 +137,8 @@ static void separations_are_distances(void **state)
         seen++;
         assert_in_range(m.count, 1, 2);
         double least = fmin(m.at[0].separation, m.at[m.count - 1].separation);
-        near(least, d.distance, 0.001); /* a tenth of the slop is how far axes count as equal */
-        /* And both directions are one contact. */
+        near(least, d.distance, 0.001); /* axes within a tenth of the slop count as equal */
+        /* The reverse direction gives the same contact. */
         ll_manifold back = ll_collide(b, a, ll_pose_between(rel, home), 0.05);
         assert_int_equal(back.count > 0, 1);
         ll_vec2 normal = ll_rotate(rel.q, back.normal);
@@ -149,15 +149,15 @@ static void separations_are_distances(void **state)
     assert_in_range(seen, 1000, 10000);
 }
 
-/* A chain of five links with a hollow and a ridge: a box or a ball over an inner vertex gets no sideways
- * normal on the flat part, and is pushed out along the ridge's own range only. */
+/* A chain of five segments with a concave and a convex vertex: a box or a ball over an inner vertex gets no
+ * sideways normal on the flat part, and is pushed out only within the range of the ridge. */
 static void links_have_no_inner_corners(void **state)
 {
     (void)state;
     ll_vec2 v[6] = {{4, 0}, {2, 0}, {0, 0}, {-2, 0}, {-3, 1}, {-5, 1}}; /* right to left: solid from above */
     ll_geometry links[3], ball = circle(0.5), crate = box(1, 1);
     for (int i = 0; i < 3; i++)
-        assert_int_equal(ll_shape_link(v[i], v[i + 1], v[i + 2], v[i + 3], &links[i]).code, LL_OK);
+        assert_int_equal(ll_shape_chain_segment(v[i], v[i + 1], v[i + 2], v[i + 3], &links[i]).code, LL_OK);
     for (int i = 0; i <= 400; i++) {
         double x = -0.5 + i * 0.01 * 0.75;
         for (int k = 0; k < 2; k++) {
@@ -169,7 +169,7 @@ static void links_have_no_inner_corners(void **state)
                 near(on_crate.normal.x, 0, 1e-6);
         }
     }
-    /* From below nothing is stopped. */
+    /* Nothing is stopped from below. */
     assert_int_equal(ll_collide(&links[0], &ball, at(1, -0.3, 0), margin).count, 0);
     assert_int_equal(ll_collide(&links[0], &crate, at(1, -0.3, 0), margin).count, 0);
 }

@@ -1,4 +1,4 @@
-/* Areas, moments and boxes of shapes against closed forms, and what is refused. */
+/* Areas, moments of inertia and boxes of shapes against closed forms; rejected shapes. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -85,20 +85,20 @@ static void bad_shapes_are_told(void **state)
     refused(ll_shape_polygon(flat, 3, &g), "degenerate");
     refused(ll_shape_polygon(star, 5, &g), "convex");
     refused(ll_shape_polygon(twice, 4, &g), "closer");
-    refused(ll_shape_polygon(many, 9, &g), "from 3 to 8");
-    refused(ll_shape_polygon(many, 2, &g), "from 3 to 8");
+    refused(ll_shape_polygon(many, 9, &g), "3 to 8");
+    refused(ll_shape_polygon(many, 2, &g), "3 to 8");
     flat[1].y = NAN;
     refused(ll_shape_polygon(flat, 3, &g), "finite");
     refused(ll_shape_circle(ll_vec(0, INFINITY), 1, &g), "finite");
     refused(ll_shape_circle(ll_vec(0, 0), 0, &g), "radius");
     refused(ll_shape_circle(ll_vec(0, 0), NAN, &g), "radius");
     refused(ll_shape_segment(ll_vec(1, 1), ll_vec(1, 1), &g), "apart");
-    refused(ll_shape_box(1, 0, ll_vec(0, 0), 0, &g), "size");
-    refused(ll_shape_box(1, -1, ll_vec(0, 0), 0, &g), "size");
+    refused(ll_shape_box(1, 0, ll_vec(0, 0), 0, &g), "sides");
+    refused(ll_shape_box(1, -1, ll_vec(0, 0), 0, &g), "sides");
     refused(ll_shape_box(1, 1, ll_vec(0, 0), NAN, &g), "angle");
 }
 
-/* The overestimates of a 3 x 1 rectangle that is turned by 30 degrees (the paper's Figure 5). */
+/* Overestimates of a 3 x 1 rectangle rotated by 30 degrees (the paper's Figure 5). */
 static void volumes_overestimate_as_they_must(void **state)
 {
     (void)state;
@@ -111,7 +111,8 @@ static void volumes_overestimate_as_they_must(void **state)
     near(ll_bound_area(LL_VOLUME_AABB, &g, q), (3 * c + s) * (3 * s + c), 1e-13);
     near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), pi * 2.5, 1e-13);
 
-    /* The smallest circle of an obtuse triangle stands on its longest side, of an acute one goes round it. */
+    /* The smallest circle of an obtuse triangle is over its longest side; that of an acute one is the
+     * circumcircle. */
     ll_vec2 obtuse[3] = {{0, 0}, {4, 0}, {2, 0.5}}, acute[3] = {{0, 0}, {2, 0}, {1, sqrt(3)}};
     assert_int_equal(ll_shape_polygon(obtuse, 3, &g).code, LL_OK);
     near(ll_bound_area(LL_VOLUME_SPHERE, &g, q), 4 * pi, 1e-12);
@@ -120,7 +121,7 @@ static void volumes_overestimate_as_they_must(void **state)
     near(ll_bound_area(LL_VOLUME_OBB, &g, q), 2 * sqrt(3), 1e-12);
 }
 
-/* Over a grid of places: no volume misses a hit, and each has the false hits that its shape gives it. */
+/* Over a grid of positions: no bounding volume misses a hit, and each has the false hits of its shape. */
 static void volumes_miss_nothing(void **state)
 {
     (void)state;
@@ -206,24 +207,24 @@ static void first_touch_is_the_closed_forms(void **state)
     assert_int_equal(ll_shape_circle(ll_vec(0, 0), 0.05, &ball).code, LL_OK);
     assert_int_equal(ll_shape_box(0.05, 4, ll_vec(0, 0), 0, &wall).code, LL_OK);
     ll_sweep still = {home, {0, 0}, 0}, fast = {{{-10, 0.3}, {1, 0}}, {100, 0}, 0};
-    ll_touch touch = ll_first_touch(&wall, &still, &ball, &fast, 0.001);
+    ll_toi_result touch = ll_time_of_impact(&wall, &still, &ball, &fast, 0.001);
     assert_true(touch.hit);
     near(touch.t, (10 - 0.025 - 0.05 - 0.001) / 100, 0.0001 / 100);
 
     ll_sweep beside = {{{-10, 3}, {1, 0}}, {100, 0}, 0};
-    assert_false(ll_first_touch(&wall, &still, &ball, &beside, 0.001).hit);
+    assert_false(ll_time_of_impact(&wall, &still, &ball, &beside, 0.001).hit);
 
-    /* A wall that comes the other way. */
+    /* A wall that approaches. */
     ll_sweep coming = {{{50, 0}, {1, 0}}, {-100, 0}, 0};
-    touch = ll_first_touch(&wall, &coming, &ball, &fast, 0.001);
+    touch = ll_time_of_impact(&wall, &coming, &ball, &fast, 0.001);
     near(touch.t, (60 - 0.025 - 0.05 - 0.001) / 200, 0.0001 / 200);
 
-    /* A turning rod of half length 1 whose tip comes down on a segment 0.5 below: at the angle asin 0.5. */
+    /* A rotating rod of half length 1 whose tip hits a segment 0.5 below: at the angle asin 0.5. */
     ll_geometry floor;
     assert_int_equal(ll_shape_segment(ll_vec(5, -0.5), ll_vec(-5, -0.5), &floor).code, LL_OK);
     assert_int_equal(ll_shape_segment(ll_vec(-1, 0), ll_vec(1, 0), &rod).code, LL_OK);
-    ll_sweep turning = {home, {0, 0}, -pi / 2};
-    touch = ll_first_touch(&floor, &still, &rod, &turning, 1e-6);
+    ll_sweep revolute_limits = {home, {0, 0}, -pi / 2};
+    touch = ll_time_of_impact(&floor, &still, &rod, &revolute_limits, 1e-6);
     assert_true(touch.hit);
     near(touch.t, 1.0 / 3, 1e-5);
 }

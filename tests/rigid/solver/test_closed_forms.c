@@ -1,12 +1,12 @@
-/* What is known exactly, by every solver: slopes, bounces, cradles, and columns in which nothing prefers a
- * side. Each error has a limit; a solver that cannot do it has none, and is marked so in the table of
- * docs/accuracy.md, which is made of closed_forms.csv. `test_closed_forms --update` writes that file anew. */
+/* Exact solutions, for every solver: slopes, bounces, cradles, and columns without a preferred side. Each
+ * error has a limit; a solver that cannot solve the case has none, and is marked so in the table of
+ * docs/accuracy.md, which is made from closed_forms.csv. `test_closed_forms --update` writes that file. */
 #include "rigid/harness.h"
 
 #define TABLE "tests/rigid/closed_forms.csv"
 #define CANNOT NAN
 
-static const double rounding = 1e-6; /* in the table 0; the units are cm, % and m/s */
+static const double rounding = 1e-6; /* shown as 0 in the table; the units are cm, % and m/s */
 
 static const double pi = 3.14159265358979323846;
 
@@ -42,8 +42,8 @@ static ll_rigid *slope(const ll_rigid_params *p, double angle, double friction, 
     return w;
 }
 
-/* Rolls without slipping, since tan(angle) < 3 mu: the way is a third of g sin(angle) t^2. The larger of the
- * relative errors of way and turn. */
+/* Rolls without slipping, since tan(angle) < 3 mu: the distance is a third of g sin(angle) t^2. Returns the
+ * larger of the relative errors of distance and rotation. */
 static double disc_rolls(const trial *t, const ll_rigid_params *p)
 {
     double angle = t->number * pi / 180, way = 10 * sin(angle) * 4 / 3;
@@ -57,7 +57,7 @@ static double disc_rolls(const trial *t, const ll_rigid_params *p)
     return 100 * fmax(fabs(moved / way - 1), fabs(turned / (2 * way) - 1));
 }
 
-/* Slides with g (sin - mu cos), or stays. */
+/* Slides with g (sin - mu cos), or rests. */
 static double box_slides(const trial *t, const ll_rigid_params *p)
 {
     double angle = t->number * pi / 180, mu = 0.3;
@@ -71,7 +71,7 @@ static double box_slides(const trial *t, const ll_rigid_params *p)
     return 100 * fabs(moved - way);
 }
 
-/* ---- bounces: restitution `number`, from 5 m ---- */
+/* ---- bounces: restitution `number`, dropped from 5 m ---- */
 
 static const double drop = 5;
 
@@ -90,7 +90,7 @@ static ll_rigid *ball_over_ground(const ll_rigid_params *p, double restitution, 
     return w;
 }
 
-/* The next apex is e^2 as high. */
+/* The next apex is at e^2 of the height. */
 static double first_apex(const trial *t, const ll_rigid_params *p)
 {
     ll_body_id ball;
@@ -107,7 +107,7 @@ static double first_apex(const trial *t, const ll_rigid_params *p)
     return 100 * fabs(apex - t->number * t->number * drop);
 }
 
-/* Of e = 1 over 30 s: how much higher than 5 m. */
+/* For e = 1 over 30 s: height above 5 m. */
 static double gained_height(const trial *t, const ll_rigid_params *p)
 {
     (void)t;
@@ -122,7 +122,7 @@ static double gained_height(const trial *t, const ll_rigid_params *p)
     return 100 * most;
 }
 
-/* And how much lower the last apex is. */
+/* Height of the last apex below 5 m. */
 static double lost_height(const trial *t, const ll_rigid_params *p)
 {
     (void)t;
@@ -138,7 +138,7 @@ static double lost_height(const trial *t, const ll_rigid_params *p)
     return 100 * fmax(0, drop - apex);
 }
 
-/* ---- Newton's cradle: `number` balls, the last at rest takes the speed of the first ---- */
+/* ---- Newton's cradle: `number` balls; the last one takes the speed of the first ---- */
 
 static double cradle(const trial *t, const ll_rigid_params *p)
 {
@@ -277,7 +277,7 @@ static const trial trials[] = {
 };
 enum { count = sizeof trials / sizeof trials[0] };
 
-/* As the file has it: three digits. */
+/* As in the file: three digits. */
 static void row_of(const trial *t, int32_t solver, double error, char *line, size_t size)
 {
     char limit[32] = "";
@@ -310,7 +310,7 @@ static void update(void)
     fclose(f);
 }
 
-/* Every error is within its limit, and the file tells the errors of this build. */
+/* Every error is within its limit, and the file has the errors of this build. */
 static void errors_are_within_their_limits(void **state)
 {
     (void)state;
@@ -333,7 +333,7 @@ static void errors_are_within_their_limits(void **state)
     assert_int_equal(failed, 0);
 }
 
-/* XPBD: friction is not worse with more substeps, and a pile of 820 boxes stays where it is. */
+/* XPBD: more substeps do not make friction worse, and a pile of 820 boxes stays in place. */
 static void xpbd_gets_better_with_substeps(void **state)
 {
     (void)state;
@@ -374,7 +374,7 @@ static void a_pile_stays_by_xpbd(void **state)
     }
 }
 
-/* A cloud of balls of restitution 1: momentum and energy stay, by every solver but the beginner's. */
+/* A gas of balls of restitution 1: every solver but `impulse` conserves momentum and energy. */
 static void elastic_gases_keep_momentum_and_energy(void **state)
 {
     (void)state;

@@ -1,10 +1,10 @@
-/* A world that is solved group by group has the bits of one that is solved whole. */
+/* Solving a world group by group gives the same bits as solving it as a whole. */
 #include "rigid/harness.h"
 
 enum { pits = 80, in_a_pit = 30, thrown = pits * in_a_pit };
 
-/* Pits that do not move, of one kinematic body each or all of one body, which makes one island of all that
- * lies in them. */
+/* Immovable pits, of one kinematic body each, or all of one body, which makes one island of all their
+ * contents. */
 static void add_pits(ll_rigid *w, bool one_body)
 {
     ll_body_def def = ll_body_defaults(LL_BODY_KINEMATIC);
@@ -35,7 +35,7 @@ static void throw_in(ll_rigid *w, ll_body_id thing[thrown])
     }
 }
 
-static void hinge(ll_rigid *w, ll_body_id a, ll_body_id b, int type)
+static void revolute(ll_rigid *w, ll_body_id a, ll_body_id b, int type)
 {
     ll_joint_id id;
     ll_joint_def def = ll_joint_defaults(w, (ll_joint_type)type, a, b, body(w, a).position);
@@ -54,8 +54,8 @@ static ll_rigid *pit_world(bool one_body, bool joints, ll_body_id thing[thrown])
     add_pits(w, one_body);
     throw_in(w, thing);
     for (int k = 0; joints && k < pits; k++) {
-        hinge(w, thing[k], thing[k + pits], LL_JOINT_REVOLUTE);
-        hinge(w, thing[k + 6 * pits], thing[k + 7 * pits], LL_JOINT_DISTANCE);
+        revolute(w, thing[k], thing[k + pits], LL_JOINT_REVOLUTE);
+        revolute(w, thing[k + 6 * pits], thing[k + 7 * pits], LL_JOINT_DISTANCE);
     }
     return w;
 }
@@ -92,7 +92,7 @@ static void groups_move_as_the_whole_does(void **state)
     }
 }
 
-/* Boxes on a floor that goes up and sideways: each as if the others were not there. */
+/* Boxes on a floor that moves up and sideways: each as if it were alone. */
 static ll_rigid *lift(int first, int boxes, ll_body_id box[])
 {
     ll_rigid_limits limits = small_limits(boxes + 1);

@@ -1,4 +1,4 @@
-/* Two bodies, one slope, one pendulum: against closed forms. */
+/* Two bodies, a slope and a pendulum against closed forms. */
 #include "rigid/harness.h"
 
 #include "ode/core/problem.h"
@@ -12,7 +12,8 @@ static ll_rigid_params weightless(void)
     return p;
 }
 
-/* Two balls meet off the centre line; momentum stays to rounding, and the normal speeds turn round by e. */
+/* Two balls collide off centre: momentum is conserved to rounding, and normal velocities are reversed by
+ * e. */
 static void impacts_keep_momentum_and_turn_speeds_by_restitution(void **state)
 {
     (void)state;
@@ -34,7 +35,7 @@ static void impacts_keep_momentum_and_turn_speeds_by_restitution(void **state)
         ll_body_id b = add_ball(w, def, 0.4, m);
         ll_rigid_metrics before = ll_rigid_measure(w, NULL, 0, INFINITY), after;
         ll_body_state a0 = body(w, a), b0 = body(w, b);
-        do /* until they met: with e = 0 they go on to slide round each other */
+        do /* until they touch: with e = 0 they go on to slide round each other */
             ok(ll_rigid_step(w, 1.0 / 60, NULL));
         while (body(w, b).velocity.x == b0.velocity.x);
         after = ll_rigid_measure(w, NULL, 0, INFINITY);
@@ -48,7 +49,8 @@ static void impacts_keep_momentum_and_turn_speeds_by_restitution(void **state)
                out = ll_dot(ll_sub(b1.velocity, a1.velocity), n);
         near(out, -e * in, 1e-12 * fabs(in));
         double reduced = a0.mass * b0.mass / (a0.mass + b0.mass);
-        /* The balls move on in the step whose beginning gave the normal: that is how far the lever is off. */
+        /* The balls go on moving in the step whose beginning gave the normal: this is the error of the
+         * lever. */
         near(after.spin_momentum, before.spin_momentum, reduced * (1 + e) * fabs(in) * 10.4 / 60);
         near(after.kinetic_energy, before.kinetic_energy - 0.5 * reduced * (1 - e * e) * in * in,
              1e-11 * before.kinetic_energy);
@@ -56,7 +58,7 @@ static void impacts_keep_momentum_and_turn_speeds_by_restitution(void **state)
     }
 }
 
-/* A box on a slope: below atan(mu) it stays, above it slides with g (sin - mu cos). */
+/* A box on a slope: below atan(mu) it rests, above it slides with g (sin - mu cos). */
 static double slid(double angle, double friction, double seconds)
 {
     ll_rigid_limits limits = small_limits(2);
@@ -92,7 +94,8 @@ static void friction_holds_up_to_its_angle(void **state)
     }
 }
 
-/* A rod of 1 m on a hinge: period of a physical pendulum of large swing, by the arithmetic-geometric mean. */
+/* A rod of 1 m on a revolute joint: period of a physical pendulum of large amplitude, by the
+ * arithmetic-geometric mean. */
 static void a_pendulum_keeps_its_period_and_energy(void **state)
 {
     (void)state;
@@ -138,8 +141,8 @@ static void a_pendulum_keeps_its_period_and_energy(void **state)
     free(w);
 }
 
-/* The same rod beside the motion lab's pendulum of its reduced length, I / (m d), over five swings: the
- * largest difference of the angle. */
+/* The same rod and the motion lab's pendulum of its reduced length, I / (m d), over five swings: the largest
+ * difference of the angle. */
 static double apart_from_the_motion_lab(double hz)
 {
     ll_rigid_limits limits = small_limits(2);
@@ -151,7 +154,7 @@ static double apart_from_the_motion_lab(double hz)
     ll_joint_id id;
     ok(ll_rigid_add_body(w, &def, &anchor));
     def = ll_body_defaults(LL_BODY_DYNAMIC);
-    def.position = ll_vec(0.5, 0); /* level */
+    def.position = ll_vec(0.5, 0); /* horizontal */
     rod = add_box(w, def, 1, 0.1, ll_material_defaults());
     ll_joint_def joint = ll_joint_defaults(w, LL_JOINT_REVOLUTE, anchor, rod, ll_vec(0, 0));
     ok(ll_rigid_add_joint(w, &joint, &id));

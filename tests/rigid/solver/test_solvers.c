@@ -1,8 +1,8 @@
-/* What each solver is known for: which stacks stand, which fall, and who adds energy. */
+/* Known properties of each solver: which stacks stand, which fall, and which solvers add energy. */
 #include "rigid/harness.h"
 
 typedef struct result {
-    double sag, drift, tilt, energy; /* energy: the most above the first, J */
+    double sag, drift, tilt, energy; /* energy: the largest above the initial one, J */
 } result;
 
 static result run(const char *scene, ll_scene_args args, int32_t solver, int steps)
@@ -30,7 +30,7 @@ static bool stands(result r)
     return r.sag < 0.2 && r.drift < 0.3 && r.tilt < 0.1;
 }
 
-/* The paper: a stationary stack collapses by the rebounds on its blocks. */
+/* The paper: a stationary stack collapses by the rebounds of its blocks. */
 static void beginners_impulses_collapse(void **state)
 {
     (void)state;
@@ -48,7 +48,8 @@ static void beginners_impulses_collapse(void **state)
         }
 }
 
-/* Of columns that are exactly symmetric all but the beginner's stand: nothing in them prefers a side. */
+/* Columns that are exactly symmetric stand with every solver but `impulse`: nothing in them prefers a
+ * side. */
 static void a_crooked_column_of_twenty_tells_them_apart(void **state)
 {
     (void)state;
@@ -75,7 +76,7 @@ static void a_crooked_hundredfold_top_leaves_two(void **state)
     }
 }
 
-typedef struct held { /* after 10 s; the fall of what is dropped from 10 cm is left out of the sag */
+typedef struct held { /* after 10 s; sag does not count the fall of bodies dropped from 10 cm */
     int32_t solver;
     int effort; /* iterations or substeps */
     const char *scene;
@@ -83,8 +84,8 @@ typedef struct held { /* after 10 s; the fall of what is dropped from 10 cm is l
     double sag, drift;
 } held;
 
-/* The two that are made for hard stacks, at the effort with which they hold them. Their authors' programs
- * hold the columns of 20 with 2.2 cm and 0.3 cm of sag, and the hundredfold top with 3.0 cm and 1.6 cm. */
+/* The two solvers for hard stacks, with the iterations that hold them. In their authors' programs the columns
+ * of 20 sag by 2.2 cm and 0.3 cm, and the top of a hundred times the mass by 3.0 cm and 1.6 cm. */
 static const held hard_stacks[] = {
     {LL_SOLVER_AVBD, 10, "column", {.size = 20}, 0.015, 0.001},
     {LL_SOLVER_AVBD, 10, "column", {.size = 20, .offset = 0.01}, 0.02, 0.35},
@@ -123,7 +124,7 @@ static void avbd_and_sticky_hold_hard_stacks(void **state)
     }
 }
 
-/* More iterations make pgs stand: it converges, slowly. */
+/* With more iterations pgs holds the stack: it converges slowly. */
 static void pgs_needs_iterations(void **state)
 {
     (void)state;
@@ -140,7 +141,7 @@ static void pgs_needs_iterations(void **state)
     }
 }
 
-/* Friction and restitution of every solver that has them, on one box and one ball. */
+/* Friction and restitution of every solver that has them, with one box and one ball. */
 static void all_slide_and_rest_alike(void **state)
 {
     (void)state;
@@ -162,7 +163,7 @@ static void all_slide_and_rest_alike(void **state)
         for (int i = 0; i < 120; i++)
             ok(ll_rigid_step(w, 1.0 / 60, NULL));
         /* v^2 / (2 mu g), and at rest; half a step is 4 cm. */
-        if (solver != LL_SOLVER_IMPULSE) { /* whose box hops */
+        if (solver != LL_SOLVER_IMPULSE) { /* its box hops */
             near(body(w, box).position.x, 2.5, 0.1);
             at_most(ll_rigid_solver_names[solver], fabs(body(w, box).velocity.x), 0.01);
         }
@@ -170,7 +171,7 @@ static void all_slide_and_rest_alike(void **state)
     }
 }
 
-/* Three balls, the heavy one on top gone: what jumps up had been stored in the contacts. */
+/* Three balls; the heavy one on top is removed: what jumps up shows energy stored in the contacts. */
 static void stored_energy_is_small(void **state)
 {
     (void)state;

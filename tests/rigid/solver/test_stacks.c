@@ -1,4 +1,4 @@
-/* Stacks with the standard parameters, sleeping off: the bounds that laglab promises after 10 s. */
+/* Stacks with the default parameters, without sleeping: the bounds that laglab promises after 10 s. */
 #include "rigid/harness.h"
 
 static void column(ll_scene_args args, double sag, double drift)
@@ -31,8 +31,8 @@ static void a_top_of_a_hundred_times_the_mass_is_borne(void **state)
     column((ll_scene_args){.size = 10, .ratio = 100, .offset = 0.01}, 0.04, 0.04);
 }
 
-/* As Box2D 3 does with as many substeps: 13.5 and 0.9 cm; 13.2 and 4.8 cm when crooked and dropped. Without
- * recycled contacts neither engine's crooked column stands. */
+/* As in Box2D 3 with as many substeps: 13.5 and 0.9 cm; 13.2 and 4.8 cm if crooked and dropped. Without
+ * contact recycling the crooked column falls in both engines. */
 static void four_substeps_are_enough_to_stand(void **state)
 {
     (void)state;
@@ -53,7 +53,7 @@ static void four_substeps_are_enough_to_stand(void **state)
     }
 }
 
-/* physics.md D3: sag ~ 1 / hertz^2, four times less for twice the contact hertz. */
+/* sag ~ 1 / hertz^2: four times less for twice the contact_hertz. */
 static void sag_follows_the_law(void **state)
 {
     (void)state;
@@ -92,7 +92,7 @@ static void a_pile_of_820_stays(void **state)
     lab_close(&l);
 
     ll_rigid_params p = scene_params("pyramid", (ll_scene_args){.size = 40});
-    p.substeps = 4; /* Box2D's standard */
+    p.substeps = 4; /* Box2D's default */
     l = lab_open("pyramid", (ll_scene_args){.size = 40}, &p, LL_BROAD_GRID);
     lab_run(&l, 600);
     at_most("sag", lab_measure(&l).sag_max, 0.125);

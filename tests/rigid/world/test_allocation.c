@@ -1,4 +1,4 @@
-/* A step allocates nothing, and a world has no bytes for what it does not use. */
+/* A step allocates nothing, and a world has no memory for features that it does not use. */
 #include "rigid/harness.h"
 #include "support/allocations.h"
 
@@ -12,9 +12,9 @@ static void steps_do_not_allocate(void **state)
             p.continuous = LL_CONTINUOUS_SWEPT;
             lab l = lab_open("rain", (ll_scene_args){.size = 3}, &p, broad);
             long before = allocations();
-            lab_run(&l, 100); /* dolls come and go in it */
+            lab_run(&l, 100); /* ragdolls are added and removed in it */
             assert_int_equal(allocations() - before, 0);
-            assert_true(before != 0); /* the count does count */
+            assert_true(before != 0); /* checks that the counter works */
             lab_close(&l);
         }
 }

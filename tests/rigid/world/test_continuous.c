@@ -1,10 +1,10 @@
-/* Bullets of 5 cm radius against walls of 5 cm, from 200 phases of a step each: how many pass. */
+/* Bullets of 5 cm radius against walls of 5 cm, each from 200 phases of a step: how many tunnel. */
 #include "rigid/harness.h"
 
 typedef struct outcome {
     int passed;
-    double depth;   /* the deepest a ball was in its wall after a step */
-    double fastest; /* as seen at the start: no hidden limit */
+    double depth;   /* largest depth of a ball in its wall after a step */
+    double fastest; /* measured at the start: no hidden speed limit */
 } outcome;
 
 static outcome shoot(const char *scene, double speed, int32_t continuous, const char *solver)
@@ -61,8 +61,8 @@ static void speculative_contacts_let_none_pass(void **state)
             assert_int_equal(shoot(walls[k], speeds[i], LL_CONTINUOUS_SPECULATIVE, "soft_step").passed, 0);
 }
 
-/* A ball is caught when a step ends with it in the wall and not yet past its middle: as long as the wall's
- * thickness and the ball's radius, up to the contact margin. */
+/* A ball is caught if a step ends with it in the wall and not yet past its middle: within the wall's
+ * thickness plus the ball's radius, up to the contact margin. */
 static void without_it_as_many_pass_as_theory_says(void **state)
 {
     (void)state;
@@ -74,8 +74,8 @@ static void without_it_as_many_pass_as_theory_says(void **state)
     }
 }
 
-/* A ball against a loose wall of so many times its mass, each from a phase of its own of 8.3 m a step: how
- * many of 40 pass. */
+/* A ball against a movable wall of `masses` times its mass, at 8.3 m per step from 40 phases: how many
+ * tunnel. */
 static int pass_a_wall_of(double masses, bool bullet)
 {
     ll_rigid_limits limits = small_limits(80);
@@ -105,7 +105,7 @@ static int pass_a_wall_of(double masses, bool bullet)
     return passed;
 }
 
-/* What is not much heavier than a fast body does not stop it: like masses are left to their contacts. */
+/* A body that is not much heavier does not stop a fast one: similar masses are left to their contacts. */
 static void the_heavier_stops_the_lighter(void **state)
 {
     (void)state;
@@ -122,8 +122,8 @@ static void a_bullet_is_stopped_by_any_mass(void **state)
         assert_int_equal(pass_a_wall_of(masses[i], true), 0);
 }
 
-/* Balls of one mass and 5 cm radius that fly at each other at this speed each, 200 pairs spread evenly over
- * the phases of a step: how many go through each other. */
+/* 200 pairs of balls of equal mass and 5 cm radius that approach at `speed` each, spread evenly over the
+ * phases of a step: how many pass through each other. */
 static int pass_each_other(double speed, bool left, bool right, const char *solver)
 {
     ll_rigid_limits limits = small_limits(400);
@@ -163,8 +163,8 @@ static void bullets_do_not_pass_each_other(void **state)
         assert_int_equal(pass_each_other(500, true, true, ll_rigid_solver_names[i]), 0);
 }
 
-/* They are caught when a step ends with them nearer than both radii and both shares of the contact margin,
- * 1 cm each, and not yet past each other. Of evenly spread phases that is right to one pair. */
+/* They are caught if a step ends with them nearer than both radii plus both contact margins, 1 cm each, and
+ * not yet past each other. With evenly spread phases this is exact to one pair. */
 static void without_the_flag_as_many_pass_each_other_as_theory_says(void **state)
 {
     (void)state;
@@ -174,7 +174,7 @@ static void without_the_flag_as_many_pass_each_other_as_theory_says(void **state
     }
 }
 
-/* A row of bullets of one speed behind each other; the first runs into a wall. */
+/* A row of bullets of equal speed; the first hits a wall. */
 static ll_rigid *train(int32_t broad, ll_body_id ball[20])
 {
     ll_rigid_limits limits = small_limits(21);
@@ -194,7 +194,7 @@ static ll_rigid *train(int32_t broad, ll_body_id ball[20])
     return w;
 }
 
-/* One after the other comes to rest at the one before it, though none of them moves to its neighbours until
+/* Each comes to rest at the one before it, though none of them moves relative to its neighbours until
  * then. */
 static void who_stops_is_met_where_it_stopped(void **state)
 {
@@ -207,7 +207,7 @@ static void who_stops_is_met_where_it_stopped(void **state)
         assert_int_equal(ll_rigid_get_stats(w).stopped, 20);
         for (int i = 0; i < 20; i++) {
             double x = body(w, ball[i]).position.x, before = i == 0 ? 0.025 : body(w, ball[i - 1]).position.x;
-            near(before - x, 0.1, 0.0015); /* a touch leaves a quarter of the slop */
+            near(before - x, 0.1, 0.0015); /* an impact leaves a quarter of the slop */
         }
         assert_true(broad == 0 || hash == ll_rigid_hash(w));
         hash = ll_rigid_hash(w);
@@ -240,7 +240,7 @@ static void thin_things_stay_above_a_floor(void **state)
         lab_close(&l);
 
         ll_rigid_params p = scene_params(names[i], (ll_scene_args){0});
-        p.continuous = LL_CONTINUOUS_OFF; /* the test can fail */
+        p.continuous = LL_CONTINUOUS_OFF; /* checks that the test can fail */
         l = lab_open(names[i], (ll_scene_args){0}, &p, LL_BROAD_GRID);
         lab_run(&l, 20);
         assert_true(below_floor(&l) > 0);
@@ -252,9 +252,9 @@ static void a_wedge_and_a_shaft_hold(void **state)
 {
     (void)state;
     lab l = lab_standard("wedge", (ll_scene_args){0});
-    for (int i = 0; i < 12; i++) { /* then they may fly out over the rim */
+    for (int i = 0; i < 12; i++) { /* they may now leave over the rim */
         lab_run(&l, 1);
-        /* The solver's: in a substep of 1/960 s a ball goes 21 cm, and one presses on the other. */
+        /* Due to the solver: a ball moves 21 cm in a substep of 1/960 s, and one presses on the other. */
         at_most("overlap", lab_measure(&l).penetration_max, 0.1 * 200 / 960);
     }
     for (int32_t i = 1; i < l.count; i++) {
@@ -268,7 +268,7 @@ static void a_wedge_and_a_shaft_hold(void **state)
     lab_close(&l);
 }
 
-/* What slides over the seams of a chain keeps its height and its speed. */
+/* A body that slides over the seams of a chain keeps its height and speed. */
 static void seams_are_not_felt(void **state)
 {
     (void)state;

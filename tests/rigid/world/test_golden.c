@@ -1,6 +1,5 @@
-/* Hashes of scenes when all their bodies have fallen asleep, and the step at which that was: the same on
- * every compiler, optimisation level, width of SIMD and broad phase. `test_golden --update` writes the table
- * anew. */
+/* Hashes of scenes when all their bodies have fallen asleep, and the step of that: the same on every
+ * compiler, optimisation level, SIMD width and broad phase. `test_golden --update` writes the table. */
 #include "rigid/harness.h"
 
 #include <inttypes.h>
@@ -10,7 +9,7 @@
 typedef struct row {
     char scene[32], solver[16];
     int64_t size;
-    int steps; /* until all slept, or the last */
+    int steps; /* step at which all slept, or the last one */
     uint64_t hash;
 } row;
 
@@ -82,7 +81,7 @@ static void every_scene_ends_with_its_hash(void **state)
         asleep += r.steps < longest;
     }
     fclose(f);
-    assert_true(asleep >= 14); /* ten scenes, some of them by several solvers */
+    assert_true(asleep >= 14); /* ten scenes, some of them with several solvers */
 }
 
 int main(int argc, char **argv)

@@ -1,8 +1,8 @@
-/* The block: same bits everywhere, copies that go on alike, ids that notice, limits that are told, sleep that
- * costs nothing. */
+/* The block: the same bits everywhere, copies that continue equally, stale ids, limits, and sleep that costs
+ * nothing. */
 #include "rigid/harness.h"
 
-/* A scene with all that a step can do: bounces, slides, sleeps, bodies that come and go. */
+/* A scene with everything that a step can do: impacts, sliding, sleeping, added and removed bodies. */
 static lab busy(const ll_rigid_params *params, int32_t broad)
 {
     lab l = lab_open("heavy_tops", (ll_scene_args){.size = 6}, params, broad);
@@ -53,13 +53,13 @@ static void a_copy_of_the_state_goes_on_alike(void **state)
     lab_run(&l, 100);
     uint64_t hash = ll_rigid_hash(l.world);
 
-    /* Rolled back in its place, over whatever the scratch part holds. */
+    /* Roll back in place; the scratch part may hold anything. */
     memcpy(l.world, snapshot, kept);
     memset((char *)l.world + kept, 0x5a, l.size - kept);
     lab_run(&l, 100);
     assert_int_equal(ll_rigid_hash(l.world), hash);
 
-    /* Forked to another place. */
+    /* Fork to another address. */
     lab fork = l;
     fork.world = malloc(l.size);
     memcpy(fork.world, snapshot, kept);
@@ -134,7 +134,7 @@ static void bad_input_is_told(void **state)
     refused(ll_rigid_add_shape(w, id, &g, &m), LL_BAD_INPUT, "restitution");
     refused(ll_rigid_step(w, NAN, NULL), LL_BAD_INPUT, "dt");
     ok(ll_rigid_add_body(w, &def, &id));
-    refused(ll_rigid_add_body(w, &def, &id), LL_LIMIT, "2 bodies");
+    refused(ll_rigid_add_body(w, &def, &id), LL_LIMIT, "limit is 2 bodies");
     limits.contacts = 0;
     refused(ll_rigid_check(&limits), LL_BAD_INPUT, "contacts");
     free(w);
@@ -170,7 +170,7 @@ static void divergence_names_the_step_and_the_body(void **state)
     free(w);
 }
 
-/* All asleep: a step visits nothing, and a touch wakes those that lie together and nobody else. */
+/* All asleep: a step visits nothing, and a touch wakes one island only. */
 static void islands_sleep_and_wake(void **state)
 {
     (void)state;
@@ -194,8 +194,7 @@ static void islands_sleep_and_wake(void **state)
     lab_close(&l);
 }
 
-/* A box that is put elsewhere is there, at once: it falls from where it was put, and what it stood under does
- * too. */
+/* A moved box is there at once: it falls from its new position, and so does what it supported. */
 static void who_is_put_elsewhere_is_there(void **state)
 {
     (void)state;

@@ -390,13 +390,12 @@ static void bad_input_is_refused_with_field_range_and_value(void **state)
     refused("\"beside\":{\"method\":\"avbd\"}", "beside", "an array");
     refused("\"beside\":[{},{},{}]", "beside", "at most 2 elements; got 3");
     refused("\"beside\":[{\"method\":\"avbd\"}]", "beside.0.method", "solver");
-    refused("\"bodies\":[{\"density\":0}]", "bodies.0.density", "between 1e-06 and 1000000000 kg/m^2; got 0");
+    refused("\"bodies\":[{\"density\":0}]", "bodies.0.density", "1e-06 to 1000000000 kg/m^2; got 0");
     refused("\"bodies\":[{\"density\":-1}]", "bodies.0.density", "got -1");
     refused("\"bodies\":[{\"density\":1e999}]", "bodies.0.density", "between");
     refused("\"bodies\":[{\"position\":[1,2,3]}]", "bodies.0.position", "a pair [x, y] of numbers");
-    refused("\"bodies\":[{\"position\":[2e9,0]}]", "bodies.0.position",
-            "between -1000000000 and 1000000000 m");
-    refused("\"bodies\":[{\"velocity\":[0,null]}]", "bodies.0.velocity", "between -1000000 and 1000000 m/s");
+    refused("\"bodies\":[{\"position\":[2e9,0]}]", "bodies.0.position", "-1000000000 to 1000000000 m");
+    refused("\"bodies\":[{\"velocity\":[0,null]}]", "bodies.0.velocity", "-1000000 to 1000000 m/s");
     refused("\"bodies\":[{},{\"size\":[1,0]}]", "bodies.1", "0");
     refused("\"bodies\":[{\"shape\":\"circle\",\"radius\":-1}]", "bodies.0.radius", "got -1");
     refused("\"bodies\":[{\"shape\":\"polygon\",\"points\":[[0,0],[1,0],[2,0]]}]", "bodies.0", "degenerate");
@@ -406,8 +405,8 @@ static void bad_input_is_refused_with_field_range_and_value(void **state)
     refused("\"bodies\":[{\"type\":\"static\",\"shape\":\"chain\",\"points\":[[0,0],[1,0]]}]", "bodies.0",
             "at least 4; got 2");
     refused("\"bodies\":[{\"shape\":\"segment\",\"points\":[[0,0],[1,0]]}]", "bodies.0", "no mass");
-    refused("\"gravity\":[0,-1e9]", "gravity", "between -1000 and 1000 m/s^2");
-    refused("\"solver\":{\"substeps\":0}", "solver.substeps", "between 1 and 64; got 0");
+    refused("\"gravity\":[0,-1e9]", "gravity", "-1000 to 1000 m/s^2");
+    refused("\"solver\":{\"substeps\":0}", "solver.substeps", "1 to 64; got 0");
     refused("\"solver\":{\"method\":\"magic\"}", "solver.method", "soft_step");
     refused("\"bodies\":[{}],\"joints\":[{\"a\":0,\"b\":1}]", "joints.0.b", "1 bodies; got 1");
     refused("\"bodies\":[{},{}],\"joints\":[{\"a\":1,\"b\":1}]", "joints.0.b", "another body");
@@ -416,7 +415,7 @@ static void bad_input_is_refused_with_field_range_and_value(void **state)
     refused("\"scene\":\"pyramid\",\"bodies\":[{}]", "bodies", "where a scene is named");
     refused("\"scene\":\"pyramid\",\"params\":{\"size\":100000}", "params.size", "1048576");
     refused("\"scene\":\"pyramid\",\"params\":{\"size\":1400}", "params.size", "MB");
-    refused("\"hz\":0", "hz", "between 1 and 1000 Hz; got 0");
+    refused("\"hz\":0", "hz", "1 to 1000 Hz; got 0");
 }
 
 /* A solver that loses a body stops its session, by name. */
