@@ -115,8 +115,8 @@ typedef struct ll_pair_entry { /* a pair that has a contact; LL_NONE: empty */
 /* Accelerations of a body in this step, the impulses that its contacts hold it with, and its impact. */
 typedef struct ll_body_step {
     ll_vec2 a;
-    double spin;               /* rad/s^2 */
-    double keep, keep_angular; /* factor of the velocity per substep (damping) */
+    double angular_acceleration; /* rad/s^2 */
+    double keep, keep_angular;   /* factor of the velocity per substep (damping) */
     ll_vec2 held;
     double held_angular;
     double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */
@@ -161,26 +161,26 @@ struct ll_rigid {
     {                                                                                                        \
         return (type *)((char *)(uintptr_t)w + w->at.name);                                                  \
     }
-LL_ARRAY(ll_pose, pose)
-LL_ARRAY(ll_motion, motion)
-LL_ARRAY(ll_trait, trait)
-LL_ARRAY(ll_body, body)
-LL_ARRAY(ll_shape, shape)
-LL_ARRAY(ll_aabb, box)
-LL_ARRAY(uint8_t, moved)
-LL_ARRAY(int32_t, moved_list)
-LL_ARRAY(ll_geometry, hull)
-LL_ARRAY(ll_geometry, bound)
-LL_ARRAY(ll_contact, contact)
-LL_ARRAY(ll_known, table)
-LL_ARRAY(ll_joint, joint)
-LL_ARRAY(int32_t, awake)
-LL_ARRAY(int32_t, awake_contact)
-LL_ARRAY(ll_drive, drive)
-LL_ARRAY(int32_t, order)
-LL_ARRAY(int32_t, scratch)
-LL_ARRAY(ll_proxy_pair, pair)
-LL_ARRAY(ll_link, link)
+LL_ARRAY(ll_pose, poses, pose)
+LL_ARRAY(ll_solver_body, solver_bodies, solver_body)
+LL_ARRAY(ll_body_sim, body_sims, body_sim)
+LL_ARRAY(ll_body, bodies, body)
+LL_ARRAY(ll_shape, shapes, shape)
+LL_ARRAY(ll_aabb, boxes, box)
+LL_ARRAY(uint8_t, moved_flags, moved)
+LL_ARRAY(int32_t, moved_lists, moved_list)
+LL_ARRAY(ll_geometry, hulls, hull)
+LL_ARRAY(ll_geometry, bounds, bound)
+LL_ARRAY(ll_contact, contacts, contact)
+LL_ARRAY(ll_pair_entry, pair_entries, pair_set)
+LL_ARRAY(ll_joint, joints, joint)
+LL_ARRAY(int32_t, awake_bodies, awake)
+LL_ARRAY(int32_t, awake_contacts, awake_contact)
+LL_ARRAY(ll_body_step, body_steps, body_step)
+LL_ARRAY(int32_t, orders, order)
+LL_ARRAY(int32_t, scratch, scratch)
+LL_ARRAY(ll_proxy_pair, pairs, pair)
+LL_ARRAY(ll_island_edge, island_edges, island_edge)
 #undef LL_ARRAY
 
 /* Relative motion of two bodies since their contact's manifold was made. */

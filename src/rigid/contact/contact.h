@@ -8,8 +8,8 @@
 void ll_find_pairs(ll_rigid *w, bool *overflowed);
 void ll_remove_contact(ll_rigid *w, int32_t contact);
 void ll_awake_contact(ll_rigid *w, int32_t contact);
-void ll_rest_contact(ll_rigid *w, int32_t contact);
-bool ll_pair_known(const ll_rigid *w, int32_t a, int32_t b);
+void ll_sleep_contact(ll_rigid *w, int32_t contact);
+bool ll_pair_exists(const ll_rigid *w, int32_t a, int32_t b);
 /* A contact that begins to touch has a colour, until it ends. */
 void ll_take_colour(ll_rigid *w, ll_contact *c);
 void ll_give_colour(ll_rigid *w, ll_contact *c);
@@ -28,15 +28,16 @@ void ll_put_to_sleep(ll_rigid *w);       /* islands that have rested long enough
 bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* one of its bodies is, at least */
 
 /* Those of which one body is awake at least; their count. */
-int32_t ll_touching_links(const ll_rigid *w, ll_link *out);
-int32_t ll_joint_links(const ll_rigid *w, ll_link *out);
+int32_t ll_touching_edges(const ll_rigid *w, ll_island_edge *out);
+int32_t ll_joint_edges(const ll_rigid *w, ll_island_edge *out);
 
 /* Union-find: a root has minus the size of its island for a parent; what is LL_APART joins nothing. */
 #define LL_ALONE (-1)
 #define LL_APART INT32_MIN
-void ll_join(int32_t *parent, const ll_link *links, int32_t count);
+void ll_join(int32_t *parent, const ll_island_edge *links, int32_t count);
 int32_t ll_root_of(int32_t *parent, int32_t body);
 
 /* ---- joint_links.c ---- */
 
-bool ll_joined(const ll_rigid *w, int32_t a, int32_t b); /* by a joint that forbids them to collide */
+bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a,
+                               int32_t b); /* by a joint that forbids them to collide */

@@ -28,7 +28,7 @@ static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_po
     double turned_a = a.q.c * c->turned[0].c + a.q.s * c->turned[0].s;
     double turned_b = b.q.c * c->turned[1].c + b.q.s * c->turned[1].s;
     ll_vec2 shift = ll_sub(ll_to_local(a, b.p), c->rel);
-    double core_a = ll_traits(w)[c->body[0]].core, core_b = ll_traits(w)[c->body[1]].core;
+    double core_a = ll_body_sims(w)[c->body[0]].core, core_b = ll_body_sims(w)[c->body[1]].core;
     double core = ll_min(core_a, core_b), least = ll_max(core_a, core_b);
     double far = ll_min(w->params.recycle_distance, 0.1 * (core > 0 ? core : least));
     return ll_dot(shift, shift) < far * far && turned_a > recycle_cos && turned_b > recycle_cos;
@@ -36,13 +36,14 @@ static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_po
 
 static double margin_of(const ll_rigid *w, const ll_contact *c)
 {
-    double margin = ll_traits(w)[c->body[0]].margin + ll_traits(w)[c->body[1]].margin;
+    double margin = ll_body_sims(w)[c->body[0]].margin + ll_body_sims(w)[c->body[1]].margin;
     if (w->params.continuous != LL_CONTINUOUS_SPECULATIVE)
         return margin;
-    double reach =
-        margin + w->dt * ll_length(ll_sub(ll_motions(w)[c->body[1]].v, ll_motions(w)[c->body[0]].v));
+    double reach = margin + w->dt * ll_length(ll_sub(ll_solver_bodies(w)[c->body[1]].v,
+                                                     ll_solver_bodies(w)[c->body[0]].v));
     for (int side = 0; side < 2; side++)
-        reach += ll_min(w->dt * fabs(ll_motions(w)[c->body[side]].w), 2) * ll_bodys(w)[c->body[side]].extent;
+        reach += ll_min(w->dt * fabs(ll_solver_bodies(w)[c->body[side]].w), 2) *
+                 ll_bodies(w)[c->body[side]].extent;
     return reach;
 }
 
@@ -90,16 +91,16 @@ static void begin_or_end(ll_rigid *w, int32_t contact)
     }
     ll_take_colour(w, c);
     for (int side = 0; side < 2; side++)
-        if (ll_bodys(w)[c->body[side]].type == LL_BODY_DYNAMIC)
+        if (ll_bodies(w)[c->body[side]].type == LL_BODY_DYNAMIC)
             ll_wake(w, c->body[side]);
 }
 
 void ll_update_contacts(ll_rigid *w)
 {
-    const uint8_t *moved = ll_moveds(w);
-    const ll_aabb *boxes = ll_boxs(w);
+    const uint8_t *moved = ll_moved_flags(w);
+    const ll_aabb *boxes = ll_boxes(w);
     const ll_pose *poses = ll_poses(w);
-    int32_t *changed = ll_scratchs(w), changes = 0, recycled = 0;
+    int32_t *changed = ll_scratch(w), changes = 0, recycled = 0;
     for (int32_t i = 0; i < w->awake_contacts; i++) {
         int32_t index = ll_awake_contacts(w)[i];
         if (i + 6 < w->awake_contacts)
@@ -129,6 +130,6 @@ void ll_update_contacts(ll_rigid *w)
             begin_or_end(w, changed[i]);
     }
     for (int32_t i = 0; i < w->moved; i++)
-        ll_moveds(w)[ll_moved_lists(w)[i]] = 0;
+        ll_moved_flags(w)[ll_moved_lists(w)[i]] = 0;
     w->moved = 0;
 }

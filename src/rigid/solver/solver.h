@@ -160,26 +160,26 @@ static inline ll_vec2 ll_relative(const ll_solver_body *a, const ll_solver_body 
 /* ---- joints, one by one ---- */
 
 /* joint_rows.c; a hinge's limits and motor are apart from it, since few hinges have them. */
-typedef struct ll_hinge ll_hinge;
-typedef struct ll_turning ll_turning;
-size_t ll_hinge_size(void);
-size_t ll_turning_size(void);
+typedef struct ll_revolute_sim ll_revolute_sim;
+typedef struct ll_revolute_limits ll_revolute_limits;
+size_t ll_revolute_sim_size(void);
+size_t ll_revolute_limits_size(void);
 
-static inline ll_hinge *ll_hinges(const ll_rigid *w)
+static inline ll_revolute_sim *ll_revolute_sims(const ll_rigid *w)
 {
-    return (ll_hinge *)(void *)((char *)(uintptr_t)w + w->at.hinge);
+    return (ll_revolute_sim *)(void *)((char *)(uintptr_t)w + w->at.revolute);
 }
 
-static inline ll_turning *ll_turnings(const ll_rigid *w)
+static inline ll_revolute_limits *ll_revolute_limit_sets(const ll_rigid *w)
 {
-    return (ll_turning *)(void *)((char *)(uintptr_t)w + w->at.turning);
+    return (ll_revolute_limits *)(void *)((char *)(uintptr_t)w + w->at.revolute_limits);
 }
 
 typedef struct ll_joint_set { /* of a group's joints, in this step */
-    ll_hinge *hinges;
-    ll_turning *turnings; /* of those with limits or a motor */
-    int32_t *others;      /* numbers */
-    int32_t hinge_count, turning_count, other_count, pad;
+    ll_revolute_sim *revolutes;
+    ll_revolute_limits *revolute_limits; /* of those with limits or a motor */
+    int32_t *others;                     /* numbers */
+    int32_t revolute_count, revolute_limits_count, other_count, pad;
 } ll_joint_set;
 
 ll_joint_set ll_prepare_joints(ll_rigid *w, ll_index_list joints); /* uses `scratch` until ll_store_joints */

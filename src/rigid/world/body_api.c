@@ -8,8 +8,8 @@ static void remove_shape(ll_rigid *w, int32_t s)
 {
     ll_shape *shape = &ll_shapes(w)[s];
     ll_broad_of(w)->remove(ll_broad_state(w), s);
-    if (ll_moveds(w)[s]) {
-        ll_moveds(w)[s] = 0;
+    if (ll_moved_flags(w)[s]) {
+        ll_moved_flags(w)[s] = 0;
         int32_t kept = 0, *list = ll_moved_lists(w);
         for (int32_t i = 0; i < w->moved; i++)
             if (list[i] != s)
@@ -31,7 +31,7 @@ ll_status ll_rigid_remove_body(ll_rigid *w, ll_body_id id)
     ll_status status = ll_body_slot(w, id, &slot);
     if (ll_failed(&status))
         return status;
-    ll_body *b = &ll_bodys(w)[slot];
+    ll_body *b = &ll_bodies(w)[slot];
     ll_wake(w, slot);
     while (b->joint != LL_NONE)
         ll_unlink_joint(w, b->joint >> 1);
@@ -51,7 +51,7 @@ ll_status ll_rigid_remove_body(ll_rigid *w, ll_body_id id)
     w->bullets -= b->bullet;
     *b = (ll_body){.type = LL_NONE, .generation = generation, .island = w->free_body};
     ll_poses(w)[slot] = (ll_pose){{0, 0}, {1, 0}};
-    ll_motions(w)[slot] = (ll_motion){.q = {1, 0}};
+    ll_solver_bodies(w)[slot] = (ll_solver_body){.q = {1, 0}};
     w->free_body = slot;
     w->bodies--;
     return ll_ok();
@@ -66,7 +66,7 @@ ll_status ll_rigid_set_pose(ll_rigid *w, ll_body_id id, ll_vec2 position, double
         status = ll_check_numbers(3, fields, (double[]){position.x, position.y, angle}, LL_WORLD_MAX);
     if (ll_failed(&status))
         return status;
-    ll_body *b = &ll_bodys(w)[i];
+    ll_body *b = &ll_bodies(w)[i];
     ll_rot q = {ll_cos(angle), ll_sin(angle)};
     ll_wake(w, i);
     ll_poses(w)[i] = (ll_pose){ll_sub(position, ll_rotate(q, b->origin)), q};
@@ -86,11 +86,11 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
         status = ll_check_numbers(3, fields, (double[]){velocity.x, velocity.y, spin}, 1e6);
     if (ll_failed(&status))
         return status;
-    if (ll_bodys(w)[i].type == LL_BODY_STATIC)
+    if (ll_bodies(w)[i].type == LL_BODY_STATIC)
         return ll_error(LL_CONFLICT, "Body %d is static: it has no velocity.", id.index);
     ll_wake(w, i);
-    ll_motions(w)[i].v = velocity;
-    ll_motions(w)[i].w = spin;
+    ll_solver_bodies(w)[i].v = velocity;
+    ll_solver_bodies(w)[i].w = spin;
     if (w->params.continuous == LL_CONTINUOUS_SPECULATIVE)
         ll_refresh_boxes(w, i);
     return ll_ok();
@@ -99,7 +99,7 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
 static ll_status dynamic_slot(ll_rigid *w, ll_body_id id, const char *what, int32_t *slot)
 {
     ll_status status = ll_body_slot(w, id, slot);
-    if (!ll_failed(&status) && ll_bodys(w)[*slot].type != LL_BODY_DYNAMIC)
+    if (!ll_failed(&status) && ll_bodies(w)[*slot].type != LL_BODY_DYNAMIC)
         status = ll_error(LL_CONFLICT, "Body %d is not dynamic: it takes no %s.", id.index, what);
     if (!ll_failed(&status))
         ll_wake(w, *slot);
@@ -115,8 +115,8 @@ ll_status ll_rigid_apply_force(ll_rigid *w, ll_body_id id, ll_vec2 force, double
         status = dynamic_slot(w, id, "force", &i);
     if (ll_failed(&status))
         return status;
-    ll_bodys(w)[i].force = ll_add(ll_bodys(w)[i].force, force);
-    ll_bodys(w)[i].torque += torque;
+    ll_bodies(w)[i].force = ll_add(ll_bodies(w)[i].force, force);
+    ll_bodies(w)[i].torque += torque;
     return ll_ok();
 }
 
@@ -129,8 +129,8 @@ ll_status ll_rigid_apply_impulse(ll_rigid *w, ll_body_id id, ll_vec2 impulse, ll
         status = dynamic_slot(w, id, "impulse", &i);
     if (ll_failed(&status))
         return status;
-    ll_motion *m = &ll_motions(w)[i];
-    m->v = ll_madd(m->v, ll_bodys(w)[i].inv_mass, impulse);
-    m->w += ll_bodys(w)[i].inv_inertia * ll_cross(ll_sub(at, ll_poses(w)[i].p), impulse);
+    ll_solver_body *m = &ll_solver_bodies(w)[i];
+    m->v = ll_madd(m->v, ll_bodies(w)[i].inv_mass, impulse);
+    m->w += ll_bodies(w)[i].inv_inertia * ll_cross(ll_sub(at, ll_poses(w)[i].p), impulse);
     return ll_ok();
 }

@@ -3,5 +3,5 @@
 
 #include "rigid/body/world_state.h"
 
-size_t ll_meetings_size(const ll_rigid_limits *limits); /* bytes of solver memory */
-void ll_stop_at_first_touch(ll_rigid *w);
+size_t ll_toi_events_size(const ll_rigid_limits *limits); /* bytes of solver memory */
+void ll_solve_continuous(ll_rigid *w);
