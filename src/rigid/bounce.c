@@ -55,7 +55,7 @@ static toi_event impact_of(const ll_rigid *w, int32_t contact)
         m.gap[k] = p->separation + ll_dot(ll_point_gap(p, &since), n) + moved +
                    (m.b->turn * m.nb[k] - m.a->turn * m.na[k]);
         m.speed[k] = along + (m.b->w * m.nb[k] - m.a->w * m.na[k]);
-        m.fall[k] = fall + (db.spin * m.nb[k] - da.spin * m.na[k]);
+        m.fall[k] = fall + (db.angular_acceleration * m.nb[k] - da.angular_acceleration * m.na[k]);
     }
     return m;
 }

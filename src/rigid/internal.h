@@ -115,8 +115,8 @@ typedef struct ll_pair_entry { /* a pair that has a contact; LL_NONE: empty */
 /* Accelerations of a body in this step, the impulses that its contacts hold it with, and its impact. */
 typedef struct ll_body_step {
     ll_vec2 a;
-    double spin;               /* rad/s^2 */
-    double keep, keep_angular; /* factor of the velocity per substep (damping) */
+    double angular_acceleration; /* rad/s^2 */
+    double keep, keep_angular;   /* factor of the velocity per substep (damping) */
     ll_vec2 held;
     double held_angular;
     double touch;    /* time of impact as a fraction of the step; 1: none, negative: the body is not swept */

@@ -144,7 +144,7 @@ static void begin_bodies(ll_rigid *w, memory *m)
         ll_solver_body *motion = &ll_solver_bodies(w)[k];
         const ll_body_step *d = &ll_body_steps(w)[k];
         ll_vec2 v = ll_scale(d->keep, ll_madd(motion->v, h, d->a));
-        double spin = d->keep_angular * (motion->w + h * d->spin);
+        double spin = d->keep_angular * (motion->w + h * d->angular_acceleration);
         m->goals[k] = (goal){.d = ll_scale(h, v), .turn = h * spin};
         bool moved = ll_bodies(w)[k].inv_mass == 0;
         ll_vec2 guess = ll_scale(h, moved ? v : motion->v);

@@ -40,7 +40,7 @@ void ll_prepare_body_steps(ll_rigid *w, ll_index_list bodies, double h)
         *d = (ll_body_step){.keep = 1, .keep_angular = 1};
         if (b->inv_mass > 0) {
             d->a = ll_madd(ll_scale(b->gravity_scale, gravity), b->inv_mass, b->force);
-            d->spin = b->inv_inertia * b->torque;
+            d->angular_acceleration = b->inv_inertia * b->torque;
             d->keep = 1 / (1 + h * b->damping);
             d->keep_angular = 1 / (1 + h * b->spin_damping);
         }
@@ -54,7 +54,7 @@ void ll_integrate_velocities(ll_rigid *w, ll_index_list bodies, double h)
         const ll_body_step *d = &ll_body_steps(w)[k];
         ll_solver_body *m = &ll_solver_bodies(w)[k];
         m->v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
-        m->w = d->keep_angular * (m->w + h * d->spin);
+        m->w = d->keep_angular * (m->w + h * d->angular_acceleration);
     }
 }
 

@@ -167,7 +167,7 @@ static void integrate_velocities(ll_rigid *w, ll_index_list bodies, double h, bo
         ll_body_step *d = &ll_body_steps(w)[k];
         ll_solver_body *m = &ll_solver_bodies(w)[k];
         ll_vec2 v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
-        double spin = d->keep_angular * (m->w + h * d->spin);
+        double spin = d->keep_angular * (m->w + h * d->angular_acceleration);
         m->v = held ? ll_add(v, d->held) : v;
         m->w = held ? spin + d->held_angular : spin;
         d->held = v;
