@@ -335,7 +335,7 @@ static void too_many_cells_are_refused_with_their_memory(void **state)
     ll_status status = tank_check(&t, "cavity", "params.n=4096");
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_string_equal(status.field, "params.n");
-    assert_non_null(strstr(status.text, "4096 x 4096 cells needs"));
+    assert_non_null(strstr(status.text, "4096 x 4096 cells would take"));
     assert_non_null(strstr(status.text, "MiB"));
     status = tank_check(&t, "cylinder", "params.n=512");
     assert_false(ll_failed(&status));

@@ -455,7 +455,7 @@ static void impossible_grids_are_refused(void **state)
         for (size_t k = 0; k < 4; k++) {
             int64_t size = (encode(&ll_codec_quantised, p, NULL, &usual, 0, bytes, &cost) + 7) / 8;
             memcpy(bytes + 4 * k, &steps[i], 4);
-            refused(&ll_codec_quantised, bytes, size, NULL, 0, "a step of a grid must be between");
+            refused(&ll_codec_quantised, bytes, size, NULL, 0, "a step of a grid must be 1e-06 to");
         }
     free(p);
 }

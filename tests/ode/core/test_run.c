@@ -52,7 +52,7 @@ static void bad_input_is_refused_with_a_sentence(void **state)
     const ll_ode damped = {
         .dim = 2, .acceleration = damped_a, .velocity_dependent = true, .params = &mu, .autonomous = true};
     refused("extrapolated_leapfrog", &damped, (ll_ode_control){.t_end = 1, .tolerance = 1e-6}, "method",
-            "free of velocities");
+            "independent of velocities");
 }
 
 /* ---- time ---- */
