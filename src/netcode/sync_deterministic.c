@@ -2,6 +2,7 @@
  * tick k when all inputs for k are there. Nothing is guessed and nothing corrected, at the price of two lags
  * between an input and its effect, and of equal arithmetic on every machine. */
 #include "netcode/desync.h"
+#include "netcode/hold.h"
 #include "netcode/peer.h"
 #include "netcode/referee.h"
 
@@ -15,6 +16,7 @@ const ll_sync ll_sync_deterministic = {
     .step = ll_referee_step,
     .take = ll_referee_take,
     .stand_in = ll_referee_fill,
+    .join = ll_hold_join,
     .compose = ll_referee_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,
