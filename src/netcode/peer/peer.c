@@ -11,9 +11,9 @@
 #define HASHES_EVERY 4
 
 /* An even pace (time sync of GGPO): who is ahead of the slowest by a tick or more rests. */
-#define FAIR_EVERY 10         /* frames between two looks */
-#define FAIR_MAX 9            /* frames of rest at once (GGPO) */
-#define FAIR_SHARE (1 / 16.0) /* of what was heard last in the means */
+#define FAIR_EVERY 10 /* frames between two looks */
+#define FAIR_MAX 9    /* frames of rest at once (GGPO) */
+#define FAIR_MANY 16  /* what was heard last counts for so much of the means, or for all that was */
 
 #define ROUND_MAX LL_SECOND /* what takes longer is an outage's */
 
@@ -69,7 +69,8 @@ static void hear_pace(ll_peer *peer, const ll_relay_part *part)
     if (part->at <= from->at)
         return;
     double ahead = (double)(peer->tick - part->at), behind = part->ahead;
-    double share = from->at < 0 ? 1 : FAIR_SHARE;
+    from->heard = from->at < 0 ? 1 : from->heard + (from->heard < FAIR_MANY);
+    double share = 1.0 / from->heard;
     from->ahead += share * (ahead - from->ahead);
     from->behind += share * (behind - from->behind);
     from->at = part->at;
@@ -293,8 +294,9 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         s->instruments->stepping.rested_frames += now >= s->instruments->from;
         return false;
     }
-    keep_pace(c);
-    if (peer->rest == 0) {
+    if (peer->hold == 0)
+        keep_pace(c);
+    if (peer->rest == 0 || peer->hold != 0) {
         peer->stepped = now;
         return true;
     }
@@ -303,6 +305,19 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */
     s->instruments->stepping.rested_frames += now >= s->instruments->from;
     return false;
+}
+
+/* Everybody waits for who is not at a hold yet: it makes the ticks up to there as soon as it may, so that its
+ * inputs leave together. */
+static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int players = ll_client_shown(c)->players;
+    while (peer->tick < peer->hold && missing(peer, players, guesses_max(s)) == 0) {
+        ll_peer_step(c, s);
+        ll_peer_confirm(c); /* worlds that are not hashed are not kept for long */
+        make_inputs(c, s, peer->tick + 1 + s->config->input_delay_ticks, now);
+    }
 }
 
 static void draw(ll_client *c, ll_time now)
@@ -371,6 +386,10 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
         ll_peer_step(c, s);
         if (guesses_max(s) == 0) /* no step without the others' inputs, which may wait for this one */
             make_inputs(c, s, peer->tick + 1 + delay, now);
+        if (peer->hold != 0) {
+            make_inputs(c, s, peer->tick + 1 + delay, now);
+            hasten(c, s, now);
+        }
     }
     ll_peer_confirm(c);
     ll_peer_sync_test(c, s, now);

@@ -47,6 +47,9 @@ typedef struct ll_sync {
     /* Stands in for players who are not connected; called when one is dropped. NULL: steps see to it. */
     void (*stand_in)(struct ll_server *server, ll_time now);
 
+    /* `player` has been let in, with the world of a game that is under way; NULL: nothing. */
+    void (*join)(struct ll_server *server, const struct ll_sync *sync, int player, ll_time now);
+
     /* Writes the server's message of an update to `player` and returns its size. */
     int (*compose)(struct ll_server *server, const struct ll_sync *sync, int player, void *packet);
 

@@ -43,10 +43,6 @@ static void let_in(ll_server *server, bool with_world, int player, const ll_requ
     seat->peer.relayed = first;
     seat->attempt = request->head.seq;
     seat->connected = 1;
-    if (with_world) {
-        server->uneven |= LL_UNEVEN_JOINED;
-        server->even = now;
-    }
     seat->seen = now;
     seat->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
     seat->joins++;

@@ -17,17 +17,19 @@ static bool stopped(const ll_server *server, const ll_refereed *peer, const ll_p
     return since > 2 * ll_tick_time(1, server->client_freq) + LL_HOLD_GAP;
 }
 
+#define NOBODY (-1)
+
 /* The newest tick that a client may have made an input for before it hears of a hold: of the others it knows
  * no more than relays have told, it guesses as far as it may, and its inputs are ahead of its tick by its
- * delay. */
-static int64_t reach(const ll_server *server, const ll_sync *sync, int player)
+ * delay. Who is let in right now knows what it has begun with: the next relay tells it of the hold too. */
+static int64_t reach(const ll_server *server, const ll_sync *sync, int player, int newcomer)
 {
     const ll_seat *seat = &server->seats[player];
     int64_t own = newest(server, seat), known = LL_NEVER;
     int64_t delay = seat->peer.at >= 0 && own > seat->peer.at ? own - seat->peer.at : 1;
     for (int p = 0; p < server->players; p++) {
         int64_t told = server->seats[p].peer.relayed, heard = seat->peer.heard[p].known;
-        told = heard > told ? heard : told;
+        told = heard > told || player == newcomer ? heard : told;
         if (p != player && told < known)
             known = told;
     }
@@ -40,20 +42,18 @@ static int64_t reach(const ll_server *server, const ll_sync *sync, int player)
 /* Of all that are connected: how many, the farthest reach, the newest input, the oldest of the newest. */
 typedef struct all {
     int connected;
-    int64_t reach, newest, oldest, joined;
+    int64_t reach, newest, oldest;
 } all;
 
-static all of_all(const ll_server *server, const ll_sync *sync)
+static all of_all(const ll_server *server, const ll_sync *sync, int newcomer)
 {
     all a = {.oldest = LL_NEVER};
     for (int p = 0; p < server->players; p++) {
         if (!server->seats[p].connected)
             continue;
-        int64_t far = reach(server, sync, p), tick = newest(server, &server->seats[p]);
+        int64_t far = reach(server, sync, p, newcomer), tick = newest(server, &server->seats[p]);
         a.connected++;
         a.reach = far > a.reach ? far : a.reach;
-        if (server->seats[p].peer.way == 0 && far > a.joined)
-            a.joined = far; /* no packet of its has come: it may not have heard of the hold */
         a.newest = tick > a.newest ? tick : a.newest;
         a.oldest = tick < a.oldest ? tick : a.oldest;
     }
@@ -83,7 +83,7 @@ static int64_t next_start(const ll_server *server)
     ll_time longest = 0;
     for (int p = 0; p < server->players; p++) {
         const ll_refereed *peer = &server->seats[p].peer;
-        ll_time ready = peer->way + ll_tick_time(server->hold - peer->at, ticks);
+        ll_time ready = peer->way + (peer->at < server->hold ? ll_tick_time(1, ticks) : 0);
         if (server->seats[p].connected && ready > longest)
             longest = ready;
     }
@@ -108,31 +108,46 @@ static void decide(ll_server *server)
     }
 }
 
+/* Begins a hold, goes on with it or ends it. */
+static void look(ll_server *server, const ll_sync *sync, int newcomer, ll_time now)
+{
+    if (server->hold == 0 && (!server->uneven || now < server->even))
+        return;
+    all a = of_all(server, sync, newcomer);
+    if (server->resume != 0) {
+        if (a.oldest > server->hold || newcomer != NOBODY) /* with whom nobody is in step: the next begins */
+            server->hold = server->resume = 0;
+        if (newcomer == NOBODY)
+            return;
+    }
+    server->uneven = 0;
+    if (a.connected < 2) {
+        server->hold = 0;
+        return;
+    }
+    if (server->hold == 0 || a.newest > server->hold) {
+        server->hold = a.reach;
+    } else if (newcomer != NOBODY) {
+        int64_t far = reach(server, sync, newcomer, newcomer);
+        server->hold = far > server->hold ? far : server->hold;
+    }
+    if (all_are_there(server))
+        decide(server);
+}
+
 void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll_peer_message *m, ll_time now)
 {
     ll_refereed *peer = &server->seats[player].peer;
     if (!ll_hold_waits(server, m->tick + m->head.count - 1))
-        server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now) ? LL_UNEVEN_GAP : 0;
+        server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
     peer->way = way_of(m);
     peer->came = now;
-    if (server->hold == 0 && (!server->uneven || now < server->even))
-        return;
-    all a = of_all(server, sync);
-    if (server->resume != 0) {
-        if (a.oldest > server->hold)
-            server->hold = server->resume = 0;
-        return;
-    }
-    if (a.connected < 2) {
-        server->hold = 0;
-        server->uneven = 0;
-        return;
-    }
-    if (server->hold == 0 || a.newest > server->hold)
-        server->hold = a.reach;
-    else if (server->uneven & LL_UNEVEN_JOINED && a.joined > server->hold)
-        server->hold = a.joined;
-    server->uneven = 0;
-    if (all_are_there(server))
-        decide(server);
+    look(server, sync, NOBODY, now);
+}
+
+void ll_hold_join(ll_server *server, const ll_sync *sync, int player, ll_time now)
+{
+    server->uneven = 1;
+    server->even = now; /* it does not wait for the next hold's time */
+    look(server, sync, player, now);
 }

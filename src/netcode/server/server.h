@@ -44,11 +44,6 @@ typedef struct ll_refereed {
     int64_t desync;  /* the first that differed; -1: none */
 } ll_refereed;
 
-typedef enum ll_uneven {
-    LL_UNEVEN_GAP = 1,    /* the network failed */
-    LL_UNEVEN_JOINED = 2, /* somebody was let in */
-} ll_uneven;
-
 /* What the server knows of one player. */
 typedef struct ll_seat {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
@@ -110,7 +105,7 @@ typedef struct ll_server {
     ll_grid grid;          /* that the codec rounds to */
     ll_time from;          /* what snapshots cost counts from then on */
     int32_t rollback;      /* rollback: how far clients may step on by guesses */
-    uint32_t uneven;       /* ll_uneven: deterministic and rollback: why a hold is to follow; 0: none is */
+    uint32_t uneven;       /* deterministic and rollback: a hold is to follow */
     int64_t hold, resume;  /* netcode/server/hold.h, as a relay tells them */
     ll_time even; /* lockstep_pipelined: steps before then keep to the rhythm of one player; deterministic and
                      rollback: no hold before then */

@@ -25,7 +25,7 @@ _Static_assert(2 * LL_ROLLBACK_MAX + LL_INPUT_DELAY_MAX + LL_SYNC_TEST_MAX < LL_
 typedef struct ll_peer_player {
     int64_t known; /* its inputs up to this tick have come (one's own: are made); those behind are guesses */
     int32_t at;    /* its tick when last heard of; -1: not heard of */
-    int32_t reserved;
+    int32_t heard; /* so often, at most as often as counts */
     double ahead;  /* how many ticks we are ahead of it, by what we hear of it; mean */
     double behind; /* how many ticks it is ahead of us, by what it hears of us; mean */
     ll_controls inputs[LL_PEER_RING];

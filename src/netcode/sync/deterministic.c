@@ -2,8 +2,9 @@
  * tick k when all inputs for k are there. Nothing is guessed and nothing corrected, at the price of two lags
  * between an input and its effect, and of equal arithmetic on every machine. */
 #include "netcode/observe/desync.h"
-#include "netcode/state/peer.h"
+#include "netcode/server/hold.h"
 #include "netcode/server/referee.h"
+#include "netcode/state/peer.h"
 
 const ll_sync ll_sync_deterministic = {
     .name = "deterministic",
@@ -15,6 +16,7 @@ const ll_sync ll_sync_deterministic = {
     .step = ll_referee_step,
     .take = ll_referee_take,
     .stand_in = ll_referee_fill,
+    .join = ll_hold_join,
     .compose = ll_referee_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,

@@ -1,8 +1,9 @@
 /* Rollback (GGPO, GGRS): deterministic lockstep that does not wait. A client guesses the inputs that have not
  * come, and makes the ticks again whose guess was wrong. */
 #include "netcode/observe/desync.h"
-#include "netcode/state/peer.h"
+#include "netcode/server/hold.h"
 #include "netcode/server/referee.h"
+#include "netcode/state/peer.h"
 
 const ll_sync ll_sync_rollback = {
     .name = "rollback",
@@ -16,6 +17,7 @@ const ll_sync ll_sync_rollback = {
     .step = ll_referee_step,
     .take = ll_referee_take,
     .stand_in = ll_referee_fill,
+    .join = ll_hold_join,
     .compose = ll_referee_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,

@@ -112,6 +112,8 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
     ll_admitted done = ll_admission_receive(server, with_world, player, packet, g->now, reply);
     if (done.joined)
         ll_server_world(server)->entity[player].flags &= ~(uint64_t)LL_ENTITY_AWAY;
+    if (done.joined && with_world && sync->join)
+        sync->join(server, sync, player, g->now);
     if (done.reply > 0)
         ll_netgame_send(g, player, false, reply, done.reply, r);
     if (done.game)

@@ -17,13 +17,13 @@
 
 #if defined(__SANITIZE_ADDRESS__) || !defined(__OPTIMIZE__)
 #define OUTAGES 8 /* per way of keeping in step; a tenth as fast */
+#define MORE 1
 #else
 #define OUTAGES 90
+#define MORE 7 /* so many times as many where games are fast: they are slower than their clocks */
 #endif
 
 #define WINDOW_S 20 /* over which both are compared */
-#define FELT_S 200  /* the wait for a display: some 270 changes, each of another wait; 27 tell no tenth */
-#define RARE 30     /* of so many players, and once, one may have the same wait for minutes */
 #define FEW 8       /* of so many there is a mean */
 #define LAG_MAX 300.0
 #define TICK_HZ 60
@@ -33,6 +33,7 @@ typedef struct outage {
     int players, who; /* -1: all */
     bool up, down;
     double update_hz, at_s, length_s, lag_ms[4];
+    bool shifted; /* the first second is slower: later steps lie elsewhere between displays */
     char scenario[4096];
 } outage;
 
@@ -79,14 +80,18 @@ static int write_player(const outage *o, uint64_t n, int i, bool disturbed, char
     if (hit)
         snprintf(blackout, sizeof blackout, "\"blackout_at_ms\":%.3f,\"blackout_length_ms\":%.3f",
                  o->at_s * 1e3, o->length_s * 1e3);
-    snprintf(up, sizeof up, "%s", o->up ? blackout : "");
+    if (o->shifted)
+        snprintf(up, sizeof up, "\"spike_at_ms\":0,\"spike_length_ms\":1000,\"spike_add_ms\":%.3f",
+                 draw(n, 60 + i, 0, 50));
+    else
+        snprintf(up, sizeof up, "%s", o->up ? blackout : "");
     snprintf(down, sizeof down, "%s", o->down ? blackout : "");
-    return snprintf(
-        at, room,
-        "%s{\"lag_ms\":%.3f,\"control\":\"%s\",\"prediction\":%s,\"reconciliation\":%s,\"interpolation\":%s,"
-        "\"link\":{\"up\":{%s},\"down\":{%s}}}",
-        i > 0 ? "," : "", o->lag_ms[i], plays(o) ? "person" : "script", predicts ? "true" : "false",
-        predicts ? "true" : "false", chance(n, 50 + i, 0.5) ? "true" : "false", up, down);
+    return snprintf(at, room,
+                    "%s{\"lag_ms\":%.3f,\"control\":\"%s\",\"prediction\":%s,\"reconciliation\":%s,"
+                    "\"interpolation\":%s,\"link\":{\"up\":{%s},\"down\":{%s}}}",
+                    i > 0 ? "," : "", o->lag_ms[i], plays(o) ? "person" : "script",
+                    predicts ? "true" : "false", predicts ? "true" : "false",
+                    chance(n, 50 + i, 0.5) ? "true" : "false", up, down);
 }
 
 static void write_scenario(outage *o, uint64_t n, bool disturbed)
@@ -191,21 +196,16 @@ static void open_windows(scene *s, const outage *o, double at_s, sums now[4])
 
 static void run(const outage *o, window windows[4])
 {
-    sums begun[4], over[4], felt[4];
+    sums begun[4], over[4];
     scene s = scene_make(o->scenario, NULL);
     open_windows(&s, o, recovered_s(o), begun);
     open_windows(&s, o, recovered_s(o) + WINDOW_S, over);
-    if (o->sync->answers)
-        open_windows(&s, o, recovered_s(o) + FELT_S, felt);
     for (int i = 0; i < o->players; i++) {
         window *w = &windows[i];
         *w = (window){.applied = over[i].applied - begun[i].applied,
                       .refused = refused_of(&s, i),
                       .recovers = ll_netgame_server(s.game)->even != 0};
         mean_of(w->mean, &begun[i], &over[i]);
-        if (o->sync->answers)
-            w->mean[FELT] = (felt[i].sum[FELT] - begun[i].sum[FELT]) /
-                            (double)(felt[i].count[FELT] - begun[i].count[FELT]);
     }
     scene_close(&s);
 }
@@ -215,15 +215,17 @@ static void run(const outage *o, window windows[4])
 typedef struct row {
     int outages, players, unplayed, refused, off;
     int beyond[VALUES];               /* players that are more than a tenth off */
+    int shifted;                      /* in stop and wait, that a game in another phase has so */
     double worst[VALUES];             /* relative */
     double sum[VALUES], twin[VALUES]; /* over all players */
 } row;
 
-/* An input of stop-and-wait lockstep that is predicted is felt at the next display. Inputs are a round trip
- * and an interval apart, from the first on; where that is near a multiple of a display's period the wait is
- * the same for minutes, and what it is depends on the moment at which the game began. After an outage it
- * begins again when the network heals. So the twin's wait is held within a display, and the mean of all
- * outages within a tenth. */
+/* An input of stop-and-wait lockstep that is predicted is felt at the next display, and at no other (below).
+ * Inputs are a round trip and an interval apart, from the first on, and what their waits are depends on the
+ * moment of the first: where that time is near a multiple of a display's period, all have the same. After an
+ * outage the game goes on when the network heals, at another moment. So a twin has another wait, as has a
+ * game that never failed, but whose first second took longer: of both as many players are more than a tenth
+ * off. The wait is held within a display, and the mean of all outages within a tenth. */
 static double unit_ms(const outage *o, int value)
 {
     return value == FELT && o->sync->answers ? 1e3 / TICK_HZ : 0;
@@ -263,6 +265,18 @@ static bool compare(row *r, const outage *o, const window *got, const window *tw
     return same && !unplayed && got->refused == 0;
 }
 
+/* The same in another phase: nothing is lost. */
+static void note_shifted(row *r, const outage *o, uint64_t n, const window *twin)
+{
+    outage other = *o;
+    window got[4];
+    other.shifted = true;
+    write_scenario(&other, n, false);
+    run(&other, got);
+    for (int p = 0; p < o->players; p++)
+        r->shifted += fabs(got[p].mean[FELT] - twin[p].mean[FELT]) > 0.1 * twin[p].mean[FELT] + 1e-6;
+}
+
 static bool try(row *r, const ll_sync *sync, uint64_t n)
 {
     window got[4], twin[4];
@@ -273,6 +287,8 @@ static bool try(row *r, const ll_sync *sync, uint64_t n)
     write_scenario(&o, n, true);
     run(&o, got);
     r->outages++;
+    if (sync->answers)
+        note_shifted(r, &o, n, twin);
     for (int p = 0; p < o.players; p++) {
         bool one = compare(r, &o, &got[p], &twin[p]) && !twin[p].recovers;
         for (int v = 0; v < VALUES && !one; v++)
@@ -318,10 +334,13 @@ static void everything_is_as_before(void **state)
     printf("\n");
     for (int k = 0; ll_syncs[k]; k++) {
         row r = {0};
-        for (int i = 0; i < OUTAGES; i++)
+        int outages = ll_syncs[k]->guesses ? MORE * OUTAGES : OUTAGES;
+        for (int i = 0; i < outages; i++)
             all = try(&r, ll_syncs[k], (uint64_t)(1000 * (k + 1) + i)) && all;
-        all = all && alike(&r) && (r.beyond[FELT] - 1) * RARE <= r.players;
+        all = all && alike(&r) && r.beyond[FELT] <= r.shifted + 3 * sqrt(2.0 * r.shifted);
         print_row(ll_sync_names[k], &r);
+        if (ll_syncs[k]->answers)
+            printf("  input latency at other phases: %d\n", r.shifted);
     }
     assert_true(all);
 }
@@ -363,9 +382,71 @@ static void packets_come_before_clients_act(void **state)
     assert_true(rejoined > 40);
 }
 
+/* ---- stop and wait: when an input is felt ---- */
+
+/* The inputs that change the controls, and how long it is from each to the next display. */
+typedef struct waits {
+    const scene *s;
+    int64_t count[4];
+    uint32_t number[4];
+    float axis[4];
+    double sum_ms[4], last_ms[4];
+} waits;
+
+static void on_input(void *context, const ll_event *event)
+{
+    waits *w = context;
+    int p = event->player;
+    if (event->type != LL_EVENT_INPUT || event->number == w->number[p])
+        return; /* or it is sent again */
+    w->number[p] = event->number;
+    ll_client *client = ll_netgame_client(w->s->game, p);
+    float axis = ll_client_pending(client, event->number)->action.axis[0];
+    if (fabs((double)axis - (double)w->axis[p]) <= LL_CHANGE_EPSILON)
+        return;
+    w->axis[p] = axis;
+    ll_time since = event->begin - client->display.epoch;
+    int64_t next = (since * TICK_HZ + LL_SECOND - 1) / LL_SECOND;
+    if (ll_tick_time(next, client->display.freq) < since)
+        next++;
+    w->last_ms[p] = ll_to_ms(ll_tick_time(next, client->display.freq) - since);
+    w->sum_ms[p] += w->last_ms[p];
+    w->count[p]++;
+}
+
+/* With outages and without: what is left to differ is when, between two displays, inputs are made. */
+static void what_is_predicted_is_felt_at_the_next_display(void **state)
+{
+    (void)state;
+    int players = 0;
+    for (uint64_t n = 200; n < 200 + OUTAGES; n++) {
+        outage o = draw_outage(&ll_sync_lockstep, n);
+        const char *const nobody_leaves[] = {"server.timeout_s=0", NULL};
+        write_scenario(&o, n, n % 3 != 0);
+        scene s = scene_make(o.scenario, nobody_leaves);
+        waits w = {.s = &s};
+        ll_recorder r = {on_input, &w};
+        scene_run(&s, recovered_s(&o) + WINDOW_S, &r);
+        for (int p = 0; p < o.players; p++) {
+            const ll_histogram *felt = &ll_netgame_instruments(s.game, p)->histogram[LL_METRIC_INPUT_LATENCY];
+            if (!s.game->config.players[p].prediction)
+                continue;
+            bool open = felt->count == w.count[p] - 1; /* the last has no verdict yet */
+            assert_true(open || felt->count == w.count[p]);
+            assert_true(felt->count > FEW);
+            double sum_ms = w.sum_ms[p] - (open ? w.last_ms[p] : 0);
+            assert_true(fabs(felt->sum - sum_ms) < 1e-6 * (double)felt->count);
+            players++;
+        }
+        scene_close(&s);
+    }
+    assert_true(players > OUTAGES / 2);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(what_is_predicted_is_felt_at_the_next_display),
         cmocka_unit_test(packets_come_before_clients_act),
         cmocka_unit_test(everything_is_as_before),
     };
