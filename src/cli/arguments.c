@@ -68,8 +68,9 @@ static ll_status take(const ll_option *option, const char *value)
         *option->value = value;
         return ll_ok();
     }
-    if (option->list->count == sizeof option->list->items / sizeof *option->list->items)
-        return ll_error(LL_BAD_INPUT, "%s is given too often", option->name);
+    const int most = sizeof option->list->items / sizeof *option->list->items;
+    if (option->list->count == most)
+        return ll_error(LL_BAD_INPUT, "%s is given more than %d times", option->name, most);
     option->list->items[option->list->count++] = value;
     return ll_ok();
 }
