@@ -142,7 +142,7 @@ test('a solver that loses a body fails the run, with the step and the body named
 test('bad input is a sentence with field, range and value, on the command line and over HTTP', async () => {
   /** @type {[any, ...string[]][]} a scenario, and words of the sentence */
   const bad = [
-    [rigid([{ density: 0 }]), 'bodies.0.density', 'between', 'got 0'],
+    [rigid([{ density: 0 }]), 'bodies.0.density', '1e-06 to', 'got 0'],
     [rigid([{ density: -2 }]), 'bodies.0.density', 'got -2'],
     [rigid([{ position: [1e10, 0] }]), 'bodies.0.position', '1000000000 m'],
     [rigid([{ shape: 'polygon', points: [[0, 0], [2, 0], [1, 0.3], [1, 2]] }]), 'bodies.0', 'not convex'],

@@ -1,8 +1,8 @@
 /* The rules of a game behind one interface.
  *
  * A world is a flat struct that can be copied by memcpy: a header, the entities (entity i belongs to player
- * i; later ones belong to no player), and the game's own tail. Steps are pure functions of (world, environment,
- * actions): the server and every client run the same code. */
+ * i; later ones belong to no player), and the game's own tail. Steps are pure functions of (world,
+ * environment, actions): the server and every client run the same code. */
 #pragma once
 
 #include <stdbool.h>
