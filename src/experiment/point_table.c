@@ -40,6 +40,7 @@ static void add_run(ll_result_table *t, repeats *r, const ll_row *row)
     for (int i = 0; i < e->metric_count; i++)
         ll_sums_add(&t->sums[i], row->metrics[i]);
     hold_run(e, row, t->held);
+    ll_table_note(t, row);
     if (!ll_row_good(row)) {
         r->failed++;
         return;
@@ -191,6 +192,8 @@ static bool next_point(void *context, ll_cell *cells, ll_status *status)
     *cells++ = ll_cell_number(r.good > 1 ? !r.differ : NAN);
     for (int i = 0; i < e->metric_count; i++) {
         summarise(t, i, &r);
+        t->unreached += i == e->until_metric && r.good + r.failed == e->head.repeats &&
+                        !ll_until_is_met(e, &t->summaries[i]);
         cells = write_metric(t, i, cells);
         if (!t->compares)
             continue;

@@ -155,6 +155,22 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
             scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
 }
 
+/* What is known before the runs, and what they have shown. */
+static void write_notices(const ll_experiment *e, const ll_points *points, FILE *file)
+{
+    cJSON *before = ll_experiment_notices(e);
+    const cJSON *const both[] = {before, points->notices};
+    const cJSON *item;
+    for (int k = 0; k < 2; k++)
+        cJSON_ArrayForEach(item, both[k])
+        {
+            fputs("<p class=\"note\" role=\"note\">", file);
+            ll_html_text(item->valuestring, file);
+            fputs("</p>\n", file);
+        }
+    cJSON_Delete(before);
+}
+
 static void write_front(const ll_experiment *e, FILE *file)
 {
     fputs("<p>Marked is the front of", file);
@@ -179,6 +195,7 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
     if (e->front_count > 2)
         write_front(e, file);
     write_left_out(e, &points, file);
+    write_notices(e, &points, file);
     status = ll_report_plots_write(e, &points, where_all, file);
     if (!ll_failed(&status))
         status = write_points(e, &points, file);

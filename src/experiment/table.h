@@ -65,6 +65,10 @@ ll_status ll_result_table_sensitivity(const ll_experiment *experiment, ll_row_so
 /* Of the points that were read from a table of points. */
 int64_t ll_result_table_identical(const ll_result_table *table);
 
+/* What who reads the table must know of it: metrics that no run has, and points that made all repeats before
+ * `until` was reached. Of the rows or points that were read from it; a list of sentences. Caller deletes. */
+struct cJSON *ll_result_table_notices(const ll_result_table *table);
+
 /* A metric over the runs of a point: Welford's sums. */
 typedef struct ll_sums {
     int64_t n; /* runs that have it */
