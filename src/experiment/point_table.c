@@ -108,6 +108,7 @@ static void add_metric(ll_result_table *t, int i)
     for (int k = 0; k < 3; k++)
         add_metric_column(t, i, bounds[k], LL_CELL_REAL);
     add_metric_column(t, i, "ci95_method", LL_CELL_TEXT);
+    add_metric_column(t, i, "ci95_covers", LL_CELL_TEXT);
     add_metric_column(t, i, "sd", LL_CELL_REAL);
     for (int k = 0; k < 3; k++)
         add_metric_column(t, i, quartile_names[k], LL_CELL_REAL);
@@ -128,6 +129,7 @@ static ll_cell *write_metric(const ll_result_table *t, int i, ll_cell *cells)
     *cells++ = bound(s->of_mean.low);
     *cells++ = bound(s->of_mean.high);
     *cells++ = ll_cell_text(t->texts[0][i]);
+    *cells++ = ll_cell_text(s->covers);
     *cells++ = ll_cell_number(s->deviation);
     for (int k = 0; k < 3; k++)
         *cells++ = ll_cell_number(s->quartiles[k]);
@@ -142,6 +144,7 @@ static void add_difference(ll_result_table *t, int i)
     for (int k = 0; k < 3; k++)
         add_metric_column(t, i, bounds[k], LL_CELL_REAL);
     add_metric_column(t, i, "diff_method", LL_CELL_TEXT);
+    add_metric_column(t, i, "diff_covers", LL_CELL_TEXT);
     add_metric_column(t, i, "diff_pairs", LL_CELL_INT);
 }
 
@@ -152,6 +155,7 @@ static ll_cell *write_difference(const ll_result_table *t, int i, ll_cell *cells
     *cells++ = bound(s->of_mean.low);
     *cells++ = bound(s->of_mean.high);
     *cells++ = ll_cell_text(t->texts[1][i]);
+    *cells++ = ll_cell_text(s->covers);
     *cells++ = ll_cell_number((double)s->n);
     return cells;
 }

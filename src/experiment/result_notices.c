@@ -8,7 +8,7 @@
 
 void ll_table_note(ll_result_table *t, const ll_row *row)
 {
-    if (row->status == LL_ROW_SKIPPED)
+    if (!ll_row_good(row))
         return;
     t->made++;
     for (int i = 0; i < t->experiment->metric_count; i++)

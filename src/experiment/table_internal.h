@@ -7,7 +7,7 @@
 
 struct cJSON;
 
-enum { LL_METRIC_COLUMNS = 16 }; /* at most, of a metric in a table of points */
+enum { LL_METRIC_COLUMNS = 18 }; /* at most, of a metric in a table of points */
 
 struct ll_result_table {
     const ll_experiment *experiment;
@@ -22,8 +22,9 @@ struct ll_result_table {
     struct cJSON *values;
     ll_row row; /* the one being written, or the first of the next point */
     bool row_held;
-    int64_t identical;                            /* points so far whose repeats gave the same */
-    int64_t made, has[LL_EXPERIMENT_METRICS_MAX]; /* runs so far, and those that have the metric */
+    int64_t identical; /* points so far whose repeats gave the same */
+    int64_t made,
+        has[LL_EXPERIMENT_METRICS_MAX]; /* runs so far that ended well, those of them that have it */
     int64_t unreached; /* points so far that made all repeats and have not become as sure as `until` wants */
     ll_sums sums[LL_EXPERIMENT_METRICS_MAX]; /* of the point */
     ll_summary summaries[LL_EXPERIMENT_METRICS_MAX], differences[LL_EXPERIMENT_METRICS_MAX];

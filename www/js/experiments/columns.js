@@ -137,5 +137,6 @@ export function spreadOf(row, metric) {
   const told = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)), method = methodOf(row, metric);
   const spread = Number.isFinite(numberOf(row, `${metric}.sd`))
     ? `SD ${told('sd')}, quartiles ${told('p25')}, ${told('p50')}, ${told('p75')}` : '';
-  return [method && `95 % interval: ${method}`, spread].filter(Boolean).join('; ');
+  const covers = row[`${metric}.ci95_covers`];
+  return [method && `95 % interval: ${method}${covers ? `, which covers: ${covers}` : ''}`, spread].filter(Boolean).join('; ');
 }
