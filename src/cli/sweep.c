@@ -1,4 +1,5 @@
 /* `laglab sweep`: an experiment on this machine, resumed where it was broken off. */
+#include <cjson/cJSON.h>
 #include <inttypes.h>
 #include <math.h>
 #include <signal.h>
@@ -40,6 +41,14 @@ static double seconds(void)
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* Takes the list. */
+static void print_notices(cJSON *notices)
+{
+    const cJSON *item;
+    cJSON_ArrayForEach(item, notices) fprintf(stderr, "laglab: %s\n", item->valuestring);
+    cJSON_Delete(notices);
 }
 
 /* ---- before ---- */
@@ -181,6 +190,8 @@ static ll_status write_out(const sweep *s)
                 " points all repeats gave identical metrics: nothing random "
                 "in this scenario reaches them, or what does is rare\n",
                 ll_result_table_identical(table), s->experiment->points);
+    if (!ll_failed(&status))
+        print_notices(ll_result_table_notices(table));
     ll_result_table_free(table);
     ll_stored_rows_close(&rows);
     return status;
@@ -321,6 +332,8 @@ int ll_verb_sweep(int argc, char **argv)
     sweep s = {0};
     signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error, told like a full disk */
     ll_status status = prepare(&s, argc, argv);
+    if (!ll_failed(&status))
+        print_notices(ll_experiment_notices(s.experiment));
     if (!ll_failed(&status) && s.dry_run) {
         status = dry_run(&s);
     } else if (!ll_failed(&status)) {

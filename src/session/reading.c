@@ -122,6 +122,12 @@ cJSON *ll_session_state(ll_session *s)
     return report(s, "state", s->scenario.kind->state);
 }
 
+cJSON *ll_session_notices(const ll_session *s)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    return kind->notices ? kind->notices(s->config) : cJSON_CreateArray();
+}
+
 static void add_activity(cJSON *metrics, const ll_scenario_head *head)
 {
     cJSON *list = cJSON_CreateArray();

@@ -122,6 +122,8 @@ uint64_t ll_session_hash(ll_session *session); /* of the state at the present ti
 struct cJSON *ll_session_params(ll_session *session); /* the whole scenario with its present values */
 struct cJSON *ll_session_state(ll_session *session);  /* {"tick","time_s","hash","state":{...}} */
 
+struct cJSON *ll_session_notices(const ll_session *session); /* of its scenario: see ll_sim_kind */
+
 /* {"tick","time_s","hash","metrics":{...}}; the metrics of every kind have "activity", the scenario's:
  * [{"metric","min","value","met"}]; `value` is null where there is no such number. */
 struct cJSON *ll_session_metrics(ll_session *session);

@@ -26,11 +26,12 @@ function laglab(args, wish = {}) {
   return result;
 }
 
-/** @param {string[]} args @param {{input?: string, env?: Record<string, string>}} [wish] */
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>, told?: RegExp}} [wish] told: what is said beside the result */
 function good(args, wish) {
   const result = laglab(args, wish);
   assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);
-  assert.equal(result.stderr, '');
+  if (wish?.told) assert.match(result.stderr, wish.told);
+  else assert.equal(result.stderr, '');
   return result.stdout;
 }
 
@@ -94,17 +95,18 @@ test('shards that a copy cut or an editor changed are refused, and never make tw
 test('a metric that was not counted is empty in CSV and null in JSON, and holds no limit', () => {
   const name = write('short.json', { scenario: 'race', set: { duration_s: 1.5 }, axes: [{ path: 'players.0.lag_ms', values: [0, 80] }],
     metrics: ['players.0.input_latency_ms.mean', 'players.0.corrections'] }); // all within the warm-up
-  const rows = good(['sweep', name]).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
+  const told = /duration_s, 1\.5 s, is not longer than warmup_s, 2 s.*\n.*No run has players\.0\.input_latency_ms\.mean: it is null in all 2/;
+  const rows = good(['sweep', name], { told }).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
   for (const row of rows.slice(1)) {
     assert.equal(row.split(',')[column], '');
     assert.equal(row.split(',')[column + 1], '0');
   }
-  for (const row of JSON.parse(good(['sweep', name, '--format', 'json']))) assert.equal(row['players.0.input_latency_ms.mean'], null);
-  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  for (const row of JSON.parse(good(['sweep', name, '--format', 'json'], { told }))) assert.equal(row['players.0.input_latency_ms.mean'], null);
+  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json'], { told }));
   assert.equal(point['players.0.input_latency_ms.mean'], null);
-  good(['sweep', name, '--out', 'short.sqlite']);
+  good(['sweep', name, '--out', 'short.sqlite'], { told });
   assert.equal(sql('short.sqlite', 'SELECT COUNT(*) FROM results WHERE "players.0.input_latency_ms.mean" IS NULL'), '2');
-  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html']);
+  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html'], { told });
   assert.ok(!/NaN|undefined|Infinity/.test(readFileSync(file('short.html'), 'utf8')));
   const answer = JSON.parse(good(['advise', 'race', '--metric', 'players.0.input_latency_ms.mean', '--max-error', '1e9', '--vary',
     'players.0.prediction=true,false',
@@ -184,8 +186,10 @@ test('points are the means of their runs with spread and 95 % intervals', () => 
     assert.ok(Math.abs(point[`${lead}.p50`] - values[5]) < 1e-9);
     assert.deepEqual([point[`${lead}.p50_low`], point[`${lead}.p50_high`]], [values[1], values[9]]);
     assert.equal(byT[i][`${lead}.ci95_method`], 't');
+    assert.match(byT[i][`${lead}.ci95_covers`], /normal values/);
     assert.ok(Math.abs(byT[i][`${lead}.ci95`] - 2.228138852 * deviation / Math.sqrt(11)) < 1e-9);
     assert.equal(point[`${lead}.ci95_method`], 'bootstrap-t');
+    assert.match(point[`${lead}.ci95_covers`], /^(a bound: at least 93 %|93 to 97 %)/);
     assert.ok(point[`${lead}.ci95_low`] < mean && mean < point[`${lead}.ci95_high`]);
     assert.ok(Math.abs(point[`${lead}.ci95_high`] - point[`${lead}.ci95_low`] - 2 * point[`${lead}.ci95`]) < 1e-9);
   }
@@ -268,7 +272,7 @@ test('repeats that are all equal give no interval, and say so', () => {
   assert.deepEqual(csv.slice(1, 5).map((line) => line.split(',')[column] === ''), [true, false, true, false]);
   const once = JSON.parse(good(['sweep',
     write('once.json', { scenario: 'race', set: { duration_s: 1 }, metrics: ['players.0.remote_error_m.mean'] }), '--points', '--format',
-      'json']));
+      'json'], { told: /is not longer than warmup_s/ }));
   assert.deepEqual([once[0].identical, once[0]['players.0.remote_error_m.mean.ci95']], [null, null]);
 });
 
@@ -293,7 +297,7 @@ test('what scripts did is recorded once and replayed under other techniques', ()
   // other inputs are another experiment: a store holds both
   const other = write('other.json', order({ workload: { inputs: [{ tick: 0, player: 0, axes: [0.5, 0] }] } }));
   const stored = good(['sweep', name, '--store', 'sqlite:workloads.db']),
-    without = good(['sweep', other, '--store', 'sqlite:workloads.db']);
+    without = good(['sweep', other, '--store', 'sqlite:workloads.db'], { told: /No run has players\.0\.input_latency_ms\.mean/ });
   assert.equal(stored, rows);
   assert.notEqual(without, rows);
   assert.equal(good(['sweep', name, '--store', 'sqlite:workloads.db']), rows);

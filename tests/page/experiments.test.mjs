@@ -53,6 +53,28 @@ const column = async (page, name) => {
   return page.locator('.points tbody tr').evaluateAll((all, at) => all.map((row) => row.children[at].textContent), place);
 };
 
+test('what the results cannot show is told above them: runs too short, a metric that no run has, a rule that was not reached', async () => {
+  const error = 'players.0.remote_error_m.mean', latency = 'players.1.input_latency_ms.mean';
+  const base = { scenario: 'race', axes: [{ path: 'players.0.lag_ms', values: [30, 110] }], repeats: 11, metrics: [error] };
+  const cases = [
+    [{ ...base, set: { duration_s: 1.25 } }, [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has players\.0\.remote_error_m\.mean: it is null in all 22/]],
+    [{ ...base, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [error, latency] }, [/^No run has players\.1\.input_latency_ms\.mean/]],
+    [{ ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 1e-9 } }, [/^At 2 of 2 points all 11 repeats were made/]],
+    [{ ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 50 } }, []],
+  ];
+  for (const [body, wanted] of /** @type {[object, RegExp[]][]} */ (cases)) {
+    const { id } = (await api(daemon.url, 'experiments', body)).body;
+    const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
+    await done(page);
+    await page.locator('.points tbody tr').nth(1).waitFor();
+    const notes = (await page.locator('.progress [role="note"]').allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
+    assert.equal(notes.length, wanted.length, notes.join('; '));
+    for (const [i, words] of wanted.entries()) assert.match(notes[i], words);
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+});
+
 test('a first experiment is there for a scenario of each kind, and counted by the daemon', async () => {
   const { page, complaints, close } = await open();
   assert.match(await estimate(page), /^5 runs of 5 points, about/);

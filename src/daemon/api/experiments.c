@@ -27,6 +27,7 @@ static void describe_size(cJSON *json, const ll_experiment *e)
     cJSON_AddNumberToObject(json, "points", (double)e->points);
     cJSON_AddNumberToObject(json, "repeats", (double)e->head.repeats);
     cJSON_AddNumberToObject(json, "runs", (double)e->runs);
+    cJSON_AddItemToObject(json, "notices", ll_experiment_notices(e));
 }
 
 static void add_links(cJSON *json, const char *id)
@@ -177,6 +178,7 @@ static void answer_record(ll_api *api, const ll_experiment_record *r, const ll_e
     ll_experiments_describe(api->experiments, r, json);
     cJSON_AddNumberToObject(json, "created_s", (double)r->created_s);
     add_version(api, r, json);
+    cJSON_AddItemToObject(json, "notices", ll_experiment_notices(e));
     cJSON_AddItemToObject(json, "experiment", cJSON_Duplicate(e->json, true));
     add_links(json, r->id);
     ll_http_json(response, 200, json);

@@ -270,6 +270,7 @@ static cJSON *describe(ll_session *session, const ll_hosted *hosted, bool parked
     cJSON_AddItemToObject(json, "params", ll_session_params(session));
     cJSON_AddItemToObject(json, "cost", ll_session_cost(session));
     cJSON_AddItemToObject(json, "error", describe_error(session));
+    cJSON_AddItemToObject(json, "notices", ll_session_notices(session));
     ll_api_links(json, ll_hosted_id(hosted));
     return json;
 }

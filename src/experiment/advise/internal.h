@@ -48,6 +48,7 @@ typedef struct ll_advise_search {
     int64_t runs, most;
     int64_t kept;   /* of them for verifying what was found */
     double scatter; /* of the error between seeds, relative, over all that was run */
+    double burst;   /* how many events come at once, where the error counts them; at least 1 */
     /* Of single runs whose error is above 0: the largest and the least, and what all are multiples of. */
     double largest, least, event;
 } ll_advise_search;

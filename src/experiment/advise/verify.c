@@ -15,6 +15,7 @@
 #define FEW 30          /* events, up to which Student's t is too narrow */
 #define WHOLE 1e-6      /* relative: how near to a multiple of the least a count is */
 #define MOST_EVENTS 1e4 /* in a run, of a metric that counts */
+#define MANY 2          /* events in a run, or limits, up to which a setting has few */
 #define LARGE 4 /* limits: how large a rare event is taken to be at most, where the error is no count */
 
 #define SAME 1e-12 /* relative: costs that are equal */
@@ -71,6 +72,22 @@ static double scatter(const ll_advise_search *s)
     return n > 0 ? sqrt(sum / n) : 0;
 }
 
+/* Where events come in bursts counts scatter more than single ones would: their variance over Poisson's, of
+ * the settings that have few (quasi-Poisson). */
+static double burst(const ll_advise_search *s)
+{
+    double few = MANY * fmax(s->order->max_error, s->event), squares = 0, alone = 0;
+    for (int p = 0; p < s->points; p++)
+        for (int fresh = 0; fresh < 2; fresh++) {
+            const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
+            if (error->n < 2 || !(error->mean > 0) || error->mean > few)
+                continue;
+            squares += error->squares;
+            alone += (double)(error->n - 1) * error->mean * s->event;
+        }
+    return alone > 0 ? fmax(1, squares / alone) : 1;
+}
+
 static bool keep_values(ll_values *v, double cost, double error)
 {
     if (v->n == v->room) {
@@ -121,6 +138,7 @@ ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
             return ll_error(LL_NO_MEMORY, "no memory for the adviser");
         note_event(s, error);
         s->scatter = scatter(s);
+        s->burst = burst(s);
     }
     return status;
 }
@@ -279,11 +297,12 @@ static bool is_count(const ll_advise_search *s)
     return !is_exact(s) && !has_unit(e->metrics[e->error_metric]) && s->largest <= MOST_EVENTS * s->event;
 }
 
-/* By how much a rare event adds to the error of a run. Before any was seen a count is taken to be whole. */
+/* By how much a rare event, or a burst of them, adds to the error of a run. Before any was seen a count is
+ * taken to be whole. */
 static double event(const ll_advise_search *s)
 {
     double size = s->least > 0 ? is_count(s) ? s->event : s->least : 1;
-    return is_count(s) ? size : fmin(size, LARGE * s->order->max_error);
+    return is_count(s) ? size * fmax(1, s->burst) : fmin(size, LARGE * s->order->max_error);
 }
 
 ll_sums ll_advise_pooled(const ll_trial *t)

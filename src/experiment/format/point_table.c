@@ -40,6 +40,7 @@ static void add_run(ll_result_table *t, repeats *r, const ll_row *row)
     for (int i = 0; i < e->metric_count; i++)
         ll_sums_add(&t->sums[i], row->metrics[i]);
     hold_run(e, row, t->held);
+    ll_table_note(t, row);
     if (!ll_row_good(row)) {
         r->failed++;
         return;
@@ -107,6 +108,7 @@ static void add_metric(ll_result_table *t, int i)
     for (int k = 0; k < 3; k++)
         add_metric_column(t, i, bounds[k], LL_CELL_REAL);
     add_metric_column(t, i, "ci95_method", LL_CELL_TEXT);
+    add_metric_column(t, i, "ci95_covers", LL_CELL_TEXT);
     add_metric_column(t, i, "sd", LL_CELL_REAL);
     for (int k = 0; k < 3; k++)
         add_metric_column(t, i, quartile_names[k], LL_CELL_REAL);
@@ -127,6 +129,7 @@ static ll_cell *write_metric(const ll_result_table *t, int i, ll_cell *cells)
     *cells++ = bound(s->of_mean.low);
     *cells++ = bound(s->of_mean.high);
     *cells++ = ll_cell_text(t->texts[0][i]);
+    *cells++ = ll_cell_text(s->covers);
     *cells++ = ll_cell_number(s->deviation);
     for (int k = 0; k < 3; k++)
         *cells++ = ll_cell_number(s->quartiles[k]);
@@ -141,6 +144,7 @@ static void add_difference(ll_result_table *t, int i)
     for (int k = 0; k < 3; k++)
         add_metric_column(t, i, bounds[k], LL_CELL_REAL);
     add_metric_column(t, i, "diff_method", LL_CELL_TEXT);
+    add_metric_column(t, i, "diff_covers", LL_CELL_TEXT);
     add_metric_column(t, i, "diff_pairs", LL_CELL_INT);
 }
 
@@ -151,6 +155,7 @@ static ll_cell *write_difference(const ll_result_table *t, int i, ll_cell *cells
     *cells++ = bound(s->of_mean.low);
     *cells++ = bound(s->of_mean.high);
     *cells++ = ll_cell_text(t->texts[1][i]);
+    *cells++ = ll_cell_text(s->covers);
     *cells++ = ll_cell_number((double)s->n);
     return cells;
 }
@@ -191,6 +196,8 @@ static bool next_point(void *context, ll_cell *cells, ll_status *status)
     *cells++ = ll_cell_number(r.good > 1 ? !r.differ : NAN);
     for (int i = 0; i < e->metric_count; i++) {
         summarise(t, i, &r);
+        t->unreached += i == e->until_metric && r.good + r.failed == e->head.repeats &&
+                        !ll_until_is_met(e, &t->summaries[i]);
         cells = write_metric(t, i, cells);
         if (!t->compares)
             continue;

@@ -108,8 +108,10 @@ ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *co
             points->left_out++;
         else
             status = take(e, table, cells, &points->points[points->count++]);
-    if (table)
+    if (table) {
         points->identical = ll_result_table_identical(table);
+        points->notices = ll_result_table_notices(table);
+    }
     ll_result_table_free(table);
     if (ll_failed(&status))
         ll_points_free(points);
@@ -118,6 +120,7 @@ ll_status ll_points_read(const ll_experiment *e, ll_row_source *source, void *co
 
 void ll_points_free(ll_points *points)
 {
+    cJSON_Delete(points->notices);
     free(points->points);
     free(points->numbers);
     free(points->summaries);

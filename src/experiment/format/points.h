@@ -16,9 +16,10 @@ typedef struct ll_point {
 typedef struct ll_points {
     ll_point *points; /* in their order */
     int count;
-    int64_t left_out;  /* beyond LL_POINTS_CELLS_MAX: those held are drawn at random from all */
-    int64_t identical; /* of all: their repeats gave the same */
-    double *numbers;   /* what the points' places and sizes are in */
+    int64_t left_out;      /* beyond LL_POINTS_CELLS_MAX: those held are drawn at random from all */
+    int64_t identical;     /* of all: their repeats gave the same */
+    struct cJSON *notices; /* ll_result_table_notices */
+    double *numbers;       /* what the points' places and sizes are in */
     ll_summary *summaries;
 } ll_points;
 

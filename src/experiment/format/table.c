@@ -99,6 +99,7 @@ static bool next_row(void *context, ll_cell *cells, ll_status *status)
     if (!t->source(t->context, r, status))
         return false;
     ll_table_hold(t, r->run / e->head.repeats);
+    ll_table_note(t, r);
     *cells++ = ll_cell_number((double)r->run);
     *cells++ = ll_cell_number((double)t->point);
     *cells++ = ll_cell_number((double)(r->run % e->head.repeats));

@@ -45,14 +45,15 @@ ll_status ll_result_table_rows(const ll_experiment *experiment, const char *vers
 /* One row per point: its parameters, `runs` that ended well and `failed` that did not, whether all that ended
  * well gave `identical` metrics, and for each metric over the runs that have it: the mean; `.ci95`, half the
  * width of its 95 % interval, `.ci95_low` and `.ci95_high`, its bounds, which need not be as far from the
- * mean, and `.ci95_method` (interval.h), or why there is none; the standard deviation `.sd`; the quartiles
+ * mean, `.ci95_method` (interval.h), or why there is none, and `.ci95_covers`, how often such intervals hold
+ * the mean, in words; the standard deviation `.sd`; the quartiles
  * `.p25`, `.p50`, `.p75`, and the bounds of the median's 95 % interval. */
 ll_status ll_result_table_points(const ll_experiment *experiment, ll_row_source *source, void *context,
                                  ll_result_table **table);
 
 /* The same with each metric's difference to a baseline, of which all rows are given: `.diff` is the mean of
- * the differences of runs with the same seed, with its bounds, method, and how many `.diff_pairs` there are.
- * With `baseline` NULL nothing is compared; where it has no rows (yet), differences are null. */
+ * the differences of runs with the same seed, with its bounds, method, coverage, and how many `.diff_pairs`
+ * there are. With `baseline` NULL nothing is compared; where it has no rows (yet), differences are null. */
 ll_status ll_result_table_compared(const ll_experiment *experiment, const ll_row *baseline, int64_t count,
                                    ll_row_source *source, void *context, ll_result_table **table);
 
@@ -64,6 +65,10 @@ ll_status ll_result_table_sensitivity(const ll_experiment *experiment, ll_row_so
 
 /* Of the points that were read from a table of points. */
 int64_t ll_result_table_identical(const ll_result_table *table);
+
+/* What who reads the table must know of it: metrics that no run has, and points that made all repeats before
+ * `until` was reached. Of the rows or points that were read from it; a list of sentences. Caller deletes. */
+struct cJSON *ll_result_table_notices(const ll_result_table *table);
 
 /* A metric over the runs of a point: Welford's sums. */
 typedef struct ll_sums {

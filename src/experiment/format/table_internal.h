@@ -7,7 +7,7 @@
 
 struct cJSON;
 
-enum { LL_METRIC_COLUMNS = 16 }; /* at most, of a metric in a table of points */
+enum { LL_METRIC_COLUMNS = 18 }; /* at most, of a metric in a table of points */
 
 struct ll_result_table {
     const ll_experiment *experiment;
@@ -22,7 +22,10 @@ struct ll_result_table {
     struct cJSON *values;
     ll_row row; /* the one being written, or the first of the next point */
     bool row_held;
-    int64_t identical;                       /* points so far whose repeats gave the same */
+    int64_t identical; /* points so far whose repeats gave the same */
+    int64_t made,
+        has[LL_EXPERIMENT_METRICS_MAX]; /* runs so far that ended well, those of them that have it */
+    int64_t unreached; /* points so far that made all repeats and have not become as sure as `until` wants */
     ll_sums sums[LL_EXPERIMENT_METRICS_MAX]; /* of the point */
     ll_summary summaries[LL_EXPERIMENT_METRICS_MAX], differences[LL_EXPERIMENT_METRICS_MAX];
     char texts[2][LL_EXPERIMENT_METRICS_MAX][LL_SUMMARY_TEXT_MAX]; /* of these two */
@@ -42,6 +45,7 @@ ll_status ll_table_make(const ll_experiment *experiment, ll_row_source *source, 
 ll_column *ll_table_add(ll_result_table *table, const char *name, ll_cell_type type, bool nullable);
 void ll_table_add_parameters(ll_result_table *table);
 
+void ll_table_note(ll_result_table *table, const ll_row *row);   /* for the notices */
 ll_cell ll_cell_number(double value);                            /* NaN: null */
 ll_cell ll_cell_text(const char *value);                         /* empty: null */
 ll_cell ll_table_parameter(const ll_result_table *table, int i); /* of the point that is held */

@@ -84,6 +84,30 @@ static void write_left_out(const ll_experiment *e, const ll_points *points, FILE
         where_all);
 }
 
+/* How often the intervals of the table hold their means: once for each method, and what it says of itself. */
+static void write_coverage(const ll_experiment *e, const ll_points *points, FILE *file)
+{
+    enum { MOST = 16 };
+    const ll_summary *found[MOST];
+    int count = 0;
+    for (int64_t k = 0; k < (int64_t)points->count * e->metric_count && count < MOST; k++) {
+        const ll_summary *s = &points->points[k / e->metric_count].metrics[k % e->metric_count];
+        int same = 0;
+        while (same < count &&
+               (found[same]->covers != s->covers || found[same]->of_mean.method != s->of_mean.method))
+            same++;
+        if (same == count && s->of_mean.method != LL_INTERVAL_NONE)
+            found[count++] = s;
+    }
+    if (count > 0)
+        fputs("<p>How often such intervals hold the mean:</p><ul>", file);
+    for (int i = 0; i < count; i++)
+        fprintf(file, "<li>%s: %s</li>", ll_interval_method_names[found[i]->of_mean.method],
+                found[i]->covers);
+    if (count > 0)
+        fputs("</ul>\n", file);
+}
+
 static ll_status write_points(const ll_experiment *e, const ll_points *points, FILE *file)
 {
     bool *front = malloc((size_t)points->count + 1), *shown = malloc((size_t)points->count + 1);
@@ -104,6 +128,7 @@ static ll_status write_points(const ll_experiment *e, const ll_points *points, F
         if (shown[k])
             write_point(e, &points->points[k], file);
     fputs("</tbody></table></div>\n", file);
+    write_coverage(e, points, file);
     if (points->identical > 0)
         fprintf(file,
                 "<p>At %" PRId64 " of %" PRId64
@@ -155,6 +180,22 @@ static void write_title(const ll_experiment *e, const char *version, FILE *file)
             scenario->seed + e->head.repeats - 1, ll_experiment_key(e), version);
 }
 
+/* What is known before the runs, and what they have shown. */
+static void write_notices(const ll_experiment *e, const ll_points *points, FILE *file)
+{
+    cJSON *before = ll_experiment_notices(e);
+    const cJSON *const both[] = {before, points->notices};
+    const cJSON *item;
+    for (int k = 0; k < 2; k++)
+        cJSON_ArrayForEach(item, both[k])
+        {
+            fputs("<p class=\"note\" role=\"note\">", file);
+            ll_html_text(item->valuestring, file);
+            fputs("</p>\n", file);
+        }
+    cJSON_Delete(before);
+}
+
 static void write_front(const ll_experiment *e, FILE *file)
 {
     fputs("<p>Marked is the front of", file);
@@ -179,6 +220,7 @@ ll_status ll_report_write(const ll_experiment *e, const char *version, ll_row_so
     if (e->front_count > 2)
         write_front(e, file);
     write_left_out(e, &points, file);
+    write_notices(e, &points, file);
     status = ll_report_plots_write(e, &points, where_all, file);
     if (!ll_failed(&status))
         status = write_points(e, &points, file);

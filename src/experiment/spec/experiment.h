@@ -89,6 +89,9 @@ ll_sample_order ll_experiment_sample(const ll_experiment *experiment);
 
 /* The varied parameters at a point: {"players.0.lag_ms":100}. Caller deletes. */
 struct cJSON *ll_experiment_point(const ll_experiment *experiment, int64_t point);
+/* Why runs will have no metrics, or some of them: sentences, by what the scenario's kind knows of the points
+ * before they are run. Caller deletes. */
+struct cJSON *ll_experiment_notices(const ll_experiment *experiment);
 int64_t ll_experiment_seed(const ll_experiment *experiment, int64_t run);
 
 struct cJSON *ll_experiment_schema(void);

@@ -67,10 +67,11 @@ ll_interval_order ll_experiment_order(const ll_experiment *e, int metric, int64_
     return order;
 }
 
-static bool is_narrow(const ll_experiment *e, const ll_summary *s)
+bool ll_until_is_met(const ll_experiment *e, const ll_summary *s)
 {
     double half = ll_interval_half(&s->of_mean);
-    return half <= e->head.until.half_width || half <= e->head.until.relative * fabs(s->mean);
+    return !ll_until_is_set(e) || half <= e->head.until.half_width ||
+           half <= e->head.until.relative * fabs(s->mean);
 }
 
 bool ll_until_reached(const ll_experiment *e, const ll_row *rows, int64_t made, ll_resampler *resampler)
@@ -91,7 +92,7 @@ bool ll_until_reached(const ll_experiment *e, const ll_row *rows, int64_t made, 
     bool reached = false;
     if (values && n > 0) {
         ll_summary summary = ll_summarise(&order, values, resampler);
-        reached = is_narrow(e, &summary);
+        reached = ll_until_is_met(e, &summary);
     }
     free(values);
     return reached;

@@ -10,11 +10,15 @@
 #pragma once
 
 #include "experiment/spec/experiment.h"
+#include "experiment/summary.h"
 
 bool ll_until_is_set(const ll_experiment *experiment);
 
 /* How many looks there are at most; 1 without a rule. */
 int ll_until_looks(const ll_experiment *experiment);
+
+/* Whether the interval is as narrow as the rule wants; true without a rule. */
+bool ll_until_is_met(const ll_experiment *experiment, const ll_summary *summary);
 
 /* Whether `made` runs of a point, which are its first, are enough. */
 bool ll_until_reached(const ll_experiment *experiment, const ll_row *rows, int64_t made,

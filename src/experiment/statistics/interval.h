@@ -23,8 +23,10 @@
  * order-statistics: of a median, by the binomial distribution; at least the level, whatever the distribution.
  *
  * No method knows of what no value shows: where one run in a hundred makes the mean (skewness near 5 and few
- * values that show it) amounts are covered by some 90 % up to 50 values. So of extremes no interval of the
- * mean is told, but of the median. */
+ * values that show it) amounts are covered by some 90 % up to 50 values, and groups of unlike size by 92 to
+ * 98.7 %; ll_interval_covers says so. Student's t, Johnson's, Hall's transformation, plain bootstrap-t, BCa,
+ * bootstrapped Hall and empirical likelihood were tried on the first, and cover it less often (82 to 87 % of
+ * 20). Of extremes no interval of the mean is told, but of the median. */
 #pragma once
 
 #include <stdbool.h>
@@ -56,6 +58,7 @@ enum {
     LL_INTERVAL_LEAST = 10, /* amounts: fewer tell nothing of their distribution */
     LL_INTERVAL_LEVEL =
         20, /* amounts, from which the level is neither missed nor exceeded; below, it is a bound */
+    LL_INTERVAL_MANY = 100,  /* amounts, from which that is so even where rare runs make much of the mean */
     LL_BOOTSTRAP_MOST = 200, /* values; beyond, skewness alone matters */
     LL_RESAMPLES = 1999,
 };
@@ -88,6 +91,10 @@ typedef struct ll_interval_order {
 
 /* Without memory for the resamples the interval is none. */
 ll_interval ll_interval_of(const ll_interval_order *order, ll_resampler *resampler);
+
+/* How often intervals that this method makes of such values hold their mean, in words, after what was
+ * counted; empty of LL_INTERVAL_NONE. */
+const char *ll_interval_covers(const ll_interval_order *order, ll_interval_method method);
 
 /* Bounds of a share of which `k` of `n` were seen. */
 ll_interval ll_interval_share(int64_t k, int64_t n, double error);

@@ -21,6 +21,7 @@ ll_summary ll_summarise(const ll_interval_order *order, double *values, ll_resam
         squares += delta * (values[i] - mean);
     }
     s.of_mean = ll_interval_of(order, resampler);
+    s.covers = ll_interval_covers(order, s.of_mean.method);
     qsort(values, (size_t)n, sizeof *values, by_size);
     s.of_median = ll_interval_median(values, n, order->error);
     if (n > 0)

@@ -10,6 +10,7 @@ typedef struct ll_summary {
     double mean, deviation; /* of the sample, with n - 1 */
     double quartiles[3];
     ll_interval of_mean, of_median;
+    const char *covers; /* ll_interval_covers of the mean's */
     double others; /* where all runs gave the same: others are at most this share of all (Clopper-Pearson) */
 } ll_summary;
 

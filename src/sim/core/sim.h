@@ -112,6 +112,9 @@ typedef struct ll_sim_kind {
     uint64_t (*hash)(const void *block);
     struct cJSON *(*state)(const void *block);
     struct cJSON *(*metrics)(const void *block);
+    /* Why metrics of a run of this configuration will be null or mean nothing, as far as that is known before
+     * it: a list of sentences. NULL: nothing is ever known. */
+    struct cJSON *(*notices)(const void *config);
     /* Names of metrics that may be below 0 and are better the nearer they are to 0, NULL-terminated; NULL:
      * none is. Whatever compares metrics takes their magnitude. */
     const char *const *signed_metrics;

@@ -171,6 +171,29 @@ static cJSON *method_metrics(const ll_motion *m, int i)
     return o;
 }
 
+/* Why errors of what ended well are null. */
+static void add_notices(cJSON *metrics, const ll_motion *m)
+{
+    cJSON *notices = cJSON_AddArrayToObject(metrics, "notices");
+    char text[240];
+    if (m->doubt.parted) {
+        snprintf(text, sizeof text,
+                 "The solution is known until predictable_until_s, %.6g s, alone: e_final is null, e_max and "
+                 "e_l2 are of the time before.",
+                 m->doubt.predictable_s);
+        cJSON_AddItemToArray(notices, cJSON_CreateString(text));
+    }
+    for (int i = 0; i < m->config.method_count; i++) {
+        if (status_of(m, i) != LL_RUN_OK || !isnan(above(m->measure[i].error_max, m->doubt.by.error_max)))
+            continue;
+        snprintf(text, sizeof text,
+                 "methods.%d, %s, is nearer to the solution than that is known, "
+                 "solution_uncertainty_max = %.3g: such errors are null.",
+                 i, ll_motion_method_of(&m->config, i)->name, m->doubt.by.error_max);
+        cJSON_AddItemToArray(notices, cJSON_CreateString(text));
+    }
+}
+
 cJSON *ll_motion_metrics(const void *block)
 {
     const ll_motion *m = block;
@@ -183,6 +206,7 @@ cJSON *ll_motion_metrics(const void *block)
     cJSON *methods = cJSON_AddArrayToObject(metrics, "methods");
     for (int i = 0; i < m->config.method_count; i++)
         cJSON_AddItemToArray(methods, method_metrics(m, i));
+    add_notices(metrics, m);
     return metrics;
 }
 

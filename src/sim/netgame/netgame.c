@@ -589,6 +589,7 @@ const ll_sim_kind ll_sim_netgame = {
     .hash = hash,
     .state = ll_netgame_state,
     .metrics = ll_netgame_metrics,
+    .notices = ll_netgame_notices,
     .layout = ll_netgame_layout,
     .sections = ll_netgame_sections,
     .sections_json = ll_netgame_sections_json,

@@ -114,6 +114,10 @@ static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
 struct cJSON *ll_netgame_state(const void *block);
 struct cJSON *ll_netgame_metrics(const void *block);
 struct cJSON *ll_netgame_layout(const void *config);
+/* netgame_notices.c: sentences that tell why metrics are null: what the configuration says of any run of it,
+ * and added to the `metrics` of a block as `notices`, with what has not happened in it so far */
+struct cJSON *ll_netgame_notices(const void *config);
+void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
 void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary summary);
 int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
 int ll_netgame_trace_row(const void *block, double *values, int capacity);

@@ -247,6 +247,7 @@ cJSON *ll_netgame_metrics(const void *block)
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));
     ll_netgame_add_fairness(g, s, players);
+    ll_netgame_add_notices(g, metrics);
     return metrics;
 }
 
@@ -307,6 +308,7 @@ cJSON *ll_netgame_layout(const void *config)
     number(s, "entity_length_m", scene.entity_length_m);
     if (game->shape)
         shapes(layout, game, &env, c);
+    cJSON_AddItemToObject(layout, "notices", ll_netgame_notices(c));
     return layout;
 }
 

@@ -79,6 +79,33 @@ static double two_modes(draws *d)
     return z + (unit(d) < 0.5);
 }
 
+/* Two unlike groups: so many in a hundred are 5 deviations above the others. */
+static double groups(draws *d, double share)
+{
+    double z = (normal(d) - 10) / 5;
+    return z + (unit(d) < share);
+}
+
+static double groups_5(draws *d)
+{
+    return groups(d, 0.05);
+}
+
+static double groups_10(draws *d)
+{
+    return groups(d, 0.1);
+}
+
+static double groups_20(draws *d)
+{
+    return groups(d, 0.2);
+}
+
+static double groups_30(draws *d)
+{
+    return groups(d, 0.3);
+}
+
 static double poisson_of(draws *d, double mean)
 {
     double product = unit(d), least = exp(-mean);
@@ -248,6 +275,42 @@ static void amounts_of_fewer_than_10_are_not_told(void **state)
         double told = count(next_known, &s, amounts[i].mean, amounts[i].scale, 9, 0.05).told;
         assert_true(told < 0.001); /* Poisson counts may be few by chance, and are then told as rare events */
     }
+}
+
+/* Where a few runs make much of the mean, or two groups differ in size, coverage is not the level: by how
+ * much is what ll_interval_covers says. */
+static void unlike_groups_are_covered_as_told(void **state)
+{
+    (void)state;
+    static const known all[] = {
+        {"groups of 5 %", groups_5, 0.05, LL_SCALE_AMOUNT, 89, 98.5, 10},
+        {"groups of 10 %", groups_10, 0.1, LL_SCALE_AMOUNT, 89, 98.5, 10},
+        {"groups of 20 %", groups_20, 0.2, LL_SCALE_AMOUNT, 89, 98.5, 10},
+        {"groups of 30 %", groups_30, 0.3, LL_SCALE_AMOUNT, 89, 100, 10},
+    };
+    for (size_t i = 0; i < sizeof all / sizeof all[0]; i++) {
+        known many = all[i];
+        check(&all[i], 0.05);
+        many.least = 93;
+        many.most = 97;
+        many.first = 100;
+        check(&many, 0.05);
+    }
+    double x[100] = {0};
+    ll_interval_order order = {.values = x, .error = 0.05};
+    static const struct {
+        int n;
+        const char *words;
+    } told[] = {{19, "a bound: at least 93 %, down to 90 %"},
+                {20, "93 to 97 %, down to 89 %"},
+                {99, "up to 98 %"},
+                {100, "93 to 97 %"}};
+    for (size_t i = 0; i < sizeof told / sizeof told[0]; i++) {
+        order.n = told[i].n;
+        assert_non_null(strstr(ll_interval_covers(&order, LL_INTERVAL_BOOTSTRAP_T), told[i].words));
+    }
+    assert_string_equal(ll_interval_covers(&order, LL_INTERVAL_SKEWNESS_T), "93 to 97 %");
+    assert_string_equal(ll_interval_covers(&order, LL_INTERVAL_NONE), "");
 }
 
 /* Exact bounds of what comes in whole numbers are at least the level; 0.7 % is room for 2000 experiments. */
@@ -496,6 +559,7 @@ int main(void)
         cmocka_unit_test(amounts_are_covered),
         cmocka_unit_test(few_amounts_are_covered_at_least),
         cmocka_unit_test(amounts_of_fewer_than_10_are_not_told),
+        cmocka_unit_test(unlike_groups_are_covered_as_told),
         cmocka_unit_test(rare_events_are_covered_at_least),
         cmocka_unit_test(other_levels_are_covered),
         cmocka_unit_test(metrics_of_runs_are_covered),

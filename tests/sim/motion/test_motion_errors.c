@@ -195,6 +195,38 @@ static void the_solution_goes_on_where_a_step_does(void **state)
     cJSON_Delete(metrics);
 }
 
+/* ---- nulls ---- */
+
+static const char *notice(const cJSON *metrics, int i)
+{
+    const cJSON *item = cJSON_GetArrayItem(cJSON_GetObjectItem(metrics, "notices"), i);
+    return item ? item->valuestring : "";
+}
+
+static void errors_that_are_not_known_are_told(void **state)
+{
+    (void)state;
+    cJSON *m = lab_run(
+        "\"problem\":\"double_pendulum\",\"duration_s\":33,\"methods\":[{\"method\":\"rk4\",\"dt_s\":0.02}]");
+    assert_true(isnan(lab_number(lab_method(m, 0), "e_final")));
+    assert_non_null(strstr(notice(m, 0), "known until predictable_until_s, 2"));
+    assert_string_equal(notice(m, 1), "");
+    cJSON_Delete(m);
+    m = lab_run("\"problem\":\"henon_heiles\",\"duration_s\":3,\"methods\":[{\"method\":\"rk4\",\"dt_s\":0.1}"
+                ",{\"method\":"
+                "\"dop853\",\"tolerance\":1e-15}]");
+    bool known = !isnan(lab_number(lab_method(m, 1), "e_max"));
+    assert_false(isnan(lab_number(lab_method(m, 0), "e_max")));
+    assert_false(known);
+    assert_non_null(strstr(notice(m, 0), "methods.1, dop853, is nearer to the solution than that is known"));
+    assert_string_equal(notice(m, 1), "");
+    cJSON_Delete(m);
+    m = lab_run(
+        "\"problem\":\"oscillator\",\"duration_s\":3,\"methods\":[{\"method\":\"rk4\",\"dt_s\":0.1}]");
+    assert_string_equal(notice(m, 0), "");
+    cJSON_Delete(m);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -203,6 +235,7 @@ int main(void)
         cmocka_unit_test(weighted_errors_are_those_of_the_closed_form),
         cmocka_unit_test(small_components_count),
         cmocka_unit_test(the_solution_goes_on_where_a_step_does),
+        cmocka_unit_test(errors_that_are_not_known_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -535,6 +535,71 @@ static void a_wait_that_has_not_ended_counts(void **state)
     }
 }
 
+/* ---- notices ---- */
+
+/* Those of `scenario` at `until_s`, one a line. */
+static void read_notices(const char *scenario, const char *const *sets, double until_s, char *out,
+                         size_t size)
+{
+    scene s = scenario[0] == '{' ? scene_make(scenario, sets) : scene_open(scenario, sets);
+    scene_run(&s, until_s, NULL);
+    cJSON *m = ll_netgame_metrics(s.game);
+    const cJSON *notices = at(m, "notices"), *item;
+    assert_true(cJSON_IsArray(notices));
+    out[0] = '\0';
+    cJSON_ArrayForEach(item, notices)
+        snprintf(out + strlen(out), size - strlen(out), "%s\n", item->valuestring);
+    cJSON_Delete(m);
+    scene_close(&s);
+}
+
+static void metrics_that_count_nothing_are_told(void **state)
+{
+    (void)state;
+    static const char alone[] =
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":9,\"players\":[{\"name\":"
+        "\"Ada\",\"control\":\"person\"}]}";
+    static const char idle[] =
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"players\":[{},{\"control\":\"person\"},{},"
+        "{\"control\":\"person\"}]}";
+    static const char deaf[] =
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"players\":[{\"link\":{\"down\":{\"loss_pct\":"
+        "100}}},{}]}";
+    static const struct {
+        const char *scenario;
+        const char *sets[3];
+        double until_s;
+        const char *told[3]; /* all lines, each with these words */
+    } cases[] = {
+        {"race", {"duration_s=7"}, 7, {NULL}},
+        {"race",
+         {"duration_s=3.5", "warmup_s=3.5"},
+         3.5,
+         {"duration_s, 3.5 s, is not longer than warmup_s, 3.5 s"}},
+        {"race", {"duration_s=1.25"}, 1, {"duration_s, 1.25 s, is not longer than warmup_s, 2 s"}},
+        {"race", {"warmup_s=4"}, 2.5, {"from warmup_s, 4 s, on; it is 2.5 s"}},
+        {"race", {"warmup_s=0"}, 0, {NULL}},
+        {alone, {NULL}, 9, {"Ada did not change the controls", "Ada had nobody else in view"}},
+        {idle, {NULL}, 6, {"B and D did not change the controls"}},
+        {deaf, {NULL}, 6, {"A never joined"}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[1200], *line = text;
+        read_notices(cases[i].scenario, cases[i].sets, cases[i].until_s, text, sizeof text);
+        for (int k = 0; cases[i].told[k]; k++) {
+            char *end = strchr(line, '\n');
+            if (!end)
+                fail_msg("case %zu lacks \"%s\"", i, cases[i].told[k]);
+            *end = '\0';
+            if (!strstr(line, cases[i].told[k]))
+                fail_msg("case %zu: \"%s\" is not in \"%s\"", i, cases[i].told[k], line);
+            line = end + 1;
+        }
+        if (*line)
+            fail_msg("case %zu tells also: %s", i, line);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -551,6 +616,7 @@ int main(void)
         cmocka_unit_test(what_was_not_counted_is_null),
         cmocka_unit_test(fairness_goes_by_the_realised_round_trip),
         cmocka_unit_test(a_wait_that_has_not_ended_counts),
+        cmocka_unit_test(metrics_that_count_nothing_are_told),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
