@@ -10,7 +10,7 @@
 #pragma once
 
 #include "experiment/spec/experiment.h"
-#include "experiment/summary.h"
+#include "experiment/statistics/summary.h"
 
 bool ll_until_is_set(const ll_experiment *experiment);
 

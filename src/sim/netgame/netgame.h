@@ -114,7 +114,7 @@ static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
 struct cJSON *ll_netgame_state(const void *block);
 struct cJSON *ll_netgame_metrics(const void *block);
 struct cJSON *ll_netgame_layout(const void *config);
-/* netgame_notices.c: sentences that tell why metrics are null: what the configuration says of any run of it,
+/* notices.c: sentences that tell why metrics are null: what the configuration says of any run of it,
  * and added to the `metrics` of a block as `notices`, with what has not happened in it so far */
 struct cJSON *ll_netgame_notices(const void *config);
 void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);

@@ -87,9 +87,9 @@ static void an_arena_too_small_is_refused(void **state)
         players = parsed("{\"count\":1,\"radius_m\":1.5,\"arena_depth_m\":29}");
     assert_false(ll_failed(&enough));
     assert_string_equal(small.field, "arena_width_m");
-    assert_string_equal(small.text,
-                        "arena_width_m: must be at least 18.122 m for 200 crates of 0.5 m in a depth of 10 m; "
-                        "got 18");
+    assert_string_equal(
+        small.text, "arena_width_m: must be at least 18.122 m for 200 crates of 0.5 m in a depth of 10 m; "
+                    "got 18");
     assert_string_equal(players.field, "arena_depth_m");
     assert_non_null(strstr(players.text, "at least 30 m"));
 }

@@ -3,7 +3,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 
-#include "experiment/experiment.h"
+#include "experiment/spec/experiment.h"
 
 enum { POINTS_MOST = 32 /* that are looked at, since who watches an experiment asks often */ };
 

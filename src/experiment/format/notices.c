@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdio.h>
 
-#include "experiment/table_internal.h"
+#include "experiment/format/table_internal.h"
 
 void ll_table_note(ll_result_table *t, const ll_row *row)
 {

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "sim/netgame.h"
+#include "sim/netgame/netgame.h"
 
 enum { NAMED = 3 /* players; of more it tells how many there are */ };
 
