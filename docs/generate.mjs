@@ -484,7 +484,7 @@ function killsDoc() {
 
 /** What is left when the load rests. */
 function restsDoc() {
-  return held('soak_rests', 'bench/run soak --seconds=300 --rest-every=40 --name=soak_rests', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
+  return held('soak', 'bench/run soak', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
     rows.filter((row) => row.idle === '1').map((row) => [row.t_s, row.anonymous_mib, row.descriptors, row.threads, row.sessions, row.disk_mib, whole(row.requests)])));
 }
 

@@ -53,7 +53,7 @@ static ll_status parse(worker *w, int argc, char **argv)
     return status;
 }
 
-/* Experiments of another version, which wait for workers of theirs, are told as they come. */
+/* Experiments of another version, which wait for workers of theirs, are reported as they come. */
 static void tell_versions(const worker *w, ll_status *told)
 {
     ll_status status = w->id ? ll_ok() : ll_result_store_admits_all(w->store);

@@ -74,7 +74,7 @@ static const char *text_of(const cJSON *json, const char *name)
     return cJSON_IsString(item) ? item->valuestring : "";
 }
 
-/* What is listed of a file; an experiment is told from a scenario by what it lacks: a kind. */
+/* One listed file. An experiment has no `kind`, a scenario has one. */
 typedef struct listing {
     bool experiments;
     const char *names[6]; /* NULL-terminated */

@@ -27,7 +27,7 @@ export async function startDaemon(wish = {}) {
   const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal })));
   const line = new Promise((resolve, reject) => {
     let text = '';
-    const timer = setTimeout(() => reject(new Error(`the daemon did not tell its address: ${text}${errors}`)), START_MS);
+    const timer = setTimeout(() => reject(new Error(`the daemon did not print its address: ${text}${errors}`)), START_MS);
     child.on('error', reject);
     child.stdout.setEncoding('utf8').on('data', (more) => {
       text += more;

@@ -1,4 +1,4 @@
-/* A line of tests/golden/hashes.csv, made anew from a scenario of the library. */
+/* A line of tests/golden/hashes.csv, recomputed from a scenario of the library. */
 #pragma once
 
 #include <stddef.h>

@@ -29,7 +29,8 @@ typedef struct ll_ocean_method {
     void (*evaluate)(ll_ocean *o, ll_time t);
 } ll_ocean_method;
 
-/* An ocean by this method, whatever the setup names: size of its block, and the block at time 0. */
+/* An ocean by this method; the method that the setup names is ignored: size of its block, and the block at
+ * time 0. */
 size_t ll_ocean_size_by(const ll_ocean_method *method, const ll_ocean_setup *setup);
 ll_ocean *ll_ocean_init_by(const ll_ocean_method *method, void *block, const ll_ocean_setup *setup);
 

@@ -101,7 +101,7 @@ typedef struct ll_game {
     void (*prepare)(ll_game_env *env, const void *params); /* derives values for env->dt */
     void (*init)(ll_world *world, const ll_game_env *env, const int32_t *lanes);
 
-    /* Advances everybody by env->dt, to `now`. `past` is what a server may look into to judge shots
+    /* Advances all entities by env->dt, to `now`. `past` is what a server may look into to judge shots
      * (game/core/compensate.h); NULL elsewhere. */
     void (*step)(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
                  const struct ll_past *past);

@@ -1,8 +1,8 @@
 /* Crates: players push boxes in an arena, seen from above.
  *
- * Axes 0 and 1 are the way that the player wants to go, along x and along y; the floor lets it change its
- * velocity by so much a second. A player is a disc, a crate a square; what happens between them a rigid world
- * computes (game/games/floor.h). A crate that is let go slides, turns and comes to rest.
+ * Axes 0 and 1 are the direction in which the player wants to go, along x and y; the floor's grip limits the
+ * change of its velocity. A player is a disc, a crate a square; a rigid world computes contacts
+ * (game/games/floor.h). A released crate slides, rotates and comes to rest.
  *
  * A client that predicts only its own player treats all others as obstacles at their positions in the last
  * snapshot: a crate that moves on the server stops the predicted player. */

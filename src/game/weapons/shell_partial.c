@@ -1,5 +1,5 @@
-/* Partial (D): like fast_forward, but by at most shell_forward_ms, so that no projectile appears out of
- * nowhere. An older view is compensated in part. Cost: one part of a flight. */
+/* Partial (D): like fast_forward, but by at most shell_forward_ms, so that no projectile appears far from
+ * its muzzle. An older view is compensated in part. Cost: one part of a flight. */
 #include "game/weapons/policies.h"
 
 static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)

@@ -23,7 +23,7 @@ size_t ll_link_size(int slots, int arena_bytes); /* a multiple of 8 */
 void ll_link_init(ll_link *link, int slots, int arena_bytes, uint64_t seed, uint64_t stream);
 
 /* Sends `size` bytes (at most the arena) at `now` with `lag_ms` of base delay. No message may take 2^32 ns or
- * more: ll_link_delay_max_ms tells. */
+ * more: see ll_link_delay_max_ms. */
 ll_sending ll_link_send(ll_link *link, const ll_link_params *params, double lag_ms, ll_time now,
                         const void *bytes, int size);
 
@@ -40,7 +40,7 @@ void ll_link_hold(ll_link *link, uint32_t id, const void *bytes, int size);
  */
 int ll_link_take_held(ll_link *link, uint32_t id, void *bytes, int capacity);
 
-void ll_link_clear(ll_link *link); /* drops what is in flight or held; fifo order and the queue start anew */
+void ll_link_clear(ll_link *link); /* drops all messages; resets fifo order and the queue */
 int ll_link_in_flight(const ll_link *link);
 void ll_link_restart_stats(ll_link *link); /* they count from now on; what is in flight is still delivered */
 const ll_link_stats *ll_link_get_stats(const ll_link *link);

@@ -1,10 +1,10 @@
-/* What contacts are in this step: manifolds, made anew or kept. */
+/* Updates the contacts of a step: recomputes their manifolds or recycles them. */
 #include <string.h>
 
 #include "rigid/contact/contact.h"
 
-/* Of the most that a body may turn before its manifolds are made anew: 5.7 degrees. Arms that do not turn
- * with their body are off by so much of their length. */
+/* Largest rotation of a body before its manifolds are recomputed, 5.7 degrees: the error of its anchors
+ * relative to their length. */
 static const double recycle_cos = 0.995;
 
 static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_geometry *room)

@@ -159,7 +159,7 @@ static inline ll_vec2 ll_relative(const ll_solver_body *a, const ll_solver_body 
 
 /* ---- joints, one by one ---- */
 
-/* joint_rows.c; a hinge's limits and motor are apart from it, since few hinges have them. */
+/* joint_rows.c; limits and motor of a revolute joint are separate, since few joints have them. */
 typedef struct ll_revolute_sim ll_revolute_sim;
 typedef struct ll_revolute_limits ll_revolute_limits;
 size_t ll_revolute_sim_size(void);
