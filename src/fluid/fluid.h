@@ -9,6 +9,7 @@
  * a copy is a snapshot. A step calls neither malloc nor a clock and gives the same bits everywhere. */
 #pragma once
 
+#include "base/interrupt.h"
 #include "param/param.h"
 
 enum {
@@ -55,8 +56,9 @@ typedef struct ll_fluid_method {
     int layer_count;
 
     /* Advances by `dt` seconds in as many substeps as it wants. LL_DIVERGED names the step, the cell or the
-     * particle, and the reason (a limit of CFL, a value that is not finite); the fluid is then spent. */
-    ll_status (*step)(void *block, double dt);
+     * particle, and the reason (a limit of CFL, a value that is not finite); the fluid is then spent. So it
+     * is when `pace` (may be NULL) was broken off, whatever is returned. */
+    ll_status (*step)(void *block, double dt, ll_pace *pace);
     void (*set_solver)(void *block, const void *solver);
     void (*stir)(void *block, const ll_fluid_stir *stir); /* NULL: nobody can */
 

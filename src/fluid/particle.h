@@ -99,6 +99,7 @@ const ll_particle_setup *ll_particles_get_setup(const ll_particles *p);
  * the tick, the particle and the reason: a value that is not finite, a CFL condition that the most substeps
  * cannot keep or that was broken, or more neighbours than there is room for. The fluid is then spent. */
 ll_status ll_particles_step(ll_particles *p, double dt);
+ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace); /* as ll_fluid_method's */
 
 /* Fluid within the circle moves as told, until told otherwise. */
 void ll_particles_stir(ll_particles *p, const ll_fluid_stir *stir);
