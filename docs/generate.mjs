@@ -460,7 +460,7 @@ function memoryDoc(laglab) {
 
 // ---- what was held for long ----
 
-const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', frames: 'WebSocket frames of a viewer, through its stream thread', json: 'JSON of any body, file or message',
+const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', http: 'whole requests of a connection, through gate and library to the handlers', frames: 'WebSocket frames of a viewer, through its stream thread', json: 'JSON of any body, file or message',
   scenario: 'a scenario, which then runs', experiment: 'an experiment, of which a run is made', log: 'the log of a session, which is replayed', merge: 'shards given to `laglab merge`',
   patch: 'commands to a running session', set: '`--set path=value`', snapshot: 'a snapshot of the game on its way to a client', stream: 'messages of a viewer to a session, acknowledgements too' };
 const SANITIZED = { fuzz: 'address, undefined', 'fuzz-plain': 'none' };

@@ -34,3 +34,36 @@ static inline bool ll_next_piece(ll_piece *piece, const ll_interrupt *interrupt)
     piece->began = interrupt->now_ns();
     return more;
 }
+
+/* The same inside of a computation whose rounds are short: it asks each time, and somebody else is asked now
+ * and then. What was broken off is of no use. NULL is never broken off. */
+typedef struct ll_pace {
+    const ll_interrupt *interrupt;
+    ll_piece piece;
+    int64_t left; /* rounds of the piece */
+    bool broken;
+} ll_pace;
+
+static inline bool ll_goes_on(ll_pace *pace)
+{
+    enum { MOST = 32 }; /* rounds are of many lengths */
+    if (!pace || !pace->interrupt)
+        return true;
+    if (pace->broken || --pace->left > 0)
+        return !pace->broken;
+    pace->broken = !ll_next_piece(&pace->piece, pace->interrupt);
+    if (pace->piece.size > MOST)
+        pace->piece.size = MOST;
+    pace->left = pace->piece.size;
+    return !pace->broken;
+}
+
+static inline ll_pace ll_pace_by(const ll_interrupt *interrupt)
+{
+    return (ll_pace){.interrupt = interrupt, .piece = {1, 0}};
+}
+
+static inline bool ll_broken_off(const ll_pace *pace)
+{
+    return pace && pace->broken;
+}

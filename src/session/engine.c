@@ -30,7 +30,7 @@ void ll_session_drop_snapshots(ll_session *s, int64_t from)
 
 /* An event has just been written byte by byte, and to read that in wider units makes the processor wait for
  * the writes: members are copied one by one, and volatile, since compilers would join them. */
-static void keep_event(void *context, const ll_event *written)
+void ll_session_keep_event(void *context, const ll_event *written)
 {
     ll_session *s = context;
     const volatile ll_event *event = written;
@@ -52,6 +52,8 @@ static ll_status change_parameters(ll_session *s, const char *values)
     if (ll_failed(&status))
         return status;
     s->scenario.kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
+    s->stale = s->stale || (s->scenario.kind->begins_anew && s->tick > 0);
+    s->epoch++;
     s->params_version++;
     return status;
 }
@@ -69,6 +71,7 @@ static void apply_entry(ll_session *s, const ll_entry *e)
     ll_status status = kind->accepts(s->config, e->player, &e->action);
     if (!ll_failed(&status)) /* a log from outside may hold an input for nobody */
         kind->input(s->block, e->player, &e->action);
+    s->epoch++;
 }
 
 void ll_session_apply_due(ll_session *s)
@@ -80,10 +83,45 @@ void ll_session_apply_due(ll_session *s)
     }
     while (s->next < s->log.count && s->log.entries[s->next].tick <= s->tick)
         apply_entry(s, &s->log.entries[s->next++]);
+    ll_session_refresh(s);
+}
+
+/* Of a session that is not on its way anywhere: it falls half asleep where it is. */
+static void fall_half_asleep(ll_session *s)
+{
+    if (s->errand != LL_ERRAND_NONE)
+        return;
+    s->status_asleep = s->status;
+    s->errand = LL_ERRAND_WAKE;
+    s->goal = s->tick;
+}
+
+bool ll_session_refresh(ll_session *s)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    ll_time now = ll_tick_time(s->tick, s->freq);
+    if (!s->stale || s->status == LL_SESSION_FAILED)
+        return true;
+    ll_status status = kind->advance(s->block, now, NULL, NULL, s->patience);
+    if (status.code == LL_INTERRUPTED) {
+        kind->change(s->block, s->config, now);
+        fall_half_asleep(s);
+        return false;
+    }
+    s->stale = false;
+    if (ll_failed(&status))
+        ll_session_fail(s, &status);
+    return true;
+}
+
+void ll_session_spoil(ll_session *s)
+{
+    fall_half_asleep(s);
+    ll_session_begin_state(s, s->goal);
 }
 
 /* A snapshot is taken when its tick is left, so that it holds all commands of that tick. */
-static void maybe_snapshot(ll_session *s)
+void ll_session_shoot(ll_session *s)
 {
     int64_t every = s->end / (LL_SNAPSHOTS + 1);
     if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_SNAPSHOTS)
@@ -108,7 +146,7 @@ static void maybe_snapshot(ll_session *s)
 }
 
 /* The block stays as it failed, between this tick and the next; the log tells it, once. */
-static void fail(ll_session *s, const ll_status *why)
+void ll_session_fail(ll_session *s, const ll_status *why)
 {
     bool told = s->failed_at == s->tick;
     s->status = LL_SESSION_FAILED;
@@ -141,19 +179,28 @@ static int64_t stretch_end(const ll_session *s, int64_t to)
 void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     const ll_sim_kind *kind = s->scenario.kind;
-    ll_recorder recorder = {keep_event, s};
+    ll_recorder recorder = {ll_session_keep_event, s};
     ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-    while (s->tick < to && s->status != LL_SESSION_FAILED) {
-        maybe_snapshot(s);
+    if (!ll_session_refresh(s))
+        return;
+    while (s->tick < to && s->status != LL_SESSION_FAILED && !s->stale) {
+        ll_session_shoot(s);
         int64_t end = stretch_end(s, to);
         ll_time until = ll_tick_time(end, s->freq);
-        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, meter);
+        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, meter, s->patience);
+        s->epoch++;
+        if (status.code == LL_INTERRUPTED) {
+            s->broken = true;
+            if (!s->safe)
+                ll_session_spoil(s);
+            return;
+        }
         if (meter)
             meter->metered += until - ll_tick_time(s->tick, s->freq);
         if (ll_failed(&status)) {
             if (kind->stands_at)
                 s->tick = ll_tick_at(kind->stands_at(s->block) - 1, s->freq);
-            fail(s, &status);
+            ll_session_fail(s, &status);
             break;
         }
         s->tick = end;
@@ -166,9 +213,9 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 /* A tick's state is that after everything that falls on its time, tick 0 too. */
 static ll_status run_first_instant(ll_session *s, bool record)
 {
-    ll_recorder recorder = {keep_event, s};
+    ll_recorder recorder = {ll_session_keep_event, s};
     ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, meter);
+    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, meter, NULL);
 }
 
 void ll_session_start_from(ll_session *s, const ll_snapshot *shot, bool record)
@@ -176,6 +223,8 @@ void ll_session_start_from(ll_session *s, const ll_snapshot *shot, bool record)
     const void *config = shot ? shot->config : s->base;
     ll_status made = ll_ok();
     ll_param_copy(s->scenario.kind->table, s->config, config);
+    s->stale = false;
+    s->epoch++;
     if (shot)
         memcpy(s->block, shot->block, s->block_size);
     else

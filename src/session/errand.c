@@ -14,7 +14,7 @@ int64_t ll_session_quiet(const ll_session *s, int64_t tick)
 
 /* Begins to make the state of `tick` from the nearest that is kept, with the events of the last seconds
  * before it. */
-static void begin_state(ll_session *s, int64_t tick)
+void ll_session_begin_state(ll_session *s, int64_t tick)
 {
     int64_t quiet = ll_session_quiet(s, tick);
     const ll_snapshot *best = NULL;
@@ -53,6 +53,7 @@ static void arrive(ll_session *s)
 
 int64_t ll_session_pursue(ll_session *s, int64_t max_ticks)
 {
+    s->broken = false;
     while (s->errand != LL_ERRAND_NONE) {
         bool record = s->tick >= s->quiet;
         int64_t to = record || s->quiet > s->goal ? s->goal : s->quiet;
@@ -60,6 +61,8 @@ int64_t ll_session_pursue(ll_session *s, int64_t max_ticks)
             to = s->tick + max_ticks;
         max_ticks -= to - s->tick;
         ll_session_run(s, to, record);
+        if (s->broken || (s->stale && s->status != LL_SESSION_FAILED))
+            return s->goal - s->tick + 1;
         if (s->tick == s->goal || s->status == LL_SESSION_FAILED)
             arrive(s);
         else if (max_ticks <= 0)
@@ -82,7 +85,7 @@ void ll_session_set_out(ll_session *s, int64_t tick)
     if (s->status != LL_SESSION_FAILED)
         s->status = LL_SESSION_PAUSED;
     if (back)
-        begin_state(s, tick);
+        ll_session_begin_state(s, tick);
     else
         s->quiet = 0;
     s->errand = LL_ERRAND_SEEK;
@@ -92,10 +95,11 @@ void ll_session_set_out(ll_session *s, int64_t tick)
 
 void ll_session_make_state(ll_session *s, int64_t tick)
 {
-    begin_state(s, tick);
+    ll_session_begin_state(s, tick);
     if (s->quiet > s->tick)
         ll_session_run(s, s->quiet, false);
-    ll_session_run(s, tick, true);
+    if (!s->broken)
+        ll_session_run(s, tick, true);
 }
 
 void ll_session_park(ll_session *s)
@@ -111,6 +115,8 @@ void ll_session_park(ll_session *s)
     free(s->events);
     s->block = NULL;
     s->events = NULL;
+    s->stale = false;
+    s->epoch++;
 }
 
 ll_status ll_session_begin_to_wake(ll_session *s)
@@ -125,7 +131,7 @@ ll_status ll_session_begin_to_wake(ll_session *s)
         return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
     }
     s->status_asleep = s->status;
-    begin_state(s, tick);
+    ll_session_begin_state(s, tick);
     s->errand = LL_ERRAND_WAKE;
     s->goal = tick;
     return ll_ok();

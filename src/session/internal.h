@@ -54,7 +54,12 @@ struct ll_session {
     int64_t tick, head, end;
     ll_freq freq;
 
-    void *block; /* NULL: parked */
+    void *block;                  /* NULL: parked */
+    bool stale;                   /* a change began anew: the block stands before the present tick */
+    const ll_interrupt *patience; /* of the owner, now; NULL: there is no end to it */
+    uint64_t epoch;               /* counts what changes the block: see ahead.c */
+    bool broken;                  /* the last advance was broken off within a tick */
+    bool safe;                    /* whoever advances it puts it back then */
     size_t block_size;
     ll_snapshot snapshots[LL_SNAPSHOTS];
     ll_event *events; /* ring; NULL: parked */
@@ -139,8 +144,17 @@ void ll_session_drop_snapshots(ll_session *s, int64_t from); /* of `from` and la
 void ll_session_line(const ll_session *s, const char *op);   /* to the session's own listener */
 void ll_session_anchor(ll_session *s, ll_time wall);         /* from now on, `wall` is the present tick */
 
+void ll_session_keep_event(void *context, const ll_event *written); /* an ll_recorder's; of a session */
+void ll_session_fail(ll_session *s, const ll_status *why);
+void ll_session_shoot(ll_session *s); /* a snapshot, where one is due */
+/* Where the block stands before the present tick it is brought there; false when patience ended before. */
+bool ll_session_refresh(ll_session *s);
+void ll_session_spoil(ll_session *s); /* the block was broken off within a tick: it is made again */
+
 /* ---- errand.c ---- */
 
+/* Begins to make the state of `tick` from the nearest that is kept. */
+void ll_session_begin_state(ll_session *s, int64_t tick);
 /* Sets out for `tick`; ll_session_pursue goes. When it is there a seek tells the log that it paused. */
 void ll_session_set_out(ll_session *s, int64_t tick);
 void ll_session_make_state(ll_session *s, int64_t tick); /* at once */
@@ -149,6 +163,8 @@ ll_status ll_session_wake(ll_session *s);
 int64_t ll_session_quiet(const ll_session *s, int64_t tick);
 
 /* ---- session.c ---- */
+
+void ll_session_end_if_over(ll_session *s);
 
 void ll_session_move_to(ll_session *s, int64_t tick);
 

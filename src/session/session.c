@@ -90,7 +90,7 @@ void ll_session_destroy(ll_session *s)
 
 /* ---- driving ---- */
 
-static void end_if_over(ll_session *s)
+void ll_session_end_if_over(ll_session *s)
 {
     if (s->tick >= s->end && s->status == LL_SESSION_PLAYING)
         s->status = LL_SESSION_ENDED;
@@ -99,7 +99,7 @@ static void end_if_over(ll_session *s)
 int64_t ll_session_due(const ll_session *s, ll_time wall)
 {
     if (s->errand != LL_ERRAND_NONE)
-        return s->goal - s->tick;
+        return s->goal - s->tick + s->stale;
     if (s->status != LL_SESSION_PLAYING)
         return 0;
     ll_time due = s->anchor_time + (ll_time)((double)(wall - s->anchor_wall) * s->speed);
@@ -108,8 +108,14 @@ int64_t ll_session_due(const ll_session *s, ll_time wall)
     return target > s->tick ? target - s->tick : 0;
 }
 
+void ll_session_set_patience(ll_session *s, const ll_interrupt *interrupt)
+{
+    s->patience = interrupt;
+}
+
 int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 {
+    s->broken = false;
     ll_status status = ll_session_begin_to_wake(s);
     if (ll_failed(&status))
         return 0;
@@ -123,7 +129,7 @@ int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
     int64_t to = target - s->tick > max_ticks ? s->tick + max_ticks : target;
     if (to > s->tick)
         ll_session_run(s, to, true);
-    end_if_over(s);
+    ll_session_end_if_over(s);
     return s->status == LL_SESSION_PLAYING ? target - s->tick : 0;
 }
 
@@ -133,22 +139,28 @@ void ll_session_move_to(ll_session *s, int64_t tick)
         ll_session_make_state(s, tick);
     } else {
         ll_session_run(s, ll_session_quiet(s, tick), false);
-        ll_session_run(s, tick, true);
+        if (!s->broken)
+            ll_session_run(s, tick, true);
     }
     s->params_version++;
 }
 
 ll_status ll_session_run_to(ll_session *s, int64_t tick)
 {
+    s->broken = false;
     ll_status status = ll_session_wake(s);
     if (ll_failed(&status))
         return status;
     if (tick < 0 || tick > s->end)
         return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->end,
                               (long long)tick);
+    if (s->broken || s->stale)
+        return ll_error(LL_INTERRUPTED, "the session was not awake yet");
     ll_session_rest(s);
     if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);
+    if (s->broken || s->stale)
+        return ll_error(LL_INTERRUPTED, "tick %lld was not reached", (long long)tick);
     return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
 }
 
@@ -160,8 +172,14 @@ ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt 
     do {
         if (!ll_next_piece(&piece, interrupt))
             return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)at, (long long)tick);
+        s->patience = interrupt;
+        int64_t from = at;
         at = tick - at > piece.size ? at + piece.size : tick;
         status = ll_session_run_to(s, at);
+        s->patience = NULL;
+        if (status.code == LL_INTERRUPTED)
+            return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)from,
+                            (long long)tick);
     } while (at < tick && !ll_failed(&status));
     return status;
 }

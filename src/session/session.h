@@ -62,6 +62,23 @@ ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *conte
 /* Runs what is due at `wall`, at most `max_ticks`. Returns how many ticks are still due (0: up to date). */
 int64_t ll_session_advance(ll_session *session, ll_time wall, int64_t max_ticks);
 
+/* The owner's patience with what follows, until it is set to NULL: a tick that takes longer is given up, and
+ * so is a change that makes the run anew. The session is then half awake where it was; as the next tick takes
+ * long, it is one for ll_session_begin_ahead. With `safely` the same piece is not lost twice: it costs a copy
+ * of the state for each ll_session_advance. */
+void ll_session_set_patience(ll_session *session, const ll_interrupt *interrupt);
+int64_t ll_session_advance_safely(ll_session *session, ll_time wall, int64_t max_ticks, bool *broken_off);
+
+/* One tick that may take long, made of a copy of the state while the session goes on to be used: `begin`
+ * (*ahead is NULL where nothing is due), `run` without the session on any thread, `end` with it, which takes
+ * the tick over unless the session was changed meanwhile, and frees it. `end` returns what is due then, as
+ * ll_session_advance does. */
+typedef struct ll_ahead ll_ahead;
+ll_status ll_session_begin_ahead(ll_session *session, ll_time wall, ll_ahead **ahead);
+void ll_ahead_run(ll_ahead *ahead, const ll_interrupt *interrupt);
+int64_t ll_session_end_ahead(ll_session *session, ll_ahead *ahead, ll_time wall);
+void ll_ahead_free(ll_ahead *ahead); /* of a session that is gone */
+
 /* How many ticks are due at `wall`: of the errand that it is on, or of a playing session's clock. */
 int64_t ll_session_due(const ll_session *session, ll_time wall);
 

@@ -13,8 +13,8 @@
 #include "daemon/stream/ws.h"
 
 #define LONG 4096
-#define MESSAGE 512 /* --max-message-bytes */
-#define MESSAGES 256
+#define MESSAGE 512             /* --max-message-bytes */
+#define MESSAGES (LONG / 6 + 1) /* the least frame has six bytes */
 #define HELLO "{\"type\":\"hello\"}"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

@@ -7,13 +7,15 @@
 
 #include "daemon/hosting/hosted.h"
 
-static const double piece_ms = 2;
-
 /* In pieces, the session locked at both ends; false when it was ended. */
 static bool keep_up(ll_hosted *hosted, ll_task *task)
 {
     while (!hosted->deleted && hosted->session && ll_viewers_any(hosted) && ll_hosted_is_heavy(hosted)) {
-        int64_t due = ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        if (!ll_session_get_info(hosted->session).parked)
+            ll_viewers_apply(hosted, ll_host_now());
+        int64_t due = ll_hosted_work(hosted, task, 0);
+        if (due < 0)
+            break;
         ll_hosted_note(hosted);
         ll_hosted_notify(hosted);
         if (due == 0)

@@ -4,8 +4,6 @@
 #include "daemon/hosting/hosted.h"
 #include "daemon/hosting/quota.h"
 
-static const double piece_ms = 2; /* for which a session is locked */
-
 static ll_status take(ll_hosted *hosted, const ll_host_orders *orders, ll_session *session)
 {
     ll_time now = ll_host_now();
@@ -20,7 +18,7 @@ static ll_status take(ll_hosted *hosted, const ll_host_orders *orders, ll_sessio
     if (now > hosted->wall)
         hosted->wall = now;
     int64_t lines = hosted->lines;
-    status = orders->change(orders->context, session, hosted->wall);
+    status = ll_hosted_change(hosted, orders, session);
     if (!ll_failed(&status))
         hosted->orders++;
     if (!ll_failed(&status) || lines != hosted->lines)
@@ -54,7 +52,7 @@ static ll_status go_along(ll_hosted *hosted, ll_task *task)
         if (!info.seeking)
             break;
         goal = info.tick + ll_session_due(hosted->session, hosted->wall);
-        ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        ll_hosted_work(hosted, task, 0);
         pthread_mutex_unlock(&hosted->lock);
         atomic_store(&hosted->touched, ll_host_now());
         ll_hosted_notify(hosted); /* who watches sees it go */
@@ -78,6 +76,11 @@ static ll_status apply(ll_hosted *hosted, const ll_host_orders *orders, uint64_t
     ll_status status = ll_hosted_enter(hosted, orders->task, &session, NULL);
     if (ll_failed(&status))
         return status;
+    ll_hosted_stop_work(hosted);
+    if (hosted->deleted || !hosted->session) {
+        pthread_mutex_unlock(&hosted->lock);
+        return ll_error(LL_NOT_FOUND, "There is no such session.");
+    }
     status = take(hosted, orders, session);
     if (!ll_failed(&status) && orders->task) {
         status = go_along(hosted, orders->task);
@@ -116,6 +119,7 @@ bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket)
     pthread_mutex_lock(&hosted->lock);
     bool first = !hosted->deleted;
     hosted->deleted = true;
+    atomic_fetch_add(&hosted->stops, 1);
     /* Now, and not with the last reference: a worker that sleeps may have one. */
     ll_hosted_count_log(hosted, -atomic_load(&hosted->log_bytes));
     if (first) {

@@ -14,10 +14,12 @@
 #include "daemon/support/log.h"
 
 static const double mebi = 1 << 20;
-static const double piece_ms = 2;      /* for which a session is locked */
-static const double heavy_ms = 2;      /* a tick that is longer is not for a worker */
-static const double patience_ms = 20;  /* with a session that somebody works on */
-static const double catch_up_ms = 250; /* what a request waits for at most */
+static const double piece_ms = 2;     /* for which a session is locked */
+static const double heavy_ms = 2;     /* a tick that is longer is not for a worker */
+static const double patience_ms = 20; /* with a session that somebody works on */
+static const double catch_up_ms = 50; /* what a request waits for at most */
+static const double given_up_ms = 20; /* a tick that takes so long for once, where the lock is held */
+static const double finish_ms = 20;   /* that a change waits for a tick which is being made */
 
 ll_time ll_host_now(void)
 {
@@ -49,6 +51,7 @@ ll_hosted *ll_hosted_new(ll_host *host)
     atomic_init(&hosted->status, -1);
     pthread_mutex_init(&hosted->lock, NULL);
     pthread_mutex_init(&hosted->inbox_lock, NULL);
+    pthread_cond_init(&hosted->ahead_over, NULL);
     return hosted;
 }
 
@@ -63,6 +66,7 @@ void ll_hosted_release(ll_hosted *hosted)
     ll_hosted_count_log(hosted, -atomic_load(&hosted->log_bytes));
     pthread_mutex_destroy(&hosted->lock);
     pthread_mutex_destroy(&hosted->inbox_lock);
+    pthread_cond_destroy(&hosted->ahead_over);
     free(hosted);
 }
 
@@ -226,27 +230,143 @@ static void learn_cost(ll_hosted *hosted, int64_t ns, int64_t ticks)
         hosted->tick_ns = 10;
 }
 
-int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms)
+/* By this thread's own processor time: what a busy machine takes is not the tick's. */
+static bool within(void *until_ns)
+{
+    return cpu_now_ns() < *(const int64_t *)until_ns;
+}
+
+static void account(ll_hosted *hosted, const ll_session_info *before, int64_t ns)
+{
+    int64_t ticks = ll_session_get_info(hosted->session).at_tick - before->at_tick;
+    if (ticks <= 0)
+        return;
+    learn_cost(hosted, ns, ticks);
+    if (!before->parked)
+        ll_session_account(hosted->session, ns, ticks);
+    atomic_fetch_add(&hosted->host->ticks, (uint64_t)ticks);
+}
+
+static int64_t advance(ll_hosted *hosted, ll_time wall, double max_ms, bool safely)
 {
     if (wall < hosted->wall)
         wall = hosted->wall;
     hosted->wall = wall;
     double chunk = hosted->tick_ns > 0 ? max_ms * 1e6 / hosted->tick_ns : 1;
-    int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk;
+    int64_t most = chunk < 1 ? 1 : chunk > 100000 ? 100000 : (int64_t)chunk, due;
     ll_session_info before = ll_session_get_info(hosted->session);
-    int64_t from = cpu_now_ns();
+    bool broken_off = false;
+    int64_t from = cpu_now_ns(), until = from + (int64_t)((max_ms + given_up_ms) * 1e6);
+    ll_interrupt interrupt = {within, cpu_now_ns, &until};
     ll_session_meter(hosted->session, ll_viewers_any(hosted) ? cpu_now_ns : NULL); /* a page shows it */
-    int64_t due = ll_session_advance(hosted->session, wall, most);
-    int64_t ticks = ll_session_get_info(hosted->session).at_tick - before.at_tick;
-    if (ticks > 0) {
-        int64_t ns = cpu_now_ns() - from;
-        learn_cost(hosted, ns, ticks);
-        if (!before.parked)
-            ll_session_account(hosted->session, ns, ticks);
-        atomic_fetch_add(&hosted->host->ticks, (uint64_t)ticks);
-    }
+    ll_session_set_patience(hosted->session, &interrupt);
+    if (safely)
+        due = ll_session_advance_safely(hosted->session, wall, most, &broken_off);
+    else
+        due = ll_session_advance(hosted->session, wall, most);
+    ll_session_set_patience(hosted->session, NULL);
+    broken_off = broken_off || (!before.parked && ll_session_get_info(hosted->session).parked);
+    if (broken_off && hosted->tick_ns < given_up_ms * 1e6)
+        hosted->tick_ns = given_up_ms * 1e6;
+    else if (!broken_off)
+        account(hosted, &before, cpu_now_ns() - from);
     hosted->behind = due > 0;
     return due;
+}
+
+int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms)
+{
+    return advance(hosted, wall, max_ms, false);
+}
+
+typedef struct making {
+    const ll_hosted *hosted;
+    ll_task *task;
+    ll_time until; /* 0: as long as it takes */
+    uint32_t stops;
+} making;
+
+static bool is_wanted(void *context)
+{
+    const making *m = context;
+    return atomic_load(&m->hosted->stops) == m->stops && (m->until == 0 || ll_host_now() < m->until) &&
+           ll_task_go_on(m->task);
+}
+
+/* Unlocks it meanwhile. */
+static int64_t make_ahead(ll_hosted *hosted, ll_task *task, ll_ahead *ahead, double most_ms)
+{
+    ll_time until = most_ms > 0 ? ll_host_now() + (ll_time)(most_ms * 1e6) : 0;
+    making m = {hosted, task, until, atomic_load(&hosted->stops)};
+    ll_interrupt interrupt = {is_wanted, cpu_now_ns, &m};
+    hosted->ahead = true;
+    pthread_mutex_unlock(&hosted->lock);
+    int64_t from = cpu_now_ns();
+    ll_ahead_run(ahead, &interrupt);
+    int64_t ns = cpu_now_ns() - from;
+    pthread_mutex_lock(&hosted->lock);
+    hosted->ahead = false;
+    pthread_cond_broadcast(&hosted->ahead_over);
+    if (hosted->deleted || !hosted->session) {
+        ll_ahead_free(ahead);
+        return -1;
+    }
+    ll_session_info before = ll_session_get_info(hosted->session);
+    int64_t due = ll_session_end_ahead(hosted->session, ahead, hosted->wall);
+    account(hosted, &before, ns);
+    if (ll_session_get_info(hosted->session).at_tick == before.at_tick && hosted->tick_ns < (double)ns)
+        hosted->tick_ns = (double)ns; /* at least */
+    hosted->behind = due > 0;
+    return due;
+}
+
+/* At most `ms`, while somebody makes a tick of it. */
+static void await_ahead(ll_hosted *hosted, double ms)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    int64_t ns = until.tv_nsec + (int64_t)(ms * 1e6);
+    until.tv_sec += ns / LL_SECOND;
+    until.tv_nsec = ns % LL_SECOND;
+    while (hosted->ahead && pthread_cond_timedwait(&hosted->ahead_over, &hosted->lock, &until) == 0)
+        ;
+}
+
+int64_t ll_hosted_work(ll_hosted *hosted, ll_task *task, double most_ms)
+{
+    ll_ahead *ahead = NULL;
+    ll_time now = ll_host_now();
+    if (hosted->ahead) {
+        await_ahead(hosted, patience_ms);
+        return hosted->deleted || !hosted->session ? -1 : ll_session_due(hosted->session, hosted->wall);
+    }
+    if (!ll_hosted_is_heavy(hosted))
+        return advance(hosted, now, piece_ms, true);
+    if (now > hosted->wall)
+        hosted->wall = now;
+    ll_session_meter(hosted->session, ll_viewers_any(hosted) ? cpu_now_ns : NULL);
+    ll_status status = ll_session_begin_ahead(hosted->session, hosted->wall, &ahead);
+    return ll_failed(&status) || !ahead ? advance(hosted, now, piece_ms, true)
+                                        : make_ahead(hosted, task, ahead, most_ms);
+}
+
+ll_status ll_hosted_change(ll_hosted *hosted, const ll_host_orders *orders, ll_session *session)
+{
+    int64_t until = cpu_now_ns() + (int64_t)(given_up_ms * 1e6);
+    ll_interrupt interrupt = {within, cpu_now_ns, &until};
+    ll_session_set_patience(session, &interrupt);
+    ll_status status = orders->change(orders->context, session, hosted->wall);
+    ll_session_set_patience(session, NULL);
+    if (ll_session_get_info(session).parked)
+        hosted->tick_ns = 0;
+    return status;
+}
+
+void ll_hosted_stop_work(ll_hosted *hosted)
+{
+    await_ahead(hosted, finish_ms);
+    if (hosted->ahead)
+        atomic_fetch_add(&hosted->stops, 1);
 }
 
 /* ---- entering ---- */
@@ -311,7 +431,10 @@ static ll_status wake(ll_hosted *hosted, ll_task *task)
             pthread_mutex_unlock(&hosted->lock);
             return status;
         }
-        ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        if (ll_hosted_work(hosted, task, 0) < 0) {
+            pthread_mutex_unlock(&hosted->lock);
+            return ll_error(LL_NOT_FOUND, "There is no such session.");
+        }
         if (!ll_session_get_info(hosted->session).parked)
             break;
         status = pause_between(hosted, task);
@@ -336,12 +459,17 @@ static ll_status catch_up(ll_hosted *hosted, ll_task *task)
     ll_status status = ll_ok();
     ll_time until = ll_host_now() + (ll_time)(2 * catch_up_ms * 1e6);
     double behind = behind_ms(hosted);
-    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until) {
+    while (behind > 0 && behind < catch_up_ms && ll_host_now() < until && !hosted->ahead) {
         if (!task && (behind > piece_ms || hosted->tick_ns == 0)) {
             pthread_mutex_unlock(&hosted->lock);
             return ll_error(LL_INTERRUPTED, "the session was not up to date");
         }
-        ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        if (!task)
+            ll_hosted_advance(hosted, ll_host_now(), piece_ms);
+        if (task && ll_hosted_work(hosted, task, catch_up_ms) < 0) {
+            pthread_mutex_unlock(&hosted->lock);
+            return ll_error(LL_NOT_FOUND, "There is no such session.");
+        }
         behind = behind_ms(hosted);
         if (!task || behind == 0)
             break;

@@ -57,6 +57,7 @@ struct ll_hosted {
     bool active;                          /* worker.lock: in the worker's list */
     _Atomic ll_time rests_until;          /* its worker looks at it then, or when something is pending */
     atomic_bool carried;                  /* a task of the daemon's own runs it */
+    _Atomic uint32_t stops;               /* counts what makes a tick that is being made of no use */
 
     pthread_mutex_t lock; /* all below, and the calls that publish */
     ll_session *session;  /* NULL while unloaded */
@@ -70,6 +71,8 @@ struct ll_hosted {
     double tick_ns;  /* running mean cost; 0: not known */
     uint32_t orders; /* counts commands */
     bool behind;
+    bool ahead; /* a task makes a tick of it, unlocked */
+    pthread_cond_t ahead_over;
     uint32_t seq, published_params, published_generation;
     int64_t published_tick;
     ll_session_status published_status;
@@ -154,8 +157,17 @@ ll_status ll_hosted_fits(ll_hosted *hosted);
 bool ll_hosted_is_heavy(const ll_hosted *hosted); /* a tick is, or may be, too long for a worker; locked */
 /* Locks within a few milliseconds, or with a task's patience. LL_INTERRUPTED: not. */
 ll_status ll_hosted_lock(ll_hosted *hosted, ll_task *task);
-/* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. */
+/* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. One that
+ * takes far longer than those before it is broken off; the session is then half awake, and heavy. */
 int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
+/* The same for a task, up to now: a tick of a heavy session is made while it is unlocked, of a copy, and as
+ * the task has its turns, and given up after `most_ms` (0: never). Whoever needs it, changes or deletes it
+ * meanwhile does not wait. Returns -1 when it is gone; locked also then. */
+int64_t ll_hosted_work(ll_hosted *hosted, ll_task *task, double most_ms);
+/* Calls `change`; what it makes anew, as the whole run of a motion, is left to tasks when it takes long. */
+ll_status ll_hosted_change(ll_hosted *hosted, const ll_host_orders *orders, ll_session *session);
+/* Before a change: a tick that is being made is given a moment to be finished, and then given up. Locked. */
+void ll_hosted_stop_work(ll_hosted *hosted);
 
 /* ---- registry.c ---- */
 

@@ -121,11 +121,16 @@ static verdict serve_locked(ll_worker *worker, ll_hosted *hosted, ll_time deadli
     }
     atomic_store(&hosted->touched, ll_host_now());
     ll_viewers_greet(hosted);
-    ll_viewers_apply(hosted, deadline > hosted->wall ? deadline : hosted->wall);
-    if (!ll_hosted_is_heavy(hosted))
+    if (!hosted->ahead) /* else whoever makes the tick does, behind it */
+        ll_viewers_apply(hosted, deadline > hosted->wall ? deadline : hosted->wall);
+    if (!ll_hosted_is_heavy(hosted) && !hosted->ahead)
         ll_hosted_advance(hosted, deadline, chunk_ms);
     else if (ll_session_due(hosted->session, deadline) > 0)
         ll_hosted_carry(hosted);
+    if (ll_session_get_info(hosted->session).parked) { /* a tick or a change took too long */
+        ll_hosted_carry(hosted);
+        return LET_GO;
+    }
     bool sent = publish(worker, hosted, asked);
     ll_session_status status = ll_session_get_info(hosted->session).status;
     if (hosted->wall - hosted->saved_wall > (ll_time)(hosted->host->config.save_every_s * 1e9) &&
@@ -221,7 +226,8 @@ static void catch_up(ll_worker *worker, round *r, ll_time end)
         for (int i = 0; i < r->count; i++) {
             ll_hosted *hosted = r->members[i];
             if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&hosted->lock) == 0) {
-                if (hosted->behind && hosted->session && !hosted->deleted && !ll_hosted_is_heavy(hosted))
+                if (hosted->behind && hosted->session && !hosted->deleted && !hosted->ahead &&
+                    !ll_hosted_is_heavy(hosted) && !ll_session_get_info(hosted->session).parked)
                     more = ll_hosted_advance(hosted, hosted->wall, chunk_ms) > 0 || more;
                 pthread_mutex_unlock(&hosted->lock);
             }

@@ -327,6 +327,19 @@ static bool answer_early(const http_exchange *exchange)
                                   (length != NULL && strtoull(length, NULL, 10) > HTTP_SWALLOW)));
 }
 
+static bool has_body(const http_exchange *exchange)
+{
+    return ll_http_header(&exchange->request, "Content-Length") != NULL ||
+           ll_http_header(&exchange->request, "Transfer-Encoding") != NULL;
+}
+
+static void set_idle(http_exchange *exchange, bool idle)
+{
+    if (exchange->watched != NULL) {
+        atomic_store_explicit(&exchange->watched->idle, idle, memory_order_relaxed);
+    }
+}
+
 static enum MHD_Result on_request(void *closure, struct MHD_Connection *connection, const char *url,
                                   const char *method, const char *version, const char *upload,
                                   size_t *upload_size, void **context)
@@ -344,13 +357,18 @@ static enum MHD_Result on_request(void *closure, struct MHD_Connection *connecti
         }
         ll_http_begin(exchange, version);
         ll_http_deadline(exchange, http->config.body_timeout_s);
-        return answer_early(exchange) ? ll_http_send(exchange) : MHD_YES;
+        if (answer_early(exchange)) {
+            return ll_http_send(exchange);
+        }
+        set_idle(exchange, has_body(exchange)); /* who leaves within it is not waited for */
+        return MHD_YES;
     }
     if (exchange->phase == HTTP_BODY && *upload_size > 0) {
         take_body(exchange, upload, *upload_size);
         *upload_size = 0;
         return exchange->swallowed > HTTP_SWALLOW ? MHD_NO : MHD_YES;
     }
+    set_idle(exchange, false);
     if (exchange->phase == HTTP_BODY) {
         return ll_http_handle(exchange) ? ll_http_send(exchange) : MHD_YES;
     }

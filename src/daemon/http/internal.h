@@ -28,7 +28,7 @@ typedef struct http_connection {
     bool faulty;                 /* its request was answered before its head was read */
     bool proxied;                /* a trusted proxy's */
     _Atomic int64_t deadline_ns; /* 0: none */
-    atomic_bool idle;            /* between two requests */
+    atomic_bool idle;            /* between two requests, or within a body: what comes next is the client's */
     ll_task *task;               /* watch_lock: what works for it */
 } http_connection;
 

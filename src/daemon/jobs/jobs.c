@@ -5,12 +5,15 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include <cjson/cJSON.h>
 
 enum { JOBS_MOST = 256, OF_CLIENT = 8 }; /* of client: that run */
 
 #define KEPT (600 * LL_SECOND)
+#define RESTS                                                                                                \
+    (800 * LL_MS) /* after that without a question: who is told to ask once a second hardly notices */
 
 static const char *const states[] = {"running", "done", "cancelled", "failed"};
 
@@ -36,6 +39,7 @@ struct ll_jobs {
     ll_tasks *tasks;
     const ll_host_config *config;
     pthread_mutex_t lock;
+    pthread_cond_t asked; /* for one of them */
     job *first;
     int count;
 };
@@ -49,11 +53,27 @@ static void free_job(job *j)
 
 /* ---- its task ---- */
 
+/* Nobody may be there any more: until it is asked for again, or the end. */
+static void rest(job *j)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    int64_t ns = until.tv_nsec + 100 * LL_MS;
+    until.tv_sec += ns / LL_SECOND;
+    until.tv_nsec = ns % LL_SECOND;
+    pthread_mutex_lock(&j->jobs->lock);
+    pthread_cond_timedwait(&j->jobs->asked, &j->jobs->lock, &until);
+    pthread_mutex_unlock(&j->jobs->lock);
+}
+
 static bool is_wanted(void *context)
 {
     job *j = context;
-    ll_time idle = ll_host_now() - atomic_load(&j->asked);
-    if (idle > (ll_time)(j->jobs->config->job_idle_s * 1e9))
+    ll_time most = (ll_time)(j->jobs->config->job_idle_s * 1e9), idle;
+    while ((idle = ll_host_now() - atomic_load(&j->asked)) > RESTS && idle <= most &&
+           ll_task_ending(j->task) == LL_TASK_GOES_ON)
+        rest(j);
+    if (idle > most)
         ll_task_stop(j->task, LL_TASK_LEFT);
     return ll_task_go_on(j->task);
 }
@@ -182,6 +202,7 @@ ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, cJSON *json)
     job *j = *find(jobs, id);
     if (j) {
         atomic_store(&j->asked, ll_host_now());
+        pthread_cond_broadcast(&jobs->asked);
         cJSON_AddStringToObject(json, "id", j->id);
         cJSON_AddStringToObject(json, "state", states[j->state]);
         cJSON_AddNumberToObject(json, "runs", (double)j->order.most);
@@ -220,6 +241,7 @@ ll_jobs *ll_jobs_new(ll_tasks *tasks, const ll_host_config *config)
     jobs->tasks = tasks;
     jobs->config = config;
     pthread_mutex_init(&jobs->lock, NULL);
+    pthread_cond_init(&jobs->asked, NULL);
     return jobs;
 }
 
@@ -230,5 +252,6 @@ void ll_jobs_free(ll_jobs *jobs)
     while (jobs->first)
         take_off(jobs, &jobs->first);
     pthread_mutex_destroy(&jobs->lock);
+    pthread_cond_destroy(&jobs->asked);
     free(jobs);
 }

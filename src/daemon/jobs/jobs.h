@@ -1,9 +1,9 @@
 /* Work that outlives the request that asked for it: advice. A job is made by a request, watched and ended by
  * others, and gone when nobody has asked for it for a while.
  *
- * A job runs as a task of its client. One that runs and that nobody has asked for in `job_idle_s` is
- * cancelled; what is over is kept for ten minutes, and at most so many are. Jobs are not stored: they end
- * with the daemon. Any thread. */
+ * A job runs as a task of its client. It rests when nobody has asked for it in the last second, goes on when
+ * somebody does, and is cancelled when nobody has in `job_idle_s`; what is over is kept for ten minutes, and
+ * at most so many are. Jobs are not stored: they end with the daemon. Any thread. */
 #pragma once
 
 #include "daemon/hosting/host.h"

@@ -10,6 +10,7 @@
  * everywhere. */
 #pragma once
 
+#include "base/interrupt.h"
 #include "param/param.h"
 
 enum {
@@ -56,8 +57,9 @@ typedef struct ll_fluid_method {
     int layer_count;
 
     /* Advances by `dt` seconds in as many substeps as needed. LL_DIVERGED names the step, the cell or the
-     * particle, and the reason (CFL limit, a value that is not finite); the fluid cannot be used any more. */
-    ll_status (*step)(void *block, double dt);
+     * particle, and the reason (CFL limit, a value that is not finite); the fluid cannot be used any more.
+     * The same holds after `pace` (may be NULL) was broken off, whatever the status. */
+    ll_status (*step)(void *block, double dt, ll_pace *pace);
     void (*set_solver)(void *block, const void *solver);
     void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */
 

@@ -95,7 +95,7 @@ static void combine(const ll_grid *g, ll_grid_place place, double *value, const 
     ll_grid_bounds(g, place, value);
 }
 
-void ll_grid_step_central(ll_grid *g, double dt)
+void ll_grid_step_central(ll_grid *g, double dt, ll_pace *pace)
 {
     static const double shares[3] = {1, 0.25, 2.0 / 3};
     static const struct {
@@ -121,6 +121,6 @@ void ll_grid_step_central(ll_grid *g, double dt)
             combine(g, all[f].place, ll_grid_field(g, all[f].value), ll_grid_field(g, all[f].start),
                     ll_grid_field(g, all[f].change), shares[stage], dt);
         if (!g->config.frozen)
-            ll_grid_project(g);
+            ll_grid_project(g, pace);
     }
 }

@@ -207,12 +207,12 @@ static void advect(ll_grid *g, ll_grid_field_kind u, ll_grid_field_kind v, doubl
 
 /* After half a step, adds the part that the projection removed a second time, with the opposite sign: the
  * next projection removes it again, and its error cancels (Zehnder, Narain and Thomaszewski 2018). */
-static void reflect(ll_grid *g)
+static void reflect(ll_grid *g, ll_pace *pace)
 {
     static const ll_grid_field_kind before[2] = {LL_FIELD_C, LL_FIELD_D}, now[2] = {LL_FIELD_U, LL_FIELD_V};
     copy(g, LL_FIELD_C, LL_FIELD_U);
     copy(g, LL_FIELD_D, LL_FIELD_V);
-    ll_grid_project(g);
+    ll_grid_project(g, pace);
     for (int f = 0; f < 2; f++) {
         double *old = ll_grid_field(g, before[f]), *projected = ll_grid_field(g, now[f]);
         for (int64_t k = 0; k < (int64_t)g->stride * g->rows; k++)
@@ -220,26 +220,26 @@ static void reflect(ll_grid *g)
     }
 }
 
-static void substep(ll_grid *g, double dt)
+static void substep(ll_grid *g, double dt, ll_pace *pace)
 {
     ll_grid_drive(g);
     if (!g->config.frozen)
         ll_grid_outflow(g, dt);
     if (central(g)) {
-        ll_grid_step_central(g, dt);
+        ll_grid_step_central(g, dt, pace);
         return;
     }
     bool reflected = g->solver.splitting == LL_SPLITTING_REFLECTION && !g->config.frozen;
     advect(g, LL_FIELD_U, LL_FIELD_V, reflected ? 0.5 * dt : dt);
     if (reflected) {
-        reflect(g);
+        reflect(g, pace);
         advect(g, LL_FIELD_C, LL_FIELD_D, 0.5 * dt);
     }
     if (!g->config.frozen)
-        ll_grid_project(g);
+        ll_grid_project(g, pace);
 }
 
-ll_status ll_grid_step(ll_grid *g, double dt)
+ll_status ll_grid_step(ll_grid *g, double dt, ll_pace *pace)
 {
     int64_t count = 0;
     fastest f = find_fastest(g);
@@ -248,8 +248,8 @@ ll_status ll_grid_step(ll_grid *g, double dt)
     ll_status status = divide(g, dt, &f, &count);
     if (ll_failed(&status))
         return status;
-    for (int64_t i = 0; i < count; i++)
-        substep(g, dt / (double)count);
+    for (int64_t i = 0; i < count && ll_goes_on(pace); i++)
+        substep(g, dt / (double)count, pace);
     g->last_substeps = count;
     g->steps++;
     g->time += dt;

@@ -85,9 +85,9 @@ static void layer_values(const void *block, int layer, float *out)
 
 /* ---- the rest ---- */
 
-static ll_status step(void *block, double dt)
+static ll_status step(void *block, double dt, ll_pace *pace)
 {
-    return ll_grid_step(block, dt);
+    return ll_grid_step(block, dt, pace);
 }
 
 static void set_solver(void *block, const void *solver)

@@ -41,7 +41,7 @@ static void take_slope(const ll_grid *g, const ll_poisson *p, double *u, double 
             v[k] -= p->open_y[k] * (x[k] - x[k - s]);
 }
 
-void ll_grid_project(ll_grid *g)
+void ll_grid_project(ll_grid *g, ll_pace *pace)
 {
     ll_poisson p;
     double *u = ll_grid_field(g, LL_FIELD_U), *v = ll_grid_field(g, LL_FIELD_V);
@@ -50,6 +50,7 @@ void ll_grid_project(ll_grid *g)
     p.tolerance = g->solver.tolerance;
     p.relaxation = g->solver.relaxation;
     p.sweeps_max = g->solver.sweeps;
+    p.pace = pace;
     ll_grid_close(g, u, v);
     for (int32_t j = 0; j < p.ny; j++)
         for (int64_t k = ll_grid_k(g, 0, j), end = ll_grid_k(g, p.nx, j); k < end; k++)

@@ -129,12 +129,12 @@ void ll_grid_keep_mass(const ll_grid_advect *);
 void ll_grid_diffuse(ll_grid *, double dt);
 void ll_grid_add_forces(const ll_grid *, double *du, double *dv, double dt);
 void ll_grid_drive(ll_grid *); /* sources and pointer drag */
-void ll_grid_project(ll_grid *);
+void ll_grid_project(ll_grid *, ll_pace *pace);
 void ll_grid_poisson(const ll_grid *, ll_poisson *); /* all but `b` and settings */
 void ll_grid_outflow(ll_grid *, double dt);
 
 /* One Runge-Kutta step. */
-void ll_grid_step_central(ll_grid *, double dt);
+void ll_grid_step_central(ll_grid *, double dt, ll_pace *pace);
 #define LL_CENTRAL_CFL 1.5       /* of 1.73, the method's limit on the imaginary axis */
 #define LL_CENTRAL_DYE_CFL 0.5   /* limit up to which limited fluxes make no new extremes */
 #define LL_CENTRAL_DIFFUSION 0.3 /* nu dt / h^2, of 0.314 */

@@ -62,18 +62,18 @@ static double relax(ll_particles *p, const solve *s, double dt)
     return error / (rest * p->fluid);
 }
 
-static void iterate(ll_particles *p, const solve *s, double dt)
+static void iterate(ll_particles *p, const solve *s, double dt, ll_pace *pace)
 {
     ll_particle_mirror(p, s->pressure_factor, s->density ? 1 / p->params.density : 0);
     push(p, s->pressure_factor, dt);
-    for (int64_t i = 0; i < p->params.iterations; i++) {
+    for (int64_t i = 0; i < p->params.iterations && ll_goes_on(pace); i++) {
         p->iterations++;
         if (relax(p, s, dt) <= p->params.tolerance && i > 0)
             return;
     }
 }
 
-static ll_particle_fault substep(ll_particles *p, double dt)
+static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
 {
     const ll_particle_params *q = &p->params;
     ll_particle_sort_fluid(p);
@@ -86,7 +86,7 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     double *pressure_factor = ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR),
            *divergence = ll_particle_values(p, LL_PARTICLE_DIVERGENCE);
     ll_particle_sum_density(p, false);
-    iterate(p, &(solve){.pressure_factor = divergence, .slack = 0.1}, dt);
+    iterate(p, &(solve){.pressure_factor = divergence, .slack = 0.1}, dt, pace);
     size_t bytes = (size_t)ll_particle_total(p) * sizeof *ax;
     memset(ax, 0, bytes);
     memset(ay, 0, bytes);
@@ -100,7 +100,7 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     iterate(
         p,
         &(solve){.pressure_factor = pressure_factor, .return_share = share < 1 ? share : 1, .density = true},
-        dt);
+        dt, pace);
     double *both = ll_particle_values(p, LL_PARTICLE_SUM);
     for (int32_t a = 0; a < p->fluid; a++)
         both[a] = pressure_factor[a] + divergence[a];

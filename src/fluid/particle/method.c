@@ -55,9 +55,9 @@ static void layer_values(const void *block, int layer, float *out)
 
 /* ---- the rest of the method ---- */
 
-static ll_status step(void *block, double dt)
+static ll_status step(void *block, double dt, ll_pace *pace)
 {
-    return ll_particles_step(block, dt);
+    return ll_particles_step_paced(block, dt, pace);
 }
 
 static void set_solver(void *block, const void *solver)

@@ -442,12 +442,12 @@ static void draw_along(ll_particles *p)
     }
 }
 
-ll_status ll_particles_step(ll_particles *p, double dt)
+ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace)
 {
     const ll_particle_params *q = &p->params;
     double left = dt;
     draw_along(p);
-    for (int64_t done = 0; left > 0; done++) {
+    for (int64_t done = 0; left > 0 && ll_goes_on(pace); done++) {
         double speed;
         int32_t at = fastest(p, &speed);
         if (isnan(speed))
@@ -459,7 +459,7 @@ ll_status ll_particles_step(ll_particles *p, double dt)
                                                  .value = parts + (double)done,
                                                  .limit = (double)q->substeps});
         double part = parts > 1 ? left / parts : left;
-        ll_particle_fault fault = methods[q->method]->substep(p, part);
+        ll_particle_fault fault = methods[q->method]->substep(p, part, pace);
         if (fault.reason == NULL) {
             ll_particle_body_move(p, part);
             wrap(p);
@@ -472,8 +472,13 @@ ll_status ll_particles_step(ll_particles *p, double dt)
     }
     p->time += dt;
     p->tick++;
-    LL_VALIDATE(ll_particles_valid(p));
+    LL_VALIDATE(ll_broken_off(pace) || ll_particles_valid(p));
     return ll_ok();
+}
+
+ll_status ll_particles_step(ll_particles *p, double dt)
+{
+    return ll_particles_step_paced(p, dt, NULL);
 }
 
 uint64_t ll_particles_hash(const ll_particles *p)

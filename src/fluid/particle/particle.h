@@ -99,6 +99,7 @@ const ll_particle_setup *ll_particles_get_setup(const ll_particles *p);
  * tick, the particle and the reason: a value that is not finite, a CFL condition that was broken or needs too
  * many substeps, or more neighbours than there is room for. The fluid cannot be used any more. */
 ll_status ll_particles_step(ll_particles *p, double dt);
+ll_status ll_particles_step_paced(ll_particles *p, double dt, ll_pace *pace); /* as ll_fluid_method's */
 
 /* Fluid within the circle is dragged at the given velocity, until changed. */
 void ll_particles_drag(ll_particles *p, const ll_drag_force *drag_force);

@@ -130,7 +130,7 @@ static void finish(ll_particles *p, double dt)
     }
 }
 
-static ll_particle_fault substep(ll_particles *p, double dt)
+static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
 {
     predict(p, dt);
     ll_particle_sort_fluid(p);
@@ -138,7 +138,7 @@ static ll_particle_fault substep(ll_particles *p, double dt)
     if (fault.reason != NULL)
         return fault;
     warm_start(p, dt);
-    for (int64_t i = 0; i < p->params.iterations; i++) {
+    for (int64_t i = 0; i < p->params.iterations && ll_goes_on(pace); i++) {
         multipliers(p, dt);
         correct(p, ll_particle_values(p, LL_PARTICLE_SUM), 0, dt);
         p->iterations++;

@@ -118,7 +118,7 @@ typedef struct ll_particle_method {
     const char *help; /* method, cost in passes over pairs, source */
     double travel;    /* spacings that a particle may move per substep before its neighbours are invalid */
     double (*dt_limit)(const ll_particles *p, double speed); /* s; `speed`: the largest */
-    ll_particle_fault (*substep)(ll_particles *p, double dt);
+    ll_particle_fault (*substep)(ll_particles *p, double dt, ll_pace *pace);
 } ll_particle_method;
 
 extern const ll_particle_method ll_particle_wcsph, ll_particle_pbf, ll_particle_dfsph;

@@ -101,8 +101,9 @@ static void diffuse(ll_particles *p)
         }
 }
 
-static ll_particle_fault substep(ll_particles *p, double dt)
+static ll_particle_fault substep(ll_particles *p, double dt, ll_pace *pace)
 {
+    (void)pace; /* nothing is iterated */
     const ll_particle_params *q = &p->params;
     ll_particle_sort_fluid(p);
     ll_particle_fault fault = ll_particle_pairs(p, p->support);

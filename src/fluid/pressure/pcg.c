@@ -112,7 +112,8 @@ static void solve(ll_poisson *p)
     precondition(p, r, z);
     memcpy(d, z, field_count(p->stride, p->ny) * sizeof *d);
     double old = dot(p, r, z);
-    while (p->residual > p->tolerance * p->source && p->sweeps < p->sweeps_max && old > 0) {
+    while (p->residual > p->tolerance * p->source && p->sweeps < p->sweeps_max && old > 0 &&
+           ll_goes_on(p->pace)) {
         double slope = apply(p, d, z);
         if (!(slope > 0))
             break; /* nothing is left but rounding */

@@ -102,7 +102,7 @@ double ll_poisson_residual(const ll_poisson *p, double *r)
 bool ll_poisson_done(ll_poisson *p)
 {
     p->residual = ll_poisson_residual(p, NULL);
-    return p->residual <= p->tolerance * p->source || p->sweeps >= p->sweeps_max;
+    return !ll_goes_on(p->pace) || p->residual <= p->tolerance * p->source || p->sweeps >= p->sweeps_max;
 }
 
 void ll_poisson_relax(ll_poisson *p, double relaxation)

@@ -12,6 +12,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/interrupt.h"
 #include "base/status.h"
 
 typedef struct ll_poisson {
@@ -27,6 +28,7 @@ typedef struct ll_poisson {
     double tolerance;              /* stops at max |b - A x| <= tolerance max |b| */
     double relaxation;             /* 0: the solver's own */
     int64_t sweeps_max;
+    ll_pace *pace;   /* may be NULL: asked between sweeps */
     int64_t sweeps;  /* made so far: sweeps, iterations, or V-cycles */
     double residual; /* max |b - A x| at the end */
     double source;   /* max |b| */
@@ -80,7 +82,7 @@ void ll_poisson_sweep(const ll_poisson *, double relaxation);
 void ll_poisson_take_mean_out(ll_poisson *); /* of b, over the fluid; and notes the largest that is left */
 /* max |b - A x|; the differences go to `r` unless it is NULL. */
 double ll_poisson_residual(const ll_poisson *, double *r);
-bool ll_poisson_done(ll_poisson *);                     /* checks the residual */
+bool ll_poisson_done(ll_poisson *);                     /* checks the residual; asks the pace */
 void ll_poisson_relax(ll_poisson *, double relaxation); /* sweeps until done */
 double ll_poisson_best_relaxation(const ll_poisson *);
 

@@ -8,6 +8,7 @@
 #include <stdint.h>
 
 #include "base/event.h"
+#include "base/interrupt.h"
 #include "base/status.h"
 #include "base/vtime.h"
 #include "game/core/game.h"
@@ -93,14 +94,18 @@ typedef struct ll_sim_kind {
     bool no_rare_events;
 
     /* Runs every event up to and including `until`; `meter` may be NULL. LL_DIVERGED names the tick and the
-     * entity of the first value that is not finite; the block then stays at that tick. */
-    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter);
+     * entity of the first value that is not finite; the block then stays at that tick. Inside of a tick that
+     * may take long `interrupt` is asked, NULL never breaks off: after LL_INTERRUPTED the block is spoilt. */
+    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
+                         const ll_interrupt *interrupt);
     /* The time that a block stands at, also one that has failed. NULL: it is advanced by one tick at a time,
      * so that a failure's tick is known; others by many. */
     ll_time (*stands_at)(const void *block);
 
     /* Live rows of the configuration have changed at `now`; `config` is the new one. */
     void (*change)(void *block, const void *config, ll_time now);
+    /* A change takes effect from time 0: it puts the block there, to be advanced to `now` again. */
+    bool begins_anew;
 
     /* A person's controls. `accepts` tells whether the configuration lets `player` be driven so; NULL when
      * nobody can drive. */

@@ -77,10 +77,13 @@ static void input(void *block, int player, const ll_action *action)
 
 /* ---- time ---- */
 
-static ll_status step(ll_fluid_sim *s)
+static ll_status step(ll_fluid_sim *s, ll_pace *pace)
 {
     drag_force(s);
-    ll_status status = ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz);
+    ll_status status =
+        ll_fluid_sim_scene(&s->setup)->method->step(ll_fluid_sim_block(s), 1 / s->setup.hz, pace);
+    if (ll_broken_off(pace))
+        return ll_error(LL_INTERRUPTED, "a tick was broken off");
     if (!ll_failed(&status)) {
         s->ticks++;
         return status;
@@ -91,11 +94,13 @@ static ll_status step(ll_fluid_sim *s)
     return status;
 }
 
-static ll_status advance_one(ll_fluid_sim *s, ll_time until)
+static ll_status advance_one(ll_fluid_sim *s, ll_time until, ll_pace *pace)
 {
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        ll_status status = s->failed ? ll_error(LL_DIVERGED, "%s", s->reason) : step(s);
+        ll_status status = s->failed ? ll_error(LL_DIVERGED, "%s", s->reason) : step(s, pace);
+        if (status.code == LL_INTERRUPTED)
+            return status;
         if (ll_failed(&status))
             return ll_error(LL_DIVERGED, "%s", s->reason);
         s->now = ll_tick_time(tick, freq);
@@ -105,16 +110,18 @@ static ll_status advance_one(ll_fluid_sim *s, ll_time until)
 }
 
 /* The first fluid stops its session; one beside it only itself. */
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
+                         const ll_interrupt *interrupt)
 {
     ll_status first = ll_ok();
+    ll_pace pace = ll_pace_by(interrupt);
     int i = 0;
     (void)recorder;
     for (ll_fluid_sim *s = block; s != NULL && !ll_failed(&first); s = ll_fluid_sim_next(s), i++) {
         ll_time from = ll_meter_start(meter);
-        ll_status status = advance_one(s, until);
+        ll_status status = advance_one(s, until, &pace);
         ll_meter_add(meter, i, from);
-        if (i == 0)
+        if (i == 0 || pace.broken)
             first = status;
     }
     return first;

@@ -77,7 +77,7 @@ static void step_by_frame(ll_motion *m, int i, const ll_ode *ode)
     ll_ode_step_by(run, ll_motion_method_of(&m->config, i), ode, ll_to_s(d->frames_end) - run->t);
 }
 
-static void one_step(ll_motion *m, int i, const ll_ode *ode)
+static void one_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pace)
 {
     const ll_motion_method *method = &m->config.methods[i];
     if (method->clock != LL_MOTION_EXACT)
@@ -88,47 +88,48 @@ static void one_step(ll_motion *m, int i, const ll_ode *ode)
         ll_ode_step(ll_motion_run(m, i), ll_motion_method_of(&m->config, i), ode);
     round_state(m, i, ode);
     if (ll_motion_run(m, i)->state != LL_ODE_DIVERGED)
-        ll_motion_measure_step(m, i, ode);
+        ll_motion_measure_step(m, i, ode, pace);
 }
 
 /* All frames that have ended by `t`, each with the steps that its time is enough for. */
-static void spend_frames(ll_motion *m, int i, const ll_ode *ode, double t)
+static void spend_frames(ll_motion *m, int i, const ll_ode *ode, double t, ll_pace *pace)
 {
     ll_motion_drive *d = &m->drive[i];
     ll_ode_run *run = ll_motion_run(m, i);
     for (;;) {
         ll_time length = frame_length(&m->config, d->frames);
-        if (ll_to_s(d->frames_end + length) > t)
+        if (ll_to_s(d->frames_end + length) > t || !ll_goes_on(pace))
             return;
         d->frames++;
         d->frames_end += length;
-        for (int64_t n = ll_accumulator_add(&d->saved, length); n > 0 && run->state == LL_ODE_RUNNING; n--)
-            one_step(m, i, ode);
+        for (int64_t n = ll_accumulator_add(&d->saved, length);
+             n > 0 && run->state == LL_ODE_RUNNING && ll_goes_on(pace); n--)
+            one_step(m, i, ode, pace);
     }
 }
 
-static void go_to(ll_motion *m, int i, const ll_ode *ode, double t)
+static void go_to(ll_motion *m, int i, const ll_ode *ode, double t, ll_pace *pace)
 {
     const ll_motion_method *method = &m->config.methods[i];
     ll_ode_run *run = ll_motion_run(m, i);
     double sign = m->drive[i].turned ? -1 : 1;
     double slack = ll_motion_method_of(&m->config, i)->adaptive ? 0 : SLACK * method->dt_s;
     if (method->steps == LL_MOTION_ACCUMULATOR)
-        spend_frames(m, i, ode, t);
+        spend_frames(m, i, ode, t, pace);
     else
-        while (run->state == LL_ODE_RUNNING && sign * (t - ll_motion_time(m, i)) > slack)
-            one_step(m, i, ode);
+        while (run->state == LL_ODE_RUNNING && sign * (t - ll_motion_time(m, i)) > slack && ll_goes_on(pace))
+            one_step(m, i, ode, pace);
 }
 
-ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t)
+ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t, ll_pace *pace)
 {
     ll_ode_run *run = ll_motion_run(m, i);
     if (t > ll_motion_end(&m->config) && !m->drive[i].turned) {
-        go_to(m, i, ode, ll_motion_end(&m->config));
-        if (run->state == LL_ODE_DIVERGED)
-            return LL_ODE_DIVERGED;
+        go_to(m, i, ode, ll_motion_end(&m->config), pace);
+        if (run->state == LL_ODE_DIVERGED || ll_broken_off(pace))
+            return (ll_ode_state)run->state;
         turn(m, i, ode);
     }
-    go_to(m, i, ode, ll_motion_moment(&m->config, t));
+    go_to(m, i, ode, ll_motion_moment(&m->config, t), pace);
     return (ll_ode_state)run->state;
 }

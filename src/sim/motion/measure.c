@@ -45,7 +45,8 @@ static void turn_reference(ll_motion *m, const ll_ode *ode, ll_ode_run *referenc
 }
 
 /* The solution at `t`, which goes forward, and after the turn backward, by reference `which`. */
-static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int which, double t, double *y)
+static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int which, double t, double *y,
+                        ll_pace *pace)
 {
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
     const ll_ode_method *method = ll_ode_reference_method(problem, which);
@@ -58,22 +59,23 @@ static void solution_at(ll_motion *m, const ll_ode *ode, int64_t offset, int whi
         return;
     if (t < reference->t_last && reference->control.t_end > 0)
         turn_reference(m, ode, reference, which);
-    if (reference->control.t_end > 0 ? reference->t < t : reference->t > t)
-        ll_ode_advance(reference, method, ode, t);
+    while ((reference->control.t_end > 0 ? reference->t < t : reference->t > t) && ll_goes_on(pace) &&
+           ll_ode_step(reference, method, ode) == LL_ODE_RUNNING)
+        ;
     ll_ode_sample(reference, method, ode, t, y);
 }
 
 /* ---- what is not known of the solution ---- */
 
 /* One of the times of the first reference's last step. */
-static void compare(ll_motion *m, const ll_ode *ode, double t, double span)
+static void compare(ll_motion *m, const ll_ode *ode, double t, double span, ll_pace *pace)
 {
     double y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
     const ll_ode_problem *problem = ll_motion_problem(&m->config);
     ll_motion_doubt *d = &m->doubt;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
-    solution_at(m, ode, m->first, 0, t, y);
-    solution_at(m, ode, m->second, 1, t, other);
+    solution_at(m, ode, m->first, 0, t, y, pace);
+    solution_at(m, ode, m->second, 1, t, other, pace);
     ll_ode_scale_see(&d->by.scale, problem, ode, t, y);
     double square = 0;
     for (int k = 0; k < m->dim; k++)
@@ -88,13 +90,13 @@ static void compare(ll_motion *m, const ll_ode *ode, double t, double span)
 }
 
 /* Compares the two references up to the session's time `t`. */
-static void doubt_to(ll_motion *m, const ll_ode *ode, double t)
+static void doubt_to(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
 {
     ll_motion_doubt *d = &m->doubt;
     ll_ode_run *first = ll_motion_run_at(m, m->first);
     const ll_ode_method *method = ll_ode_reference_method(ll_motion_problem(&m->config), 0);
     while (!m->formula && !d->parted && first->state != LL_ODE_FINISHED &&
-           session_time(m, first, first->t) < t) {
+           session_time(m, first, first->t) < t && ll_goes_on(pace)) {
         double at[LL_ODE_POINTS];
         if (m->config.reverse && first->control.t_end > 0 && first->t >= ll_motion_end(&m->config))
             turn_reference(m, ode, first, 0);
@@ -105,7 +107,7 @@ static void doubt_to(ll_motion *m, const ll_ode *ode, double t)
         int points = ll_ode_measure_points(first, method, at);
         double step = first->t - first->t_last, span = (step < 0 ? -step : step) / points;
         for (int k = 0; k < points && !d->parted; k++)
-            compare(m, ode, at[k], span);
+            compare(m, ode, at[k], span, pace);
     }
 }
 
@@ -127,14 +129,15 @@ void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0)
     }
 }
 
-void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t)
+void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace)
 {
-    doubt_to(m, ode, t);
-    solution_at(m, ode, m->reference, 0, ll_motion_moment(&m->config, t), ll_motion_vector(m, m->solution));
+    doubt_to(m, ode, t, pace);
+    solution_at(m, ode, m->reference, 0, ll_motion_moment(&m->config, t), ll_motion_vector(m, m->solution),
+                pace);
 }
 
 /* The scale of the whole solution, of which some is still to come. */
-static void look_ahead(ll_motion *m, const ll_ode *ode)
+static void look_ahead(ll_motion *m, const ll_ode *ode, ll_pace *pace)
 {
     enum { TIMES = 1024 };
     double y[LL_ODE_DIM_MAX], end = ll_motion_end(&m->config);
@@ -145,18 +148,19 @@ static void look_ahead(ll_motion *m, const ll_ode *ode)
         problem->exact(m->config.params, end * k / TIMES, y);
         ll_ode_scale_see(&m->whole, problem, ode, end * k / TIMES, y);
     }
-    while (!m->formula && ahead->t < end && ll_ode_step(ahead, method, ode) == LL_ODE_RUNNING)
+    while (!m->formula && ahead->t < end && ll_goes_on(pace) &&
+           ll_ode_step(ahead, method, ode) == LL_ODE_RUNNING)
         ll_ode_scale_see(&m->whole, problem, ode, ahead->t, ll_ode_y(ahead));
     m->looked = 1;
 }
 
 /* A state that is ahead of the solution is not yet beyond all bounds when it is as large as that will be. */
-static bool blown_up(ll_motion *m, const ll_ode *ode, ll_ode_measure *r)
+static bool blown_up(ll_motion *m, const ll_ode *ode, ll_ode_measure *r, ll_pace *pace)
 {
     if (!ll_ode_measure_blown_up(r))
         return false;
     if (!m->looked)
-        look_ahead(m, ode);
+        look_ahead(m, ode, pace);
     ll_ode_scale_join(&r->scale, &m->whole);
     return ll_ode_measure_blown_up(r);
 }
@@ -172,7 +176,7 @@ static int points_of(const ll_motion *m, int i, double *at)
     return 1;
 }
 
-void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode)
+void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pace)
 {
     ll_ode_run *run = ll_motion_run(m, i);
     ll_ode_measure *r = &m->measure[i];
@@ -180,12 +184,12 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode)
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], *wanted = ll_motion_vector(m, m->at[i].wanted);
     int points = points_of(m, i, at);
     double end = at[points - 1], step = end > r->t ? end - r->t : r->t - end;
-    doubt_to(m, ode, session_time(m, run, end));
+    doubt_to(m, ode, session_time(m, run, end), pace);
     for (int k = 0; k < points; k++) {
         /* At its jump it need not be on the side on which the solution is. */
         if (k == points - 1 && run->event >= 0)
             return;
-        solution_at(m, ode, m->at[i].reference, 0, at[k], wanted);
+        solution_at(m, ode, m->at[i].reference, 0, at[k], wanted, pace);
         ll_ode_scale_see(&r->scale, problem, ode, at[k], wanted);
         if (k < points - 1)
             ll_ode_sample(run, ll_motion_method_of(&m->config, i), ode, at[k], y);
@@ -195,7 +199,7 @@ void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode)
                           known);
     }
     ll_ode_measure_energy(r, problem, ode, session_time(m, run, end), step, ll_ode_y(run));
-    if (blown_up(m, ode, r))
+    if (blown_up(m, ode, r, pace))
         ll_ode_give_up(run, LL_ODE_BLEW_UP);
 }
 

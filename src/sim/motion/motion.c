@@ -114,42 +114,45 @@ static void draw(ll_motion *m, const ll_ode *ode, int i, double t)
         memcpy(shown, ll_ode_y(run), (size_t)m->dim * sizeof *shown);
 }
 
-static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool last)
+static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool last, ll_pace *pace)
 {
     ll_ode_run *run = ll_motion_run(m, i);
     if (!m->config.methods[i].shown || run->state == LL_ODE_DIVERGED)
         return;
-    if (ll_motion_drive_to(m, i, ode, t) == LL_ODE_DIVERGED)
+    if (ll_motion_drive_to(m, i, ode, t, pace) == LL_ODE_DIVERGED || ll_broken_off(pace))
         return;
     draw(m, ode, i, last ? run->t : ll_motion_moment(&m->config, t)); /* at the end what is told is drawn */
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
+                         const ll_interrupt *interrupt)
 {
     ll_motion *m = block;
+    ll_pace pace = ll_pace_by(interrupt);
     ll_freq freq = tick_freq(&m->config);
     ll_ode ode = ll_motion_system(&m->config);
     int64_t last = ll_tick_at((ll_time)(m->config.head.duration_s * 1e9 + 0.5), freq);
     (void)recorder;
     (void)meter;
-    for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
+    for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until && ll_goes_on(&pace);
+         tick++) {
         m->now = ll_tick_time(tick, freq);
         double t = tick == last ? m->config.head.duration_s : ll_to_s(m->now); /* the end is no tick's time */
-        ll_motion_solve(m, &ode, t);
-        for (int i = 0; i < m->config.method_count; i++) {
-            advance_one(m, &ode, i, t, tick == last);
-            if (tick == last && m->config.methods[i].shown)
+        ll_motion_solve(m, &ode, t, &pace);
+        for (int i = 0; i < m->config.method_count && !pace.broken; i++) {
+            advance_one(m, &ode, i, t, tick == last, &pace);
+            if (!pace.broken && tick == last && m->config.methods[i].shown)
                 ll_motion_judge(m, i, &ode);
         }
     }
     m->now = until;
-    return ll_ok();
+    return pace.broken ? ll_error(LL_INTERRUPTED, "a tick was broken off") : ll_ok();
 }
 
 static void change(void *block, const void *config, ll_time now)
 {
+    (void)now;
     init(block, config);
-    advance(block, now, NULL, NULL);
 }
 
 static uint64_t hash(const void *block)
@@ -167,6 +170,7 @@ const ll_sim_kind ll_sim_motion = {
     .tick_freq = tick_freq,
     .advance = advance,
     .change = change,
+    .begins_anew = true,
     .hash = hash,
     .state = ll_motion_state,
     .metrics = ll_motion_metrics,

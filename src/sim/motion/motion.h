@@ -131,7 +131,7 @@ ll_ode_control ll_motion_control(const ll_motion_config *config, int i);
 void ll_motion_drive_start(ll_motion *m, int i, const ll_ode *ode); /* the run is started already */
 
 /* Makes the steps of method `i` up to the session's time `t`, which only goes forward, s. */
-ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t);
+ll_ode_state ll_motion_drive_to(ll_motion *m, int i, const ll_ode *ode, double t, ll_pace *pace);
 
 double ll_motion_end(const ll_motion_config *config); /* of the way there */
 double ll_motion_moment(const ll_motion_config *config,
@@ -145,10 +145,10 @@ double ll_motion_clock_error(const ll_motion *m, int i); /* s: what its clock sh
 void ll_motion_measure_start(ll_motion *m, const ll_ode *ode, const double *y0);
 
 /* The solution now, for drawing; time only goes forward. */
-void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t);
+void ll_motion_solve(ll_motion *m, const ll_ode *ode, double t, ll_pace *pace);
 
 /* Measures the step that method `i` has just made, and ends its run where it has blown up. */
-void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode);
+void ll_motion_measure_step(ll_motion *m, int i, const ll_ode *ode, ll_pace *pace);
 
 /* The whole run of method `i` is over: fails it where its steps do not resolve a stiff problem. */
 void ll_motion_judge(ll_motion *m, int i, const ll_ode *ode);

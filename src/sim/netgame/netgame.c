@@ -165,7 +165,7 @@ static void begin(ll_netgame *g, ll_time now)
     }
 }
 
-static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r);
+static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace);
 #define SCREEN_PX 1920 /* as wide as the scene */
 
 static void see_through_screen(ll_netgame *g, int player)
@@ -217,7 +217,7 @@ static ll_status init(void *block, const void *config)
         ll_shots_init(ll_netgame_shots(g), &arena, (ll_time)(c->warmup_s * 1e9));
     start_server(g, 0);
     server->tend = g->now = -LL_LOBBY;
-    ll_status status = run_until(g, -1, NULL);
+    ll_status status = run_until(g, -1, NULL, NULL);
     for (int i = 0; i < n; i++) {
         ll_link_restart_stats(ll_netgame_up(g, i));
         ll_link_restart_stats(ll_netgame_down(g, i));
@@ -487,7 +487,7 @@ static bool take_turn(ll_netgame *g, actor who, int player, const ll_client_setu
     return true;
 }
 
-static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r)
+static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, ll_pace *pace)
 {
     stretch now;
     int entity;
@@ -499,6 +499,8 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r)
         int player = next_turn(&now, g, &next);
         if (time_of(next) > until)
             break;
+        if (!ll_goes_on(pace))
+            return ll_error(LL_INTERRUPTED, "a tick was broken off");
         if (time_of(next) > g->now) /* else a live change has brought it forward */
             g->now = time_of(next);
         if (!take_turn(g, who_has(next), player, &now.setup[player < 0 ? 0 : player], r, &entity))
@@ -509,10 +511,12 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r)
     return ll_ok();
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter)
+static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter,
+                         const ll_interrupt *interrupt)
 {
+    ll_pace pace = ll_pace_by(interrupt);
     (void)meter;
-    return run_until(block, until, r);
+    return run_until(block, until, r, &pace);
 }
 
 static ll_time stands_at(const void *block)

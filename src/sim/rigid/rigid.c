@@ -144,9 +144,11 @@ static ll_status step_metered(ll_rigid_sim *s, int i, ll_meter *meter)
 }
 
 /* The first world stops its session; one beside it only itself. */
-static ll_status step_all(ll_rigid_sim *s, ll_meter *meter)
+static ll_status step_all(ll_rigid_sim *s, ll_meter *meter, ll_pace *pace)
 {
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
+        if (!ll_goes_on(pace))
+            return ll_error(LL_INTERRUPTED, "a tick was broken off");
         if (s->record[i].diverged_at >= 0) {
             if (i == 0)
                 return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
@@ -162,13 +164,15 @@ static ll_status step_all(ll_rigid_sim *s, ll_meter *meter)
     return ll_ok();
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
+                         const ll_interrupt *interrupt)
 {
     ll_rigid_sim *s = block;
+    ll_pace pace = ll_pace_by(interrupt);
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        ll_status status = step_all(s, meter);
+        ll_status status = step_all(s, meter, &pace);
         if (ll_failed(&status))
             return status;
         s->now = ll_tick_time(tick, freq);

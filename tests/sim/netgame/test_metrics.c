@@ -228,7 +228,7 @@ static void count_again(const char *scenario, const char *const *sets)
     const ll_recorder recorder = {note_verdict, d};
     const ll_instruments *in = ll_netgame_instruments(s.game, 0);
     for (int k = 0; k < TICKS; k++) {
-        ll_status status = ll_sim_netgame.advance(s.game, ll_tick_time(k, 60000), &recorder, NULL);
+        ll_status status = ll_sim_netgame.advance(s.game, ll_tick_time(k, 60000), &recorder, NULL, NULL);
         assert_false(ll_failed(&status));
         write_up(d, &s, k);
     }

@@ -562,7 +562,7 @@ static void a_value_that_is_not_finite_stops_at_its_tick(void **state)
     scene s = scene_open("race", NULL);
     scene_run(&s, 5, NULL);
     ll_server_world(ll_netgame_server(s.game))->entity[1].vx = NAN;
-    ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL);
+    ll_status status = s.scenario.kind->advance(s.game, 10 * LL_SECOND, NULL, NULL, NULL);
     assert_int_equal(status.code, LL_DIVERGED);
     assert_non_null(strstr(status.text, "player B"));
     assert_true(s.game->now <= 5 * LL_SECOND + 17 * LL_MS);
