@@ -5,6 +5,8 @@
 #include "base/assert.h"
 #include "session/internal.h"
 
+#define EVENT_WINDOW (4 * LL_SECOND)
+
 static size_t config_size(const ll_session *s)
 {
     return s->scenario.kind->table->size;
@@ -244,6 +246,27 @@ void ll_session_start_from(ll_session *s, const ll_snapshot *shot, bool record)
         s->error = made;
     }
     ll_session_apply_due(s);
+}
+
+int64_t ll_session_quiet(const ll_session *s, int64_t tick)
+{
+    return tick - ll_tick_at(EVENT_WINDOW, s->freq);
+}
+
+/* Begins to make the state of `tick` from the nearest that is kept, with the events of the last seconds
+ * before it. */
+void ll_session_begin_state(ll_session *s, int64_t tick)
+{
+    int64_t quiet = ll_session_quiet(s, tick);
+    const ll_snapshot *best = NULL;
+    for (int i = 0; i < LL_SNAPSHOTS; i++)
+        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
+            (!best || s->snapshots[i].tick > best->tick))
+            best = &s->snapshots[i];
+    ll_session_start_from(s, best, quiet <= 0);
+    s->generation++;
+    s->event_base = s->event_count;
+    s->quiet = quiet;
 }
 
 void ll_session_anchor(ll_session *s, ll_time wall)

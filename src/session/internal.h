@@ -149,18 +149,18 @@ void ll_session_fail(ll_session *s, const ll_status *why);
 void ll_session_shoot(ll_session *s); /* a snapshot, where one is due */
 /* Where the block stands before the present tick it is brought there; false when patience ended before. */
 bool ll_session_refresh(ll_session *s);
+/* Begins to make the state of `tick` from the nearest that is kept. */
+void ll_session_begin_state(ll_session *s, int64_t tick);
+/* On the way to `tick`, events before this tick are too old for whoever looks there. */
+int64_t ll_session_quiet(const ll_session *s, int64_t tick);
 void ll_session_spoil(ll_session *s); /* the block was broken off within a tick: it is made again */
 
 /* ---- errand.c ---- */
 
-/* Begins to make the state of `tick` from the nearest that is kept. */
-void ll_session_begin_state(ll_session *s, int64_t tick);
 /* Sets out for `tick`; ll_session_pursue goes. When it is there a seek tells the log that it paused. */
 void ll_session_set_out(ll_session *s, int64_t tick);
 void ll_session_make_state(ll_session *s, int64_t tick); /* at once */
 ll_status ll_session_wake(ll_session *s);
-/* On the way to `tick`, events before this tick are too old for whoever looks there. */
-int64_t ll_session_quiet(const ll_session *s, int64_t tick);
 
 /* ---- session.c ---- */
 
