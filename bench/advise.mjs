@@ -5,32 +5,47 @@ import { grids } from "./advise/cases.mjs";
 import { digits, laglab, median, printTable, say, writeCsv } from "./lib.mjs";
 
 const quick = process.argv.includes("--quick");
+const only = process.argv.find((option) => option.startsWith("--only="))?.slice("--only=".length) ?? ""; // a part of the cases' names: nothing is written
 const SEEDS = 200; // of brute force at every setting
 const searches = quick ? 1 : 5; // of each noisy case, from other seeds
+const JOBS = 2; // searches, and threads of brute force, at a time
 const GOAL_PCT = 2;
 
 const round = (value) => (Number.isFinite(value) ? Number(value.toPrecision(6)) : value === Infinity ? "none" : "");
 /** @type {Record<string, any>[]} */
 const rows = [];
 const from = Date.now();
+const since = (/** @type {number} */ start) => `${((Date.now() - start) / 1000).toFixed(1)} s`;
 
-for (const grid of grids.filter((g) => !quick || g.sample)) {
-  const truth = await bruteForce(laglab, grid.experiment, SEEDS, { jobs: 2, event: grid.event, limits: grid.limits.filter((limit) => typeof limit === "number") });
-  const noisy = grid.experiment.repeats > 1;
-  for (const asked of grid.limits) {
-    const limit = limitOf(asked, truth);
-    for (let search = 0; search < (noisy ? searches : 1); search++) {
-      const answer = JSON.parse(await ask(laglab, ["advise", "-", "--max-error", String(limit)], seeded(grid.experiment, 1 + 1000 * search)));
-      if (answer.advice) await truth.complete(answer.advice.point);
-      const found = judge(answer, truth, limit);
-      rows.push({
-        kind: grid.kind, case: grid.name, limit: round(limit), what: grid.what.join("; "), settings: truth.length, failing: truth.filter((p) => p.failed).length,
-        search, least_cost: round(found.best), cost: found.advised ? round(found.advised.cost) : "none", regret_pct: round(100 * found.regret),
-        regret_mean_pct: round(100 * found.regret_possible), error: found.advised ? round(found.advised.error) : "", error_half: found.advised ? round(found.advised.half) : "",
-        broken: Number(found.broken), untied: Number(found.untied), optimum: answer.optimum, runs: answer.runs, of_runs: answer.of_runs,
-      });
-    }
+/** `work` of each of `things`, a few at a time; the results in their order. */
+async function each(things, work) {
+  const made = new Array(things.length);
+  let next = 0;
+  await Promise.all(Array.from({ length: JOBS }, async () => { while (next < things.length) { const i = next++; made[i] = await work(things[i]); } }));
+  return made;
+}
+
+const chosen = grids.filter((g) => (!quick || g.sample) && g.name.includes(only));
+for (const [at, grid] of chosen.entries()) {
+  const begun = Date.now(), noisy = grid.experiment.repeats > 1;
+  const truth = await bruteForce(laglab, grid.experiment, SEEDS, { jobs: JOBS, event: grid.event, limits: grid.limits.filter((limit) => typeof limit === "number") });
+  const forced = since(begun), asked = Date.now();
+  const orders = grid.limits.flatMap((one) => Array.from({ length: noisy ? searches : 1 }, (_, search) => ({ limit: limitOf(one, truth), search })));
+  const answers = await each(orders, async ({ limit, search }) => JSON.parse(await ask(laglab, ["advise", "-", "--max-error", String(limit)], seeded(grid.experiment, 1 + 1000 * search))));
+  const told = [];
+  for (const [i, { limit, search }] of orders.entries()) {
+    const answer = answers[i];
+    if (answer.advice) await truth.complete(answer.advice.point);
+    const found = judge(answer, truth, limit);
+    told.push(`${round(limit)}: ${round(100 * found.regret)} %${found.broken ? ", broken" : ""}`);
+    rows.push({
+      kind: grid.kind, case: grid.name, limit: round(limit), what: grid.what.join("; "), settings: truth.length, failing: truth.filter((p) => p.failed).length,
+      search, least_cost: round(found.best), cost: found.advised ? round(found.advised.cost) : "none", regret_pct: round(100 * found.regret),
+      regret_mean_pct: round(100 * found.regret_possible), error: found.advised ? round(found.advised.error) : "", error_half: found.advised ? round(found.advised.half) : "",
+      broken: Number(found.broken), untied: Number(found.untied), optimum: answer.optimum, runs: answer.runs, of_runs: answer.of_runs,
+    });
   }
+  console.log(`${at + 1} of ${chosen.length}, ${grid.kind}, ${grid.name}: brute force ${forced}, searches ${since(asked)}; regret at ${told.join("; ")}`);
 }
 
 /** Of one case: all its searches. */
@@ -53,7 +68,7 @@ for (const kind of ["motion", "rigid", "fluid", "netgame", ""]) {
       + `(at most 5 %: ${broken <= 0.05 * advised.length ? "met" : "MISSED"}); nothing holds in ${none.length}, told in ${none.filter((r) => r.cost === "none").length}; proven, but another is cheaper: ${falsely}`);
 }
 say(`made in ${Math.round((Date.now() - from) / 1000)} s`);
-writeCsv("advise", `bench/run advise${quick ? " --quick" : ""}`, {
+if (!only) writeCsv("advise", `bench/run advise${quick ? " --quick" : ""}`, {
   kind: "", case: "", limit: "of the mean error", what: "", settings: "of the grid", failing: "of them with a failed run or without the metric", search: "by number: each from other seeds",
   least_cost: `of the settings whose error's upper 95 % bound over ${SEEDS} seeds is within the limit`, cost: "of the advice, over the same seeds", regret_pct: "",
   regret_mean_pct: "against settings whose mean is within the limit, however uncertain", error: "of the advice, over the same seeds", error_half: "of its 95 % interval",

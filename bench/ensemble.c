@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "ode/ensemble.h"
+#include "ode/core/ensemble.h"
 
 enum { MEMBERS = 1024, STEPS = 50000 };
 

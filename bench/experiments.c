@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "experiment/arguments.h"
+#include "cli/input.h"
 
 static double now(clockid_t clock)
 {

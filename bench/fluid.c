@@ -9,9 +9,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "fluid/fluid.h"
-#include "fluid/ocean.h"
-#include "fluid/particle.h"
+#include "fluid/core/fluid.h"
+#include "fluid/ocean/ocean.h"
+#include "fluid/particle/particle.h"
 
 #define FRAME (1. / 60)
 
@@ -125,7 +125,7 @@ static void *open_smoke(const bench_case *c)
 static void step_smoke(void *block, int64_t number)
 {
     (void)number;
-    must(ll_fluid_scene_find("cylinder")->method->step(block, FRAME));
+    must(ll_fluid_scene_find("cylinder")->method->step(block, FRAME, NULL));
 }
 
 static const char *note_smoke(void *block, char *text, size_t size)

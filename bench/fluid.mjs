@@ -81,6 +81,6 @@ writeCsv("fluid", command, {
   compression_mean: "of particles at the end of the round, by their places", compression_max: "of the densest", note: "size, and what the speed was bought with",
 }, timed);
 writeCsv("fluid_accuracy", command, {
-  scene: "of src/fluid/particle_scenes.c", method: "of particles", size: "particles along the scene's length", quantity: "relative; compression_max over the whole run",
+  scene: "of src/fluid/scenes/particle_start.c", method: "of particles", size: "particles along the scene's length", quantity: "relative; compression_max over the whole run",
   value: "of it", cpu_s: "of the whole run",
 }, runs);

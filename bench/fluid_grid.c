@@ -13,9 +13,9 @@
 #endif
 
 #include "base/rng.h"
-#include "fluid/fft.h"
-#include "fluid/fluid.h"
-#include "fluid/poisson.h"
+#include "fluid/core/fft.h"
+#include "fluid/core/fluid.h"
+#include "fluid/pressure/poisson.h"
 
 static double cpu_now(void)
 {
@@ -168,7 +168,7 @@ static run run_scene(const char *name, const char *settings, int steps, double d
         scene->init(block, params, solver);
         double begin = cpu_now();
         for (int i = 0; i < steps && !ll_failed(&status); i++)
-            status = scene->method->step(block, dt);
+            status = scene->method->step(block, dt, NULL);
         r.cpu_s = cpu_now() - begin;
         r.count = scene->method->numbers(block, r.numbers);
         if (scene->numbers)

@@ -33,7 +33,7 @@ writeCsv("fluid_grid/pressure", command, {
 
 const transform = await table("transform");
 printTable("Cosine transform there and back", transform);
-writeCsv("fluid_grid/transform", command, { library: "laglab's fluid/fft.h, or FFTW by one thread", n: "along a side", cpu_ms: "least of seven, without the plan" }, transform);
+writeCsv("fluid_grid/transform", command, { library: "laglab's fluid/core/fft.h, or FFTW by one thread", n: "along a side", cpu_ms: "least of seven, without the plan" }, transform);
 
 // ---- frames ----
 

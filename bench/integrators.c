@@ -12,8 +12,8 @@
 #include <time.h>
 
 #include "integrators/solver.h"
-#include "ode/problem.h"
-#include "ode/run.h"
+#include "ode/core/problem.h"
+#include "ode/core/run.h"
 
 enum { ROUNDS_MAX = 32, DECADES = 13, FAILURES_MAX = 3 };
 

@@ -137,6 +137,6 @@ writeCsv("integrators/rungs", command, {
   cpu_median_s: "their median", runs: "so many", steps: "accepted", evaluations: "of f", jacobians: "calls of the Jacobian",
 }, rungs);
 writeCsv("ensemble", command, {
-  method: "ode/ensemble.h", round: "rounds are interleaved over the methods", members: "oscillators, each with its own start and stiffness", steps: "of each",
+  method: "ode/core/ensemble.h", round: "rounds are interleaved over the methods", members: "oscillators, each with its own start and stiffness", steps: "of each",
   cpu_s: "CPU seconds", steps_per_s: "members x steps / cpu_s",
 }, many);

@@ -5,9 +5,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "rigid/internal.h"
+#include "rigid/body/world_state.h"
 #include "rigid/laglab.h"
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 static void check(ll_status status)
 {
@@ -40,7 +40,7 @@ static int32_t print_shape(const ll_rigid *w, int32_t at)
     static const int kinds[LL_SHAPE_KINDS] = {[LL_SHAPE_CIRCLE] = SHAPE_CIRCLE,
                                               [LL_SHAPE_CAPSULE] = SHAPE_CAPSULE,
                                               [LL_SHAPE_POLYGON] = SHAPE_POLYGON,
-                                              [LL_SHAPE_LINK] = SHAPE_CHAIN};
+                                              [LL_SHAPE_CHAIN_SEGMENT] = SHAPE_CHAIN};
     ll_shape_view view;
     ll_vec2 points[1024];
     int count = 0;
@@ -48,7 +48,7 @@ static int32_t print_shape(const ll_rigid *w, int32_t at)
     int kind = view.geometry.kind;
     if (kind == LL_SHAPE_SEGMENT)
         check(ll_error(LL_BAD_INPUT, "a scene with segments cannot be told to all engines"));
-    if (kind == LL_SHAPE_LINK)
+    if (kind == LL_SHAPE_CHAIN_SEGMENT)
         for (; at < w->shape_end && ll_shapes(w)[at].body == s->body && count < 1024; at++) {
             ll_rigid_shape_at(w, at, &view);
             points[count++] = view.geometry.vertex[0];
@@ -68,16 +68,16 @@ static int32_t print_shape(const ll_rigid *w, int32_t at)
 /* Shapes stand in the order in which they were added; those of a body together. */
 static void print_body(const ll_rigid *w, int32_t body, int32_t first_shape)
 {
-    const ll_motion *m = &ll_motions(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
     ll_pose p = ll_poses(w)[body];
     printf("{\"type\":%d,\"x\":%.17g,\"y\":%.17g,\"angle\":%.17g,\"vx\":%.17g,\"vy\":%.17g,\"spin\":%.17g,"
            "\"shapes\":[",
-           ll_bodys(w)[body].type, p.p.x, p.p.y, ll_bodys(w)[body].angle, m->v.x, m->v.y, m->w);
+           ll_bodies(w)[body].type, p.p.x, p.p.y, ll_bodies(w)[body].angle, m->v.x, m->v.y, m->w);
     for (int32_t i = first_shape, n = 0; i < w->shape_end;)
         if (ll_shapes(w)[i].body == body) {
             printf("%s", n++ > 0 ? "," : "");
             i = print_shape(w, i);
-        } else if (n > 0 && ll_bodys(w)[body].shape < i)
+        } else if (n > 0 && ll_bodies(w)[body].shape < i)
             break;
         else
             i++;
@@ -101,7 +101,7 @@ static void print_joint(const ll_joint *j, const numbers *n)
 static int32_t first_shape(const ll_rigid *w, int32_t body)
 {
     int32_t first = w->shape_end;
-    for (int32_t s = ll_bodys(w)[body].shape; s != LL_NONE; s = ll_shapes(w)[s].next)
+    for (int32_t s = ll_bodies(w)[body].shape; s != LL_NONE; s = ll_shapes(w)[s].next)
         first = s < first ? s : first;
     return first;
 }
@@ -112,7 +112,7 @@ static bool print_event(const ll_rigid *w, numbers *n, int step, bool comma)
     static bool fresh[1 << 16];
     int32_t removed[1 << 10], removals = 0, additions = 0;
     for (int32_t i = 0; i < w->body_end; i++) {
-        const ll_body *b = &ll_bodys(w)[i];
+        const ll_body *b = &ll_bodies(w)[i];
         bool there = b->type != LL_NONE;
         fresh[i] = there && n->generation[i] != b->generation;
         if (n->generation[i] != 0 && (!there || fresh[i]) && removals < 1 << 10) {
@@ -131,14 +131,14 @@ static bool print_event(const ll_rigid *w, numbers *n, int step, bool comma)
         if (fresh[i]) {
             printf("%s", k++ > 0 ? ",\n" : "");
             n->body[i] = n->made++;
-            n->generation[i] = ll_bodys(w)[i].generation;
+            n->generation[i] = ll_bodies(w)[i].generation;
             print_body(w, i, first_shape(w, i));
         }
     printf("],\"joints\":[");
     for (int32_t i = 0, k = 0; i < w->joint_end; i++) {
         const ll_joint *j = &ll_joints(w)[i];
         if (j->body[0] == LL_NONE ||
-            ll_traits(w)[j->body[0]].inv_mass + ll_traits(w)[j->body[1]].inv_mass == 0)
+            ll_body_sims(w)[j->body[0]].inv_mass + ll_body_sims(w)[j->body[1]].inv_mass == 0)
             continue; /* between two that cannot move some engines refuse it */
         if (fresh[j->body[0]] || fresh[j->body[1]]) {
             printf("%s", k++ > 0 ? ",\n" : "");
@@ -279,7 +279,7 @@ static void measure_growth(int32_t count, int steps)
     params.sleep_speed = 10; /* all lie down: this measures sleep, not how it comes */
     check(ll_rigid_set_params(w, &params));
     for (int32_t i = 0; i < ll_rigid_body_end(w); i++)
-        if (ll_bodys(w)[i].type == LL_BODY_DYNAMIC)
+        if (ll_bodies(w)[i].type == LL_BODY_DYNAMIC)
             check(ll_rigid_set_velocity(w, ll_rigid_body_at(w, i), ll_vec(0, 0), 0));
     for (int i = 0; i < 600 && ll_rigid_get_stats(w).awake > 0; i++)
         check(ll_rigid_step(w, 1.0 / 60, NULL));

@@ -6,14 +6,15 @@ import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
 const ROOT = dirname(dirname(fileURLToPath(import.meta.url)));
-const GAME = ["base", "param", "game", "link", "netcode", "sim", "session"], DAEMON = [...GAME, "daemon"];
+const GAME = ["base", "param", "input", "game", "link", "netcode", "sim", "session"], DAEMON = [...GAME, "daemon"];
 
 /** By the name of a result, of which `rigid/growth` is one of `rigid`. */
 export const ROOMS = {
-  speed: GAME, techniques: GAME, streams: DAEMON, slow: DAEMON, proxies: DAEMON, hostile: DAEMON,
+  speed: GAME, techniques: GAME, streams: DAEMON, slow: DAEMON, proxies: DAEMON, hostile: [...DAEMON, "experiment"],
+  kills: [...DAEMON, "experiment"], soak: [...DAEMON, "experiment"],
   integrators: ["base", "ode"], ensemble: ["base", "ode"],
   rigid: ["base", "rigid"], fluid: ["base", "fluid"], fluid_accuracy: ["base", "fluid"], fluid_grid: ["base", "fluid"],
-  experiments: [...GAME, "experiment"], advise: [...GAME, "ode", "rigid", "fluid", "experiment"],
+  experiments: [...GAME, "library", "experiment"], advise: [...GAME, "ode", "rigid", "fluid", "library", "experiment"],
 };
 
 /** @param {string} name of a result @returns {string[]} */

@@ -2,7 +2,7 @@
 // forks, seeks and reads; experiments and searches for advice run and are fetched in every format; clients leave in the middle, and say nonsense.
 // Every ten seconds a line of what the daemon holds goes into bench/results/soak.csv. Under load that depends on which sessions there are just
 // then: so the load rests now and then until all are gone, and the lines of rests (idle 1) tell what stays.
-//   bench/run soak [--quick] [--seconds=3600] [--rest-every=600] [--clients=12] [--name=soak]
+//   bench/run soak [--quick] [--seconds=3600] [--rest-every=600] [--clients=12]
 import { readFileSync, readdirSync, statSync } from "node:fs";
 import { loadavg } from "node:os";
 import { join } from "node:path";
@@ -14,7 +14,7 @@ import { cpu_s } from "../tests/lib/hostile.mjs";
 
 const option = (name, standard) => Number(process.argv.find((word) => word.startsWith(`--${name}=`))?.split("=")[1] ?? standard);
 const quick = process.argv.includes("--quick"), seconds = option("seconds", quick ? 60 : 3600), rest_every = option("rest-every", quick ? 30 : 600), clients = option("clients", 12), every_s = quick ? 2 : 10;
-const name = process.argv.find((word) => word.startsWith("--name="))?.slice(7) ?? "soak", REST_S = 20;
+const REST_S = 20;
 const GROWTH_MIB_PER_H = 5; // of anonymous memory, from the first rest to the last
 
 // No more than 100 searches at once and 50 experiments kept per client are meant for persons; here one address is all of them.
@@ -126,7 +126,7 @@ async function samples() {
 }
 
 function store() {
-  writeCsv(name, `bench/run soak --seconds=${seconds} --rest-every=${rest_every} --clients=${clients}`, { t_s: "since the load began", rss_mib: "resident set",
+  writeCsv("soak", `bench/run soak --seconds=${seconds} --rest-every=${rest_every} --clients=${clients}`, { t_s: "since the load began", rss_mib: "resident set",
     anonymous_mib: "of it anonymous", descriptors: "open", threads: "", sessions: "now", disk_mib: "of the folder of --data", idle: "1: the load has rested for 20 s", requests: "answered to sessions' clients",
     cpu_s: "of the daemon so far", load: "1-minute average of the machine" }, rows);
 }

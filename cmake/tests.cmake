@@ -1,4 +1,4 @@
-# tests/<room>/test_*.c  -> one cmocka program each, ctest name <room>.<name>, label <room>
+# tests/<room>/**/test_*.c -> one cmocka program each, ctest name <room>.<name>, label <room>
 # tests/fuzz/fuzz_*.c    -> a replay of tests/fuzz/corpus/<name>/, or a libFuzzer with LAGLAB_FUZZ
 # tests/structure/       -> what the sources may include and call, and what the version is a fingerprint of
 # The target tests_<room> builds the tests of one room. Every test runs in the source folder.
@@ -22,7 +22,9 @@ function(laglab_test_program name source room)
     target_compile_definitions(${name} PRIVATE _GNU_SOURCE)
     target_include_directories(${name} PRIVATE ${tests_dir})
     target_link_libraries(${name} PRIVATE $<TARGET_NAME_IF_EXISTS:laglab_test_support>)
-    if(room STREQUAL "daemon" OR room STREQUAL "fuzz")
+    if(room STREQUAL "fuzz")
+        target_link_libraries(${name} PRIVATE laglab_cli)
+    elseif(room STREQUAL "daemon")
         target_link_libraries(${name} PRIVATE laglab_daemon)
     elseif(room STREQUAL "experiment")
         target_link_libraries(${name} PRIVATE laglab_experiment)
@@ -44,10 +46,10 @@ function(laglab_test name labels)
 endfunction()
 
 # ---- unit tests, mirroring src ----
-file(GLOB test_sources CONFIGURE_DEPENDS ${tests_dir}/*/test_*.c)
+file(GLOB_RECURSE test_sources CONFIGURE_DEPENDS ${tests_dir}/test_*.c)
 foreach(source IN LISTS test_sources)
-    get_filename_component(folder ${source} DIRECTORY)
-    get_filename_component(room ${folder} NAME)
+    file(RELATIVE_PATH room ${tests_dir} ${source})
+    string(REGEX REPLACE "/.*" "" room ${room})
     get_filename_component(name ${source} NAME_WE)
     string(REGEX REPLACE "^test_" "" name ${name})
     laglab_test_program(test_${room}_${name} ${source} ${room})
@@ -106,6 +108,8 @@ find_program(NODE_PROGRAM NAMES node nodejs)
 if(NODE_PROGRAM)
     laglab_test(structure.rooms structure ${NODE_PROGRAM} tests/structure/check.mjs .)
     laglab_test(structure.selftest structure ${NODE_PROGRAM} tests/structure/selftest.mjs)
+    laglab_test(structure.words structure ${NODE_PROGRAM} tests/structure/words.mjs .)
+    laglab_test(structure.words_selftest structure ${NODE_PROGRAM} tests/structure/words_selftest.mjs)
     laglab_test(structure.version structure ${NODE_PROGRAM} tests/structure/version.mjs ${PROJECT_BINARY_DIR})
 else()
     message(WARNING "node was not found: the structure tests are left out")

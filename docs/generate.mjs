@@ -461,7 +461,7 @@ function memoryDoc(laglab) {
 
 // ---- what was held for long ----
 
-const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', frames: 'WebSocket frames of a viewer, through its stream thread', json: 'JSON of any body, file or message',
+const READERS = { head: 'the head of an HTTP request, as the acceptor reads it', http: 'whole requests of a connection, through gate and library to the handlers', frames: 'WebSocket frames of a viewer, through its stream thread', json: 'JSON of any body, file or message',
   scenario: 'a scenario, which then runs', experiment: 'an experiment, of which a run is made', log: 'the log of a session, which is replayed', merge: 'shards given to `laglab merge`',
   patch: 'commands to a running session', set: '`--set path=value`', snapshot: 'a snapshot of the game on its way to a client', stream: 'messages of a viewer to a session, acknowledgements too' };
 const SANITIZED = { fuzz: 'address, undefined', 'fuzz-plain': 'none' };
@@ -485,7 +485,7 @@ function killsDoc() {
 
 /** What is left when the load rests. */
 function restsDoc() {
-  return held('soak_rests', 'bench/run soak --seconds=300 --rest-every=40 --name=soak_rests', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
+  return held('soak', 'bench/run soak', (rows) => table(['After, s', 'Anonymous memory, MiB', 'Descriptors', 'Threads', 'Sessions', 'Disk, MiB', 'Answers so far'],
     rows.filter((row) => row.idle === '1').map((row) => [row.t_s, row.anonymous_mib, row.descriptors, row.threads, row.sessions, row.disk_mib, whole(row.requests)])));
 }
 

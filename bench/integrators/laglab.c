@@ -1,7 +1,7 @@
 #include <stdlib.h>
 
 #include "integrators/solver.h"
-#include "ode/run.h"
+#include "ode/core/run.h"
 
 typedef struct state {
     const task *task;

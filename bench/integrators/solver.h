@@ -1,7 +1,7 @@
 /* What the libraries of the benchmark `integrators` have in common: a task, and methods that do it. */
 #pragma once
 
-#include "ode/ode.h"
+#include "ode/core/ode.h"
 
 enum { SOLVER_STEPS_MAX = 100000 /* a run that takes more has failed */ };
 

@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "rigid/rigid.h"
+#include "rigid/body/rigid.h"
 
 typedef struct lab {
     ll_rigid *world;

@@ -1,5 +1,5 @@
-/* Elementary functions from + - * / and sqrt alone. Each reduces its argument to a small interval, where a
- * Taylor series of few terms is good to less than half an ulp; what is left is the rounding of the last
+/* Elementary functions from + - * / and sqrt alone. Each reduces its argument to a small interval, in which a
+ * Taylor series of few terms is accurate to less than half an ulp; the rest is the rounding of the last
  * operations. */
 #include "base/detmath.h"
 
@@ -14,7 +14,7 @@ static const double ln2_high = 0x1.62e42feep-1,
 static const double infinity = (double)__builtin_inff();
 
 /* pi / 2 in three parts of at most 33 bits, so that k times the first two is exact for |k| < 2^20, and a
- * fourth for the rest. */
+ * fourth for the remainder. */
 static const double pio2_1 = 0x1.921fb544p+0, pio2_2 = 0x1.0b4611a6p-34, pio2_3 = 0x1.3198a2ep-69,
                     pio2_4 = 0x1.b839a252049c1p-104;
 
@@ -32,7 +32,7 @@ static uint64_t to_bits(double x)
     return bits;
 }
 
-/* To the nearest integer, for |x| < 2^51. */
+/* Nearest integer, for |x| < 2^51. */
 static double nearest(double x)
 {
     const double shift = 0x1.8p52;
@@ -86,7 +86,7 @@ double ll_log(double x)
     uint64_t bits = to_bits(x) + (0x3ff0000000000000u - 0x3fe6a09e667f3bcdu);
     n += (int)(bits >> 52) - 1023;
     double m = from_bits((bits & 0xfffffffffffffu) + 0x3fe6a09e667f3bcdu);
-    /* ln m = 2 atanh(s), s = f / (2 + f), f = m - 1 (exact); with f^2/2 split off so that f itself keeps its
+    /* ln m = 2 atanh(s), s = f / (2 + f), f = m - 1 (exact); f^2/2 is split off so that f itself keeps its
      * bits */
     double f = m - 1, s = f / (2 + f), z = s * s, sum = 0; /* z <= 0.0295 */
     for (int i = 23; i >= 3; i -= 2)
@@ -105,12 +105,11 @@ static const double cosine_terms[] = {
     -1.0 / 6402373705728000.0, 1.0 / 20922789888000.0, -1.0 / 87178291200.0, 1.0 / 479001600.0,
     -1.0 / 3628800.0,          1.0 / 40320.0,          -1.0 / 720.0,         1.0 / 24.0};
 
-/* Of one number and of two at once, from the same text: `real` is double or ll_pair.
+/* For one number and for two at once, from the same text: `real` is double or ll_pair.
  *
  * reduce: x - k pi/2 as high + low, for |x| <= 1e6; beyond, the error grows with x. The products with the
- * first two parts of pi/2 are exact, and so is the first difference; `error` and `lost` are what rounding
- * lost. Returns a number whose last two bits are those of k.
- * sine, cosine: of x + low, on |x| <= pi/4. */
+ * first two parts of pi/2 are exact, and so is the first difference; `error` and `lost` are rounding errors.
+ * Returns a number whose last two bits are those of k. sine, cosine: of x + low, on |x| <= pi/4. */
 #define LL_TRIGONOMETRY(real, of)                                                                            \
     LL_INLINE real reduce##of(real x, real *high, real *low)                                                 \
     {                                                                                                        \
@@ -142,7 +141,7 @@ static const double cosine_terms[] = {
 LL_TRIGONOMETRY(double, )
 LL_TRIGONOMETRY(ll_pair, _pair)
 
-/* The sine of what is `turns` quarter turns beyond r + low. */
+/* Sine at `turns` quarter turns beyond r + low. */
 static inline double turned(uint64_t turns, double r, double low)
 {
     switch (turns & 3) {
@@ -176,7 +175,7 @@ void ll_sincos(double x, double *sin, double *cos)
     *cos = turned(to_bits(turns) + 1, r, low);
 }
 
-/* The same without a branch: which lane wants which is as good as random. */
+/* Branch-free version: the case of each lane is unpredictable. */
 typedef uint64_t lanes __attribute__((vector_size(16)));
 
 static inline ll_pair turned_pair(lanes turns, ll_pair sine, ll_pair cosine)
@@ -206,7 +205,7 @@ ll_pair ll_pair_cos(ll_pair x)
     return cos;
 }
 
-/* Of t in [0, 1]: from the nearest of three angles on, whose tangents are 0, sqrt(2) - 1 and 1. */
+/* For t in [0, 1]: relative to the nearest of three angles, whose tangents are 0, sqrt(2) - 1 and 1. */
 static double arctan(double t)
 {
     const double middle = 0x1.a827999fcef32p-2;

@@ -4,8 +4,8 @@
 
 #include "base/mix.h"
 
-/* One word into one lane. For a given word this is a bijection of the lane and for a given lane one of the
- * word, so two inputs that differ in a single word never meet within a lane. */
+/* Absorbs a word into a lane. Bijective in the lane for a fixed word, and in the word for a fixed lane, so
+ * inputs that differ in a single word never collide within a lane. */
 static inline uint64_t absorb(uint64_t lane, uint64_t word)
 {
     lane = (lane ^ word) * UINT64_C(0x8348d2aa4a86b48d);
@@ -22,7 +22,7 @@ static inline uint64_t load(const unsigned char *bytes)
     return word;
 }
 
-/* Four lanes, because the multiplication of one takes as long as starting four. */
+/* Four lanes, because a multiplication takes as long as issuing four. */
 uint64_t ll_hash(uint64_t seed, const void *bytes, size_t size)
 {
     const unsigned char *at = bytes;
@@ -39,7 +39,7 @@ uint64_t ll_hash(uint64_t seed, const void *bytes, size_t size)
     }
     for (unsigned i = 0; left >= 8; left -= 8, at += 8, i++)
         lane[i] = absorb(lane[i], load(at));
-    unsigned char rest[8] = {0}; /* zeros are told from no bytes by the size, which goes in below */
+    unsigned char rest[8] = {0}; /* zeros and no bytes differ by the size, which is absorbed below */
     if (left > 0)
         memcpy(rest, at, left);
     lane[3] = absorb(lane[3], load(rest));

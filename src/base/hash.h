@@ -1,4 +1,4 @@
-/* A 64-bit hash for state: the same on every machine and compiler, for equality and not for secrecy. */
+/* 64-bit hash of state: the same on every machine and compiler. Not cryptographic. */
 #pragma once
 
 #include <stddef.h>

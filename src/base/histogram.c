@@ -9,7 +9,7 @@
 
 #define LINEAR LL_HISTOGRAM_LINEAR
 
-/* Middle of bucket `i`, in units. */
+/* Centre of bucket `i`, in units. */
 static double middle_of(int i)
 {
     if (i < LINEAR)
@@ -32,12 +32,12 @@ void ll_histogram_add_never(ll_histogram *h)
     h->never++;
 }
 
-/* 1-based rank of the smallest value that at least the share `q` of all values does not exceed. */
+/* 1-based rank of the smallest value that at least the fraction `q` of all values does not exceed. */
 static int64_t rank_of(double q, int64_t count)
 {
     double exact = q * (double)count;
     int64_t rank = (int64_t)exact;
-    if (exact - (double)rank > 1e-9) /* 0.07 * 100 is 7 and a rounding error */
+    if (exact - (double)rank > 1e-9) /* 0.07 * 100 is 7 plus a rounding error */
         rank++;
     return rank < 1 ? 1 : rank > count ? count : rank;
 }

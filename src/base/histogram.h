@@ -1,14 +1,13 @@
-/* A distribution of non-negative values in constant memory.
+/* Distribution of non-negative values in constant memory.
  *
- * Count, mean, rms and maximum are exact. Quantiles (of the smallest value that the share q of all does not
- * exceed) come from log-linear buckets: 32 of one unit, centred on whole multiples of it, then 32 an octave.
- * Hence they are at most half a unit off below 32 units and at most 1/63 above, and exact for whole multiples
- * below 63 units. They lie within [min, max]; the smallest and the largest value are exact. Beyond 2^18 units
- * all values share the last bucket.
+ * Count, mean, rms and maximum are exact. A quantile is the smallest value that the fraction q of all values
+ * does not exceed. Quantiles come from log-linear buckets: 32 of one unit, centred on integer multiples of
+ * it, then 32 per octave. So their error is at most half a unit below 32 units and at most 1/63 above;
+ * integer multiples below 63 units are exact. They are within [min, max]; the smallest and the largest value
+ * are exact. Beyond 2^18 units all values share the last bucket.
  *
- * What never comes about is an infinite value: it counts, and quantiles that fall on it are infinite; mean,
- * rms and maximum are those of the finite values.
- */
+ * An event that never happens is an infinite value: it counts, and quantiles that fall on it are infinite;
+ * mean, rms and maximum are those of the finite values. */
 #pragma once
 
 #include <stdint.h>
@@ -17,30 +16,30 @@
 #include "base/assert.h"
 
 #define LL_HISTOGRAM_BUCKETS 448 /* 32 linear, then 13 octaves of 32 */
-#define LL_HISTOGRAM_LINEAR 32   /* also the buckets of an octave */
+#define LL_HISTOGRAM_LINEAR 32   /* also the number of buckets per octave */
 
 typedef struct ll_histogram {
-    double unit;     /* width of the linear buckets, in the metric's own unit */
-    double per_unit; /* 1 / unit: a value is added in every frame, and a division takes its time */
+    double unit;     /* width of the linear buckets, in the metric's unit */
+    double per_unit; /* 1 / unit: values are added in every frame, and a division is slow */
     double sum, sum_squares;
-    double min, max;                       /* infinite and 0 before the first */
+    double min, max;                       /* infinite and 0 before the first value */
     int64_t count;                         /* of the finite values */
     int64_t never;                         /* infinite ones */
-    uint32_t bucket[LL_HISTOGRAM_BUCKETS]; /* the last also takes what is beyond */
+    uint32_t bucket[LL_HISTOGRAM_BUCKETS]; /* the last one includes larger values */
 } ll_histogram;
 
 typedef struct ll_summary {
-    double mean, rms, p50, p95, p99, max; /* NaN where there is no value */
-    int64_t count, never;                 /* `count` has the infinite ones too */
+    double mean, rms, p50, p95, p99, max; /* NaN without values */
+    int64_t count, never;                 /* `count` includes infinite ones */
 } ll_summary;
 
 void ll_histogram_init(ll_histogram *h, double unit);
 
-/* Buckets are those of v = value / unit + 1/2: with it the linear ones are centred on whole multiples of the
- * unit, so that a metric that counts things comes out whole.
+/* Buckets of v = value / unit + 1/2: this centres the linear ones on integer multiples of the unit, so that
+ * counts come out as integers.
  *
- * From 32 on, the exponent of v and the five bits after it are one number that counts buckets, and it stands
- * in the double as it is: no logarithm. */
+ * From 32 on, the exponent of v and the five bits after it are the bucket's number, and stand in the double
+ * as such: no logarithm. */
 static inline int ll_histogram_bucket(double v)
 {
     if (v < LL_HISTOGRAM_LINEAR)
@@ -52,10 +51,10 @@ static inline int ll_histogram_bucket(double v)
     return i < LL_HISTOGRAM_BUCKETS ? (int)i : LL_HISTOGRAM_BUCKETS - 1;
 }
 
-/* value >= 0. Here, since a frame adds some ten values per player. */
+/* value >= 0. Inline, since a frame adds about ten values per player. */
 static inline void ll_histogram_add(ll_histogram *h, double value)
 {
-    LL_ASSERT(value >= 0); /* a NaN fails too */
+    LL_ASSERT(value >= 0); /* fails for NaN too */
     h->count++;
     if (value == 0) { /* most errors and corrections of a clean link */
         h->min = 0;

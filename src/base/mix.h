@@ -3,12 +3,12 @@
 
 #include <stdint.h>
 
-/* An odd constant near 2^64 / golden ratio: consecutive multiples of it are far apart. */
+/* Odd constant near 2^64 / golden ratio: consecutive multiples of it are far apart. */
 #define LL_MIX_STEP UINT64_C(0x9e3779b97f4a7c15)
 
-/* A bijection of 64 bits in which every bit of the input turns every bit of the result over with probability
- * 1/2. Shifts and multipliers are the best of 1500 random ones by the chi-squared of all 64 x 64 such
- * probabilities over multiples of LL_MIX_STEP; tests/base/test_rng.c measures them again. */
+/* Bijection of 64 bits in which every input bit flips every output bit with probability 1/2. Shifts and
+ * multipliers are the best of 1500 random ones by the chi-squared of all 64 x 64 such probabilities over
+ * multiples of LL_MIX_STEP; tests/base/test_rng.c measures them. */
 static inline uint64_t ll_mix(uint64_t x)
 {
     x ^= x >> 33;

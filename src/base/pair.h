@@ -1,4 +1,4 @@
-/* Arithmetic of two numbers at once: each lane computes the bits that the function of one number computes. */
+/* Arithmetic of two numbers at once: each lane computes the same bits as the function of one number. */
 #pragma once
 
 #include "base/detmath.h"

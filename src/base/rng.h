@@ -1,19 +1,19 @@
-/* Counter-based random numbers: a value is a hash of (seed, stream, counter) and nothing else.
+/* Counter-based random numbers: a value is a hash of (seed, stream, counter) only.
  *
- * There is no state to advance, so a stage that is switched off leaves the draws of the others as they were,
- * and a replay or a fork needs only the counters. */
+ * There is no state to advance, so a disabled stage does not change the draws of the others, and a replay or
+ * a fork needs only the counters. */
 #pragma once
 
 #include <stdint.h>
 
 #include "base/mix.h"
 
-/* The seed and the stream choose a start; the counter steps from there. The start is scrambled by half a
- * mixer, which keeps the starts of neighbouring seeds and streams apart; the whole mixer then works on start
- * + counter * step. Here, since scripts draw several times a tick. */
+/* The seed and the stream choose a start; the counter steps from there. Half of the mixer scrambles the
+ * start, to separate neighbouring seeds and streams; the whole mixer is applied to start + counter * step.
+ * Inline, since scripts draw several times per tick. */
 static inline uint64_t ll_rng_u64(uint64_t seed, uint64_t stream, uint64_t counter)
 {
-    uint64_t start = seed + (stream + 1) * UINT64_C(0xd1e8d69ec377210f); /* + 1: the mixer leaves 0 at 0 */
+    uint64_t start = seed + (stream + 1) * UINT64_C(0xd1e8d69ec377210f); /* + 1: the mixer maps 0 to 0 */
     start ^= start >> 32;
     start *= UINT64_C(0xd60927fc6f0de0d1);
     start ^= start >> 29;

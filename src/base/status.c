@@ -6,7 +6,7 @@
 
 #include "base/utf8.h"
 
-/* Length of `text` without a UTF-8 sequence that was cut off at its end. */
+/* Length of `text` without a UTF-8 sequence that was cut at its end. */
 static size_t whole_sequences(const char *text, size_t length)
 {
     size_t start = length;
@@ -22,7 +22,7 @@ static size_t whole_sequences(const char *text, size_t length)
     return length;
 }
 
-/* What strangers wrote may be quoted, and cut by a precision: no byte may stay that is not text. */
+/* Messages may quote user input, cut by a precision: replaces all bytes that are not text. */
 static void make_printable(char *text)
 {
     while (*text) {

@@ -1,24 +1,24 @@
-/* What went wrong, told so that a person can act on it.
+/* Errors that a person can act on.
  *
- * Functions that can fail for reasons outside of the program return an ll_status by value: a code for
- * machines and a sentence for people that names the field, the allowed range and the value. Inside, broken
- * invariants are asserted (base/assert.h), never reported. */
+ * Functions that can fail for external reasons return an ll_status by value: a code for machines and a
+ * sentence that names the field, the allowed range and the value: `field: must be MIN to MAX UNIT; got VALUE.
+ * Hint.` Broken internal invariants are asserted (base/assert.h), never reported. */
 #pragma once
 
 #include <stdbool.h>
 
 typedef enum ll_code {
     LL_OK = 0,
-    LL_BAD_INPUT, /* the caller's text or value is wrong; `field` names where */
+    LL_BAD_INPUT, /* invalid text or value; `field` says where */
     LL_NOT_FOUND, /* no such scenario, session, player or path */
-    LL_FORBIDDEN, /* the key does not allow it */
-    LL_CONFLICT,  /* right in itself, not in the present state */
+    LL_FORBIDDEN, /* not permitted by the key */
+    LL_CONFLICT,  /* valid, but not in the present state */
     LL_LIMIT,     /* a configured limit was reached */
     LL_IO,        /* a file, a socket or the database failed */
     LL_NO_MEMORY,
     LL_DIVERGED,    /* a simulation produced a value that is not finite */
-    LL_UNAVAILABLE, /* a server that is needed does not answer; it may later */
-    LL_INTERRUPTED, /* broken off from outside (base/interrupt.h): the sentence tells how far it came */
+    LL_UNAVAILABLE, /* a required server does not answer now */
+    LL_INTERRUPTED, /* stopped from outside (base/interrupt.h); the sentence says how far it came */
 } ll_code;
 
 typedef struct ll_status {
@@ -27,7 +27,7 @@ typedef struct ll_status {
     char text[256]; /* one sentence */
 } ll_status;
 
-/* Most are fine: the texts stay unwritten but for their ends. */
+/* Most are ok: only the first bytes of the texts are written. */
 static inline ll_status ll_ok(void)
 {
     ll_status s;

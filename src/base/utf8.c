@@ -7,14 +7,14 @@ static bool is_continuation(unsigned char byte)
     return (byte & 0xc0) == 0x80;
 }
 
-/* Stops at the terminating NUL, since that is no continuation byte. */
+/* Stops at the terminating NUL, which is not a continuation byte. */
 int ll_utf8_printable(const char *text)
 {
     const unsigned char *s = (const unsigned char *)text;
     if (s[0] < 0x80)
         return s[0] >= 0x20 && s[0] != 0x7f ? 1 : 0;
     int length = s[0] >= 0xf0 ? 4 : s[0] >= 0xe0 ? 3 : 2;
-    if (s[0] < 0xc2 || s[0] > 0xf4) /* a continuation, an overlong one, or beyond U+10FFFF */
+    if (s[0] < 0xc2 || s[0] > 0xf4) /* a continuation byte, overlong, or beyond U+10FFFF */
         return 0;
     for (int i = 1; i < length; i++)
         if (!is_continuation(s[i]))

@@ -1,6 +1,5 @@
-/* Which laglab this is: its release, and a fingerprint of everything that it is built from and of the
- * scenarios that it names, as 0.1.0+3f2a9c1b4d5e. Builds of one version give the same rows; of two others
- * need not. */
+/* Version of laglab: its release, and a fingerprint of all its sources and library scenarios, as
+ * 0.1.0+3f2a9c1b4d5e. Builds of one version give the same results; those of different versions may not. */
 #pragma once
 
 enum { LL_VERSION_MAX = 40 };

@@ -1,5 +1,5 @@
 /* Products such as k * 1e12 do not fit in 64 bits, so both directions divide before they multiply and carry
- * the remainders: every intermediate below is exact and stays under 2^63. */
+ * the remainders: every intermediate below is exact and below 2^63. */
 #include "base/vtime.h"
 
 #define TURN_NS INT64_C(1000000000000) /* `freq` ticks of `freq` mHz take 1000 s */
@@ -31,7 +31,7 @@ ll_freq ll_freq_from_hz(double hz)
  * r * 1e12 / freq = r * a + r * b / freq with r, b < 1e9. */
 ll_time ll_tick_time(int64_t k, ll_freq freq)
 {
-    if (k >= 0 && k <= INT64_MAX / TURN_NS) /* of all ticks but those of days: one division for three */
+    if (k >= 0 && k <= INT64_MAX / TURN_NS) /* ticks of less than days: one division instead of three */
         return k * TURN_NS / freq;
     quotient turns = floor_divide(k, freq);
     int64_t a = TURN_NS / freq;
@@ -39,8 +39,8 @@ ll_time ll_tick_time(int64_t k, ll_freq freq)
     return turns.whole * TURN_NS + turns.rest * a + turns.rest * b / freq;
 }
 
-/* Tick k is at or before t just when k * 1e12 < (t + 1) * freq, so k = floor(((t + 1) * freq - 1) / 1e12). t
- * + 1 is split into turns of 1e12 ns and a rest of two digits to the base of 1e6. */
+/* Tick k is at or before t if and only if k * 1e12 < (t + 1) * freq, so k = floor(((t + 1) * freq - 1) /
+ * 1e12). t + 1 is split into multiples of 1e12 ns and a rest of two digits to the base of 1e6. */
 int64_t ll_tick_at(ll_time t, ll_freq freq)
 {
     const int64_t base = 1000000;

@@ -1,7 +1,7 @@
 /* Virtual time: int64 nanoseconds since the start of a session.
  *
- * Tick k of a clock of f Hz is at floor(k * 1e9 / f): no clock is accumulated, so that tick k is where it
- * belongs after a day too. Frequencies are kept in whole millihertz, which makes that floor exact. */
+ * Tick k of a clock of f Hz is at floor(k * 1e9 / f): ticks are computed, not accumulated, and so exact after
+ * any time. Frequencies are integers in millihertz, which makes the floor exact. */
 #pragma once
 
 #include <stdint.h>
@@ -11,11 +11,11 @@ typedef int64_t ll_time; /* ns */
 #define LL_MS ((ll_time)1000000)
 #define LL_SECOND ((ll_time)1000000000)
 #define LL_NEVER INT64_MAX
-#define LL_LONG_AGO (-3600 * LL_SECOND) /* before anything that happens */
+#define LL_LONG_AGO (-3600 * LL_SECOND) /* before every event */
 
 typedef int64_t ll_freq; /* mHz, 1 to 1,000,000,000 */
 
-/* A clock that can change its rate while it runs: tick `k0` was at `epoch`. */
+/* A clock whose rate can change while it runs: tick `k0` was at `epoch`. */
 typedef struct ll_clock {
     ll_time epoch;
     int64_t k0;

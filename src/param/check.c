@@ -17,7 +17,7 @@ static ll_status check_elements(const ll_place *array, ll_path *path)
     return status;
 }
 
-/* From the inside out: a table's own rules may rely on those of its parts. */
+/* Inner tables first: a table's own rules may rely on those of its parts. */
 static ll_status check_place(const ll_place *place, ll_path *path)
 {
     if (place->kind == LL_PLACE_ARRAY)

@@ -2,14 +2,14 @@
 
 #include "param/internal.h"
 
-/* Calls `range` for each stretch of bytes that is in use. */
+/* Calls `range` for each used range of bytes. */
 static void each_range(const ll_param_table *table, const void *object,
                        void (*range)(void *context, size_t from, size_t bytes), void *context)
 {
     size_t at = 0;
     for (int i = 0; i < table->count; i++) {
         const ll_param *row = &table->rows[i];
-        if (row->type != LL_PARAM_ARRAY || row->offset < at) /* what lies before is in a stretch already */
+        if (row->type != LL_PARAM_ARRAY || row->offset < at) /* bytes before it belong to the current range */
             continue;
         size_t used = (size_t)ll_count_of(row, object) * row->child->size;
         range(context, at, row->offset + used - at);

@@ -41,11 +41,11 @@ ll_status ll_wrong_type(const ll_path *path, const char *expected, const cJSON *
 {
     char value[96];
     append_value(&(ll_writer){value, sizeof value, 0}, got);
-    return ll_field_error(LL_BAD_INPUT, path->text, "%s must be %s; got %s", ll_path_subject(path), expected,
+    return ll_field_error(LL_BAD_INPUT, path->text, "%s: must be %s; got %s", ll_path_subject(path), expected,
                           value);
 }
 
-/* "between 0 and 1000 ms" */
+/* "0 to 1000 ms" */
 static void append_range(ll_writer *writer, double min, double max, const char *unit)
 {
     char low[32], high[32];
@@ -53,7 +53,7 @@ static void append_range(ll_writer *writer, double min, double max, const char *
     ll_number_text(max, high);
     bool from = min > -1e300, to = max < 1e300; /* a row without a limit */
     if (from && to)
-        ll_append(writer, "between %s and %s", low, high);
+        ll_append(writer, "%s to %s", low, high);
     else
         ll_append(writer, "%s%s",
                   from ? "at least "
@@ -72,7 +72,7 @@ ll_status ll_out_of_range(const ll_path *path, const ll_param *row, const cJSON 
     ll_writer writer = {range, sizeof range, 0};
     double min = row->min, max = row->max;
     if (row->type == LL_PARAM_INT) {
-        ll_append(&writer, "a whole number ");
+        ll_append(&writer, "a whole number from ");
         min = min < -LL_WHOLE_MAX ? -LL_WHOLE_MAX : min;
         max = max > LL_WHOLE_MAX ? LL_WHOLE_MAX : max;
     }
@@ -122,9 +122,8 @@ static ll_status unknown_index(const ll_path *path, const ll_place *array)
     if (count == 0)
         return ll_field_error(LL_BAD_INPUT, path->text, "%s does not exist: %s is empty", path->text,
                               array->row->name);
-    return ll_field_error(LL_BAD_INPUT, path->text,
-                          "%s does not exist: the index in %s must be between 0 and %d", path->text,
-                          array->row->name, count - 1);
+    return ll_field_error(LL_BAD_INPUT, path->text, "%s does not exist: the index in %s must be 0 to %d",
+                          path->text, array->row->name, count - 1);
 }
 
 ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name, size_t length)

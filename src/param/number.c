@@ -10,8 +10,7 @@ __extension__ typedef unsigned __int128 wide;
 
 enum { LEAST_POWER = -4, FEWEST = 15, MOST = 17 };
 
-/* A number in [1e-4, 1e14): mantissa / 2^shift, and 10^power the largest power of ten that is not above it.
- */
+/* A number in [1e-4, 1e14): mantissa / 2^shift; 10^power is the largest power of ten not above it. */
 typedef struct parts {
     uint64_t mantissa;
     int shift, power;
@@ -29,8 +28,8 @@ static parts take_apart(double value)
     return p;
 }
 
-/* The nearest number of `count` digits, as a whole number; false when reading it gives another double. All is
- * exact: mantissa * 10^20 has less than 120 bits. */
+/* Nearest number of `count` digits, as an integer; false if reading it gives another double. Exact: mantissa
+ * * 10^20 has less than 120 bits. */
 static bool round_to(const parts *p, int count, uint64_t *digits)
 {
     wide ten = 1, half = (wide)1 << (p->shift - 1);
@@ -46,7 +45,7 @@ static bool round_to(const parts *p, int count, uint64_t *digits)
     return error < ten || (error == ten && p->mantissa % 2 == 0);
 }
 
-/* `count` digits, the first of which stands for 10^power, without zeros at the end. */
+/* Writes `count` digits, the first of them for 10^power, without trailing zeros. */
 static void write_digits(char *out, uint64_t digits, int count, int power)
 {
     char text[24];
@@ -68,7 +67,7 @@ static void write_digits(char *out, uint64_t digits, int count, int power)
     *out = '\0';
 }
 
-/* What printf and strtod give together, in a fifth of their time where most numbers are. */
+/* Same result as printf with strtod, in a fifth of the time for most numbers. */
 void ll_number_text(double value, char out[32])
 {
     double size = value < 0 ? -value : value;
@@ -89,7 +88,7 @@ void ll_number_text(double value, char out[32])
     }
 }
 
-/* cJSON takes 15 digits for enough when they come out within a rounding error, and writes those. */
+/* cJSON writes 15 digits if they are within a rounding error, even if they read back differently. */
 cJSON *ll_param_number(double value)
 {
     char text[32];

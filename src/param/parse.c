@@ -18,8 +18,8 @@ static ll_status parse_place(const ll_place *place, const cJSON *json, ll_path *
     return status;
 }
 
-/* Sorts the members of `json` by rows. A stranger's document can be long but not make this slow: the first
- * name that is unknown or comes twice ends it. */
+/* Sorts the members of `json` by rows. Ends at the first name that is unknown or repeated, so that long user
+ * input is not slow. */
 static ll_status gather(const ll_place *place, const cJSON *json, ll_path *path, const cJSON **given)
 {
     for (const cJSON *item = json->child; item != NULL; item = item->next) {
@@ -37,7 +37,7 @@ static ll_status gather(const ll_place *place, const cJSON *json, ll_path *path,
     return ll_ok();
 }
 
-/* In the order of the rows, because other values depend on a choice, which may come later in the document. */
+/* In the order of the rows, because other values depend on a choice, which may be later in the document. */
 ll_status ll_parse_object(const ll_place *place, const cJSON *json, ll_path *path)
 {
     const cJSON *given[LL_ROWS_MAX] = {NULL};
@@ -67,7 +67,7 @@ static ll_status wrong_count(const ll_param *row, const ll_path *path, int count
         ll_append(&writer, "%.0f to %.0f", row->min, row->max);
     else
         ll_append(&writer, "at most %.0f", row->max);
-    return ll_field_error(LL_BAD_INPUT, path->text, "%s must have %s elements; got %d", path->text, range,
+    return ll_field_error(LL_BAD_INPUT, path->text, "%s: must have %s elements; got %d", path->text, range,
                           count);
 }
 

@@ -1,10 +1,10 @@
-/* A patch is walked four times, with one walker:
+/* A patch is walked four times, by one walker:
  *   1. set the choices that other values depend on; errors wait,
- *   2. set everything, and then check the rules that tie values together,
- *   3. and 4. tell the changes, those choices first: told one by one, they then lead to the same object.
- * What is set is set in the order of the rows, since a value may depend on rows before its own, and an array
- * before what is said of its elements: the order of the document does not matter. All of it works on a copy,
- * which replaces the object at the end. */
+ *   2. set everything, then check the rules between values,
+ *   3. and 4. report the changes, those choices first: applied one by one, they give the same object.
+ * Values are set in the order of the rows, since a value may depend on earlier rows, and an array before
+ * changes of its elements: the order of the document does not matter. All of it works on a copy, which
+ * replaces the object at the end. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -18,8 +18,8 @@ typedef struct walk {
     pass pass;
     const ll_patch_options *options;
     char *object;  /* the copy */
-    char *touched; /* a mark at the offset of every value that was set: it may be given in several ways */
-    char *fresh;   /* and at those of arrays that were replaced since the first walk */
+    char *touched; /* flags by offset of the values set: a value may be given in several ways */
+    char *fresh;   /* flags by offset of the arrays replaced since the first walk */
     ll_path path;
 } walk;
 
@@ -62,7 +62,7 @@ static ll_status set_governing(walk *w, const ll_place *place, const cJSON *json
     return status;
 }
 
-/* A choice of an element that is new lost what it brought in the first walk. */
+/* A choice in a new element lost its effects of the first walk. */
 static ll_status set_again(walk *w, const ll_place *place, const cJSON *json)
 {
     ll_status status = set_value(w, place, json);
@@ -94,7 +94,7 @@ static bool is_repeated(const cJSON *json, const cJSON *item)
     return false;
 }
 
-/* An item of a command line is a text, whose row says how it is to be read. */
+/* A command-line item is text; its row says how to read it. */
 static ll_status patch_item(walk *w, const ll_place *place, const cJSON *item, bool text)
 {
     if (!text)
@@ -114,7 +114,7 @@ static ll_status patch_member(walk *w, const ll_place *place, const cJSON *item)
         size_t length = strcspn(name, ".");
         ll_place next = at;
         if (!ll_place_step(&next, name, length)) {
-            if (w->pass == SET_GOVERNING) /* perhaps of a variant that is yet to be chosen */
+            if (w->pass == SET_GOVERNING) /* it may belong to a variant that is not chosen yet */
                 return ll_ok();
             return ll_unknown_name(&w->path, &at, name, length);
         }
@@ -128,15 +128,15 @@ static ll_status patch_member(walk *w, const ll_place *place, const cJSON *item)
 
 /* ---- the order in which members are set ---- */
 
-#define LEVELS_MAX 8 /* of names in a key that count for its rank; paths of real tables have fewer */
+#define LEVELS_MAX 8 /* names in a key that count for its rank; real paths have fewer */
 
 typedef struct member {
     const cJSON *item;
     int32_t index;            /* in the document */
-    int32_t rank[LEVELS_MAX]; /* of each name: that of its row or element; -1 behind the last */
+    int32_t rank[LEVELS_MAX]; /* per name: that of its row or element; -1 after the last */
 } member;
 
-/* Of the name that leads from `place` one step to `next`. */
+/* Rank of the name that leads from `place` to `next`. */
 static int32_t rank_of(const ll_place *place, const ll_place *next)
 {
     if (place->kind == LL_PLACE_ARRAY)
@@ -144,7 +144,7 @@ static int32_t rank_of(const ll_place *place, const ll_place *next)
     return (int32_t)(next->row - place->table->rows);
 }
 
-/* What leads nowhere comes last: perhaps it is in a variant or an element that is yet to come. */
+/* Names that do not exist come last: they may be in a variant or an element that is not there yet. */
 static member ranked(const ll_place *place, const cJSON *item, int32_t index)
 {
     member m = {.item = item, .index = index};
@@ -185,7 +185,7 @@ static ll_status patch_one(walk *w, const ll_place *place, const cJSON *json, co
     }
     ll_status status = patch_member(w, place, item);
     ll_path_pop(&w->path, before);
-    return w->pass == SET_GOVERNING ? ll_ok() : status; /* the next pass comes to it again */
+    return w->pass == SET_GOVERNING ? ll_ok() : status; /* the next pass tries again */
 }
 
 static ll_status set_members(walk *w, const ll_place *place, const cJSON *json)

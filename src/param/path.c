@@ -3,7 +3,7 @@
 
 #include "param/internal.h"
 
-#define NAME_SHOWN 48 /* bytes of a name; ours are shorter */
+#define NAME_SHOWN 48 /* bytes of a name in messages; real names are shorter */
 
 ll_path ll_path_root(const ll_param_table *table)
 {

@@ -75,7 +75,7 @@ ll_place ll_place_of_element(const ll_place *array, int index)
     return place;
 }
 
-/* An index in its one way of writing it: no sign, no leading zero. -1 when it is none. */
+/* A canonical index: no sign, no leading zero; else -1. */
 static int index_of(const char *name, size_t length, int count)
 {
     if (length == 0 || length > 9 || (length > 1 && name[0] == '0'))

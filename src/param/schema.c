@@ -1,4 +1,4 @@
-/* JSON Schema (2020-12) of a table. The root's rows stand in the root, those of nested tables in `$defs`. */
+/* JSON Schema (2020-12) of a table. Rows of the root are in the root, those of nested tables in `$defs`. */
 #include <stdio.h>
 #include <string.h>
 
@@ -9,11 +9,11 @@
 
 #define TABLES_MAX 64
 
-/* Memory that runs out is noted once, and the schema is thrown away at the end. */
+/* If memory runs out, that is noted once, and the schema is discarded at the end. */
 typedef struct schema {
     cJSON *defs;
     const ll_param_table *tables[TABLES_MAX]; /* those in `defs` */
-    char names[TABLES_MAX][48];               /* and what they are called there */
+    char names[TABLES_MAX][48];               /* their names there */
     int count;
     bool failed;
 } schema;
@@ -49,7 +49,7 @@ static void append(schema *s, cJSON *array, cJSON *item)
 
 static void describe_object(schema *s, cJSON *node, const ll_param_table *table);
 
-/* Two tables may share a name (both directions of something): the second becomes `name_2`. */
+/* Two tables may have the same name (both directions of a link): the second becomes `name_2`. */
 static void name_definition(schema *s, int at, const char *name)
 {
     int alike = 1;
@@ -78,7 +78,7 @@ static const char *definition_of(schema *s, const ll_param_table *table)
     return s->names[at];
 }
 
-/* {"$ref":"#/$defs/link"}; what takes no params is an empty object */
+/* {"$ref":"#/$defs/link"}; an empty object if it takes no parameters */
 static void refer(schema *s, cJSON *node, const ll_param_table *table)
 {
     if (table == NULL) {
@@ -116,7 +116,7 @@ static void describe_choice(schema *s, cJSON *node, const ll_param *row)
         add_string(s, node, "default", row->choices[(int)row->standard]);
 }
 
-/* Our limit is in bytes; in characters, which is what a schema counts, it is no larger. */
+/* The limit is in bytes; in characters, which a schema counts, it is not larger. */
 static void describe_text(schema *s, cJSON *node, const ll_param *row)
 {
     add_string(s, node, "type", "string");
@@ -184,7 +184,7 @@ static void describe_variant(schema *s, cJSON *node, const ll_param_table *table
     }
 }
 
-/* if game is "race" then params are those of the race; of the default also if no game is named */
+/* if game is "race" then params are those of the race; those of the default also apply without a game */
 static void tie_variant(schema *s, cJSON *all, const ll_param_table *table, const ll_param *row)
 {
     const ll_param *choice = choice_of(table, row);

@@ -4,15 +4,6 @@
 
 #include "param/internal.h"
 
-/* Texts and choices may be written bare; anything else that is no JSON becomes a string, which the row then
- * refuses by name. */
-cJSON *ll_read_text(const ll_param *row, const char *text)
-{
-    bool bare = row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && text[0] != '"';
-    cJSON *json = bare ? NULL : cJSON_ParseWithOpts(text, NULL, 1);
-    return json != NULL ? json : cJSON_CreateString(text);
-}
-
 /* The later of two of one path counts. */
 static ll_status add(cJSON *patch, const char *path, const char *value)
 {

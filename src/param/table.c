@@ -1,4 +1,4 @@
-/* Whether a table is sound: what its author could get wrong and no compiler sees. */
+/* Validity of a table: author's mistakes that no compiler sees. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -21,7 +21,7 @@ static int choices_of(const ll_param *row)
     return count;
 }
 
-/* The row that a VARIANT depends on: it must stand before. */
+/* The row that a VARIANT depends on: it must come earlier. */
 static const ll_param *choice_before(const ll_param_table *table, int variant)
 {
     for (int i = 0; i < variant; i++)
@@ -40,7 +40,7 @@ static size_t largest_variant(const ll_param *row, int choices)
     return size;
 }
 
-/* Bytes of the row's member; 0 when the row is broken. */
+/* Bytes of the row's member; 0 for an invalid row. */
 static size_t size_of(const ll_param_table *table, int i)
 {
     const ll_param *row = &table->rows[i];
@@ -113,7 +113,7 @@ static const char *fault_of_value(const ll_param *row)
     }
 }
 
-/* Whether the choices that other values depend on are the same in two structs. */
+/* Whether the choices that other values depend on are equal in two structs. */
 static bool same_governing(const ll_param_table *table, const char *a, const char *b)
 {
     for (int i = 0; i < table->count; i++) {
@@ -127,8 +127,8 @@ static bool same_governing(const ll_param_table *table, const char *a, const cha
     return true;
 }
 
-/* Whether what is written of a struct reads back as the same, hence is in range and obeys the table's rules.
- */
+/* Whether a struct reads back as the same from what is written of it, and so is in range and obeys the
+ * rules. */
 static bool reads_back(const ll_param_table *table, const char *object)
 {
     char *again = malloc(table->size);
@@ -144,7 +144,7 @@ static bool reads_back(const ll_param_table *table, const char *object)
     return same;
 }
 
-/* `before` has the choice and else the defaults, `after` what came of it. */
+/* `before` has the choice and defaults otherwise, `after` the result. */
 static const char *fault_of_choice(const ll_param_table *table, int i, int choice, char *before, char *after)
 {
     ll_param_defaults(table, before);
@@ -234,7 +234,7 @@ ll_status ll_param_table_valid(const ll_param_table *table)
             return faulty_row(table, i, fault);
         status = valid_below(table, i);
     }
-    for (int i = 0; i < table->count && !ll_failed(&status); i++) { /* which needs sound rows */
+    for (int i = 0; i < table->count && !ll_failed(&status); i++) { /* it needs valid rows */
         const char *fault = fault_of_chosen(table, i);
         if (fault != NULL)
             status = faulty_row(table, i, fault);

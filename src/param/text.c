@@ -2,6 +2,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include <cjson/cJSON.h>
+
 #include "param/internal.h"
 
 void ll_append(ll_writer *writer, const char *format, ...)
@@ -42,7 +44,8 @@ static int least(int a, int b)
 
 #define COMPARED 40
 
-/* Edits between two names: a letter more, less or other, or two neighbours swapped; capitals are free. */
+/* Edit distance of two names: a letter added, removed or changed, or two neighbours swapped; case is
+ * ignored. */
 static int distance(const char *a, int a_length, const char *b, int b_length)
 {
     int rows[3][COMPARED + 1];
@@ -92,4 +95,13 @@ const char *ll_nearest_name(const ll_param_table *table, const char *name, size_
         }
     }
     return nearest;
+}
+
+/* Texts and choices may be written bare; anything else that is no JSON becomes a string, which the row then
+ * refuses by name. */
+cJSON *ll_read_text(const ll_param *row, const char *text)
+{
+    bool bare = row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && text[0] != '"';
+    cJSON *json = bare ? NULL : cJSON_ParseWithOpts(text, NULL, 1);
+    return json != NULL ? json : cJSON_CreateString(text);
 }

@@ -6,7 +6,7 @@
 
 #include "param/internal.h"
 
-/* A number that ll_param_number wrote raw reads like any other. */
+/* A number written raw by ll_param_number reads like any other. */
 static bool number_of(const cJSON *json, double *value)
 {
     if (!cJSON_IsNumber(json) && !cJSON_IsRaw(json))
@@ -20,7 +20,7 @@ static bool number_of(const cJSON *json, double *value)
     return end != json->valuestring && *end == '\0';
 }
 
-/* A NaN is outside of every range; an infinity too, since ranges are finite (ll_param_table_valid). */
+/* NaN is outside of every range; infinities too, since ranges are finite (ll_param_table_valid). */
 static bool within(double value, double min, double max)
 {
     return value >= min && value <= max;
@@ -88,14 +88,14 @@ static ll_status set_text(const ll_place *place, const cJSON *json, const ll_pat
             ll_append(&writer, "%.0f to %.0f", row->min, row->max);
         else
             ll_append(&writer, "at most %.0f", row->max);
-        return ll_field_error(LL_BAD_INPUT, path->text, "%s must be a text of %s bytes; got %zu",
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s: must be a text of %s bytes; got %zu",
                               ll_path_subject(path), range, length);
     }
     for (const char *at = text; *at != '\0';) {
         int sequence = ll_utf8_printable(at);
         if (sequence == 0)
             return ll_field_error(LL_BAD_INPUT, path->text,
-                                  "%s must be valid UTF-8 without control characters; got 0x%02x at byte %d",
+                                  "%s: must be valid UTF-8 without control characters; got 0x%02x at byte %d",
                                   ll_path_subject(path), (unsigned)(unsigned char)*at, (int)(at - text));
         at += sequence;
     }
@@ -104,7 +104,7 @@ static ll_status set_text(const ll_place *place, const cJSON *json, const ll_pat
     return ll_ok();
 }
 
-/* What it may hold is up to whoever reads it. */
+/* Its reader decides what it may contain. */
 static ll_status set_json(const ll_place *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
@@ -120,7 +120,7 @@ static ll_status set_json(const ll_place *place, const cJSON *json, const ll_pat
         memcpy(place->member, text, length);
     cJSON_free(text);
     return fits ? ll_ok()
-                : ll_field_error(LL_BAD_INPUT, path->text, "%s must be at most %.0f bytes of JSON; got %zu",
+                : ll_field_error(LL_BAD_INPUT, path->text, "%s: must be at most %.0f bytes of JSON; got %zu",
                                  ll_path_subject(path), row->max, length);
 }
 
@@ -137,7 +137,7 @@ static ll_status no_pair(const ll_path *path, const char *what, double min, doub
     ll_number_text(min, low);
     ll_number_text(max, high);
     ll_writer writer = {expected, sizeof expected, 0};
-    ll_append(&writer, "%s of numbers between %s and %s%s%s", what, low, high, row->unit ? " " : "",
+    ll_append(&writer, "%s of numbers from %s to %s%s%s", what, low, high, row->unit ? " " : "",
               row->unit ? row->unit : "");
     return ll_wrong_type(path, expected, json);
 }
@@ -159,7 +159,7 @@ static ll_status set_points(const ll_place *place, const cJSON *json, const ll_p
     if (!cJSON_IsArray(json))
         return ll_wrong_type(path, "an array of points [x, y]", json);
     if (count > row->max)
-        return ll_field_error(LL_BAD_INPUT, path->text, "%s must have at most %.0f points; got %d",
+        return ll_field_error(LL_BAD_INPUT, path->text, "%s: must have at most %.0f points; got %d",
                               ll_path_subject(path), row->max, count);
     double points[LL_POINTS_MAX][2] = {{0}};
     int i = 0;

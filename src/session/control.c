@@ -151,7 +151,7 @@ ll_status ll_session_begin_control(ll_session *s, ll_time wall, const cJSON *con
     const cJSON *op = cJSON_GetObjectItemCaseSensitive(control, "op");
     if (!cJSON_IsString(op))
         return ll_field_error(LL_BAD_INPUT, "op",
-                              "op must be one of pause, play, step, seek, speed, restart");
+                              "op: must be one of pause, play, step, seek, speed, restart");
     control_args args = {0};
     cJSON *rest = cJSON_Duplicate(control, true);
     cJSON_DeleteItemFromObjectCaseSensitive(rest, "op");
@@ -168,6 +168,6 @@ ll_status ll_session_begin_control(ll_session *s, ll_time wall, const cJSON *con
             return operations[i].run(s, wall, &args);
         }
     return ll_field_error(LL_BAD_INPUT, "op",
-                          "op must be one of pause, play, step, seek, speed, restart; got %.20s",
+                          "op: must be one of pause, play, step, seek, speed, restart; got %.20s",
                           op->valuestring);
 }

@@ -1,32 +1,9 @@
-/* A session on its way: to another tick, or awake again; and the marks that it leaves. */
+/* A session on its way: to another tick, asleep, or awake again. */
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/assert.h"
 #include "session/internal.h"
-
-#define EVENT_WINDOW (4 * LL_SECOND)
-
-int64_t ll_session_quiet(const ll_session *s, int64_t tick)
-{
-    return tick - ll_tick_at(EVENT_WINDOW, s->freq);
-}
-
-/* Begins to make the state of `tick` from the nearest that is kept, with the events of the last seconds
- * before it. */
-static void begin_state(ll_session *s, int64_t tick)
-{
-    int64_t quiet = ll_session_quiet(s, tick);
-    const ll_snapshot *best = NULL;
-    for (int i = 0; i < LL_SNAPSHOTS; i++)
-        if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
-            (!best || s->snapshots[i].tick > best->tick))
-            best = &s->snapshots[i];
-    ll_session_start_from(s, best, quiet <= 0);
-    s->generation++;
-    s->event_base = s->event_count;
-    s->quiet = quiet;
-}
 
 /* A session that had failed fails again, behind the same tick. */
 static void fall_asleep_no_more(ll_session *s)
@@ -53,6 +30,7 @@ static void arrive(ll_session *s)
 
 int64_t ll_session_pursue(ll_session *s, int64_t max_ticks)
 {
+    s->broken = false;
     while (s->errand != LL_ERRAND_NONE) {
         bool record = s->tick >= s->quiet;
         int64_t to = record || s->quiet > s->goal ? s->goal : s->quiet;
@@ -60,6 +38,8 @@ int64_t ll_session_pursue(ll_session *s, int64_t max_ticks)
             to = s->tick + max_ticks;
         max_ticks -= to - s->tick;
         ll_session_run(s, to, record);
+        if (s->broken || (s->stale && s->status != LL_SESSION_FAILED))
+            return s->goal - s->tick + 1;
         if (s->tick == s->goal || s->status == LL_SESSION_FAILED)
             arrive(s);
         else if (max_ticks <= 0)
@@ -82,7 +62,7 @@ void ll_session_set_out(ll_session *s, int64_t tick)
     if (s->status != LL_SESSION_FAILED)
         s->status = LL_SESSION_PAUSED;
     if (back)
-        begin_state(s, tick);
+        ll_session_begin_state(s, tick);
     else
         s->quiet = 0;
     s->errand = LL_ERRAND_SEEK;
@@ -92,10 +72,28 @@ void ll_session_set_out(ll_session *s, int64_t tick)
 
 void ll_session_make_state(ll_session *s, int64_t tick)
 {
-    begin_state(s, tick);
+    ll_session_begin_state(s, tick);
     if (s->quiet > s->tick)
         ll_session_run(s, s->quiet, false);
-    ll_session_run(s, tick, true);
+    if (!s->broken)
+        ll_session_run(s, tick, true);
+}
+
+void ll_session_park(ll_session *s)
+{
+    if (s->errand == LL_ERRAND_WAKE) { /* half awake: as it was asleep */
+        s->tick = s->goal;
+        s->status = s->status_asleep;
+        s->errand = LL_ERRAND_NONE;
+    }
+    ll_session_rest(s);
+    ll_session_drop_snapshots(s, -1);
+    free(s->block);
+    free(s->events);
+    s->block = NULL;
+    s->events = NULL;
+    s->stale = false;
+    s->epoch++;
 }
 
 ll_status ll_session_begin_to_wake(ll_session *s)
@@ -110,7 +108,7 @@ ll_status ll_session_begin_to_wake(ll_session *s)
         return ll_error(LL_NO_MEMORY, "no memory for the state of a session (%zu bytes)", s->block_size);
     }
     s->status_asleep = s->status;
-    begin_state(s, tick);
+    ll_session_begin_state(s, tick);
     s->errand = LL_ERRAND_WAKE;
     s->goal = tick;
     return ll_ok();
@@ -136,43 +134,4 @@ void ll_session_place(ll_session *s, ll_time wall, const ll_session_place_at *at
     bool failed = s->failed_at >= 0 && s->tick == s->failed_at;
     s->status = failed ? LL_SESSION_FAILED : at->playing ? LL_SESSION_PLAYING : LL_SESSION_PAUSED;
     ll_session_anchor(s, wall);
-}
-
-/* ---- marks ---- */
-
-void ll_session_forget_marks(ll_session *s, int64_t from)
-{
-    while (s->mark_count > 0 && s->marks[s->mark_count - 1].tick >= from)
-        s->mark_count--;
-}
-
-/* They come in order but after a seek back. */
-void ll_session_keep_mark(ll_session *s, const ll_mark *mark)
-{
-    int at = s->mark_count;
-    while (at > 0 && s->marks[at - 1].tick > mark->tick)
-        at--;
-    if (at > 0 && s->marks[at - 1].tick == mark->tick) {
-        s->marks[at - 1] = *mark;
-        return;
-    }
-    if (s->mark_count == LL_MARKS && at == 0)
-        return;
-    if (s->mark_count == LL_MARKS) { /* the first goes */
-        at--;
-        memmove(s->marks, s->marks + 1, (size_t)at * sizeof *mark);
-    } else {
-        memmove(s->marks + at + 1, s->marks + at, (size_t)(s->mark_count - at) * sizeof *mark);
-        s->mark_count++;
-    }
-    s->marks[at] = *mark;
-}
-
-void ll_session_mark(ll_session *s)
-{
-    if (!s->on_line || !s->block || s->status == LL_SESSION_FAILED)
-        return;
-    ll_mark mark = {s->tick, s->scenario.kind->hash(s->block)};
-    ll_session_keep_mark(s, &mark);
-    ll_session_emit_mark(&mark, s->on_line, s->line_context);
 }

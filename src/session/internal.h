@@ -54,7 +54,12 @@ struct ll_session {
     int64_t tick, head, end;
     ll_freq freq;
 
-    void *block; /* NULL: parked */
+    void *block;                  /* NULL: parked */
+    bool stale;                   /* a change began anew: the block stands before the present tick */
+    const ll_interrupt *patience; /* of the owner, now; NULL: there is no end to it */
+    uint64_t epoch;               /* counts what changes the block: see ahead.c */
+    bool broken;                  /* the last advance was broken off within a tick */
+    bool safe;                    /* whoever advances it puts it back then */
     size_t block_size;
     ll_snapshot snapshots[LL_SNAPSHOTS];
     ll_event *events; /* ring; NULL: parked */
@@ -91,6 +96,8 @@ static inline ll_scenario_head *ll_session_head(const ll_session *s)
 
 /* ---- log.c ---- */
 
+#define LL_LOG_FORMAT 1
+
 ll_status ll_log_append(ll_log *log, const ll_entry *entry); /* copies `values` */
 void ll_log_truncate(ll_log *log, size_t count);
 void ll_log_free(ll_log *log);
@@ -116,30 +123,51 @@ struct cJSON *ll_input_write(const ll_entry *entry); /* caller deletes */
 int64_t ll_timeline_tick(const ll_scenario_head *head, int32_t step, ll_freq freq);
 ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config);
 
+/* ---- marks.c ---- */
+
+void ll_session_forget_marks(ll_session *s, int64_t from); /* of `from` and later ticks */
+void ll_session_keep_mark(ll_session *s, const ll_mark *mark);
+void ll_session_mark(ll_session *s); /* the present tick's, also told to the listener */
+
+/* ---- values.c ---- */
+
+ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
+                          const char *values); /* of an entry; all or nothing */
+
+/* ---- engine.c ---- */
+
+void ll_session_run(ll_session *s, int64_t to, bool record);
+void ll_session_start_from(ll_session *s, const ll_snapshot *shot,
+                           bool record);  /* NULL: from the beginning */
+void ll_session_apply_due(ll_session *s); /* what the log and the timeline say up to the present tick */
+void ll_session_drop_snapshots(ll_session *s, int64_t from); /* of `from` and later ticks */
+void ll_session_line(const ll_session *s, const char *op);   /* to the session's own listener */
+void ll_session_anchor(ll_session *s, ll_time wall);         /* from now on, `wall` is the present tick */
+
+void ll_session_keep_event(void *context, const ll_event *written); /* an ll_recorder's; of a session */
+void ll_session_fail(ll_session *s, const ll_status *why);
+void ll_session_shoot(ll_session *s); /* a snapshot, where one is due */
+/* Where the block stands before the present tick it is brought there; false when patience ended before. */
+bool ll_session_refresh(ll_session *s);
+/* Begins to make the state of `tick` from the nearest that is kept. */
+void ll_session_begin_state(ll_session *s, int64_t tick);
+/* On the way to `tick`, events before this tick are too old for whoever looks there. */
+int64_t ll_session_quiet(const ll_session *s, int64_t tick);
+void ll_session_spoil(ll_session *s); /* the block was broken off within a tick: it is made again */
+
 /* ---- errand.c ---- */
 
 /* Sets out for `tick`; ll_session_pursue goes. When it is there a seek tells the log that it paused. */
 void ll_session_set_out(ll_session *s, int64_t tick);
-void ll_session_make_state(ll_session *s, int64_t tick);   /* at once */
-void ll_session_forget_marks(ll_session *s, int64_t from); /* of `from` and later ticks */
-void ll_session_keep_mark(ll_session *s, const ll_mark *mark);
-void ll_session_mark(ll_session *s); /* the present tick's, also told to the listener */
+void ll_session_make_state(ll_session *s, int64_t tick); /* at once */
 ll_status ll_session_wake(ll_session *s);
 
 /* ---- session.c ---- */
 
-void ll_session_run(ll_session *s, int64_t to, bool record);
-/* On the way to `tick`, events before this tick are too old for whoever looks there. */
-int64_t ll_session_quiet(const ll_session *s, int64_t tick);
-void ll_session_start_from(ll_session *s, const ll_snapshot *shot,
-                           bool record);                   /* NULL: from the beginning */
-void ll_session_line(const ll_session *s, const char *op); /* to the session's own listener */
+void ll_session_end_if_over(ll_session *s);
+
 void ll_session_move_to(ll_session *s, int64_t tick);
-void ll_session_anchor(ll_session *s, ll_time wall); /* from now on, `wall` is the present tick */
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
                          ll_session **session);
-void ll_session_apply_due(ll_session *s); /* what the log and the timeline say up to the present tick */
-ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
-                          const char *values);           /* of an entry; all or nothing */
 void ll_session_rebase(ll_session *s, const void *base); /* a new log that starts from `base` */

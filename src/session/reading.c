@@ -122,6 +122,12 @@ cJSON *ll_session_state(ll_session *s)
     return report(s, "state", s->scenario.kind->state);
 }
 
+cJSON *ll_session_notices(const ll_session *s)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    return kind->notices ? kind->notices(s->config) : cJSON_CreateArray();
+}
+
 static void add_activity(cJSON *metrics, const ll_scenario_head *head)
 {
     cJSON *list = cJSON_CreateArray();
@@ -200,8 +206,8 @@ static ll_status copy(const ll_session *s, int64_t tick, ll_log_line *on_line, v
 ll_status ll_session_copy(const ll_session *s, int64_t tick, ll_session **out)
 {
     if (tick < 0 || tick > s->head)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
-                              (long long)s->head, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->head,
+                              (long long)tick);
     return copy(s, tick, NULL, NULL, out);
 }
 

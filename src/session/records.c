@@ -7,7 +7,7 @@
 #include "base/assert.h"
 #include "record/schema.h"
 #include "session/internal.h"
-#include "sim/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 /* ---- where the session stands ---- */
 

@@ -11,17 +11,6 @@
 
 const char *const ll_session_status_names[] = {"paused", "playing", "ended", "failed"};
 
-static size_t config_size(const ll_session *s)
-{
-    return s->scenario.kind->table->size;
-}
-
-void ll_session_line(const ll_session *s, const char *op)
-{
-    if (s->on_line)
-        ll_session_emit_op(s, op, s->on_line, s->line_context);
-}
-
 /* ---- life ---- */
 
 ll_status ll_session_new(const ll_scenario *scenario, const void *base, ll_log_line *on_line, void *context,
@@ -87,33 +76,6 @@ ll_status ll_session_create(const cJSON *json, int64_t seed, ll_log_line *on_lin
     return ll_session_open(&scenario, on_line, context, session);
 }
 
-static void drop_snapshots(ll_session *s, int64_t from)
-{
-    for (int i = 0; i < LL_SNAPSHOTS; i++) {
-        ll_snapshot *shot = &s->snapshots[i];
-        if (shot->tick < from)
-            continue;
-        free(shot->block);
-        free(shot->config);
-        *shot = (ll_snapshot){.tick = -1};
-    }
-}
-
-void ll_session_park(ll_session *s)
-{
-    if (s->errand == LL_ERRAND_WAKE) { /* half awake: as it was asleep */
-        s->tick = s->goal;
-        s->status = s->status_asleep;
-        s->errand = LL_ERRAND_NONE;
-    }
-    ll_session_rest(s);
-    drop_snapshots(s, -1);
-    free(s->block);
-    free(s->events);
-    s->block = NULL;
-    s->events = NULL;
-}
-
 void ll_session_destroy(ll_session *s)
 {
     if (!s)
@@ -126,202 +88,9 @@ void ll_session_destroy(ll_session *s)
     free(s);
 }
 
-/* ---- the engine ---- */
-
-/* An event has just been written byte by byte, and to read that in wider units makes the processor wait for
- * the writes: members are copied one by one, and volatile, since compilers would join them. */
-static void keep_event(void *context, const ll_event *written)
-{
-    ll_session *s = context;
-    const volatile ll_event *event = written;
-    ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
-    slot->id = s->event_count++;
-    slot->type = event->type;
-    slot->begin = event->begin;
-    slot->player = event->player;
-    slot->end = event->end;
-    slot->fate = event->fate;
-    slot->number = event->number;
-    slot->outcome = event->outcome;
-    slot->value = event->value;
-}
-
-ll_status ll_apply_values(const ll_sim_kind *kind, void *config, const char *values)
-{
-    void *before = calloc(1, kind->table->size);
-    cJSON *json = cJSON_Parse(values);
-    ll_status status = before && json ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a change");
-    if (before)
-        ll_param_copy(kind->table, before, config);
-    if (!ll_failed(&status))
-        status = ll_param_patch(kind->table, json, config, NULL, NULL); /* together: a rule may tie them */
-    if (!ll_failed(&status))
-        kind->settle(config, before);
-    cJSON_Delete(json);
-    free(before);
-    return status;
-}
-
-static ll_status change_parameters(ll_session *s, const char *values)
-{
-    ll_status status = ll_apply_values(s->scenario.kind, s->config, values);
-    if (ll_failed(&status))
-        return status;
-    s->scenario.kind->change(s->block, s->config, ll_tick_time(s->tick, s->freq));
-    s->params_version++;
-    return status;
-}
-
-static void apply_entry(ll_session *s, const ll_entry *e)
-{
-    const ll_sim_kind *kind = s->scenario.kind;
-    if (e->op == LL_OP_SET) {
-        ll_status status = change_parameters(s, e->values);
-        LL_ASSERT(!ll_failed(&status)); /* validated when the command was taken */
-        return;
-    }
-    if (!kind->input)
-        return;
-    ll_status status = kind->accepts(s->config, e->player, &e->action);
-    if (!ll_failed(&status)) /* a log from outside may hold an input for nobody */
-        kind->input(s->block, e->player, &e->action);
-}
-
-void ll_session_apply_due(ll_session *s)
-{
-    const ll_scenario_head *head = ll_session_head(s);
-    while (ll_timeline_tick(head, s->step, s->freq) <= s->tick) {
-        ll_status status = change_parameters(s, head->timeline[s->step++].set);
-        s->skipped += ll_failed(&status);
-    }
-    while (s->next < s->log.count && s->log.entries[s->next].tick <= s->tick)
-        apply_entry(s, &s->log.entries[s->next++]);
-}
-
-/* A snapshot is taken when its tick is left, so that it holds all commands of that tick. */
-static void maybe_snapshot(ll_session *s)
-{
-    int64_t every = s->end / (LL_SNAPSHOTS + 1);
-    if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_SNAPSHOTS)
-        return;
-    ll_snapshot *shot = &s->snapshots[s->tick / every - 1];
-    if (shot->tick == s->tick)
-        return;
-    if (!shot->block) {
-        shot->block = malloc(s->block_size);
-        shot->config = calloc(1, config_size(s));
-    }
-    if (!shot->block || !shot->config) { /* only a convenience: without it seeking takes longer */
-        drop_snapshots(s, s->tick);
-        return;
-    }
-    memcpy(shot->block, s->block, s->block_size);
-    ll_param_copy(s->scenario.kind->table, shot->config, s->config);
-    shot->tick = s->tick;
-    shot->next = s->next;
-    shot->step = s->step;
-    shot->skipped = s->skipped;
-}
-
-/* The block stays as it failed, between this tick and the next; the log tells it, once. */
-static void fail(ll_session *s, const ll_status *why)
-{
-    bool told = s->failed_at == s->tick;
-    s->status = LL_SESSION_FAILED;
-    s->error = *why;
-    s->failed_at = s->tick;
-    if (!told || !s->failed_hash) /* what the log says stays */
-        s->failed_hash = s->scenario.kind->hash(s->block);
-    if (s->on_line && !told)
-        ll_session_emit_failure(s, s->on_line, s->line_context);
-}
-
-/* The tick up to which the kind runs by itself: then a snapshot, a change of the scenario's own or a command
- * is due. */
-static int64_t stretch_end(const ll_session *s, int64_t to)
-{
-    if (!s->scenario.kind->stands_at)
-        return s->tick + 1;
-    int64_t every = s->end / (LL_SNAPSHOTS + 1);
-    int64_t snapshot = every > 0 ? (s->tick / every + 1) * every : to;
-    int64_t change = ll_timeline_tick(ll_session_head(s), s->step, s->freq);
-    int64_t command = s->next < s->log.count ? s->log.entries[s->next].tick : to;
-    int64_t end = snapshot < to ? snapshot : to;
-    end = change < end ? change : end;
-    end = command < end ? command : end;
-    LL_ASSERT(end > s->tick);
-    return end;
-}
-
-/* A session that fails does so behind the same tick however it is driven. */
-void ll_session_run(ll_session *s, int64_t to, bool record)
-{
-    const ll_sim_kind *kind = s->scenario.kind;
-    ll_recorder recorder = {keep_event, s};
-    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-    while (s->tick < to && s->status != LL_SESSION_FAILED) {
-        maybe_snapshot(s);
-        int64_t end = stretch_end(s, to);
-        ll_time until = ll_tick_time(end, s->freq);
-        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, meter);
-        if (meter)
-            meter->metered += until - ll_tick_time(s->tick, s->freq);
-        if (ll_failed(&status)) {
-            if (kind->stands_at)
-                s->tick = ll_tick_at(kind->stands_at(s->block) - 1, s->freq);
-            fail(s, &status);
-            break;
-        }
-        s->tick = end;
-        ll_session_apply_due(s);
-    }
-    if (s->tick > s->head)
-        s->head = s->tick;
-}
-
-/* A tick's state is that after everything that falls on its time, tick 0 too. */
-static ll_status run_first_instant(ll_session *s, bool record)
-{
-    ll_recorder recorder = {keep_event, s};
-    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, meter);
-}
-
-void ll_session_start_from(ll_session *s, const ll_snapshot *shot, bool record)
-{
-    const void *config = shot ? shot->config : s->base;
-    ll_status made = ll_ok();
-    ll_param_copy(s->scenario.kind->table, s->config, config);
-    if (shot)
-        memcpy(s->block, shot->block, s->block_size);
-    else
-        made = s->scenario.kind->init(s->block, s->base);
-    if (!shot && !ll_failed(&made))
-        made = run_first_instant(s, record);
-    s->tick = shot ? shot->tick : 0;
-    s->next = shot ? shot->next : 0;
-    s->step = shot ? shot->step : 0;
-    s->skipped = shot ? shot->skipped : 0;
-    if (s->status == LL_SESSION_FAILED) {
-        s->status = LL_SESSION_PAUSED;
-        s->error = ll_ok();
-    }
-    if (ll_failed(&made)) {
-        s->status = LL_SESSION_FAILED;
-        s->error = made;
-    }
-    ll_session_apply_due(s);
-}
-
 /* ---- driving ---- */
 
-void ll_session_anchor(ll_session *s, ll_time wall)
-{
-    s->anchor_wall = wall;
-    s->anchor_time = ll_tick_time(s->tick, s->freq);
-}
-
-static void end_if_over(ll_session *s)
+void ll_session_end_if_over(ll_session *s)
 {
     if (s->tick >= s->end && s->status == LL_SESSION_PLAYING)
         s->status = LL_SESSION_ENDED;
@@ -330,7 +99,7 @@ static void end_if_over(ll_session *s)
 int64_t ll_session_due(const ll_session *s, ll_time wall)
 {
     if (s->errand != LL_ERRAND_NONE)
-        return s->goal - s->tick;
+        return s->goal - s->tick + s->stale;
     if (s->status != LL_SESSION_PLAYING)
         return 0;
     ll_time due = s->anchor_time + (ll_time)((double)(wall - s->anchor_wall) * s->speed);
@@ -339,8 +108,14 @@ int64_t ll_session_due(const ll_session *s, ll_time wall)
     return target > s->tick ? target - s->tick : 0;
 }
 
+void ll_session_set_patience(ll_session *s, const ll_interrupt *interrupt)
+{
+    s->patience = interrupt;
+}
+
 int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
 {
+    s->broken = false;
     ll_status status = ll_session_begin_to_wake(s);
     if (ll_failed(&status))
         return 0;
@@ -354,7 +129,7 @@ int64_t ll_session_advance(ll_session *s, ll_time wall, int64_t max_ticks)
     int64_t to = target - s->tick > max_ticks ? s->tick + max_ticks : target;
     if (to > s->tick)
         ll_session_run(s, to, true);
-    end_if_over(s);
+    ll_session_end_if_over(s);
     return s->status == LL_SESSION_PLAYING ? target - s->tick : 0;
 }
 
@@ -364,22 +139,28 @@ void ll_session_move_to(ll_session *s, int64_t tick)
         ll_session_make_state(s, tick);
     } else {
         ll_session_run(s, ll_session_quiet(s, tick), false);
-        ll_session_run(s, tick, true);
+        if (!s->broken)
+            ll_session_run(s, tick, true);
     }
     s->params_version++;
 }
 
 ll_status ll_session_run_to(ll_session *s, int64_t tick)
 {
+    s->broken = false;
     ll_status status = ll_session_wake(s);
     if (ll_failed(&status))
         return status;
     if (tick < 0 || tick > s->end)
-        return ll_field_error(LL_BAD_INPUT, "tick", "tick must be between 0 and %lld; got %lld",
-                              (long long)s->end, (long long)tick);
+        return ll_field_error(LL_BAD_INPUT, "tick", "tick: must be 0 to %lld; got %lld", (long long)s->end,
+                              (long long)tick);
+    if (s->broken || s->stale)
+        return ll_error(LL_INTERRUPTED, "the session was not awake yet");
     ll_session_rest(s);
     if (tick != s->tick || s->status == LL_SESSION_FAILED)
         ll_session_move_to(s, tick);
+    if (s->broken || s->stale)
+        return ll_error(LL_INTERRUPTED, "tick %lld was not reached", (long long)tick);
     return s->status == LL_SESSION_FAILED ? s->error : ll_ok();
 }
 
@@ -391,8 +172,14 @@ ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt 
     do {
         if (!ll_next_piece(&piece, interrupt))
             return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)at, (long long)tick);
+        s->patience = interrupt;
+        int64_t from = at;
         at = tick - at > piece.size ? at + piece.size : tick;
         status = ll_session_run_to(s, at);
+        s->patience = NULL;
+        if (status.code == LL_INTERRUPTED)
+            return ll_error(LL_INTERRUPTED, "tick %lld of %lld was reached", (long long)from,
+                            (long long)tick);
     } while (at < tick && !ll_failed(&status));
     return status;
 }
@@ -401,7 +188,7 @@ ll_status ll_session_run_within(ll_session *s, int64_t tick, const ll_interrupt 
 static void take_over(ll_session *s)
 {
     ll_session_rest(s);
-    drop_snapshots(s, s->tick);
+    ll_session_drop_snapshots(s, s->tick);
     ll_session_forget_marks(s, s->tick);
     s->failed_at = -1;
     if (s->head == s->tick)
@@ -440,7 +227,7 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
         return status;
     if (s->status == LL_SESSION_FAILED)
         return ll_error(LL_CONFLICT, "the session has failed: %s", s->error.text);
-    void *probe = calloc(1, config_size(s));
+    void *probe = calloc(1, s->scenario.kind->table->size);
     cJSON *values = cJSON_CreateObject();
     char *text = NULL;
     if (!probe || !values) {
@@ -493,7 +280,7 @@ void ll_session_rebase(ll_session *s, const void *base)
     s->errand = LL_ERRAND_NONE;
     s->failed_at = -1;
     s->mark_count = 0;
-    drop_snapshots(s, -1);
+    ll_session_drop_snapshots(s, -1);
     ll_log_truncate(&s->log, 0);
     ll_param_copy(s->scenario.kind->table, s->base, base);
     ll_param_copy(s->scenario.kind->table, s->config, base);

@@ -19,7 +19,7 @@
 #include "base/interrupt.h"
 #include "base/status.h"
 #include "base/vtime.h"
-#include "sim/sim.h"
+#include "sim/core/sim.h"
 
 struct cJSON;
 struct ll_scenario;
@@ -61,6 +61,23 @@ ll_status ll_session_fork(ll_session *session, ll_log_line *on_line, void *conte
 
 /* Runs what is due at `wall`, at most `max_ticks`. Returns how many ticks are still due (0: up to date). */
 int64_t ll_session_advance(ll_session *session, ll_time wall, int64_t max_ticks);
+
+/* The owner's patience with what follows, until it is set to NULL: a tick that takes longer is given up, and
+ * so is a change that makes the run anew. The session is then half awake where it was; as the next tick takes
+ * long, it is one for ll_session_begin_ahead. With `safely` the same piece is not lost twice: it costs a copy
+ * of the state for each ll_session_advance. */
+void ll_session_set_patience(ll_session *session, const ll_interrupt *interrupt);
+int64_t ll_session_advance_safely(ll_session *session, ll_time wall, int64_t max_ticks, bool *broken_off);
+
+/* One tick that may take long, made of a copy of the state while the session goes on to be used: `begin`
+ * (*ahead is NULL where nothing is due), `run` without the session on any thread, `end` with it, which takes
+ * the tick over unless the session was changed meanwhile, and frees it. `end` returns what is due then, as
+ * ll_session_advance does. */
+typedef struct ll_ahead ll_ahead;
+ll_status ll_session_begin_ahead(ll_session *session, ll_time wall, ll_ahead **ahead);
+void ll_ahead_run(ll_ahead *ahead, const ll_interrupt *interrupt);
+int64_t ll_session_end_ahead(ll_session *session, ll_ahead *ahead, ll_time wall);
+void ll_ahead_free(ll_ahead *ahead); /* of a session that is gone */
 
 /* How many ticks are due at `wall`: of the errand that it is on, or of a playing session's clock. */
 int64_t ll_session_due(const ll_session *session, ll_time wall);
@@ -121,6 +138,8 @@ const ll_status *ll_session_error(const ll_session *session); /* why it failed; 
 uint64_t ll_session_hash(ll_session *session); /* of the state at the present tick; wakes a parked session */
 struct cJSON *ll_session_params(ll_session *session); /* the whole scenario with its present values */
 struct cJSON *ll_session_state(ll_session *session);  /* {"tick","time_s","hash","state":{...}} */
+
+struct cJSON *ll_session_notices(const ll_session *session); /* of its scenario: see ll_sim_kind */
 
 /* {"tick","time_s","hash","metrics":{...}}; the metrics of every kind have "activity", the scenario's:
  * [{"metric","min","value","met"}]; `value` is null where there is no such number. */

@@ -40,7 +40,7 @@ ll_status ll_timeline_check(const ll_sim_kind *kind, const void *config)
             char field[48];
             snprintf(field, sizeof field, "timeline.%d.at_s", i);
             status = ll_field_error(LL_BAD_INPUT, field,
-                                    "%s must be at least that of the step before it, %g; got %g", field,
+                                    "%s: must be at least that of the step before it, %g; got %g", field,
                                     head->timeline[i - 1].at_s, head->timeline[i].at_s);
         } else {
             status = ll_apply_values(kind, probe, head->timeline[i].set);

@@ -26,7 +26,7 @@ void ll_workload_free(ll_workload *w)
 static ll_status add(ll_workload *w, const ll_entry *input)
 {
     if (w->inputs.count == LL_WORKLOAD_MAX)
-        return ll_field_error(LL_BAD_INPUT, "workload", "workload must have at most %d inputs",
+        return ll_field_error(LL_BAD_INPUT, "workload", "workload: must have at most %d inputs",
                               LL_WORKLOAD_MAX);
     return ll_log_append(&w->inputs, input);
 }
@@ -50,7 +50,7 @@ static ll_status only(const cJSON *o, const char *field, const char *const *name
 {
     const cJSON *item;
     if (!cJSON_IsObject(o))
-        return ll_field_error(LL_BAD_INPUT, field, "%s must be an object", field);
+        return ll_field_error(LL_BAD_INPUT, field, "%s: must be an object", field);
     cJSON_ArrayForEach(item, o)
     {
         const char *const *name = names;
@@ -95,9 +95,9 @@ static ll_status read_object(const cJSON *json, ll_workload *w)
         return status;
     if (hz && !(cJSON_IsNumber(hz) && hz->valuedouble >= 1 && hz->valuedouble <= 1000))
         return ll_field_error(LL_BAD_INPUT, "workload.tick_hz",
-                              "workload.tick_hz must be a number from 1 to 1000 Hz");
+                              "workload.tick_hz: must be a number from 1 to 1000 Hz");
     if (!cJSON_IsArray(inputs))
-        return ll_field_error(LL_BAD_INPUT, "workload.inputs", "workload.inputs must be an array of inputs");
+        return ll_field_error(LL_BAD_INPUT, "workload.inputs", "workload.inputs: must be an array of inputs");
     w->freq = ll_freq_from_hz(hz ? hz->valuedouble : 60);
     cJSON_ArrayForEach(item, inputs)
     {
@@ -121,7 +121,7 @@ ll_status ll_workload_parse(const cJSON *json, ll_workload **workload)
         status = read_object(json, w);
     else
         status = ll_field_error(LL_BAD_INPUT, "workload",
-                                "workload must be the text of a log, or an object with tick_hz and inputs");
+                                "workload: must be the text of a log, or an object with tick_hz and inputs");
     if (!ll_failed(&status) && w->inputs.count == 0)
         status = ll_field_error(LL_BAD_INPUT, "workload",
                                 "workload has no inputs; a script's are recorded by laglab run "

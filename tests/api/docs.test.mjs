@@ -9,6 +9,7 @@ import { after, before, test } from 'node:test';
 import { fileURLToPath } from 'node:url';
 import { promisify } from 'node:util';
 import Ajv from 'ajv/dist/2020.js';
+import { roomsOf } from '../../bench/rooms.mjs';
 import { ageDoc, anchor, generate, parseCsv } from '../../docs/generate.mjs';
 import { BINARY, startDaemon } from '../lib/daemon.mjs';
 
@@ -49,6 +50,13 @@ test('CSV is read', () => {
 
 // ---- the age of figures ----
 
+test('every result that a benchmark writes says of which rooms it speaks', () => {
+  const folder = path.join(ROOT, 'bench'), text = readdirSync(folder).filter((file) => file.endsWith('.mjs')).map((file) => readFileSync(path.join(folder, file), 'utf8')).join('\n');
+  const names = [...text.matchAll(/writeCsv\("([\w/]+)"/g)].map(([, name]) => name);
+  assert.ok(names.includes('kills') && names.includes('soak') && names.length > 15, `${names}`);
+  for (const name of names) assert.doesNotThrow(() => roomsOf(name));
+});
+
 /** The state of the rooms that a result speaks of, found without docs/generate.mjs: by the shell. @param {string[]} rooms @param {string} root */
 function stateOf(rooms, root = ROOT) {
   const list = rooms.map((room) => `(cd src && find ${room} -type f \\( -name '*.c' -o -name '*.h' -o -name '*.inc' \\) | sort | xargs sha256sum |
@@ -86,8 +94,8 @@ test('one digit of the code makes a figure of it stale, and no other', () => {
   const before = new Map(Object.entries(rooms).map(([name, list]) => [name, stateOf(list, copy)]));
   const stale = () => Object.keys(rooms).filter((name) => OLD.test(ageDoc(name, head(name), copy)));
   assert.deepEqual(stale(), []);
-  for (const [file, wanted] of /** @type {[string, string[]][]} */ ([['ode/boris.c', ['integrators']], ['base/detmath.c', Object.keys(rooms)],
-    ['daemon/api.c', []]])) {
+  for (const [file, wanted] of /** @type {[string, string[]][]} */ ([['ode/methods/boris.c', ['integrators']], ['base/detmath.c', Object.keys(rooms)],
+    ['daemon/api/api.c', []]])) {
     const text = readFileSync(path.join(copy, 'src', file), 'utf8');
     writeFileSync(path.join(copy, 'src', file), text.replace(/\d/, (digit) => String((Number(digit) + 1) % 10)));
     assert.deepEqual(stale(), wanted, file);

@@ -55,7 +55,7 @@ test('rows are those of the command line, in each format and by Accept', async (
   assert.match(points[0]['players.0.own_lead_m.mean.ci95_method'], /^none: fewer than 10 runs have it$/); // there are four
   const compared = (await c.get(`${E}/${id}/results?points=true&compare=3&format=json`)).json, lead = 'players.0.own_lead_m.mean';
   for (const [i, point] of compared.entries()) assert.ok(Math.abs(point[`${lead}.diff`] - (points[i][lead] - points[3][lead])) < 1e-9);
-  for (const [query, words] of [['points=true&compare=6', /compare must be a point from 0 to 5; got 6/],
+  for (const [query, words] of [['points=true&compare=6', /compare: must be a point from 0 to 5; got 6/],
     ['points=true&compare=x.y=1', /x.y is on no axis/], ['sensitivity=true', /saltelli/]]) {
     const refused = await c.get(`${E}/${id}/results?${query}`);
     assert.equal(refused.status, 400);
@@ -108,8 +108,8 @@ test('a workload goes with the experiment, and a run of it is opened live', asyn
   await c.control(again, { op: 'seek', time_s: 3 });
   assert.equal((await c.get(`/api/v1/sessions/${again.id}/state`)).json.hash, row.hash);
   for (const [workload, sentence] of /** @type {[unknown, RegExp][]} */ ([[{ inputs: [{ tick: 0, player: 3, axes: [0, 0] }] },
-    /player must be between 0 and 1; got 3/],
-    [{ inputs: [{ tick: 0, player: 0, axes: [0, 2] }] }, /workload\.inputs\.0: axes must be two numbers from -1 to 1; got 2/],
+    /player: must be 0 to 1; got 3/],
+    [{ inputs: [{ tick: 0, player: 0, axes: [0, 2] }] }, /workload\.inputs\.0: axes: must be two numbers from -1 to 1; got 2/],
       ['drive.log', /line 1 of the log/]])) {
     const refused = await c.call('POST', E, { body: { ...order, workload } });
     assert.equal(refused.status, 400);

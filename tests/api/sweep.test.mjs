@@ -26,11 +26,12 @@ function laglab(args, wish = {}) {
   return result;
 }
 
-/** @param {string[]} args @param {{input?: string, env?: Record<string, string>}} [wish] */
+/** @param {string[]} args @param {{input?: string, env?: Record<string, string>, told?: RegExp}} [wish] told: what is said beside the result */
 function good(args, wish) {
   const result = laglab(args, wish);
   assert.equal(result.status, 0, `laglab ${args.join(' ')}: ${result.stderr}`);
-  assert.equal(result.stderr, '');
+  if (wish?.told) assert.match(result.stderr, wish.told);
+  else assert.equal(result.stderr, '');
   return result.stdout;
 }
 
@@ -94,17 +95,18 @@ test('shards that a copy cut or an editor changed are refused, and never make tw
 test('a metric that was not counted is empty in CSV and null in JSON, and holds no limit', () => {
   const name = write('short.json', { scenario: 'race', set: { duration_s: 1.5 }, axes: [{ path: 'players.0.lag_ms', values: [0, 80] }],
     metrics: ['players.0.input_latency_ms.mean', 'players.0.corrections'] }); // all within the warm-up
-  const rows = good(['sweep', name]).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
+  const told = /duration_s, 1\.5 s, is not longer than warmup_s, 2 s.*\n.*No run has players\.0\.input_latency_ms\.mean: it is null in all 2/;
+  const rows = good(['sweep', name], { told }).trimEnd().split('\r\n'), column = rows[0].split(',').indexOf('players.0.input_latency_ms.mean');
   for (const row of rows.slice(1)) {
     assert.equal(row.split(',')[column], '');
     assert.equal(row.split(',')[column + 1], '0');
   }
-  for (const row of JSON.parse(good(['sweep', name, '--format', 'json']))) assert.equal(row['players.0.input_latency_ms.mean'], null);
-  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json']));
+  for (const row of JSON.parse(good(['sweep', name, '--format', 'json'], { told }))) assert.equal(row['players.0.input_latency_ms.mean'], null);
+  const [point] = JSON.parse(good(['sweep', name, '--points', '--format', 'json'], { told }));
   assert.equal(point['players.0.input_latency_ms.mean'], null);
-  good(['sweep', name, '--out', 'short.sqlite']);
+  good(['sweep', name, '--out', 'short.sqlite'], { told });
   assert.equal(sql('short.sqlite', 'SELECT COUNT(*) FROM results WHERE "players.0.input_latency_ms.mean" IS NULL'), '2');
-  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html']);
+  good(['sweep', name, '--out', 'short.csv', '--report', 'short.html'], { told });
   assert.ok(!/NaN|undefined|Infinity/.test(readFileSync(file('short.html'), 'utf8')));
   const answer = JSON.parse(good(['advise', 'race', '--metric', 'players.0.input_latency_ms.mean', '--max-error', '1e9', '--vary',
     'players.0.prediction=true,false',
@@ -184,8 +186,10 @@ test('points are the means of their runs with spread and 95 % intervals', () => 
     assert.ok(Math.abs(point[`${lead}.p50`] - values[5]) < 1e-9);
     assert.deepEqual([point[`${lead}.p50_low`], point[`${lead}.p50_high`]], [values[1], values[9]]);
     assert.equal(byT[i][`${lead}.ci95_method`], 't');
+    assert.match(byT[i][`${lead}.ci95_covers`], /normal values/);
     assert.ok(Math.abs(byT[i][`${lead}.ci95`] - 2.228138852 * deviation / Math.sqrt(11)) < 1e-9);
     assert.equal(point[`${lead}.ci95_method`], 'bootstrap-t');
+    assert.match(point[`${lead}.ci95_covers`], /^(a bound: at least 93 %|93 to 97 %)/);
     assert.ok(point[`${lead}.ci95_low`] < mean && mean < point[`${lead}.ci95_high`]);
     assert.ok(Math.abs(point[`${lead}.ci95_high`] - point[`${lead}.ci95_low`] - 2 * point[`${lead}.ci95`]) < 1e-9);
   }
@@ -268,7 +272,7 @@ test('repeats that are all equal give no interval, and say so', () => {
   assert.deepEqual(csv.slice(1, 5).map((line) => line.split(',')[column] === ''), [true, false, true, false]);
   const once = JSON.parse(good(['sweep',
     write('once.json', { scenario: 'race', set: { duration_s: 1 }, metrics: ['players.0.remote_error_m.mean'] }), '--points', '--format',
-      'json']));
+      'json'], { told: /is not longer than warmup_s/ }));
   assert.deepEqual([once[0].identical, once[0]['players.0.remote_error_m.mean.ci95']], [null, null]);
 });
 
@@ -293,7 +297,7 @@ test('what scripts did is recorded once and replayed under other techniques', ()
   // other inputs are another experiment: a store holds both
   const other = write('other.json', order({ workload: { inputs: [{ tick: 0, player: 0, axes: [0.5, 0] }] } }));
   const stored = good(['sweep', name, '--store', 'sqlite:workloads.db']),
-    without = good(['sweep', other, '--store', 'sqlite:workloads.db']);
+    without = good(['sweep', other, '--store', 'sqlite:workloads.db'], { told: /No run has players\.0\.input_latency_ms\.mean/ });
   assert.equal(stored, rows);
   assert.notEqual(without, rows);
   assert.equal(good(['sweep', name, '--store', 'sqlite:workloads.db']), rows);
@@ -307,11 +311,11 @@ test('what scripts did is recorded once and replayed under other techniques', ()
     return got.stderr; };
   assert.match(bad({}), /workload: cannot read .*logs\/drive\.log/);
   assert.match(bad({ workload: 'drive.log', set: {} }), /workload: no player takes its inputs: set players\.0\.control to person/);
-  assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player must be between 0 and 1; got 4/);
+  assert.match(bad({ workload: { inputs: [{ tick: 0, player: 4, axes: [1, 0] }] } }), /player: must be 0 to 1; got 4/);
   writeFileSync(file('broken.log'),
     readFileSync(file('drive.log'), 'utf8').split('\n').map((line, i) => (i === 6 ? line.replace(/"axes":\[[^,]*,/, '"axes":[-3,') : line))
       .join('\n'));
-  assert.match(bad({ workload: 'broken.log' }), /workload: line 7 of the log: axes must be two numbers from -1 to 1; got -3/);
+  assert.match(bad({ workload: 'broken.log' }), /workload: line 7 of the log: axes: must be two numbers from -1 to 1; got -3/);
   const advice = JSON.parse(good(['advise', 'contact', '--set', 'players.0.control=person', '--set', 'duration_s=4', '--workload',
     'drive.log', '--metric', 'players.0.remote_error_m.mean',
     '--max-error', '100', '--vary', 'server.update_hz=20,30', '--repeats', '2']));
@@ -536,8 +540,8 @@ test('every verb tells its usage and options', () => {
   const verbs = [...good(['help']).matchAll(/^ {2}laglab ([a-z-]+)/gm)].map((found) => found[1]);
   assert.ok(verbs.length > 12);
   for (const verb of verbs) assert.match(good([verb, '--help']), new RegExp(`laglab ${verb}`), verb);
-  // Of a verb that is about many runs each option has a line; what is told is taken, and what is taken is told.
-  for (const verb of ['sweep', 'merge', 'advise', 'worker', 'submit']) {
+  // Of a verb that takes options each has a line; what is told is taken, and what is taken is told.
+  for (const verb of ['serve', 'run', 'sweep', 'merge', 'advise', 'worker', 'submit', 'store']) {
     const told = [...good([verb, '--help']).matchAll(/^ {2}(--?[a-z-]+)( [A-Z])?.*\n {6}\S/gm)];
     assert.ok(told.length >= 2, verb);
     for (const [, option, takes] of told) if (takes) assert.match(laglab([verb, option]).stderr, /needs a value/, `${verb} ${option}`);

@@ -75,6 +75,30 @@ test('advice is sought beside others, and given up when nobody asks for it', asy
   await becomes_idle(3);
 });
 
+test('a search rests when nobody asks for it, and goes on when somebody does', async () => {
+  const patient = await startDaemon({ args: ['--job-idle-s', '60'] }), p = client(patient.url);
+  const metrics = ['visits', 'density_error_mean'];
+  const experiment = { scenario: { ...POOL, duration_s: 20 }, metrics, error: metrics[1], cost: metrics[0], axes: [{ path: 'params.size', values: [40, 60, 80] }], repeats: 50 };
+  try {
+    const order = await p.call('POST', '/api/v1/advise', { body: { max_error: 1e-3, experiment } });
+    assert.equal(order.status, 202, order.text);
+    const used = async (/** @type {number} */ ms) => {
+      const from = cpu_s(patient.pid);
+      await pause(ms);
+      return cpu_s(patient.pid) - from;
+    };
+    await pause(900);
+    const resting = await used(600);
+    assert.ok(resting < 0.12, `${resting} s of processor time in 0.6 s`);
+    const state = (await p.get(order.json.links.self)).json.state, going = await used(600);
+    assert.equal(state, 'running');
+    assert.ok(going > 2 * resting && going > 0.02, `${going} s, asked for; ${resting} s, resting`);
+  } finally {
+    p.close();
+    await patient.stop();
+  }
+});
+
 test('a request that has spent its processor time says how far it came, and the next goes on', async () => {
   const strict = await startDaemon({ args: ['--request-cpu-s', '0.3'] }), s = client(strict.url);
   try {

@@ -164,6 +164,27 @@ test('sessions that would take more memory than there is are refused, and harm n
   c.close();
 });
 
+test('one who makes many sessions does not keep the memory from others', async (t) => {
+  const daemon = await start(t, { args: ['--park-after-s', '20', '--max-memory-mib', '40', '--max-new-sessions-per-min', '1000000'] });
+  const c = client(daemon.url), from = performance.now();
+  const small = { scenario: 'fluid/cavity', paused: true, set: { 'params.n': 64 } }; // 2 MiB
+  let made = 0, refused = 0;
+  while (performance.now() - from < 6000) {
+    const { status } = await c.call('POST', '/api/v1/sessions', { body: small });
+    made += Number(status === 201);
+    refused += Number(status === 503);
+    await pause(60);
+  }
+  assert.ok(made > 3 * 18 && refused === 0, `${made} made, ${refused} refused`); // 18 fit beside each other
+  const others = [];
+  for (let i = 0; i < 20; i++) {
+    others.push((await c.call('POST', '/api/v1/sessions', { body: { scenario: 'race', paused: true } })).status);
+    await pause(50);
+  }
+  assert.deepEqual(others, Array(20).fill(201), `${made} made, ${refused} refused`);
+  c.close();
+});
+
 test('sessions that were deleted leave nothing behind', async (t) => {
   const daemon = await startDaemon({ args: ['--max-new-sessions-per-min', '1000000'] }), c = client(daemon.url);
   t.after(() => daemon.stop());

@@ -274,7 +274,7 @@ test('without a folder sessions live in memory', async (t) => {
 test('options: a wrong one exits 2 with a sentence, --help lists all', () => {
   const run = (...args) => spawnSync(BINARY, ['serve', ...args], { encoding: 'utf8', timeout: 10000 });
   /** @type {[string[], string][]} */
-  const wrong = [[['--nonsense', '1'], 'no option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],
+  const wrong = [[['--nonsense', '1'], 'unknown option --nonsense'], [['--threads'], 'needs a value'], [['--threads', 'x'], '--threads'],
     [['--max-sessions', '0'], '--max-sessions'], [['--park-after-s=-1'], '--park-after-s'], [['--listen', 'nowhere:x', '--data', 'memory'], 'listen']];
   for (const [args, word] of wrong) {
     const { status, stderr, stdout } = run(...args);

@@ -13,7 +13,7 @@
 #include <cmocka.h>
 
 #include "base/hash.h"
-#include "fluid/fluid.h"
+#include "fluid/core/fluid.h"
 
 typedef struct tank {
     const ll_fluid_scene *scene;
@@ -72,7 +72,7 @@ static inline ll_status tank_try(tank *t, int steps, double dt)
 {
     ll_status status = ll_ok();
     for (int i = 0; i < steps && !ll_failed(&status); i++)
-        status = t->scene->method->step(t->block, dt);
+        status = t->scene->method->step(t->block, dt, NULL);
     return status;
 }
 

@@ -9,6 +9,8 @@
 #include <string.h>
 
 #include <cjson/cJSON.h>
+#include <limits.h>
+#include <malloc.h>
 
 #include "base/status.h"
 
@@ -18,6 +20,15 @@ _Noreturn static inline void fuzz_check_failed(const char *expression, const cha
 {
     fprintf(stderr, "%s:%d: %s\n", file, line, expression);
     abort();
+}
+
+/* Blocks of sessions and configurations are large: given back and taken again for each input, their pages
+ * would cost more than what is tried with them. */
+__attribute__((constructor)) static void fuzz_keep_memory(void)
+{
+    mallopt(M_MMAP_THRESHOLD, 1 << 28);
+    mallopt(M_TRIM_THRESHOLD, INT_MAX);
+    mallopt(M_TOP_PAD, 1 << 24);
 }
 
 /* Length of the well-formed UTF-8 sequence (RFC 3629, table of section 4) at `s`, which ends with a NUL; 0

@@ -2,7 +2,7 @@
  * whose text makes the same experiment again, and whose first run is a row or a refusal. */
 #include "check.h"
 
-#include "experiment/experiment.h"
+#include "experiment/spec/experiment.h"
 
 #define SHORT_S 0.5 /* longer runs are not made here */
 

@@ -8,13 +8,13 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "daemon/door.h"
-#include "daemon/gate.h"
-#include "daemon/ws.h"
+#include "daemon/listener/door.h"
+#include "daemon/net/gate.h"
+#include "daemon/stream/ws.h"
 
 #define LONG 4096
-#define MESSAGE 512 /* --max-message-bytes */
-#define MESSAGES 256
+#define MESSAGE 512             /* --max-message-bytes */
+#define MESSAGES (LONG / 6 + 1) /* the least frame has six bytes */
 #define HELLO "{\"type\":\"hello\"}"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);

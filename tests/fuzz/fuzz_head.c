@@ -2,7 +2,7 @@
  * that no shorter one may have said anything but `wait`. */
 #include "check.h"
 
-#include "daemon/upgrade.h"
+#include "daemon/net/upgrade.h"
 
 #define LONG 1024
 

@@ -3,7 +3,7 @@
  * nothing, or is in the log: at the end the log gives the same state. */
 #include "check.h"
 
-#include "daemon/action.h"
+#include "input/action_json.h"
 #include "session/scenario.h"
 #include "session/session.h"
 

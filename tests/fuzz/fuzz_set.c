@@ -2,7 +2,7 @@
 #include "check.h"
 
 #include "session/scenario.h"
-#include "sim/kinds.h"
+#include "session/kinds.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -3,7 +3,7 @@
  * the snapshot. */
 #include "check.h"
 
-#include "netcode/snapshot.h"
+#include "netcode/snapshot/snapshot.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -2,8 +2,8 @@
  * answer is JSON in UTF-8. */
 #include "check.h"
 
-#include "daemon/host.h"
-#include "daemon/tasks.h"
+#include "daemon/hosting/host.h"
+#include "daemon/support/tasks.h"
 #include "session/scenario.h"
 
 #define MESSAGES 20

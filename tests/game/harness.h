@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "game/games.h"
+#include "game/games/games.h"
 
 /* Everybody begins on lane 0. The test frees it; `env` has what its steps want. */
 static inline ll_world *world_open(const ll_game *game, const void *params, int players, double dt,

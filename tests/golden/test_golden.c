@@ -1,7 +1,6 @@
 /* Golden scenarios: the hash at the end of each, and the metrics that its activity names, on every compiler
  * and optimisation. `test_golden --update` writes the table anew; `test_golden 1/2` takes the first of two
  * parts of the scenarios, so that two cores share them. */
-#include <inttypes.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stdbool.h>
@@ -13,11 +12,12 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "library/library.h"
+#include "support/golden.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
 #define TABLE "tests/golden/hashes.csv"
-#define LINE_MAX_BYTES 512
 
 static int part, parts = 1;
 
@@ -26,40 +26,11 @@ static bool mine(int row)
     return row % parts == part;
 }
 
-/* `scenario,tick,hash,metric=value;...`: at the scenario's own seed, after its whole duration. Fails when an
- * activity is missing or not met: a scenario in which nothing happens proves nothing. */
-static void measure(const char *id, char line[LINE_MAX_BYTES])
+static void measure(const char *id, char line[GOLDEN_LINE_MAX])
 {
-    cJSON *json = NULL, *item;
-    ll_session *s = NULL;
-    ll_status status = ll_scenario_load("scenarios", id, &json);
-    if (!ll_failed(&status))
-        status = ll_session_create(json, -1, NULL, NULL, &s);
-    if (!ll_failed(&status))
-        status = ll_session_run_to(s, ll_session_get_info(s).end_tick);
+    ll_status status = golden_line(id, line);
     if (ll_failed(&status))
         fail_msg("%s: %s", id, status.text);
-    int used = snprintf(line, LINE_MAX_BYTES, "%s,%" PRId64 ",%016" PRIx64, id, ll_session_get_info(s).tick,
-                        ll_session_hash(s));
-    cJSON *report = ll_session_metrics(s);
-    cJSON *activity = cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "activity");
-    if (cJSON_GetArraySize(activity) == 0)
-        fail_msg("%s names no activity", id);
-    char separator = ',';
-    cJSON_ArrayForEach(item, activity)
-    {
-        const char *metric = cJSON_GetObjectItem(item, "metric")->valuestring;
-        if (!cJSON_IsTrue(cJSON_GetObjectItem(item, "met")))
-            fail_msg("%s: %s is %g, less than %g", id, metric,
-                     cJSON_GetObjectItem(item, "value")->valuedouble,
-                     cJSON_GetObjectItem(item, "min")->valuedouble);
-        used += snprintf(line + used, (size_t)(LINE_MAX_BYTES - used), "%c%s=%.17g", separator, metric,
-                         cJSON_GetObjectItem(item, "value")->valuedouble);
-        separator = ';';
-    }
-    cJSON_Delete(report);
-    ll_session_destroy(s);
-    cJSON_Delete(json);
 }
 
 static FILE *open_table(const char *mode)
@@ -73,7 +44,7 @@ static FILE *open_table(const char *mode)
 static void results_are_golden(void **state)
 {
     (void)state;
-    char want[LINE_MAX_BYTES], got[LINE_MAX_BYTES], id[64];
+    char want[GOLDEN_LINE_MAX], got[GOLDEN_LINE_MAX], id[64];
     int rows = 0, wrong = 0;
     FILE *f = open_table("r");
     assert_non_null(fgets(want, sizeof want, f)); /* header */
@@ -169,7 +140,7 @@ static void update(void)
     fprintf(f, "scenario,tick,hash,activity\n");
     cJSON_ArrayForEach(item, list)
     {
-        char line[LINE_MAX_BYTES];
+        char line[GOLDEN_LINE_MAX];
         measure(cJSON_GetObjectItem(item, "id")->valuestring, line);
         fprintf(f, "%s\n", line);
     }

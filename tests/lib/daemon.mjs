@@ -19,12 +19,15 @@ export async function startDaemon(wish = {}) {
   const data = wish.data ?? mkdtempSync(path.join(tmpdir(), 'laglab-test-'));
   const command = [...(wish.before ?? []), BINARY, 'serve', '--listen', wish.listen ?? '127.0.0.1:0', '--data', data, ...(wish.args ?? [])];
   const child = spawn(command[0], command.slice(1), { cwd: ROOT, stdio: ['ignore', 'pipe', 'pipe'] });
+  const die = () => child.kill('SIGKILL'); // with who started it, also where that failed
+  process.once('exit', die);
+  child.once('close', () => process.off('exit', die));
   let errors = '';
   child.stderr.setEncoding('utf8').on('data', (text) => { errors = (errors + text).slice(-4000); });
   const ended = new Promise((resolve) => child.on('close', (code, signal) => resolve({ code, signal })));
   const line = new Promise((resolve, reject) => {
     let text = '';
-    const timer = setTimeout(() => reject(new Error(`the daemon did not tell its address: ${text}${errors}`)), START_MS);
+    const timer = setTimeout(() => reject(new Error(`the daemon did not print its address: ${text}${errors}`)), START_MS);
     child.on('error', reject);
     child.stdout.setEncoding('utf8').on('data', (more) => {
       text += more;

@@ -33,6 +33,12 @@ export async function prepare(url, runs = 20000) {
 export function attack(url, names, place, count = 4) {
   const children = Array.from({ length: count }, (_, i) =>
     spawn(process.execPath, [ATTACKER, url, names[i % names.length], JSON.stringify(place)], { stdio: 'ignore' }));
+  process.setMaxListeners(process.getMaxListeners() + count);
+  for (const child of children) {
+    const die = () => child.kill('SIGKILL'); // nobody is left to attack for, also where that failed
+    process.once('exit', die);
+    child.once('close', () => process.off('exit', die));
+  }
   return {
     end: () => Promise.all(children.map((child) => new Promise((resolve) => {
       if (child.exitCode !== null || child.signalCode !== null) resolve(undefined);

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "link/link.h"
+#include "link/line/link.h"
 
 typedef struct packet {
     int64_t number;

@@ -13,8 +13,8 @@
 
 #include <cmocka.h>
 
-#include "netcode/client.h"
-#include "netcode/server.h"
+#include "netcode/state/client.h"
+#include "netcode/server/server.h"
 
 #define HZ(f) ((ll_freq)(f)*1000)
 

@@ -9,7 +9,7 @@
 
 #include <cmocka.h>
 
-#include "ode/run.h"
+#include "ode/core/run.h"
 #include "systems.h"
 
 typedef struct setting {

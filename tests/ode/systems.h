@@ -5,7 +5,7 @@
 #include <math.h>
 
 #include "base/detmath.h"
-#include "ode/ode.h"
+#include "ode/core/ode.h"
 
 static inline void free_fall_a(const void *params, double t, const double *q, const double *v, double *a)
 {

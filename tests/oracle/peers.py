@@ -20,7 +20,7 @@ WORLDS = 64  # that a client keeps, and hashes that the server does
 HASHES, HASHES_EVERY = 64, 4
 WORLD_BYTES, PLAYER_BYTES = 24, 64
 STATES = ("connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected")
-PACE_EVERY, PACE_MOST, PACE_SHARE = 10, 9, 1 / 16
+PACE_EVERY, PACE_MOST, PACE_MANY = 10, 9, 16
 ROUNDING = 1e-12  # in m: two places are as far off, but that two programs round differently
 GAP, HOLD_EVERY = 60 * 10**6, 5 * SECOND
 
@@ -68,12 +68,14 @@ class Pace:
 
     def __init__(self):
         self.at = None  # its tick, when it was last told
+        self.heard = 0
         self.ahead = self.behind = 0.0
 
     def hear(self, tick, at, told):
         if at is None or (self.at is not None and at <= self.at):
             return
-        share = 1.0 if self.at is None else PACE_SHARE
+        self.heard = min(self.heard + 1, PACE_MANY)
+        share = 1 / self.heard
         self.ahead += share * (tick - at - self.ahead)
         self.behind += share * (told - self.behind)
         self.at = at
@@ -304,12 +306,22 @@ class PeerClient(Client):
             self.k += 1
             if not self.guesses:
                 self.make_inputs(now, self.k + 1 + delay)
+            if self.hold:
+                self.make_inputs(now, self.k + 1 + delay)
+                self.hasten(now)
         self.confirmed = max(self.confirmed, min([self.k] + self.known))
         back = self.sim.scenario["server"]["sync_test_ticks"]
         self.sync_tests += 0 < back <= self.k - self.start and self.sim.counts
         if self.sim.counts:
             self.unacked.append(self.number - self.newest.last)
         self.send_packet(now)
+
+    def hasten(self, now):
+        """To a hold, all ticks that it may make at once."""
+        while self.k < self.hold and all(known + self.guesses > self.k for known in self.known):
+            self.make_tick(self.k + 1)
+            self.k += 1
+            self.make_inputs(now, self.k + 1 + self.player["input_delay_ticks"])
 
     def roll_back(self):
         if self.wrong is None:
@@ -360,7 +372,9 @@ class PeerClient(Client):
         self.waiting = bool(missing)
         if missing:
             return False
-        if not self.hold and self.k <= self.apart_until and now < self.stepped_at + self.apart - tick_time(self.tick_hz, 1) // 2:
+        if self.hold:
+            return True
+        if self.k <= self.apart_until and now < self.stepped_at + self.apart - tick_time(self.tick_hz, 1) // 2:
             self.rested += self.sim.counts
             return False
         if (self.ticks - self.paced) % PACE_EVERY == 0:
@@ -430,7 +444,6 @@ class Referee(Server):
         self.begun = False
         self.epoch = 1  # the last that was given out
         self.uneven = False  # a hold is to follow
-        self.joined = False  # since somebody was let in
         self.no_hold_before = 0
         self.hold, self.resume = 0, 0
 
@@ -474,7 +487,8 @@ class Referee(Server):
         seat.packet_at, seat.way = max(now, 0), None
         seat.relayed = seat.known
         if now >= 0:
-            self.uneven, self.joined, self.no_hold_before = True, True, now
+            self.uneven, self.no_hold_before = True, now
+            self.look_at_hold(now, seat)
 
     def notice(self, now, index):
         self.send(now, index, "keep", {"answered": now, "connected": self.seats[index].connected}, PONG_BYTES)
@@ -533,31 +547,37 @@ class Referee(Server):
         if not (self.resume and body["first"] + len(body["axes"]) - 1 <= self.hold):
             self.uneven |= body["gap"] or stopped
         seat.packet_at, seat.way = now, way
+        self.look_at_hold(now, None)
+
+    def look_at_hold(self, now, newcomer):
         there = [s for s in self.seats if s.connected]
         if self.resume:
-            if all(s.known > self.hold for s in there):
+            if newcomer or all(s.known > self.hold for s in there):
                 self.hold = self.resume = 0
-        elif self.hold or (self.uneven and now >= self.no_hold_before):
-            joined, self.uneven, self.joined = self.joined, False, False
-            if len(there) < 2:
-                self.hold = 0
+            if not newcomer:
                 return
-            if self.hold == 0 or any(s.known > self.hold for s in there):
-                self.hold = max(self.reach(s) for s in there)
-            elif joined:
-                self.hold = max([self.hold] + [self.reach(s) for s in there if s.way is None])
-            if all(s.at is not None and s.known == self.hold for s in there):
-                self.decide(there)
+        if not self.hold and not (self.uneven and now >= self.no_hold_before):
+            return
+        self.uneven = False
+        if len(there) < 2:
+            self.hold = 0
+            return
+        if self.hold == 0 or any(s.known > self.hold for s in there):
+            self.hold = max(self.reach(s, s is newcomer) for s in there)
+        elif newcomer:
+            self.hold = max(self.hold, self.reach(newcomer, True))
+        if all(s.at is not None and s.known == self.hold for s in there):
+            self.decide(there)
 
-    def reach(self, seat):
-        others = min(max(s.relayed, seat.heard[p]) for p, s in enumerate(self.seats) if s is not seat)
+    def reach(self, seat, new):
+        others = min(seat.heard[p] if new else max(s.relayed, seat.heard[p]) for p, s in enumerate(self.seats) if s is not seat)
         delay = seat.known - seat.at if seat.at is not None and seat.known > seat.at else 1
         guesses = self.sim.scenario["server"]["max_rollback_ticks"] if self.sim.sync == "rollback" else 0
         return max(seat.known, others + guesses + delay)
 
     def decide(self, there):
         hz, updates = self.sim.step_hz, self.sim.update_hz
-        told = tick_time(updates, self.updates + 1) + max(s.way + tick_time(hz, self.hold - s.at) for s in there)
+        told = tick_time(updates, self.updates + 1) + max(s.way + (tick_time(hz, 1) if s.at < self.hold else 0) for s in there)
         tick = 0
         while tick_time(hz, tick) <= told:
             tick += 1

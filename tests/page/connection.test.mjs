@@ -102,6 +102,18 @@ test('what nothing was counted for is a dash; what was is a number', async () =>
   await close();
 });
 
+test('a session that ends before anything counts says so', async () => {
+  for (const [duration, notes] of /** @type {[string, number][]} */ ([['1.75', 1], ['9', 0]])) {
+    const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race&set=duration_s:${duration}`);
+    await page.locator('.side .about h2').waitFor();
+    const note = page.locator('.side .about [role="note"]');
+    assert.equal(await note.count(), notes);
+    if (notes > 0) assert.match(await note.innerText(), /duration_s, 1\.75 s, is not longer than warmup_s, 2 s/);
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+});
+
 test('both locksteps can be chosen, each by its name', async () => {
   const { page, complaints, close } = await visit(browser, `${daemon.url}?scenario=race`);
   const choice = page.locator('#app select[data-path="server.sync"]');

@@ -53,6 +53,28 @@ const column = async (page, name) => {
   return page.locator('.points tbody tr').evaluateAll((all, at) => all.map((row) => row.children[at].textContent), place);
 };
 
+test('what the results cannot show is told above them: runs too short, a metric that no run has, a rule that was not reached', async () => {
+  const error = 'players.0.remote_error_m.mean', latency = 'players.1.input_latency_ms.mean';
+  const base = { scenario: 'race', axes: [{ path: 'players.0.lag_ms', values: [30, 110] }], repeats: 11, metrics: [error] };
+  const cases = [
+    [{ ...base, set: { duration_s: 1.25 } }, [/duration_s, 1\.25 s, is not longer than warmup_s, 2 s/, /^No run has players\.0\.remote_error_m\.mean: it is null in all 22/]],
+    [{ ...base, set: { duration_s: 3, 'players.1.control': 'person' }, metrics: [error, latency] }, [/^No run has players\.1\.input_latency_ms\.mean/]],
+    [{ ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 1e-9 } }, [/^At 2 of 2 points all 11 repeats were made/]],
+    [{ ...base, set: { duration_s: 3, 'players.0.link.down.jitter_ms': 20 }, until: { half_width: 50 } }, []],
+  ];
+  for (const [body, wanted] of /** @type {[object, RegExp[]][]} */ (cases)) {
+    const { id } = (await api(daemon.url, 'experiments', body)).body;
+    const { page, complaints, close } = await open({ hash: `#experiments=${id}` });
+    await done(page);
+    await page.locator('.points tbody tr').nth(1).waitFor();
+    const notes = (await page.locator('.progress [role="note"]').allInnerTexts()).map((text) => text.replace(/\s+/g, ' '));
+    assert.equal(notes.length, wanted.length, notes.join('; '));
+    for (const [i, words] of wanted.entries()) assert.match(notes[i], words);
+    assert.deepEqual(complaints, []);
+    await close();
+  }
+});
+
 test('a first experiment is there for a scenario of each kind, and counted by the daemon', async () => {
   const { page, complaints, close } = await open();
   assert.match(await estimate(page), /^5 runs of 5 points, about/);
@@ -117,9 +139,9 @@ test('runs until the mean is known: written, counted, refused at its fields, run
   assert.deepEqual((await specification(page)).until, until);
   await counted(page);
   assert.match(await estimate(page), /^200 runs of 5 points/);
-  for (const [field, value, words] of [['least', '3', /least must be a whole number between 10 and 100000; got 3/],
+  for (const [field, value, words] of [['least', '3', /least: must be a whole number from 10 to 100000; got 3/],
     ['least', '50', /at most repeats, which is 40; got 50/],
-    ['half', 'wide', /half_width/], ['relative', '1.5', /relative must be between 0 and 1; got 1.5/]]) {
+    ['half', 'wide', /half_width/], ['relative', '1.5', /relative: must be 0 to 1; got 1.5/]]) {
     const box = page.locator(`#until-${field}`), before = await box.inputValue();
     await box.fill(String(value));
     await page.locator('#wrong-until').filter({ hasText: words }).waitFor({ timeout: 5000 });
@@ -159,7 +181,7 @@ test('a front of several metrics is chosen, marked in the table as a search with
   await page.getByLabel(/^Value of Duration/).fill('5');
   const { metrics } = await specification(page), wanted = [metrics[1], metrics[3], metrics[0]];
   await page.locator(`[data-front="${metrics[0]}"]`).check();
-  await page.locator('#wrong-front').filter({ hasText: 'front must be an array of 2' }).waitFor({ timeout: 5000 });
+  await page.locator('#wrong-front').filter({ hasText: 'front: must be an array of 2' }).waitFor({ timeout: 5000 });
   for (const path of wanted) await page.locator(`[data-front="${path}"]`).check();
   await counted(page);
   assert.deepEqual((await specification(page)).front, metrics.filter((/** @type {string} */ path) => wanted.includes(path)));
@@ -212,7 +234,7 @@ test('designs of points: a Latin hypercube, base samples for sensitivity, values
   await counted(page);
   assert.match(await estimate(page), /^48 runs of 48 points/);
   await page.getByLabel('Base samples').fill('0');
-  await page.locator('#wrong-sample').filter({ hasText: 'count must be a whole number between 1' }).waitFor({ timeout: 5000 });
+  await page.locator('#wrong-sample').filter({ hasText: 'count: must be a whole number from 1' }).waitFor({ timeout: 5000 });
   assert.equal(await page.locator('#points').getAttribute('aria-invalid'), 'true');
   await close();
 });
@@ -286,7 +308,7 @@ test('what the daemon refuses stands at the field that it names', async () => {
   await wrong('repeats', /repeats/);
   await page.locator('#repeats').fill('1');
   for (let left = await page.locator('.chosen input').count(); left > 0; left--) await page.locator('.chosen input').first().click();
-  await wrong('metrics', /metrics must be/);
+  await wrong('metrics', /metrics: must be/);
   await page.locator('#find-metric').fill('players.1.remote_error mean');
   await page.locator('.offered input').first().click();
   assert.equal(await page.locator('.chosen').innerText(), 'players.1.remote_error_m.mean');

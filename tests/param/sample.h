@@ -117,7 +117,7 @@ static inline ll_status member_check(const void *object, const char *path)
     if (m->up.jitter_ms <= m->lag_ms)
         return ll_ok();
     snprintf(field, sizeof field, "%sup.jitter_ms", path);
-    return ll_field_error(LL_BAD_INPUT, field, "%s must be at most the lag", field);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: must be at most the lag", field);
 }
 
 static const ll_param_table member_table = {.name = "member",

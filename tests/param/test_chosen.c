@@ -207,9 +207,9 @@ static void errors_leave_the_object(void **state)
     before = t;
     calls = 0;
     assert_status(patch("{\"meals.0.menu\":\"large\",\"meals.0.drinks\":10}", &t, NULL, NULL), LL_BAD_INPUT,
-                  "meals.0.drinks", "meals.0.drinks must be between 0 and 9; got 10");
+                  "meals.0.drinks", "meals.0.drinks: must be 0 to 9; got 10");
     assert_status(patch("{\"meals.0.menu\":\"huge\"}", &t, NULL, NULL), LL_BAD_INPUT, "meals.0.menu",
-                  "meals.0.menu must be one of a_la_carte, small, large; got \"huge\"");
+                  "meals.0.menu: must be one of a_la_carte, small, large; got \"huge\"");
     assert_status(patch("{\"meals.0.menu\":\"large\",\"meals\":[{\"menu\":\"small\"}]}", &t, NULL, NULL),
                   LL_BAD_INPUT, "meals.0.menu", "meals.0.menu is given twice");
     assert_memory_equal(&t, &before, sizeof t);

@@ -195,9 +195,9 @@ static void what_is_wrong_leaves_the_object(void **state)
     } cases[] = {
         {"level", "", "--set takes path=value; got level"},
         {"=3", "", "--set takes path=value; got =3"},
-        {"level=2", "level", "level must be between 0.1 and 0.9; got 2"},
+        {"level=2", "level", "level: must be 0.1 to 0.9; got 2"},
         {"members.5.lag_ms=2", "members.5", NULL},
-        {"shape=", "shape", "shape must be one of circle, box, point; got \"\""},
+        {"shape=", "shape", "shape: must be one of circle, box, point; got \"\""},
     };
     sample s, before;
     memset(&s, 0, sizeof s);

@@ -60,7 +60,7 @@ static void objects_are_merged_and_arrays_replaced(void **state)
     assert_int_equal(s.count, 3);
     assert_true(s.members[2].lag_ms == 3 && s.members[1].tries == 0);
     assert_status(set(&s, "members", "[{\"lag_ms\":1},{\"lag_ms\":2000}]"), LL_BAD_INPUT, "members.1.lag_ms",
-                  "members.1.lag_ms must be between 0 and 1000 ms; got 2000");
+                  "members.1.lag_ms: must be 0 to 1000 ms; got 2000");
     assert_int_equal(s.count, 3);
 }
 
@@ -70,24 +70,23 @@ static void errors_leave_the_object(void **state)
     static const struct {
         const char *path, *value, *field, *text;
     } cases[] = {
-        {"members.1.lag_ms", "fast", "members.1.lag_ms", "members.1.lag_ms must be a number; got \"fast\""},
-        {"members.1.lag_ms", "", "members.1.lag_ms", "members.1.lag_ms must be a number; got \"\""},
-        {"members.1.lag_ms", "5 6", "members.1.lag_ms", "members.1.lag_ms must be a number; got \"5 6\""},
-        {"members.1.lag_ms", "nan", "members.1.lag_ms", "members.1.lag_ms must be a number; got \"nan\""},
+        {"members.1.lag_ms", "fast", "members.1.lag_ms", "members.1.lag_ms: must be a number; got \"fast\""},
+        {"members.1.lag_ms", "", "members.1.lag_ms", "members.1.lag_ms: must be a number; got \"\""},
+        {"members.1.lag_ms", "5 6", "members.1.lag_ms", "members.1.lag_ms: must be a number; got \"5 6\""},
+        {"members.1.lag_ms", "nan", "members.1.lag_ms", "members.1.lag_ms: must be a number; got \"nan\""},
         {"members.1.lag_ms", "null", "members.1.lag_ms", "members.1.lag_ms cannot be removed; got null"},
         {"members.1.tries", "2.5", "members.1.tries",
-         "members.1.tries must be a whole number between -2 and 9; got 2.5"},
-        {"shape", "boxx", "shape", "shape must be one of circle, box, point; got \"boxx\""},
-        {"loud", "yes", "loud", "loud must be true or false; got \"yes\""},
+         "members.1.tries: must be a whole number from -2 to 9; got 2.5"},
+        {"shape", "boxx", "shape", "shape: must be one of circle, box, point; got \"boxx\""},
+        {"loud", "yes", "loud", "loud: must be true or false; got \"yes\""},
         {"members.7.lag_ms", "5", "members.7",
-         "members.7 does not exist: the index in members must be between 0 and 1"},
+         "members.7 does not exist: the index in members must be 0 to 1"},
         {"levle", "5", "levle", "levle is unknown; did you mean level?"},
         {"", "5", "",
          "the empty name is unknown; known are seed, shape, params, ratio, level, members, loud"},
-        {"members..lag_ms", "5", "members.",
-         "members. does not exist: the index in members must be between 0 and 1"},
+        {"members..lag_ms", "5", "members.", "members. does not exist: the index in members must be 0 to 1"},
         {"level.", "5", "level.", "level. is unknown: nothing can be set there"},
-        {"members.1", "5", "members.1", "members.1 must be an object; got 5"},
+        {"members.1", "5", "members.1", "members.1: must be an object; got 5"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         sample s, before;

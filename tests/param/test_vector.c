@@ -71,17 +71,16 @@ static void what_does_not_fit_is_refused(void **state)
 {
     (void)state;
     static const char *const wrong[][2] = {
-        {"{\"place\":[1]}", "place must be a pair [x, y] of numbers between -5 and 5 m; got an array"},
-        {"{\"place\":[6, 1e30]}",
-         "place must be a pair [x, y] of numbers between -5 and 5 m; got [6, 1e+30]"},
-        {"{\"place\":[1,2,3]}", "place must be a pair"},
-        {"{\"place\":[1,6]}", "place must be a pair"},
-        {"{\"place\":[1,1e999]}", "place must be a pair"},
-        {"{\"place\":\"here\"}", "place must be a pair [x, y] of numbers between -5 and 5 m; got \"here\""},
+        {"{\"place\":[1]}", "place: must be a pair [x, y] of numbers from -5 to 5 m; got an array"},
+        {"{\"place\":[6, 1e30]}", "place: must be a pair [x, y] of numbers from -5 to 5 m; got [6, 1e+30]"},
+        {"{\"place\":[1,2,3]}", "place: must be a pair"},
+        {"{\"place\":[1,6]}", "place: must be a pair"},
+        {"{\"place\":[1,1e999]}", "place: must be a pair"},
+        {"{\"place\":\"here\"}", "place: must be a pair [x, y] of numbers from -5 to 5 m; got \"here\""},
         {"{\"corners\":[[0,0],[11,0]]}",
-         "corners must be an array of pairs [x, y] of numbers between -10 and 10"},
-        {"{\"corners\":[[0,0],[0,0],[0,0],[0,0],[0,0]]}", "corners must have at most 4 points; got 5"},
-        {"{\"corners\":{}}", "corners must be an array of points"},
+         "corners: must be an array of pairs [x, y] of numbers from -10 to 10"},
+        {"{\"corners\":[[0,0],[0,0],[0,0],[0,0],[0,0]]}", "corners: must have at most 4 points; got 5"},
+        {"{\"corners\":{}}", "corners: must be an array of points"},
     };
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
         body b;

@@ -1,4 +1,4 @@
-/* A scene under test: made, stepped and measured. */
+/* A scene under test: build, step and measure it. */
 #pragma once
 
 #include <setjmp.h>
@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 typedef struct lab {
     const ll_scene *scene;
@@ -69,7 +69,7 @@ static inline ll_rigid *world_of(const ll_rigid_limits *limits, const ll_rigid_p
     ok(ll_rigid_check(limits));
     size_t size = ll_rigid_size(limits);
     void *block = malloc(size);
-    memset(block, 0xa5, size); /* what is not set must not matter */
+    memset(block, 0xa5, size); /* unset bytes must not matter */
     return ll_rigid_init(block, limits, params);
 }
 
@@ -78,7 +78,7 @@ static inline ll_scene_args scene_args(const ll_scene *scene, ll_scene_args give
     return ll_scene_args_of(scene, &given);
 }
 
-/* The parameters of a scene: the standard, sleeping off, and what the scene changes. */
+/* Parameters of a scene: the defaults without sleeping, and the scene's own changes. */
 static inline ll_rigid_params scene_params(const char *name, ll_scene_args given)
 {
     const ll_scene *scene = ll_scene_named(name);

@@ -10,6 +10,7 @@
 #include <cjson/cJSON.h>
 #include <cmocka.h>
 
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/session.h"
 

@@ -5,6 +5,7 @@
 #include <math.h>
 #include <zlib.h>
 
+#include "library/library.h"
 #include "session/frame.h"
 
 /* ---- a viewer: a state as the sender knows it, and rows as the bytes gave them ---- */

@@ -1,4 +1,5 @@
 /* A session is its log: however it is driven, the same log gives the same state. */
+#include "library/library.h"
 #include "session/harness.h"
 
 #include "session/frame.h"

@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "base/rng.h"
+#include "library/library.h"
 #include "session/scenario.h"
 #include "session/workload.h"
 
@@ -282,12 +283,12 @@ static void a_wrong_workload_is_a_sentence(void **state)
         {"{\"inputs\":[" INPUT ",{\"tick\":4,\"player\":0,\"axes\":[0,0]}]}", "workload.inputs.1",
          "must not be below that of the input before it, 5; got 4"},
         {"{\"inputs\":[" INPUT ",{\"tick\":6,\"player\":16,\"axes\":[0,0]}]}", "workload.inputs.1",
-         "player must be a whole number from 0 to 15; got 16"},
+         "player: must be a whole number from 0 to 15; got 16"},
         {"{\"inputs\":[{\"tick\":6.5,\"player\":1,\"axes\":[0,0]}]}", "workload.inputs.0", "got 6.5"},
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0]}]}", "workload.inputs.0", "two numbers"},
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,-1.25]}]}", "workload.inputs.0", "got -1.25"},
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,0],\"buttons\":-1}]}", "workload.inputs.0",
-         "buttons must be a whole number from 0 to 4294967295; got -1"},
+         "buttons: must be a whole number from 0 to 4294967295; got -1"},
         {"{\"inputs\":[{\"tick\":6,\"player\":1,\"axes\":[0,0],\"button\":1}]}", "workload.inputs.0",
          "button is unknown"},
         {"\"no log\"", "workload", "line 1 of the log"},
@@ -313,7 +314,7 @@ static void players_must_be_there_and_driven(void **state)
         ll_code code;
         const char *sentence;
     } rows[] = {{"race", "{" PEOPLE "}", "{\"inputs\":[{\"tick\":5,\"player\":2,\"axes\":[0,0]}]}",
-                 LL_BAD_INPUT, "player must be between 0 and 1; got 2"},
+                 LL_BAD_INPUT, "player: must be 0 to 1; got 2"},
                 {"race", NULL, "{\"inputs\":[" INPUT "]}", LL_CONFLICT, "set players.0.control to person"},
                 {"race", "{\"players.1.control\":\"person\"}", "{\"inputs\":[" INPUT "]}", LL_CONFLICT,
                  "no player takes"},

@@ -6,8 +6,9 @@
 
 #include <cmocka.h>
 
-#include "netcode/client.h"
-#include "sim/kinds.h"
+#include "netcode/state/client.h"
+#include "session/kinds.h"
+#include "sim/core/scenario_rows.h"
 
 static void lists_follow_their_tables(void **state)
 {

@@ -15,8 +15,8 @@
 
 #include "base/assert.h"
 #include "base/rng.h"
+#include "daemon/http/problem.h"
 #include "session/section.h"
-#include "daemon/problem.h"
 
 int64_t front_now(void)
 {

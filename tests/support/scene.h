@@ -2,7 +2,7 @@
 #pragma once
 
 #include "session/scenario.h"
-#include "sim/netgame.h"
+#include "sim/netgame/netgame.h"
 
 typedef struct scene {
     ll_scenario scenario;

@@ -34,6 +34,7 @@ function layoutOf(hello) {
     },
     entities: given.entities ?? [],
     fixed: given.fixed ?? [],
+    notices: given.notices ?? [],
     motion: given.problem ? given : null,
     rigid: given.rigid ?? null,
     fluid: given.fluid ?? null,

@@ -74,7 +74,8 @@ export function side() {
   const players = layout.value?.players ?? [];
   const p = params.value;
   return html`<aside class="side" aria-label="Charts and numbers">
-    <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}</div>
+    <div class="about"><h2>${p?.paper ? `${p.paper}: ` : ''}${p?.title ?? ''}</h2>${p?.text ? html`<p>${p.text}</p>` : nothing}
+      ${(layout.value?.notices ?? []).map((text) => html`<p role="note"><strong>Nothing is measured.</strong> ${text}</p>`)}</div>
     ${happened()}
     ${tradeButton()}
     <section class="chart"><div class="head"><h3>Drawn − server now</h3>${units()}</div>

@@ -15,7 +15,7 @@ import { link } from './early.js';
  *   numbers: string[], notices?: string[], beside?: FluidLayout[]}} FluidLayout  view: as of rigid bodies */
 /** @typedef {{kind: string, width_m: number, height_m: number, round: boolean}} Shape */
 /** @typedef {{game: string, players: {name: string}[], game_values: string[], scene: Scene, entities: Shape[],
- *   fixed: (Shape & {x: number, y: number})[], motion: MotionLayout | null, rigid: RigidLayout | null, fluid: FluidLayout | null}} Layout
+ *   fixed: (Shape & {x: number, y: number})[], notices: string[], motion: MotionLayout | null, rigid: RigidLayout | null, fluid: FluidLayout | null}} Layout
  *   entities: how each is drawn, none in a game that has a drawing of its own; motion, rigid, fluid: of a scenario of that kind, which has no players */
 /** @typedef {{id: string, key: string, own: boolean}} Session  key is empty for a reader; own: made from the query */
 /** @typedef {{id: string, title: string, paper: string, kind: string}} ScenarioRow */

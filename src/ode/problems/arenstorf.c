@@ -1,13 +1,13 @@
-/* Arenstorf's orbit: a satellite between earth and moon, in the frame that turns with them; it closes after
- * 17.07 units of time. */
-#include "ode/problems/problems.h"
+/* Arenstorf orbit: a satellite between earth and moon, in the co-rotating frame; closed after 17.07 time
+ * units. */
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double mu;
 } params;
 
 static const ll_param rows[] = {
-    LL_ODE_PARAM(params, mu, NULL, 1e-6, 0.5, 0.012277471, "The moon's share of the mass.")};
+    LL_ODE_PARAM(params, mu, NULL, 1e-6, 0.5, 0.012277471, "Mass fraction of the moon.")};
 LL_ODE_TABLE(ll_ode_arenstorf_table, "arenstorf", "Parameters of the three bodies.", rows, params);
 
 LL_ODE_ACCELERATION(acceleration, 4, {
@@ -19,7 +19,7 @@ LL_ODE_ACCELERATION(acceleration, 4, {
     a[1] = y - 2 * vx - (earth + moon) * y;
 })
 
-/* The force that the turning of the frame adds to a moving body is that of a magnetic field of 2. */
+/* The Coriolis force equals that of a magnetic field of 2. */
 LL_ODE_MAGNETIC(magnetic, 4, {
     double mu = ((const params *)p)->mu, rest = 1 - mu;
     real x = q[0], y = q[1], y2 = y * y;

@@ -1,12 +1,12 @@
-/* Bodies that attract each other in the plane: the Pleiades (seven, with close encounters), and the figure of
- * eight that three follow. The order of the positions is x1 ... xn, y1 ... yn. */
-#include "ode/problems/problems.h"
+/* Bodies that attract each other in the plane: the Pleiades (seven, with close encounters), and the
+ * figure-eight orbit of three. The order of the positions is x1 ... xn, y1 ... yn. */
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double gravity;
 } params;
 
-static const ll_param rows[] = {LL_ODE_PARAM(params, gravity, NULL, 0, 100, 1, "Constant of gravity.")};
+static const ll_param rows[] = {LL_ODE_PARAM(params, gravity, NULL, 0, 100, 1, "Gravitational constant.")};
 LL_ODE_TABLE(ll_ode_pleiades_table, "pleiades", "Parameters of the seven bodies.", rows, params);
 LL_ODE_TABLE(ll_ode_figure_eight_table, "figure_eight", "Parameters of the three bodies.", rows, params);
 
@@ -151,8 +151,7 @@ static const char *const three_components[] = {"x1_m",    "x2_m",    "x3_m",    
                                                "vx3_mps", "vy1_mps", "vy2_mps", "vy3_mps"};
 
 const ll_ode_problem ll_ode_figure_eight = {.name = "figure_eight",
-                                            .help =
-                                                "Three bodies that follow one another on a figure of eight.",
+                                            .help = "Three bodies on a common figure-eight orbit.",
                                             .source = "Chenciner and Montgomery 2000; binary128 reference",
                                             .params = &ll_ode_figure_eight_table,
                                             .system = three_system,

@@ -1,5 +1,5 @@
 /* A ball that bounces ever lower and comes to rest after infinitely many impacts in a finite time. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double g, h, e, rest_speed;
@@ -7,9 +7,9 @@ typedef struct params {
 
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
-    LL_ODE_PARAM(params, h, "m", 1e-3, 1e4, 1, "Height at the start."),
-    LL_ODE_PARAM(params, e, NULL, 0, 1, 0.5, "Restitution: share of the speed that an impact leaves."),
-    LL_ODE_PARAM(params, rest_speed, "m/s", 0, 1, 1e-9, "A ball that leaves the floor slower stays there."),
+    LL_ODE_PARAM(params, h, "m", 1e-3, 1e4, 1, "Initial height."),
+    LL_ODE_PARAM(params, e, NULL, 0, 1, 0.5, "Coefficient of restitution."),
+    LL_ODE_PARAM(params, rest_speed, "m/s", 0, 1, 1e-9, "Rebound speed below which the ball rests."),
 };
 LL_ODE_TABLE(ll_ode_bouncing_ball_table, "bouncing_ball", "Parameters of the ball.", rows, params);
 

@@ -1,6 +1,6 @@
-/* Dry friction: a block slides to a stop. `coulomb` locates the stop; `coulomb_naive` only has the sign of
- * the speed in its force, and chatters around rest. */
-#include "ode/problems/problems.h"
+/* Dry friction: a block slides to a stop. `coulomb` locates the stop; the force of `coulomb_naive` only uses
+ * the sign of the velocity, and chatters at rest. */
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double mu_g, v0;
@@ -8,7 +8,7 @@ typedef struct params {
 
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, mu_g, "m/s2", 1e-3, 1000, 2, "Deceleration by friction."),
-    LL_ODE_PARAM(params, v0, "m/s", 0, 1000, 3, "Speed at the start."),
+    LL_ODE_PARAM(params, v0, "m/s", 0, 1000, 3, "Initial speed."),
 };
 LL_ODE_TABLE(ll_ode_coulomb_table, "coulomb", "Parameters of the sliding block.", rows, params);
 LL_ODE_TABLE(ll_ode_coulomb_naive_table, "coulomb_naive", "Parameters of the sliding block.", rows, params);
@@ -78,7 +78,7 @@ const ll_ode_problem ll_ode_coulomb = {.name = "coulomb",
 
 const ll_ode_problem ll_ode_coulomb_naive = {
     .name = "coulomb_naive",
-    .help = "The same with a force by the sign of the speed: it chatters.",
+    .help = "The same with a force from the sign of the velocity: it chatters.",
     .source = "closed form",
     .params = &ll_ode_coulomb_naive_table,
     .system = naive_system,

@@ -1,6 +1,6 @@
-/* The double pendulum in angles: an acceleration that depends on speeds, and chaos. Unit masses and lengths.
- */
-#include "ode/problems/problems.h"
+/* Double pendulum in angles: an acceleration that depends on velocities, and chaos. Unit masses and
+ * lengths. */
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double g, theta1, theta2;
@@ -8,8 +8,8 @@ typedef struct params {
 
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
-    LL_ODE_PARAM(params, theta1, "rad", -3.15, 3.15, 2, "Upper angle at the start, at rest; 0 hangs down."),
-    LL_ODE_PARAM(params, theta2, "rad", -3.15, 3.15, 2, "Lower angle at the start."),
+    LL_ODE_PARAM(params, theta1, "rad", -3.15, 3.15, 2, "Initial upper angle, at rest; 0 hangs down."),
+    LL_ODE_PARAM(params, theta2, "rad", -3.15, 3.15, 2, "Initial lower angle."),
 };
 LL_ODE_TABLE(ll_ode_double_pendulum_table, "double_pendulum", "Parameters of the double pendulum.", rows,
              params);

@@ -1,6 +1,6 @@
-/* Quadratic drag. Vertical: v' = g - kd v |v|, s pointing down, also thrown up first. In the plane: a
- * projectile, y pointing up, that comes to rest where it meets the ground. */
-#include "ode/problems/problems.h"
+/* Quadratic drag. Vertical: v' = g - kd v |v|, s downwards; may start upwards. In the plane: a projectile, y
+ * upwards, that comes to rest when it hits the ground. */
+#include "ode/core/problem_rows.h"
 #include "ode/problems/special.h"
 
 /* ---- vertical ---- */
@@ -12,7 +12,7 @@ typedef struct vertical {
 static const ll_param vertical_rows[] = {
     LL_ODE_PARAM(vertical, g, "m/s2", 0.01, 1000, 10, "Gravity."),
     LL_ODE_PARAM(vertical, kd, "1/m", 1e-6, 100, 1.0 / 128, "Drag: deceleration over speed squared."),
-    LL_ODE_PARAM(vertical, v0, "m/s", -1000, 1000, 0, "Speed at the start, downwards; negative: thrown up."),
+    LL_ODE_PARAM(vertical, v0, "m/s", -1000, 1000, 0, "Initial speed, downwards; negative: upwards."),
 };
 LL_ODE_TABLE(ll_ode_drag_vertical_table, "drag_vertical", "Parameters of the fall with drag.", vertical_rows,
              vertical);
@@ -40,7 +40,7 @@ static void vertical_start(const void *p, double *y)
     y[1] = ((const vertical *)p)->v0;
 }
 
-/* Falling slower than the terminal speed vt: v = vt tanh, s = log cosh / kd. */
+/* Below the terminal speed vt: v = vt tanh, s = log cosh / kd. */
 static void falling(const vertical *c, double t, double v0, double *s, double *v)
 {
     double vt = ll_sqrt(c->g / c->kd), start = ll_ode_atanh(v0 / vt), now = start + c->g * t / vt;
@@ -59,7 +59,7 @@ static bool vertical_exact(const void *p, double t, double *y)
         return true;
     }
     double angle = ll_ode_atan(-c->v0 / vt), apex = angle * vt / c->g, left = angle - c->g * t / vt;
-    if (t < apex) { /* rising: v = -vt tan */
+    if (t < apex) { /* upwards: v = -vt tan */
         y[0] = -ll_log(ll_cos(left) / ll_cos(angle)) / c->kd;
         y[1] = -vt * ll_sin(left) / ll_cos(left);
         return true;
@@ -90,9 +90,9 @@ typedef struct plane {
 static const ll_param plane_rows[] = {
     LL_ODE_PARAM(plane, g, "m/s2", 0.01, 1000, 10, "Gravity."),
     LL_ODE_PARAM(plane, kd, "1/m", 0, 100, 1.0 / 128,
-                 "Drag: deceleration over speed squared; 0 is the parabola."),
-    LL_ODE_PARAM(plane, vx0, "m/s", -1000, 1000, 30, "Speed at the start, forwards."),
-    LL_ODE_PARAM(plane, vy0, "m/s", 0, 1000, 40, "Speed at the start, upwards."),
+                 "Drag: deceleration over speed squared; 0: a parabola."),
+    LL_ODE_PARAM(plane, vx0, "m/s", -1000, 1000, 30, "Initial speed, forwards."),
+    LL_ODE_PARAM(plane, vy0, "m/s", 0, 1000, 40, "Initial speed, upwards."),
 };
 LL_ODE_TABLE(ll_ode_drag_2d_table, "drag_2d", "Parameters of the projectile.", plane_rows, plane);
 

@@ -1,5 +1,5 @@
-/* A pendulum on a spring, q'' = -k (r - 1) q / r - (0, g): a fast oscillation under a slow one. */
-#include "ode/problems/problems.h"
+/* A pendulum on a spring, q'' = -k (r - 1) q / r - (0, g): a fast oscillation on a slow one. */
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double k, g;
@@ -74,7 +74,7 @@ static const double stiff_reference[] = {0.889238669982539966, -0.45747353536902
 static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
 
 const ll_ode_problem ll_ode_elastic_pendulum = {.name = "elastic_pendulum",
-                                                .help = "A pendulum on a spring, 100 rad/s under 3 rad/s.",
+                                                .help = "A pendulum on a spring, 100 rad/s on 3 rad/s.",
                                                 .source = "binary128 reference",
                                                 .params = &ll_ode_elastic_pendulum_table,
                                                 .system = system_of,
@@ -86,8 +86,7 @@ const ll_ode_problem ll_ode_elastic_pendulum = {.name = "elastic_pendulum",
                                                 .energy = energy};
 
 const ll_ode_problem ll_ode_stiff_pendulum = {.name = "stiff_pendulum",
-                                              .help =
-                                                  "A pendulum on a stiff spring, 1000 rad/s under 3 rad/s.",
+                                              .help = "A pendulum on a stiff spring, 1000 rad/s on 3 rad/s.",
                                               .source = "binary128 reference",
                                               .stiff = true,
                                               .params = &ll_ode_stiff_pendulum_table,

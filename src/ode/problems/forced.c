@@ -1,5 +1,5 @@
 /* A free mass under a periodic force, x'' = cos(omega t). */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double omega;

@@ -1,5 +1,5 @@
 /* Free fall, s'' = g: the paper's first example, s pointing down. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double g, v0;
@@ -7,7 +7,7 @@ typedef struct params {
 
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
-    LL_ODE_PARAM(params, v0, "m/s", -1000, 1000, 0, "Speed at the start, downwards."),
+    LL_ODE_PARAM(params, v0, "m/s", -1000, 1000, 0, "Initial speed, downwards."),
 };
 LL_ODE_TABLE(ll_ode_free_fall_table, "free_fall", "Parameters of free fall.", rows, params);
 

@@ -1,15 +1,15 @@
 /* Henon and Heiles: a star in a galaxy, V = (q1^2 + q2^2) / 2 + q1^2 q2 - q2^3 / 3. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double q1, q2, p1, p2;
 } params;
 
 static const ll_param rows[] = {
-    LL_ODE_PARAM(params, q1, "m", -1, 1, 0.1, "First place at the start."),
-    LL_ODE_PARAM(params, q2, "m", -1, 1, 0, "Second place at the start."),
-    LL_ODE_PARAM(params, p1, "m/s", -1, 1, 0, "First speed at the start."),
-    LL_ODE_PARAM(params, p2, "m/s", -1, 1, 0.5, "Second speed at the start."),
+    LL_ODE_PARAM(params, q1, "m", -1, 1, 0.1, "Initial first coordinate."),
+    LL_ODE_PARAM(params, q2, "m", -1, 1, 0, "Initial second coordinate."),
+    LL_ODE_PARAM(params, p1, "m/s", -1, 1, 0, "Initial first velocity."),
+    LL_ODE_PARAM(params, p2, "m/s", -1, 1, 0.5, "Initial second velocity."),
 };
 LL_ODE_TABLE(ll_ode_henon_heiles_table, "henon_heiles", "Parameters of the star.", rows, params);
 

@@ -1,12 +1,12 @@
 /* A constant jerk, x'' = j t: the simplest acceleration that is not constant. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double jerk;
 } params;
 
 static const ll_param rows[] = {
-    LL_ODE_PARAM(params, jerk, "m/s3", -1000, 1000, 6, "Change of the acceleration.")};
+    LL_ODE_PARAM(params, jerk, "m/s3", -1000, 1000, 6, "Rate of the acceleration.")};
 LL_ODE_TABLE(ll_ode_jerk_table, "jerk", "Parameters of the constant jerk.", rows, params);
 
 static void acceleration(const void *p, double t, const double *q, const double *v, double *a)
@@ -37,7 +37,7 @@ static bool exact(const void *p, double t, double *y)
 static const char *const components[] = {"x_m", "v_mps"};
 
 const ll_ode_problem ll_ode_jerk = {.name = "jerk",
-                                    .help = "An acceleration that grows evenly.",
+                                    .help = "An acceleration that grows linearly.",
                                     .source = "closed form",
                                     .params = &ll_ode_jerk_table,
                                     .system = system_of,

@@ -1,5 +1,5 @@
 /* Kepler's orbit, q'' = -q / |q|^3, from the pericentre; semi-major axis and period are 1 and 2 pi. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double e;

@@ -1,13 +1,13 @@
 /* A charge in a homogeneous magnetic field: x'' = b y', y'' = -b x'. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double b, speed;
 } params;
 
 static const ll_param rows[] = {
-    LL_ODE_PARAM(params, b, "rad/s", 1e-3, 1e4, 1, "Field, as the frequency of the circle."),
-    LL_ODE_PARAM(params, speed, "m/s", 1e-3, 1e6, 1, "Speed at the start."),
+    LL_ODE_PARAM(params, b, "rad/s", 1e-3, 1e4, 1, "Field, as the angular frequency of the circle."),
+    LL_ODE_PARAM(params, speed, "m/s", 1e-3, 1e6, 1, "Initial speed."),
 };
 LL_ODE_TABLE(ll_ode_lorentz_table, "lorentz", "Parameters of the charge.", rows, params);
 
@@ -60,14 +60,14 @@ static double energy(const void *p, double t, const double *y)
 
 static const char *const components[] = {"x_m", "y_m", "vx_mps", "vy_mps"};
 
-const ll_ode_problem ll_ode_lorentz = {
-    .name = "lorentz",
-    .help = "A charge circles in a magnetic field: a force that depends on speed.",
-    .source = "closed form",
-    .params = &ll_ode_lorentz_table,
-    .system = system_of,
-    .duration = 10,
-    .start = start,
-    .components = components,
-    .exact = exact,
-    .energy = energy};
+const ll_ode_problem ll_ode_lorentz = {.name = "lorentz",
+                                       .help =
+                                           "A charge in a magnetic field: a force that depends on velocity.",
+                                       .source = "closed form",
+                                       .params = &ll_ode_lorentz_table,
+                                       .system = system_of,
+                                       .duration = 10,
+                                       .start = start,
+                                       .components = components,
+                                       .exact = exact,
+                                       .energy = energy};

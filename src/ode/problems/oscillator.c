@@ -1,5 +1,5 @@
 /* The harmonic oscillator, x'' = -omega^2 x - 2 zeta omega x': undamped as `oscillator`, and `damped`. */
-#include "ode/problems/problems.h"
+#include "ode/core/problem_rows.h"
 
 typedef struct params {
     double omega, x0, v0, zeta;
@@ -7,8 +7,8 @@ typedef struct params {
 
 #define COMMON                                                                                               \
     LL_ODE_PARAM(params, omega, "rad/s", 1e-3, 1e4, 1, "Natural frequency."),                                \
-        LL_ODE_PARAM(params, x0, "m", -1e6, 1e6, 1, "Place at the start."),                                  \
-        LL_ODE_PARAM(params, v0, "m/s", -1e6, 1e6, 0, "Speed at the start.")
+        LL_ODE_PARAM(params, x0, "m", -1e6, 1e6, 1, "Initial position."),                                    \
+        LL_ODE_PARAM(params, v0, "m/s", -1e6, 1e6, 0, "Initial speed.")
 
 static const ll_param rows[] = {COMMON};
 LL_ODE_TABLE(ll_ode_oscillator_table, "oscillator", "Parameters of the oscillator.", rows, params);
@@ -70,8 +70,8 @@ static void start(const void *p, double *y)
     y[1] = c->v0;
 }
 
-/* sin(r t) / r and cos(r t) of a real or imaginary r, by r^2: sinh and cosh where it is negative. The damped
- * exponential is taken in, since the hyperbolic functions alone would overflow. */
+/* sin(r t) / r and cos(r t) for real or imaginary r, from r^2: sinh and cosh if it is negative. Includes the
+ * damping factor, since the hyperbolic functions alone would overflow. */
 static void waves(double r2, double decay, double t, double *c, double *s)
 {
     if (r2 > 0) {

@@ -1,5 +1,5 @@
-/* A ball on a floor made of a stiff spring: what games do instead of an impact. */
-#include "ode/problems/problems.h"
+/* A ball on a floor made of a stiff spring: the penalty method of games. */
+#include "ode/core/problem_rows.h"
 #include "ode/problems/special.h"
 
 typedef struct params {
@@ -9,7 +9,7 @@ typedef struct params {
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
     LL_ODE_PARAM(params, k, "N/m", 1, 1e9, 1e5, "Stiffness of the floor; the mass is 1 kg."),
-    LL_ODE_PARAM(params, h, "m", 1e-3, 1e4, 1, "Height at the start."),
+    LL_ODE_PARAM(params, h, "m", 1e-3, 1e4, 1, "Initial height."),
 };
 LL_ODE_TABLE(ll_ode_penalty_floor_table, "penalty_floor", "Parameters of the floor.", rows, params);
 
@@ -31,7 +31,7 @@ static void start(const void *p, double *y)
     y[1] = 0;
 }
 
-/* A period is a fall, a contact of half a swing and more, and a rise. */
+/* A period is a fall, a contact of over half an oscillation, and a rise. */
 static bool exact(const void *p, double t, double *y)
 {
     const params *c = p;

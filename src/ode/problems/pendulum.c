@@ -1,5 +1,5 @@
-/* The pendulum, theta'' = -(g / l) sin theta, let go at rest: sin(theta / 2) = k cd(w t, k). */
-#include "ode/problems/problems.h"
+/* Pendulum, theta'' = -(g / l) sin theta, released at rest: sin(theta / 2) = k cd(w t, k). */
+#include "ode/core/problem_rows.h"
 #include "ode/problems/special.h"
 
 typedef struct params {
@@ -9,7 +9,7 @@ typedef struct params {
 static const ll_param rows[] = {
     LL_ODE_PARAM(params, g, "m/s2", 0.01, 1000, 10, "Gravity."),
     LL_ODE_PARAM(params, length, "m", 0.01, 1000, 1, "Length."),
-    LL_ODE_PARAM(params, theta0, "rad", -3.14, 3.14, 2, "Angle at the start, at rest; 0 hangs down."),
+    LL_ODE_PARAM(params, theta0, "rad", -3.14, 3.14, 2, "Initial angle, at rest; 0 hangs down."),
 };
 LL_ODE_TABLE(ll_ode_pendulum_table, "pendulum", "Parameters of the pendulum.", rows, params);
 
@@ -55,7 +55,7 @@ static double energy(const void *p, double t, const double *y)
 static const char *const components[] = {"theta_rad", "omega_radps"};
 
 const ll_ode_problem ll_ode_pendulum = {.name = "pendulum",
-                                        .help = "A pendulum with a large swing.",
+                                        .help = "A pendulum of large amplitude.",
                                         .source = "closed form, by Jacobi's elliptic functions",
                                         .params = &ll_ode_pendulum_table,
                                         .system = system_of,

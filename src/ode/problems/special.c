@@ -62,7 +62,7 @@ double ll_ode_log_cosh(double x)
 
 enum { LEVELS = 8 };
 
-/* The descending sequence; returns how far it had to go. */
+/* The descending sequence; returns its length. */
 static int agm(double k, double a[LEVELS + 1], double c[LEVELS + 1])
 {
     double b = ll_sqrt((1 - k) * (1 + k));

@@ -1,4 +1,4 @@
-/* Functions that closed forms need; to a few ulp, the same bits everywhere. */
+/* Functions for closed forms; accurate to a few ulp, the same bits everywhere. */
 #pragma once
 
 double ll_ode_atan(double x);

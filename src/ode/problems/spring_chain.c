@@ -1,5 +1,5 @@
-/* Sixteen masses between springs, both ends fixed, the eighth plucked: a sum of modes. */
-#include "ode/problems/problems.h"
+/* Sixteen masses between springs, both ends fixed, the eighth displaced: a sum of modes. */
+#include "ode/core/problem_rows.h"
 
 enum { MASSES = 16, PLUCKED = 7 };
 

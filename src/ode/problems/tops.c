@@ -1,5 +1,5 @@
-/* Euler's equations of a turning body: the tennis racket that flips, and a driven top. */
-#include "ode/problems/problems.h"
+/* Euler's equations of a rotating body: the flipping tennis racket, and a driven top. */
+#include "ode/core/problem_rows.h"
 
 typedef struct racket {
     double i1, i2, i3, tilt;
@@ -10,7 +10,7 @@ static const ll_param racket_rows[] = {
     LL_ODE_PARAM(racket, i2, "kg m2", 0.01, 100, 2, "Middle moment of inertia."),
     LL_ODE_PARAM(racket, i3, "kg m2", 0.01, 100, 3, "Largest moment of inertia."),
     LL_ODE_PARAM(racket, tilt, "rad/s", -1, 1, 1.0 / 128,
-                 "Turning about the first axis at the start; 1 rad/s about the second."),
+                 "Initial angular velocity about the first axis; 1 rad/s about the second."),
 };
 LL_ODE_TABLE(ll_ode_tennis_racket_table, "tennis_racket", "Parameters of the racket.", racket_rows, racket);
 
@@ -47,7 +47,7 @@ static const double racket_reference[] = {0.194034852772687332, 0.98102574434401
 static const char *const racket_components[] = {"omega1_radps", "omega2_radps", "omega3_radps"};
 
 const ll_ode_problem ll_ode_tennis_racket = {.name = "tennis_racket",
-                                             .help = "A body that turns about its middle axis flips.",
+                                             .help = "A body that rotates about its middle axis flips.",
                                              .source = "Euler's equations; binary128 reference",
                                              .params = &ll_ode_tennis_racket_table,
                                              .system = racket_system,
@@ -63,7 +63,7 @@ typedef struct top {
 } top;
 
 static const ll_param top_rows[] = {
-    LL_ODE_PARAM(top, drive, "rad/s2", 0, 10, 0.25, "Strength of the drive.")};
+    LL_ODE_PARAM(top, drive, "rad/s2", 0, 10, 0.25, "Amplitude of the drive.")};
 LL_ODE_TABLE(ll_ode_euler_top_table, "euler_top", "Parameters of the top.", top_rows, top);
 
 LL_ODE_RHS(top_f, 3, {
@@ -91,7 +91,7 @@ static void top_start(const void *p, double *w)
 static const double top_reference[] = {-0.668862422980134302, -0.587698402204068395, 2.01077739307361082};
 
 const ll_ode_problem ll_ode_euler_top = {.name = "euler_top",
-                                         .help = "A turning body under a periodic drive.",
+                                         .help = "A rotating body under a periodic drive.",
                                          .source = "SciMLBenchmarks, rigid body; binary128 reference",
                                          .params = &ll_ode_euler_top_table,
                                          .system = top_system,

@@ -1,9 +1,9 @@
 /* Every scene: scenes.c makes the table of them. */
 #pragma once
 
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
-/* clang-format 14 never comes to rest on this. */
+/* clang-format 14 does not converge on this. */
 /* clang-format off */
 #define LL_SCENES(X) \
     X(column) X(pyramid) X(many_pyramids) X(tiny_pyramid) X(heavy_on_two) X(heavy_on_triangles) \

@@ -1,4 +1,4 @@
-/* What Box2D measures its speed with, beside the pyramids and the grid of joints. */
+/* Benchmarks of Box2D, other than the pyramids and the grid of joints. */
 #include "rigid/scenes/build.h"
 
 #include "base/detmath.h"
@@ -38,7 +38,7 @@ static ll_status smash(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_smash = {
     .name = "smash",
     .title = "Smash",
-    .help = "A block of 8 m hits 1.5 size x size boxes of 40 cm at speed m/s, without gravity (Box2D).",
+    .help = "A block of 8 m hits 1.5 size x size boxes of 40 cm at `speed` m/s, without gravity (Box2D).",
     .standard = {.size = 80, .speed = 40, .friction = 0.6},
     .limits = smash_limits,
     .params = weightless,
@@ -78,7 +78,7 @@ static ll_status tumbler(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_tumbler = {
     .name = "tumbler",
     .title = "Tumbler",
-    .help = "size x size boxes in a square drum that a motor turns with speed rad/s (Box2D: 45).",
+    .help = "size x size boxes in a square drum that a motor rotates at `speed` rad/s (Box2D: 45).",
     .standard = {.size = 45, .speed = 0.436, .friction = 0.6},
     .limits = drum_limits,
     .build = tumbler};
@@ -99,7 +99,7 @@ static ll_status washer(ll_rigid *w, const ll_scene_args *a)
     ll_body_id drum = ll_build_body(&b, LL_BODY_KINEMATIC, 0, 10, 0);
     b.body.spin = 0;
     const int walls = 36;
-    double lap = pi / 180; /* by which the walls overlap */
+    double lap = pi / 180; /* overlap of the walls */
     for (int i = 0; i < walls; i++) {
         double t0 = 2 * pi * i / walls, t1 = 2 * pi * (i + 1) / walls;
         ring_piece(&b, drum, 16, 18, t0 - lap, t1 + lap);
@@ -116,7 +116,7 @@ static ll_status washer(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_washer = {
     .name = "washer",
     .title = "Washer",
-    .help = "size x size boxes in a round drum with blades that turns with speed rad/s (Box2D: 90).",
+    .help = "size x size boxes in a round drum with blades that rotates at `speed` rad/s (Box2D: 90).",
     .standard = {.size = 90, .speed = 0.436, .friction = 0.6},
     .limits = drum_limits,
     .build = washer};
@@ -174,16 +174,14 @@ static void spinner_limits(const ll_scene_args *a, ll_rigid_limits *l)
     ll_build_limits(l, a->size + 512, 12, 4);
 }
 
-const ll_scene ll_scene_spinner = {
-    .name = "spinner",
-    .title = "Spinner",
-    .help =
-        "size capsules, balls and boxes, too close to each other at first, in a ring, stirred by a rod of "
-        "40 m (Box2D: 6,076).",
-    .standard = {.size = 6076, .speed = 5, .friction = 0.1},
-    .limits = spinner_limits,
-    .params = swept,
-    .build = spinner};
+const ll_scene ll_scene_spinner = {.name = "spinner",
+                                   .title = "Spinner",
+                                   .help = "size capsules, balls and boxes in a ring, initially overlapping, "
+                                           "stirred by a rod of 40 m (Box2D: 6,076).",
+                                   .standard = {.size = 6076, .speed = 5, .friction = 0.1},
+                                   .limits = spinner_limits,
+                                   .params = swept,
+                                   .build = spinner};
 
 /* ---- junkyard and compounds ---- */
 
@@ -209,7 +207,7 @@ static ll_status junkyard(ll_rigid *w, const ll_scene_args *a)
     return b.status;
 }
 
-/* The pusher goes to and fro. */
+/* Moves the pusher to and fro. */
 static ll_status junkyard_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 {
     double half = 0.45 * (double)a->size;
@@ -223,7 +221,7 @@ static ll_status junkyard_drive(ll_rigid *w, const ll_scene_args *a, int64_t ste
 const ll_scene ll_scene_junkyard = {
     .name = "junkyard",
     .title = "Junkyard",
-    .help = "size x size pentagons and a pusher of speed m/s (Box2D: 8,000 of them).",
+    .help = "size x size pentagons and a pusher of `speed` m/s (Box2D: 8,000 pentagons).",
     .standard = {.size = 89, .speed = 5, .friction = 0.6},
     .limits = drum_limits,
     .build = junkyard,
@@ -277,7 +275,7 @@ static ll_body_id limb(ll_builder *b, ll_body_id to, double x0, double y0, doubl
     return part;
 }
 
-/* 11 bodies, 10 hinges, 1.8 m high; its parts do not collide with each other. */
+/* 11 bodies, 10 revolute joints, 1.8 m high; its parts do not collide with each other. */
 static void ragdoll(ll_builder *b, double x, double y, int32_t group)
 {
     b->material.group = group;
@@ -294,7 +292,7 @@ static void ragdoll(ll_builder *b, double x, double y, int32_t group)
     }
 }
 
-/* Dolls come in showers, one group above each floor, column after column. */
+/* Ragdolls are added in groups, one above each floor, column after column. */
 typedef struct rainfall {
     int columns, floors, group;
     int pad;
@@ -343,8 +341,8 @@ static void shower(ll_builder *b, const rainfall *r, int64_t number)
         }
 }
 
-/* A shower every few steps; the oldest goes when all have come. Bodies are made and freed in whole dolls, so
- * that a doll's parts stand together in the slots. */
+/* Adds a group every few steps and removes the oldest when all are there. Bodies are added and removed by
+ * whole ragdolls, so that the parts of one are neighbours in memory. */
 static ll_status rain_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 {
     if (step % steps_between != 0)
@@ -353,7 +351,7 @@ static ll_status rain_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
     int64_t number = step / steps_between, dolls = r.floors * r.group, showers = a->size / dolls;
     int32_t parts = (int32_t)dolls * doll_parts, first = 1 + (int32_t)(number % showers) * parts;
     if (number >= showers)
-        for (int32_t i = parts; i-- > 0;) { /* backwards: slots are given out last freed first */
+        for (int32_t i = parts; i-- > 0;) { /* backwards: the slot freed last is used first */
             ll_status status = ll_rigid_remove_body(w, ll_rigid_body_at(w, first + i));
             if (ll_failed(&status))
                 return status;
@@ -366,9 +364,8 @@ static ll_status rain_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 const ll_scene ll_scene_rain = {
     .name = "rain",
     .title = "Rain of ragdolls",
-    .help =
-        "A ragdoll of 11 bodies every 8 steps; the oldest goes when size of them are there. From 1,000 on, "
-        "25 of them at a time, onto five floors of boxes (Box2D: 1,000).",
+    .help = "A ragdoll of 11 bodies every 8 steps; beyond size of them, the oldest is removed. From 1,000 "
+            "on, 25 at a time, onto five floors of boxes (Box2D: 1,000).",
     .standard = {.size = 200, .friction = 0.6},
     .limits = rain_limits,
     .build = rain,

@@ -111,13 +111,13 @@ ll_joint_id ll_build_joint(ll_builder *b, const ll_joint_def *def)
     return id;
 }
 
-ll_joint_id ll_build_hinge(ll_builder *b, ll_body_id a, ll_body_id c, double x, double y)
+ll_joint_id ll_build_revolute(ll_builder *b, ll_body_id a, ll_body_id c, double x, double y)
 {
     ll_joint_def def = ll_joint_defaults(b->world, LL_JOINT_REVOLUTE, a, c, ll_vec(x, y));
     return ll_build_joint(b, &def);
 }
 
-static int32_t bounded(int64_t count) /* what is too many is refused by ll_rigid_check */
+static int32_t bounded(int64_t count) /* ll_rigid_check rejects what is too large */
 {
     return (int32_t)(count < INT32_MAX ? count : INT32_MAX);
 }

@@ -1,13 +1,13 @@
-/* What scenes are built with. A builder goes on until its first error and then keeps that. */
+/* Helpers that build scenes. A builder keeps its first error and then does nothing. */
 #pragma once
 
-#include "rigid/scene.h"
+#include "rigid/scenes/scene.h"
 
 typedef struct ll_builder {
     ll_rigid *world;
     ll_status status;
-    ll_material material; /* of what is added next */
-    ll_body_def body;     /* velocity, damping and the like of what is added next */
+    ll_material material; /* of the next shape */
+    ll_body_def body;     /* velocity, damping and so on of the next body */
 } ll_builder;
 
 ll_builder ll_build(ll_rigid *world, double friction);
@@ -25,7 +25,7 @@ ll_body_id ll_build_capsule(ll_builder *b, double x0, double y0, double x1, doub
                             double r);                        /* dynamic */
 ll_body_id ll_build_ground(ll_builder *b, double half_width); /* static, its surface at y = 0 */
 ll_joint_id ll_build_joint(ll_builder *b, const ll_joint_def *def);
-ll_joint_id ll_build_hinge(ll_builder *b, ll_body_id a, ll_body_id c, double x, double y);
+ll_joint_id ll_build_revolute(ll_builder *b, ll_body_id a, ll_body_id c, double x, double y);
 
-/* Limits for `bodies` bodies with one hull each and `contacts` a body. */
+/* Limits for `bodies` bodies with one hull and `contacts_per_body` contacts each. */
 void ll_build_limits(ll_rigid_limits *limits, int64_t bodies, int64_t contacts_per_body, int64_t joints);

@@ -1,4 +1,4 @@
-/* Fast bodies, thin walls and seams: what continuous detection and ghost vertices are for. */
+/* Fast bodies, thin walls and seams: tests of continuous collision detection and ghost vertices. */
 #include "rigid/scenes/build.h"
 
 #include "base/detmath.h"
@@ -21,7 +21,7 @@ static void swept_and_weightless(const ll_scene_args *a, ll_rigid_params *p)
     p->gravity_x = p->gravity_y = 0;
 }
 
-/* Each ball has a wall of its own, and is as much farther away as a step's way divided by their count. */
+/* Each ball has its own wall, and starts farther away than the last by a step's path over their count. */
 static ll_status bullets_at(ll_rigid *w, const ll_scene_args *a, ll_body_type wall_type)
 {
     ll_builder b = ll_build(w, a->friction);
@@ -58,13 +58,13 @@ static ll_status bullets_loose(ll_rigid *w, const ll_scene_args *a)
     const ll_scene row = {.name = text,                                                                      \
                           .title = "Bullets " how,                                                           \
                           .help = "size balls of r = 5 cm at speed m/s against walls of 5 cm " how           \
-                                  ", each from another phase of a step.",                                    \
+                                  ", each at another phase of a step.",                                      \
                           .standard = {.size = 200, .speed = 100, .offset = 5, .friction = 0},               \
                           .limits = fast_limits,                                                             \
                           .params = swept_and_weightless,                                                    \
                           .build = builder}
 BULLETS(ll_scene_bullets, "bullets", "at rest", bullets);
-BULLETS(ll_scene_bullets_moving, "bullets_moving", "that come towards them at offset m/s", bullets_moving);
+BULLETS(ll_scene_bullets_moving, "bullets_moving", "that approach at offset m/s", bullets_moving);
 BULLETS(ll_scene_bullets_loose, "bullets_loose", "that are free to move", bullets_loose);
 
 static ll_status skinny_box(ll_rigid *w, const ll_scene_args *a)
@@ -84,7 +84,7 @@ static ll_status skinny_box(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_skinny_box = {
     .name = "skinny_box",
     .title = "Skinny box",
-    .help = "size boxes of 1 cm that spin with 50 rad/s and fall with speed m/s (Box2D).",
+    .help = "size boxes of 1 cm that rotate at 50 rad/s and fall at speed m/s (Box2D).",
     .standard = {.size = 4, .speed = 100, .friction = 0.6},
     .limits = fast_limits,
     .params = swept,
@@ -111,7 +111,7 @@ static ll_status drop(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_drop = {
     .name = "drop",
     .title = "Drop",
-    .help = "size small bodies that fall with speed m/s on a floor without thickness (Box2D).",
+    .help = "size small bodies that fall at speed m/s onto a floor without thickness (Box2D).",
     .standard = {.size = 30, .speed = 200, .friction = 0.6},
     .limits = fast_limits,
     .params = swept,
@@ -138,13 +138,14 @@ static ll_status pinball(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_pinball = {.name = "pinball",
                                    .title = "Pinball",
                                    .help =
-                                       "size balls at speed m/s between bumpers that give back all (Box2D).",
+                                       "size balls at speed m/s between bumpers of restitution 1 (Box2D).",
                                    .standard = {.size = 4, .speed = 60, .friction = 0},
                                    .limits = fast_limits,
                                    .params = swept,
                                    .build = pinball};
 
-/* A floor of chain links, or of boxes side by side: what slides over the seams should notice none. */
+/* A floor of chain segments, or of adjacent boxes: a body that slides over the seams should not notice
+ * them. */
 static ll_status ghost_bumps(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, 0);
@@ -198,7 +199,7 @@ static ll_status pixel_imperfect(ll_rigid *w, const ll_scene_args *a)
     ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
     ll_build_box_on(&b, ground, 20, 8, 0, -4, 0);
     ll_build_box_on(&b, ground, 1, 4, -5, 2, 0);
-    ll_build_box_on(&b, ground, 1, 4, -5 + 1 + 2 * (0.5 + pixel), 2, 0); /* a shaft of two pixels' play */
+    ll_build_box_on(&b, ground, 1, 4, -5 + 1 + 2 * (0.5 + pixel), 2, 0); /* a shaft with two pixels of play */
     b.body.velocity = ll_vec(0, -a->speed);
     b.body.fixed_rotation = 1;
     ll_build_box(&b, 1, 1, -5 + 0.5 + 0.5 + pixel, 6, 0);
@@ -208,7 +209,7 @@ static ll_status pixel_imperfect(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_pixel_imperfect = {
     .name = "pixel_imperfect",
     .title = "Pixel imperfect",
-    .help = "A box that falls at speed m/s into a shaft with a pixel's play (Box2D).",
+    .help = "A box that falls at speed m/s into a shaft with a pixel of play (Box2D).",
     .standard = {.size = 1, .speed = 10, .friction = 0},
     .limits = fast_limits,
     .params = swept,

@@ -8,7 +8,8 @@ static void chain_limits(const ll_scene_args *a, ll_rigid_limits *l)
     ll_build_limits(l, 6 * a->size + 32, 8, 12 * a->size + 32);
 }
 
-/* Links of 1 m to the right of the origin, hinged to it and to each other; `stretch` times as far apart. */
+/* Links of 1 m to the right of the origin, jointed to it and to each other; `stretch`: factor of their
+ * distance. */
 static ll_body_id hang_chain(ll_builder *b, int64_t links, double stretch)
 {
     ll_body_id before = ll_build_body(b, LL_BODY_STATIC, 0, 0, 0);
@@ -32,7 +33,7 @@ static ll_status ball_chain(ll_rigid *w, const ll_scene_args *a)
     double radius = 4, link = 20 * (0.25 + 3.14159265358979 * 0.125 * 0.125);
     b.material.density = a->ratio * link / (3.14159265358979 * radius * radius);
     ll_body_id ball = ll_build_circle(&b, radius, (double)a->size + radius, 0);
-    ll_build_hinge(&b, last, ball, (double)a->size, 0);
+    ll_build_revolute(&b, last, ball, (double)a->size, 0);
     return b.status;
 }
 
@@ -55,7 +56,7 @@ static ll_status stretched_chain(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_stretched_chain = {
     .name = "stretched_chain",
     .title = "Stretched chain",
-    .help = "size links made ratio times as far apart as they belong (solver2d).",
+    .help = "size links placed ratio times as far apart as their joints allow (solver2d).",
     .standard = {.size = 40, .ratio = 2, .friction = 0.6},
     .limits = chain_limits,
     .build = stretched_chain};
@@ -66,7 +67,7 @@ static void grid_limits(const ll_scene_args *a, ll_rigid_limits *l)
     l->hulls = 0;
 }
 
-/* A cloth of balls; the middle of its upper row is held. */
+/* A cloth of balls, held at the middle of its upper row. */
 static ll_status joint_grid(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
@@ -84,9 +85,10 @@ static ll_status joint_grid(ll_rigid *w, const ll_scene_args *a)
                 return b.status;
             int32_t self = first + (int32_t)(k * n + i);
             if (i > 0)
-                ll_build_hinge(&b, ll_rigid_body_at(w, self - 1), body, (double)k, -(double)i + 0.5);
+                ll_build_revolute(&b, ll_rigid_body_at(w, self - 1), body, (double)k, -(double)i + 0.5);
             if (k > 0)
-                ll_build_hinge(&b, ll_rigid_body_at(w, self - (int32_t)n), body, (double)k - 0.5, -(double)i);
+                ll_build_revolute(&b, ll_rigid_body_at(w, self - (int32_t)n), body, (double)k - 0.5,
+                                  -(double)i);
         }
     return b.status;
 }
@@ -94,7 +96,7 @@ static ll_status joint_grid(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_joint_grid = {
     .name = "joint_grid",
     .title = "Grid of joints",
-    .help = "size x size balls, hinged to their neighbours (Box2D joint_grid: 100).",
+    .help = "size x size balls, jointed to their neighbours (Box2D joint_grid: 100).",
     .standard = {.size = 100, .friction = 0.6},
     .limits = grid_limits,
     .build = joint_grid};
@@ -108,10 +110,10 @@ static ll_status bridge(ll_rigid *w, const ll_scene_args *a)
     for (int64_t i = 0; i < a->size; i++) {
         double x = left + (double)i;
         ll_body_id plank = ll_build_box(&b, 1, 0.25, x + 0.5, 0, 0);
-        ll_build_hinge(&b, before, plank, x, 0);
+        ll_build_revolute(&b, before, plank, x, 0);
         before = plank;
     }
-    ll_build_hinge(&b, before, ground, -left, 0);
+    ll_build_revolute(&b, before, ground, -left, 0);
     for (int i = 0; i < 3; i++)
         ll_build_box(&b, 1, 1, -8 + 8.0 * i, 3, 0.2 * i);
     return b.status;
@@ -120,7 +122,7 @@ static ll_status bridge(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_bridge = {
     .name = "bridge",
     .title = "Bridge",
-    .help = "size planks hinged into a hanging bridge, and three boxes on it (Box2D: 160).",
+    .help = "size planks jointed into a suspension bridge, and three boxes on it (Box2D: 160).",
     .standard = {.size = 160, .friction = 0.6},
     .limits = chain_limits,
     .build = bridge};
@@ -143,12 +145,13 @@ static ll_status cantilever(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_cantilever = {.name = "cantilever",
                                       .title = "Cantilever",
                                       .help =
-                                          "size parts welded into a beam that is held at one end (Box2D).",
+                                          "size parts welded into a beam that is fixed at one end (Box2D).",
                                       .standard = {.size = 8, .friction = 0.6},
                                       .limits = chain_limits,
                                       .build = cantilever};
 
-/* Crossed bars, hinged at their middles and ends; the lower ones stand on a hinge and a slide. */
+/* Crossed bars with revolute joints at their middles and ends; the lower ones stand on a revolute and a
+ * prismatic joint. */
 static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
@@ -159,9 +162,9 @@ static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
         double y = rise * (double)i;
         ll_body_id up = ll_build_capsule(&b, -2.5, y, 2.5, y + rise, 0.15);
         ll_body_id down = ll_build_capsule(&b, 2.5, y, -2.5, y + rise, 0.15);
-        ll_build_hinge(&b, up, down, 0, y + 0.5 * rise);
+        ll_build_revolute(&b, up, down, 0, y + 0.5 * rise);
         if (i == 0) {
-            ll_build_hinge(&b, base, up, -2.5, 0);
+            ll_build_revolute(&b, base, up, -2.5, 0);
             ll_joint_def slide = ll_joint_defaults(w, LL_JOINT_DISTANCE, base, down, ll_vec(2.5, 0));
             slide.anchor_a = ll_vec(2.5, -50); /* a long rod: almost level */
             slide.length = 50;
@@ -172,8 +175,8 @@ static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
             rod.length = 5;
             ll_build_joint(&b, &rod);
         } else {
-            ll_build_hinge(&b, left, up, -2.5, y);
-            ll_build_hinge(&b, right, down, 2.5, y);
+            ll_build_revolute(&b, left, up, -2.5, y);
+            ll_build_revolute(&b, right, down, 2.5, y);
         }
         left = down;
         right = up;
@@ -188,7 +191,7 @@ const ll_scene ll_scene_scissor_lift = {.name = "scissor_lift",
                                         .limits = chain_limits,
                                         .build = scissor_lift};
 
-static void heavier(const ll_scene_args *a, ll_rigid_params *p)
+static void ccd_mass_ratio(const ll_scene_args *a, ll_rigid_params *p)
 {
     (void)a;
     p->gravity_y = -22;
@@ -218,16 +221,16 @@ const ll_scene ll_scene_cart = {
     .help = "A load of ratio times the density of its two driven wheels, at 2.2 g (Box2D).",
     .standard = {.size = 1, .ratio = 20, .speed = 2, .friction = 0.9},
     .limits = chain_limits,
-    .params = heavier,
+    .params = ccd_mass_ratio,
     .build = cart};
 
-/* Two opposed slides that hold one bar, driven against each other. */
+/* Two opposed prismatic joints on one bar, driven against each other. */
 static ll_status unstable_prismatic(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
     ll_body_id ground = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
     ll_body_id centre = ll_build_circle(&b, 0.5, 0, 2);
-    ll_build_hinge(&b, ground, centre, 0, 2);
+    ll_build_revolute(&b, ground, centre, 0, 2);
     for (int k = -1; k <= 1; k += 2) {
         ll_body_id arm = ll_build_box(&b, 4, 0.4, 3.0 * k, 2, 0);
         ll_joint_def def = ll_joint_defaults(w, LL_JOINT_PRISMATIC, centre, arm, ll_vec(0.6 * k, 2));
@@ -243,7 +246,7 @@ static ll_status unstable_prismatic(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_unstable_prismatic = {
     .name = "unstable_prismatic",
     .title = "Unstable prismatic",
-    .help = "Two slides on one hinge with limits: kept by Box2D as an open issue.",
+    .help = "Two prismatic joints on one revolute joint with limits: an open issue of Box2D.",
     .standard = {.size = 1, .friction = 0.6},
     .limits = chain_limits,
     .build = unstable_prismatic};
@@ -268,7 +271,7 @@ static ll_status windmill(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_windmill = {
     .name = "windmill",
     .title = "Windmill",
-    .help = "A motor of speed rad/s that nothing can stop, and boxes that try (Box2D).",
+    .help = "A motor of speed rad/s and unlimited torque, and boxes in its way (Box2D).",
     .standard = {.size = 1, .speed = 2, .friction = 0.6},
     .limits = chain_limits,
     .build = windmill};

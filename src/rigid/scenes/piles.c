@@ -1,4 +1,4 @@
-/* Piles: columns, pyramids, and light things under heavy ones. */
+/* Piles: columns, pyramids, and light bodies under heavy ones. */
 #include "rigid/scenes/build.h"
 
 #include "rigid/scenes/all.h"
@@ -32,10 +32,9 @@ static ll_status column(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_column = {
     .name = "column",
     .title = "Column",
-    .help =
-        "size boxes of 1 m, one on the other; the topmost ratio times as heavy. With an offset (m) they are "
-        "set to the left and right in turns and dropped from 10 cm (Box2D vertical stack; Rapier's tall "
-        "column has 80).",
+    .help = "size boxes of 1 m, one on the other; the topmost ratio times as heavy. With an offset (m) they "
+            "are set alternately to the left and right and dropped from 10 cm (Box2D vertical stack; "
+            "Rapier's tall column has 80).",
     .standard = {.size = 20, .ratio = 1, .friction = 0.6},
     .fall = column_fall,
     .limits = column_limits,
@@ -106,14 +105,14 @@ static ll_status tiny_pyramid(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_tiny_pyramid = {
     .name = "tiny_pyramid",
     .title = "Tiny pyramid",
-    .help = "Boxes of 5 cm, size in the lowest row: contacts' tolerances are a tenth of a box (Box2D).",
+    .help = "Boxes of 5 cm, size in the lowest row: the contact margin is a tenth of a box (Box2D).",
     .standard = {.size = 30, .friction = 0.6},
     .limits = pyramid_limits,
     .build = tiny_pyramid};
 
 /* ---- light under heavy ---- */
 
-/* Only the heavy one falls; those below it sag less than it does. */
+/* Only the heavy body falls; those below it sag less than it does. */
 static double heavy_fall(const ll_scene_args *a)
 {
     return a->offset;
@@ -266,7 +265,7 @@ static ll_status overlap(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_overlap = {
     .name = "overlap",
     .title = "Overlap recovery",
-    .help = "A pyramid of size rows whose boxes begin inside each other by the share ratio (Box2D, Rapier).",
+    .help = "A pyramid of size rows whose boxes initially overlap by the fraction ratio (Box2D, Rapier).",
     .standard = {.size = 4, .ratio = 0.25, .friction = 0.6},
     .limits = square_limits,
     .build = overlap};
@@ -287,7 +286,7 @@ static ll_status total_overlap(ll_rigid *w, const ll_scene_args *a)
 
 const ll_scene ll_scene_total_overlap = {.name = "total_overlap",
                                          .title = "Total overlap",
-                                         .help = "size boxes at one place (Rapier debug_total_overlap2).",
+                                         .help = "size boxes at one position (Rapier debug_total_overlap2).",
                                          .standard = {.size = 16, .friction = 0.6},
                                          .limits = total_limits,
                                          .build = total_overlap};
@@ -314,14 +313,15 @@ static ll_status confined(ll_rigid *w, const ll_scene_args *a)
     return b.status;
 }
 
-const ll_scene ll_scene_confined = {.name = "confined",
-                                    .title = "Confined",
-                                    .help = "size x size balls of 1 m in a box with room for four fifths of "
-                                            "that a side, without gravity (Box2D).",
-                                    .standard = {.size = 25, .friction = 0.1},
-                                    .limits = square_limits,
-                                    .params = weightless,
-                                    .build = confined};
+const ll_scene ll_scene_confined = {
+    .name = "confined",
+    .title = "Confined",
+    .help =
+        "size x size balls of 1 m in a box that fits four fifths as many per side, without gravity (Box2D).",
+    .standard = {.size = 25, .friction = 0.1},
+    .limits = square_limits,
+    .params = weightless,
+    .build = confined};
 
 /* ---- balls ---- */
 
@@ -340,7 +340,7 @@ static ll_status circle_stack(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_circle_stack = {
     .name = "circle_stack",
     .title = "Stack of balls",
-    .help = "size bouncing balls over each other, each heavier than the one below (Box2D).",
+    .help = "size bouncing balls in a column, each heavier than the one below (Box2D).",
     .standard = {.size = 10, .friction = 0.6},
     .limits = few_limits,
     .build = circle_stack};
@@ -362,21 +362,21 @@ static ll_status warm_start_drive(ll_rigid *w, const ll_scene_args *a, int64_t s
     return step == 120 ? ll_rigid_remove_body(w, ll_rigid_body_at(w, 3)) : ll_ok();
 }
 
-const ll_scene ll_scene_warm_start = {.name = "warm_start",
-                                      .title = "Stored energy",
-                                      .help = "Three balls, the topmost ratio times as dense and gone after "
-                                              "2 s: how high the rest jumps is what the contacts "
-                                              "had stored (solver2d warm-start energy).",
-                                      .standard = {.ratio = 100, .friction = 0.6},
-                                      .limits = few_limits,
-                                      .build = warm_start,
-                                      .drive = warm_start_drive};
+const ll_scene ll_scene_warm_start = {
+    .name = "warm_start",
+    .title = "Stored energy",
+    .help = "Three balls; the topmost, ratio times as dense, is removed after 2 s. How high the others jump "
+            "shows the energy that the contacts stored (solver2d warm-start energy).",
+    .standard = {.ratio = 100, .friction = 0.6},
+    .limits = few_limits,
+    .build = warm_start,
+    .drive = warm_start_drive};
 
 static ll_status rush(ll_rigid *w, const ll_scene_args *a)
 {
     ll_builder b = ll_build(w, a->friction);
     int64_t count = a->size * a->size;
-    for (int64_t i = 0; i < count; i++) { /* in a spiral, by the golden angle's rotation */
+    for (int64_t i = 0; i < count; i++) { /* in a spiral, rotated by the golden angle */
         double r = 10 + 0.6 * sqrt((double)i), c = -0.7373688780783197, s = 0.6754902942615238;
         static const ll_rot one = {1, 0};
         ll_rot q = one;
@@ -387,7 +387,7 @@ static ll_status rush(ll_rigid *w, const ll_scene_args *a)
     return b.status;
 }
 
-/* All are drawn to the centre, the harder the farther. */
+/* All are attracted to the centre, proportionally to the distance. */
 static ll_status rush_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 {
     (void)step;
@@ -405,7 +405,7 @@ static ll_status rush_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 
 const ll_scene ll_scene_rush = {.name = "rush",
                                 .title = "Rush",
-                                .help = "size x size balls drawn to one place with speed m/s^2 (solver2d).",
+                                .help = "size x size balls attracted to one point by speed m/s^2 (solver2d).",
                                 .standard = {.size = 20, .speed = 20, .friction = 0.1},
                                 .limits = square_limits,
                                 .params = weightless,
@@ -429,8 +429,8 @@ static ll_status far_pyramid(ll_rigid *w, const ll_scene_args *a)
 
 const ll_scene ll_scene_far_pyramid = {.name = "far_pyramid",
                                        .title = "Far pyramid",
-                                       .help = "A pyramid of size rows at (offset, -0.8 offset) m: what is "
-                                               "left of the digits there (solver2d, Box2D).",
+                                       .help = "A pyramid of size rows at (offset, -0.8 offset) m: shows the "
+                                               "loss of digits there (solver2d, Box2D).",
                                        .standard = {.size = 10, .offset = 1e5, .friction = 0.6},
                                        .limits = square_limits,
                                        .build = far_pyramid};

@@ -19,15 +19,15 @@ static const ll_param rows[] = {
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_scene_args, size),
      .max = 100000,
-     .help = "Rows, bodies along a side or links; 0: as the scene has it."},
-    REAL(ratio, 0, 1e6, NULL, "Ratio of masses; 0: as the scene has it."),
-    REAL(offset, 0, 1e7, "m", "How far things are out of place; 0: as the scene has it."),
-    REAL(speed, 0, 1e5, NULL, "Speed in m/s or rad/s; 0: as the scene has it."),
-    REAL(friction, 0, 10, NULL, "Friction; 0: as the scene has it."),
+     .help = "Rows, bodies per side or links; 0: the scene's default."},
+    REAL(ratio, 0, 1e6, NULL, "Mass ratio; 0: the scene's default."),
+    REAL(offset, 0, 1e7, "m", "Displacement; 0: the scene's default."),
+    REAL(speed, 0, 1e5, NULL, "Speed in m/s or rad/s; 0: the scene's default."),
+    REAL(friction, 0, 10, NULL, "Friction coefficient; 0: the scene's default."),
 };
 
 const ll_param_table ll_scene_args_table = {.name = "rigid_scene",
-                                            .help = "What varies in a scene of rigid bodies.",
+                                            .help = "Arguments of a scene of rigid bodies.",
                                             .rows = rows,
                                             .count = sizeof rows / sizeof rows[0],
                                             .size = sizeof(ll_scene_args)};

@@ -121,7 +121,7 @@ const ll_scene ll_scene_ramps = {.name = "ramps",
 
 /* ---- the paper ---- */
 
-/* A rugged wall's profile: teeth of a repeatable roughness. */
+/* Profile of a rugged wall: teeth of repeatable random size. */
 static double rough(int64_t i)
 {
     uint64_t h = (uint64_t)(i + 1) * UINT64_C(0x9e3779b97f4a7c15);
@@ -134,10 +134,10 @@ static ll_status rugged_wall(ll_rigid *w, const ll_scene_args *a)
     ll_vec2 points[64];
     ll_build_ground(&b, 60);
     int count = (int)(a->size < 60 ? a->size : 60);
-    for (int i = 0; i < count; i++) /* upwards: solid from the right is solid from outside */
+    for (int i = 0; i < count; i++) /* upwards: solid on the right, from outside */
         points[i] = ll_vec(4 - 2 * rough(i), 0.5 * i - 0.5);
     ll_body_id wall = ll_build_body(&b, LL_BODY_STATIC, 0, 0, 0);
-    for (int i = 0; i + 1 < count; i++) { /* each tooth a solid piece to the wall's back */
+    for (int i = 0; i + 1 < count; i++) { /* each tooth is solid up to the wall's back */
         ll_vec2 piece[4] = {points[i], {6, points[i].y}, {6, points[i + 1].y}, points[i + 1]};
         ll_build_polygon_on(&b, wall, piece, 4);
     }
@@ -153,14 +153,14 @@ static ll_status rugged_wall(ll_rigid *w, const ll_scene_args *a)
     return b.status;
 }
 
-const ll_scene ll_scene_rugged_wall = {.name = "rugged_wall",
-                                       .title = "Rugged wall",
-                                       .help = "The paper's rugged wall of size teeth, and bodies thrown at "
-                                               "it with speed m/s: exact, or as the bounding "
-                                               "volumes see it (parameter volume).",
-                                       .standard = {.size = 30, .speed = 15, .friction = 0.4},
-                                       .limits = some_limits,
-                                       .build = rugged_wall};
+const ll_scene ll_scene_rugged_wall = {
+    .name = "rugged_wall",
+    .title = "Rugged wall",
+    .help = "The paper's rugged wall of size teeth, and bodies thrown at it with speed m/s: exact, or with "
+            "bounding volumes (parameter volume).",
+    .standard = {.size = 30, .speed = 15, .friction = 0.4},
+    .limits = some_limits,
+    .build = rugged_wall};
 
 static void beginner(const ll_scene_args *a, ll_rigid_params *p)
 {
@@ -177,15 +177,15 @@ static ll_status collapsing_stack(ll_rigid *w, const ll_scene_args *a)
     return b.status;
 }
 
-const ll_scene ll_scene_collapsing_stack = {.name = "collapsing_stack",
-                                            .title = "Collapsing stack",
-                                            .help = "The paper's stack of size blocks that collapses by the "
-                                                    "rebounds of its own contacts: with the solver "
-                                                    "impulse; with the others it stands.",
-                                            .standard = {.size = 10, .friction = 0.6},
-                                            .limits = some_limits,
-                                            .params = beginner,
-                                            .build = collapsing_stack};
+const ll_scene ll_scene_collapsing_stack = {
+    .name = "collapsing_stack",
+    .title = "Collapsing stack",
+    .help = "The paper's stack of size blocks. With the solver impulse its own contacts make it collapse; "
+            "with the others it stands.",
+    .standard = {.size = 10, .friction = 0.6},
+    .limits = some_limits,
+    .params = beginner,
+    .build = collapsing_stack};
 
 static ll_status figure_5(ll_rigid *w, const ll_scene_args *a)
 {
@@ -206,7 +206,7 @@ static void weightless(const ll_scene_args *a, ll_rigid_params *p)
 const ll_scene ll_scene_figure_5 = {
     .name = "figure_5",
     .title = "Figure 5: bounding volumes",
-    .help = "Two rectangles that turn with speed rad/s, and the AABB, sphere and OBB around them.",
+    .help = "Two rectangles that rotate at speed rad/s, and the AABB, sphere and OBB around them.",
     .standard = {.size = 1, .speed = 0.5, .friction = 0.6},
     .limits = some_limits,
     .params = weightless,

@@ -96,6 +96,22 @@ export const told = (value) => (typeof value === 'number' ? String(Number(value.
 /** How many points' repeats all gave the same: nothing random reaches their metrics, and there is no interval. @param {Cells[]} rows */
 export const identicalOf = (rows) => rows.filter((row) => row.identical === true).length;
 
+/** What who reads the points must know: metrics that no run has, and points that made all repeats before `until` was reached.
+ * @param {any} experiment
+ * @param {Cells[]} rows
+ * @returns {string[]} */
+export function notesOf(experiment, rows) {
+  const made = rows.reduce((sum, row) => sum + numberOf(row, 'runs') + numberOf(row, 'failed'), 0);
+  const missing = made === 0 ? [] : experiment.metrics.filter((/** @type {string} */ name) => !rows.some((row) => Number.isFinite(numberOf(row, name))));
+  const { half_width: half = 0, relative = 0, metric = '' } = experiment.until ?? {}, name = metric || tradeOf(experiment).error;
+  const wide = (/** @type {Cells} */ row) => !(numberOf(row, `${name}.ci95`) <= Math.max(half, relative * Math.abs(numberOf(row, name))));
+  const all = (/** @type {Cells} */ row) => numberOf(row, 'runs') + numberOf(row, 'failed') >= (experiment.repeats ?? 1);
+  const short = half > 0 || relative > 0 ? rows.filter((row) => all(row) && wide(row)).length : 0;
+  return [...missing.map((/** @type {string} */ path) => `No run has ${path}: it is null in all ${made}.`),
+    ...(short > 0 ? [`At ${short} of ${rows.length} points all ${experiment.repeats ?? 1} repeats were made, and the interval of ${name} is still wider than
+      the rule wants, or there is none.`] : [])];
+}
+
 /** The bounds of a mean's 95 % interval; NaN where there is none.
  * @param {Cells} row
  * @param {string} metric
@@ -121,5 +137,6 @@ export function spreadOf(row, metric) {
   const told = (/** @type {string} */ end) => exact(numberOf(row, `${metric}.${end}`)), method = methodOf(row, metric);
   const spread = Number.isFinite(numberOf(row, `${metric}.sd`))
     ? `SD ${told('sd')}, quartiles ${told('p25')}, ${told('p50')}, ${told('p75')}` : '';
-  return [method && `95 % interval: ${method}`, spread].filter(Boolean).join('; ');
+  const covers = row[`${metric}.ci95_covers`];
+  return [method && `95 % interval: ${method}${covers ? `, which covers: ${covers}` : ''}`, spread].filter(Boolean).join('; ');
 }

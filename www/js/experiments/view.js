@@ -7,7 +7,7 @@ import { mark } from '../panels.js';
 import { experiment, tell, theme, traded } from '../state.js';
 import { palette } from '../theme.js';
 import { Surface } from '../views/surface.js';
-import { columnsOf, frontMetricsOf, frontOfAll, meanOf, numberOf, spreadOf, told, tradeOf, identicalOf } from './columns.js';
+import { columnsOf, frontMetricsOf, frontOfAll, meanOf, numberOf, spreadOf, told, tradeOf, identicalOf, notesOf } from './columns.js';
 import { choose, draft, measure, scenario, specification, start, watch } from './draft.js';
 import { form, library } from './form.js';
 import { isOver } from './progress.js';
@@ -96,6 +96,8 @@ function progressPanel(r) {
         : ` · ${left(r.left_s)} left`}` : ''}</p>
     ${r.held_back ? html`<p class="facts" id="held-back">${r.held_back}</p>` : nothing}
     ${!mine && !over ? html`<p class="facts">${why}</p>` : nothing}
+    ${[...(r.notices ?? []), ...notesOf(r.experiment, points.value)].map((/** @type {string} */ text) => html`<p class="facts"
+      role="note">${text}</p>`)}
     ${r.points > POINTS_MAX
       ? html`<p class="facts">${many(r.points)} points are too many to draw here: the report and the files have them.</p>`
         : nothing}</section>`;

@@ -1,0 +1,284 @@
+/* `laglab advise`: an experiment is made of the arguments, or given, and the adviser asked. */
+#include <cjson/cJSON.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/advise/advise.h"
+#include "cli/arguments.h"
+#include "cli/input.h"
+#include "cli/verbs.h"
+
+/* What may vary, and what it costs, where nobody said. Of a path without values the parameter's own row gives
+ * them: all choices, or both of off and on. Paths that the scenario lacks are left out. */
+static const struct standard {
+    const char *kind, *cost, *axes;
+    int repeats;
+} standards[] = {
+    {"netgame", "players.0.bandwidth.down_bytes_per_s",
+     "[{\"path\":\"server.update_hz\",\"values\":[5,10,15,20,30,45,60]},{\"path\":\"players.0.prediction\"},"
+     "{\"path\":\"players.0.reconciliation\"},{\"path\":\"players.0.interpolation\"}]",
+     4},
+    {"motion", "methods.0.evaluations",
+     "[{\"path\":\"methods.0.method\",\"values\":[\"explicit_euler\",\"semi_implicit_euler\",\"velocity_"
+     "verlet\",\"rk4\"]},"
+     "{\"path\":\"methods.0.dt_s\",\"from\":0.0002,\"to\":0.2,\"count\":24,\"scale\":\"log\"}]",
+     1},
+    {"rigid", "passes_per_s",
+     "[{\"path\":\"solver.method\"},{\"path\":\"hz\",\"values\":[30,60,120]},"
+     "{\"zip\":[{\"path\":\"solver.substeps\",\"values\":[1,2,4,8,16,32]},"
+     "{\"path\":\"solver.iterations\",\"values\":[1,2,4,8,16,32]}]}]",
+     1},
+    {"fluid", "visits",
+     "[{\"path\":\"solver.method\"},{\"path\":\"solver.advection\"},{\"path\":\"solver.pressure\"},"
+     "{\"path\":\"params.n\",\"values\":[16,24,32,48]},{\"path\":\"params.size\",\"values\":[10,14,20,28]},"
+     "{\"path\":\"solver.cfl\",\"values\":[0.25,0.5,1]}]",
+     1},
+};
+
+typedef struct advise {
+    const char *metric, *max_error, *cost, *repeats, *scenarios, *most_runs, *workload;
+    ll_option_list vary, set;
+} advise;
+
+/* JSON where it is some, else text. */
+static cJSON *value_of(const char *text)
+{
+    cJSON *json = cJSON_ParseWithOpts(text, NULL, 1);
+    return json ? json : cJSON_CreateString(text);
+}
+
+static ll_status split(const char *option, const char *text, char path[LL_EXPERIMENT_PATH_MAX + 1],
+                       const char **value)
+{
+    const char *equals = strchr(text, '=');
+    *value = "";
+    if (!equals || equals == text || equals - text > LL_EXPERIMENT_PATH_MAX)
+        return ll_error(LL_BAD_INPUT, "%s takes path=value; got %.100s", option, text);
+    snprintf(path, LL_EXPERIMENT_PATH_MAX + 1, "%.*s", (int)(equals - text), text);
+    *value = equals + 1;
+    return ll_ok();
+}
+
+/* 1:100:5:log */
+static bool add_range(cJSON *axis, const char *value)
+{
+    double from, to;
+    long count;
+    char scale[8] = "linear";
+    int used = 0, fields = sscanf(value, "%lf:%lf:%ld%n:%7[a-z]%n", &from, &to, &count, &used, scale, &used);
+    if (fields < 3 || value[used] != '\0')
+        return false;
+    cJSON_AddItemToObject(axis, "from", ll_param_number(from));
+    cJSON_AddItemToObject(axis, "to", ll_param_number(to));
+    cJSON_AddNumberToObject(axis, "count", (double)count);
+    cJSON_AddStringToObject(axis, "scale", scale);
+    return true;
+}
+
+static void add_list(cJSON *axis, const char *value)
+{
+    cJSON *values = cJSON_AddArrayToObject(axis, "values");
+    while (*value) {
+        char one[128];
+        size_t length = strcspn(value, ",");
+        snprintf(one, sizeof one, "%.*s", (int)length, value);
+        cJSON_AddItemToArray(values, value_of(one));
+        value += length + (value[length] == ',');
+    }
+}
+
+static ll_status add_axes(const advise *a, cJSON *experiment)
+{
+    cJSON *axes = cJSON_AddArrayToObject(experiment, "axes");
+    for (int i = 0; i < a->vary.count; i++) {
+        char path[LL_EXPERIMENT_PATH_MAX + 1];
+        const char *value;
+        ll_status status = split("--vary", a->vary.items[i], path, &value);
+        if (ll_failed(&status))
+            return status;
+        cJSON *axis = cJSON_CreateObject();
+        cJSON_AddStringToObject(axis, "path", path);
+        if (!add_range(axis, value))
+            add_list(axis, value);
+        cJSON_AddItemToArray(axes, axis);
+    }
+    return ll_ok();
+}
+
+static ll_status add_set(const advise *a, cJSON *experiment)
+{
+    cJSON *set = cJSON_AddObjectToObject(experiment, "set");
+    for (int i = 0; i < a->set.count; i++) {
+        char path[LL_EXPERIMENT_PATH_MAX + 1];
+        const char *value;
+        ll_status status = split("--set", a->set.items[i], path, &value);
+        if (ll_failed(&status))
+            return status;
+        cJSON_AddItemToObject(set, path, value_of(value));
+    }
+    return ll_ok();
+}
+
+static ll_status add_workload(const advise *a, cJSON *experiment)
+{
+    char *text;
+    ll_status status = ll_argument_text(a->workload, &text);
+    if (!ll_failed(&status))
+        cJSON_AddStringToObject(experiment, "workload", text);
+    free(text);
+    return status;
+}
+
+/* Every kind has one. */
+static const struct standard *standard_of(const ll_sim_kind *kind)
+{
+    const struct standard *s = standards;
+    while (strcmp(s->kind, kind->name) != 0)
+        s++;
+    return s;
+}
+
+/* False: the scenario has no such parameter. */
+static bool fill(cJSON *axis, const ll_scenario *scenario)
+{
+    const char *path = cJSON_GetObjectItem(axis, "path")->valuestring;
+    const ll_param *row = ll_param_find(scenario->kind->table, scenario->config, path, NULL);
+    if (!row || cJSON_HasObjectItem(axis, "values") || cJSON_HasObjectItem(axis, "from"))
+        return row != NULL;
+    cJSON *values = cJSON_AddArrayToObject(axis, "values");
+    for (int i = 0; row->type == LL_PARAM_CHOICE && row->choices[i]; i++)
+        cJSON_AddItemToArray(values, cJSON_CreateString(row->choices[i]));
+    for (int i = 0; row->type == LL_PARAM_BOOL && i < 2; i++)
+        cJSON_AddItemToArray(values, cJSON_CreateBool(i));
+    return true;
+}
+
+static void add_standard_axes(const char *text, const ll_scenario *scenario, cJSON *experiment)
+{
+    cJSON *axes = cJSON_Parse(text);
+    for (int i = cJSON_GetArraySize(axes) - 1; i >= 0; i--) {
+        cJSON *axis = cJSON_GetArrayItem(axes, i);
+        if (!cJSON_HasObjectItem(axis, "zip") && !fill(axis, scenario))
+            cJSON_DeleteItemFromArray(axes, i);
+    }
+    cJSON_AddItemToObject(experiment, "axes", axes);
+}
+
+static ll_status describe_experiment(const advise *a, ll_scenario *scenario, cJSON *e)
+{
+    const struct standard *standard = standard_of(scenario->kind);
+    int64_t repeats = standard->repeats;
+    ll_status status = a->repeats ? ll_argument_whole("--repeats", a->repeats, 1, 1000, &repeats) : ll_ok();
+    if (!ll_failed(&status))
+        status = add_set(a, e);
+    if (!ll_failed(&status))
+        status = ll_param_merge(scenario->kind->table, cJSON_GetObjectItem(e, "set"), scenario->config);
+    if (!ll_failed(&status) && a->vary.count > 0)
+        status = add_axes(a, e);
+    else if (!ll_failed(&status))
+        add_standard_axes(standard->axes, scenario, e);
+    cJSON_AddNumberToObject(e, "repeats", (double)repeats);
+    if (!ll_failed(&status) && a->workload)
+        status = add_workload(a, e);
+    const char *metrics[] = {a->metric, a->cost ? a->cost : standard->cost};
+    cJSON_AddItemToObject(e, "metrics", cJSON_CreateStringArray(metrics, 2));
+    return status;
+}
+
+/* Takes `json`, a scenario. */
+static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experiment)
+{
+    ll_scenario scenario = {0};
+    *experiment = cJSON_CreateObject();
+    cJSON_AddItemToObject(*experiment, "scenario", json);
+    if (!a->metric)
+        return ll_error(LL_BAD_INPUT,
+                        "which error? --metric takes a path such as players.0.remote_error_m.mean");
+    ll_status status = ll_scenario_parse(json, &scenario);
+    if (!ll_failed(&status))
+        status = describe_experiment(a, &scenario, *experiment);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
+static ll_status read_order(const advise *a, ll_advice_order *order)
+{
+    char *end;
+    if (!a->max_error)
+        return ll_error(LL_BAD_INPUT, "how large may the error be? --max-error takes a number above 0");
+    order->max_error = strtod(a->max_error, &end);
+    if (end == a->max_error || *end || !(order->max_error > 0) || !isfinite(order->max_error))
+        return ll_error(LL_BAD_INPUT, "--max-error: must be a number above 0; got %.40s", a->max_error);
+    return a->most_runs
+               ? ll_argument_whole("--runs", a->most_runs, 1, LL_EXPERIMENT_RUNS_MAX, &order->most_runs)
+               : ll_ok();
+}
+
+static ll_status load(const advise *a, const char *name, ll_experiment **experiment)
+{
+    cJSON *json = NULL, *made = NULL;
+    ll_status status = ll_argument_json(name, a->scenarios, &json);
+    if (ll_failed(&status))
+        return status;
+    if (cJSON_HasObjectItem(json, "kind"))
+        status = make_experiment(a, json, &made);
+    else if (a->metric || a->cost || a->repeats || a->workload || a->vary.count || a->set.count)
+        status = ll_error(LL_BAD_INPUT,
+                          "an experiment says itself what is varied and measured: give only --max-error");
+    else
+        made = json;
+    if (!ll_failed(&status))
+        status = ll_experiment_from(made, a->scenarios, experiment);
+    cJSON_Delete(made ? made : json);
+    return status;
+}
+
+int ll_verb_advise(int argc, char **argv)
+{
+    advise a = {0};
+    const ll_option options[] = {
+        {"--metric", "M", "The error: a path in the metrics of a run.", .value = &a.metric},
+        {"--max-error", "X", "How large it may be.", .value = &a.max_error},
+        {"--cost", "M", "What is to be cheap; otherwise what the kind of scenario is paid with.",
+         .value = &a.cost},
+        {"--vary", "PATH=VALUES", "What may vary: A,B,C or FROM:TO:COUNT[:log]; otherwise what the kind has.",
+         .list = &a.vary},
+        {"--set", "PATH=VALUE", "A fixed value.", .list = &a.set},
+        {"--repeats", "N", "Runs of each setting, with seeds that count up.", .value = &a.repeats},
+        {"--runs", "N",
+         "Runs at most; otherwise a fifth of all, but at least 40; in netgames with repeats two, and 1024.",
+         .value = &a.most_runs},
+        {"--workload", "LOG", "Inputs that every run replays, for the players whose control is person.",
+         .value = &a.workload},
+        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+         .value = &a.scenarios},
+        {0}};
+    const char *positional[LL_POSITIONAL_MAX];
+    int count;
+    ll_experiment *experiment = NULL;
+    ll_advice_order order = {0};
+    cJSON *answer = NULL;
+    ll_status status = ll_arguments("advise SCENARIO|EXPERIMENT --max-error X [OPTION]...: find the cheapest "
+                                    "setting whose error is small enough",
+                                    argc, argv, options, positional, &count);
+    if (!ll_failed(&status) && count > 1)
+        status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    if (!ll_failed(&status))
+        status = read_order(&a, &order);
+    if (!ll_failed(&status))
+        status = load(&a, count ? positional[0] : NULL, &experiment);
+    order.experiment = experiment;
+    if (!ll_failed(&status))
+        status = ll_advise(&order, &answer);
+    if (!ll_failed(&status)) {
+        char *text = cJSON_Print(answer);
+        puts(text ? text : "null");
+        cJSON_free(text);
+    }
+    cJSON_Delete(answer);
+    ll_experiment_free(experiment);
+    return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+}

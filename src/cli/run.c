@@ -1,0 +1,277 @@
+/* The verb `run`. */
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "cli/arguments.h"
+#include "cli/input.h"
+#include "cli/verbs.h"
+#include "session/session.h"
+#include "session/workload.h"
+
+typedef struct run_options {
+    const char *scenario;
+    ll_option_list sets;
+    bool text;
+    const char *seed, *duration, *trace, *log, *workload, *record, *scenarios;
+} run_options;
+
+static void write_text(void *context, const char *text, size_t length)
+{
+    fwrite(text, 1, length, context);
+}
+
+static void write_line(void *context, const char *text, size_t length)
+{
+    fwrite(text, 1, length, context);
+    fputc('\n', context);
+}
+
+static double seconds_now(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+static ll_status to_file(const char *path, FILE **f)
+{
+    *f = fopen(path, "wb");
+    return *f ? ll_ok() : ll_error(LL_IO, "cannot write %.200s", path);
+}
+
+static ll_status close_file(FILE *f, const char *path)
+{
+    bool bad = ferror(f) != 0;
+    bad |= fclose(f) != 0;
+    return bad ? ll_error(LL_IO, "cannot write %.200s", path) : ll_ok();
+}
+
+/* An option that stands for a value, after those of --set; NULL, when it is not given, sets nothing. */
+static ll_status put_option(const ll_param_table *table, void *config, const char *path, const char *value)
+{
+    if (!value)
+        return ll_ok();
+    size_t size = strlen(path) + strlen(value) + 2;
+    char *set = malloc(size);
+    if (!set)
+        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+    snprintf(set, size, "%s=%s", path, value);
+    ll_status status = ll_param_put(table, config, (const char *const[]){set}, 1);
+    free(set);
+    return status;
+}
+
+/* Applies --set, --seed and --duration to the scenario's JSON by way of its tables, so that all are checked
+ * alike: when all are set, so that their order does not matter. */
+static ll_status override(const run_options *a, cJSON **json)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(*json, &scenario);
+    if (ll_failed(&status))
+        return status;
+    const ll_param_table *table = scenario.kind->table;
+    void *before = malloc(table->size);
+    if (!before) {
+        ll_scenario_free(&scenario);
+        return ll_error(LL_NO_MEMORY, "no memory for a scenario");
+    }
+    memcpy(before, scenario.config, table->size);
+    status = ll_param_put(table, scenario.config, a->sets.items, a->sets.count);
+    if (!ll_failed(&status))
+        status = put_option(table, scenario.config, "seed", a->seed);
+    if (!ll_failed(&status))
+        status = put_option(table, scenario.config, "duration_s", a->duration);
+    if (!ll_failed(&status))
+        status = ll_param_check(table, scenario.config);
+    if (!ll_failed(&status)) {
+        scenario.kind->settle(scenario.config, before);
+        cJSON_Delete(*json);
+        *json = ll_param_write(table, scenario.config);
+    }
+    free(before);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
+/* Runs tick by tick and writes the hash after each, so that a replay can tell the first that differs. */
+static ll_status run_logged(ll_session *s, int64_t end, FILE *log)
+{
+    ll_status status = ll_ok();
+    ll_session_log(s, write_line, log);
+    for (int64_t tick = 1; tick <= end && !ll_failed(&status); tick++) {
+        status = ll_session_run_to(s, tick);
+        fprintf(log, "{\"op\":\"hash\",\"tick\":%" PRId64 ",\"hash\":\"%016" PRIx64 "\"}\n", tick,
+                ll_session_hash(s));
+    }
+    return status;
+}
+
+static ll_status write_trace(ll_session *s, const char *path)
+{
+    FILE *f;
+    ll_status status = to_file(path, &f);
+    if (ll_failed(&status))
+        return status;
+    status = ll_session_trace(s, 0, ll_session_get_info(s).tick, write_text, f);
+    ll_status closed = close_file(f, path);
+    return ll_failed(&status) ? status : closed;
+}
+
+static int64_t cpu_now_ns(void)
+{
+    return (int64_t)(seconds_now(CLOCK_PROCESS_CPUTIME_ID) * 1e9);
+}
+
+static void print_result(const run_options *a, ll_session *s, double wall_s)
+{
+    ll_session_info info = ll_session_get_info(s);
+    cJSON *report = ll_session_metrics(s), *out = cJSON_CreateObject();
+    cJSON_AddStringToObject(out, "scenario", a->scenario);
+    cJSON_AddItemToObject(out, "seed",
+                          ll_param_number((double)info.seed)); /* to the last digit: it may be run again */
+    cJSON_AddNumberToObject(out, "duration_s", ll_to_s(info.duration));
+    cJSON_AddNumberToObject(out, "ticks", (double)info.tick);
+    cJSON_AddItemToObject(out, "hash", cJSON_DetachItemFromObject(report, "hash"));
+    cJSON_AddNumberToObject(out, "wall_s", wall_s);
+    ll_session_time_parts(s, cJSON_GetObjectItem(report, "metrics"), cpu_now_ns);
+    cJSON_AddItemToObject(out, "metrics", cJSON_DetachItemFromObject(report, "metrics"));
+    cJSON_AddItemToObject(out, "cost", ll_session_cost(s));
+    char *text = cJSON_Print(out);
+    puts(text);
+    cJSON_free(text);
+    cJSON_Delete(out);
+    cJSON_Delete(report);
+}
+
+/* The inputs of a log, for the players that a person drives. */
+static ll_status load_workload(const char *path, ll_session *s)
+{
+    char *text;
+    ll_workload *workload = NULL;
+    ll_status status = ll_argument_text(path, &text);
+    cJSON *log = cJSON_CreateString(text ? text : "");
+    free(text);
+    if (!ll_failed(&status))
+        status = ll_workload_parse(log, &workload);
+    if (!ll_failed(&status))
+        status = ll_session_load(s, workload);
+    ll_workload_free(workload);
+    cJSON_Delete(log);
+    return status;
+}
+
+static ll_status run_session(const run_options *a, ll_session *s, double *wall_s)
+{
+    int64_t end = ll_session_get_info(s).end_tick;
+    double wall = seconds_now(CLOCK_MONOTONIC), cpu = seconds_now(CLOCK_PROCESS_CPUTIME_ID);
+    ll_status status;
+    ll_session_meter(s, cpu_now_ns);
+    if (a->log && a->record)
+        return ll_error(LL_BAD_INPUT, "--log and --record-inputs are for two runs: give one of them");
+    const char *path = a->log ? a->log : a->record;
+    if (path) {
+        FILE *log;
+        status = to_file(path, &log);
+        if (ll_failed(&status))
+            return status;
+        status = a->log ? run_logged(s, end, log) : ll_session_record(s, write_line, log);
+        ll_status closed = close_file(log, path);
+        status = ll_failed(&status) ? status : closed;
+    } else {
+        status = ll_session_run_to(s, end);
+    }
+    *wall_s = seconds_now(CLOCK_MONOTONIC) - wall;
+    ll_session_account(s, (int64_t)((seconds_now(CLOCK_PROCESS_CPUTIME_ID) - cpu) * 1e9),
+                       ll_session_get_info(s).tick);
+    if (a->trace && !ll_failed(&status))
+        status = write_trace(s, a->trace);
+    return status;
+}
+
+/* The lines that the paper prints of it, in place of a run. */
+static ll_status print_text(const cJSON *json)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(json, &scenario);
+    if (ll_failed(&status))
+        return status;
+    if (scenario.kind->text)
+        status = scenario.kind->text(scenario.config, write_text, stdout);
+    else
+        status = ll_error(LL_BAD_INPUT, "--text is for scenarios of kind motion; this one is of kind %s",
+                          scenario.kind->name);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
+static ll_status parse(int argc, char **argv, run_options *a)
+{
+    const ll_option options[] = {
+        {.name = "--set",
+         .takes = "path=value",
+         .help = "Another value of a parameter, as players.0.lag_ms=200.",
+         .list = &a->sets},
+        {.name = "--seed", .takes = "N", .help = "Of all random draws.", .value = &a->seed},
+        {.name = "--duration", .takes = "S", .help = "How long it runs, in seconds.", .value = &a->duration},
+        {.name = "--trace",
+         .takes = "FILE.csv",
+         .help = "Writes what happens at every tick as a table.",
+         .value = &a->trace},
+        {.name = "--log",
+         .takes = "FILE",
+         .help = "Writes the log with the hash of every tick, for `laglab replay`.",
+         .value = &a->log},
+        {.name = "--workload",
+         .takes = "LOG",
+         .help = "Inputs of people, as a log has them, for the players that a person drives.",
+         .value = &a->workload},
+        {.name = "--record-inputs",
+         .takes = "FILE",
+         .help = "Writes the inputs of the players, as a workload.",
+         .value = &a->record},
+        {.name = "--text",
+         .help = "Prints the lines that the paper prints of it, in place of a run; of scenarios of motion.",
+         .flag = &a->text},
+        {.name = "--scenarios",
+         .takes = "DIR",
+         .help = "Where scenarios are looked up by their ids; beside the program unless given.",
+         .value = &a->scenarios},
+        {0}};
+    return ll_arguments_one(
+        "run SCENARIO [OPTION]...: run a scenario as fast as it goes and print its metrics; "
+        "SCENARIO is an id, a file, or - for standard input",
+        argc, argv, options, &a->scenario);
+}
+
+int ll_verb_run(int argc, char **argv)
+{
+    run_options a = {0};
+    cJSON *json = NULL;
+    ll_session *session = NULL;
+    double wall_s = 0;
+    ll_status status = parse(argc, argv, &a);
+    if (!ll_failed(&status))
+        status = ll_scenario_argument(a.scenario, a.scenarios, &json);
+    if (!ll_failed(&status))
+        status = override(&a, &json);
+    if (a.text && !ll_failed(&status)) {
+        status = print_text(json);
+        cJSON_Delete(json);
+        return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+    }
+    if (!ll_failed(&status))
+        status = ll_session_create(json, -1, NULL, NULL, &session);
+    if (!ll_failed(&status) && a.workload)
+        status = load_workload(a.workload, session);
+    if (!ll_failed(&status))
+        status = run_session(&a, session, &wall_s);
+    if (!ll_failed(&status))
+        print_result(&a, session, wall_s);
+    ll_session_destroy(session);
+    cJSON_Delete(json);
+    return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+}

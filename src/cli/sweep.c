@@ -1,0 +1,355 @@
+/* `laglab sweep`: an experiment on this machine, resumed where it was broken off. */
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "cli/arguments.h"
+#include "cli/input.h"
+#include "cli/output.h"
+#include "experiment/format/compare.h"
+#include "experiment/report/report.h"
+#include "experiment/spec/shard.h"
+#include "experiment/format/table.h"
+#include "experiment/run/traces.h"
+#include "experiment/spec/until.h"
+#include "cli/verbs.h"
+#include "experiment/run/work.h"
+
+/* Nobody else works on a store of this process' own, so a lease need not run out while a run takes long. */
+#define OWN_LEASE_S 1e6
+#define SHARED_LEASE_S 60
+
+typedef struct sweep {
+    const char *jobs, *out, *format_name, *store_url, *shard, *scenarios, *report, *traces, *compare;
+    bool points, sensitivity, dry_run, anew;
+    ll_experiment *experiment;
+    const ll_format *format;
+    ll_result_store *store;
+    char id[LL_EXPERIMENT_ID_MAX + 1];
+    char own_store[4096]; /* beside the output, gone when it is written; empty when one was named */
+    int64_t threads, from, to, baseline; /* point, where --compare names one */
+} sweep;
+
+static double seconds(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* Takes the list. */
+static void print_notices(cJSON *notices)
+{
+    const cJSON *item;
+    cJSON_ArrayForEach(item, notices) fprintf(stderr, "laglab: %s\n", item->valuestring);
+    cJSON_Delete(notices);
+}
+
+/* ---- before ---- */
+
+/* Runs the first run to tell how long all will take. */
+static ll_status dry_run(const sweep *s)
+{
+    double run_s;
+    ll_status status = ll_experiment_time(s->experiment, s->from, &run_s);
+    if (ll_failed(&status))
+        return status;
+    printf("{\"points\":%" PRId64 ",\"repeats\":%" PRId64 ",\"runs\":%" PRId64
+           ",\"run_s\":%.3g,\"threads\":%" PRId64 ",\"estimated_s\":%.3g}\n",
+           s->experiment->points, s->experiment->head.repeats, s->to - s->from, run_s, s->threads,
+           run_s * (double)(s->to - s->from) / (double)(s->threads ? s->threads : 1));
+    return status;
+}
+
+static ll_status open_store(sweep *s)
+{
+    const char *url = s->store_url ? s->store_url : ":memory:";
+    if (!s->store_url && s->out) {
+        snprintf(s->own_store, sizeof s->own_store, "%s.runs", s->out);
+        url = s->own_store;
+    }
+    double run_s = 0;
+    ll_status status = ll_result_store_open(url, &s->store);
+    if (!ll_failed(&status) && !s->anew)
+        status = ll_experiment_check_version(s->store, s->experiment, s->from, s->to);
+    if (!ll_failed(&status) && s->store_url)
+        status = ll_experiment_time(s->experiment, s->from, &run_s);
+    if (!ll_failed(&status))
+        status = ll_experiment_register(s->store, s->experiment, s->from, s->to, run_s, s->id);
+    if (!ll_failed(&status) && s->own_store[0]) /* of a run that was broken off */
+        status = s->store->kind->release(s->store);
+    return status;
+}
+
+/* ---- running ---- */
+
+static void show_bar(const sweep *s, int64_t done, double elapsed, int64_t here)
+{
+    enum { WIDTH = 30 };
+    int64_t all = s->to - s->from;
+    double rate = elapsed > 0 ? (double)here / elapsed : 0;
+    int filled = (int)(WIDTH * done / (all ? all : 1));
+    fprintf(stderr, "\r[%.*s%*s] %" PRId64 "/%" PRId64 "  %.0f runs/s  %.0f s left \033[K", filled,
+            "##############################", WIDTH - filled, "", done, all, rate,
+            rate > 0 ? (double)(all - done) / rate : NAN);
+    fflush(stderr);
+}
+
+static ll_status work_here(sweep *s)
+{
+    ll_experiment_record record;
+    ll_workers *workers = NULL;
+    ll_workers_order order = {.store = s->store,
+                              .id = s->id,
+                              .threads = (int)s->threads,
+                              .lease_s = s->store_url ? SHARED_LEASE_S : OWN_LEASE_S,
+                              .drain = true};
+    ll_status status = s->store->kind->record(s->store, s->id, &record);
+    if (!ll_failed(&status))
+        status = ll_workers_start(&order, &workers);
+    if (ll_failed(&status))
+        return status;
+    double begun = seconds();
+    while (isatty(STDERR_FILENO) && ll_workers_busy(workers)) {
+        int64_t here = ll_workers_runs(workers);
+        show_bar(s, record.done + here, seconds() - begun, here);
+        nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
+    }
+    return ll_workers_join(workers);
+}
+
+/* Also while the store's server is away: workers wait for it too. */
+static ll_status wait_for_others(sweep *s)
+{
+    ll_status status;
+    ll_experiment_record record = {0};
+    int64_t done_before = -1;
+    double begun = seconds();
+    do {
+        nanosleep(&(struct timespec){.tv_nsec = 300000000}, NULL);
+        status = s->store->kind->record(s->store, s->id, &record);
+        if (done_before < 0)
+            done_before = record.done;
+        if (isatty(STDERR_FILENO))
+            show_bar(s, record.done, seconds() - begun, record.done - done_before);
+    } while (status.code == LL_UNAVAILABLE || (!ll_failed(&status) && record.state == LL_EXPERIMENT_RUNNING));
+    return status;
+}
+
+static ll_status run_all(sweep *s)
+{
+    ll_experiment_record record;
+    ll_status status = s->threads > 0 ? work_here(s) : wait_for_others(s);
+    if (isatty(STDERR_FILENO))
+        fputs("\r\033[K", stderr);
+    if (!ll_failed(&status))
+        status = s->store->kind->record(s->store, s->id, &record);
+    if (!ll_failed(&status) && record.state != LL_EXPERIMENT_DONE)
+        status = ll_error(LL_IO, "the experiment is %s with %" PRId64 " of %" PRId64 " runs done",
+                          ll_experiment_state_names[record.state], record.done, record.to - record.from);
+    return status;
+}
+
+/* ---- after ---- */
+
+static ll_status make_table(const sweep *s, ll_stored_rows *rows, ll_result_table **table)
+{
+    ll_row *baseline = NULL;
+    int64_t count = 0;
+    if (s->sensitivity)
+        return ll_result_table_sensitivity(s->experiment, ll_stored_rows_next, rows, table);
+    if (!s->points)
+        return ll_result_table_rows(s->experiment, s->store->version, ll_stored_rows_next, rows, table);
+    ll_status status = s->compare
+                           ? ll_compare_rows(s->experiment, s->store, s->id, s->baseline, &baseline, &count)
+                           : ll_ok();
+    if (!ll_failed(&status))
+        status = ll_result_table_compared(s->experiment, baseline, count, ll_stored_rows_next, rows, table);
+    free(baseline);
+    return status;
+}
+
+static ll_status write_out(const sweep *s)
+{
+    ll_stored_rows rows;
+    ll_result_table *table = NULL;
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
+    if (!ll_failed(&status))
+        status = make_table(s, &rows, &table);
+    if (!ll_failed(&status))
+        status = ll_argument_write(s->out, s->format, ll_result_table_get(table));
+    if (!ll_failed(&status) && ll_result_table_identical(table) > 0)
+        fprintf(stderr,
+                "laglab: at %" PRId64 " of %" PRId64
+                " points all repeats gave identical metrics: nothing random "
+                "in this scenario reaches them, or what does is rare\n",
+                ll_result_table_identical(table), s->experiment->points);
+    if (!ll_failed(&status))
+        print_notices(ll_result_table_notices(table));
+    ll_result_table_free(table);
+    ll_stored_rows_close(&rows);
+    return status;
+}
+
+static ll_status write_report(const sweep *s)
+{
+    ll_stored_rows rows;
+    FILE *file = fopen(s->report, "wb");
+    if (!file)
+        return ll_error(LL_IO, "cannot write %.200s", s->report);
+    ll_status status = ll_stored_rows_open(&rows, s->store, s->id);
+    if (!ll_failed(&status))
+        status = ll_report_write(s->experiment, s->store->version, ll_stored_rows_next, &rows, file);
+    ll_stored_rows_close(&rows);
+    if (fclose(file) != 0 && !ll_failed(&status))
+        status = ll_error(LL_IO, "cannot write %.200s", s->report);
+    return status;
+}
+
+/* Into the folder that was named, or one beside the output when the specification wants traces. */
+static ll_status write_traces(const sweep *s)
+{
+    char beside[4200];
+    if (!s->traces && !s->experiment->head.traces)
+        return ll_ok();
+    snprintf(beside, sizeof beside, "%s.traces", s->out ? s->out : "");
+    return ll_traces_write(s->experiment, s->from, s->to, s->traces ? s->traces : beside, (int)s->threads);
+}
+
+static void remove_own_store(const sweep *s)
+{
+    static const char *const parts[] = {"", "-wal", "-shm"};
+    for (size_t i = 0; s->own_store[0] && i < sizeof parts / sizeof parts[0]; i++) {
+        char path[4200];
+        snprintf(path, sizeof path, "%s%s", s->own_store, parts[i]);
+        unlink(path);
+    }
+}
+
+/* ---- the verb ---- */
+
+static ll_status check_sensitivity(const sweep *s)
+{
+    if (s->points || s->shard)
+        return ll_error(LL_BAD_INPUT,
+                        "--sensitivity needs all runs, and gives no points: neither --points nor "
+                        "--shard go with it");
+    if (s->experiment->head.sample.method != LL_SAMPLE_SALTELLI)
+        return ll_error(LL_BAD_INPUT, "--sensitivity needs an experiment with \"sample\": {\"method\": "
+                                      "\"saltelli\"}");
+    return ll_ok();
+}
+
+/* Of whole points where those decide which of their runs are made. */
+static ll_status find_shard(sweep *s)
+{
+    int64_t unit = ll_until_is_set(s->experiment) ? s->experiment->head.repeats : 1;
+    ll_status status = ll_shard(s->shard, s->experiment->runs / unit, &s->from, &s->to);
+    s->from *= unit;
+    s->to *= unit;
+    return status;
+}
+
+static ll_status prepare(sweep *s, int argc, char **argv)
+{
+    const ll_option options[] = {
+        {"--jobs", "N",
+         "Threads, 1 to 256; otherwise as many as there are cores. 0 with --store: others do the work.",
+         .value = &s->jobs},
+        {"--out", "FILE",
+         "Where the rows go; otherwise to standard output. Run again, a sweep goes on from FILE.runs.",
+         .value = &s->out},
+        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; otherwise what FILE ends in.",
+         .value = &s->format_name},
+        {"--points", .help = "Means and 95 % intervals of each point in place of its runs.",
+         .flag = &s->points},
+        {"--compare", "POINT",
+         "With --points: the differences to this point, by runs of the same seed: first, a number, or "
+         "PATH=VALUE[,PATH=VALUE].",
+         .value = &s->compare},
+        {"--sensitivity",
+         .help = "First and total Sobol' indices of each metric in place of runs: of an experiment that is "
+                 "sampled by saltelli.",
+         .flag = &s->sensitivity},
+        {"--report", "FILE.html", "A page with the plots and their tables.", .value = &s->report},
+        {"--traces", "DIR", "A CSV of each run over its time.", .value = &s->traces},
+        {"--store", "URL",
+         "Where rows are kept, that workers may share: sqlite:FILE or postgresql://USER@HOST/DATABASE; "
+         "otherwise "
+         "$LAGLAB_STORE.",
+         .value = &s->store_url},
+        {"--shard", "I/N", "Only this part of the runs, or auto: as the batch system's array index tells.",
+         .value = &s->shard},
+        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+         .value = &s->scenarios},
+        {"--anew", .help = "Run all, also where another version of laglab has begun it.", .flag = &s->anew},
+        {"--dry-run", .help = "Check and count, run one, and tell how long all would take.",
+         .flag = &s->dry_run},
+        {0}};
+    const char *positional[LL_POSITIONAL_MAX];
+    int count;
+    s->threads = ll_cores();
+    ll_status status =
+        ll_arguments("sweep EXPERIMENT [OPTION]...: run an experiment, a row for each run, or each point",
+                     argc, argv, options, positional, &count);
+    if (!ll_failed(&status) && count > 1)
+        status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    s->store_url = ll_result_store_url(s->store_url);
+    if (!ll_failed(&status) && s->jobs)
+        status = ll_argument_whole("--jobs", s->jobs, s->store_url ? 0 : 1, 256, &s->threads);
+    if (!ll_failed(&status))
+        status = ll_argument_format(s->format_name, s->out, &s->format);
+    if (!ll_failed(&status))
+        status = ll_experiment_load(count ? positional[0] : NULL, s->scenarios, &s->experiment);
+    if (!ll_failed(&status))
+        status = find_shard(s);
+    if (!ll_failed(&status) && s->sensitivity)
+        status = check_sensitivity(s);
+    if (!ll_failed(&status) && s->compare && !s->points)
+        status = ll_error(LL_BAD_INPUT, "--compare compares points: give --points, too");
+    if (!ll_failed(&status) && s->compare)
+        status = ll_compare_point(s->experiment, "--compare", s->compare, &s->baseline);
+    if (!ll_failed(&status) && s->points && s->shard)
+        status = ll_error(LL_BAD_INPUT,
+                          "--points needs all runs of a point, so not --shard: merge the shards first");
+    if (!ll_failed(&status) && s->traces && s->to - s->from > LL_EXPERIMENT_TRACES_MAX)
+        status = ll_error(LL_BAD_INPUT, "--traces takes at most %d runs; there are %" PRId64,
+                          LL_EXPERIMENT_TRACES_MAX, s->to - s->from);
+    if (!ll_failed(&status) && s->experiment->head.traces && !s->traces && !s->out && !s->dry_run)
+        status = ll_error(LL_BAD_INPUT, "the experiment wants traces: name their folder by --traces, or a "
+                                        "file by --out, beside which they go");
+    return status;
+}
+
+int ll_verb_sweep(int argc, char **argv)
+{
+    sweep s = {0};
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error, told like a full disk */
+    ll_status status = prepare(&s, argc, argv);
+    if (!ll_failed(&status))
+        print_notices(ll_experiment_notices(s.experiment));
+    if (!ll_failed(&status) && s.dry_run) {
+        status = dry_run(&s);
+    } else if (!ll_failed(&status)) {
+        status = open_store(&s);
+        if (!ll_failed(&status))
+            status = run_all(&s);
+        if (!ll_failed(&status))
+            status = write_out(&s);
+        if (!ll_failed(&status) && s.report)
+            status = write_report(&s);
+        if (!ll_failed(&status))
+            status = write_traces(&s);
+        ll_result_store_close(s.store);
+        if (!ll_failed(&status))
+            remove_own_store(&s);
+    }
+    ll_experiment_free(s.experiment);
+    return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+}

@@ -1,0 +1,373 @@
+/* `laglab work-precision`: error against cost, a row a rung. Of a problem of motion a ladder for each
+ * integrator (precision.h), of a scenario those of the table of ladders (ladder.h). A row is written when it
+ * is measured. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "cli/arguments.h"
+#include "cli/input.h"
+#include "cli/output.h"
+#include "experiment/advise/ladder.h"
+#include "experiment/report/ladder_page.h"
+#include "experiment/advise/precision.h"
+#include "cli/verbs.h"
+
+typedef struct request {
+    const char *name; /* of a problem or a scenario; NULL: none was given */
+    const char *methods, *duration, *seeds, *out, *format_name, *scenarios, *report;
+    ll_option_list set;
+    ll_ladder_page *page; /* NULL: no report is wanted */
+    const ll_format *format;
+} request;
+
+static int64_t cpu_now_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+static void put_text(ll_cell **cell, const char *text)
+{
+    *(*cell)++ = (ll_cell){.text = text};
+}
+
+static void put_number(ll_cell **cell, double value)
+{
+    *(*cell)++ = (ll_cell){.null = !isfinite(value), .number = value};
+}
+
+static ll_status write_rows(const ll_table *table, const request *q)
+{
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    return ll_argument_write(q->out, q->format, table);
+}
+
+/* ---- of a problem ---- */
+
+static const ll_column problem_columns[] = {
+    {"problem", LL_CELL_TEXT, false},
+    {"method", LL_CELL_TEXT, false},
+    {"order", LL_CELL_INT, false},
+    {"setting", LL_CELL_TEXT, false},
+    {"value", LL_CELL_REAL, false},
+    {"status", LL_CELL_TEXT, false},
+    {"steps", LL_CELL_INT, false},
+    {"rejected", LL_CELL_INT, false},
+    {"evaluations", LL_CELL_INT, false},
+    {"jacobians", LL_CELL_INT, false},
+    {"factorisations", LL_CELL_INT, false},
+    {"cpu_min_s", LL_CELL_REAL, false},
+    {"cpu_median_s", LL_CELL_REAL, false},
+    {"e_final", LL_CELL_REAL, true},
+    {"e_max", LL_CELL_REAL, true},
+    {"e_l2", LL_CELL_REAL, true},
+    {"drift_final", LL_CELL_REAL, true},
+    {"drift_max", LL_CELL_REAL, true},
+    {"drift_per_s", LL_CELL_REAL, true},
+    {"order_observed", LL_CELL_REAL, true},
+    {"e_uncertainty", LL_CELL_REAL, true},
+    {"predictable_s", LL_CELL_REAL, true},
+    {"e_final_weighted", LL_CELL_REAL, true},
+    {"e_max_weighted", LL_CELL_REAL, true},
+    {"e_l2_weighted", LL_CELL_REAL, true},
+};
+
+typedef struct problem_rows {
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision_order order;
+    const char *methods;
+    const ll_ode_method *const *method; /* the next */
+    const ll_ode_method *measured;
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX]; /* of the one measured last */
+    int count, at;
+    ll_ladder_page *page;
+} problem_rows;
+
+/* Measures until there is a rung that was not told; of all methods, those that can do the problem. */
+static bool measure_methods(problem_rows *p, ll_status *status)
+{
+    while (p->at == p->count && *p->method) {
+        p->measured = *p->method++;
+        if (!ll_listed(p->methods, p->measured->name))
+            continue;
+        p->at = 0;
+        *status = ll_precision_ladder(&p->order, p->measured, p->rungs, &p->count);
+        if (status->code == LL_BAD_INPUT && !p->methods)
+            *status = ll_ok();
+        if (ll_failed(status))
+            return false;
+    }
+    return p->at < p->count;
+}
+
+static void draw_step(ll_ladder_page *page, const problem_rows *p, const ll_precision *r)
+{
+    ll_drawn_rung drawn = {.title = "method",
+                           .setting = "step or tolerance",
+                           .value = r->setting,
+                           .counter = "evaluations",
+                           .error = "e_max",
+                           .cpu_s = r->cpu_min_s,
+                           .count = (double)r->counters.evaluations,
+                           .y = r->e_max > 0 ? r->e_max : NAN,
+                           .low = NAN,
+                           .high = NAN};
+    snprintf(drawn.series, sizeof drawn.series, "%s", p->measured->name);
+    ll_ladder_page_add(page, &drawn);
+}
+
+static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
+{
+    problem_rows *p = context;
+    if (!measure_methods(p, status))
+        return false;
+    const ll_precision *r = &p->rungs[p->at++];
+    put_text(&cell, p->order.problem->name);
+    put_text(&cell, p->measured->name);
+    ll_ode ode;
+    p->order.problem->system(p->params, &ode);
+    put_number(&cell, ll_ode_order(p->measured, &ode));
+    put_text(&cell, p->measured->adaptive ? "tolerance" : "dt_s");
+    put_number(&cell, r->setting);
+    put_text(&cell, ll_run_status_names[r->status]);
+    const int64_t counts[] = {r->counters.steps, r->counters.rejected, r->counters.evaluations,
+                              r->counters.jacobians, r->counters.factorisations};
+    const double numbers[] = {r->cpu_min_s,      r->cpu_median_s, r->e_final,       r->e_max,
+                              r->e_l2,           r->drift_final,  r->drift_max,     r->drift_per_s,
+                              r->order,          r->uncertainty,  r->predictable_s, r->e_final_weighted,
+                              r->e_max_weighted, r->e_l2_weighted};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++)
+        put_number(&cell, (double)counts[i]);
+    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++)
+        put_number(&cell, numbers[i]);
+    draw_step(p->page, p, r);
+    return true;
+}
+
+static ll_status check_methods(const char *list)
+{
+    for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL) {
+        char name[64];
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(p, ","), p);
+        if (!ll_ode_method_find(name))
+            return ll_error(LL_BAD_INPUT, "there is no method %s: see `laglab methods`", name);
+    }
+    return ll_ok();
+}
+
+static ll_status set_params(const request *q, const ll_ode_problem *problem, void *params)
+{
+    ll_param_defaults(problem->params, params);
+    ll_status status = ll_param_put(problem->params, params, q->set.items, q->set.count);
+    if (!ll_failed(&status))
+        status = ll_param_check(problem->params, params);
+    if (!ll_failed(&status) && problem->prepare)
+        problem->prepare(params);
+    return status;
+}
+
+static ll_status set_duration(const request *q, ll_precision_order *order)
+{
+    char *end;
+    if (!q->duration)
+        return ll_ok();
+    order->duration = strtod(q->duration, &end);
+    if (*end != '\0' || !(order->duration > 0 && order->duration <= 1e12))
+        return ll_error(LL_BAD_INPUT, "--duration: must be above 0 and at most 1e12 s; got %.40s",
+                        q->duration);
+    return ll_ok();
+}
+
+static ll_status measure_problem(const request *q)
+{
+    problem_rows p = {.methods = q->methods, .method = ll_ode_methods, .page = q->page};
+    const ll_table table = {problem_columns, sizeof problem_columns / sizeof problem_columns[0],
+                            next_problem_row, &p};
+    p.order = (ll_precision_order){
+        .problem = q->name ? ll_ode_problem_find(q->name) : NULL, .params = p.params, .now_ns = cpu_now_ns};
+    if (!p.order.problem)
+        return ll_error(
+            LL_BAD_INPUT,
+            "which problem? One of those that `laglab problems` lists, or a scenario that has ladders "
+            "(fluid/cavity, rigid/column, hermite; --help lists all); got %.60s",
+            q->name ? q->name : "none");
+    ll_status status = check_methods(q->methods);
+    if (!ll_failed(&status))
+        status = set_params(q, p.order.problem, p.params);
+    if (!ll_failed(&status))
+        status = set_duration(q, &p.order);
+    if (!ll_failed(&status))
+        measure_methods(&p, &status); /* what is wrong is told before anything is written */
+    return ll_failed(&status) ? status : write_rows(&table, q);
+}
+
+/* ---- of a scenario ---- */
+
+static const ll_column scenario_columns[] = {
+    {"scenario", LL_CELL_TEXT, false},      {"by", LL_CELL_TEXT, false},
+    {"series", LL_CELL_TEXT, false},        {"setting", LL_CELL_TEXT, false},
+    {"value", LL_CELL_REAL, false},         {"status", LL_CELL_TEXT, false},
+    {"cpu_min_s", LL_CELL_REAL, false},     {"cpu_median_s", LL_CELL_REAL, false},
+    {"metric", LL_CELL_TEXT, false},        {"error", LL_CELL_REAL, true},
+    {"counter", LL_CELL_TEXT, false},       {"count", LL_CELL_REAL, true},
+    {"order_observed", LL_CELL_REAL, true}, {"error_low", LL_CELL_REAL, true},
+    {"error_high", LL_CELL_REAL, true},     {"seeds", LL_CELL_INT, false},
+};
+
+typedef struct scenario_rows {
+    ll_ladder_order order;
+    const char *scenario;
+    const ll_ladder *ladder; /* the next */
+    ll_climb climb;
+    bool measured; /* its rung was not told */
+    ll_ladder_page *page;
+} scenario_rows;
+
+/* The next ladder of the scenario from `l` on, or the row of none. */
+static const ll_ladder *ladder_of(const char *scenario, const ll_ladder *l)
+{
+    while (l->scenario && strcmp(scenario, l->scenario) != 0)
+        l++;
+    return l;
+}
+
+static bool measure_rung(scenario_rows *s, ll_status *status)
+{
+    while (!s->measured && !ll_failed(status)) {
+        s->measured = ll_ladder_next(&s->climb, status);
+        if (s->measured || ll_failed(status) || !s->ladder->scenario)
+            break;
+        s->climb = ll_ladder_start(s->ladder, &s->order);
+        s->ladder = ladder_of(s->scenario, s->ladder + 1);
+    }
+    return s->measured;
+}
+
+static void draw_rung(ll_ladder_page *page, const ll_rung *r)
+{
+    ll_drawn_rung drawn = {.ladder = r->ladder,
+                           .title = r->ladder->series,
+                           .setting = r->ladder->setting,
+                           .value = strtod(r->setting, NULL),
+                           .counter = r->ladder->counter,
+                           .error = r->ladder->error,
+                           .cpu_s = r->cpu_min_s,
+                           .count = r->counter,
+                           .y = r->error,
+                           .low = r->error_low,
+                           .high = r->error_high};
+    snprintf(drawn.series, sizeof drawn.series, "%s", r->series);
+    ll_ladder_page_add(page, &drawn);
+}
+
+static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
+{
+    scenario_rows *s = context;
+    if (!measure_rung(s, status))
+        return false;
+    s->measured = false;
+    const ll_rung *r = &s->climb.rung;
+    put_text(&cell, r->ladder->scenario);
+    put_text(&cell, r->ladder->series);
+    put_text(&cell, r->series);
+    put_text(&cell, r->ladder->setting);
+    put_number(&cell, strtod(r->setting, NULL));
+    put_text(&cell, r->diverged ? "diverged" : "ok");
+    put_number(&cell, r->cpu_min_s);
+    put_number(&cell, r->cpu_median_s);
+    put_text(&cell, r->ladder->error);
+    put_number(&cell, r->error);
+    put_text(&cell, r->ladder->counter);
+    put_number(&cell, r->counter);
+    put_number(&cell, r->order);
+    put_number(&cell, r->error_low);
+    put_number(&cell, r->error_high);
+    put_number(&cell, r->seeds);
+    draw_rung(s->page, r);
+    return true;
+}
+
+static ll_status measure_scenario(const request *q, const ll_ladder *first)
+{
+    cJSON *json = NULL;
+    scenario_rows s = {.scenario = q->name, .ladder = ladder_of(q->name, first + 1), .page = q->page};
+    const ll_table table = {scenario_columns, sizeof scenario_columns / sizeof scenario_columns[0],
+                            next_scenario_row, &s};
+    int64_t seeds = 0;
+    ll_status status = ll_argument_json(q->name, q->scenarios, &json);
+    if (!ll_failed(&status) && q->seeds)
+        status = ll_argument_whole("--seeds", q->seeds, 1, LL_LADDER_SEEDS_MAX, &seeds);
+    s.order = (ll_ladder_order){.scenario = json,
+                                .sets = q->set.items,
+                                .set_count = q->set.count,
+                                .duration = q->duration,
+                                .methods = q->methods,
+                                .seeds = (int)seeds,
+                                .now_ns = cpu_now_ns};
+    s.climb = ll_ladder_start(first, &s.order);
+    if (!ll_failed(&status) && !measure_rung(&s, &status) && !ll_failed(&status))
+        status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", q->name, q->methods);
+    if (!ll_failed(&status))
+        status = write_rows(&table, q);
+    cJSON_Delete(json);
+    return status;
+}
+
+/* ---- the verb ---- */
+
+static ll_status write_page(const request *q)
+{
+    char title[120], command[200];
+    snprintf(title, sizeof title, "Speed against error: %.80s", q->name);
+    snprintf(command, sizeof command, "laglab work-precision %.80s", q->name);
+    return ll_ladder_page_write(q->page, title, command, q->report);
+}
+
+int ll_verb_work_precision(int argc, char **argv)
+{
+    request q = {0};
+    const ll_option options[] = {
+        {"--methods", "A,B,...", "Only these methods or solvers.", .value = &q.methods},
+        {"--set", "NAME=VALUE", "A parameter of the problem, or a path of the scenario.", .list = &q.set},
+        {"--duration", "S", "Seconds of a run; otherwise the problem's or the ladder's.",
+         .value = &q.duration},
+        {"--seeds", "N", "Runs of a netgame's rung, each with its own seed; otherwise the ladder's, 10.",
+         .value = &q.seeds},
+        {"--report", "FILE.html", "A page with pictures: error against time and against what was counted.",
+         .value = &q.report},
+        {"--out", "FILE", "Where the rows go; otherwise to standard output.", .value = &q.out},
+        {"--format", "NAME", "csv, ndjson, json, parquet or sqlite; otherwise what FILE ends in.",
+         .value = &q.format_name},
+        {"--scenarios", "DIR", "The library of scenarios, otherwise beside the program.",
+         .value = &q.scenarios},
+        {0}};
+    const char *positional[LL_POSITIONAL_MAX];
+    int count;
+    ll_status status =
+        ll_arguments("work-precision PROBLEM|SCENARIO [OPTION]...: measure each method's error "
+                     "against its cost, a row for each step, tolerance, size, number of passes or update "
+                     "rate. PROBLEM: see `laglab problems`. SCENARIO: fluid/cavity, fluid/taylor_green, "
+                     "fluid/rotation, fluid/poiseuille, fluid/hydrostatic, fluid/dam_break, rigid/column, "
+                     "rigid/pyramid, crates_delta, hermite, deterministic, crates, behind_cover",
+                     argc, argv, options, positional, &count);
+    if (!ll_failed(&status) && count > 1)
+        status = ll_error(LL_BAD_INPUT, "unexpected argument %.100s", positional[1]);
+    if (!ll_failed(&status))
+        status = ll_argument_format(q.format_name, q.out, &q.format);
+    if (ll_failed(&status))
+        return ll_argument_fail(&status);
+    q.name = count ? positional[0] : NULL;
+    const ll_ladder *ladder = q.name ? ladder_of(q.name, ll_ladders) : NULL;
+    if (q.report && !(q.page = ll_ladder_page_make()))
+        return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "no memory for a page"});
+    status = ladder && ladder->scenario ? measure_scenario(&q, ladder) : measure_problem(&q);
+    if (!ll_failed(&status) && q.report)
+        status = write_page(&q);
+    ll_ladder_page_free(q.page);
+    return ll_failed(&status) ? ll_argument_fail(&status) : 0;
+}

@@ -1,0 +1,200 @@
+/* Who may create, and what the operator alone sees. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/support/access.h"
+#include "daemon/api/api.h"
+#include "daemon/jobs/experiments.h"
+#include "daemon/http/problem.h"
+
+enum { LIST_MOST = 1000 }; /* sessions of one answer */
+
+static ll_access *access_of(const ll_api *api)
+{
+    return ll_host_get_config(api->host)->access;
+}
+
+static int creation_of(const ll_api *api)
+{
+    return access_of(api) ? atomic_load(&access_of(api)->creation) : LL_CREATION_OPEN;
+}
+
+/* ---- checks for all handlers ---- */
+
+/* A wrong key costs as much as a wrong code: neither can be guessed. */
+static void refuse_key(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                       const char *sentence)
+{
+    ll_status error = ll_error(LL_FORBIDDEN, "%s", sentence);
+    if (!ll_host_allows_lookup(api->host, request->peer))
+        error = ll_error(LL_LIMIT, "Too many wrong keys and codes came from this address.");
+    ll_api_problem(response, request, &error);
+}
+
+bool ll_api_is_operator(const ll_api *api, const char *key)
+{
+    return ll_access_is_operator(access_of(api), key, strlen(key));
+}
+
+bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    int creation = creation_of(api);
+    if (creation == LL_CREATION_OPEN)
+        return true;
+    bool class = creation == LL_CREATION_CLASS;
+    const char *key = ll_api_key(request, response, class ? "the class key" : "the operator's key");
+    if (!key)
+        return false;
+    if (ll_access_may_create(access_of(api), key, strlen(key)))
+        return true;
+    refuse_key(api, request, response,
+               class ? "Only who has the class key may create here; this is another key."
+                     : "Creation is closed here, but for the operator.");
+    return false;
+}
+
+static bool is_operator(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    if (!ll_api_started(api, request, response))
+        return false;
+    const char *key = ll_api_key(request, response, "the operator's key");
+    if (!key)
+        return false;
+    if (ll_api_is_operator(api, key))
+        return true;
+    const ll_access *access = access_of(api);
+    refuse_key(api, request, response,
+               access && access->has_operator
+                   ? "This is not the operator's key."
+                   : "This daemon has no operator: --operator-key-file makes one.");
+    return false;
+}
+
+/* ---- lists ---- */
+
+static ll_status whole(const ll_http_request *request, const char *name, int64_t low, int64_t high,
+                       int64_t *value)
+{
+    const char *text = ll_http_query(request, name);
+    char *end;
+    if (!text)
+        return ll_ok();
+    int64_t number = strtoll(text, &end, 10);
+    if (text[0] < '0' || text[0] > '9' || *end || number < low || number > high)
+        return ll_field_error(LL_BAD_INPUT, name,
+                              "%s: must be a whole number from %lld to %lld; got `%.40s`.", name,
+                              (long long)low, (long long)high, text);
+    *value = number;
+    return ll_ok();
+}
+
+static cJSON *describe_entry(const ll_host_entry *entry)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", entry->id);
+    cJSON_AddStringToObject(json, "code", entry->code);
+    cJSON_AddStringToObject(json, "status",
+                            entry->status < 0 ? "unloaded" : ll_session_status_names[entry->status]);
+    cJSON_AddBoolToObject(json, "parked", entry->parked);
+    cJSON_AddNumberToObject(json, "viewers", entry->viewers);
+    cJSON_AddNumberToObject(json, "created_s", (double)(entry->created_ms / 1000));
+    cJSON_AddNumberToObject(json, "idle_s", entry->idle_s);
+    cJSON_AddNumberToObject(json, "log_bytes", (double)entry->log_bytes);
+    return json;
+}
+
+void ll_get_sessions(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    int64_t after = 0, most = LIST_MOST;
+    ll_host_entry *entries = NULL;
+    int count = 0;
+    if (!is_operator(api, request, response))
+        return;
+    ll_status status = whole(request, "after", 0, INT64_C(9007199254740991), &after);
+    if (!ll_failed(&status))
+        status = whole(request, "limit", 1, LIST_MOST, &most);
+    if (!ll_failed(&status))
+        status = ll_host_list(api->host, after, (int)most, &entries, &count);
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+        return;
+    }
+    cJSON *json = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(json, "sessions");
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToArray(list, describe_entry(&entries[i]));
+    if (count == most)
+        cJSON_AddNumberToObject(json, "next", (double)entries[count - 1].serial);
+    else
+        cJSON_AddNullToObject(json, "next");
+    free(entries);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+static void add_record(void *context, const ll_experiment_record *record)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddItemToArray(context, json);
+    cJSON_AddStringToObject(json, "id", record->id);
+    cJSON_AddStringToObject(json, "state", ll_experiment_state_names[record->state]);
+    cJSON_AddNumberToObject(json, "runs", (double)(record->to - record->from));
+    cJSON_AddNumberToObject(json, "done", (double)record->done);
+    cJSON_AddNumberToObject(json, "created_s", (double)record->created_s);
+    cJSON_AddStringToObject(json, "version", record->version);
+    cJSON_AddBoolToObject(json, "sweep", record->owner_hash[0] == '\0');
+}
+
+void ll_get_experiments(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    if (!is_operator(api, request, response))
+        return;
+    cJSON *json = cJSON_CreateObject(), *list = cJSON_AddArrayToObject(json, "experiments");
+    ll_result_store *store = ll_experiments_store(api->experiments);
+    ll_status status = store->kind->list(store, add_record, list);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+/* ---- creation ---- */
+
+static void answer_creation(const ll_api *api, ll_http_response *response)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "creation", ll_creation_names[creation_of(api)]);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+void ll_get_creation(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    (void)request;
+    answer_creation(context, response);
+}
+
+void ll_put_creation(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    static const char *const names[] = {"creation", NULL};
+    ll_api *api = context;
+    if (!is_operator(api, request, response))
+        return;
+    cJSON *body = ll_api_body(request, response);
+    if (!body)
+        return;
+    const cJSON *value = cJSON_GetObjectItemCaseSensitive(body, "creation");
+    ll_status status = ll_api_only(body, names);
+    if (!ll_failed(&status))
+        status = ll_access_set_creation(access_of(api), cJSON_IsString(value) ? value->valuestring : "");
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        answer_creation(api, response);
+    cJSON_Delete(body);
+}

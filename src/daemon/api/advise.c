@@ -1,0 +1,143 @@
+/* Advice: which setting is the cheapest that stays within an error. It is a job: asked for, watched, ended.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/api/api.h"
+#include "daemon/jobs/jobs.h"
+#include "daemon/http/problem.h"
+#include "experiment/advise/advise.h"
+
+#define PATH "/api/v1/advise/"
+
+enum { RUNS_MOST = 2000 }; /* of one answer */
+
+static ll_status read_order(const ll_api *api, const cJSON *body, ll_advice_order *order,
+                            ll_experiment **experiment)
+{
+    static const char *const names[] = {"experiment", "max_error", "runs", NULL};
+    const cJSON *max_error = cJSON_GetObjectItemCaseSensitive(body, "max_error");
+    const cJSON *runs = cJSON_GetObjectItemCaseSensitive(body, "runs");
+    ll_status status = ll_api_only(body, names);
+    if (!ll_failed(&status) && !cJSON_IsNumber(max_error))
+        status = ll_field_error(LL_BAD_INPUT, "max_error", "max_error: must be a number above 0.");
+    if (!ll_failed(&status) && runs &&
+        !(cJSON_IsNumber(runs) && runs->valuedouble >= 1 && runs->valuedouble <= RUNS_MOST))
+        status = ll_field_error(LL_BAD_INPUT, "runs", "runs: must be a number from 1 to %d.", RUNS_MOST);
+    if (!ll_failed(&status))
+        status = ll_experiment_parse(cJSON_GetObjectItemCaseSensitive(body, "experiment"), api->scenarios,
+                                     experiment);
+    if (ll_failed(&status))
+        return status;
+    *order = (ll_advice_order){.experiment = *experiment,
+                               .max_error = max_error->valuedouble,
+                               .most_runs = runs ? (int64_t)runs->valuedouble : 0};
+    order->most_runs = ll_advise_runs(order) < RUNS_MOST ? ll_advise_runs(order) : RUNS_MOST;
+    return status;
+}
+
+/* Owns what the order points to. */
+typedef struct question {
+    ll_advice_order order;
+    ll_experiment *experiment;
+} question;
+
+static void free_question(void *context)
+{
+    question *q = context;
+    ll_experiment_free(q->experiment);
+    free(q);
+}
+
+static ll_status answer(void *context, const ll_interrupt *interrupt, _Atomic int64_t *done, cJSON **json)
+{
+    question *q = context;
+    q->order.interrupt = interrupt;
+    q->order.runs = done;
+    ll_status status = ll_advise(&q->order, json);
+    if (status.code == LL_INTERRUPTED)
+        return ll_error(LL_INTERRUPTED, "%lld runs were done", (long long)atomic_load(done));
+    return status;
+}
+
+static void answer_begun(const char *id, const char *key, ll_http_response *response)
+{
+    char path[160];
+    snprintf(path, sizeof path, PATH "%s", id);
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", id);
+    cJSON_AddStringToObject(json, "owner_key", key);
+    cJSON *links = cJSON_AddObjectToObject(json, "links");
+    cJSON_AddStringToObject(links, "self", path);
+    ll_http_json(response, 202, json);
+    cJSON_Delete(json);
+    ll_http_set_header(response, "Location", path);
+    ll_http_set_header(response, "Retry-After", "1");
+}
+
+void ll_post_advise(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    char id[LL_ID_LENGTH + 1], key[LL_KEY_LENGTH + 1];
+    if (!ll_api_started(api, request, response) || !ll_api_may_create(api, request, response))
+        return;
+    cJSON *body = ll_api_body(request, response);
+    question *q = body ? calloc(1, sizeof *q) : NULL;
+    if (!q) {
+        response->failed = body != NULL;
+        cJSON_Delete(body);
+        return;
+    }
+    ll_status status = read_order(api, body, &q->order, &q->experiment);
+    if (!ll_failed(&status) && !ll_host_allows_creation(api->host, request->peer))
+        status = ll_error(LL_LIMIT, "Too many sessions and experiments were made from this address.");
+    if (!ll_failed(&status))
+        status = ll_advise_check(&q->order);
+    if (ll_failed(&status)) {
+        free_question(q);
+    } else {
+        ll_job_order order = {.run = answer,
+                              .free = free_question,
+                              .context = q,
+                              .most = ll_advise_runs(&q->order),
+                              .client = request->peer};
+        status = ll_jobs_add(api->jobs, &order, id, key);
+    }
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        answer_begun(id, key, response);
+    cJSON_Delete(body);
+}
+
+void ll_get_advice(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    if (!ll_api_started(api, request, response))
+        return;
+    cJSON *json = cJSON_CreateObject();
+    ll_status status = ll_jobs_describe(api->jobs, request->parameter[0], json);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+void ll_delete_advice(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    if (!ll_api_started(api, request, response))
+        return;
+    const char *key = ll_api_key(request, response, "the advice's owner_key");
+    if (!key)
+        return;
+    ll_status status =
+        ll_jobs_remove(api->jobs, request->parameter[0], ll_api_is_operator(api, key) ? NULL : key);
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        response->status = 204;
+}

@@ -1,0 +1,185 @@
+#include "daemon/api/answer.h"
+
+#include <ctype.h>
+#include <fcntl.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "daemon/api/api.h"
+#include "daemon/support/gzip.h"
+#include "daemon/http/problem.h"
+
+/* ---- tags ---- */
+
+/* A part of a compressed file is of no use: who asks for one gets it as it is. */
+static bool wants_part(const ll_http_request *request, const ll_answer *answer)
+{
+    return answer->final && ll_http_header(request, "Range") != NULL;
+}
+
+static bool is_compressed(const ll_http_request *request, const ll_answer *answer)
+{
+    return ll_gzip_is_worth(answer->type) && ll_http_takes_encoding(request, "gzip") &&
+           !wants_part(request, answer);
+}
+
+static void write_tag(const ll_answer *answer, bool compressed, char tag[48])
+{
+    snprintf(tag, 48, "%s\"%016llx%s\"", answer->final ? "" : "W/", (unsigned long long)answer->tag,
+             compressed ? "-gzip" : "");
+}
+
+bool ll_answer_known(const ll_http_request *request, ll_http_response *response, const ll_answer *answer)
+{
+    char tag[48], vary[80];
+    bool compressed = is_compressed(request, answer);
+    write_tag(answer, compressed, tag);
+    snprintf(vary, sizeof vary, "%s%sAccept-Encoding", answer->vary ? answer->vary : "",
+             answer->vary ? ", " : "");
+    ll_http_set_header(response, "ETag", tag);
+    ll_http_set_header(response, "Vary", vary);
+    ll_http_set_header(response, "Cache-Control", "no-cache"); /* asks each time, often gets a 304 */
+    if (answer->final)
+        ll_http_set_header(response, "Accept-Ranges", "bytes");
+    if (ll_http_matches_tag(ll_http_header(request, "If-None-Match"), tag)) {
+        response->status = 304;
+        return true;
+    }
+    if (!request->head)
+        return false;
+    if (compressed)
+        ll_http_set_header(response, "Content-Encoding", "gzip");
+    ll_http_no_body(response, answer->type);
+    return true;
+}
+
+/* ---- parts ---- */
+
+/* Digits up to `end`; false when there are none, or too many. */
+static bool read_digits(const char **at, uint64_t *value)
+{
+    const char *begin = *at;
+    *value = 0;
+    while (isdigit((unsigned char)**at) && *at - begin < 18)
+        *value = 10 * *value + (uint64_t)(*(*at)++ - '0');
+    return *at > begin;
+}
+
+typedef enum part { WHOLE, PART, NO_PART } part;
+
+/* RFC 9110 14.2: one range of bytes; anything else is not understood, and gets the whole. */
+static part read_range(const char *range, uint64_t size, uint64_t *from, uint64_t *length)
+{
+    uint64_t first = 0, last = size > 0 ? size - 1 : 0;
+    if (strncasecmp(range, "bytes=", 6) != 0)
+        return WHOLE;
+    const char *at = range + 6;
+    if (*at == '-') {
+        at++;
+        if (!read_digits(&at, &last) || *at != '\0')
+            return WHOLE;
+        first = last < size ? size - last : 0;
+        if (last == 0 || size == 0)
+            return NO_PART;
+        last = size - 1;
+    } else {
+        if (!read_digits(&at, &first) || *at++ != '-')
+            return WHOLE;
+        if (*at != '\0' && (!read_digits(&at, &last) || *at != '\0' || last < first))
+            return WHOLE;
+        if (first >= size)
+            return NO_PART;
+        last = last < size ? last : size - 1;
+    }
+    *from = first;
+    *length = last - first + 1;
+    return PART;
+}
+
+static void choose_part(const ll_http_request *request, ll_http_response *response, const ll_answer *answer)
+{
+    char tag[48], text[96];
+    uint64_t size = response->file_size;
+    const char *range = ll_http_header(request, "Range"), *only = ll_http_header(request, "If-Range");
+    write_tag(answer, false, tag);
+    if (!wants_part(request, answer) || (only && strcmp(only, tag) != 0))
+        return;
+    part found = read_range(range, size, &response->file_from, &response->file_size);
+    if (found == WHOLE)
+        return;
+    if (found == PART) {
+        response->status = 206;
+        snprintf(text, sizeof text, "bytes %llu-%llu/%llu", (unsigned long long)response->file_from,
+                 (unsigned long long)(response->file_from + response->file_size - 1),
+                 (unsigned long long)size);
+    } else {
+        ll_http_clear(response);
+        ll_status error =
+            ll_field_error(LL_BAD_INPUT, "Range", "The answer has %llu bytes.", (unsigned long long)size);
+        ll_problem_as(response, request, 416, &error);
+        snprintf(text, sizeof text, "bytes */%llu", (unsigned long long)size);
+    }
+    ll_http_set_header(response, "Content-Range", text);
+}
+
+/* ---- files ---- */
+
+FILE *ll_answer_open(const ll_answer *answer, ll_status *status)
+{
+    int fd = open(answer->folder, O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
+    if (fd < 0)
+        fd = memfd_create("laglab-answer", MFD_CLOEXEC);
+    FILE *file = fd >= 0 ? fdopen(fd, "w+b") : NULL;
+    if (fd >= 0 && !file)
+        close(fd);
+    *status = file ? ll_ok() : ll_error(LL_IO, "No temporary file can be made for the answer.");
+    return file;
+}
+
+/* Whether the file is one of memory: only those can be sealed. */
+static bool in_memory(FILE *file)
+{
+    return fcntl(fileno(file), F_GET_SEALS) >= 0;
+}
+
+/* `file` in place of itself; the old one is closed. */
+static ll_status compress(const ll_http_request *request, const ll_answer *answer, FILE **file)
+{
+    ll_status status;
+    FILE *small = ll_answer_open(answer, &status);
+    if (small)
+        status = ll_gzip_file(*file, small, request->task);
+    if (small) {
+        fclose(*file);
+        *file = small;
+    }
+    return status;
+}
+
+void ll_answer_send(const ll_http_request *request, ll_http_response *response, const ll_answer *answer,
+                    const ll_status *made, FILE *file)
+{
+    ll_status status = *made;
+    bool compressed = is_compressed(request, answer);
+    if (!ll_failed(&status) && compressed)
+        status = compress(request, answer, &file);
+    if (!ll_failed(&status) && (fflush(file) != 0 || ferror(file)))
+        status = ll_error(LL_IO, "The answer does not fit on the disk.");
+    if (ll_failed(&status)) {
+        if (file)
+            fclose(file);
+        ll_http_clear(response);
+        ll_api_problem(response, request, &status);
+        return;
+    }
+    response->file = file;
+    response->file_size = (uint64_t)ftello(file);
+    response->held = in_memory(file) ? (size_t)response->file_size : 0;
+    snprintf(response->type, sizeof response->type, "%s", answer->type);
+    if (compressed)
+        ll_http_set_header(response, "Content-Encoding", "gzip");
+    choose_part(request, response, answer);
+}

@@ -1,0 +1,139 @@
+#include "daemon/api/api.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/http/problem.h"
+#include "daemon/support/tasks.h"
+#include "session/scenario.h"
+
+bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    if (atomic_load(&api->phase) != LL_API_STARTING)
+        return true;
+    ll_status error = ll_error(LL_LIMIT, "The daemon is starting.");
+    ll_problem_later(response, request, 503, 1, &error);
+    return false;
+}
+
+ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    if (!ll_api_started(api, request, response))
+        return NULL;
+    ll_hosted *hosted = ll_host_find(api->host, request->parameter[0]);
+    if (!hosted) {
+        ll_status error = ll_error(LL_NOT_FOUND, "There is no session with this id.");
+        ll_problem(response, request, &error);
+    }
+    return hosted;
+}
+
+const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose)
+{
+    const char *header = ll_http_header(request, "Authorization");
+    if (header && strncasecmp(header, "Bearer ", 7) == 0) {
+        header += 7;
+        return header + strspn(header, " ");
+    }
+    ll_status error = ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.", whose);
+    ll_problem_as(response, request, 401, &error);
+    ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");
+    return NULL;
+}
+
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
+                    int player)
+{
+    const char *key = ll_api_key(
+        request, response, player < 0 ? "the session's owner_key" : "the owner_key or the player's key");
+    if (!key)
+        return false;
+    int role = ll_hosted_role(hosted, key, strlen(key));
+    if (role == LL_ROLE_OWNER || (player >= 0 && role == player))
+        return true;
+    ll_status error =
+        ll_error(LL_FORBIDDEN, role == LL_ROLE_NONE ? "This key does not belong to this session."
+                                                    : "This key is another player's.");
+    ll_problem(response, request, &error);
+    return false;
+}
+
+cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
+{
+    cJSON *json = NULL;
+    ll_status status = ll_json_parse(request->body, request->body_size, &json);
+    if (!ll_failed(&status) && !cJSON_IsObject(json)) {
+        cJSON_Delete(json);
+        json = NULL;
+        status = ll_error(LL_BAD_INPUT, "The body must be a JSON object.");
+    }
+    if (ll_failed(&status)) {
+        ll_problem(response, request, &status);
+        return NULL;
+    }
+    return json;
+}
+
+void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
+{
+    if (error->code == LL_INTERRUPTED && ll_http_to_work(request, response))
+        return;
+    ll_status told = error->code == LL_INTERRUPTED ? ll_task_told(request->task, error->text) : *error;
+    error = &told;
+    if (error->code == LL_LIMIT)
+        ll_problem_later(response, request, 429, 1, error);
+    else if (error->code == LL_IO)
+        ll_problem_as(response, request, 507, error);
+    else
+        ll_problem(response, request, error);
+}
+
+ll_status ll_api_only(const cJSON *object, const char *const *names)
+{
+    char known[200] = "";
+    const cJSON *member;
+    cJSON_ArrayForEach(member, object)
+    {
+        const char *const *name = names;
+        while (*name && strcmp(*name, member->string) != 0)
+            name++;
+        if (*name)
+            continue;
+        for (name = names; *name; name++)
+            snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", name == names ? "" : ", ",
+                     *name);
+        return ll_field_error(LL_BAD_INPUT, member->string, "%.60s is not known here; possible are %s.",
+                              member->string, known);
+    }
+    return ll_ok();
+}
+
+void ll_api_hash_text(uint64_t hash, char text[17])
+{
+    snprintf(text, 17, "%016llx", (unsigned long long)hash);
+}
+
+void ll_api_links(cJSON *json, const char *id)
+{
+    static const char *const parts[] = {"stream",  "params", "control", "input", "state",
+                                        "metrics", "trace",  "log",     "fork"};
+    char path[160];
+    cJSON *links = cJSON_AddObjectToObject(json, "links");
+    snprintf(path, sizeof path, "/api/v1/sessions/%s", id);
+    cJSON_AddStringToObject(links, "self", path);
+    snprintf(path, sizeof path, "/#s=%s", id);
+    cJSON_AddStringToObject(links, "page", path);
+    for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++) {
+        snprintf(path, sizeof path, "/api/v1/sessions/%s/%s", id, parts[i]);
+        cJSON_AddStringToObject(links, parts[i], path);
+    }
+}
+
+const char *ll_api_status_name(const ll_session_info *info)
+{
+    return ll_session_status_names[info->status];
+}

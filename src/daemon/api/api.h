@@ -1,0 +1,93 @@
+/* The REST side of the daemon: what its handlers share. Each routes_*.c holds the handlers of one subject;
+ * table.c has the table.
+ *
+ * Handlers run on threads of the front door. They find a session, take what they need under its lock and
+ * write a response; they fail only by a problem document. */
+#pragma once
+
+#include <stdatomic.h>
+#include <stdbool.h>
+
+#include "daemon/listener/door.h"
+#include "daemon/hosting/host.h"
+#include "daemon/http/http.h"
+#include "daemon/store/store.h"
+
+struct cJSON;
+
+typedef enum ll_api_phase { LL_API_STARTING, LL_API_READY, LL_API_DRAINING } ll_api_phase;
+
+typedef struct ll_api_idempotency ll_api_idempotency;
+typedef struct ll_experiments ll_experiments;
+typedef struct ll_jobs ll_jobs;
+
+typedef struct ll_api {
+    ll_host *host;
+    ll_store *store;
+    ll_experiments *experiments;
+    struct ll_tasks *tasks;
+    ll_jobs *jobs;                     /* advice that is being sought */
+    _Atomic(ll_door *) door;           /* set when it is open */
+    const char *scenarios, *documents; /* folders */
+    atomic_int phase;
+    ll_time started;
+    ll_http_route *routes; /* the table with the configured body limit */
+    int route_count;
+    ll_api_idempotency *idempotency;
+    _Atomic uint64_t answers[6];     /* by class of status: 1xx .. 5xx; 0 is anything else */
+    _Atomic uint64_t duration_us[6]; /* summed */
+} ll_api;
+
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,
+                      struct ll_tasks *tasks);
+void ll_api_end(ll_api *api);
+void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
+                 double seconds);
+
+/* ---- helpers of handlers ---- */
+
+/* False before all is ready for sessions, with a 503 answered. */
+bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response);
+
+/* The session of the path's first parameter; NULL when a 404 or 503 was answered. */
+ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
+
+/* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
+                    int player);
+
+/* The key that the request carries; NULL when a 401 was answered that says `whose` it needs. */
+const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose);
+
+/* Whether the request may create: everybody, or by the class key or the operator's. Answers 401, 403 or 429
+ * otherwise. */
+bool ll_api_may_create(ll_api *api, const ll_http_request *request, ll_http_response *response);
+bool ll_api_is_operator(const ll_api *api, const char *key);
+
+/* The body as a JSON object; NULL when a 400 was answered. Caller deletes. */
+struct cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response);
+
+/* A problem with the status that fits the API: LL_IO is 507, LL_LIMIT 429 with Retry-After. LL_INTERRUPTED of
+ * a handler that is no task has it called again as one; of a task it is told why that was ended. */
+void ll_api_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
+
+/* 400 unless all keys of `object` are in the NULL-terminated list. */
+ll_status ll_api_only(const struct cJSON *object, const char *const *names);
+
+void ll_api_hash_text(uint64_t hash, char text[17]);
+void ll_api_links(struct cJSON *json, const char *id); /* adds `links` */
+const char *ll_api_status_name(const ll_session_info *info);
+
+/* ---- handlers ---- */
+
+ll_http_handler ll_get_scenarios, ll_get_scenario, ll_get_schema, ll_get_openapi, ll_get_asyncapi,
+    ll_get_schemas, ll_get_stream_schema;
+ll_http_handler ll_post_sessions, ll_get_session, ll_delete_session, ll_post_fork, ll_get_code;
+ll_http_handler ll_patch_params, ll_post_control, ll_post_input;
+ll_http_handler ll_get_state, ll_get_metrics, ll_get_trace, ll_get_log;
+ll_http_handler ll_post_experiments, ll_get_experiment, ll_delete_experiment, ll_post_experiment_control;
+ll_http_handler ll_post_advise, ll_get_advice, ll_delete_advice, ll_get_experiment_run,
+    ll_get_experiment_results, ll_get_experiment_report, ll_get_experiment_trace, ll_get_experiment_schema,
+    ll_get_experiment_library;
+ll_http_handler ll_get_sessions, ll_get_experiments, ll_get_creation, ll_put_creation;
+ll_http_handler ll_get_healthz, ll_get_readyz, ll_get_prometheus;

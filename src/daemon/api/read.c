@@ -1,0 +1,206 @@
+/* Reading of a session: state, metrics, trace, log. */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/api/api.h"
+#include "daemon/http/problem.h"
+#include "daemon/support/tasks.h"
+
+enum { TRACE_ROWS = 100000 }; /* of one answer: what is made is held in memory */
+
+enum { LIGHT_BYTES = 6 << 20 }; /* of a session that is told within a millisecond or so */
+
+/* `fill` writes the answer with the session locked, or makes a copy and says what is still to be done with
+ * it. */
+typedef struct reader {
+    ll_session *copy; /* NULL: the answer is there */
+    int64_t from, to, reserved;
+} reader;
+typedef ll_status fill(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                       reader *r);
+typedef ll_status finish(reader *r, ll_task *task, ll_http_response *response); /* of the copy; not locked */
+
+static finish finish_trace;
+static const char trace_type[] = "text/csv; charset=utf-8";
+
+static ll_status look(ll_hosted *hosted, const ll_http_request *request, ll_http_response *response,
+                      fill *write, reader *r)
+{
+    ll_session *session;
+    ll_status status = ll_hosted_enter(hosted, request->task, &session, NULL);
+    if (ll_failed(&status))
+        return status;
+    if (!request->task && ll_session_get_info(session).awake_bytes > LIGHT_BYTES)
+        status = ll_error(LL_INTERRUPTED, "the session is large");
+    else
+        status = write(session, request, response, r);
+    ll_hosted_leave(hosted);
+    return status;
+}
+
+static void reading(ll_api *api, const ll_http_request *request, ll_http_response *response, fill *write,
+                    finish *end)
+{
+    reader r = {0};
+    ll_hosted *hosted = ll_api_session(api, request, response);
+    if (!hosted)
+        return;
+    ll_status status = look(hosted, request, response, write, &r);
+    if (r.copy && request->head) {
+        ll_http_no_body(response, end == finish_trace ? trace_type : "application/json");
+        ll_session_destroy(r.copy);
+    } else if (r.copy) {
+        r.reserved = (int64_t)ll_session_get_info(r.copy).awake_bytes;
+        status = ll_host_reserve(api->host, r.reserved);
+        if (!ll_failed(&status)) {
+            status = end(&r, request->task, response);
+            ll_host_give_back(api->host, r.reserved);
+        }
+        ll_session_destroy(r.copy);
+    }
+    if (ll_failed(&status)) {
+        ll_http_clear(response);
+        ll_api_problem(response, request, &status);
+    }
+    ll_hosted_release(hosted);
+}
+
+/* A number of the query in [low, high]; absent: stays as it is. */
+static ll_status query_number(const ll_http_request *request, const char *name, double low, double high,
+                              double *value)
+{
+    const char *text = ll_http_query(request, name);
+    if (!text)
+        return ll_ok();
+    char *end = NULL;
+    errno = 0;
+    double number = strtod(text, &end);
+    if (end == text || *end || !isfinite(number) || number < low || number > high)
+        return ll_field_error(LL_BAD_INPUT, name, "%s: must be a number from %g to %g; got `%.40s`.", name,
+                              low, high, text);
+    *value = number;
+    return ll_ok();
+}
+
+static ll_status fill_state(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                            reader *r)
+{
+    double tick = -1;
+    ll_session_info info = ll_session_get_info(session);
+    ll_status status = query_number(request, "tick", 0, (double)info.head_tick, &tick);
+    if (!ll_failed(&status) && tick >= 0 && tick != floor(tick))
+        status = ll_field_error(LL_BAD_INPUT, "tick", "tick: must be a whole number from 0 to %lld.",
+                                (long long)info.head_tick);
+    if (ll_failed(&status))
+        return status;
+    if (tick >= 0 && (int64_t)tick != info.tick) {
+        if (!request->task)
+            return ll_error(LL_INTERRUPTED, "another tick is work");
+        r->to = (int64_t)tick;
+        return ll_session_copy(session, r->to, &r->copy);
+    }
+    cJSON *json = ll_session_state(session);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+static ll_status finish_state(reader *r, ll_task *task, ll_http_response *response)
+{
+    ll_interrupt interrupt = ll_task_interrupt(task);
+    ll_status status = ll_session_run_within(r->copy, r->to, &interrupt);
+    if (ll_failed(&status))
+        return status;
+    cJSON *json = ll_session_state(r->copy);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    return status;
+}
+
+static ll_status fill_metrics(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                              reader *r)
+{
+    (void)request, (void)r;
+    cJSON *json = ll_session_metrics(session);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    return ll_ok();
+}
+
+static void append(void *context, const char *text, size_t length)
+{
+    ll_http_append(context, text, length);
+}
+
+static ll_status fill_trace(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                            reader *r)
+{
+    (void)response;
+    ll_session_info info = ll_session_get_info(session);
+    double head_s = (double)info.head / 1e9, from_s = 0, to_s = head_s;
+    ll_status status = query_number(request, "from_s", 0, 1e9, &from_s);
+    if (!ll_failed(&status))
+        status = query_number(request, "to_s", 0, 1e9, &to_s);
+    if (!ll_failed(&status) && from_s > to_s)
+        status =
+            ll_field_error(LL_BAD_INPUT, "from_s", "from_s (%g) must not be beyond to_s (%g).", from_s, to_s);
+    if (ll_failed(&status))
+        return status;
+    int64_t from = ll_tick_at((ll_time)(fmin(from_s, head_s) * 1e9 + 0.5), info.tick_freq);
+    int64_t to = ll_tick_at((ll_time)(fmin(to_s, head_s) * 1e9 + 0.5), info.tick_freq);
+    if (to > info.head_tick)
+        to = info.head_tick;
+    if (to - from >= TRACE_ROWS)
+        return ll_field_error(LL_BAD_INPUT, "to_s",
+                              "from_s to %g holds %lld ticks; an answer has at most %d.", to_s,
+                              (long long)(to - from + 1), TRACE_ROWS);
+    r->from = from;
+    r->to = to;
+    return ll_session_copy(session, to, &r->copy);
+}
+
+static ll_status finish_trace(reader *r, ll_task *task, ll_http_response *response)
+{
+    ll_interrupt interrupt = ll_task_interrupt(task);
+    memcpy(response->type, trace_type, sizeof trace_type);
+    return ll_session_write_trace(r->copy, r->from, r->to, &interrupt, append, response);
+}
+
+static void append_line(void *context, const char *line, size_t length)
+{
+    ll_http_append(context, line, length);
+    ll_http_append(context, "\n", 1);
+}
+
+static ll_status fill_log(ll_session *session, const ll_http_request *request, ll_http_response *response,
+                          reader *r)
+{
+    (void)request, (void)r;
+    ll_session_log(session, append_line, response);
+    memcpy(response->type, "application/x-ndjson", sizeof "application/x-ndjson");
+    return ll_ok();
+}
+
+void ll_get_state(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_state, finish_state);
+}
+
+void ll_get_metrics(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_metrics, NULL);
+}
+
+void ll_get_trace(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_trace, finish_trace);
+}
+
+void ll_get_log(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    reading(context, request, response, fill_log, NULL);
+}

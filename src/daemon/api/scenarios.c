@@ -1,0 +1,134 @@
+/* The library of scenarios, the schema, and the documents of this API. */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/api/api.h"
+#include "daemon/http/problem.h"
+#include "experiment/spec/experiment.h"
+#include "library/library.h"
+#include "session/records.h"
+#include "session/scenario.h"
+
+void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    cJSON *list = NULL;
+    const char *brief = ll_http_query(request, "brief");
+    if (brief && strcmp(brief, "true") != 0 && strcmp(brief, "false") != 0) {
+        ll_status wrong =
+            ll_field_error(LL_BAD_INPUT, "brief", "brief: must be true or false; got `%.40s`.", brief);
+        ll_problem(response, request, &wrong);
+        return;
+    }
+    ll_status status = ll_scenario_list(api->scenarios, &list);
+    if (ll_failed(&status)) {
+        ll_problem_as(response, request, 503, &status);
+        return;
+    }
+    cJSON *json = cJSON_CreateObject(), *item;
+    if (brief && strcmp(brief, "true") == 0)
+        cJSON_ArrayForEach(item, list) cJSON_DeleteItemFromObjectCaseSensitive(item, "text");
+    cJSON_AddItemToObject(json, "scenarios", list);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+void ll_get_scenario(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    cJSON *json = NULL;
+    ll_status status = ll_scenario_load(api->scenarios, request->parameter[0], &json);
+    if (ll_failed(&status)) {
+        if (status.code == LL_BAD_INPUT) /* an id with other letters names nothing */
+            status.code = LL_NOT_FOUND;
+        ll_problem(response, request, &status);
+        return;
+    }
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+void ll_get_schema(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    (void)context;
+    cJSON *json = NULL;
+    ll_status status = ll_scenario_schema(ll_http_query(request, "kind"), &json);
+    if (ll_failed(&status)) {
+        ll_problem(response, request, &status);
+        return;
+    }
+    ll_http_json(response, 200, json);
+    snprintf(response->type, sizeof response->type, "application/schema+json");
+    cJSON_Delete(json);
+}
+
+void ll_get_experiment_schema(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    (void)context;
+    (void)request;
+    cJSON *json = ll_experiment_schema();
+    ll_http_json(response, 200, json);
+    snprintf(response->type, sizeof response->type, "application/schema+json");
+    cJSON_Delete(json);
+}
+
+void ll_get_stream_schema(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    (void)context;
+    (void)request;
+    cJSON *json = ll_stream_schema();
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+void ll_get_experiment_library(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    cJSON *list = NULL;
+    ll_status status = ll_scenario_list_experiments(api->scenarios, &list);
+    if (ll_failed(&status)) {
+        ll_problem_as(response, request, 503, &status);
+        return;
+    }
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddItemToObject(json, "experiments", list);
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+}
+
+static void send_document(const ll_api *api, const char *name, const ll_http_request *request,
+                          const char *type, ll_http_response *response)
+{
+    char path[600], piece[8192];
+    snprintf(path, sizeof path, "%s/%s", api->documents, name);
+    FILE *file = fopen(path, "rbe");
+    if (!file) {
+        ll_status error = ll_error(LL_NOT_FOUND, "%s is not installed: %s.", name, strerror(errno));
+        ll_problem(response, request, &error);
+        return;
+    }
+    size_t got;
+    while ((got = fread(piece, 1, sizeof piece, file)) > 0)
+        ll_http_append(response, piece, got);
+    fclose(file);
+    snprintf(response->type, sizeof response->type, "%s", type);
+}
+
+void ll_get_openapi(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    send_document(context, "openapi.yaml", request, "application/yaml", response);
+}
+
+void ll_get_asyncapi(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    send_document(context, "asyncapi.yaml", request, "application/yaml", response);
+}
+
+void ll_get_schemas(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    send_document(context, "schemas.json", request, "application/schema+json", response);
+}

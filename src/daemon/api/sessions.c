@@ -1,0 +1,334 @@
+/* Sessions as such: making, looking, forking, deleting. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "daemon/api/api.h"
+#include "daemon/api/idempotency.h"
+#include "daemon/http/problem.h"
+#include "library/library.h"
+#include "session/scenario.h"
+#include "session/workload.h"
+
+/* ---- the order: the body of POST /sessions ---- */
+
+/* Sets paths of a scenario before a session is made of it; here rows that are not live can be set too. */
+static ll_status set_paths(cJSON **scenario, const cJSON *set)
+{
+    if (!cJSON_IsObject(set))
+        return ll_field_error(
+            LL_BAD_INPUT, "set",
+            "set: must be an object of paths and values, such as {\"players.1.lag_ms\":250}.");
+    ll_scenario parsed = {0};
+    ll_status status = ll_scenario_parse(*scenario, &parsed);
+    if (ll_failed(&status))
+        return status;
+    status = ll_param_merge(parsed.kind->table, set, parsed.config);
+    if (!ll_failed(&status)) {
+        cJSON_Delete(*scenario);
+        *scenario = ll_param_write(parsed.kind->table, parsed.config);
+        if (!*scenario)
+            status = ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
+    }
+    ll_scenario_free(&parsed);
+    return status;
+}
+
+static ll_status read_scenario(const ll_api *api, const cJSON *body, cJSON **scenario)
+{
+    const cJSON *given = cJSON_GetObjectItemCaseSensitive(body, "scenario");
+    const cJSON *set = cJSON_GetObjectItemCaseSensitive(body, "set");
+    ll_status status;
+    if (cJSON_IsString(given)) {
+        status = ll_scenario_load(api->scenarios, given->valuestring, scenario);
+        if (status.code == LL_NOT_FOUND || status.code == LL_BAD_INPUT)
+            status = ll_field_error(LL_BAD_INPUT, "scenario",
+                                    "There is no scenario `%.60s`; GET /api/v1/scenarios lists them.",
+                                    given->valuestring);
+    } else if (cJSON_IsObject(given)) {
+        *scenario = cJSON_Duplicate(given, true);
+        status = *scenario ? ll_ok() : ll_error(LL_NO_MEMORY, "There is no memory for the scenario.");
+    } else {
+        status = ll_field_error(LL_BAD_INPUT, "scenario",
+                                "scenario: must be an id (text) or a scenario (object).");
+    }
+    if (!ll_failed(&status) && set)
+        status = set_paths(scenario, set);
+    return status;
+}
+
+static ll_status read_options(const cJSON *body, ll_host_order *order)
+{
+    const cJSON *seed = cJSON_GetObjectItemCaseSensitive(body, "seed");
+    const cJSON *paused = cJSON_GetObjectItemCaseSensitive(body, "paused");
+    const cJSON *speed = cJSON_GetObjectItemCaseSensitive(body, "speed");
+    if (seed) {
+        double value = cJSON_IsNumber(seed) ? seed->valuedouble : -1;
+        if (!(value >= 0 && value <= 9007199254740991.0 && value == floor(value)))
+            return ll_field_error(LL_BAD_INPUT, "seed",
+                                  "seed: must be a whole number from 0 to 9007199254740991.");
+        order->seed = (int64_t)value;
+    }
+    if (paused && !cJSON_IsBool(paused))
+        return ll_field_error(LL_BAD_INPUT, "paused", "paused: must be true or false.");
+    if (paused)
+        order->paused = cJSON_IsTrue(paused);
+    if (speed) {
+        if (!cJSON_IsNumber(speed) || !(speed->valuedouble >= 0.1 && speed->valuedouble <= 10))
+            return ll_field_error(LL_BAD_INPUT, "speed", "speed: must be a number from 0.1 to 10.");
+        order->speed = speed->valuedouble;
+    }
+    return ll_ok();
+}
+
+/* ---- the answer: 201 ---- */
+
+static cJSON *describe_made(const ll_host_made *made)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", ll_hosted_id(made->hosted));
+    cJSON_AddStringToObject(json, "code", ll_hosted_code(made->hosted));
+    cJSON_AddStringToObject(json, "owner_key", made->owner_key);
+    cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
+    for (int i = 0; i < made->players; i++)
+        cJSON_AddItemToArray(keys, cJSON_CreateString(made->player_keys[i]));
+    cJSON_AddStringToObject(json, "status", ll_session_status_names[made->status]);
+    cJSON_AddNumberToObject(json, "tick", (double)made->tick);
+    ll_api_links(json, ll_hosted_id(made->hosted));
+    return json;
+}
+
+static void answer_made(ll_http_response *response, const char *text)
+{
+    ll_http_text(response, 201, "application/json", text);
+    cJSON *json = cJSON_Parse(text);
+    const cJSON *id = cJSON_GetObjectItemCaseSensitive(json, "id");
+    char location[128];
+    snprintf(location, sizeof location, "/api/v1/sessions/%s", cJSON_IsString(id) ? id->valuestring : "");
+    ll_http_set_header(response, "Location", location);
+    ll_http_set_header(response, "Cache-Control", "no-store");
+    cJSON_Delete(json);
+}
+
+static char *make(ll_api *api, const ll_http_request *request, ll_http_response *response,
+                  const ll_host_order *order)
+{
+    if (atomic_load(&api->phase) == LL_API_DRAINING) {
+        ll_status stopping = ll_error(LL_LIMIT, "The daemon is stopping.");
+        ll_problem_later(response, request, 503, 10, &stopping);
+        return NULL;
+    }
+    if (!ll_api_started(api, request, response))
+        return NULL;
+    ll_host_made made;
+    ll_status status = ll_host_make(api->host, order, &made);
+    if (ll_failed(&status)) {
+        if (made.full) /* the daemon's state; too many by one client is that one's rate */
+            ll_problem_later(response, request, 503, 60, &status);
+        else
+            ll_api_problem(response, request, &status);
+        return NULL;
+    }
+    cJSON *json = describe_made(&made);
+    char *text = cJSON_PrintUnformatted(json);
+    cJSON_Delete(json);
+    ll_hosted_release(made.hosted);
+    if (text)
+        answer_made(response, text);
+    return text;
+}
+
+static char *make_new(ll_api *api, const ll_http_request *request, ll_http_response *response)
+{
+    static const char *const names[] = {"scenario", "set", "seed", "workload", "paused", "speed", NULL};
+    cJSON *body = ll_api_body(request, response), *scenario = NULL;
+    if (!body)
+        return NULL;
+    ll_workload *workload = NULL;
+    ll_host_order order = {.seed = -1, .peer = request->peer, .task = request->task};
+    ll_status status = ll_api_only(body, names);
+    if (!ll_failed(&status))
+        status = read_options(body, &order);
+    if (!ll_failed(&status))
+        status = read_scenario(api, body, &scenario);
+    if (!ll_failed(&status) && cJSON_HasObjectItem(body, "workload"))
+        status = ll_workload_parse(cJSON_GetObjectItemCaseSensitive(body, "workload"), &workload);
+    order.scenario = scenario;
+    order.workload = workload;
+    char *text = NULL;
+    if (ll_failed(&status))
+        ll_api_problem(response, request, &status);
+    else
+        text = make(api, request, response, &order);
+    ll_workload_free(workload);
+    cJSON_Delete(scenario);
+    cJSON_Delete(body);
+    return text;
+}
+
+void ll_post_sessions(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    if (!ll_api_may_create(api, request, response))
+        return;
+    const char *key = ll_http_header(request, "Idempotency-Key");
+    if (!key || !*key) {
+        free(make_new(api, request, response));
+        return;
+    }
+    uint64_t name = 0;
+    char *text = NULL;
+    ll_status error;
+    switch (ll_api_idempotency_begin(api->idempotency, request->peer, key, request->body, request->body_size,
+                                     &name, &text)) {
+    case LL_REPEAT_FIRST:
+        text = make_new(api, request, response);
+        ll_api_idempotency_end(api->idempotency, name, text);
+        break;
+    case LL_REPEAT_SAME:
+        answer_made(response, text ? text : "{}");
+        break;
+    case LL_REPEAT_BUSY:
+        error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
+                               "The first request with this Idempotency-Key is still being answered.");
+        ll_problem(response, request, &error);
+        break;
+    case LL_REPEAT_OTHER:
+        error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
+                               "This Idempotency-Key was used with another body.");
+        ll_problem_as(response, request, 422, &error);
+        break;
+    }
+    free(text);
+}
+
+void ll_post_fork(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    static const char *const names[] = {"paused", "speed", NULL};
+    ll_api *api = context;
+    ll_hosted *origin = ll_api_session(api, request, response);
+    if (!origin)
+        return;
+    if (!ll_api_may_create(api, request, response)) {
+        ll_hosted_release(origin);
+        return;
+    }
+    cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
+    if (body) {
+        ll_host_order order = {
+            .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
+        ll_status status = ll_api_only(body, names);
+        if (!ll_failed(&status))
+            status = read_options(body, &order);
+        if (ll_failed(&status))
+            ll_api_problem(response, request, &status);
+        else
+            free(make(api, request, response, &order));
+        cJSON_Delete(body);
+    }
+    ll_hosted_release(origin);
+}
+
+/* ---- one session ---- */
+
+static cJSON *describe_error(const ll_session *session)
+{
+    const ll_status *error = ll_session_error(session);
+    if (!error || !ll_failed(error))
+        return cJSON_CreateNull();
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "field", error->field);
+    cJSON_AddStringToObject(json, "detail", error->text);
+    return json;
+}
+
+static cJSON *describe(ll_session *session, const ll_hosted *hosted, bool parked)
+{
+    ll_session_info info = ll_session_get_info(session);
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", ll_hosted_id(hosted));
+    cJSON_AddStringToObject(json, "code", ll_hosted_code(hosted));
+    cJSON_AddStringToObject(json, "title", info.title ? info.title : "");
+    cJSON_AddStringToObject(json, "kind", info.kind);
+    cJSON_AddStringToObject(json, "status", ll_api_status_name(&info));
+    cJSON_AddBoolToObject(json, "parked", parked);
+    cJSON_AddNumberToObject(json, "tick", (double)info.tick);
+    cJSON_AddNumberToObject(json, "time_s", (double)info.time / 1e9);
+    cJSON_AddNumberToObject(json, "head_tick", (double)info.head_tick);
+    cJSON_AddNumberToObject(json, "head_s", (double)info.head / 1e9);
+    cJSON_AddNumberToObject(json, "duration_s", (double)info.duration / 1e9);
+    cJSON_AddNumberToObject(json, "tick_hz", (double)info.tick_freq / 1e3);
+    cJSON_AddNumberToObject(json, "speed", info.speed);
+    cJSON_AddItemToObject(json, "seed", ll_param_number((double)info.seed));
+    cJSON_AddNumberToObject(json, "params_version", info.params_version);
+    cJSON_AddNumberToObject(json, "generation", info.generation);
+    cJSON_AddNumberToObject(json, "viewers", ll_hosted_viewers(hosted));
+    cJSON_AddNumberToObject(json, "timeline_skipped", info.timeline_skipped);
+    cJSON_AddItemToObject(json, "params", ll_session_params(session));
+    cJSON_AddItemToObject(json, "cost", ll_session_cost(session));
+    cJSON_AddItemToObject(json, "error", describe_error(session));
+    cJSON_AddItemToObject(json, "notices", ll_session_notices(session));
+    ll_api_links(json, ll_hosted_id(hosted));
+    return json;
+}
+
+void ll_get_session(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_hosted *hosted = ll_api_session(context, request, response);
+    if (!hosted)
+        return;
+    ll_session *session;
+    bool parked;
+    ll_status status = ll_hosted_enter(hosted, request->task, &session, &parked);
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+    } else {
+        cJSON *json = describe(session, hosted, parked);
+        ll_hosted_leave(hosted);
+        ll_http_json(response, 200, json);
+        cJSON_Delete(json);
+    }
+    ll_hosted_release(hosted);
+}
+
+void ll_delete_session(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_hosted *hosted = ll_api_session(api, request, response);
+    if (!hosted)
+        return;
+    if (ll_api_permits(request, response, hosted, -1)) {
+        ll_status status = ll_host_delete(api->host, hosted, request->task);
+        if (ll_failed(&status))
+            ll_api_problem(response, request, &status);
+        else
+            response->status = 204;
+    }
+    ll_hosted_release(hosted);
+}
+
+void ll_get_code(void *context, const ll_http_request *request, ll_http_response *response)
+{
+    ll_api *api = context;
+    ll_status status = ll_ok();
+    if (!ll_api_started(api, request, response))
+        return;
+    if (!ll_host_allows_lookup(api->host, request->peer))
+        status = ll_error(LL_LIMIT, "Too many codes were looked up from this address.");
+    ll_hosted *hosted = ll_failed(&status) ? NULL : ll_host_find_code(api->host, request->parameter[0]);
+    if (!hosted && !ll_failed(&status))
+        status = ll_error(LL_NOT_FOUND, "There is no session with this code.");
+    if (ll_failed(&status)) {
+        ll_api_problem(response, request, &status);
+        return;
+    }
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "id", ll_hosted_id(hosted));
+    ll_api_links(json, ll_hosted_id(hosted));
+    ll_http_json(response, 200, json);
+    cJSON_Delete(json);
+    ll_hosted_release(hosted);
+}

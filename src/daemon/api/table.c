@@ -1,0 +1,202 @@
+/* The table of routes. The front door answers 404, 405, 413 and 415 from it; api/openapi.yaml describes each
+ * row. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/api/api.h"
+#include "daemon/api/idempotency.h"
+#include "daemon/jobs/jobs.h"
+#include "daemon/support/log.h"
+
+#define JSON_TYPE "application/json"
+#define PATCH_TYPES "application/merge-patch+json, application/json"
+#define V1 "/api/v1"
+
+enum { BODY = 1 }; /* becomes --max-body-bytes */
+
+/* What computes for long, whatever the request, is work; what may turn out to be long asks for it. */
+static const ll_http_route table[] = {
+    {.method = "GET",
+     .pattern = V1 "/scenarios",
+     .handler = ll_get_scenarios,
+     .lane = LL_HTTP_WORK,
+     .query = "brief"},
+    {.method = "GET", .pattern = V1 "/scenarios/{id*}", .handler = ll_get_scenario},
+    {.method = "GET", .pattern = V1 "/schema", .handler = ll_get_schema, .query = "kind"},
+    {.method = "GET", .pattern = V1 "/openapi.yaml", .handler = ll_get_openapi},
+    {.method = "GET", .pattern = V1 "/schemas.json", .handler = ll_get_schemas},
+    {.method = "GET", .pattern = V1 "/asyncapi.yaml", .handler = ll_get_asyncapi},
+    {.method = "GET", .pattern = V1 "/stream/schema.json", .handler = ll_get_stream_schema},
+    {.method = "POST",
+     .pattern = V1 "/sessions",
+     .handler = ll_post_sessions,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET",
+     .pattern = V1 "/sessions",
+     .handler = ll_get_sessions,
+     .lane = LL_HTTP_WORK,
+     .query = "after,limit"},
+    {.method = "GET", .pattern = V1 "/creation", .handler = ll_get_creation},
+    {.method = "PUT",
+     .pattern = V1 "/creation",
+     .handler = ll_put_creation,
+     .body_limit = BODY,
+     .types = JSON_TYPE},
+    {.method = "GET", .pattern = V1 "/sessions/{id}", .handler = ll_get_session, .lane = LL_HTTP_CONTROL},
+    {.method = "DELETE",
+     .pattern = V1 "/sessions/{id}",
+     .handler = ll_delete_session,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "PATCH",
+     .pattern = V1 "/sessions/{id}/params",
+     .handler = ll_patch_params,
+     .body_limit = BODY,
+     .types = PATCH_TYPES,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "POST",
+     .pattern = V1 "/sessions/{id}/control",
+     .handler = ll_post_control,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "POST",
+     .pattern = V1 "/sessions/{id}/input",
+     .handler = ll_post_input,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "POST",
+     .pattern = V1 "/sessions/{id}/fork",
+     .handler = ll_post_fork,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/sessions/{id}/state",
+     .handler = ll_get_state,
+     .lane = LL_HTTP_CONTROL,
+     .query = "tick"},
+    {.method = "GET",
+     .pattern = V1 "/sessions/{id}/metrics",
+     .handler = ll_get_metrics,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET",
+     .pattern = V1 "/sessions/{id}/trace",
+     .handler = ll_get_trace,
+     .lane = LL_HTTP_WORK,
+     .query = "from_s,to_s"},
+    {.method = "GET", .pattern = V1 "/sessions/{id}/log", .handler = ll_get_log, .lane = LL_HTTP_CONTROL},
+    {.method = "POST",
+     .pattern = V1 "/experiments",
+     .handler = ll_post_experiments,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_CONTROL,
+     .query = "dry_run"},
+    {.method = "GET", .pattern = V1 "/experiments", .handler = ll_get_experiments, .lane = LL_HTTP_WORK},
+    {.method = "GET", .pattern = V1 "/experiments/schema", .handler = ll_get_experiment_schema},
+    {.method = "GET",
+     .pattern = V1 "/experiments/library",
+     .handler = ll_get_experiment_library,
+     .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}",
+     .handler = ll_get_experiment,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "DELETE",
+     .pattern = V1 "/experiments/{id}",
+     .handler = ll_delete_experiment,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "POST",
+     .pattern = V1 "/experiments/{id}/control",
+     .handler = ll_post_experiment_control,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}/results",
+     .handler = ll_get_experiment_results,
+     .lane = LL_HTTP_WORK,
+     .query = "format,points,compare,sensitivity"},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}/runs/{run}",
+     .handler = ll_get_experiment_run,
+     .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}/runs/{run}/trace",
+     .handler = ll_get_experiment_trace,
+     .lane = LL_HTTP_WORK},
+    {.method = "GET",
+     .pattern = V1 "/experiments/{id}/report",
+     .handler = ll_get_experiment_report,
+     .lane = LL_HTTP_WORK},
+    {.method = "POST",
+     .pattern = V1 "/advise",
+     .handler = ll_post_advise,
+     .body_limit = BODY,
+     .types = JSON_TYPE,
+     .lane = LL_HTTP_CONTROL},
+    {.method = "GET", .pattern = V1 "/advise/{id}", .handler = ll_get_advice},
+    {.method = "DELETE", .pattern = V1 "/advise/{id}", .handler = ll_delete_advice},
+    {.method = "GET", .pattern = V1 "/codes/{code}", .handler = ll_get_code},
+    {.method = "GET", .pattern = "/healthz", .handler = ll_get_healthz},
+    {.method = "GET", .pattern = "/readyz", .handler = ll_get_readyz},
+    {.method = "GET", .pattern = "/metrics", .handler = ll_get_prometheus},
+};
+
+ll_status ll_api_init(ll_api *api, ll_host *host, ll_store *store, ll_experiments *experiments,
+                      ll_tasks *tasks)
+{
+    memset(api, 0, sizeof *api);
+    const ll_host_config *config = ll_host_get_config(host);
+    api->host = host;
+    api->store = store;
+    api->experiments = experiments;
+    api->tasks = tasks;
+    api->jobs = ll_jobs_new(tasks, config);
+    api->scenarios = config->scenarios;
+    api->documents = config->api;
+    api->started = ll_host_now();
+    api->route_count = (int)(sizeof table / sizeof table[0]);
+    api->routes = malloc(sizeof table);
+    api->idempotency = ll_api_idempotency_new();
+    if (!api->routes || !api->idempotency || !api->jobs) {
+        ll_api_end(api);
+        return ll_error(LL_NO_MEMORY, "There is no memory for the routes.");
+    }
+    memcpy(api->routes, table, sizeof table);
+    for (int i = 0; i < api->route_count; i++) {
+        if (api->routes[i].body_limit == BODY)
+            api->routes[i].body_limit = (size_t)config->max_body_bytes;
+        if (!api->routes[i].query)
+            api->routes[i].query = "";
+    }
+    return ll_ok();
+}
+
+void ll_api_end(ll_api *api)
+{
+    free(api->routes);
+    api->routes = NULL;
+    ll_jobs_free(api->jobs);
+    api->jobs = NULL;
+    ll_api_idempotency_free(api->idempotency);
+    api->idempotency = NULL;
+}
+
+void ll_api_done(void *context, const ll_http_request *request, const ll_http_route *route, int status,
+                 double seconds)
+{
+    ll_api *api = context;
+    int class = status >= 100 && status < 600 ? status / 100 : 0;
+    atomic_fetch_add_explicit(&api->answers[class], 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&api->duration_us[class], (uint64_t)(seconds * 1e6), memory_order_relaxed);
+    if (status < 500 || status == 503) /* 503 is what a full or stopping daemon says; /metrics counts it */
+        return;
+    /* The pattern and not the path: paths hold session ids. */
+    ll_log_write("error", "request failed", "%s %s answered %d after %.1f ms, request %s",
+                 request ? request->method : "?", route ? route->pattern : "(file)", status, seconds * 1e3,
+                 request ? request->id : "?");
+}

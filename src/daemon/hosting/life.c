@@ -1,0 +1,288 @@
+/* A host from start to stop, and what it tells of itself. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "daemon/hosting/hosted.h"
+#include "daemon/support/log.h"
+
+static ll_hosted *expired(ll_host *host, ll_time before)
+{
+    ll_hosted *old = NULL;
+    for (int i = 0; i < LL_HOST_BUCKETS && !old; i++) {
+        for (ll_hosted *hosted = host->by_id[i]; hosted && !old; hosted = hosted->next_by_id) {
+            if (atomic_load(&hosted->touched) < before && ll_hosted_viewers(hosted) == 0)
+                old = hosted;
+        }
+    }
+    if (old)
+        ll_hosted_retain(old);
+    return old;
+}
+
+static void expire(ll_host *host)
+{
+    ll_time before = ll_host_now() - (ll_time)(host->config.session_ttl_s * 1e9);
+    for (;;) {
+        pthread_mutex_lock(&host->lock);
+        ll_hosted *old = host->stopping ? NULL : expired(host, before);
+        pthread_mutex_unlock(&host->lock);
+        if (!old)
+            return;
+        ll_status status = ll_host_delete(host, old, NULL);
+        ll_hosted_release(old);
+        if (ll_failed(&status))
+            return; /* the store fails: another time */
+        atomic_fetch_add(&host->expired, 1);
+    }
+}
+
+static void *take_care(void *argument)
+{
+    ll_host *host = argument;
+    pthread_setname_np(pthread_self(), "caretaker");
+    double period = host->config.session_ttl_s / 4;
+    if (period > 30)
+        period = 30;
+    pthread_mutex_lock(&host->lock);
+    while (!host->stopping) {
+        ll_time until = ll_host_now() + (ll_time)(period * 1e9);
+        struct timespec deadline = {.tv_sec = until / LL_SECOND, .tv_nsec = until % LL_SECOND};
+        while (!host->stopping && pthread_cond_timedwait(&host->stop, &host->lock, &deadline) == 0)
+            ;
+        pthread_mutex_unlock(&host->lock);
+        expire(host);
+        pthread_mutex_lock(&host->lock);
+    }
+    pthread_mutex_unlock(&host->lock);
+    return NULL;
+}
+
+static void add_stored(void *context, const ll_stored *stored)
+{
+    ll_host *host = context;
+    if (stored->lines == 0 || stored->key_count < 1 || !ll_is_id(stored->id) || !ll_is_code(stored->code)) {
+        ll_log_write("warn", "stored session left out", "Session %lld has no log or no key.",
+                     (long long)stored->number);
+        return;
+    }
+    ll_hosted *hosted = ll_hosted_new(host);
+    if (!hosted)
+        return;
+    hosted->stored = *stored;
+    hosted->lines = stored->lines;
+    ll_hosted_count_log(hosted, stored->log_bytes);
+    hosted->created_ms = stored->created_ms;
+    hosted->key_count = stored->key_count;
+    memcpy(hosted->keys, stored->keys, sizeof hosted->keys);
+    memcpy(hosted->id, stored->id, sizeof hosted->id);
+    memcpy(hosted->code, stored->code, sizeof hosted->code);
+    struct timespec now;
+    clock_gettime(CLOCK_REALTIME, &now);
+    int64_t idle_ms = (int64_t)now.tv_sec * 1000 - stored->seen_ms;
+    atomic_store(&hosted->touched, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
+    if (!ll_host_register(host, hosted))
+        ll_log_write("warn", "stored session left out", "There are more than --max-sessions.");
+    ll_hosted_release(hosted);
+}
+
+/* What the machine has, or the container when that is less. */
+static int64_t all_memory(void)
+{
+    static const char *const limits[] = {"/sys/fs/cgroup/memory.max",
+                                         "/sys/fs/cgroup/memory/memory.limit_in_bytes"};
+    int64_t bytes = (int64_t)sysconf(_SC_PHYS_PAGES) * sysconf(_SC_PAGESIZE), most;
+    for (size_t i = 0; i < sizeof limits / sizeof limits[0]; i++) {
+        FILE *f = fopen(limits[i], "r");
+        if (f && fscanf(f, "%" SCNd64, &most) == 1 &&
+            most < bytes) /* it says `max` where there is no limit */
+            bytes = most;
+        if (f)
+            fclose(f);
+    }
+    return bytes;
+}
+
+ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks *tasks, ll_host **result)
+{
+    *result = NULL;
+    ll_host *host = calloc(1, sizeof *host);
+    if (!host)
+        return ll_error(LL_NO_MEMORY, "There is no memory for hosting.");
+    host->config = *config;
+    host->store = store;
+    host->tasks = tasks;
+    host->started = ll_host_now();
+    host->replies_end = &host->replies;
+    pthread_mutex_init(&host->lock, NULL);
+    pthread_mutex_init(&host->replies_lock, NULL);
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_cond_init(&host->stop, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    host->worker_count = config->threads > 0 ? (int)config->threads : cores > 0 ? (int)cores : 1;
+    host->memory_max = config->max_memory_mib > 0 ? config->max_memory_mib << 20 : all_memory() / 4 * 3;
+    host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
+    for (int i = 0; host->workers && i < host->worker_count; i++)
+        ll_worker_init(host, &host->workers[i], i);
+    host->creations = ll_rates_new(config->max_new_sessions_per_min / 60, config->max_new_sessions_per_min);
+    host->lookups = ll_rates_new(config->max_code_lookups_per_min / 60, config->max_code_lookups_per_min);
+    ll_status status = host->workers && host->creations && host->lookups
+                           ? ll_store_list(store, add_stored, host)
+                           : ll_error(LL_NO_MEMORY, "There is no memory for hosting.");
+    if (ll_failed(&status)) {
+        ll_host_free(host);
+        return status;
+    }
+    ll_store_on_commit(store, ll_host_send_replies, host);
+    *result = host;
+    return ll_ok();
+}
+
+ll_status ll_host_start(ll_host *host, ll_ws *ws)
+{
+    host->ws = ws;
+    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
+            ll_hosted_retain(hosted); /* the stream's */
+            ll_status status = ll_ws_stream_open(ws, LL_STREAM_SESSION, hosted->id, hosted, &hosted->stream);
+            if (ll_failed(&status))
+                return status;
+        }
+    }
+    for (int i = 0; i < host->worker_count; i++) {
+        ll_status status = ll_worker_start(&host->workers[i]);
+        if (ll_failed(&status))
+            return status;
+    }
+    host->caretaker_started = pthread_create(&host->caretaker, NULL, take_care, host) == 0;
+    return host->caretaker_started ? ll_ok()
+                                   : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
+}
+
+void ll_host_stop(ll_host *host)
+{
+    pthread_mutex_lock(&host->lock);
+    host->stopping = true;
+    pthread_cond_broadcast(&host->stop);
+    pthread_mutex_unlock(&host->lock);
+    if (host->caretaker_started)
+        pthread_join(host->caretaker, NULL);
+    host->caretaker_started = false;
+    for (int i = 0; i < host->worker_count; i++)
+        ll_worker_stop(&host->workers[i]);
+}
+
+uint64_t ll_host_save(ll_host *host, bool wait)
+{
+    uint64_t last = 0;
+    if (!wait)
+        pthread_mutex_lock(&host->lock); /* others may be at the registry still */
+    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
+            if (wait)
+                pthread_mutex_lock(&hosted->lock);
+            else if (pthread_mutex_trylock(&hosted->lock) != 0)
+                continue;
+            ll_hosted_save(hosted);
+            last = hosted->ticket > last ? hosted->ticket : last;
+            pthread_mutex_unlock(&hosted->lock);
+        }
+    }
+    if (!wait)
+        pthread_mutex_unlock(&host->lock);
+    return last;
+}
+
+void ll_host_free(ll_host *host)
+{
+    if (!host)
+        return;
+    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+        while (host->by_id[i]) {
+            ll_hosted *hosted = host->by_id[i];
+            host->by_id[i] = hosted->next_by_id;
+            bool streamed = hosted->stream != NULL; /* its reference: the door was closed with all streams */
+            ll_hosted_release(hosted);
+            if (streamed)
+                ll_hosted_release(hosted);
+        }
+    }
+    while (host->replies) {
+        ll_reply *reply = host->replies;
+        host->replies = reply->next;
+        free(reply->good);
+        free(reply);
+    }
+    ll_rates_free(host->creations);
+    ll_rates_free(host->lookups);
+    free(host->workers);
+    pthread_mutex_destroy(&host->lock);
+    pthread_mutex_destroy(&host->replies_lock);
+    pthread_cond_destroy(&host->stop);
+    free(host);
+}
+
+const ll_host_config *ll_host_get_config(const ll_host *host)
+{
+    return &host->config;
+}
+
+bool ll_host_allows_lookup(ll_host *host, const char *peer)
+{
+    bool allowed = ll_rates_take(host->lookups, peer, ll_host_now());
+    if (!allowed)
+        atomic_fetch_add(&host->refused_lookups, 1);
+    return allowed;
+}
+
+static void count(ll_host_stats *stats, ll_hosted *hosted)
+{
+    int status = atomic_load(&hosted->status);
+    int64_t *const by_status[] = {[LL_SESSION_PAUSED] = &stats->paused,
+                                  [LL_SESSION_PLAYING] = &stats->playing,
+                                  [LL_SESSION_ENDED] = &stats->ended,
+                                  [LL_SESSION_FAILED] = &stats->failed};
+    if (status < 0)
+        stats->unloaded++;
+    else
+        (*by_status[status])++;
+    if (status >= 0 && atomic_load(&hosted->parked))
+        stats->parked++;
+}
+
+ll_host_stats ll_host_get_stats(ll_host *host)
+{
+    ll_host_stats stats = {
+        .created = atomic_load(&host->created),
+        .deleted = atomic_load(&host->deleted),
+        .expired = atomic_load(&host->expired),
+        .ticks = atomic_load(&host->ticks),
+        .frames = atomic_load(&host->frames),
+        .commands = atomic_load(&host->commands),
+        .inputs = atomic_load(&host->inputs),
+        .refused_sessions = atomic_load(&host->refused_sessions),
+        .refused_creations = atomic_load(&host->refused_creations),
+        .refused_lookups = atomic_load(&host->refused_lookups),
+        .refused_commands = atomic_load(&host->refused_commands),
+        .refused_store = atomic_load(&host->refused_store),
+        .refused_memory = atomic_load(&host->refused_memory),
+        .refused_logs = atomic_load(&host->refused_logs),
+        .log_bytes = atomic_load(&host->log_bytes),
+        .memory = atomic_load(&host->memory),
+        .memory_max = host->memory_max,
+    };
+    pthread_mutex_lock(&host->lock);
+    stats.sessions = host->sessions;
+    for (int i = 0; i < LL_HOST_BUCKETS; i++) {
+        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id)
+            count(&stats, hosted);
+    }
+    pthread_mutex_unlock(&host->lock);
+    return stats;
+}

@@ -1,0 +1,46 @@
+/* What an operator sees of all sessions. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/hosting/hosted.h"
+
+static int by_serial(const void *a, const void *b)
+{
+    int64_t x = ((const ll_host_entry *)a)->serial, y = ((const ll_host_entry *)b)->serial;
+    return (x > y) - (x < y);
+}
+
+static void fill(ll_host_entry *entry, ll_hosted *hosted, ll_time now)
+{
+    *entry = (ll_host_entry){.serial = hosted->serial,
+                             .status = atomic_load(&hosted->status),
+                             .parked = atomic_load(&hosted->parked),
+                             .viewers = ll_hosted_viewers(hosted),
+                             .created_ms = hosted->created_ms,
+                             .log_bytes = atomic_load(&hosted->log_bytes)};
+    ll_time touched = atomic_load(&hosted->touched);
+    entry->idle_s = now > touched ? ll_to_s(now - touched) : 0;
+    memcpy(entry->id, hosted->id, sizeof entry->id);
+    memcpy(entry->code, hosted->code, sizeof entry->code);
+}
+
+ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **entries, int *count)
+{
+    ll_time now = ll_host_now();
+    int64_t found = 0;
+    pthread_mutex_lock(&host->lock);
+    ll_host_entry *all = malloc((size_t)(host->sessions + 1) * sizeof *all);
+    for (int i = 0; all && i < LL_HOST_BUCKETS; i++) {
+        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
+            if (hosted->serial > after)
+                fill(&all[found++], hosted, now);
+        }
+    }
+    pthread_mutex_unlock(&host->lock);
+    if (!all)
+        return ll_error(LL_NO_MEMORY, "There is no memory for the list of sessions.");
+    qsort(all, (size_t)found, sizeof *all, by_serial);
+    *entries = all;
+    *count = found < most ? (int)found : most;
+    return ll_ok();
+}

@@ -1,0 +1,443 @@
+/* What viewers say: keys, inputs, pings, what they look at; and what they are told beside frames.
+ *
+ * Hooks run on the stream's thread, which must not wait for a session: inputs are left in the session's inbox
+ * and applied by its worker in the next slot, which is also when their effect can be seen first. An answer
+ * waits until the input's line is stored. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+
+#include "input/action_json.h"
+#include "daemon/hosting/hosted.h"
+#include "daemon/hosting/quota.h"
+#include "daemon/net/problem_json.h"
+#include "session/scenario.h"
+
+/* ---- answers ---- */
+
+static void send_json(ll_host *host, ll_ws_viewer viewer, cJSON *json)
+{
+    char *text = cJSON_PrintUnformatted(json);
+    if (text)
+        ll_ws_send(host->ws, viewer, text, strlen(text));
+    free(text);
+    cJSON_Delete(json);
+}
+
+static cJSON *answer(const char *type, const char *reply_id)
+{
+    cJSON *json = cJSON_CreateObject();
+    cJSON_AddStringToObject(json, "type", type);
+    if (reply_id[0])
+        cJSON_AddRawToObject(json, "id", reply_id);
+    return json;
+}
+
+static int http_status(const ll_status *error)
+{
+    return error->code == LL_IO ? 507 : error->code == LL_LIMIT ? 429 : ll_problem_http_status(error->code);
+}
+
+static void send_error(ll_host *host, ll_ws_viewer viewer, const char *reply_id, const ll_status *error)
+{
+    cJSON *json = answer("error", reply_id);
+    cJSON_AddItemToObject(json, "problem", ll_problem_json(http_status(error), error, NULL));
+    send_json(host, viewer, json);
+}
+
+static void send_durable(ll_host *host, ll_reply *reply, const ll_status *failed)
+{
+    if (failed)
+        send_error(host, reply->viewer, reply->id, failed);
+    else
+        ll_ws_send(host->ws, reply->viewer, reply->good, strlen(reply->good));
+    free(reply->good);
+    free(reply);
+}
+
+/* Sends what has become durable, and errors for the rest when the store fails. */
+void ll_host_send_replies(void *context)
+{
+    ll_host *host = context;
+    ll_status why;
+    bool failing = ll_store_failing(host->store, &why);
+    uint64_t durable = ll_store_durable(host->store);
+    ll_reply *ready = NULL, **end = &ready;
+    pthread_mutex_lock(&host->replies_lock);
+    ll_reply **link = &host->replies;
+    while (*link) {
+        ll_reply *reply = *link;
+        if (reply->ticket <= durable || failing) {
+            *link = reply->next;
+            reply->next = NULL;
+            *end = reply;
+            end = &reply->next;
+        } else {
+            link = &reply->next;
+        }
+    }
+    host->replies_end = link;
+    pthread_mutex_unlock(&host->replies_lock);
+    while (ready) {
+        ll_reply *next = ready->next;
+        send_durable(host, ready, ready->ticket <= durable ? NULL : &why);
+        ready = next;
+    }
+}
+
+static void reply_when_stored(ll_hosted *hosted, ll_ws_viewer viewer, const char *reply_id, cJSON *json)
+{
+    ll_host *host = hosted->host;
+    ll_reply *reply = calloc(1, sizeof *reply);
+    char *text = cJSON_PrintUnformatted(json);
+    cJSON_Delete(json);
+    if (!reply || !text) {
+        free(reply);
+        free(text);
+        return;
+    }
+    *reply = (ll_reply){.ticket = hosted->ticket, .viewer = viewer, .good = text};
+    snprintf(reply->id, sizeof reply->id, "%s", reply_id);
+    pthread_mutex_lock(&host->replies_lock);
+    *host->replies_end = reply;
+    host->replies_end = &reply->next;
+    pthread_mutex_unlock(&host->replies_lock);
+    ll_host_send_replies(host); /* the store may have been faster */
+}
+
+/* ---- the worker's part; the session is locked ---- */
+
+static void greet(ll_hosted *hosted, ll_ws_viewer viewer, ll_frame_format format)
+{
+    char *hello = ll_frame_hello(hosted->session, hosted->id, format);
+    if (hello)
+        ll_ws_hello(hosted->host->ws, viewer, hello, strlen(hello));
+    else
+        ll_ws_close(hosted->host->ws, viewer, LL_WS_TRY_LATER, "no memory");
+    free(hello);
+}
+
+void ll_viewers_greet(ll_hosted *hosted)
+{
+    for (;;) {
+        ll_ws_viewer id = 0;
+        ll_frame_format format = LL_FRAME_JSON;
+        pthread_mutex_lock(&hosted->inbox_lock);
+        for (ll_viewer *v = hosted->viewers; v && !id; v = v->next) {
+            if (v->greeted)
+                continue;
+            v->greeted = true;
+            id = v->id;
+            format = v->format;
+        }
+        pthread_mutex_unlock(&hosted->inbox_lock);
+        if (!id)
+            return;
+        greet(hosted, id, format);
+    }
+}
+
+static ll_status apply_input(ll_hosted *hosted, ll_time wall, const ll_stream_input *input)
+{
+    ll_host *host = hosted->host;
+    ll_status status = ll_host_storable(host);
+    if (ll_failed(&status))
+        return status;
+    double rate = host->config.max_commands_per_s;
+    if (!ll_bucket_take(&hosted->commands, rate, rate * 2, wall)) {
+        atomic_fetch_add(&host->refused_commands, 1);
+        return ll_error(LL_LIMIT, "This session takes at most %g commands a second.", rate);
+    }
+    status = ll_quota_line(hosted, false);
+    if (ll_failed(&status))
+        return status;
+    return ll_session_input(hosted->session, wall, input->player, &input->action);
+}
+
+void ll_viewers_apply(ll_hosted *hosted, ll_time wall)
+{
+    pthread_mutex_lock(&hosted->inbox_lock);
+    ll_stream_input *input = hosted->inputs;
+    hosted->inputs = NULL;
+    hosted->inputs_end = &hosted->inputs;
+    pthread_mutex_unlock(&hosted->inbox_lock);
+    while (input) {
+        ll_stream_input *next = input->next;
+        ll_status status = apply_input(hosted, wall, input);
+        if (ll_failed(&status)) {
+            send_error(hosted->host, input->viewer, input->reply_id, &status);
+        } else {
+            atomic_fetch_add(&hosted->host->inputs, 1);
+            if (hosted->rewound)
+                ll_hosted_save(hosted);
+            if (input->reply_id[0]) {
+                cJSON *json = answer("reply", input->reply_id);
+                cJSON_AddTrueToObject(json, "ok");
+                cJSON_AddNumberToObject(json, "tick", (double)ll_session_get_info(hosted->session).tick);
+                reply_when_stored(hosted, input->viewer, input->reply_id, json);
+            }
+        }
+        free(input);
+        input = next;
+    }
+}
+
+/* ---- messages, on the stream's thread ---- */
+
+typedef struct message {
+    ll_hosted *hosted;
+    ll_ws_viewer viewer;
+    const cJSON *json;
+    char reply_id[40];
+} message;
+
+static int role_of(ll_hosted *hosted, ll_ws_viewer id)
+{
+    int role = LL_ROLE_NONE;
+    pthread_mutex_lock(&hosted->inbox_lock);
+    for (ll_viewer *v = hosted->viewers; v; v = v->next) {
+        if (v->id == id)
+            role = v->role;
+    }
+    pthread_mutex_unlock(&hosted->inbox_lock);
+    return role;
+}
+
+static ll_status take_auth(message *m, const cJSON *value)
+{
+    if (!cJSON_IsString(value))
+        return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key (text).");
+    int role = ll_hosted_role(m->hosted, value->valuestring, strlen(value->valuestring));
+    if (role == LL_ROLE_NONE)
+        return ll_field_error(LL_FORBIDDEN, "auth", "This key does not belong to this session.");
+    pthread_mutex_lock(&m->hosted->inbox_lock);
+    for (ll_viewer *v = m->hosted->viewers; v; v = v->next) {
+        if (v->id == m->viewer)
+            v->role = role;
+    }
+    pthread_mutex_unlock(&m->hosted->inbox_lock);
+    cJSON *json = answer("reply", m->reply_id);
+    cJSON_AddTrueToObject(json, "ok");
+    cJSON_AddStringToObject(json, "role", role == LL_ROLE_OWNER ? "owner" : "player");
+    if (role != LL_ROLE_OWNER)
+        cJSON_AddNumberToObject(json, "player", role);
+    send_json(m->hosted->host, m->viewer, json);
+    return ll_ok();
+}
+
+static ll_status take_input(message *m, const cJSON *value)
+{
+    int player;
+    ll_action action;
+    ll_status status = ll_action_parse(value, "input", &player, &action);
+    if (ll_failed(&status))
+        return status;
+    int role = role_of(m->hosted, m->viewer);
+    if (role != LL_ROLE_OWNER && role != player)
+        return ll_field_error(LL_FORBIDDEN, "input.player",
+                              "Say {\"auth\":KEY} with the owner's or player %d's key first.", player);
+    ll_stream_input *input = calloc(1, sizeof *input);
+    if (!input)
+        return ll_error(LL_NO_MEMORY, "There is no memory for the input.");
+    *input = (ll_stream_input){.viewer = m->viewer, .player = player, .action = action};
+    memcpy(input->reply_id, m->reply_id, sizeof input->reply_id);
+    pthread_mutex_lock(&m->hosted->inbox_lock);
+    *m->hosted->inputs_end = input;
+    m->hosted->inputs_end = &input->next;
+    pthread_mutex_unlock(&m->hosted->inbox_lock);
+    ll_hosted_notify(m->hosted);
+    return ll_ok();
+}
+
+static ll_status take_ping(message *m, const cJSON *value)
+{
+    if (!cJSON_IsNumber(value) || !isfinite(value->valuedouble))
+        return ll_field_error(LL_BAD_INPUT, "ping", "ping: must be a number; it comes back in the pong.");
+    cJSON *json = answer("pong", m->reply_id);
+    cJSON_AddNumberToObject(json, "ping", value->valuedouble);
+    char wall[24];
+    snprintf(wall, sizeof wall, "%lld", (long long)ll_host_now());
+    cJSON_AddRawToObject(json, "wall_ns", wall);
+    send_json(m->hosted->host, m->viewer, json);
+    return ll_ok();
+}
+
+/* The nearest rate that frames can be counted by and that is not above the one asked for: a divisor of
+ * LL_FRAME_HZ. */
+static uint8_t frames_between(double hz)
+{
+    int every = (int)ceil(LL_FRAME_HZ / hz - 1e-9);
+    while (LL_FRAME_HZ % every != 0)
+        every++;
+    return (uint8_t)every;
+}
+
+static ll_status read_rate(const cJSON *member, ll_ws_subscription *subscription)
+{
+    ll_channel channel = ll_channel_named(member->string);
+    if (channel == LL_CHANNELS)
+        return ll_field_error(LL_BAD_INPUT, "subscribe",
+                              "There is no channel %.40s; the hello lists those that there are.",
+                              member->string);
+    if (!cJSON_IsNumber(member) || !(member->valuedouble >= 1 && member->valuedouble <= LL_FRAME_HZ))
+        return ll_field_error(LL_BAD_INPUT, "subscribe", "The rate of %.40s must be 1 to %d Hz.",
+                              member->string, LL_FRAME_HZ);
+    subscription->every[channel] = frames_between(member->valuedouble);
+    return ll_ok();
+}
+
+static ll_status take_subscribe(message *m, const cJSON *value)
+{
+    ll_ws_subscription subscription = {{0}};
+    const cJSON *member;
+    if (!cJSON_IsObject(value))
+        return ll_field_error(LL_BAD_INPUT, "subscribe",
+                              "subscribe must be an object: of each channel its rate in Hz.");
+    cJSON_ArrayForEach(member, value)
+    {
+        ll_status status = read_rate(member, &subscription);
+        if (ll_failed(&status))
+            return status;
+    }
+    ll_ws_subscribe(m->hosted->host->ws, m->viewer, &subscription);
+    cJSON *json = answer("reply", m->reply_id);
+    cJSON_AddTrueToObject(json, "ok");
+    cJSON *rates = cJSON_AddObjectToObject(json, "subscribed");
+    for (int c = 0; c < LL_CHANNELS; c++)
+        if (subscription.every[c] > 0)
+            cJSON_AddNumberToObject(rates, ll_channels[c].name, (double)LL_FRAME_HZ / subscription.every[c]);
+    send_json(m->hosted->host, m->viewer, json);
+    return ll_ok();
+}
+
+static const struct {
+    const char *name;
+    ll_status (*take)(message *m, const cJSON *value);
+} messages[] = {
+    {"auth", take_auth}, {"input", take_input}, {"ping", take_ping}, {"subscribe", take_subscribe}};
+
+/* `id` is a whole number or a short text; it comes back as it was. */
+static ll_status read_id(message *m)
+{
+    const cJSON *id = cJSON_GetObjectItemCaseSensitive(m->json, "id");
+    if (!id)
+        return ll_ok();
+    bool number = cJSON_IsNumber(id) && id->valuedouble == floor(id->valuedouble) &&
+                  fabs(id->valuedouble) <= 9007199254740992.0;
+    if (!number && !(cJSON_IsString(id) && strlen(id->valuestring) <= 16))
+        return ll_field_error(LL_BAD_INPUT, "id",
+                              "id: must be a whole number or a text of at most 16 bytes.");
+    char *text = cJSON_PrintUnformatted(id);
+    if (text && strlen(text) < sizeof m->reply_id)
+        memcpy(m->reply_id, text, strlen(text) + 1);
+    free(text);
+    return ll_ok();
+}
+
+static ll_status take_message(message *m)
+{
+    if (!cJSON_IsObject(m->json))
+        return ll_error(LL_BAD_INPUT, "A message is an object with one of ack, auth, input, ping or "
+                                      "subscribe, and an id if an answer is wanted.");
+    ll_status status = read_id(m);
+    if (ll_failed(&status))
+        return status;
+    const cJSON *member, *found = NULL;
+    size_t kind = 0;
+    cJSON_ArrayForEach(member, m->json)
+    {
+        size_t i = 0;
+        while (i < sizeof messages / sizeof messages[0] && strcmp(member->string, messages[i].name) != 0)
+            i++;
+        if (i < sizeof messages / sizeof messages[0] && !found) {
+            found = member;
+            kind = i;
+        } else if (strcmp(member->string, "id") != 0) {
+            return ll_field_error(
+                LL_BAD_INPUT, member->string,
+                "A message has one of ack, auth, input, ping or subscribe, and an id; not also %.40s.",
+                member->string);
+        }
+    }
+    if (!found)
+        return ll_error(LL_BAD_INPUT, "A message needs one of ack, auth, input, ping or subscribe.");
+    return messages[kind].take(m, found);
+}
+
+static void on_message(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length)
+{
+    ll_host *host = context;
+    message m = {.hosted = session, .viewer = viewer};
+    cJSON *json = NULL;
+    ll_status status = ll_json_parse(text, length, &json);
+    m.json = json;
+    if (!ll_failed(&status))
+        status = take_message(&m);
+    if (ll_failed(&status))
+        send_error(host, viewer, m.reply_id, &status);
+    cJSON_Delete(json);
+}
+
+/* ---- coming and going, on the stream's thread ---- */
+
+static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_format format)
+{
+    ll_host *host = context;
+    ll_hosted *hosted = session;
+    ll_viewer *viewer = calloc(1, sizeof *viewer);
+    if (!viewer) {
+        ll_ws_close(host->ws, id, LL_WS_TRY_LATER, "no memory");
+        return;
+    }
+    *viewer = (ll_viewer){.id = id, .format = format, .role = LL_ROLE_NONE};
+    pthread_mutex_lock(&hosted->inbox_lock);
+    viewer->next = hosted->viewers;
+    hosted->viewers = viewer;
+    pthread_mutex_unlock(&hosted->inbox_lock);
+    atomic_store(&hosted->touched, ll_host_now());
+    ll_hosted_notify(hosted);
+}
+
+static void on_closed(void *context, void *session, ll_ws_viewer id)
+{
+    (void)context;
+    ll_hosted *hosted = session;
+    ll_viewer *gone = NULL;
+    pthread_mutex_lock(&hosted->inbox_lock);
+    for (ll_viewer **link = &hosted->viewers; *link; link = &(*link)->next) {
+        if ((*link)->id == id) {
+            gone = *link;
+            *link = gone->next;
+            break;
+        }
+    }
+    pthread_mutex_unlock(&hosted->inbox_lock);
+    free(gone);
+    atomic_store(&hosted->touched, ll_host_now());
+    ll_hosted_notify(hosted);
+}
+
+static void on_wanted(void *context, void *session)
+{
+    (void)context;
+    ll_hosted_notify(session);
+}
+
+static void on_released(void *context, void *session)
+{
+    (void)context;
+    ll_hosted_release(session);
+}
+
+ll_ws_hooks ll_host_hooks(ll_host *host)
+{
+    return (ll_ws_hooks){.context = host,
+                         .opened = on_opened,
+                         .message = on_message,
+                         .closed = on_closed,
+                         .wanted = on_wanted,
+                         .released = on_released};
+}

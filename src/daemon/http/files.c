@@ -1,0 +1,93 @@
+/* The files of the page: a folder, read-only, nothing outside of it and nothing hidden in it. */
+#include <fcntl.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "daemon/http/internal.h"
+
+static const char *type_of(const char *path)
+{
+    static const struct {
+        const char *suffix, *type;
+    } types[] = {{".html", "text/html; charset=utf-8"},
+                 {".js", "text/javascript; charset=utf-8"},
+                 {".mjs", "text/javascript; charset=utf-8"},
+                 {".css", "text/css; charset=utf-8"},
+                 {".json", "application/json"},
+                 {".map", "application/json"},
+                 {".svg", "image/svg+xml"},
+                 {".png", "image/png"},
+                 {".jpg", "image/jpeg"},
+                 {".ico", "image/x-icon"},
+                 {".webp", "image/webp"},
+                 {".woff2", "font/woff2"},
+                 {".txt", "text/plain; charset=utf-8"},
+                 {".md", "text/plain; charset=utf-8"},
+                 {".csv", "text/csv; charset=utf-8"},
+                 {".yaml", "application/yaml"},
+                 {".wasm", "application/wasm"},
+                 {".webmanifest", "application/manifest+json"}};
+    const char *dot = strrchr(path, '.');
+    for (size_t i = 0; dot != NULL && i < sizeof types / sizeof *types; i++) {
+        if (strcasecmp(dot, types[i].suffix) == 0) {
+            return types[i].type;
+        }
+    }
+    return "application/octet-stream";
+}
+
+/* Every segment has a name that does not begin with a dot: no `..`, no hidden files, no empty segments. */
+static bool is_safe(const char *path)
+{
+    if (*path != '/' || strlen(path) > 300 || strchr(path, '\\') != NULL) {
+        return false;
+    }
+    for (const char *at = path; *at != '\0'; at++) {
+        if (*at == '/' && (at[1] == '.' || at[1] == '/')) {
+            return false;
+        }
+        if ((unsigned char)*at < ' ') {
+            return false;
+        }
+    }
+    return true;
+}
+
+void ll_http_file(http_exchange *exchange)
+{
+    const char *path = exchange->path;
+    const char *www = exchange->http->config.www;
+    char name[1024];
+    struct stat status;
+    int fd = -1;
+    size_t length = strlen(path);
+    if (*www != '\0' && is_safe(path)) {
+        snprintf(name, sizeof name, "%s%s%s", www, path, path[length - 1] == '/' ? "index.html" : "");
+        fd = open(name, O_RDONLY | O_CLOEXEC | O_NOCTTY | O_NONBLOCK);
+    }
+    if (fd < 0 || fstat(fd, &status) != 0 || !S_ISREG(status.st_mode)) {
+        if (fd >= 0) {
+            close(fd);
+        }
+        ll_http_refuse(exchange, 404, LL_NOT_FOUND, "", "there is nothing at this path");
+        return;
+    }
+    char tag[64];
+    snprintf(tag, sizeof tag, "\"%llx-%llx-%lx\"", (unsigned long long)status.st_size,
+             (unsigned long long)status.st_mtim.tv_sec, (unsigned long)status.st_mtim.tv_nsec);
+    ll_http_response *response = &exchange->response;
+    ll_http_set_header(response, "ETag", tag);
+    ll_http_set_header(response, "Cache-Control", "no-cache"); /* asks each time, mostly gets a 304 */
+    if (ll_http_matches_tag(ll_http_header(&exchange->request, "If-None-Match"), tag)) {
+        close(fd);
+        response->status = 304;
+        return;
+    }
+    snprintf(response->type, sizeof response->type, "%s", type_of(path[length - 1] == '/' ? ".html" : path));
+    exchange->file = fd;
+    exchange->file_size = (uint64_t)status.st_size;
+}

@@ -1,0 +1,410 @@
+/* Which handler a request gets, and everything that refuses it before. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "daemon/http/internal.h"
+
+static ll_text text_of(const char *value)
+{
+    return (ll_text){value, value != NULL ? strlen(value) : 0};
+}
+
+/* ---- patterns ---- */
+
+/* Matches `path` and cuts `pieces`, a copy of it, into the parameters. */
+static bool match(const char *pattern, char *pieces, const char *parameter[LL_HTTP_PARAMETERS])
+{
+    int count = 0;
+    while (*pattern != '\0') {
+        if (*pattern != '{') {
+            if (*pattern++ != *pieces++) {
+                return false;
+            }
+            continue;
+        }
+        size_t name = strcspn(pattern, "}");
+        bool rest = name > 0 && pattern[name - 1] == '*';
+        size_t length = rest ? strlen(pieces) : strcspn(pieces, "/");
+        pattern += name + 1;
+        if (length == 0 || count == LL_HTTP_PARAMETERS || (*pattern == '\0' && pieces[length] != '\0')) {
+            return false;
+        }
+        parameter[count++] = pieces;
+        pieces += length;
+        if (*pattern != '\0' && *pattern++ != *pieces) {
+            return false;
+        }
+        if (*pieces != '\0') {
+            *pieces++ = '\0';
+        }
+    }
+    return *pieces == '\0';
+}
+
+static bool matches(http_exchange *exchange, const ll_http_route *route)
+{
+    memcpy(exchange->parameters, exchange->path, strlen(exchange->path) + 1);
+    memset(exchange->request.parameter, 0, sizeof exchange->request.parameter);
+    return match(route->pattern, exchange->parameters, exchange->request.parameter);
+}
+
+/* Finds the route; without one collects the methods that the path would have. The first pattern that takes
+ * the path is what it means: `experiments/schema` is no experiment's. */
+static const ll_http_route *find(http_exchange *exchange, char *allow, size_t allow_size)
+{
+    const ll_http_app *app = &exchange->http->app;
+    const char *pattern = NULL;
+    *allow = '\0';
+    for (int i = 0; i < app->route_count; i++) {
+        if (pattern != NULL && strcmp(pattern, app->routes[i].pattern) != 0) {
+            continue;
+        }
+        if (!matches(exchange, &app->routes[i])) {
+            continue;
+        }
+        pattern = app->routes[i].pattern;
+        if (strcmp(app->routes[i].method, exchange->request.method) == 0) {
+            return &app->routes[i];
+        }
+        if (strstr(allow, app->routes[i].method) == NULL) {
+            size_t used = strlen(allow);
+            snprintf(allow + used, allow_size - used, "%s%s%s", used > 0 ? ", " : "", app->routes[i].method,
+                     strcmp(app->routes[i].method, "GET") == 0 ? ", HEAD" : "");
+        }
+    }
+    return NULL;
+}
+
+/* ---- refusals ---- */
+
+static bool is_type(const char *list, const char *type)
+{
+    size_t size = strcspn(type, "; \t");
+    while (*list != '\0') {
+        list += strspn(list, ", ");
+        size_t length = strcspn(list, ", ");
+        if (length == size && strncasecmp(list, type, size) == 0) {
+            return true;
+        }
+        list += length;
+    }
+    return false;
+}
+
+static bool has_body(const http_exchange *exchange, uint64_t *length)
+{
+    const char *header = ll_http_header(&exchange->request, "Content-Length");
+    *length = header != NULL ? strtoull(header, NULL, 10) : 0;
+    return *length > 0 || ll_http_header(&exchange->request, "Transfer-Encoding") != NULL;
+}
+
+/* Pages of strangers may not change anything here, even without reading the answer. */
+static bool origin_refused(http_exchange *exchange)
+{
+    const ll_allow *allow = &exchange->http->allow;
+    ll_text origin = text_of(ll_http_header(&exchange->request, "Origin"));
+    ll_text host = text_of(ll_http_header(&exchange->request, "Host"));
+    const char *site = ll_http_header(&exchange->request, "Sec-Fetch-Site");
+    bool reads = strcmp(exchange->request.method, "GET") == 0;
+    bool allowed = ll_allow_origin(allow, origin, host);
+    exchange->cross_origin = origin.at != NULL && allowed && !ll_allow_origin(&(ll_allow){0}, origin, host);
+    if (reads) {
+        return false;
+    }
+    if (!allowed || (origin.at == NULL && site != NULL && strcasecmp(site, "cross-site") == 0)) {
+        ll_http_refuse(
+            exchange, 403, LL_FORBIDDEN, "Origin",
+            "pages of this origin may not change anything here: --allow-origin names those that may");
+        return true;
+    }
+    return false;
+}
+
+static bool preflight(http_exchange *exchange, const char *allow)
+{
+    if (strcmp(exchange->request.method, "OPTIONS") != 0 || *allow == '\0') {
+        return false;
+    }
+    char methods[120];
+    snprintf(methods, sizeof methods, "%s, OPTIONS", allow);
+    exchange->response.status = 204;
+    ll_http_set_header(&exchange->response, "Allow", methods);
+    if (exchange->cross_origin) {
+        ll_http_set_header(&exchange->response, "Access-Control-Allow-Methods", methods);
+        ll_http_set_header(
+            &exchange->response, "Access-Control-Allow-Headers",
+            "Authorization, Content-Type, Idempotency-Key, If-Match, If-None-Match, X-Request-Id");
+        ll_http_set_header(&exchange->response, "Access-Control-Max-Age", "600");
+    }
+    return true;
+}
+
+static void refuse_method(http_exchange *exchange, const char *allow)
+{
+    ll_http_refuse(exchange, 405, LL_BAD_INPUT, "", "%s is not possible here: %s", exchange->request.method,
+                   allow);
+    ll_http_set_header(&exchange->response, "Allow", allow);
+}
+
+/* ---- streams ---- */
+
+static enum MHD_Result count_twice(void *closure, enum MHD_ValueKind kind, const char *name,
+                                   const char *value)
+{
+    (void)kind, (void)value;
+    int *counts = closure;
+    static const char *const names[] = {
+        "Upgrade", "Connection", "Sec-WebSocket-Key", "Sec-WebSocket-Version", "Sec-WebSocket-Protocol",
+        "Origin",  "Host"};
+    for (int i = 0; i < 7; i++) {
+        counts[i] += strcasecmp(name, names[i]) == 0;
+    }
+    return MHD_YES;
+}
+
+/* The path of a stream: an upgrade that came on a kept connection, or one that the acceptor found wanting. */
+static void begin_stream(http_exchange *exchange, const char *version)
+{
+    ll_http *http = exchange->http;
+    const ll_http_request *request = &exchange->request;
+    ll_head head = {.method = text_of(exchange->head ? "HEAD" : request->method),
+                    .target = text_of(exchange->path),
+                    .host = text_of(ll_http_header(request, "Host")),
+                    .upgrade = text_of(ll_http_header(request, "Upgrade")),
+                    .connection = text_of(ll_http_header(request, "Connection")),
+                    .version = text_of(ll_http_header(request, "Sec-WebSocket-Version")),
+                    .key = text_of(ll_http_header(request, "Sec-WebSocket-Key")),
+                    .protocols = text_of(ll_http_header(request, "Sec-WebSocket-Protocol")),
+                    .origin = text_of(ll_http_header(request, "Origin")),
+                    .http11 = strcmp(version, "HTTP/1.1") == 0};
+    int counts[7] = {0};
+    MHD_get_connection_values(exchange->connection, MHD_HEADER_KIND, count_twice, counts);
+    for (int i = 0; i < 7; i++) {
+        head.twice = head.twice || counts[i] > 1;
+    }
+    ll_upgrade upgrade;
+    int status;
+    ll_status error = ll_upgrade_check(&head, &http->allow, &upgrade, &status);
+    if (!ll_failed(&error) && !ll_ws_knows(http->ws, &upgrade)) {
+        error = ll_error(LL_NOT_FOUND, "there is no such %s",
+                         upgrade.kind == LL_STREAM_SESSION ? "session" : "experiment");
+        status = 404;
+    }
+    if (!ll_failed(&error)) {
+        exchange->upgrade = ll_http_offer_upgrade(http, &upgrade, &exchange->offer);
+        if (exchange->upgrade != NULL) {
+            return;
+        }
+        error = ll_error(LL_LIMIT, "no room for another upgrade on a kept connection");
+        ll_problem_later(&exchange->response, request, 503, 5, &error);
+        return;
+    }
+    ll_problem_as(&exchange->response, request, status, &error);
+    if (status == 426) {
+        ll_http_set_header(&exchange->response, "Upgrade", "websocket");
+        ll_http_set_header(&exchange->response, "Sec-WebSocket-Version", "13");
+    } else if (status == 405) {
+        ll_http_set_header(&exchange->response, "Allow", "GET");
+    }
+}
+
+/* ---- heads that two readers could read in two ways ---- */
+
+typedef struct head_counts {
+    int length, encoding, host, origin, authorization, type;
+    bool nul;
+} head_counts;
+
+static enum MHD_Result count_header(void *closure, enum MHD_ValueKind kind, const char *name,
+                                    size_t name_size, const char *value, size_t value_size)
+{
+    (void)kind;
+    head_counts *counts = closure;
+    const struct {
+        const char *name;
+        int *count;
+    } counted[] = {{"Content-Length", &counts->length},
+                   {"Transfer-Encoding", &counts->encoding},
+                   {"Host", &counts->host},
+                   {"Origin", &counts->origin},
+                   {"Content-Type", &counts->type},
+                   {"Authorization", &counts->authorization}};
+    for (size_t i = 0; i < sizeof counted / sizeof *counted; i++) {
+        *counted[i].count += strcasecmp(name, counted[i].name) == 0;
+    }
+    counts->nul = counts->nul || memchr(name, '\0', name_size) != NULL ||
+                  (value != NULL && memchr(value, '\0', value_size) != NULL);
+    return MHD_YES;
+}
+
+static void refuse_head(http_exchange *exchange, int status, const char *field, const char *sentence)
+{
+    ll_http_refuse(exchange, status, LL_BAD_INPUT, field, "%s", sentence);
+    ll_http_set_header(&exchange->response, "Connection", "close");
+    exchange->ambiguous = true;
+}
+
+/* On every request of a connection: the acceptor sees the first one only, and the library takes the first of
+ * two. */
+static bool head_refused(http_exchange *exchange, const char *version)
+{
+    head_counts n = {0};
+    MHD_get_connection_values_n(exchange->connection, MHD_HEADER_KIND, count_header, &n);
+    const char *encoding = ll_http_header(&exchange->request, "Transfer-Encoding");
+    const char *twice = n.length > 1          ? "Content-Length"
+                        : n.encoding > 1      ? "Transfer-Encoding"
+                        : n.host > 1          ? "Host"
+                        : n.origin > 1        ? "Origin"
+                        : n.type > 1          ? "Content-Type"
+                        : n.authorization > 1 ? "Authorization"
+                                              : NULL;
+    if (twice != NULL) {
+        refuse_head(exchange, 400, twice, "a request may have this header once");
+    } else if (n.nul) {
+        refuse_head(exchange, 400, "", "a header may not have a NUL");
+    } else if (encoding != NULL && (n.length > 0 || strcmp(version, "HTTP/1.1") != 0)) {
+        refuse_head(exchange, 400, "Transfer-Encoding",
+                    "Transfer-Encoding is for HTTP/1.1, and not beside Content-Length");
+    } else if (encoding != NULL && strcasecmp(encoding, "chunked") != 0) {
+        refuse_head(exchange, 501, "Transfer-Encoding", "Transfer-Encoding: must be chunked");
+    }
+    return exchange->ambiguous;
+}
+
+/* ---- before and after the body ---- */
+
+static void begin_body(http_exchange *exchange)
+{
+    const ll_http_route *route = exchange->route;
+    uint64_t length;
+    if (!has_body(exchange, &length)) {
+        return;
+    }
+    const char *type = ll_http_header(&exchange->request, "Content-Type");
+    exchange->body_limit = route->body_limit;
+    if (length > route->body_limit || route->body_limit == 0) {
+        ll_http_refuse(exchange, 413, LL_LIMIT, "", "a body may have %zu bytes here", route->body_limit);
+    } else if (route->types != NULL && (type == NULL || !is_type(route->types, type))) {
+        ll_http_refuse(exchange, 415, LL_BAD_INPUT, "Content-Type", "Content-Type: must be one of: %s",
+                       route->types);
+        ll_http_set_header(&exchange->response,
+                           strcmp(exchange->request.method, "PATCH") == 0 ? "Accept-Patch" : "Accept",
+                           route->types);
+    } else {
+        return;
+    }
+    exchange->refused = true;
+}
+
+static enum MHD_Result check_argument(void *closure, enum MHD_ValueKind kind, const char *name,
+                                      const char *value)
+{
+    (void)kind, (void)value;
+    http_exchange *exchange = closure;
+    const char *known = exchange->route->query;
+    size_t size = strlen(name);
+    for (const char *at = known; *at != '\0';
+         at += at[strcspn(at, ",")] == ',' ? strcspn(at, ",") + 1 : strcspn(at, ",")) {
+        if (strcspn(at, ",") == size && strncmp(at, name, size) == 0) {
+            return MHD_YES;
+        }
+    }
+    ll_http_refuse(exchange, 400, LL_BAD_INPUT, name, "%.60s is not known in a query here; %s%s", name,
+                   *known != '\0' ? "possible are " : "none is possible", known);
+    exchange->refused = true;
+    return MHD_NO;
+}
+
+static void check_query(http_exchange *exchange)
+{
+    if (exchange->route->query != NULL) {
+        MHD_get_connection_values(exchange->connection, MHD_GET_ARGUMENT_KIND, check_argument, exchange);
+    }
+}
+
+void ll_http_begin(http_exchange *exchange, const char *version)
+{
+    ll_http *http = exchange->http;
+    ll_http_request *request = &exchange->request;
+    const char *host = ll_http_header(request, "Host");
+    ll_stream_kind kind;
+    char allow[96], id[65];
+    exchange->refused = true;
+    if (head_refused(exchange, version)) {
+        return;
+    }
+    if (host == NULL && strcmp(version, "HTTP/1.1") == 0) {
+        ll_http_refuse(exchange, 400, LL_BAD_INPUT, "Host", "a request of HTTP/1.1 needs a Host header");
+        return;
+    }
+    if (host != NULL && !ll_allow_host(&http->allow, text_of(host))) {
+        ll_http_refuse(exchange, 421, LL_FORBIDDEN, "Host",
+                       "Host: must be localhost, an address or a name given by --allow-host");
+        return;
+    }
+    if (ll_stream_path(text_of(exchange->path), &kind, id)) {
+        begin_stream(exchange, version);
+        return;
+    }
+    exchange->route = find(exchange, allow, sizeof allow);
+    bool page = exchange->route == NULL && *allow == '\0';
+    if (strcmp(request->method, "OPTIONS") == 0 && exchange->route == NULL) {
+        origin_refused(exchange);
+        ll_http_clear(&exchange->response);
+        if (preflight(exchange, page ? "GET, HEAD" : allow)) {
+            return;
+        }
+    }
+    if (exchange->route == NULL && !page) {
+        refuse_method(exchange, allow);
+    } else if (page && strcmp(request->method, "GET") != 0) {
+        refuse_method(exchange, "GET, HEAD");
+    } else if (!origin_refused(exchange)) {
+        exchange->refused = false;
+        if (exchange->route != NULL) {
+            begin_body(exchange);
+            if (!exchange->refused) {
+                check_query(exchange);
+            }
+        }
+    }
+}
+
+bool ll_http_handle(http_exchange *exchange)
+{
+    ll_http_deadline(exchange, 0);
+    exchange->phase = HTTP_READY;
+    if (exchange->refused) {
+        return true;
+    }
+    if (exchange->route == NULL) {
+        ll_http_file(exchange);
+        return true;
+    }
+    exchange->request.body = exchange->body != NULL ? exchange->body : "";
+    ll_http_lane lane = exchange->route->lane;
+    if (lane == LL_HTTP_AT_ONCE) {
+        ll_http_run_handler(exchange);
+        return true;
+    }
+    if (exchange->request.body_size > HTTP_LARGE_BODY) {
+        lane = LL_HTTP_WORK;
+    }
+    exchange->phase = HTTP_WAITING;
+    /* Suspended first: the other thread may be done before this returns. */
+    MHD_suspend_connection(exchange->connection);
+    ll_status status = ll_ok();
+    if (lane == LL_HTTP_WORK) {
+        status = ll_http_work(exchange->http, exchange);
+    } else if (!ll_http_submit(exchange->http, exchange)) {
+        status = ll_error(LL_UNAVAILABLE, "too many requests are waiting already");
+    }
+    if (ll_failed(&status)) {
+        ll_problem(&exchange->response, &exchange->request, &status);
+        exchange->phase = HTTP_READY;
+        MHD_resume_connection(exchange->connection);
+    }
+    return false;
+}

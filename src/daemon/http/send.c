@@ -1,0 +1,255 @@
+/* From an ll_http_response to what the library sends. */
+#include <fcntl.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "daemon/support/gzip.h"
+#include "daemon/http/internal.h"
+
+#define SMALL_ANSWER (64 << 10)
+#define LEAST_COMPRESSED 1024
+#define MOST_AT_CONTROL (1 << 20) /* a few milliseconds */
+
+/* No inline script, no foreign origin, no frames: the page needs none of them. */
+static const char policy[] =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; font-src 'self'; manifest-src 'self'; frame-ancestors 'none'; "
+    "base-uri 'none'; form-action 'self'";
+
+void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const char *field, const char *format,
+                    ...)
+{
+    ll_status error = ll_field_error(code, field, "%s", "");
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error.text, sizeof error.text, format, arguments);
+    va_end(arguments);
+    ll_problem_as(&exchange->response, &exchange->request, status, &error);
+}
+
+/* A reader and its context, freed by the library with the response. */
+typedef struct body_reader {
+    ll_http_reader *read;
+    void *context;
+    void (*free)(void *context);
+} body_reader;
+
+static ssize_t read_piece(void *closure, uint64_t offset, char *buffer, size_t capacity)
+{
+    body_reader *reader = closure;
+    int64_t size = reader->read(reader->context, offset, buffer, capacity);
+    if (size == 0) {
+        return MHD_CONTENT_READER_END_OF_STREAM;
+    }
+    return size > 0 && (uint64_t)size <= capacity ? (ssize_t)size : MHD_CONTENT_READER_END_WITH_ERROR;
+}
+
+static void free_reader(void *closure)
+{
+    body_reader *reader = closure;
+    if (reader->free != NULL) {
+        reader->free(reader->context);
+    }
+    free(reader);
+}
+
+static struct MHD_Response *from_reader(ll_http_response *response)
+{
+    body_reader *reader = malloc(sizeof *reader);
+    if (reader == NULL) {
+        return NULL;
+    }
+    *reader = (body_reader){response->reader, response->reader_context, response->reader_free};
+    struct MHD_Response *made =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 32 * 1024, read_piece, reader, free_reader);
+    if (made == NULL) {
+        free(reader);
+        return NULL;
+    }
+    response->reader = NULL;
+    response->reader_free = NULL;
+    return made;
+}
+
+/* The library reads it at offsets of its own, through a descriptor of its own. */
+static struct MHD_Response *from_file(const ll_http_response *response)
+{
+    int fd = fcntl(fileno(response->file), F_DUPFD_CLOEXEC, 0);
+    struct MHD_Response *made =
+        fd < 0 ? NULL : MHD_create_response_from_fd_at_offset64(response->file_size, fd, response->file_from);
+    if (made == NULL && fd >= 0) {
+        close(fd);
+    }
+    return made;
+}
+
+static ssize_t read_nothing(void *closure, uint64_t offset, char *buffer, size_t capacity)
+{
+    (void)closure, (void)offset, (void)buffer, (void)capacity;
+    return MHD_CONTENT_READER_END_OF_STREAM;
+}
+
+/* The answer to HEAD, of a body whose size is not known. Unless it is told to speak as to HTTP/1.0, the
+ * library sends the chunk that ends a body, which the client takes for the next answer. */
+static struct MHD_Response *without_body(void)
+{
+    struct MHD_Response *made =
+        MHD_create_response_from_callback(MHD_SIZE_UNKNOWN, 64, read_nothing, NULL, NULL);
+    if (made != NULL) {
+        MHD_set_response_options(made, MHD_RF_HTTP_1_0_COMPATIBLE_STRICT, MHD_RO_END);
+    }
+    return made;
+}
+
+static struct MHD_Response *make(http_exchange *exchange)
+{
+    ll_http_response *response = &exchange->response;
+    if (exchange->file >= 0) {
+        struct MHD_Response *made = MHD_create_response_from_fd64(exchange->file_size, exchange->file);
+        if (made != NULL) {
+            exchange->file = -1; /* the library's now */
+        }
+        return made;
+    }
+    if (response->reader != NULL && exchange->head) {
+        return without_body();
+    }
+    if (response->reader != NULL) {
+        return from_reader(response);
+    }
+    if (response->file != NULL && response->file_size > 0) {
+        return from_file(response);
+    }
+    if (response->size == 0) {
+        return MHD_create_response_from_buffer(0, NULL, MHD_RESPMEM_PERSISTENT);
+    }
+    struct MHD_Response *made =
+        MHD_create_response_from_buffer(response->size, response->bytes, MHD_RESPMEM_MUST_FREE);
+    if (made != NULL) {
+        response->bytes = NULL;
+        response->size = response->capacity = 0;
+    }
+    return made;
+}
+
+static void add_headers(const http_exchange *exchange, struct MHD_Response *made)
+{
+    const ll_http_response *response = &exchange->response;
+    bool cache_said = false, policy_said = false;
+    for (int i = 0; i < response->headers; i++) {
+        MHD_add_response_header(made, response->header[i].name, response->header[i].value);
+        cache_said = cache_said || strcmp(response->header[i].name, "Cache-Control") == 0;
+        policy_said = policy_said || strcmp(response->header[i].name, "Content-Security-Policy") == 0;
+    }
+    if (response->type[0] != '\0') {
+        MHD_add_response_header(made, "Content-Type", response->type);
+    }
+    if (!cache_said) {
+        MHD_add_response_header(made, "Cache-Control", "no-store");
+    }
+    MHD_add_response_header(made, "X-Request-Id", exchange->request.id);
+    MHD_add_response_header(made, "X-Content-Type-Options", "nosniff");
+    MHD_add_response_header(made, "Referrer-Policy", "no-referrer");
+    if (!policy_said) {
+        MHD_add_response_header(made, "Content-Security-Policy", policy);
+    }
+    MHD_add_response_header(made, "Cross-Origin-Resource-Policy",
+                            exchange->cross_origin ? "cross-origin" : "same-origin");
+    if (exchange->cross_origin) {
+        MHD_add_response_header(made, "Access-Control-Allow-Origin",
+                                ll_http_header(&exchange->request, "Origin"));
+        MHD_add_response_header(made, "Access-Control-Expose-Headers",
+                                "Location, Retry-After, X-Request-Id, ETag, Content-Range, Accept-Ranges");
+        MHD_add_response_header(made, "Vary", "Origin");
+    }
+}
+
+/* What is not yet a file, and was made on a thread that may take a while. Answers to POST hold keys: nothing
+ * of theirs shows in their size. */
+void ll_http_compress(http_exchange *exchange)
+{
+    ll_http_response *response = &exchange->response;
+    const ll_http_request *request = &exchange->request;
+    char *bytes = NULL;
+    size_t size = 0;
+    if (response->status != 200 || response->size < LEAST_COMPRESSED || response->failed || exchange->head ||
+        strcmp(request->method, "GET") != 0 || !ll_gzip_is_worth(response->type)) {
+        return;
+    }
+    ll_http_set_header(response, "Vary", "Accept-Encoding");
+    if ((request->task == NULL && response->size > MOST_AT_CONTROL) ||
+        !ll_http_takes_encoding(request, "gzip")) {
+        return;
+    }
+    ll_status status = ll_gzip_bytes(response->bytes, response->size, request->task, &bytes, &size);
+    if (ll_failed(&status)) {
+        return; /* it is there: who has not the time to make it smaller sends it as it is */
+    }
+    free(response->bytes);
+    response->bytes = bytes;
+    response->size = response->capacity = size;
+    ll_http_set_header(response, "Content-Encoding", "gzip");
+}
+
+static int64_t answer_size(const ll_http_response *response)
+{
+    return (int64_t)(response->size + response->held);
+}
+
+/* Counts a large answer until it was sent; false when there is no room for it. Small ones always have it. */
+static bool count_answer(http_exchange *exchange)
+{
+    ll_http *http = exchange->http;
+    int64_t size = answer_size(&exchange->response), most = http->config.max_answers_mib << 20;
+    if (size <= SMALL_ANSWER) {
+        return true;
+    }
+    if (atomic_fetch_add(&http->answer_bytes, size) + size <= most) {
+        exchange->counted = size;
+        return true;
+    }
+    atomic_fetch_sub(&http->answer_bytes, size);
+    atomic_fetch_add(&http->refused_answers, 1);
+    return false;
+}
+
+enum MHD_Result ll_http_send(http_exchange *exchange)
+{
+    exchange->phase = HTTP_QUEUED;
+    if (exchange->upgrade != NULL) {
+        ll_http_deadline(exchange, 0);
+        MHD_add_response_header(exchange->upgrade, "X-Request-Id", exchange->request.id);
+        enum MHD_Result result = MHD_queue_response(exchange->connection, 101, exchange->upgrade);
+        MHD_destroy_response(exchange->upgrade);
+        exchange->upgrade = NULL;
+        exchange->response.status = 101;
+        return result;
+    }
+    if (exchange->response.failed) {
+        ll_http_clear(&exchange->response);
+        ll_status error = ll_error(LL_NO_MEMORY, "the daemon has no memory for this answer");
+        ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
+    }
+    if (!count_answer(exchange)) {
+        ll_status error = ll_error(LL_NO_MEMORY,
+                                   "%.1f MiB of answers are being sent already, and this one has "
+                                   "%.1f MiB (max_answers_mib)",
+                                   (double)atomic_load(&exchange->http->answer_bytes) / 1048576.0,
+                                   (double)answer_size(&exchange->response) / 1048576.0);
+        ll_http_clear(&exchange->response);
+        ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
+    }
+    struct MHD_Response *made = make(exchange);
+    if (made == NULL) {
+        return MHD_NO; /* closes the connection: not even the refusal could be made */
+    }
+    add_headers(exchange, made);
+    ll_http_deadline(exchange, exchange->http->config.response_timeout_s);
+    enum MHD_Result result =
+        MHD_queue_response(exchange->connection, (unsigned)exchange->response.status, made);
+    MHD_destroy_response(made);
+    return result;
+}

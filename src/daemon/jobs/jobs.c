@@ -1,0 +1,257 @@
+#include "daemon/jobs/jobs.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include <cjson/cJSON.h>
+
+enum { JOBS_MOST = 256, OF_CLIENT = 8 }; /* of client: that run */
+
+#define KEPT (600 * LL_SECOND)
+#define RESTS                                                                                                \
+    (800 * LL_MS) /* after that without a question: who is told to ask once a second hardly notices */
+
+static const char *const states[] = {"running", "done", "cancelled", "failed"};
+
+typedef struct job {
+    struct job *next;
+    ll_jobs *jobs;
+    char id[LL_ID_LENGTH + 1];
+    char client[40];
+    ll_key_hash key;
+    ll_job_order order;
+    _Atomic int64_t done;
+    _Atomic ll_time asked; /* when somebody asked for it last */
+    /* Of the jobs' lock: */
+    bool removed; /* it is freed by who is last, the list or the task */
+    ll_task *task;
+    ll_job_state state;
+    ll_time ended;
+    cJSON *answer;
+    ll_status error;
+} job;
+
+struct ll_jobs {
+    ll_tasks *tasks;
+    const ll_host_config *config;
+    pthread_mutex_t lock;
+    pthread_cond_t asked; /* for one of them */
+    job *first;
+    int count;
+};
+
+static void free_job(job *j)
+{
+    j->order.free(j->order.context);
+    cJSON_Delete(j->answer);
+    free(j);
+}
+
+/* ---- its task ---- */
+
+/* Nobody may be there any more: until it is asked for again, or the end. */
+static void rest(job *j)
+{
+    struct timespec until;
+    clock_gettime(CLOCK_REALTIME, &until);
+    int64_t ns = until.tv_nsec + 100 * LL_MS;
+    until.tv_sec += ns / LL_SECOND;
+    until.tv_nsec = ns % LL_SECOND;
+    pthread_mutex_lock(&j->jobs->lock);
+    pthread_cond_timedwait(&j->jobs->asked, &j->jobs->lock, &until);
+    pthread_mutex_unlock(&j->jobs->lock);
+}
+
+static bool is_wanted(void *context)
+{
+    job *j = context;
+    ll_time most = (ll_time)(j->jobs->config->job_idle_s * 1e9), idle;
+    while ((idle = ll_host_now() - atomic_load(&j->asked)) > RESTS && idle <= most &&
+           ll_task_ending(j->task) == LL_TASK_GOES_ON)
+        rest(j);
+    if (idle > most)
+        ll_task_stop(j->task, LL_TASK_LEFT);
+    return ll_task_go_on(j->task);
+}
+
+static void finish(job *j, ll_task *task, const ll_status *status, cJSON *answer)
+{
+    ll_jobs *jobs = j->jobs;
+    ll_task_end end = ll_task_ending(task);
+    pthread_mutex_lock(&jobs->lock);
+    j->task = NULL;
+    j->ended = ll_host_now();
+    j->answer = answer;
+    j->error = status->code == LL_INTERRUPTED ? ll_task_told(task, status->text) : *status;
+    j->state = !ll_failed(status)                                ? LL_JOB_DONE
+               : end == LL_TASK_LEFT || end == LL_TASK_CANCELLED ? LL_JOB_CANCELLED
+                                                                 : LL_JOB_FAILED;
+    bool last = j->removed;
+    pthread_mutex_unlock(&jobs->lock);
+    if (last)
+        free_job(j);
+}
+
+static void run(void *context, ll_task *task)
+{
+    job *j = context;
+    cJSON *answer = NULL;
+    pthread_mutex_lock(&j->jobs->lock); /* whoever ordered it has told it its task */
+    pthread_mutex_unlock(&j->jobs->lock);
+    ll_interrupt interrupt = ll_task_interrupt(task);
+    interrupt.go_on = is_wanted;
+    interrupt.context = j;
+    ll_status status = ll_task_ending(task) == LL_TASK_GOES_ON
+                           ? j->order.run(j->order.context, &interrupt, &j->done, &answer)
+                           : ll_error(LL_INTERRUPTED, "nothing was begun");
+    finish(j, task, &status, answer);
+}
+
+/* ---- the list; locked ---- */
+
+static job **find(ll_jobs *jobs, const char *id)
+{
+    job **link = &jobs->first;
+    while (*link && strcmp((*link)->id, id) != 0)
+        link = &(*link)->next;
+    return link;
+}
+
+static void take_off(ll_jobs *jobs, job **link)
+{
+    job *j = *link;
+    *link = j->next;
+    jobs->count--;
+    j->removed = true;
+    if (j->task)
+        ll_task_stop(j->task, LL_TASK_CANCELLED); /* which frees it */
+    else
+        free_job(j);
+}
+
+static void forget_old(ll_jobs *jobs)
+{
+    ll_time before = ll_host_now() - KEPT;
+    for (job **link = &jobs->first; *link;) {
+        if ((*link)->state != LL_JOB_RUNNING && (*link)->ended < before)
+            take_off(jobs, link);
+        else
+            link = &(*link)->next;
+    }
+}
+
+/* ---- for the routes ---- */
+
+static ll_status add_locked(ll_jobs *jobs, job *j)
+{
+    ll_task_order order = {.budget_s = jobs->config->job_cpu_s, .run = run, .context = j};
+    int running = 0;
+    snprintf(order.client, sizeof order.client, "job %.39s",
+             j->client); /* its requests have turns of their own */
+    snprintf(order.session, sizeof order.session, "%s", j->id);
+    forget_old(jobs);
+    for (const job *other = jobs->first; other; other = other->next)
+        running += other->state == LL_JOB_RUNNING && strcmp(other->client, j->client) == 0;
+    if (running >= OF_CLIENT)
+        return ll_error(LL_LIMIT, "%d searches of this client run already, which is the limit.", running);
+    if (jobs->count >= JOBS_MOST)
+        return ll_error(LL_LIMIT, "There are %d jobs already, which is the limit.", jobs->count);
+    ll_status status = ll_tasks_add(jobs->tasks, &order, &j->task);
+    if (ll_failed(&status))
+        return status;
+    j->next = jobs->first;
+    jobs->first = j;
+    jobs->count++;
+    return status;
+}
+
+ll_status ll_jobs_add(ll_jobs *jobs, const ll_job_order *order, char id[LL_ID_LENGTH + 1],
+                      char key[LL_KEY_LENGTH + 1])
+{
+    job *j = calloc(1, sizeof *j);
+    if (!j || !ll_new_id(id) || !ll_new_key(key) || !ll_key_hash_make(key, &j->key)) {
+        order->free(order->context);
+        free(j);
+        return ll_error(LL_NO_MEMORY, "There is no memory for another job.");
+    }
+    j->jobs = jobs;
+    j->order = *order;
+    snprintf(j->client, sizeof j->client, "%s", order->client);
+    memcpy(j->id, id, sizeof j->id);
+    atomic_init(&j->asked, ll_host_now());
+    pthread_mutex_lock(&jobs->lock);
+    ll_status status = add_locked(jobs, j);
+    pthread_mutex_unlock(&jobs->lock);
+    if (ll_failed(&status))
+        free_job(j);
+    return status;
+}
+
+static ll_status no_job(void)
+{
+    return ll_error(LL_NOT_FOUND, "There is no advice with this id, or none any more.");
+}
+
+ll_status ll_jobs_describe(ll_jobs *jobs, const char *id, cJSON *json)
+{
+    pthread_mutex_lock(&jobs->lock);
+    job *j = *find(jobs, id);
+    if (j) {
+        atomic_store(&j->asked, ll_host_now());
+        pthread_cond_broadcast(&jobs->asked);
+        cJSON_AddStringToObject(json, "id", j->id);
+        cJSON_AddStringToObject(json, "state", states[j->state]);
+        cJSON_AddNumberToObject(json, "runs", (double)j->order.most);
+        cJSON_AddNumberToObject(json, "done", (double)atomic_load(&j->done));
+        cJSON_AddItemToObject(json, "answer",
+                              j->answer ? cJSON_Duplicate(j->answer, true) : cJSON_CreateNull());
+        cJSON_AddItemToObject(json, "error",
+                              ll_failed(&j->error) ? cJSON_CreateString(j->error.text) : cJSON_CreateNull());
+    }
+    pthread_mutex_unlock(&jobs->lock);
+    return j ? ll_ok() : no_job();
+}
+
+ll_status ll_jobs_remove(ll_jobs *jobs, const char *id, const char *key)
+{
+    ll_status status = ll_ok();
+    pthread_mutex_lock(&jobs->lock);
+    job **link = find(jobs, id);
+    if (!*link)
+        status = no_job();
+    else if (key && !ll_key_matches(&(*link)->key, key, strlen(key)))
+        status = ll_error(LL_FORBIDDEN, "This key does not belong to this advice.");
+    else
+        take_off(jobs, link);
+    pthread_mutex_unlock(&jobs->lock);
+    return status;
+}
+
+/* ---- life ---- */
+
+ll_jobs *ll_jobs_new(ll_tasks *tasks, const ll_host_config *config)
+{
+    ll_jobs *jobs = calloc(1, sizeof *jobs);
+    if (!jobs)
+        return NULL;
+    jobs->tasks = tasks;
+    jobs->config = config;
+    pthread_mutex_init(&jobs->lock, NULL);
+    pthread_cond_init(&jobs->asked, NULL);
+    return jobs;
+}
+
+void ll_jobs_free(ll_jobs *jobs)
+{
+    if (!jobs)
+        return;
+    while (jobs->first)
+        take_off(jobs, &jobs->first);
+    pthread_mutex_destroy(&jobs->lock);
+    pthread_cond_destroy(&jobs->asked);
+    free(jobs);
+}

@@ -1,0 +1,64 @@
+#include "daemon/net/config.h"
+
+#define TEXT(name_, default_, help_)                                                                         \
+    {                                                                                                        \
+        .name = #name_, .type = LL_PARAM_TEXT, .offset = offsetof(ll_door_config, name_),                    \
+        .max = sizeof(((ll_door_config *)0)->name_) - 1, .text = default_, .help = help_                     \
+    }
+#define COUNT(name_, min_, max_, default_, unit_, help_)                                                     \
+    {                                                                                                        \
+        .name = #name_, .type = LL_PARAM_INT, .offset = offsetof(ll_door_config, name_), .min = min_,        \
+        .max = max_, .standard = default_, .unit = unit_, .help = help_                                      \
+    }
+#define REAL(name_, min_, max_, default_, unit_, help_)                                                      \
+    {                                                                                                        \
+        .name = #name_, .type = LL_PARAM_REAL, .offset = offsetof(ll_door_config, name_), .min = min_,       \
+        .max = max_, .standard = default_, .unit = unit_, .help = help_                                      \
+    }
+
+static const ll_param rows[] = {
+    TEXT(listen, "127.0.0.1:8080", "Address and port, ADDR:PORT or [ADDR6]:PORT; port 0 picks a free one."),
+    TEXT(www, "", "Folder of the page; empty serves none."),
+    TEXT(allow_origin, "", "Origins beside the daemon's own whose pages may use it, comma separated."),
+    TEXT(allow_host, "",
+         "Host names beside localhost and addresses under which the daemon may be reached, comma separated."),
+    TEXT(trusted_proxy, "",
+         "Addresses or networks of proxies that say by X-Forwarded-For whom they speak for, comma separated; "
+         "each client then has its own limits."),
+    COUNT(http_threads, 1, 16, 2, NULL, "Threads that read requests and run fast handlers."),
+    COUNT(control_threads, 1, 64, 4, NULL,
+          "Threads for requests that are short but wait until their change is stored."),
+    REAL(
+        request_cpu_s, 0.01, 86400, 20, "s",
+        "Processor time that one request may use; then it is answered with a 503 that says how far it came."),
+    COUNT(stream_threads, 1, 16, 1, NULL, "Threads that send frames; a session's viewers share one."),
+    COUNT(max_connections, 16, 30000, 4096, NULL, "Connections at once, of every kind; more get a 503."),
+    COUNT(max_connections_per_ip, 4, 30000, 2048, NULL,
+          "Connections at once of one address; more get a 429."),
+    COUNT(max_viewers, 1, 30000, 1000, NULL, "Viewers of one session; more are closed with 4429."),
+    COUNT(max_head_bytes, 1024, 65536, 16384, "B", "Size of a request head; more is a 431."),
+    COUNT(max_answers_mib, 1, 1048576, 256, "MiB",
+          "Large answers (above 64 KiB) in memory at once, until they are sent; more get a 503."),
+    REAL(head_timeout_s, 0.1, 60, 5, "s", "Time for a whole request head; longer is a 408."),
+    REAL(body_timeout_s, 0.1, 600, 30, "s", "Time for a whole request body; then the connection is cut."),
+    REAL(idle_timeout_s, 0.1, 3600, 65, "s", "Time between two requests of a connection; then it is closed."),
+    REAL(response_timeout_s, 1, 3600, 300, "s",
+         "Time for a client to take a whole response; then the connection is cut."),
+    COUNT(max_message_bytes, 256, 1048576, 65536, "B",
+          "Size of a viewer's message; more is closed with 1009."),
+    REAL(max_messages_per_s, 1, 100000, 300, "1/s",
+         "Messages of one viewer, acks included, twice that in a burst; more is closed with 1008."),
+    REAL(hello_timeout_s, 0.1, 600, 20, "s",
+         "Time for a session to greet a viewer; then it is closed with 1013."),
+    REAL(ack_timeout_s, 0.1, 600, 5, "s",
+         "Time for a viewer that acknowledges to go on doing so; then it is closed with 1013."),
+    REAL(drain_s, 0, 60, 3, "s", "Time for viewers to say goodbye when the daemon stops."),
+};
+
+const ll_param_table ll_door_table = {
+    .name = "door",
+    .help = "The one port of the daemon and its limits.",
+    .rows = rows,
+    .count = sizeof rows / sizeof *rows,
+    .size = sizeof(ll_door_config),
+};

@@ -1,0 +1,406 @@
+#include "daemon/net/upgrade.h"
+
+#include <arpa/inet.h>
+#include <string.h>
+#include <strings.h>
+
+const char *const ll_stream_protocols[2] = {
+    [LL_FRAME_BINARY] = "laglab.v2.bin", [LL_FRAME_JSON] = "laglab.v2.json"};
+
+static bool is_name_character(char c)
+{
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
+}
+
+static bool equals(ll_text text, const char *word)
+{
+    return text.at != NULL && text.size == strlen(word) && strncasecmp(text.at, word, text.size) == 0;
+}
+
+static ll_text trim(ll_text text)
+{
+    while (text.size > 0 && (*text.at == ' ' || *text.at == '\t')) {
+        text.at++;
+        text.size--;
+    }
+    while (text.size > 0 && (text.at[text.size - 1] == ' ' || text.at[text.size - 1] == '\t')) {
+        text.size--;
+    }
+    return text;
+}
+
+/* ---- targets ---- */
+
+const char *ll_target_fault(const char *target)
+{
+    if (strstr(target, "%00") != NULL) {
+        return "a target may not have a NUL (%00)";
+    }
+    const char *query = strchr(target, '?');
+    int arguments = query != NULL;
+    for (; query != NULL && *query != '\0'; query++) {
+        arguments += *query == '&';
+    }
+    return arguments > LL_ARGUMENTS_MAX ? "a query may have 64 arguments" : NULL;
+}
+
+/* ---- heads ---- */
+
+/* One line without its end; false when there is no whole line. Bare LF ends a line too: nobody then waits for
+ * a CR that never comes. */
+static bool next_line(const char **at, const char *end, ll_text *line)
+{
+    const char *feed = memchr(*at, '\n', (size_t)(end - *at));
+    if (feed == NULL) {
+        return false;
+    }
+    line->at = *at;
+    line->size = (size_t)(feed - *at);
+    if (line->size > 0 && line->at[line->size - 1] == '\r') {
+        line->size--;
+    }
+    *at = feed + 1;
+    return true;
+}
+
+/* `METHOD target HTTP/1.x`, single spaces, visible ASCII. */
+static bool parse_request_line(ll_text line, ll_head *head)
+{
+    const char *space = memchr(line.at, ' ', line.size);
+    if (space == NULL || space == line.at) {
+        return false;
+    }
+    head->method = (ll_text){line.at, (size_t)(space - line.at)};
+    const char *target = space + 1, *end = line.at + line.size;
+    space = memchr(target, ' ', (size_t)(end - target));
+    if (space == NULL || space == target) {
+        return false;
+    }
+    head->target = (ll_text){target, (size_t)(space - target)};
+    ll_text version = {space + 1, (size_t)(end - space - 1)};
+    if (version.size != 8 || memcmp(version.at, "HTTP/1.", 7) != 0 ||
+        (version.at[7] != '0' && version.at[7] != '1')) {
+        return false;
+    }
+    head->http11 = version.at[7] == '1';
+    for (size_t i = 0; i < head->method.size; i++) {
+        if (head->method.at[i] < 'A' || head->method.at[i] > 'Z') {
+            return false;
+        }
+    }
+    for (size_t i = 0; i < head->target.size; i++) {
+        if (head->target.at[i] <= ' ' || head->target.at[i] == 0x7f) {
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool parse_field(ll_text line, ll_head *head)
+{
+    const struct {
+        const char *name;
+        ll_text *value;
+    } wanted[] = {{"Host", &head->host},
+                  {"Upgrade", &head->upgrade},
+                  {"Connection", &head->connection},
+                  {"Sec-WebSocket-Version", &head->version},
+                  {"Sec-WebSocket-Key", &head->key},
+                  {"Sec-WebSocket-Protocol", &head->protocols},
+                  {"Origin", &head->origin},
+                  {"Sec-Fetch-Site", &head->fetch_site}};
+    const char *colon = memchr(line.at, ':', line.size);
+    if (colon == NULL || colon == line.at) {
+        return false;
+    }
+    ll_text name = {line.at, (size_t)(colon - line.at)};
+    for (size_t i = 0; i < name.size; i++) {
+        if (name.at[i] <= ' ' || name.at[i] >= 0x7f) {
+            return false; /* also the folded lines of old */
+        }
+    }
+    if (memchr(line.at, '\0', line.size) != NULL || memchr(line.at, '\r', line.size) != NULL) {
+        return false;
+    }
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        if (equals(name, wanted[i].name)) {
+            head->twice = head->twice || wanted[i].value->at != NULL;
+            *wanted[i].value = trim((ll_text){colon + 1, (size_t)(line.at + line.size - colon - 1)});
+        }
+    }
+    return true;
+}
+
+/* What the first bytes alone tell: everything that a browser or a script sends begins with a method in
+ * capitals. */
+static ll_head_state parse_beginning(const char *bytes, size_t size)
+{
+    static const char preface[] = "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n";
+    size_t common = size < 14 ? size : 14;
+    if (common >= 4 && memcmp(bytes, preface, common) == 0) {
+        return common < 14 ? LL_HEAD_PARTIAL : LL_HEAD_HTTP2;
+    }
+    for (size_t i = 0; i < size && bytes[i] != ' '; i++) {
+        if (bytes[i] < 'A' || bytes[i] > 'Z' || i >= 24) {
+            return LL_HEAD_JUNK;
+        }
+    }
+    return LL_HEAD_PARTIAL;
+}
+
+ll_head_state ll_head_parse(const char *bytes, size_t size, ll_head *head)
+{
+    *head = (ll_head){0};
+    const char *at = bytes, *end = bytes + size;
+    /* RFC 9112 2.2: empty lines before a request are ignored. */
+    while (at < end && (*at == '\r' || *at == '\n')) {
+        at++;
+    }
+    ll_head_state state = parse_beginning(at, (size_t)(end - at));
+    if (state != LL_HEAD_PARTIAL) {
+        return state;
+    }
+    ll_text line;
+    if (!next_line(&at, end, &line)) {
+        return LL_HEAD_PARTIAL;
+    }
+    if (!parse_request_line(line, head)) {
+        return LL_HEAD_JUNK;
+    }
+    while (next_line(&at, end, &line)) {
+        if (line.size == 0) {
+            head->size = (size_t)(at - bytes);
+            return LL_HEAD_WHOLE;
+        }
+        if (!parse_field(line, head)) {
+            return LL_HEAD_JUNK;
+        }
+    }
+    return LL_HEAD_PARTIAL;
+}
+
+/* ---- lists ---- */
+
+/* Takes the next element off a comma separated list; false at its end. */
+static bool next_element(ll_text *list, ll_text *element)
+{
+    while (list->at != NULL && list->size > 0) {
+        const char *comma = memchr(list->at, ',', list->size);
+        size_t size = comma != NULL ? (size_t)(comma - list->at) : list->size;
+        *element = trim((ll_text){list->at, size});
+        size_t used = comma != NULL ? size + 1 : size;
+        list->at += used;
+        list->size -= used;
+        if (element->size > 0) {
+            return true;
+        }
+    }
+    return false;
+}
+
+bool ll_has_token(ll_text list, const char *token)
+{
+    ll_text element;
+    while (next_element(&list, &element)) {
+        if (equals(element, token)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool same(ll_text a, ll_text b)
+{
+    return a.size == b.size && strncasecmp(a.at, b.at, a.size) == 0;
+}
+
+static bool in_list(const char *list, ll_text text)
+{
+    ll_text rest = {list, list != NULL ? strlen(list) : 0}, element;
+    while (next_element(&rest, &element)) {
+        if (same(element, text)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* ---- who may come in ---- */
+
+/* Cuts `:port` off; `[addr6]` keeps its brackets. */
+static ll_text without_port(ll_text host)
+{
+    if (host.size > 0 && host.at[0] == '[') {
+        const char *close = memchr(host.at, ']', host.size);
+        return close != NULL ? (ll_text){host.at, (size_t)(close - host.at) + 1} : host;
+    }
+    const char *colon = memchr(host.at, ':', host.size);
+    return colon != NULL ? (ll_text){host.at, (size_t)(colon - host.at)} : host;
+}
+
+static bool is_address(ll_text host)
+{
+    char text[64];
+    unsigned char bytes[16];
+    bool six = host.size > 2 && host.at[0] == '[' && host.at[host.size - 1] == ']';
+    size_t skip = six ? 1 : 0, size = host.size - 2 * skip;
+    if (size == 0 || size >= sizeof text) {
+        return false;
+    }
+    memcpy(text, host.at + skip, size);
+    text[size] = '\0';
+    return inet_pton(six ? AF_INET6 : AF_INET, text, bytes) == 1;
+}
+
+bool ll_allow_host(const ll_allow *allow, ll_text host)
+{
+    if (host.at == NULL || host.size == 0) {
+        return false;
+    }
+    ll_text name = without_port(host);
+    return equals(name, "localhost") || is_address(name) || in_list(allow->hosts, name) ||
+           in_list(allow->hosts, host);
+}
+
+bool ll_allow_origin(const ll_allow *allow, ll_text origin, ll_text host)
+{
+    if (origin.at == NULL) {
+        return true;
+    }
+    if (in_list(allow->origins, origin)) {
+        return true;
+    }
+    const struct {
+        const char *scheme, *port;
+    } schemes[] = {{"http://", ":80"}, {"https://", ":443"}};
+    for (int i = 0; i < 2; i++) {
+        size_t size = strlen(schemes[i].scheme), port = strlen(schemes[i].port);
+        if (origin.size <= size || strncasecmp(origin.at, schemes[i].scheme, size) != 0 || host.at == NULL) {
+            continue;
+        }
+        ll_text authority = {origin.at + size, origin.size - size}, plain = host;
+        if (plain.size > port && strncmp(plain.at + plain.size - port, schemes[i].port, port) == 0) {
+            plain.size -=
+                port; /* a browser leaves the standard port out of Origin, a client may write it in Host */
+        }
+        if (same(authority, host) || same(authority, plain)) {
+            return true;
+        }
+    }
+    return false;
+}
+
+/* ---- streams ---- */
+
+static bool begins(ll_text text, const char *prefix)
+{
+    return text.at != NULL && text.size >= strlen(prefix) && memcmp(text.at, prefix, strlen(prefix)) == 0;
+}
+
+bool ll_stream_path(ll_text target, ll_stream_kind *kind, char id[65])
+{
+    static const char *const before[LL_STREAM_KINDS] = {
+        [LL_STREAM_SESSION] = "/api/v1/sessions/", [LL_STREAM_EXPERIMENT] = "/api/v1/experiments/"};
+    static const char after[] = "/stream";
+    *kind = LL_STREAM_SESSION;
+    while (*kind < LL_STREAM_KINDS && !begins(target, before[*kind])) {
+        ++*kind;
+    }
+    if (*kind == LL_STREAM_KINDS) {
+        return false;
+    }
+    size_t begin = strlen(before[*kind]), i = begin;
+    while (i < target.size && is_name_character(target.at[i])) {
+        i++;
+    }
+    size_t length = i - begin, rest = target.size - i, wanted = sizeof after - 1;
+    if (length == 0 || length > 64 || rest < wanted || memcmp(target.at + i, after, wanted) != 0 ||
+        (rest > wanted && target.at[i + wanted] != '?')) {
+        return false;
+    }
+    memcpy(id, target.at + begin, length);
+    id[length] = '\0';
+    return true;
+}
+
+static bool is_key(ll_text key)
+{
+    if (key.at == NULL || key.size != 24 || key.at[22] != '=' || key.at[23] != '=') {
+        return false;
+    }
+    for (int i = 0; i < 22; i++) {
+        char c = key.at[i];
+        if (!is_name_character(c) && c != '+' && c != '/') {
+            return false;
+        }
+    }
+    return memchr(key.at, '-', 22) == NULL && memchr(key.at, '_', 22) == NULL;
+}
+
+/* The client's order decides; progress is told in JSON only. */
+static bool choose_protocol(ll_text list, ll_stream_kind kind, ll_frame_format *format)
+{
+    ll_text element;
+    while (next_element(&list, &element)) {
+        for (int f = 0; f < 2; f++) {
+            bool offered = kind == LL_STREAM_SESSION || f == LL_FRAME_JSON;
+            if (offered && element.size == strlen(ll_stream_protocols[f]) &&
+                memcmp(element.at, ll_stream_protocols[f], element.size) == 0) {
+                *format = (ll_frame_format)f;
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+static ll_status refuse(int *http_status, int status, ll_code code, const char *field, const char *text)
+{
+    *http_status = status;
+    return ll_field_error(code, field, "%s", text);
+}
+
+ll_status ll_upgrade_check(const ll_head *head, const ll_allow *allow, ll_upgrade *upgrade, int *http_status)
+{
+    *upgrade = (ll_upgrade){0};
+    if (!ll_stream_path(head->target, &upgrade->kind, upgrade->id)) {
+        return refuse(http_status, 404, LL_NOT_FOUND, "", "this is not the path of a stream");
+    }
+    if (!equals(head->method, "GET")) {
+        return refuse(http_status, 405, LL_BAD_INPUT, "", "a stream is opened by GET");
+    }
+    if (head->twice) {
+        return refuse(http_status, 400, LL_BAD_INPUT, "", "a header of the upgrade was sent twice");
+    }
+    if (!ll_allow_host(allow, head->host)) {
+        return refuse(http_status, 421, LL_FORBIDDEN, "Host",
+                      "Host: must be localhost, an address or a name given by --allow-host");
+    }
+    if (!ll_has_token(head->upgrade, "websocket") || !ll_has_token(head->connection, "upgrade") ||
+        !head->http11) {
+        return refuse(http_status, 426, LL_BAD_INPUT, "Upgrade",
+                      "a stream is a WebSocket: send `Connection: Upgrade` and `Upgrade: websocket`");
+    }
+    if (!equals(head->version, "13")) {
+        return refuse(http_status, 426, LL_BAD_INPUT, "Sec-WebSocket-Version",
+                      "Sec-WebSocket-Version: must be 13");
+    }
+    if (!is_key(head->key)) {
+        return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Key",
+                      "Sec-WebSocket-Key: must be 16 bytes in base64 (24 characters)");
+    }
+    if (!choose_protocol(head->protocols, upgrade->kind, &upgrade->format)) {
+        return refuse(http_status, 400, LL_BAD_INPUT, "Sec-WebSocket-Protocol",
+                      upgrade->kind == LL_STREAM_SESSION
+                          ? "Sec-WebSocket-Protocol must name laglab.v2.bin or laglab.v2.json"
+                          : "Sec-WebSocket-Protocol must name laglab.v2.json");
+    }
+    if (!ll_allow_origin(allow, head->origin, head->host)) {
+        return refuse(http_status, 403, LL_FORBIDDEN, "Origin",
+                      "pages of this origin may not open streams here: --allow-origin names those that may");
+    }
+    memcpy(upgrade->key, head->key.at, 24);
+    upgrade->key[24] = '\0';
+    *http_status = 101;
+    return ll_ok();
+}

@@ -1,0 +1,255 @@
+#include "daemon/serve/serve.h"
+
+#include <math.h>
+#include <pthread.h>
+#include <signal.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "library/program.h"
+#include "daemon/support/access.h"
+#include "daemon/api/api.h"
+#include "daemon/listener/door.h"
+#include "daemon/jobs/experiments.h"
+#include "daemon/hosting/host.h"
+#include "daemon/support/log.h"
+#include "daemon/store/store.h"
+#include "daemon/support/tasks.h"
+
+#define LAST_RESORT_S 0.7 /* after the time that viewers may take */
+
+typedef struct daemon_parts {
+    ll_door_config door_config;
+    ll_host_config host_config;
+    ll_access_config access_config;
+    ll_access access;
+    ll_store *store;
+    ll_tasks *tasks;
+    ll_host *host;
+    ll_experiments *experiments;
+    ll_api api;
+    ll_door *door;
+    sigset_t signals;
+    atomic_flag saving; /* who ends the daemon: the usual way or the last resort */
+} daemon_parts;
+
+static int complain(const ll_status *status, int exit_status)
+{
+    fprintf(stderr, "laglab: %s\n", status->text);
+    return exit_status;
+}
+
+/* ---- before the start ---- */
+
+/* `name` beside the program, for what was left empty. */
+static void default_folder(char *folder, size_t size, const char *name)
+{
+    if (!folder[0])
+        ll_beside_program(name, folder, size);
+}
+
+static bool default_data(char *folder, size_t size)
+{
+    const char *state = getenv("XDG_STATE_HOME"), *home = getenv("HOME");
+    int written = -1;
+    if (state && state[0] == '/')
+        written = snprintf(folder, size, "%s/laglab", state);
+    else if (home && home[0] == '/')
+        written = snprintf(folder, size, "%s/.local/state/laglab", home);
+    return written > 0 && (size_t)written < size;
+}
+
+/* A folder that was asked for must work; the default one may be missing. */
+static ll_status open_store(daemon_parts *d)
+{
+    char *folder = d->host_config.data;
+    if (strcmp(folder, "memory") == 0) {
+        ll_log_write("info", "no store", "Sessions are kept in memory only.");
+        return ll_ok();
+    }
+    bool asked = folder[0] != '\0';
+    if (!asked && !default_data(folder, sizeof d->host_config.data)) {
+        ll_log_write("warn", "no store",
+                     "Sessions are kept in memory only: no --data was given and there is no home directory.");
+        return ll_ok();
+    }
+    ll_status status = ll_store_open(folder, &d->store);
+    if (ll_failed(&status) && !asked) {
+        ll_log_write("warn", "no store", "Sessions are kept in memory only: %s", status.text);
+        return ll_ok();
+    }
+    return status;
+}
+
+static void ending_signals(sigset_t *signals)
+{
+    sigemptyset(signals);
+    sigaddset(signals, SIGTERM);
+    sigaddset(signals, SIGINT);
+    sigaddset(signals, SIGHUP);
+}
+
+static void prepare_process(sigset_t *signals)
+{
+    umask(077); /* a session's id is all that reading it needs, so what is stored is its owner's alone */
+    signal(SIGPIPE, SIG_IGN);
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error of the store, told like a full disk */
+    ending_signals(signals);
+    pthread_sigmask(SIG_BLOCK, signals, NULL); /* before there are threads, which inherit it */
+    struct rlimit files;
+    if (getrlimit(RLIMIT_NOFILE, &files) == 0 && files.rlim_cur < files.rlim_max) {
+        files.rlim_cur = files.rlim_max;
+        setrlimit(RLIMIT_NOFILE, &files);
+    }
+}
+
+/* ---- running ---- */
+
+static void log_door(void *context, const char *level, const char *message)
+{
+    (void)context;
+    ll_log_write(level, "front door", "%s", message);
+}
+
+static ll_status start(daemon_parts *d)
+{
+    ll_status status = ll_access_open(&d->access_config, &d->access);
+    d->host_config.access = &d->access;
+    if (!ll_failed(&status))
+        status = open_store(d);
+    if (!ll_failed(&status) && d->store)
+        setenv("TMPDIR", d->host_config.data, 1); /* it may be all that can be written to */
+    if (!ll_failed(&status))
+        status = ll_tasks_start((int)d->host_config.work_threads, &d->tasks);
+    if (!ll_failed(&status))
+        status = ll_host_create(&d->host_config, d->store, d->tasks, &d->host);
+    if (!ll_failed(&status))
+        status = ll_experiments_open(d->store ? d->host_config.data : NULL, &d->host_config, &d->experiments);
+    if (!ll_failed(&status))
+        status = ll_api_init(&d->api, d->host, d->store, d->experiments, d->tasks);
+    if (ll_failed(&status))
+        return status;
+    ll_http_app app = {
+        .routes = d->api.routes,
+        .route_count = d->api.route_count,
+        .context = &d->api,
+        .tasks = d->tasks,
+        .done = ll_api_done,
+    };
+    ll_ws_hooks hooks = ll_host_hooks(d->host);
+    status = ll_door_open(&d->door_config, &app, &hooks, log_door, NULL, &d->door);
+    if (ll_failed(&status))
+        return status;
+    atomic_store(&d->api.door, d->door);
+    status = ll_experiments_show(d->experiments, ll_door_ws(d->door));
+    if (!ll_failed(&status))
+        status = ll_host_start(d->host, ll_door_ws(d->door));
+    if (!ll_failed(&status))
+        atomic_store(&d->api.phase, LL_API_READY);
+    return status;
+}
+
+/* Who asks twice does not want to wait. What was acknowledged is stored. */
+static void *exit_at_once(void *argument)
+{
+    (void)argument;
+    sigset_t signals;
+    int got;
+    ending_signals(&signals);
+    sigwait(&signals, &got);
+    _exit(1);
+}
+
+/* What cannot be broken off, as a tick of many seconds, does not keep the daemon from ending in time: all
+ * that was acknowledged is stored, and clocks are, but for those of the sessions that are at it. */
+static void *end_in_time(void *argument)
+{
+    daemon_parts *d = argument;
+    double left = d->door_config.drain_s + LAST_RESORT_S;
+    struct timespec wait = {(time_t)left, (long)((left - floor(left)) * 1e9)};
+    nanosleep(&wait, NULL);
+    if (atomic_flag_test_and_set(&d->saving))
+        return NULL; /* it is at that already */
+    ll_log_write("warn", "stopping", "Something does not let itself be ended; it is left.");
+    /* The store is not closed: who is left may use it still. */
+    ll_status status = ll_store_wait(d->store, ll_host_save(d->host, false));
+    if (ll_failed(&status))
+        ll_log_write("error", "not all was stored", "%s", status.text);
+    _exit(ll_failed(&status));
+}
+
+static void wait_for_end(daemon_parts *d)
+{
+    int got = 0;
+    sigwait(&d->signals, &got);
+    atomic_store(&d->api.phase, LL_API_DRAINING);
+    ll_log_write("info", "stopping", "Got %s.",
+                 got == SIGTERM  ? "SIGTERM"
+                 : got == SIGINT ? "SIGINT"
+                                 : "SIGHUP");
+    pthread_t impatient;
+    if (pthread_create(&impatient, NULL, exit_at_once, NULL) == 0)
+        pthread_detach(impatient);
+    if (pthread_create(&impatient, NULL, end_in_time, d) == 0)
+        pthread_detach(impatient);
+}
+
+/* In the opposite order of the start; also after half a start. */
+static ll_status stop(daemon_parts *d)
+{
+    if (d->tasks)
+        ll_tasks_drain(d->tasks);
+    ll_experiments_ask_to_end(d->experiments);
+    if (d->door)
+        ll_door_drain(d->door);
+    if (d->host)
+        ll_host_stop(d->host);
+    ll_experiments_stop(d->experiments);
+    ll_door_close(d->door);
+    ll_tasks_free(d->tasks);
+    ll_experiments_close(d->experiments);
+    if (atomic_flag_test_and_set(&d->saving))
+        pause(); /* the last resort came first, and ends the process */
+    if (d->host)
+        ll_host_save(d->host, true);
+    ll_status status = ll_store_close(d->store);
+    ll_host_free(d->host);
+    ll_api_end(&d->api);
+    return status;
+}
+
+int ll_serve(const ll_serve_config *config)
+{
+    daemon_parts *d = calloc(1, sizeof *d);
+    if (!d)
+        return 1;
+    d->door_config = config->door;
+    d->host_config = config->host;
+    d->access_config = config->access;
+    default_folder(d->door_config.www, sizeof d->door_config.www, "www");
+    default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
+    default_folder(d->host_config.api, sizeof d->host_config.api, "api");
+    prepare_process(&d->signals);
+    ll_status status = start(d);
+    if (ll_failed(&status)) {
+        stop(d);
+        free(d);
+        return complain(&status, status.code == LL_BAD_INPUT ? 2 : 1);
+    }
+    printf("laglab listening on http://%s/\n", ll_door_address(d->door));
+    fflush(stdout);
+    wait_for_end(d);
+    status = stop(d);
+    free(d);
+    if (ll_failed(&status)) {
+        ll_log_write("error", "not all was stored", "%s", status.text);
+        return 1;
+    }
+    return 0;
+}

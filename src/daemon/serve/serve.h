@@ -1,0 +1,15 @@
+/* The daemon from its settings to its end. */
+#pragma once
+
+#include "daemon/hosting/host.h"
+#include "daemon/net/config.h"
+#include "daemon/support/access.h"
+
+typedef struct ll_serve_config {
+    ll_door_config door;
+    ll_host_config host;
+    ll_access_config access;
+} ll_serve_config;
+
+/* Returns the exit status, when a signal has ended it or it could not start. */
+int ll_serve(const ll_serve_config *config);

@@ -1,0 +1,419 @@
+/* Which frames a viewer gets, of what, and when. Everything here runs on its stream's thread. */
+#include <cjson/cJSON.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/stream/internal.h"
+
+/* An acknowledgement that takes so much longer than the quickest one tells that frames queue somewhere on the
+ * way (a slow reader, a proxy's buffers): fewer are then kept in flight. About the time that a whole window
+ * takes at 60 Hz. */
+#define QUEUEING_NS INT64_C(60000000)
+
+/* A new viewer's: BEGIN_WINDOW frames, until it acknowledges or that time has passed. */
+#define GRACE_NS INT64_C(150000000)
+#define BEGIN_WINDOW 3
+
+/* Who has not said by then what it looks at gets what is drawn. */
+#define SUBSCRIBE_NS INT64_C(1000000000)
+enum { DEFAULT_HZ = 30, DEFAULT_JSON_HZ = 10 };
+static const ll_channel drawn[] = {LL_CHANNEL_SESSION, LL_CHANNEL_SCENE, LL_CHANNEL_MOTION,
+                                   LL_CHANNEL_BODIES,  LL_CHANNEL_FIELD, LL_CHANNEL_POINTS};
+
+/* A viewer that misses a fifth of its frames for SLOW_NS gets half as many, until it has missed none for
+ * AGAIN_NS. */
+#define SLOW_NS INT64_C(2000000000)
+#define AGAIN_NS INT64_C(10000000000)
+enum { SLOW_PART = 5, SLOWEST = 16 };
+
+/* Sections that some viewer was sent and that are not the newest any more: beyond that the oldest is
+ * forgotten, and who has it gets the next one whole. */
+#define KEPT_BYTES ((size_t)4 << 20)
+
+/* ---- what viewers want of the next frame ---- */
+
+static int64_t next_event(const ws_viewer *viewer)
+{
+    const ll_section *events = viewer->state.section[LL_RECORD_EVENTS];
+    return events->rows->first + events->rows->count;
+}
+
+static void tell_wants(ll_ws_stream *stream)
+{
+    unsigned long long every[LL_CHANNELS] = {0};
+    unsigned missing = 0;
+    bool anew = false;
+    int64_t from_event = LL_NO_EVENT;
+    for (const ws_viewer *v = stream->first; v != NULL; v = v->next) {
+        if (!v->ready || v->close_code != 0) {
+            continue;
+        }
+        for (int c = 0; c < LL_CHANNELS; c++) {
+            every[c] |= v->wants >> c & 1 ? 1ULL << v->subscription.every[c] : 0;
+        }
+        missing |= (unsigned)(v->wants & ~v->has);
+        if (!(v->wants >> LL_CHANNEL_LANES & 1)) {
+            continue;
+        }
+        if (v->state.section[LL_RECORD_EVENTS] == NULL) {
+            anew = true;
+        } else if (next_event(v) < from_event) {
+            from_event = next_event(v);
+        }
+    }
+    for (int c = 0; c < LL_CHANNELS; c++) {
+        atomic_store_explicit(&stream->every[c], every[c], memory_order_relaxed);
+    }
+    atomic_store_explicit(&stream->missing, missing, memory_order_relaxed);
+    atomic_store_explicit(&stream->anew, anew, memory_order_relaxed);
+    atomic_store_explicit(&stream->from_event, from_event, memory_order_relaxed);
+}
+
+static void want(ll_ws_stream *stream)
+{
+    const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
+    if (!stream->want_said && !stream->closing) {
+        stream->want_said = true;
+        if (hooks->wanted != NULL) {
+            hooks->wanted(hooks->context, stream->session);
+        }
+    }
+}
+
+void ll_ws_viewer_subscribe(ws_viewer *viewer, const ll_ws_subscription *subscription)
+{
+    viewer->subscription = *subscription;
+    viewer->subscribed = true;
+    viewer->wants = 0;
+    for (int c = 0; c < LL_CHANNELS; c++) {
+        viewer->wants |= (uint16_t)((subscription->every[c] > 0) << c);
+    }
+    viewer->has &= viewer->wants;
+    viewer->owed &= viewer->wants;
+    ll_ws_viewer_try(viewer);
+}
+
+static void subscribe_to_what_is_drawn(ws_viewer *viewer)
+{
+    bool json = viewer->upgrade.format == LL_FRAME_JSON;
+    ll_ws_subscription all = {{0}};
+    for (size_t i = 0; i < sizeof drawn / sizeof drawn[0]; i++) {
+        all.every[drawn[i]] = (uint8_t)(LL_FRAME_HZ / (json ? DEFAULT_JSON_HZ : DEFAULT_HZ));
+    }
+    ll_ws_viewer_subscribe(viewer, &all);
+}
+
+/* ---- what they have ---- */
+
+static void drop(ll_ws_stream *stream, ll_section **place)
+{
+    ll_section *section = *place;
+    if (section != NULL && --section->users == 0) {
+        stream->kept_bytes -= ll_rows_bytes(section->rows);
+    }
+    ll_section_release(section);
+    *place = NULL;
+}
+
+static void have(ll_ws_stream *stream, ll_section **place, ll_section *section)
+{
+    if (*place == section) {
+        return;
+    }
+    drop(stream, place);
+    ll_section_retain(section);
+    if (section->users++ == 0) {
+        stream->kept_bytes += ll_rows_bytes(section->rows);
+    }
+    *place = section;
+}
+
+static bool is_newest(const ll_ws_stream *stream, int record, const ll_section *section)
+{
+    return stream->latest != NULL && stream->latest->section[record] == section;
+}
+
+/* The oldest section that is not of the newest frame; NULL: there is none. */
+static const ll_section *oldest_kept(const ll_ws_stream *stream)
+{
+    const ll_section *oldest = NULL;
+    for (const ws_viewer *v = stream->first; v != NULL; v = v->next) {
+        for (int i = 0; i < LL_RECORDS_MAX; i++) {
+            const ll_section *one = v->state.section[i];
+            if (one != NULL && !is_newest(stream, i, one) && (oldest == NULL || one->seq < oldest->seq)) {
+                oldest = one;
+            }
+        }
+    }
+    return oldest;
+}
+
+static void keep_within_bounds(ll_ws_stream *stream)
+{
+    const ll_section *oldest;
+    while (stream->kept_bytes > KEPT_BYTES && (oldest = oldest_kept(stream)) != NULL) {
+        for (ws_viewer *v = stream->first; v != NULL; v = v->next) {
+            for (int i = 0; i < LL_RECORDS_MAX; i++) {
+                if (v->state.section[i] == oldest) {
+                    drop(stream, &v->state.section[i]);
+                }
+            }
+        }
+    }
+}
+
+static void forget_all(ws_viewer *viewer)
+{
+    for (int i = 0; i < LL_RECORDS_MAX; i++) {
+        drop(viewer->stream, &viewer->state.section[i]);
+    }
+    viewer->has = 0;
+}
+
+void ll_ws_viewer_forget(ws_viewer *viewer)
+{
+    forget_all(viewer);
+    viewer->wants = 0;
+    tell_wants(viewer->stream);
+    if (viewer->stream->arrived == 1) { /* nobody is left: no frame follows, and this one grows old */
+        ll_frame_release(viewer->stream->latest);
+        viewer->stream->latest = NULL;
+    }
+}
+
+/* ---- sending ---- */
+
+/* Frames that may be sent now. One that never acknowledged is paced by its socket alone, but not before it
+ * had the time to acknowledge: a slow reader's first frames would else pile up. */
+static int credit(const ws_viewer *viewer)
+{
+    bool limited = viewer->acked_once || viewer->thread->now_ns - viewer->first_sent_ns < GRACE_NS;
+    bool mute = !viewer->ready || viewer->dead || viewer->close_code != 0 || viewer->first_message != NULL;
+    if (mute || ll_ws_socket_full(viewer)) {
+        return 0;
+    }
+    return limited && !viewer->fresh ? viewer->window - viewer->outstanding_count : WS_PENDING;
+}
+
+/* Channels that this frame should bring it. */
+static uint16_t due(const ws_viewer *viewer, const ll_frame *frame)
+{
+    bool last = (frame->flags & LL_FRAME_PLAYING) == 0 || frame->generation != viewer->generation;
+    uint16_t channels = (uint16_t)(viewer->owed | (viewer->wants & ~viewer->has));
+    for (int c = 0; c < LL_CHANNELS; c++) {
+        uint32_t every =
+            viewer->subscription.every[c] * (uint32_t)(viewer->slowdown > 0 ? viewer->slowdown : 1);
+        if (viewer->wants >> c & 1 && (last || frame->seq % every == 0)) {
+            channels |= (uint16_t)(1U << c);
+        }
+    }
+    channels &= viewer->wants & frame->channels;
+    if (viewer->state.section[LL_RECORD_EVENTS] == NULL && !frame->anew) {
+        channels &= (uint16_t) ~(1U << LL_CHANNEL_LANES); /* it is to begin with those of the last seconds */
+    }
+    return channels;
+}
+
+static void note_sent(ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
+{
+    if (viewer->fresh) {
+        viewer->first_sent_ns = viewer->thread->now_ns;
+        viewer->window = BEGIN_WINDOW;
+    }
+    viewer->fresh = false;
+    viewer->has |= channels;
+    viewer->owed &= (uint16_t)~channels;
+    viewer->last_sent = frame->seq;
+    viewer->last_tick = frame->tick;
+    viewer->last_flags = frame->flags;
+    viewer->generation = frame->generation;
+    for (int i = 0; i < frame->count; i++) {
+        if (frame->section[i] != NULL && channels >> frame->record[i]->channel & 1) {
+            have(viewer->stream, &viewer->state.section[i], frame->section[i]);
+        }
+    }
+    if (viewer->outstanding_count == WS_OUTSTANDING) {
+        memmove(viewer->outstanding, viewer->outstanding + 1,
+                (WS_OUTSTANDING - 1) * sizeof *viewer->outstanding);
+        viewer->outstanding_count--;
+    }
+    int i = viewer->outstanding_count++;
+    viewer->outstanding[i].seq = frame->seq;
+    viewer->outstanding[i].sent_ns = viewer->thread->now_ns;
+}
+
+/* Whether the frame says anything to it: where nothing is due, or all is as it was, it does not. */
+static bool is_news(const ws_viewer *viewer, const ll_frame *frame, uint16_t channels)
+{
+    return channels != 0 &&
+           (viewer->fresh || frame->tick != viewer->last_tick || frame->flags != viewer->last_flags ||
+            frame->generation != viewer->generation || (channels & ~viewer->has) != 0 ||
+            ll_frame_news(frame, &viewer->state, channels));
+}
+
+static void send_frame(ws_viewer *viewer, ll_frame *frame)
+{
+    uint16_t channels = due(viewer, frame);
+    if (!is_news(viewer, frame, channels)) {
+        return;
+    }
+    bool jump = viewer->fresh || frame->generation != viewer->generation;
+    if (jump) {
+        forget_all(viewer);
+    }
+    ll_buffer *message = &viewer->thread->message;
+    message->size = 0;
+    message->failed = ll_buffer_grow(message, LL_FRAMING_ROOM) == NULL;
+    ll_frame_write(frame, &viewer->state, channels, jump, viewer->upgrade.format, message);
+    if (message->failed) {
+        return;
+    }
+    size_t size = message->size - LL_FRAMING_ROOM;
+    bool text = viewer->upgrade.format == LL_FRAME_JSON;
+    ll_ws_socket_write(viewer, (unsigned char *)message->bytes + LL_FRAMING_ROOM, size,
+                       text ? LL_OPCODE_TEXT : LL_OPCODE_BINARY);
+    if (viewer->dead) {
+        return;
+    }
+    note_sent(viewer, frame, channels);
+    ll_ws_count(&viewer->thread->counts.frames, 1);
+    ll_ws_count(&viewer->thread->counts.bytes, size);
+}
+
+static void try_latest(ws_viewer *viewer)
+{
+    ll_frame *latest = viewer->stream->latest;
+    if (credit(viewer) > 0 && latest != NULL &&
+        (latest->seq != viewer->last_sent || viewer->fresh || viewer->wants & ~viewer->has)) {
+        send_frame(viewer, latest);
+    }
+    if (viewer->ready && viewer->wants & ~viewer->has) {
+        want(viewer->stream);
+    }
+}
+
+void ll_ws_viewer_try(ws_viewer *viewer)
+{
+    if (viewer->stream == NULL) {
+        return;
+    }
+    try_latest(viewer);
+    tell_wants(viewer->stream);
+}
+
+/* ---- those that are too slow ---- */
+
+static void set_slowdown(ws_viewer *viewer, int slowdown, const char *reason)
+{
+    cJSON *o = cJSON_CreateObject();
+    viewer->slowdown = slowdown;
+    cJSON_AddStringToObject(o, "type", "rate");
+    cJSON_AddStringToObject(o, "reason", reason);
+    cJSON_AddNumberToObject(o, "divisor", slowdown);
+    ll_ws_viewer_say(viewer, o);
+}
+
+static void count_due(ws_viewer *viewer, bool missed)
+{
+    int64_t now = viewer->thread->now_ns;
+    int slowdown = viewer->slowdown > 0 ? viewer->slowdown : 1;
+    viewer->due_count++;
+    if (missed) {
+        viewer->missed_count++;
+        viewer->missed_ns = now;
+        ll_ws_count(&viewer->thread->counts.skipped, 1);
+    }
+    if (now - viewer->counted_ns < SLOW_NS) {
+        return;
+    }
+    if (viewer->counted_ns != 0 && viewer->missed_count * SLOW_PART > viewer->due_count &&
+        slowdown < SLOWEST) {
+        set_slowdown(viewer, 2 * slowdown, "slow viewer");
+    } else if (slowdown > 1 && now - viewer->missed_ns > AGAIN_NS) {
+        set_slowdown(viewer, slowdown / 2, "it keeps up again");
+    }
+    viewer->counted_ns = now;
+    viewer->due_count = viewer->missed_count = 0;
+}
+
+/* ---- distribution ---- */
+
+/* Of several frames a viewer with credit gets all, in order; one with less credit the newest of them. */
+static void offer(ws_viewer *viewer, ll_frame **frames, int count)
+{
+    int may = credit(viewer);
+    for (int i = 0; i < count; i++) {
+        uint16_t channels = due(viewer, frames[i]);
+        bool misses = i < count - may || credit(viewer) <= 0;
+        if (channels == 0 || !viewer->ready) {
+            continue;
+        }
+        if (misses) {
+            viewer->owed |= channels;
+        } else {
+            send_frame(viewer, frames[i]);
+        }
+        count_due(viewer, misses);
+    }
+}
+
+/* Usually one. When this thread was late there are more. */
+void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count)
+{
+    stream->want_said = false;
+    ll_frame_release(stream->latest);
+    stream->latest = frames[count - 1];
+    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
+        offer(viewer, frames, count);
+    }
+    for (int i = 0; i < count - 1; i++) {
+        ll_frame_release(frames[i]);
+    }
+    keep_within_bounds(stream);
+    tell_wants(stream);
+}
+
+/* ---- acknowledgements ---- */
+
+static void adapt_window(ws_viewer *viewer, int64_t delay)
+{
+    if (viewer->delay_ns == 0 || delay < viewer->delay_ns) {
+        viewer->delay_ns = delay;
+    } else {
+        viewer->delay_ns += (delay - viewer->delay_ns) / 512;
+    }
+    if (delay > viewer->delay_ns + QUEUEING_NS) {
+        viewer->window -= viewer->window > 1 ? 1 : 0;
+    } else {
+        viewer->window += viewer->window < LL_FRAME_WINDOW ? 1 : 0;
+    }
+}
+
+void ll_ws_viewer_acknowledge(ws_viewer *viewer, uint32_t seq)
+{
+    if (viewer->fresh || (int32_t)(seq - viewer->last_sent) > 0) {
+        return; /* never sent: not worth a quarrel */
+    }
+    int gone = 0;
+    while (gone < viewer->outstanding_count && (int32_t)(seq - viewer->outstanding[gone].seq) >= 0) {
+        gone++;
+    }
+    if (gone > 0 && viewer->outstanding[gone - 1].seq == seq) {
+        adapt_window(viewer, viewer->thread->now_ns - viewer->outstanding[gone - 1].sent_ns);
+    }
+    viewer->acked_once = true;
+    viewer->outstanding_count -= gone;
+    memmove(viewer->outstanding, viewer->outstanding + gone,
+            (size_t)viewer->outstanding_count * sizeof *viewer->outstanding);
+    ll_ws_viewer_try(viewer);
+}
+
+void ll_ws_viewer_sweep_frames(ws_viewer *viewer)
+{
+    int64_t waited = viewer->thread->now_ns - viewer->greeted_ns;
+    if (viewer->ready && !viewer->subscribed && waited > SUBSCRIBE_NS) {
+        subscribe_to_what_is_drawn(viewer);
+    } else {
+        ll_ws_viewer_try(viewer); /* of a paused session, after the grace */
+    }
+}

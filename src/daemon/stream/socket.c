@@ -1,0 +1,232 @@
+/* The socket of a viewer: bytes in and out, and the closing handshake. */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+
+#include "daemon/stream/internal.h"
+
+/* What is in hand goes on with the viewer: it is freed when the turn is over. */
+void ll_ws_socket_fail(ws_viewer *viewer)
+{
+    if (!viewer->dead) {
+        viewer->dead = true;
+        viewer->next_dead = viewer->thread->first_dead;
+        viewer->thread->first_dead = viewer;
+    }
+}
+
+static void look_for(ws_viewer *viewer, uint32_t events)
+{
+    struct epoll_event interest = {.events = events, .data.ptr = viewer};
+    if (viewer->events == events || viewer->dead) {
+        return;
+    }
+    int op = viewer->events == 0 ? EPOLL_CTL_ADD : EPOLL_CTL_MOD;
+    viewer->events = events;
+    if (epoll_ctl(viewer->thread->epoll, op, viewer->socket.fd, &interest) != 0) {
+        ll_ws_socket_fail(viewer);
+    }
+}
+
+void ll_ws_socket_want(ws_viewer *viewer)
+{
+    look_for(viewer, EPOLLIN | EPOLLOUT);
+}
+
+bool ll_ws_socket_full(const ws_viewer *viewer)
+{
+    return viewer->rest_at < viewer->rest_end;
+}
+
+/* ---- out ---- */
+
+static bool keep(ws_viewer *viewer, const unsigned char *bytes, size_t size)
+{
+    if (viewer->rest_end + size > viewer->rest_capacity) {
+        unsigned char *grown = realloc(viewer->rest, viewer->rest_end + size);
+        if (grown == NULL) {
+            return false;
+        }
+        viewer->rest = grown;
+        viewer->rest_capacity = viewer->rest_end + size;
+    }
+    memcpy(viewer->rest + viewer->rest_end, bytes, size);
+    viewer->rest_end += size;
+    return true;
+}
+
+/* What the socket took; -1 when it failed. */
+static ssize_t send_some(ws_viewer *viewer, const unsigned char *bytes, size_t size)
+{
+    ssize_t sent;
+    do {
+        sent = send(viewer->socket.fd, bytes, size, MSG_DONTWAIT | MSG_NOSIGNAL);
+    } while (sent < 0 && errno == EINTR);
+    return sent < 0 && (errno == EAGAIN || errno == EWOULDBLOCK) ? 0 : sent;
+}
+
+static void write_bytes(ws_viewer *viewer, const unsigned char *bytes, size_t size)
+{
+    ssize_t sent = ll_ws_socket_full(viewer) ? 0 : send_some(viewer, bytes, size);
+    if (sent < 0 || ((size_t)sent < size && !keep(viewer, bytes + sent, size - (size_t)sent))) {
+        ll_ws_socket_fail(viewer);
+    } else if ((size_t)sent < size) {
+        ll_ws_socket_want(viewer);
+    }
+}
+
+void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode)
+{
+    if (!viewer->dead && !viewer->said) {
+        size_t head = ll_framing_put_head(payload, size, opcode);
+        write_bytes(viewer, payload - head, head + size);
+    }
+}
+
+static void flush(ws_viewer *viewer)
+{
+    if (!ll_ws_socket_full(viewer)) {
+        return;
+    }
+    ssize_t sent = send_some(viewer, viewer->rest + viewer->rest_at, viewer->rest_end - viewer->rest_at);
+    if (sent < 0) {
+        ll_ws_socket_fail(viewer);
+        return;
+    }
+    viewer->rest_at += (size_t)sent;
+    if (!ll_ws_socket_full(viewer)) { /* a big frame's room is not kept for the few that need it */
+        free(viewer->rest);
+        viewer->rest = NULL;
+        viewer->rest_at = viewer->rest_end = viewer->rest_capacity = 0;
+    }
+}
+
+/* Both have said goodbye, or it cannot be understood any more: the end of our bytes tells it to hang up. Its
+ * own are read until it does, since a socket that is closed with unread bytes is reset, and the reset
+ * overtakes the close frame. */
+static void shut_when_done(ws_viewer *viewer)
+{
+    if (viewer->said && viewer->deaf && !viewer->shut && !ll_ws_socket_full(viewer)) {
+        viewer->shut = true;
+        shutdown(viewer->socket.fd, SHUT_WR);
+    }
+}
+
+void ll_ws_socket_say_close(ws_viewer *viewer, int code, const char *reason)
+{
+    unsigned char bytes[LL_FRAMING_ROOM + LL_FRAMING_CONTROL], *payload = bytes + LL_FRAMING_ROOM;
+    size_t size = 0;
+    if (code != LL_FRAMING_NO_CODE) {
+        payload[0] = (unsigned char)(code >> 8);
+        payload[1] = (unsigned char)code;
+        size = strnlen(reason, LL_FRAMING_CONTROL - 2);
+        memcpy(payload + 2, reason, size);
+        size += 2;
+    }
+    ll_ws_socket_write(viewer, payload, size, LL_OPCODE_CLOSE);
+    viewer->said = true;
+    shut_when_done(viewer);
+}
+
+/* ---- in ---- */
+
+static void take_event(ws_viewer *viewer, ll_framing_event event)
+{
+    const ll_framing *framing = &viewer->framing;
+    switch (event) {
+    case LL_FRAMING_PIECE:
+        ll_ws_viewer_receive(viewer, framing);
+        break;
+    case LL_FRAMING_PING:
+        memcpy(viewer->pong, framing->bytes, framing->size);
+        viewer->pong_size = (int)framing->size;
+        ll_ws_viewer_ping(viewer);
+        break;
+    case LL_FRAMING_PONG:
+        ll_ws_viewer_pong(viewer);
+        break;
+    case LL_FRAMING_CLOSE:
+        viewer->deaf = true;
+        ll_ws_viewer_left(viewer, framing->code);
+        shut_when_done(viewer);
+        break;
+    case LL_FRAMING_FAULT:
+        viewer->deaf = true;
+        if (viewer->close_code == 0) {
+            ll_ws_count(&viewer->thread->counts.closed_policy, 1);
+        }
+        ll_ws_viewer_close(viewer, framing->code, framing->fault);
+        shut_when_done(viewer);
+        break;
+    case LL_FRAMING_NONE:
+        break;
+    }
+}
+
+void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size)
+{
+    size_t used = 0;
+    viewer->heard_ns = viewer->thread->now_ns;
+    while (used < size && !viewer->deaf && !viewer->dead) {
+        take_event(viewer, ll_framing_read(&viewer->framing, bytes, size, &used));
+    }
+}
+
+static void read_some(ws_viewer *viewer)
+{
+    unsigned char *input = viewer->thread->input;
+    ssize_t size = recv(viewer->socket.fd, input, WS_INPUT, MSG_DONTWAIT);
+    if (size > 0) {
+        viewer->thread->now_ns = ll_ws_now(); /* the wait before may have been long: acks are timed by it */
+        ll_ws_socket_take(viewer, input, (size_t)size);
+    } else if (size == 0 || (errno != EAGAIN && errno != EWOULDBLOCK && errno != EINTR)) {
+        ll_ws_socket_fail(viewer);
+    }
+}
+
+void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
+{
+    if (!viewer->dead && (events & ~(uint32_t)EPOLLOUT) != 0) {
+        read_some(viewer);
+    }
+    if (!viewer->dead && (events & EPOLLOUT) != 0) {
+        flush(viewer);
+        if (!ll_ws_socket_full(viewer)) {
+            look_for(viewer, EPOLLIN);
+            shut_when_done(viewer);
+            ll_ws_viewer_writable(viewer);
+        }
+    }
+}
+
+/* ---- coming and going ---- */
+
+bool ll_ws_socket_open(ws_viewer *viewer)
+{
+    char accept[29], head[400];
+    look_for(viewer, EPOLLIN);
+    if (viewer->dead || viewer->socket.answered) {
+        return !viewer->dead;
+    }
+    if (!ll_framing_accept(viewer->upgrade.key, accept)) {
+        return false;
+    }
+    int size = snprintf(head, sizeof head,
+                        "HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\n"
+                        "Sec-WebSocket-Accept: %s\r\nSec-WebSocket-Protocol: %s\r\n\r\n",
+                        accept, ll_stream_protocols[viewer->upgrade.format]);
+    write_bytes(viewer, (unsigned char *)head, (size_t)size);
+    return !viewer->dead;
+}
+
+void ll_ws_socket_free(ws_viewer *viewer)
+{
+    if (viewer->events != 0) {
+        epoll_ctl(viewer->thread->epoll, EPOLL_CTL_DEL, viewer->socket.fd, NULL);
+    }
+    ll_ws_release(&viewer->socket);
+    free(viewer->rest);
+}

@@ -1,0 +1,298 @@
+/* A stream thread: its loop, and who comes and goes.
+ *
+ * Every wait costs, and with many viewers something comes all the time: 60 acks a second from each. While
+ * more than a few sockets are open the thread therefore looks at them once in NAP_NS at most, and in between
+ * at publications only, which are written at once. */
+#include <poll.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "base/assert.h"
+#include "daemon/stream/internal.h"
+
+#define NAP_NS INT64_C(4000000)
+#define NAP_SOCKETS 8
+#define SWEEP_NS INT64_C(250000000)
+#define EVENTS 256 /* looked at in one turn */
+
+/* ---- viewers ---- */
+
+static ws_viewer *viewer_of(ws_thread *thread, ll_ws_viewer handle)
+{
+    int slot = (int)(handle & 0xffff);
+    ws_viewer *viewer = slot < thread->slots ? thread->slot[slot] : NULL;
+    return viewer != NULL && viewer->handle == handle ? viewer : NULL;
+}
+
+static bool give_handle(ws_thread *thread, ws_viewer *viewer)
+{
+    int slot = 0;
+    while (slot < thread->slots && thread->slot[slot] != NULL) {
+        slot++;
+    }
+    if (slot == thread->slots) {
+        int slots = thread->slots > 0 ? 2 * thread->slots : 64;
+        ws_viewer **grown = slots <= 65536 ? realloc(thread->slot, (size_t)slots * sizeof *grown) : NULL;
+        if (grown == NULL) {
+            return false;
+        }
+        memset(grown + thread->slots, 0, (size_t)(slots - thread->slots) * sizeof *grown);
+        thread->slot = grown;
+        thread->slots = slots;
+    }
+    thread->slot[slot] = viewer;
+    viewer->handle = ++thread->serial << 24 | (uint64_t)thread->index << 16 | (uint64_t)slot;
+    return true;
+}
+
+static void destroy_viewer(ws_viewer *viewer)
+{
+    ws_thread *thread = viewer->thread;
+    ll_ws_viewer_gone(viewer);
+    if (viewer->handle != 0) {
+        thread->slot[viewer->handle & 0xffff] = NULL;
+    }
+    ll_ws_socket_free(viewer);
+    ll_gate_leave(thread->ws->gate, &viewer->pass);
+    thread->sockets--;
+    free(viewer);
+}
+
+/* Who died may be named by an event that is still to be looked at, or be in the midst of a walk over its
+ * stream: nobody is freed before the turn is over. */
+static void bury(ws_thread *thread)
+{
+    while (thread->first_dead != NULL) {
+        ws_viewer *viewer = thread->first_dead;
+        thread->first_dead = viewer->next_dead;
+        destroy_viewer(viewer);
+    }
+}
+
+static void adopt(ws_thread *thread, ws_mail *mail)
+{
+    ws_viewer *viewer = calloc(1, sizeof *viewer);
+    if (viewer == NULL) {
+        ll_ws_release(&mail->socket);
+        ll_gate_leave(thread->ws->gate, &mail->pass);
+        return;
+    }
+    viewer->thread = thread;
+    viewer->socket = mail->socket;
+    viewer->pass = mail->pass;
+    viewer->upgrade = mail->upgrade;
+    viewer->heard_ns = viewer->pinged_ns = thread->now_ns;
+    thread->sockets++;
+    if (!give_handle(thread, viewer) || !ll_ws_socket_open(viewer)) {
+        ll_ws_socket_fail(viewer);
+        return;
+    }
+    ll_ws_viewer_open(viewer);
+    ll_ws_socket_take(viewer, mail->text, mail->size);
+}
+
+bool ll_ws_thread_prepare(ws_thread *thread)
+{
+    struct epoll_event interest = {.events = EPOLLIN, .data.ptr = NULL};
+    thread->epoll = epoll_create1(EPOLL_CLOEXEC);
+    thread->input = malloc(WS_INPUT);
+    return thread->epoll >= 0 && thread->input != NULL &&
+           epoll_ctl(thread->epoll, EPOLL_CTL_ADD, thread->event_fd, &interest) == 0;
+}
+
+/* ---- the loop ---- */
+
+static void sweep(ws_thread *thread)
+{
+    for (int i = 0; i < thread->slots; i++) {
+        if (thread->slot[i] != NULL) {
+            ll_ws_viewer_sweep(thread->slot[i]);
+        }
+    }
+}
+
+static void close_stream(ll_ws_stream *stream, int code, const char *reason)
+{
+    stream->closing = true;
+    for (ws_viewer *viewer = stream->first; viewer != NULL; viewer = viewer->next) {
+        ll_ws_viewer_close(viewer, code, reason);
+    }
+    ll_ws_stream_release_if_done(stream);
+}
+
+static void take_mail(ws_thread *thread, ws_mail *mail)
+{
+    ws_viewer *viewer = mail->viewer != 0 ? viewer_of(thread, mail->viewer) : NULL;
+    bool present = viewer != NULL && viewer->stream != NULL;
+    switch (mail->kind) {
+    case WS_MAIL_ADOPT:
+        adopt(thread, mail);
+        break;
+    case WS_MAIL_CLOSE_STREAM:
+        close_stream(mail->stream, mail->code, (const char *)mail->text);
+        break;
+    case WS_MAIL_CLOSE:
+        if (present) {
+            ll_ws_viewer_close(viewer, mail->code, (const char *)mail->text);
+        }
+        break;
+    case WS_MAIL_HELLO:
+        if (present) {
+            ll_ws_viewer_hello(viewer, mail);
+            return;
+        }
+        break;
+    case WS_MAIL_SUBSCRIBE:
+        if (present) {
+            ll_ws_viewer_subscribe(viewer, &mail->subscription);
+        }
+        break;
+    case WS_MAIL_SEND:
+        if (present) {
+            ll_ws_viewer_send(viewer, mail);
+            return;
+        }
+        break;
+    }
+    free(mail);
+}
+
+/* Takes what other threads left: publications first, as a stream that is closed after its last frame shows
+ * that frame. */
+static void take_news(ws_thread *thread)
+{
+    atomic_store(&thread->wake_pending, false);
+    thread->now_ns = ll_ws_now();
+    pthread_mutex_lock(&thread->lock);
+    ws_mail *mail = thread->first_mail;
+    thread->first_mail = thread->last_mail = NULL;
+    ll_ws_stream *dirty = thread->dirty;
+    thread->dirty = NULL;
+    pthread_mutex_unlock(&thread->lock);
+    while (dirty != NULL) {
+        ll_frame *taken[WS_PENDING];
+        ll_ws_stream *stream = dirty;
+        pthread_mutex_lock(&thread->lock);
+        int count = stream->pending_count;
+        memcpy(taken, stream->pending, (size_t)count * sizeof(ll_frame *));
+        stream->pending_count = 0;
+        dirty = stream->next_dirty;
+        pthread_mutex_unlock(&thread->lock);
+        ll_ws_stream_distribute(stream, taken, count);
+    }
+    while (mail != NULL) {
+        ws_mail *next = mail->next;
+        take_mail(thread, mail);
+        mail = next;
+    }
+}
+
+static void forget_wake(ws_thread *thread)
+{
+    eventfd_t value;
+    eventfd_read(thread->event_fd, &value);
+}
+
+/* Sleeps until somebody wakes the thread or `until_ns`. */
+static void nap(ws_thread *thread, int64_t until_ns)
+{
+    int64_t left = until_ns - ll_ws_now();
+    if (left > 0) {
+        struct pollfd event = {.fd = thread->event_fd, .events = POLLIN};
+        struct timespec time = {.tv_nsec = left < NAP_NS ? left : NAP_NS};
+        ppoll(&event, 1, &time, NULL);
+    }
+    forget_wake(thread);
+}
+
+/* What came from sockets. `wait_ns`: how long it may take for something to come. */
+static void serve_sockets(ws_thread *thread, int64_t wait_ns)
+{
+    struct epoll_event events[EVENTS];
+    int wait_ms = wait_ns < 0 ? -1 : (int)((wait_ns + 999999) / 1000000);
+    int count = epoll_wait(thread->epoll, events, EVENTS, wait_ms);
+    thread->now_ns = ll_ws_now();
+    for (int i = 0; i < count; i++) {
+        if (events[i].data.ptr != NULL) {
+            ll_ws_socket_event(events[i].data.ptr, events[i].events);
+        } else {
+            forget_wake(thread);
+        }
+    }
+}
+
+static void say_goodbye(ws_thread *thread)
+{
+    for (int i = 0; i < thread->slots; i++) {
+        if (thread->slot[i] != NULL && thread->slot[i]->stream != NULL) {
+            ll_ws_viewer_close(thread->slot[i], LL_WS_GOING_AWAY, "the daemon stops");
+        }
+    }
+}
+
+static void finish(ws_thread *thread)
+{
+    pthread_mutex_lock(&thread->lock);
+    thread->stopped = true;
+    ws_mail *mail = thread->first_mail;
+    thread->first_mail = thread->last_mail = NULL;
+    thread->dirty = NULL; /* their publications are freed with the streams */
+    pthread_mutex_unlock(&thread->lock);
+    for (ws_mail *next; mail != NULL; mail = next) {
+        next = mail->next;
+        if (mail->kind == WS_MAIL_ADOPT) {
+            ll_ws_release(&mail->socket);
+            ll_gate_leave(thread->ws->gate, &mail->pass);
+        } else if (mail->kind == WS_MAIL_CLOSE_STREAM) {
+            mail->stream->closing = true;
+            ll_ws_stream_release_if_done(mail->stream);
+        }
+        free(mail);
+    }
+    for (int i = 0; i < thread->slots; i++) {
+        if (thread->slot[i] != NULL) {
+            ll_ws_socket_fail(thread->slot[i]);
+        }
+    }
+    bury(thread);
+    free(thread->slot);
+    thread->slot = NULL;
+    thread->slots = 0;
+}
+
+void *ll_ws_thread_main(void *argument)
+{
+    ws_thread *thread = argument;
+    int64_t served_ns = 0, swept_ns = 0, end_ns = 0;
+    pthread_setname_np(pthread_self(), "stream");
+    for (;;) {
+        if (atomic_load(&thread->wake_pending)) {
+            take_news(thread);
+        }
+        if (atomic_load(&thread->drain) && end_ns == 0) {
+            say_goodbye(thread);
+            end_ns = ll_ws_now() + (int64_t)(thread->ws->config.drain_s * 1e9);
+        }
+        thread->now_ns = ll_ws_now();
+        if (thread->sockets > 0 && thread->now_ns - swept_ns >= SWEEP_NS) {
+            swept_ns = thread->now_ns;
+            sweep(thread);
+        }
+        bury(thread);
+        if (end_ns != 0 && (thread->sockets == 0 || thread->now_ns >= end_ns)) {
+            break;
+        }
+        if (thread->sockets > NAP_SOCKETS && thread->now_ns < served_ns + NAP_NS) {
+            nap(thread, served_ns + NAP_NS);
+            continue;
+        }
+        served_ns = thread->now_ns;
+        serve_sockets(thread, thread->sockets == 0 ? -1 : swept_ns + SWEEP_NS - thread->now_ns);
+        bury(thread);
+    }
+    finish(thread);
+    return NULL;
+}

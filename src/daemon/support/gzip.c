@@ -1,0 +1,128 @@
+#include "daemon/support/gzip.h"
+
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include <zlib.h>
+
+#include "daemon/support/tasks.h"
+
+enum { PIECE = 64 << 10, LEVEL = 1, GZIP_WINDOW = 15 + 16, MEMORY = 8 };
+
+bool ll_gzip_is_worth(const char *type)
+{
+    static const char *const types[] = {"application/json",        "application/x-ndjson",
+                                        "application/schema+json", "application/problem+json",
+                                        "application/yaml",        "image/svg+xml"};
+    size_t size = strcspn(type, "; ");
+    if (strncasecmp(type, "text/", 5) == 0)
+        return true;
+    for (size_t i = 0; i < sizeof types / sizeof *types; i++)
+        if (strlen(types[i]) == size && strncasecmp(type, types[i], size) == 0)
+            return true;
+    return false;
+}
+
+/* Where compressed bytes go; false: there is no room. */
+typedef struct sink {
+    FILE *file; /* NULL: to `bytes` */
+    char *bytes;
+    size_t size, capacity;
+} sink;
+
+static bool put(sink *s, const void *bytes, size_t size)
+{
+    if (s->file)
+        return fwrite(bytes, 1, size, s->file) == size;
+    if (s->size + size > s->capacity) {
+        size_t capacity = 2 * (s->size + size);
+        char *grown = realloc(s->bytes, capacity);
+        if (!grown)
+            return false;
+        s->bytes = grown;
+        s->capacity = capacity;
+    }
+    memcpy(s->bytes + s->size, bytes, size);
+    s->size += size;
+    return true;
+}
+
+static bool squeeze(z_stream *z, const void *bytes, size_t size, bool last, sink *s)
+{
+    unsigned char piece[PIECE];
+    z->next_in = (unsigned char *)(uintptr_t)bytes;
+    z->avail_in = (uInt)size;
+    do {
+        z->next_out = piece;
+        z->avail_out = sizeof piece;
+        deflate(z, last ? Z_FINISH : Z_NO_FLUSH); /* cannot fail but for a wrong use */
+        if (!put(s, piece, sizeof piece - z->avail_out))
+            return false;
+    } while (z->avail_out == 0);
+    return true;
+}
+
+static ll_status begin(z_stream *z)
+{
+    memset(z, 0, sizeof *z);
+    return deflateInit2(z, LEVEL, Z_DEFLATED, GZIP_WINDOW, MEMORY, Z_DEFAULT_STRATEGY) == Z_OK
+               ? ll_ok()
+               : ll_error(LL_NO_MEMORY, "There is no memory to compress the answer.");
+}
+
+static ll_status may_go_on(struct ll_task *task, size_t done)
+{
+    return !task || ll_task_go_on(task)
+               ? ll_ok()
+               : ll_error(LL_INTERRUPTED, "%.1f MiB of the answer were compressed", (double)done / 1048576.0);
+}
+
+ll_status ll_gzip_bytes(const void *bytes, size_t size, struct ll_task *task, char **out, size_t *out_size)
+{
+    z_stream z;
+    sink s = {0};
+    ll_status status = begin(&z);
+    if (ll_failed(&status))
+        return status;
+    for (size_t at = 0, step; !ll_failed(&status) && (at < size || at == 0); at += step) {
+        step = size - at < PIECE ? size - at : PIECE;
+        bool last = at + step == size;
+        if (!squeeze(&z, (const char *)bytes + at, step, last, &s))
+            status = ll_error(LL_NO_MEMORY, "There is no memory to compress the answer.");
+        else
+            status = may_go_on(task, at);
+        if (last)
+            break;
+    }
+    deflateEnd(&z);
+    if (ll_failed(&status)) {
+        free(s.bytes);
+        return status;
+    }
+    *out = s.bytes;
+    *out_size = s.size;
+    return status;
+}
+
+ll_status ll_gzip_file(FILE *in, FILE *out, struct ll_task *task)
+{
+    z_stream z;
+    sink s = {.file = out};
+    char piece[PIECE];
+    size_t done = 0, got = PIECE;
+    ll_status status = begin(&z);
+    if (ll_failed(&status))
+        return status;
+    rewind(in);
+    while (!ll_failed(&status) && got == PIECE) {
+        got = fread(piece, 1, PIECE, in);
+        done += got;
+        if (ferror(in) || !squeeze(&z, piece, got, got < PIECE, &s))
+            status = ll_error(LL_IO, "The compressed answer does not fit on the disk.");
+        else
+            status = may_go_on(task, done);
+    }
+    deflateEnd(&z);
+    return status;
+}

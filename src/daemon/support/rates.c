@@ -1,0 +1,71 @@
+#include "daemon/support/rates.h"
+
+#include <pthread.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+
+enum { BUCKETS = 4096 };
+
+struct ll_rates {
+    double per_s, burst;
+    pthread_mutex_t lock;
+    ll_bucket bucket[BUCKETS];
+};
+
+bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now)
+{
+    if (bucket->filled == 0)
+        bucket->tokens = burst;
+    else if (now > bucket->filled)
+        bucket->tokens += (double)(now - bucket->filled) * 1e-9 * per_s;
+    if (bucket->tokens > burst)
+        bucket->tokens = burst;
+    if (now > bucket->filled)
+        bucket->filled = now;
+    if (many > burst)
+        many = burst;
+    if (bucket->tokens < many)
+        return false;
+    bucket->tokens -= many;
+    return true;
+}
+
+bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
+{
+    return ll_bucket_take_many(bucket, 1, per_s, burst, now);
+}
+
+ll_rates *ll_rates_new(double per_s, double burst)
+{
+    ll_rates *rates = calloc(1, sizeof *rates);
+    if (!rates)
+        return NULL;
+    rates->per_s = per_s;
+    rates->burst = burst;
+    pthread_mutex_init(&rates->lock, NULL);
+    return rates;
+}
+
+void ll_rates_free(ll_rates *rates)
+{
+    if (!rates)
+        return;
+    pthread_mutex_destroy(&rates->lock);
+    free(rates);
+}
+
+bool ll_rates_take(ll_rates *rates, const char *name, ll_time now)
+{
+    return ll_rates_take_many(rates, name, 1, now);
+}
+
+bool ll_rates_take_many(ll_rates *rates, const char *name, double many, ll_time now)
+{
+    uint64_t hash = ll_hash(0, name, strlen(name));
+    pthread_mutex_lock(&rates->lock);
+    bool taken = ll_bucket_take_many(&rates->bucket[hash % BUCKETS], many, rates->per_s, rates->burst, now);
+    pthread_mutex_unlock(&rates->lock);
+    return taken;
+}

@@ -1,0 +1,479 @@
+#include "daemon/support/tasks.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <time.h>
+#include <unistd.h>
+
+enum {
+    SLICE_NS = 10000000,
+    OVERDUE_NS = 50000000, /* after which a task that does not ask no longer holds its turn */
+    LOOK_NS = 20000000,
+    MOST = 512,           /* tasks, started or not */
+    MOST_OF_CLIENT = 128, /* of those */
+    STARTED = 128,        /* that have a thread, and what they hold */
+    STARTED_OF_CLIENT = 64,
+    STARTED_OF_SESSION = 4,
+    LOWER = 10, /* priority: below those who answer, above experiments */
+};
+
+/* Whose turn was when: clients, and the sessions of a client. Kept as long as it has tasks. */
+typedef struct account {
+    struct account *next;
+    const struct account *of; /* the client of a session; NULL: it is a client */
+    char name[65];
+    int tasks, started;
+    uint64_t turn; /* when it had its last */
+} account;
+
+typedef enum task_state {
+    WAITING,  /* for its turn */
+    STARTING, /* it has its first turn, and no thread yet */
+    RUNNING,
+    OVERDUE, /* runs on without a turn, until it asks */
+} task_state;
+
+struct ll_task {
+    ll_tasks *tasks;
+    ll_task *next;
+    ll_task_order order;
+    account *client, *session;
+    task_state state;
+    bool started; /* it has a thread, or soon */
+    uint64_t turn;
+    int64_t since;    /* when it began to wait, or its slice */
+    int64_t cpu_from; /* of its thread */
+    pthread_cond_t its_turn;
+    atomic_int ending;
+};
+
+struct ll_tasks {
+    pthread_mutex_t lock; /* of all that follows, and of the tasks but for `ending` */
+    pthread_cond_t work, over, watch;
+    pthread_t watcher;
+    ll_task *first;
+    account *accounts;
+    int turns, running, overdue, starting, count, started, threads, idle;
+    uint64_t serial;
+    bool draining, ended;
+    uint64_t done, broken, refused;
+};
+
+static int64_t clock_ns(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+static int64_t now_ns(void)
+{
+    return clock_ns(CLOCK_MONOTONIC);
+}
+
+/* ---- accounts; locked ---- */
+
+static account *open_account(ll_tasks *p, const account *of, const char *name)
+{
+    account *a = p->accounts;
+    uint64_t least = UINT64_MAX;
+    for (account *other = p->accounts; other; other = other->next)
+        if (other->of == of && other->turn < least)
+            least = other->turn;
+    while (a && !(a->of == of && strcmp(a->name, name) == 0))
+        a = a->next;
+    if (!a) {
+        a = calloc(1, sizeof *a);
+        if (!a)
+            return NULL;
+        snprintf(a->name, sizeof a->name, "%s", name);
+        a->of = of;
+        /* Not before those who wait: who comes again and again would always be first. */
+        a->turn = least == UINT64_MAX ? p->serial : least;
+        a->next = p->accounts;
+        p->accounts = a;
+    }
+    a->tasks++;
+    return a;
+}
+
+static void close_account(ll_tasks *p, account *a)
+{
+    if (!a || --a->tasks > 0)
+        return;
+    account **link = &p->accounts;
+    while (*link != a)
+        link = &(*link)->next;
+    *link = a->next;
+    free(a);
+}
+
+/* ---- turns; locked ---- */
+
+static bool comes_before(const ll_task *a, const ll_task *b)
+{
+    if (a->client->turn != b->client->turn)
+        return a->client->turn < b->client->turn;
+    if (a->session->turn != b->session->turn)
+        return a->session->turn < b->session->turn;
+    return a->turn < b->turn;
+}
+
+static bool may_start(const ll_tasks *p, const ll_task *t)
+{
+    return t->started || t->order.own ||
+           (p->started < STARTED && t->client->started < STARTED_OF_CLIENT &&
+            t->session->started < STARTED_OF_SESSION);
+}
+
+static ll_task *choose(ll_tasks *p)
+{
+    ll_task *best = NULL;
+    for (ll_task *t = p->first; t; t = t->next)
+        if (t->state == WAITING && may_start(p, t) && (!best || comes_before(t, best)))
+            best = t;
+    return best;
+}
+
+static void *serve(void *argument);
+
+/* Threads for what has a turn for the first time. Where none can be made, one of the others will come by. */
+static void find_thread(ll_tasks *p)
+{
+    pthread_t thread;
+    if (p->starting > p->idle && pthread_create(&thread, NULL, serve, p) == 0) {
+        pthread_detach(thread);
+        p->threads++;
+    }
+    pthread_cond_signal(&p->work);
+}
+
+static void give_turns(ll_tasks *p)
+{
+    while (p->running < p->turns) {
+        ll_task *t = choose(p);
+        if (!t)
+            return;
+        t->state = t->started ? RUNNING : STARTING;
+        t->turn = t->session->turn = t->client->turn = ++p->serial;
+        t->since = now_ns();
+        p->running++;
+        if (t->started) {
+            pthread_cond_signal(&t->its_turn);
+            continue;
+        }
+        t->started = true;
+        t->client->started++;
+        t->session->started++;
+        p->started++;
+        p->starting++;
+        find_thread(p);
+    }
+}
+
+static ll_task *take(ll_tasks *p)
+{
+    ll_task *t = p->first;
+    while (t && t->state != STARTING)
+        t = t->next;
+    if (!t)
+        return NULL;
+    t->state = RUNNING;
+    t->cpu_from = clock_ns(CLOCK_THREAD_CPUTIME_ID);
+    p->starting--;
+    return t;
+}
+
+/* Its turn is over, whether it had kept it or not. */
+static void end_turn(ll_tasks *p, const ll_task *t)
+{
+    if (t->state == OVERDUE)
+        p->overdue--;
+    else
+        p->running--;
+}
+
+static void remove_task(ll_tasks *p, ll_task *t)
+{
+    ll_task **link = &p->first;
+    while (*link != t)
+        link = &(*link)->next;
+    *link = t->next;
+    p->count--;
+    p->started--;
+    end_turn(p, t);
+    t->client->started--;
+    t->session->started--;
+    close_account(p, t->session);
+    close_account(p, t->client);
+}
+
+/* ---- threads ---- */
+
+static void *serve(void *argument)
+{
+    ll_tasks *p = argument;
+    pthread_setname_np(pthread_self(), "task");
+    setpriority(PRIO_PROCESS, (id_t)gettid(), LOWER); /* of this thread, on Linux */
+    pthread_mutex_lock(&p->lock);
+    for (;;) {
+        ll_task *t = take(p);
+        if (!t && p->ended)
+            break;
+        if (!t) {
+            p->idle++;
+            pthread_cond_wait(&p->work, &p->lock);
+            p->idle--;
+            continue;
+        }
+        pthread_mutex_unlock(&p->lock);
+        t->order.run(t->order.context, t);
+        pthread_mutex_lock(&p->lock);
+        p->done++;
+        p->broken += atomic_load(&t->ending) != LL_TASK_GOES_ON;
+        remove_task(p, t);
+        pthread_cond_destroy(&t->its_turn);
+        free(t);
+        give_turns(p);
+        pthread_cond_broadcast(&p->over);
+    }
+    p->threads--;
+    pthread_cond_broadcast(&p->over);
+    pthread_mutex_unlock(&p->lock);
+    return NULL;
+}
+
+/* A piece that is longer than a slice, as a tick of a large grid, must not keep the turn of others: it goes
+ * on beside them, and the system shares the processors among all. */
+static void *watch(void *argument)
+{
+    ll_tasks *p = argument;
+    pthread_setname_np(pthread_self(), "task watcher");
+    pthread_mutex_lock(&p->lock);
+    while (!p->ended) {
+        int64_t now = now_ns(), until = now + LOOK_NS;
+        struct timespec deadline = {until / 1000000000, until % 1000000000};
+        for (ll_task *t = p->first; t; t = t->next) {
+            if (t->state != RUNNING || now - t->since < OVERDUE_NS)
+                continue;
+            end_turn(p, t);
+            t->state = OVERDUE;
+            p->overdue++;
+        }
+        give_turns(p);
+        if (p->count > p->running + p->overdue)
+            pthread_cond_timedwait(&p->watch, &p->lock, &deadline);
+        else if (!p->ended)
+            pthread_cond_wait(&p->watch, &p->lock);
+    }
+    pthread_mutex_unlock(&p->lock);
+    return NULL;
+}
+
+static void wait_for_turn(ll_task *t)
+{
+    ll_tasks *p = t->tasks;
+    pthread_mutex_lock(&p->lock);
+    if (t->state == OVERDUE || p->count > p->running + p->overdue) { /* somebody else waits */
+        end_turn(p, t);
+        t->state = WAITING;
+        t->since = now_ns();
+        pthread_cond_signal(&p->watch);
+        give_turns(p);
+        while (t->state == WAITING)
+            pthread_cond_wait(&t->its_turn, &p->lock);
+    }
+    t->since = now_ns();
+    pthread_mutex_unlock(&p->lock);
+}
+
+double ll_task_used_s(const ll_task *t)
+{
+    return (double)(clock_ns(CLOCK_THREAD_CPUTIME_ID) - t->cpu_from) * 1e-9;
+}
+
+bool ll_task_go_on(ll_task *t)
+{
+    if (t->order.budget_s > 0 && ll_task_used_s(t) > t->order.budget_s)
+        ll_task_stop(t, LL_TASK_SPENT);
+    if (ll_task_ending(t) != LL_TASK_GOES_ON)
+        return false;
+    if (now_ns() - t->since > SLICE_NS)
+        wait_for_turn(t);
+    return ll_task_ending(t) == LL_TASK_GOES_ON;
+}
+
+ll_task_end ll_task_ending(const ll_task *t)
+{
+    return (ll_task_end)atomic_load(&t->ending);
+}
+
+void ll_task_stop(ll_task *t, ll_task_end why)
+{
+    int none = LL_TASK_GOES_ON;
+    atomic_compare_exchange_strong(&t->ending, &none, (int)why);
+}
+
+ll_status ll_task_told(const ll_task *t, const char *how_far)
+{
+    static const char *const whys[] = {
+        [LL_TASK_GOES_ON] = "It was broken off",
+        [LL_TASK_LEFT] = "Its client has left",
+        [LL_TASK_CANCELLED] = "It was cancelled",
+        [LL_TASK_STOPPED] = "The daemon is stopping",
+    };
+    ll_task_end end = ll_task_ending(t);
+    if (end == LL_TASK_SPENT)
+        return ll_error(LL_INTERRUPTED, "It has used the %g s of processor time that it may: %s.",
+                        t->order.budget_s, how_far);
+    return ll_error(LL_INTERRUPTED, "%s: %s.", whys[end], how_far);
+}
+
+static bool go_on(void *task)
+{
+    return ll_task_go_on(task);
+}
+
+ll_interrupt ll_task_interrupt(ll_task *t)
+{
+    return (ll_interrupt){go_on, now_ns, t};
+}
+
+/* ---- orders ---- */
+
+static ll_status check(ll_tasks *p, const ll_task_order *order)
+{
+    int of_client = 0;
+    for (const account *a = p->accounts; a; a = a->next)
+        if (!a->of && strcmp(a->name, order->client) == 0)
+            of_client = a->tasks;
+    if (p->draining)
+        return ll_error(LL_UNAVAILABLE, "The daemon is stopping.");
+    if (order->own)
+        return ll_ok();
+    if (of_client >= MOST_OF_CLIENT)
+        return ll_error(LL_LIMIT, "%d requests of this client that take long are being worked on already.",
+                        of_client);
+    if (p->count >= MOST)
+        return ll_error(LL_UNAVAILABLE, "Too many requests that take long are being worked on already.");
+    return ll_ok();
+}
+
+ll_status ll_tasks_add(ll_tasks *p, const ll_task_order *order, ll_task **task)
+{
+    ll_task *t = calloc(1, sizeof *t);
+    if (!t)
+        return ll_error(LL_NO_MEMORY, "There is no memory for this request.");
+    t->tasks = p;
+    t->order = *order;
+    pthread_cond_init(&t->its_turn, NULL);
+    pthread_mutex_lock(&p->lock);
+    ll_status status = check(p, order);
+    if (!ll_failed(&status)) {
+        t->client = open_account(p, NULL, order->client);
+        t->session = t->client ? open_account(p, t->client, order->session) : NULL;
+        if (!t->session) {
+            close_account(p, t->client);
+            status = ll_error(LL_NO_MEMORY, "There is no memory for this request.");
+        }
+    }
+    if (ll_failed(&status)) {
+        p->refused++;
+        pthread_mutex_unlock(&p->lock);
+        pthread_cond_destroy(&t->its_turn);
+        free(t);
+        return status;
+    }
+    t->turn = ++p->serial;
+    t->since = now_ns();
+    ll_task **link = &p->first;
+    while (*link)
+        link = &(*link)->next;
+    *link = t;
+    p->count++;
+    pthread_cond_signal(&p->watch);
+    if (task)
+        *task = t;
+    give_turns(p);
+    pthread_mutex_unlock(&p->lock);
+    return ll_ok();
+}
+
+/* ---- life ---- */
+
+ll_status ll_tasks_start(int turns, ll_tasks **tasks)
+{
+    long cores = sysconf(_SC_NPROCESSORS_ONLN);
+    ll_tasks *p = *tasks = calloc(1, sizeof *p);
+    if (!p)
+        return ll_error(LL_NO_MEMORY, "There is no memory for requests that take long.");
+    p->turns = turns > 0 ? turns : cores > 0 ? (int)cores : 1;
+    pthread_mutex_init(&p->lock, NULL);
+    pthread_cond_init(&p->work, NULL);
+    pthread_cond_init(&p->over, NULL);
+    pthread_condattr_t monotonic;
+    pthread_condattr_init(&monotonic);
+    pthread_condattr_setclock(&monotonic, CLOCK_MONOTONIC);
+    pthread_cond_init(&p->watch, &monotonic);
+    pthread_condattr_destroy(&monotonic);
+    if (pthread_create(&p->watcher, NULL, watch, p) == 0)
+        return ll_ok();
+    free(p);
+    *tasks = NULL;
+    return ll_error(LL_NO_MEMORY, "The thread that watches over turns cannot be started.");
+}
+
+void ll_tasks_drain(ll_tasks *p)
+{
+    pthread_mutex_lock(&p->lock);
+    p->draining = true;
+    for (ll_task *t = p->first; t; t = t->next)
+        ll_task_stop(t, LL_TASK_STOPPED);
+    pthread_mutex_unlock(&p->lock);
+}
+
+ll_tasks_stats ll_tasks_get_stats(ll_tasks *p)
+{
+    int64_t now = now_ns(), longest = 0;
+    pthread_mutex_lock(&p->lock);
+    for (const ll_task *t = p->first; t; t = t->next)
+        if (t->state == WAITING && may_start(p, t) && now - t->since > longest)
+            longest = now - t->since;
+    int running = p->running + p->overdue;
+    ll_tasks_stats stats = {.running = running,
+                            .waiting = p->count - running,
+                            .longest_s = (double)longest * 1e-9,
+                            .done = p->done,
+                            .ended = p->broken,
+                            .refused = p->refused};
+    pthread_mutex_unlock(&p->lock);
+    return stats;
+}
+
+void ll_tasks_free(ll_tasks *p)
+{
+    if (!p)
+        return;
+    ll_tasks_drain(p);
+    pthread_mutex_lock(&p->lock);
+    while (p->count > 0 || p->threads > 0 || !p->ended) {
+        p->ended = p->count == 0;
+        if (p->ended) {
+            pthread_cond_broadcast(&p->work);
+            pthread_cond_signal(&p->watch);
+        }
+        if (p->count > 0 || p->threads > 0)
+            pthread_cond_wait(&p->over, &p->lock);
+    }
+    pthread_mutex_unlock(&p->lock);
+    pthread_join(p->watcher, NULL);
+    pthread_cond_destroy(&p->watch);
+    pthread_cond_destroy(&p->work);
+    pthread_cond_destroy(&p->over);
+    pthread_mutex_destroy(&p->lock);
+    free(p);
+}

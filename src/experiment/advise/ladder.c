@@ -1,0 +1,256 @@
+#include "experiment/advise/ladder.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/spec/metric_path.h"
+#include "experiment/statistics/summary.h"
+#include "session/scenario.h"
+#include "session/session.h"
+
+enum { REPEATS = 3 };
+
+#define LONG_NS 200000000 /* a run of more than so long is not repeated */
+
+const ll_ladder ll_ladders[] = {
+    {"fluid/cavity", "duration_s=20", "solver.advection", "semi_lagrangian,maccormack,central", "params.n",
+     "16,32,64", "error_max", "visits", 0},
+    {"fluid/cavity", "duration_s=5,params.n=32,solver.tolerance=0", "solver.pressure",
+     "jacobi,gauss_seidel,sor,pcg,multigrid", "solver.sweeps", "1,2,4,8,16,32", "divergence_max", "visits",
+     0},
+    {"fluid/taylor_green", "duration_s=2,params.viscosity_m2ps=0.01", "solver.advection",
+     "semi_lagrangian,maccormack,bfecc,central", "params.n", "16,32,64,128", "error_l2", "visits", 0},
+    {"fluid/rotation", "duration_s=1", "solver.advection", "semi_lagrangian,maccormack,bfecc", "params.n",
+     "32,64,128", "error_l1", "visits", 0},
+    {"fluid/poiseuille", "duration_s=1,solver.iterations=30", "solver.method", "wcsph,pbf,dfsph",
+     "params.size", "16,24,32,48", "velocity_error_rms", "visits", 0},
+    {"fluid/hydrostatic", "duration_s=5,solver.iterations=100", "solver.method", "wcsph,pbf,dfsph",
+     "params.size", "10,20,40", "pressure_error_rms", "visits", 0},
+    {"fluid/hydrostatic", "duration_s=5,params.size=20", "solver.method", "pbf,dfsph", "solver.iterations",
+     "1,2,4,8,16,32,64,128", "pressure_error_rms", "visits", 0},
+    {"rigid/column", "duration_s=3,beside=[],params.offset=0", "solver.method", "soft_step,tgs_sticky,xpbd",
+     "solver.substeps", "1,2,4,8,16,32", "sag_m", "passes_per_s", 0},
+    {"rigid/pyramid", "duration_s=3", "solver.method", "soft_step,tgs_sticky,xpbd,avbd", "solver.substeps",
+     "1,2,4,8,16", "drift_worst_m", "passes_per_s", 0},
+    {"fluid/dam_break", "duration_s=1", "solver.method", "wcsph,pbf,dfsph", "params.size", "12,16,24,32",
+     "front_error", "visits", 0},
+    {"crates_delta", "duration_s=10", "server.snapshot", "full,quantised,delta", "server.update_hz",
+     "5,10,20,30,60", "players.0.remote_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
+    {"hermite", "duration_s=20", "players.0.interpolation_method", "linear,hermite", "server.update_hz",
+     "2,4,8,16,32", "players.0.timeline_error_m.mean", "players.0.bandwidth.down_bytes_per_s", 10},
+    {"deterministic", "duration_s=20", "server.sync", "free,lockstep_pipelined,deterministic,rollback",
+     "server.update_hz", "10,20,30,60", "players.0.remote_error_m.mean", "players.0.input_latency_ms.mean",
+     10},
+    {"crates", "duration_s=10", "players.0.prediction_scope", "own,contacts,all", "server.update_hz",
+     "5,10,20,30,60", "players.0.own_timeline_error_m.rms", "players.0.bandwidth.down_bytes_per_s", 10},
+    {"behind_cover", "duration_s=30", "server.rifle", "none,rewind,trust", "server.max_rewind_ms",
+     "50,100,200,400", "players.1.shots.rifle.false_misses", "players.1.shots.rifle.shot_behind_cover", 10},
+    {0},
+};
+
+bool ll_listed(const char *list, const char *name)
+{
+    size_t length = strlen(name);
+    for (const char *p = list; p; p = strchr(p, ',') ? strchr(p, ',') + 1 : NULL)
+        if (strncmp(p, name, length) == 0 && (p[length] == ',' || p[length] == '\0'))
+            return true;
+    return list == NULL;
+}
+
+/* Cuts the next of a comma-separated list into `item`; false at its end. */
+static bool next_item(const char **list, char *item, size_t size)
+{
+    if (**list == '\0')
+        return false;
+    size_t length = strcspn(*list, ",");
+    snprintf(item, size, "%.*s", (int)length, *list);
+    *list += length + ((*list)[length] == ',');
+    return true;
+}
+
+static ll_status put_pair(ll_scenario *scenario, const char *pair)
+{
+    return ll_param_put(scenario->kind->table, scenario->config, &pair, 1);
+}
+
+static ll_status put_value(ll_scenario *scenario, const char *path, const char *value)
+{
+    char pair[160];
+    int length = snprintf(pair, sizeof pair, "%s=%s", path, value);
+    if (length < 0 || (size_t)length >= sizeof pair)
+        return ll_field_error(LL_BAD_INPUT, path, "%.60s is too long a value: %.60s", path, value);
+    return put_pair(scenario, pair);
+}
+
+/* What the ladder wants, then what was asked for, then the rung; rules hold for all of it together. */
+static ll_status set_all(const ll_ladder_order *order, const ll_rung *rung, ll_scenario *scenario)
+{
+    char pair[96];
+    const ll_ladder *ladder = rung->ladder;
+    const ll_param_table *table = scenario->kind->table;
+    ll_status status = ll_ok();
+    for (const char *list = ladder->fixed; !ll_failed(&status) && next_item(&list, pair, sizeof pair);)
+        status = put_pair(scenario, pair);
+    if (!ll_failed(&status))
+        status = ll_param_put(table, scenario->config, order->sets, order->set_count);
+    if (!ll_failed(&status) && order->duration)
+        status = put_value(scenario, "duration_s", order->duration);
+    if (!ll_failed(&status))
+        status = put_value(scenario, ladder->series, rung->series);
+    if (!ll_failed(&status))
+        status = put_value(scenario, ladder->setting, rung->setting);
+    return ll_failed(&status) ? status : ll_param_check(table, scenario->config);
+}
+
+static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, int seed,
+                           const ll_sim_kind **kind, ll_session **session)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(order->scenario, &scenario);
+    if (ll_failed(&status))
+        return status;
+    *kind = scenario.kind;
+    size_t size = scenario.kind->table->size;
+    void *before = malloc(size);
+    if (before) {
+        memcpy(before, scenario.config, size);
+        status = set_all(order, rung, &scenario);
+    } else {
+        status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
+    }
+    if (!ll_failed(&status)) {
+        scenario.kind->settle(scenario.config, before);
+        ((ll_scenario_head *)scenario.config)->seed += seed;
+        status = ll_session_open(&scenario, NULL, NULL, session);
+    } else {
+        ll_scenario_free(&scenario);
+    }
+    free(before);
+    return status;
+}
+
+/* Adds a run's numbers to the rung's, whose error and counter are sums meanwhile. */
+static void read_metrics(ll_session *session, const ll_sim_kind *kind, ll_rung *rung, double *errors,
+                         ll_interval_order *order)
+{
+    cJSON *report = ll_session_metrics(session);
+    const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
+    double error = fabs(ll_metric_value(metrics, rung->ladder->error));
+    order->scale = ll_metric_scale_of(kind, metrics, rung->ladder->error);
+    if (isfinite(error))
+        errors[rung->seeds++] = error;
+    rung->counter += ll_metric_value(metrics, rung->ladder->counter);
+    cJSON_Delete(report);
+}
+
+static int by_size(const void *a, const void *b)
+{
+    int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+typedef struct samples {
+    int64_t took[LL_LADDER_SEEDS_MAX];
+    double errors[LL_LADDER_SEEDS_MAX];
+    int runs;
+    ll_interval_order order;
+} samples;
+
+/* One run, with the seed that is so far from the scenario's. */
+static ll_status run_once(const ll_ladder_order *order, int seed, bool counts, ll_rung *rung, samples *s)
+{
+    ll_session *session = NULL;
+    const ll_sim_kind *kind = NULL;
+    ll_status status = open_rung(order, rung, seed, &kind, &session);
+    if (ll_failed(&status))
+        return status;
+    int64_t from = order->now_ns();
+    status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
+    s->took[s->runs++] = order->now_ns() - from;
+    rung->diverged = status.code == LL_DIVERGED;
+    if (!ll_failed(&status) && counts)
+        read_metrics(session, kind, rung, s->errors, &s->order);
+    ll_session_destroy(session);
+    return rung->diverged ? ll_ok() : status;
+}
+
+/* From sums to means. */
+static void finish(ll_rung *rung, samples *s)
+{
+    ll_resampler resampler = {0};
+    s->order.values = s->errors;
+    s->order.n = rung->seeds;
+    s->order.error = 0.05;
+    rung->error = rung->error_low = rung->error_high = NAN;
+    if (rung->diverged) {
+        rung->counter = NAN;
+        rung->seeds = 0;
+    }
+    if (rung->seeds > 0 && !rung->diverged) {
+        ll_summary summary = ll_summarise(&s->order, s->errors, &resampler);
+        rung->error = summary.mean;
+        rung->error_low = summary.of_mean.low;
+        rung->error_high = summary.of_mean.high;
+    }
+    ll_resampler_free(&resampler);
+    qsort(s->took, (size_t)s->runs, sizeof *s->took, by_size);
+    rung->cpu_min_s = (double)s->took[0] * 1e-9;
+    rung->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
+}
+
+/* Every seed once, or the same run again for its time. */
+static ll_status measure(const ll_ladder_order *order, ll_rung *rung)
+{
+    samples *s = calloc(1, sizeof *s);
+    int seeds = rung->ladder->seeds == 0 ? 0 : order->seeds > 0 ? order->seeds : rung->ladder->seeds;
+    ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a rung");
+    rung->order = NAN;
+    rung->error = rung->counter = 0;
+    rung->seeds = 0;
+    rung->diverged = false;
+    for (int n = 0; !ll_failed(&status) && !rung->diverged && n < (seeds ? seeds : REPEATS); n++)
+        if (seeds > 0)
+            status = run_once(order, n, true, rung, s);
+        else if (n == 0 || s->took[0] < LONG_NS)
+            status = run_once(order, 0, n == 0, rung, s);
+    if (!ll_failed(&status)) {
+        rung->counter /= seeds > 0 ? seeds : 1;
+        finish(rung, s);
+    }
+    free(s);
+    return status;
+}
+
+static bool next_series(ll_climb *c)
+{
+    do
+        if (!next_item(&c->series, c->rung.series, sizeof c->rung.series))
+            return false;
+    while (!ll_listed(c->order->methods, c->rung.series));
+    c->settings = c->rung.ladder->setting_values;
+    c->rung.error = NAN;
+    return true;
+}
+
+ll_climb ll_ladder_start(const ll_ladder *ladder, const ll_ladder_order *order)
+{
+    return (ll_climb){
+        .order = order, .series = ladder->series_values, .settings = "", .rung = {.ladder = ladder}};
+}
+
+bool ll_ladder_next(ll_climb *c, ll_status *status)
+{
+    ll_rung *rung = &c->rung, before;
+    if (*c->settings == '\0' && !next_series(c))
+        return false;
+    before = *rung;
+    next_item(&c->settings, rung->setting, sizeof rung->setting);
+    *status = measure(c->order, rung);
+    if (rung->error > 0 && before.error > 0)
+        rung->order = -log(rung->error / before.error) /
+                      log(strtod(rung->setting, NULL) / strtod(before.setting, NULL));
+    return !ll_failed(status);
+}

@@ -1,0 +1,303 @@
+#include "experiment/advise/precision.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "ode/core/measure.h"
+
+enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
+
+#define LONG_NS 200000000 /* a run of more than so long is not repeated */
+#define SLACK 1e-9        /* a step that ends within this part of itself before the end ends there */
+
+/* What one ladder needs: a run, the solution beside it, and what is not known of that. */
+typedef struct bench {
+    const ll_precision_order *order;
+    ll_ode ode;
+    double duration;
+    double start[LL_ODE_DIM_MAX];
+    bool formula;
+    ll_ode_run *run, *solution; /* the solution's is the first reference's, where there is no formula */
+    double *each, *doubt_each;  /* of components: measure.h */
+    ll_ode_measure doubt;       /* by how much two references differ */
+    double predictable_s;       /* until when that is little; the duration: all along */
+    ll_ode_scale whole;         /* of the solution, as far as it is predictable */
+} bench;
+
+static ll_status start_reference(const bench *b, int which, ll_ode_run *run)
+{
+    ll_ode_control control = ll_ode_reference_control(b->duration);
+    return ll_ode_start(run, ll_ode_reference_method(b->order->problem, which), &b->ode, &control, b->start);
+}
+
+/* Reference `which` at `t`, which only goes forward. */
+static void reference_at(const bench *b, ll_ode_run *run, int which, double t, double *y)
+{
+    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, which);
+    if (run->t < t)
+        ll_ode_advance(run, method, &b->ode, t);
+    ll_ode_sample(run, method, &b->ode, t, y);
+}
+
+static void solution_at(const bench *b, double t, double *y)
+{
+    if (b->formula)
+        b->order->problem->exact(b->order->params, t, y);
+    else
+        reference_at(b, b->solution, 0, t, y);
+}
+
+/* Compares both references over the last step of the first; false where they part. */
+static bool compare(bench *b, ll_ode_run *second)
+{
+    const ll_ode_method *method = ll_ode_reference_method(b->order->problem, 0);
+    double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
+    int points = ll_ode_measure_points(b->solution, method, at);
+    for (int k = 0; k < points; k++) {
+        ll_ode_measure before = b->doubt;
+        ll_ode_sample(b->solution, method, &b->ode, at[k], y);
+        reference_at(b, second, 1, at[k], other);
+        ll_ode_scale_see(&b->doubt.scale, b->order->problem, &b->ode, at[k], y);
+        ll_ode_measure_at(&b->doubt, b->doubt_each, &b->ode, at[k],
+                          (b->solution->t - b->solution->t_last) / points, other, y, true);
+        if (!(b->doubt.error <= LL_ODE_PREDICTABLE * b->doubt.scale.state)) {
+            b->doubt = before;
+            return false;
+        }
+        b->predictable_s = at[k];
+    }
+    return true;
+}
+
+/* By formula, else what two references differ by. */
+static ll_status solve(bench *b)
+{
+    const ll_ode_problem *p = b->order->problem;
+    double y[LL_ODE_DIM_MAX];
+    b->predictable_s = b->duration;
+    b->formula = p->exact != NULL && p->exact(b->order->params, b->duration, y);
+    ll_ode_measure_start(&b->doubt, b->doubt_each, p, &b->ode, b->start);
+    for (int k = 1; b->formula && k <= TIMES; k++) {
+        p->exact(b->order->params, b->duration * k / TIMES, y);
+        ll_ode_scale_see(&b->whole, p, &b->ode, b->duration * k / TIMES, y);
+    }
+    if (b->formula)
+        return ll_ok();
+    ll_ode_run *second = malloc(ll_ode_run_size(ll_ode_reference_method(p, 1), &b->ode));
+    ll_status status =
+        second ? start_reference(b, 0, b->solution) : ll_error(LL_NO_MEMORY, "no memory for a solution");
+    if (!ll_failed(&status))
+        status = start_reference(b, 1, second);
+    bool together = !ll_failed(&status);
+    for (b->predictable_s = 0; together && b->solution->state == LL_ODE_RUNNING;) {
+        ll_ode_state state = ll_ode_step(b->solution, ll_ode_reference_method(p, 0), &b->ode);
+        together = compare(b, second);
+        if (state == LL_ODE_DIVERGED || second->state == LL_ODE_DIVERGED)
+            status = ll_error(LL_DIVERGED, "the solution of %s could not be computed", p->name);
+        together = together && !ll_failed(&status);
+    }
+    b->whole = b->doubt.scale;
+    free(second);
+    return status;
+}
+
+static ll_status start(bench *b, const ll_ode_method *method, double setting)
+{
+    ll_ode_control control = {
+        .t_end = b->duration, .dt = setting, .tolerance = setting, .max_steps = 100 * (int64_t)STEPS_MAX};
+    return ll_ode_start(b->run, method, &b->ode, &control, b->start);
+}
+
+static void forget(ll_precision *r)
+{
+    r->e_final = r->e_max = r->e_l2 = r->drift_final = r->drift_max = r->drift_per_s = NAN;
+    r->e_final_weighted = r->e_max_weighted = r->e_l2_weighted = NAN;
+    r->predictable_s = r->uncertainty = NAN;
+}
+
+/* What is above what is not known of the solution. */
+static double above(double error, double doubt)
+{
+    return doubt == 0 || error > doubt ? error : NAN;
+}
+
+static double weighted(const bench *b, const ll_ode_measure *m, int row)
+{
+    return above(ll_ode_measure_weighted(m, b->each, &b->ode, row),
+                 ll_ode_measure_weighted(&b->doubt, b->doubt_each, &b->ode, row));
+}
+
+static void errors(const bench *b, const ll_ode_measure *m, ll_precision *r)
+{
+    bool all = b->predictable_s >= b->duration;
+    r->e_final = all ? above(m->error, b->doubt.error) : NAN;
+    r->e_final_weighted = all ? weighted(b, m, LL_ODE_LAST) : NAN;
+    r->e_max = above(m->error_max, b->doubt.error_max);
+    r->e_max_weighted = weighted(b, m, LL_ODE_MOST);
+    r->e_l2 = above(ll_ode_measure_rms(m), ll_ode_measure_rms(&b->doubt));
+    r->e_l2_weighted = weighted(b, m, LL_ODE_SQUARES);
+    r->uncertainty = b->doubt.error_max;
+    r->predictable_s = all ? NAN : b->predictable_s;
+    r->size = m->scale.state;
+    r->drift_final = ll_ode_measure_relative(m, m->drift);
+    r->drift_max = ll_ode_measure_relative(m, m->drift_max);
+    r->drift_per_s = ll_ode_measure_slope(m);
+}
+
+/* The step that the run has made last, up to the duration. */
+static void measure_step(bench *b, const ll_ode_method *method, ll_ode_measure *m)
+{
+    double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], wanted[LL_ODE_DIM_MAX], from = m->t;
+    int points = ll_ode_measure_points(b->run, method, at);
+    bool within = b->run->t < b->duration;
+    double end = within ? b->run->t : b->duration;
+    for (int k = 0; k < points; k++) {
+        double t = k == points - 1 || at[k] > end ? end : at[k];
+        if (t == end && within && b->run->event >= 0)
+            return; /* at its jump it need not be on the side on which the solution is */
+        ll_ode_sample(b->run, method, &b->ode, t, y);
+        solution_at(b, t, wanted);
+        ll_ode_scale_see(&m->scale, b->order->problem, &b->ode, t, wanted);
+        ll_ode_measure_at(m, b->each, &b->ode, t, (end - from) / points, y, wanted, t <= b->predictable_s);
+    }
+    ll_ode_measure_energy(m, b->order->problem, &b->ode, end, end - from, y);
+    if (ll_ode_measure_blown_up(m))
+        ll_ode_give_up(b->run, LL_ODE_BLEW_UP);
+}
+
+/* The run, held against the solution over all of its steps. */
+static ll_status measure(bench *b, const ll_ode_method *method, ll_precision *r)
+{
+    ll_ode_measure m;
+    ll_ode_measure_start(&m, b->each, b->order->problem, &b->ode, b->start);
+    ll_ode_scale_join(&m.scale, &b->whole);
+    ll_status status = b->formula ? ll_ok() : start_reference(b, 0, b->solution);
+    double slack = method->adaptive ? 0 : SLACK * r->setting;
+    while (!ll_failed(&status) && b->run->state == LL_ODE_RUNNING && b->duration - b->run->t > slack)
+        if (ll_ode_step(b->run, method, &b->ode) != LL_ODE_DIVERGED)
+            measure_step(b, method, &m);
+    if (b->run->state != LL_ODE_DIVERGED && b->predictable_s >= b->duration &&
+        !ll_ode_measure_resolved(&m, b->each, b->order->problem, &b->ode))
+        ll_ode_give_up(b->run, LL_ODE_UNRESOLVED);
+    r->status = ll_ode_run_status(b->run);
+    r->reason = (ll_ode_reason)b->run->reason;
+    r->counters = b->run->counters;
+    if (r->status == LL_RUN_OK)
+        errors(b, &m, r);
+    else
+        forget(r);
+    return status;
+}
+
+static int by_size(const void *a, const void *b)
+{
+    int64_t x = *(const int64_t *)a, y = *(const int64_t *)b;
+    return (x > y) - (x < y);
+}
+
+static ll_status time_it(bench *b, const ll_ode_method *method, double setting, ll_precision *r)
+{
+    int64_t took[REPEATS];
+    int n = 0;
+    do {
+        int64_t from = b->order->now_ns();
+        ll_status status = start(b, method, setting);
+        if (ll_failed(&status))
+            return status;
+        ll_ode_advance(b->run, method, &b->ode, b->duration);
+        took[n++] = b->order->now_ns() - from;
+    } while (n < REPEATS && took[0] < LONG_NS);
+    qsort(took, (size_t)n, sizeof *took, by_size);
+    r->cpu_min_s = (double)took[0] * 1e-9;
+    r->cpu_median_s = (double)took[n / 2] * 1e-9;
+    return ll_ok();
+}
+
+static ll_status rung(bench *b, const ll_ode_method *method, double setting, ll_precision *r)
+{
+    *r = (ll_precision){.setting = setting, .order = NAN};
+    ll_status status = time_it(b, method, setting, r);
+    if (!ll_failed(&status))
+        status = start(b, method, setting);
+    if (!ll_failed(&status))
+        status = measure(b, method, r);
+    return status;
+}
+
+static ll_status open_bench(bench *b, const ll_precision_order *order, const ll_ode_method *method)
+{
+    *b =
+        (bench){.order = order, .duration = order->duration > 0 ? order->duration : order->problem->duration};
+    order->problem->system(order->params, &b->ode);
+    ll_status status = ll_ode_method_fits(method, &b->ode);
+    if (ll_failed(&status))
+        return status;
+    size_t each = LL_ODE_ROWS * (size_t)b->ode.dim;
+    order->problem->start(order->params, b->start);
+    b->run = malloc(ll_ode_run_size(method, &b->ode));
+    b->solution = malloc(ll_ode_run_size(ll_ode_reference_method(order->problem, 0), &b->ode));
+    b->each = calloc(each, sizeof *b->each);
+    b->doubt_each = calloc(each, sizeof *b->doubt_each);
+    return b->run && b->solution && b->each && b->doubt_each
+               ? solve(b)
+               : ll_error(LL_NO_MEMORY, "no memory to measure a method");
+}
+
+static void close_bench(bench *b)
+{
+    free(b->run);
+    free(b->solution);
+    free(b->each);
+    free(b->doubt_each);
+}
+
+ll_status ll_precision_rung(const ll_precision_order *order, const ll_ode_method *method, double setting,
+                            ll_precision *out)
+{
+    bench b;
+    ll_status status = open_bench(&b, order, method);
+    if (!ll_failed(&status))
+        status = rung(&b, method, setting, out);
+    close_bench(&b);
+    return status;
+}
+
+/* Above what is not known of the solution and what rounding makes of so many steps, and below a tenth of the
+ * solution's size: an order can be told. */
+static bool is_well_known(const ll_precision *r)
+{
+    double rounding = 16 * DBL_EPSILON * r->size * sqrt((double)r->counters.steps);
+    return r->e_max > 4 * r->uncertainty && r->e_max > rounding && r->e_max < r->size / 10;
+}
+
+/* Shorter steps tell no more: rounding has the say, or the solution is not known better. */
+static bool is_over(const ll_precision *r)
+{
+    bool unknown = r->status == LL_RUN_OK && isnan(r->e_max);
+    return unknown ? isnan(r[-1].e_max) && r[-1].status == LL_RUN_OK
+                   : r->e_max > r[-1].e_max && r[-1].e_max < 1e-9;
+}
+
+ll_status ll_precision_ladder(const ll_precision_order *order, const ll_ode_method *method,
+                              ll_precision *rungs, int *count)
+{
+    bench b;
+    int n = 0;
+    ll_status status = open_bench(&b, order, method);
+    double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
+    double least = method->adaptive ? 0.9e-14 : b.duration / STEPS_MAX;
+    for (; !ll_failed(&status) && n < LL_PRECISION_RUNGS_MAX && setting >= least; setting *= factor) {
+        ll_precision *r = &rungs[n];
+        status = rung(&b, method, setting, r);
+        if (n > 0 && is_well_known(r) && is_well_known(r - 1))
+            r->order = log(r->e_max / r[-1].e_max) / log(factor);
+        n += !ll_failed(&status);
+        if (n > 2 && !method->adaptive && is_over(r))
+            break;
+    }
+    close_bench(&b);
+    *count = n;
+    return status;
+}

@@ -1,0 +1,481 @@
+/* What the adviser runs, and when runs on fresh seeds show that a setting holds. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/detmath.h"
+#include "base/rng.h"
+#include "experiment/advise/internal.h"
+
+#define LOOKS 1.2 /* an interval that is looked at several times is wider by this, to be right as often */
+#define ROOMY 7   /* squared room below the limit over the variance, from which the least seeds do */
+#define ROOM 12   /* else seeds after which it fits, times that */
+#define NEVER_SEEN 3.7  /* events that may be expected where none was seen, at 97.5 % (Poisson) */
+#define UNSEEN 1.92     /* beside k that were: this + 1.96 sqrt(k + 1) */
+#define FEW 30          /* events, up to which Student's t is too narrow */
+#define WHOLE 1e-6      /* relative: how near to a multiple of the least a count is */
+#define MOST_EVENTS 1e4 /* in a run, of a metric that counts */
+#define MANY 2          /* events in a run, or limits, up to which a setting has few */
+#define LARGE 4 /* limits: how large a rare event is taken to be at most, where the error is no count */
+
+#define SAME 1e-12 /* relative: costs that are equal */
+#define PRIOR 1    /* settings' worth of trust in seeds being all alike */
+#define FREEDOM                                                                                              \
+    3 /* degrees of freedom that the scatter of all settings counts for in the variance of one               \
+       */
+
+enum { FRESH_LEAST = 4, TWIN_LEAST = 6 };
+
+const char ll_advise_unsure[] = "on fresh seeds the error is not surely within the limit";
+
+bool ll_advise_is_unsure(const ll_trial *t)
+{
+    return t->state == RULED_OUT && t->why == ll_advise_unsure;
+}
+
+void ll_advise_rule_out(ll_trial *t, const char *why)
+{
+    t->state = RULED_OUT;
+    t->why = why;
+}
+
+/* ---- running ---- */
+
+/* Of what errors are multiples, if they count: the greatest common divisor, by Euclid. */
+static void note_event(ll_advise_search *s, double error)
+{
+    if (error <= 0)
+        return;
+    s->largest = fmax(s->largest, error);
+    double a = error, b = s->least > 0 ? s->event : error, small = s->largest * WHOLE;
+    while (b > small) {
+        double rest = fmod(a, b);
+        a = b;
+        b = rest < a - small ? rest : 0;
+    }
+    s->event = a;
+    s->least = s->least > 0 ? fmin(s->least, error) : error;
+}
+
+/* The relative scatter of the error between seeds, over all that was run: a point's own few tell little. */
+static double scatter(const ll_advise_search *s)
+{
+    double sum = 0, n = 0;
+    for (int p = 0; p < s->points; p++)
+        for (int fresh = 0; fresh < 2; fresh++) {
+            const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
+            if (error->n < 2 || !(error->mean > 0))
+                continue;
+            sum += error->squares / (error->mean * error->mean);
+            n += (double)(error->n - 1);
+        }
+    return n > 0 ? sqrt(sum / n) : 0;
+}
+
+/* Where events come in bursts counts scatter more than single ones would: their variance over Poisson's, of
+ * the settings that have few (quasi-Poisson). */
+static double burst(const ll_advise_search *s)
+{
+    double few = MANY * fmax(s->order->max_error, s->event), squares = 0, alone = 0;
+    for (int p = 0; p < s->points; p++)
+        for (int fresh = 0; fresh < 2; fresh++) {
+            const ll_sums *error = fresh ? &s->trials[p].fresh[ERROR] : &s->trials[p].own[ERROR];
+            if (error->n < 2 || !(error->mean > 0) || error->mean > few)
+                continue;
+            squares += error->squares;
+            alone += (double)(error->n - 1) * error->mean * s->event;
+        }
+    return alone > 0 ? fmax(1, squares / alone) : 1;
+}
+
+static bool keep_values(ll_values *v, double cost, double error)
+{
+    if (v->n == v->room) {
+        int64_t room = v->room ? 2 * v->room : 4;
+        double(*more)[2] = realloc(v->of, (size_t)room * sizeof *more);
+        if (!more)
+            return false;
+        v->of = more;
+        v->room = room;
+    }
+    v->of[v->n][COST] = cost;
+    v->of[v->n++][ERROR] = error;
+    return true;
+}
+
+void ll_advise_free_trials(ll_advise_search *s)
+{
+    for (int p = 0; s->trials && p < s->points; p++) {
+        free(s->trials[p].own_values.of);
+        free(s->trials[p].fresh_values.of);
+    }
+    free(s->trials);
+    s->trials = NULL;
+}
+
+ll_status ll_advise_run(ll_advise_search *s, int point, bool fresh)
+{
+    ll_trial *t = &s->trials[point];
+    const ll_experiment *e = fresh ? &s->fresh : s->experiment;
+    ll_sums *sums = fresh ? t->fresh : t->own;
+    int64_t repeat = fresh ? s->experiment->head.repeats + sums[ERROR].n : t->runs + t->failed;
+    ll_row row;
+    ll_status status = ll_experiment_run(e, point * e->head.repeats + repeat, s->order->interrupt, &row);
+    if (ll_failed(&status))
+        return status;
+    s->runs++;
+    if (s->order->runs)
+        atomic_store(s->order->runs, s->runs);
+    double cost = fabs(row.metrics[e->cost_metric]), error = fabs(row.metrics[e->error_metric]);
+    bool good = ll_row_good(&row) && isfinite(cost) && isfinite(error);
+    t->failed += !good;
+    t->lacking += !good && ll_row_good(&row);
+    t->runs += good && !fresh;
+    if (good) {
+        ll_sums_add(&sums[COST], cost);
+        ll_sums_add(&sums[ERROR], error);
+        if (!keep_values(fresh ? &t->fresh_values : &t->own_values, cost, error))
+            return ll_error(LL_NO_MEMORY, "no memory for the adviser");
+        note_event(s, error);
+        s->scatter = scatter(s);
+        s->burst = burst(s);
+    }
+    return status;
+}
+
+/* ---- what seeds show ---- */
+
+static int64_t shared(const ll_values *a, const ll_values *b)
+{
+    return a->n < b->n ? a->n : b->n;
+}
+
+static double mean_of(const ll_values *v, int64_t n, int output)
+{
+    double sum = 0;
+    for (int64_t k = 0; k < n; k++)
+        sum += v->of[k][output];
+    return n > 0 ? sum / (double)n : 0;
+}
+
+static double apart_of(double a, double b)
+{
+    return fabs(a - b) > SAME * fmax(a, b) ? a - b : 0;
+}
+
+/* The mean over `n` repeats and `fresh` seeds of that many. */
+static double mean_over(const ll_trial *t, int64_t n, int64_t fresh, int output)
+{
+    double own = mean_of(&t->own_values, n, output), other = mean_of(&t->fresh_values, fresh, output);
+    return fresh == 0 ? own : own + (other - own) * (double)fresh / (double)(n + fresh);
+}
+
+bool ll_advise_beats(const ll_trial *a, const ll_trial *b)
+{
+    int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
+    int64_t own = n > 0 ? n : a->own_values.n, others = n > 0 ? n : b->own_values.n;
+    double apart = apart_of(mean_over(a, own, fresh, COST), mean_over(b, others, fresh, COST));
+    if (apart != 0)
+        return apart < 0;
+    return mean_over(a, own, fresh, ERROR) < mean_over(b, others, fresh, ERROR);
+}
+
+ll_sums ll_advise_apart(const ll_trial *a, const ll_trial *b)
+{
+    const ll_values *pairs[2][2] = {{&a->own_values, &b->own_values}, {&a->fresh_values, &b->fresh_values}};
+    ll_sums apart = {0};
+    for (int fresh = 0; fresh < 2; fresh++)
+        for (int64_t k = 0; k < shared(pairs[fresh][0], pairs[fresh][1]); k++)
+            ll_sums_add(&apart, apart_of(pairs[fresh][0]->of[k][COST], pairs[fresh][1]->of[k][COST]));
+    return apart;
+}
+
+bool ll_advise_is_dearer(const ll_trial *a, const ll_trial *b)
+{
+    ll_sums apart = ll_advise_apart(a, b);
+    return apart.n > 1 && apart.mean - half(&apart) > 0;
+}
+
+/* The one with most runs: differences to it are over the most seeds. */
+static int reference(const ll_advise_search *s, bool wanted(const ll_trial *t))
+{
+    int found = -1;
+    int64_t most = -1;
+    for (int p = 0; p < s->points; p++) {
+        int64_t runs = s->trials[p].own_values.n + s->trials[p].fresh_values.n;
+        if (wanted(&s->trials[p]) && runs > most) {
+            found = p;
+            most = runs;
+        }
+    }
+    return found;
+}
+
+int ll_advise_cheapest(const ll_advise_search *s, bool wanted(const ll_trial *t))
+{
+    int found = -1, to = reference(s, wanted);
+    double least = 0;
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *t = &s->trials[p];
+        if (!wanted(t))
+            continue;
+        double apart = ll_advise_apart(t, &s->trials[to]).mean, close = SAME * s->trials[to].own[COST].mean;
+        bool same = found >= 0 && fabs(apart - least) <= close;
+        if (found < 0 || (same ? ll_advise_beats(t, &s->trials[found]) : apart < least)) {
+            found = p;
+            least = apart;
+        }
+    }
+    return found;
+}
+
+static bool gave_the_same(const ll_values *a, const ll_values *b)
+{
+    for (int64_t k = 0; k < shared(a, b); k++)
+        if (a->of[k][COST] != b->of[k][COST] || a->of[k][ERROR] != b->of[k][ERROR])
+            return false;
+    return true;
+}
+
+bool ll_advise_is_twin(const ll_trial *a, const ll_trial *b)
+{
+    int64_t n = shared(&a->own_values, &b->own_values), fresh = shared(&a->fresh_values, &b->fresh_values);
+    bool varies = a->own[ERROR].squares > 0 && b->own[ERROR].squares > 0;
+    return varies && n > 1 && fresh >= FRESH_LEAST && n + fresh >= TWIN_LEAST &&
+           gave_the_same(&a->own_values, &b->own_values) && gave_the_same(&a->fresh_values, &b->fresh_values);
+}
+
+double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
+{
+    int64_t repeats = s->experiment->head.repeats;
+    double sum = 0, n = PRIOR;
+    for (int p = 0; p < s->points && t->runs > 0 && t->runs < repeats; p++) {
+        const ll_trial *other = &s->trials[p];
+        double all = other->own[output].mean, first;
+        if (other->runs == repeats && all > 0 && (first = mean_of(&other->own_values, t->runs, output)) > 0) {
+            sum += ll_log(all / first);
+            n++;
+        }
+    }
+    return sum / n;
+}
+
+static bool same(const ll_sums *a, const ll_sums *b)
+{
+    return a->squares == 0 && b->squares == 0 && a->mean == b->mean;
+}
+
+static bool ends_with(const char *member, size_t size, const char *end)
+{
+    size_t n = strlen(end);
+    return size >= n && strncmp(member + size - n, end, n) == 0;
+}
+
+/* Whether a member of the path names a length, a time or the like: it counts nothing. */
+static bool has_unit(const char *path)
+{
+    static const char *const units[] = {"_m", "_ms", "_s", "_mps", "_px", "_rad", "_pct", "_arcmin"};
+    for (const char *member = path; *member;) {
+        size_t size = strcspn(member, ".");
+        for (size_t i = 0; i < sizeof units / sizeof units[0]; i++)
+            if (ends_with(member, size, units[i]) && !ends_with(member, size, "_per_s"))
+                return true;
+        member += size + (member[size] == '.');
+    }
+    return false;
+}
+
+static bool is_exact(const ll_advise_search *s)
+{
+    return s->experiment->base.kind->no_rare_events;
+}
+
+/* Whether the error counts events, or their rate. */
+static bool is_count(const ll_advise_search *s)
+{
+    const ll_experiment *e = s->experiment;
+    return !is_exact(s) && !has_unit(e->metrics[e->error_metric]) && s->largest <= MOST_EVENTS * s->event;
+}
+
+/* By how much a rare event, or a burst of them, adds to the error of a run. Before any was seen a count is
+ * taken to be whole. */
+static double event(const ll_advise_search *s)
+{
+    double size = s->least > 0 ? is_count(s) ? s->event : s->least : 1;
+    return is_count(s) ? size * fmax(1, s->burst) : fmin(size, LARGE * s->order->max_error);
+}
+
+ll_sums ll_advise_pooled(const ll_trial *t)
+{
+    const ll_sums *a = &t->own[ERROR], *b = &t->fresh[ERROR];
+    double n = (double)(a->n + b->n), apart = a->mean - b->mean;
+    if (n == 0)
+        return *a;
+    return (ll_sums){.n = a->n + b->n,
+                     .mean = ((double)a->n * a->mean + (double)b->n * b->mean) / n,
+                     .squares = a->squares + b->squares + apart * apart * (double)a->n * (double)b->n / n};
+}
+
+bool ll_advise_is_certain(const ll_advise_search *s, const ll_trial *t)
+{
+    bool rare = is_count(s) || (!is_exact(s) && t->own[ERROR].mean == 0);
+    return t->fresh[ERROR].n > 0 && !rare && same(&t->own[ERROR], &t->fresh[ERROR]) &&
+           same(&t->own[COST], &t->fresh[COST]);
+}
+
+/* Half of the 95 % interval of the mean over fresh seeds, by the scatter of all seeds of the setting. */
+static double half_fresh(const ll_trial *t)
+{
+    const ll_sums *own = &t->own[ERROR], *fresh = &t->fresh[ERROR];
+    int64_t degrees = own->n + fresh->n - 2;
+    if (degrees < 1)
+        return INFINITY;
+    return ll_interval_95(degrees + 1, own->squares + fresh->squares) *
+           sqrt((double)(degrees + 1) / (double)fresh->n);
+}
+
+/* Of single runs: that of the setting's own seeds, moderated by the scatter of all settings (as of genes:
+ * Smyth, Stat. Appl. Genet. Mol. Biol. 3, 2004); of counts no less than Poisson's. */
+static double variance_of(const ll_advise_search *s, const ll_sums *error)
+{
+    double other = s->scatter * error->mean;
+    double variance = (error->squares + FREEDOM * other * other) /
+                      (double)(error->n > 0 ? error->n - 1 + FREEDOM : FREEDOM);
+    return is_count(s) ? fmax(variance, error->mean * event(s)) : variance;
+}
+
+double ll_advise_half(const ll_advise_search *s, const ll_trial *t)
+{
+    const ll_sums *error = &t->own[ERROR];
+    double n = (double)error->n;
+    if (is_exact(s) || error->n < 2)
+        return half(error);
+    int64_t degrees = error->n - 1 + FREEDOM;
+    double moderated = ll_interval_95(degrees + 1, variance_of(s, error) * (double)degrees) *
+                       sqrt((double)(degrees + 1) / n);
+    return moderated;
+}
+
+double ll_advise_doubt(const ll_advise_search *s, const ll_trial *t)
+{
+    const ll_sums *error = &t->fresh[ERROR];
+    double n = (double)error->n, off = half_fresh(t), seen = error->mean * n / event(s);
+    if (ll_advise_is_certain(s, t))
+        return 0;
+    if (error->n < FRESH_LEAST)
+        return INFINITY;
+    if (is_exact(s) || (error->mean > 0 && (!is_count(s) || seen > FEW)))
+        return off;
+    if (error->squares == 0)
+        return NEVER_SEEN * event(s) / n;
+    return fmax(off, event(s) * (UNSEEN + 1.96 * sqrt(seen + 1)) / n);
+}
+
+/* Of a setting whose mean error is `mean`. */
+static double needed_at(const ll_advise_search *s, const ll_sums *error, double mean)
+{
+    double room = s->order->max_error - mean, variance = variance_of(s, error);
+    bool rare = is_count(s) || (!is_exact(s) && error->mean == 0);
+    if (variance == 0 && is_exact(s))
+        return room >= 0 ? 1 : INFINITY;
+    if (room <= 0)
+        return INFINITY;
+    double events = rare ? LOOKS * NEVER_SEEN * event(s) / room : 0;
+    double ratio = room * room / variance; /* infinite where all are the same */
+    return ceil(fmax(events, ratio >= ROOMY ? FRESH_LEAST : fmax(2 * FRESH_LEAST, ROOM / ratio)));
+}
+
+double ll_advise_needed(const ll_advise_search *s, const ll_trial *t)
+{
+    ll_sums error = ll_advise_pooled(t);
+    return needed_at(s, &error, error.mean);
+}
+
+/* By which the mean over all seeds is off. */
+static double deviation_of_mean(const ll_advise_search *s, const ll_sums *error)
+{
+    double n = (double)error->n, variance = variance_of(s, error);
+    if (!is_exact(s) && (is_count(s) || error->mean == 0)) /* what was not seen may be there */
+        variance = fmax(variance, event(s) * event(s) / (n + 1));
+    return sqrt(variance / n);
+}
+
+double ll_advise_chance(const ll_advise_search *s, const ll_trial *t)
+{
+    ll_sums error = ll_advise_pooled(t);
+    double room = s->order->max_error - error.mean, off = deviation_of_mean(s, &error);
+    return off > 0 ? ll_normal_cdf(room / off) : room >= 0;
+}
+
+double ll_advise_price(const ll_advise_search *s, const ll_trial *t)
+{
+    ll_sums error = ll_advise_pooled(t);
+    double mean = fmax(0, error.mean - deviation_of_mean(s, &error));
+    double wanted = needed_at(s, &error, fmin(mean, error.mean)) - (double)t->fresh[ERROR].n;
+    return fmax(wanted, 1);
+}
+
+double ll_advise_next(const ll_advise_search *s, const ll_trial *t)
+{
+    double n = (double)t->fresh[ERROR].n;
+    if (n < FRESH_LEAST)
+        return n == 0 ? 1 : FRESH_LEAST - n;
+    return fmin(fmax(ll_advise_needed(s, t) - n, n / 2), n); /* up to twice as many */
+}
+
+/* Whether fresh seeds may show it, with the runs that are left. */
+static bool can_be_shown(const ll_advise_search *s, const ll_trial *t)
+{
+    double wanted = ll_advise_needed(s, t);
+    return wanted <= LL_ADVISE_FRESH_MOST &&
+           wanted - (double)t->fresh[ERROR].n <= (double)(s->most - s->runs);
+}
+
+bool ll_advise_is_clear(const ll_advise_search *s, const ll_trial *t)
+{
+    ll_sums error = ll_advise_pooled(t);
+    double off = s->scatter / sqrt((double)error.n);
+    return error.mean * (1 + off) <= s->order->max_error && can_be_shown(s, t);
+}
+
+/* ---- verifying ---- */
+
+/* One that was verified as far. */
+static bool has_twin(const ll_advise_search *s, const ll_trial *t)
+{
+    for (int p = 0; p < s->points; p++) {
+        const ll_trial *other = &s->trials[p];
+        if (other != t && other->fresh[ERROR].n >= t->fresh[ERROR].n && ll_advise_is_twin(other, t))
+            return true;
+    }
+    return false;
+}
+
+static void judge(const ll_advise_search *s, ll_trial *t)
+{
+    double error = t->fresh[ERROR].mean, off = ll_advise_doubt(s, t), limit = s->order->max_error;
+    if (t->failed > 0)
+        ll_advise_rule_out(t, "a run failed on a fresh seed");
+    else if (has_twin(s, t))
+        ll_advise_rule_out(t, "it gives the same as another setting");
+    else if (error + LOOKS * off <= limit && ll_advise_pooled(t).mean <= limit)
+        t->state = VERIFIED;
+    else if (error - LOOKS * off > limit)
+        ll_advise_rule_out(t, "on fresh seeds the error is above the limit");
+    else if (t->fresh[ERROR].n >= LL_ADVISE_FRESH_MOST)
+        ll_advise_rule_out(t, ll_advise_unsure);
+    else if (t->state == VERIFIED) /* more seeds have shown that it was luck */
+        t->state = UNCLEAR;
+}
+
+ll_status ll_advise_verify(ll_advise_search *s, int point)
+{
+    ll_trial *t = &s->trials[point];
+    double next = (double)t->fresh[ERROR].n + ll_advise_next(s, t);
+    ll_status status = ll_ok();
+    next = fmin(next, LL_ADVISE_FRESH_MOST);
+    while (!ll_failed(&status) && t->failed == 0 && (double)t->fresh[ERROR].n < next && s->runs < s->most)
+        status = ll_advise_run(s, point, true);
+    judge(s, t);
+    return status;
+}

@@ -1,0 +1,272 @@
+/* Rows of points: each metric over the repeats, and against a baseline. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/spec/metric_path.h"
+#include "experiment/format/table_internal.h"
+#include "experiment/spec/until.h"
+
+/* NaN: there is none. What is measured is left out: it always differs. */
+static bool same_metrics(const ll_experiment *e, const double *a, const double *b)
+{
+    for (int i = 0; i < e->metric_count; i++)
+        if (a[i] != b[i] && !(isnan(a[i]) && isnan(b[i])) && !ll_metric_is_cost(e->metrics[i]))
+            return false;
+    return true;
+}
+
+/* The runs of a point; those that ended well are compared. */
+typedef struct repeats {
+    int64_t good, failed;
+    bool differ, equally_long;
+    double first[LL_EXPERIMENT_METRICS_MAX], t_s;
+} repeats;
+
+static void hold_run(const ll_experiment *e, const ll_row *row, double *values)
+{
+    int64_t repeat = row->run % e->head.repeats;
+    for (int i = 0; i < e->metric_count; i++)
+        values[i * e->head.repeats + repeat] = row->metrics[i];
+}
+
+static void add_run(ll_result_table *t, repeats *r, const ll_row *row)
+{
+    const ll_experiment *e = t->experiment;
+    if (row->status == LL_ROW_SKIPPED)
+        return;
+    for (int i = 0; i < e->metric_count; i++)
+        ll_sums_add(&t->sums[i], row->metrics[i]);
+    hold_run(e, row, t->held);
+    ll_table_note(t, row);
+    if (!ll_row_good(row)) {
+        r->failed++;
+        return;
+    }
+    if (r->good++ == 0) {
+        memcpy(r->first, row->metrics, sizeof r->first);
+        r->t_s = row->t_s;
+    }
+    r->equally_long = r->equally_long && row->t_s == r->t_s;
+    r->differ = r->differ || !same_metrics(e, r->first, row->metrics);
+}
+
+static void forget(const ll_experiment *e, double *values)
+{
+    for (int64_t k = 0; k < e->metric_count * e->head.repeats; k++)
+        values[k] = NAN;
+}
+
+/* ---- intervals ---- */
+
+static void summarise(ll_result_table *t, int metric, const repeats *r)
+{
+    int64_t count = t->experiment->head.repeats;
+    const double *x = t->held + metric * count;
+    ll_interval_order order =
+        ll_experiment_order(t->experiment, metric, t->point, r->equally_long ? r->t_s : NAN);
+    order.values = t->scratch;
+    for (int64_t k = 0; k < count; k++)
+        if (isfinite(x[k]))
+            t->scratch[order.n++] = x[k];
+    t->summaries[metric] = ll_summarise(&order, t->scratch, &t->resampler);
+    ll_summary_text(&t->summaries[metric], t->texts[0][metric]);
+}
+
+/* Of the seeds that both points have. A difference may be of either sign, whatever the metric is. */
+static void compare(ll_result_table *t, int metric)
+{
+    int64_t count = t->experiment->head.repeats;
+    const double *x = t->held + metric * count, *base = t->baseline + metric * count;
+    ll_interval_order order = ll_experiment_order(t->experiment, metric, t->point, NAN);
+    order.values = t->scratch;
+    order.scale = order.scale == LL_SCALE_EXTREME ? LL_SCALE_EXTREME : LL_SCALE_AMOUNT;
+    for (int64_t k = 0; k < count; k++)
+        if (isfinite(x[k]) && isfinite(base[k]))
+            t->scratch[order.n++] = x[k] - base[k];
+    t->differences[metric] = ll_summarise(&order, t->scratch, &t->resampler);
+    ll_summary_text(&t->differences[metric], t->texts[1][metric]);
+}
+
+/* ---- columns and cells ---- */
+
+static const char *const quartile_names[] = {"p25", "p50", "p75"};
+
+static void add_metric_column(ll_result_table *t, int metric, const char *end, ll_cell_type type)
+{
+    char name[LL_COLUMN_NAME_MAX];
+    snprintf(name, sizeof name, "%s.%s", t->experiment->metrics[metric], end);
+    ll_table_add(t, name, type, true);
+}
+
+static void add_metric(ll_result_table *t, int i)
+{
+    static const char *const bounds[] = {"ci95", "ci95_low", "ci95_high"};
+    ll_table_add(t, t->experiment->metrics[i], LL_CELL_REAL, true);
+    for (int k = 0; k < 3; k++)
+        add_metric_column(t, i, bounds[k], LL_CELL_REAL);
+    add_metric_column(t, i, "ci95_method", LL_CELL_TEXT);
+    add_metric_column(t, i, "ci95_covers", LL_CELL_TEXT);
+    add_metric_column(t, i, "sd", LL_CELL_REAL);
+    for (int k = 0; k < 3; k++)
+        add_metric_column(t, i, quartile_names[k], LL_CELL_REAL);
+    add_metric_column(t, i, "p50_low", LL_CELL_REAL);
+    add_metric_column(t, i, "p50_high", LL_CELL_REAL);
+}
+
+static ll_cell bound(double value)
+{
+    return ll_cell_number(isfinite(value) ? value : NAN);
+}
+
+static ll_cell *write_metric(const ll_result_table *t, int i, ll_cell *cells)
+{
+    const ll_summary *s = &t->summaries[i];
+    *cells++ = ll_cell_number(s->mean);
+    *cells++ = ll_cell_number(ll_interval_half(&s->of_mean));
+    *cells++ = bound(s->of_mean.low);
+    *cells++ = bound(s->of_mean.high);
+    *cells++ = ll_cell_text(t->texts[0][i]);
+    *cells++ = ll_cell_text(s->covers);
+    *cells++ = ll_cell_number(s->deviation);
+    for (int k = 0; k < 3; k++)
+        *cells++ = ll_cell_number(s->quartiles[k]);
+    *cells++ = bound(s->of_median.low);
+    *cells++ = bound(s->of_median.high);
+    return cells;
+}
+
+static void add_difference(ll_result_table *t, int i)
+{
+    static const char *const bounds[] = {"diff", "diff_low", "diff_high"};
+    for (int k = 0; k < 3; k++)
+        add_metric_column(t, i, bounds[k], LL_CELL_REAL);
+    add_metric_column(t, i, "diff_method", LL_CELL_TEXT);
+    add_metric_column(t, i, "diff_covers", LL_CELL_TEXT);
+    add_metric_column(t, i, "diff_pairs", LL_CELL_INT);
+}
+
+static ll_cell *write_difference(const ll_result_table *t, int i, ll_cell *cells)
+{
+    const ll_summary *s = &t->differences[i];
+    *cells++ = ll_cell_number(s->mean);
+    *cells++ = bound(s->of_mean.low);
+    *cells++ = bound(s->of_mean.high);
+    *cells++ = ll_cell_text(t->texts[1][i]);
+    *cells++ = ll_cell_text(s->covers);
+    *cells++ = ll_cell_number((double)s->n);
+    return cells;
+}
+
+/* ---- the table ---- */
+
+/* The rows of the next point. */
+static bool read_point(ll_result_table *t, repeats *r, ll_status *status)
+{
+    const ll_experiment *e = t->experiment;
+    if (!t->row_held && !t->source(t->context, &t->row, status))
+        return false;
+    int64_t point = t->row.run / e->head.repeats;
+    memset(t->sums, 0, sizeof t->sums);
+    forget(e, t->held);
+    do {
+        add_run(t, r, &t->row);
+        t->row_held = t->source(t->context, &t->row, status);
+    } while (t->row_held && t->row.run / e->head.repeats == point);
+    if (!ll_failed(status))
+        ll_table_hold(t, point);
+    return !ll_failed(status);
+}
+
+static bool next_point(void *context, ll_cell *cells, ll_status *status)
+{
+    ll_result_table *t = context;
+    const ll_experiment *e = t->experiment;
+    repeats r = {.equally_long = true};
+    if (!read_point(t, &r, status))
+        return false;
+    *cells++ = ll_cell_number((double)t->point);
+    for (int i = 0; i < t->parameter_count; i++)
+        *cells++ = ll_table_parameter(t, i);
+    t->identical += r.good > 1 && !r.differ;
+    *cells++ = ll_cell_number((double)r.good);
+    *cells++ = ll_cell_number((double)r.failed);
+    *cells++ = ll_cell_number(r.good > 1 ? !r.differ : NAN);
+    for (int i = 0; i < e->metric_count; i++) {
+        summarise(t, i, &r);
+        t->unreached += i == e->until_metric && r.good + r.failed == e->head.repeats &&
+                        !ll_until_is_met(e, &t->summaries[i]);
+        cells = write_metric(t, i, cells);
+        if (!t->compares)
+            continue;
+        compare(t, i);
+        cells = write_difference(t, i, cells);
+    }
+    return true;
+}
+
+static ll_status add_room(ll_result_table *t)
+{
+    const ll_experiment *e = t->experiment;
+    size_t all = (size_t)(e->metric_count * e->head.repeats);
+    t->held = malloc(all * sizeof *t->held);
+    t->scratch = malloc((size_t)e->head.repeats * sizeof *t->scratch);
+    return t->held && t->scratch ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for the repeats of a point");
+}
+
+ll_status ll_result_table_points(const ll_experiment *e, ll_row_source *source, void *context,
+                                 ll_result_table **table)
+{
+    return ll_result_table_compared(e, NULL, -1, source, context, table);
+}
+
+ll_status ll_result_table_compared(const ll_experiment *e, const ll_row *baseline, int64_t count,
+                                   ll_row_source *source, void *context, ll_result_table **table)
+{
+    ll_status status = ll_table_make(e, source, context, table);
+    if (!ll_failed(&status))
+        status = add_room(*table);
+    if (!ll_failed(&status) && baseline &&
+        !((*table)->baseline = malloc((size_t)(e->metric_count * e->head.repeats) * sizeof(double))))
+        status = ll_error(LL_NO_MEMORY, "no memory for a baseline");
+    if (ll_failed(&status)) {
+        ll_result_table_free(*table);
+        *table = NULL;
+        return status;
+    }
+    ll_result_table *t = *table;
+    t->compares = baseline != NULL;
+    if (baseline)
+        forget(e, t->baseline);
+    for (int64_t k = 0; baseline && k < count; k++)
+        hold_run(e, &baseline[k], t->baseline);
+    ll_table_add(t, "point", LL_CELL_INT, false);
+    ll_table_add_parameters(t);
+    ll_table_add(t, "runs", LL_CELL_INT, false);
+    ll_table_add(t, "failed", LL_CELL_INT, false);
+    ll_table_add(t, "identical", LL_CELL_BOOL, true);
+    for (int i = 0; i < e->metric_count; i++) {
+        add_metric(t, i);
+        if (t->compares)
+            add_difference(t, i);
+    }
+    t->table = (ll_table){t->columns, t->column_count, next_point, t};
+    return status;
+}
+
+int64_t ll_result_table_identical(const ll_result_table *t)
+{
+    return t->identical;
+}
+
+const ll_sums *ll_result_table_sums(const ll_result_table *t)
+{
+    return t->sums;
+}
+
+const ll_summary *ll_result_table_summaries(const ll_result_table *t)
+{
+    return t->summaries;
+}

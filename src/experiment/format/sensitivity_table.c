@@ -1,0 +1,108 @@
+/* Rows of sensitivity indices: a metric and a dimension of the axes each. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/statistics/sensitivity.h"
+#include "experiment/format/table_internal.h"
+
+/* The means of one metric over the repeats of each point. */
+static ll_status read_means(ll_result_table *t, double *means)
+{
+    const ll_experiment *e = t->experiment;
+    ll_status status = ll_ok();
+    int64_t all = e->metric_count * e->points;
+    double *counts = calloc((size_t)all, sizeof *counts);
+    if (!counts)
+        return ll_error(LL_NO_MEMORY, "no memory for the means of points");
+    memset(means, 0, (size_t)all * sizeof *means);
+    while (t->source(t->context, &t->row, &status))
+        for (int i = 0; i < e->metric_count; i++) {
+            int64_t at = i * e->points + t->row.run / e->head.repeats;
+            double value = t->row.metrics[i];
+            if (!isfinite(value))
+                continue;
+            counts[at]++;
+            means[at] += (value - means[at]) / counts[at];
+        }
+    for (int64_t k = 0; k < all; k++)
+        if (counts[k] == 0)
+            means[k] = NAN;
+    free(counts);
+    return status;
+}
+
+/* What varies together, `a + b`. */
+static void name_dimension(const ll_experiment *e, int dimension, char *name, size_t size)
+{
+    size_t used = 0;
+    name[0] = '\0';
+    for (int a = 0; a < e->axis_count && used < size; a++)
+        if (e->dimension[a] == dimension)
+            used += (size_t)snprintf(name + used, size - used, "%s%s", used ? " + " : "", e->axes[a].path);
+}
+
+static bool next_index(void *context, ll_cell *cells, ll_status *status)
+{
+    ll_result_table *t = context;
+    const ll_experiment *e = t->experiment;
+    (void)status;
+    if (t->point == e->metric_count * e->dimension_count)
+        return false;
+    int metric = (int)(t->point / e->dimension_count), dimension = (int)(t->point % e->dimension_count);
+    const ll_sensitivity *s = &t->indices[t->point++];
+    name_dimension(e, dimension, t->paths[0], sizeof t->paths[0]);
+    *cells++ = ll_cell_text(e->metrics[metric]);
+    *cells++ = ll_cell_text(t->paths[0]);
+    *cells++ = ll_cell_number(s->first);
+    *cells++ = ll_cell_number(s->first_low);
+    *cells++ = ll_cell_number(s->first_high);
+    *cells++ = ll_cell_number(s->total);
+    *cells++ = ll_cell_number(s->total_low);
+    *cells++ = ll_cell_number(s->total_high);
+    *cells++ = ll_cell_number((double)s->samples);
+    return true;
+}
+
+static ll_status find_indices(ll_result_table *t)
+{
+    const ll_experiment *e = t->experiment;
+    int d = e->dimension_count;
+    t->held = malloc((size_t)(e->metric_count * e->points) * sizeof *t->held);
+    t->indices = calloc((size_t)(e->metric_count * d), sizeof *t->indices);
+    ll_status status = t->held && t->indices ? read_means(t, t->held)
+                                             : ll_error(LL_NO_MEMORY, "no memory for sensitivity indices");
+    for (int i = 0; i < e->metric_count && !ll_failed(&status); i++)
+        status =
+            ll_sensitivity_of(t->held + i * e->points, e->head.sample.count, d, t->indices + (int64_t)i * d);
+    return status;
+}
+
+ll_status ll_result_table_sensitivity(const ll_experiment *e, ll_row_source *source, void *context,
+                                      ll_result_table **table)
+{
+    static const char *const names[] = {"first", "first_low", "first_high",
+                                        "total", "total_low", "total_high"};
+    *table = NULL;
+    if (e->head.sample.method != LL_SAMPLE_SALTELLI || e->dimension_count == 0)
+        return ll_field_error(LL_BAD_INPUT, "sample.method",
+                              "sensitivity indices need axes that are sampled by saltelli");
+    ll_status status = ll_table_make(e, source, context, table);
+    if (!ll_failed(&status))
+        status = find_indices(*table);
+    if (ll_failed(&status)) {
+        ll_result_table_free(*table);
+        *table = NULL;
+        return status;
+    }
+    ll_result_table *t = *table;
+    t->point = 0;
+    ll_table_add(t, "metric", LL_CELL_TEXT, false);
+    ll_table_add(t, "parameter", LL_CELL_TEXT, false);
+    for (int k = 0; k < 6; k++)
+        ll_table_add(t, names[k], LL_CELL_REAL, true);
+    ll_table_add(t, "samples", LL_CELL_INT, false);
+    t->table = (ll_table){t->columns, t->column_count, next_index, t};
+    return status;
+}

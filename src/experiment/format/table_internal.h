@@ -1,0 +1,52 @@
+/* For the files of the tables of results. */
+#pragma once
+
+#include "experiment/statistics/sensitivity.h"
+#include "experiment/statistics/summary.h"
+#include "experiment/format/table.h"
+
+struct cJSON;
+
+enum { LL_METRIC_COLUMNS = 18 }; /* at most, of a metric in a table of points */
+
+struct ll_result_table {
+    const ll_experiment *experiment;
+    const char *version;
+    ll_row_source *source;
+    void *context;
+    ll_column columns[LL_COLUMNS_MAX];
+    int column_count, parameter_count;
+    char paths[LL_COLUMNS_MAX][LL_EXPERIMENT_PATH_MAX + 8]; /* of the parameters' columns */
+    bool varied[LL_COLUMNS_MAX];
+    int64_t point; /* whose values are held */
+    struct cJSON *values;
+    ll_row row; /* the one being written, or the first of the next point */
+    bool row_held;
+    int64_t identical; /* points so far whose repeats gave the same */
+    int64_t made,
+        has[LL_EXPERIMENT_METRICS_MAX]; /* runs so far that ended well, those of them that have it */
+    int64_t unreached; /* points so far that made all repeats and have not become as sure as `until` wants */
+    ll_sums sums[LL_EXPERIMENT_METRICS_MAX]; /* of the point */
+    ll_summary summaries[LL_EXPERIMENT_METRICS_MAX], differences[LL_EXPERIMENT_METRICS_MAX];
+    char texts[2][LL_EXPERIMENT_METRICS_MAX][LL_SUMMARY_TEXT_MAX]; /* of these two */
+    /* By metric and repeat, NaN where there is none: of the point, and of the baseline of comparisons. */
+    double *held, *baseline;
+    bool compares;
+    double *scratch; /* one metric's, without gaps */
+    ll_resampler resampler;
+    ll_sensitivity *indices; /* of a table of those, by metric and dimension */
+    char hash[17];
+    ll_table table;
+};
+
+/* All but the columns of their own. */
+ll_status ll_table_make(const ll_experiment *experiment, ll_row_source *source, void *context,
+                        ll_result_table **table);
+ll_column *ll_table_add(ll_result_table *table, const char *name, ll_cell_type type, bool nullable);
+void ll_table_add_parameters(ll_result_table *table);
+
+void ll_table_note(ll_result_table *table, const ll_row *row);   /* for the notices */
+ll_cell ll_cell_number(double value);                            /* NaN: null */
+ll_cell ll_cell_text(const char *value);                         /* empty: null */
+ll_cell ll_table_parameter(const ll_result_table *table, int i); /* of the point that is held */
+void ll_table_hold(ll_result_table *table, int64_t point);

@@ -1,0 +1,181 @@
+#include "experiment/report/ladder_page.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/report/plot.h"
+
+enum { SERIES_MAX = 64 };
+
+struct ll_ladder_page {
+    ll_drawn_rung *rungs;
+    int count, room;
+    bool short_of_memory;
+};
+
+ll_ladder_page *ll_ladder_page_make(void)
+{
+    return calloc(1, sizeof(ll_ladder_page));
+}
+
+void ll_ladder_page_free(ll_ladder_page *page)
+{
+    if (page)
+        free(page->rungs);
+    free(page);
+}
+
+void ll_ladder_page_add(ll_ladder_page *page, const ll_drawn_rung *rung)
+{
+    if (!page)
+        return;
+    if (page->count == page->room) {
+        int room = page->room ? 2 * page->room : 64;
+        ll_drawn_rung *more = realloc(page->rungs, (size_t)room * sizeof *more);
+        page->short_of_memory |= more == NULL;
+        if (!more)
+            return;
+        page->rungs = more;
+        page->room = room;
+    }
+    page->rungs[page->count++] = *rung;
+}
+
+/* ---- one ladder ---- */
+
+typedef struct ladder {
+    const ll_ladder_page *page;
+    int first, count; /* rungs follow each other */
+    const char *series[SERIES_MAX];
+    int series_count;
+    ll_plot_point *points; /* room for all rungs */
+    const char *where;
+    FILE *file;
+} ladder;
+
+static void tell(const void *context, int64_t point, FILE *file)
+{
+    const ll_drawn_rung *r = &((const ll_ladder_page *)context)->rungs[point];
+    ll_html_text(r->series, file);
+    fputs(", ", file);
+    ll_html_text(r->setting, file);
+    fprintf(file, " %.6g", r->value);
+}
+
+static int series_of(ladder *l, const char *name)
+{
+    int k = 0;
+    while (k < l->series_count && strcmp(l->series[k], name) != 0)
+        k++;
+    if (k == l->series_count && k < SERIES_MAX)
+        l->series[l->series_count++] = name;
+    return k < SERIES_MAX ? k : SERIES_MAX - 1;
+}
+
+static int by_x(const void *a, const void *b)
+{
+    const ll_plot_point *p = a, *q = b;
+    if (p->x != q->x)
+        return (p->x > q->x) - (p->x < q->x);
+    return (p->y > q->y) - (p->y < q->y);
+}
+
+/* Of points from left to right those that are lower than all before. */
+static void mark_front(ll_plot_point *points, int count)
+{
+    double least = INFINITY;
+    for (int i = 0; i < count; i++)
+        if (isfinite(points[i].x) && points[i].y < least) {
+            points[i].front = true;
+            least = points[i].y;
+        }
+}
+
+static ll_status write_plot(ladder *l, bool counted, const char *title)
+{
+    const ll_drawn_rung *first = &l->page->rungs[l->first];
+    for (int i = 0; i < l->count; i++) {
+        const ll_drawn_rung *r = &first[i];
+        l->points[i] = (ll_plot_point){.x = fabs(counted ? r->count : r->cpu_s),
+                                       .y = r->y,
+                                       .low = r->low,
+                                       .high = r->high,
+                                       .point = l->first + i,
+                                       .series = series_of(l, r->series)};
+    }
+    qsort(l->points, (size_t)l->count, sizeof *l->points, by_x);
+    mark_front(l->points, l->count);
+    return ll_plot_write(&(ll_plot){.title = title,
+                                    .x_name = counted ? first->counter : "CPU time of a run, least, s",
+                                    .y_name = first->error,
+                                    .points = l->points,
+                                    .count = l->count,
+                                    .series = l->series,
+                                    .series_count = l->series_count,
+                                    .series_name = first->title,
+                                    .log_x = true,
+                                    .log_y = true,
+                                    .apart = true,
+                                    .joined = true,
+                                    .width = 760,
+                                    .height = 420,
+                                    .tell = tell,
+                                    .context = l->page,
+                                    .where = l->where},
+                         l->file);
+}
+
+static ll_status write_ladder(ladder *l)
+{
+    const ll_drawn_rung *first = &l->page->rungs[l->first];
+    fputs("<h2>", l->file);
+    ll_html_text(first->title, l->file);
+    fputs(" by ", l->file);
+    ll_html_text(first->setting, l->file);
+    fputs("</h2>\n", l->file);
+    ll_status status = write_plot(l, false, "Error against processor time");
+    return ll_failed(&status) ? status : write_plot(l, true, "Error against what was counted");
+}
+
+/* ---- the page ---- */
+
+static ll_status write_ladders(ll_ladder_page *page, const char *where, FILE *file)
+{
+    ll_status status = ll_ok();
+    ll_plot_point *points = malloc((size_t)page->count * sizeof *points + 1);
+    if (!points)
+        return ll_error(LL_NO_MEMORY, "no memory for plots");
+    for (int i = 0; i < page->count && !ll_failed(&status);) {
+        ladder l = {.page = page, .first = i, .points = points, .where = where, .file = file};
+        while (i < page->count && page->rungs[i].ladder == page->rungs[l.first].ladder)
+            i++;
+        l.count = i - l.first;
+        status = write_ladder(&l);
+    }
+    free(points);
+    return status;
+}
+
+ll_status ll_ladder_page_write(ll_ladder_page *page, const char *title, const char *command, const char *path)
+{
+    char where[400];
+    FILE *file = page->short_of_memory ? NULL : fopen(path, "wb");
+    if (!file)
+        return page->short_of_memory ? ll_error(LL_NO_MEMORY, "no memory for a page")
+                                     : ll_error(LL_IO, "cannot write %.200s", path);
+    snprintf(where, sizeof where, "the rows of <code>%.300s</code>", command);
+    ll_html_begin(title, file);
+    fputs("<p>Left is cheap, low is good; each line is a method whose setting is varied. Marked is the "
+          "front: who "
+          "is better in one is worse in the other. What failed or has no known error is not drawn. Times are "
+          "of "
+          "this machine.</p>\n",
+          file);
+    ll_status status = write_ladders(page, where, file);
+    fputs("</body></html>\n", file);
+    bool bad = fflush(file) != 0 || ferror(file);
+    if ((fclose(file) != 0 || bad) && !ll_failed(&status))
+        status = ll_error(LL_IO, "cannot write %.200s", path);
+    return status;
+}

@@ -1,0 +1,174 @@
+#include "experiment/spec/metric_path.h"
+
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/run_status.h"
+
+/* What the path's first name leads to, which is copied to `name`; `*path` becomes the rest, or its end. */
+static const cJSON *metric_step(const cJSON *metrics, const char **path, char name[64])
+{
+    size_t length = strcspn(*path, ".");
+    snprintf(name, 64, "%.*s", (int)length, *path);
+    char *end;
+    long index = strtol(name, &end, 10);
+    *path += length + ((*path)[length] == '.');
+    return cJSON_IsArray(metrics) && end != name && *end == '\0' && index >= 0
+               ? cJSON_GetArrayItem(metrics, (int)index)
+               : cJSON_GetObjectItemCaseSensitive(metrics, name);
+}
+
+static const cJSON *metric_at(const cJSON *metrics, const char *path, char *reached, int size,
+                              const char **missing)
+{
+    reached[0] = '\0';
+    for (;;) {
+        char name[64];
+        *missing = path;
+        const cJSON *next = metric_step(metrics, &path, name);
+        if (!next)
+            return NULL;
+        size_t used = strlen(reached);
+        snprintf(reached + used, (size_t)size - used, "%s%s", used ? "." : "", name);
+        metrics = next;
+        if (*path == '\0')
+            return metrics;
+    }
+}
+
+/* What is there where the path ends, in as many names as fit. */
+static ll_status no_metric(const cJSON *metrics, const char *field, const char *path)
+{
+    char reached[160], names[120] = "", found[160];
+    const char *missing;
+    const cJSON *at = metric_at(metrics, path, reached, sizeof reached, &missing), *item;
+    if (!at)
+        at = reached[0] ? metric_at(metrics, reached, found, sizeof found, &missing) : metrics;
+    if (cJSON_IsArray(at))
+        return ll_field_error(LL_BAD_INPUT, field,
+                              "%s: the scenario has no metric %s; %s has %d elements, from 0", field, path,
+                              reached, cJSON_GetArraySize(at));
+    cJSON_ArrayForEach(item, at)
+    {
+        size_t used = strlen(names);
+        if (used + strlen(item->string) + sizeof ", " + sizeof ", ..." > sizeof names) {
+            strcat(names, ", ...");
+            break;
+        }
+        snprintf(names + used, sizeof names - used, "%s%s", used ? ", " : "", item->string);
+    }
+    if (names[0] == '\0')
+        return ll_field_error(LL_BAD_INPUT, field, "%s: %s is no number", field, path);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: the scenario has no metric %s; %s has %s", field, path,
+                          reached[0] ? reached : "it", names);
+}
+
+static bool is_number(const cJSON *item)
+{
+    return cJSON_IsNumber(item) || cJSON_IsRaw(item) || cJSON_IsBool(item);
+}
+
+ll_status ll_metric_check(const cJSON *metrics, const char *field, const char *path)
+{
+    char reached[160];
+    const char *missing;
+    const cJSON *found = metric_at(metrics, path, reached, sizeof reached, &missing);
+    return found && (is_number(found) || cJSON_IsNull(found)) ? ll_ok() : no_metric(metrics, field, path);
+}
+
+double ll_metric_value(const cJSON *metrics, const char *path)
+{
+    char reached[160];
+    const char *missing;
+    const cJSON *item = metric_at(metrics, path, reached, sizeof reached, &missing);
+    return cJSON_IsBool(item) ? cJSON_IsTrue(item) : is_number(item) ? item->valuedouble : NAN;
+}
+
+const cJSON *ll_metric_failed_part(const cJSON *metrics, const char *path, char *where, int size)
+{
+    where[0] = '\0';
+    for (const cJSON *part = metrics; part != NULL;) {
+        char name[64];
+        const cJSON *status = cJSON_GetObjectItemCaseSensitive(part, "status");
+        if (cJSON_IsString(status) && strcmp(status->valuestring, ll_run_status_names[LL_RUN_OK]) != 0)
+            return part;
+        if (*path == '\0')
+            break;
+        part = metric_step(part, &path, name);
+        size_t used = strlen(where);
+        snprintf(where + used, (size_t)size - used, "%s%s", used ? "." : "", name);
+    }
+    where[0] = '\0';
+    return NULL;
+}
+
+bool ll_metric_is_signed(const ll_sim_kind *kind, const char *path)
+{
+    const char *dot = strrchr(path, '.'), *name = dot ? dot + 1 : path;
+    for (const char *const *known = kind->signed_metrics; known && *known; known++)
+        if (strcmp(*known, name) == 0)
+            return true;
+    return false;
+}
+
+static bool is_among(const char *const *names, const char *path)
+{
+    for (; *path; path += strcspn(path, "."), path += *path == '.')
+        for (const char *const *name = names; *name; name++)
+            if (strncmp(path, *name, strlen(*name)) == 0 && strchr(".", path[strlen(*name)]))
+                return true;
+    return false;
+}
+
+static bool ends_in(const char *path, const char *end)
+{
+    size_t size = strlen(path), n = strlen(end);
+    return size >= n && strcmp(path + size - n, end) == 0;
+}
+
+bool ll_metric_is_cost(const char *path)
+{
+    return strcmp(path, "cost.ns_per_sim_s") == 0;
+}
+
+bool ll_metric_is_rate(const char *path)
+{
+    return ends_in(path, "_per_s");
+}
+
+ll_metric_scale ll_metric_scale_of(const ll_sim_kind *kind, const cJSON *metrics, const char *path)
+{
+    static const char *const events[] = {"visible_corrections",
+                                         "visible_corrections_per_s",
+                                         "hitches",
+                                         "underruns",
+                                         "overruns",
+                                         "false_hits",
+                                         "false_misses",
+                                         "shot_behind_cover",
+                                         "clamped",
+                                         "distrusted",
+                                         "rifle_hits",
+                                         "shell_hits",
+                                         "mismatches",
+                                         "drops",
+                                         "time_outs",
+                                         "clock_snaps",
+                                         "false_refusals",
+                                         "hits_on_players",
+                                         "seen_second",
+                                         NULL};
+    char reached[160];
+    const char *missing;
+    if (cJSON_IsBool(metric_at(metrics, path, reached, sizeof reached, &missing)))
+        return LL_SCALE_FLAG;
+    if (kind->no_rare_events || ll_metric_is_cost(path))
+        return LL_SCALE_AMOUNT;
+    if (is_among(events, path))
+        return LL_SCALE_COUNT;
+    return ends_in(path, ".max") || ends_in(path, "_max") || ends_in(path, ".p99") ? LL_SCALE_EXTREME
+                                                                                   : LL_SCALE_AMOUNT;
+}

@@ -1,0 +1,244 @@
+/* The values of a specification: their table, and the JSON Schema of the whole. */
+#include <cjson/cJSON.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "experiment/spec/internal.h"
+
+static const char *const intervals[] = {"auto", "t", NULL};
+static const char *const samplings[] = {"none", "random", "sobol", "lhs", "saltelli", NULL};
+
+#define SAMPLE(member) offsetof(ll_experiment_head, sample.member) - offsetof(ll_experiment_head, sample)
+#define STOP(member) offsetof(ll_experiment_head, stop.member) - offsetof(ll_experiment_head, stop)
+
+static const ll_param sample_rows[] = {
+    {.name = "method",
+     .type = LL_PARAM_CHOICE,
+     .offset = SAMPLE(method),
+     .choices = samplings,
+     .help = "Points drawn from the axes in place of their product: at random, a Sobol' sequence, which "
+             "fills evenly, a "
+             "Latin hypercube (lhs), or what sensitivity indices are made of (saltelli)."},
+    {.name = "count",
+     .type = LL_PARAM_INT,
+     .offset = SAMPLE(count),
+     .min = 1,
+     .max = LL_EXPERIMENT_RUNS_MAX,
+     .standard = 64,
+     .help = "How many points, of saltelli base samples, each of as many points as there are dimensions and "
+             "two; powers "
+             "of two suit Sobol' sequences and saltelli."},
+    {.name = "seed",
+     .type = LL_PARAM_INT,
+     .offset = SAMPLE(seed),
+     .max = 9007199254740991,
+     .standard = 1,
+     .help = "Of the draws; of a Sobol' sequence's shift."},
+};
+
+static const ll_param_table sample_table = {.name = "sample",
+                                            .help = "How points are drawn.",
+                                            .rows = sample_rows,
+                                            .count = sizeof sample_rows / sizeof sample_rows[0],
+                                            .size = sizeof((ll_experiment_head *)0)->sample};
+
+static const ll_param stop_rows[] = {
+    {.name = "metric",
+     .type = LL_PARAM_TEXT,
+     .offset = STOP(metric),
+     .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "A metric that ends a run early; empty: none does."},
+    {.name = "above",
+     .type = LL_PARAM_REAL,
+     .offset = STOP(above),
+     .min = -1e15,
+     .max = 1e15,
+     .help = "A run ends when the metric is above."},
+    {.name = "every_s",
+     .type = LL_PARAM_REAL,
+     .offset = STOP(every_s),
+     .min = 0.01,
+     .max = 3600,
+     .standard = 1,
+     .unit = "s",
+     .help = "How often that is looked at, in virtual time."},
+};
+
+static const ll_param_table stop_table = {.name = "stop",
+                                          .help = "When a run ends before its duration.",
+                                          .rows = stop_rows,
+                                          .count = sizeof stop_rows / sizeof stop_rows[0],
+                                          .size = sizeof((ll_experiment_head *)0)->stop};
+
+#define UNTIL(member) offsetof(ll_experiment_head, until.member) - offsetof(ll_experiment_head, until)
+
+static const ll_param until_rows[] = {
+    {.name = "metric",
+     .type = LL_PARAM_TEXT,
+     .offset = UNTIL(metric),
+     .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "One of the metrics; empty: the error."},
+    {.name = "half_width",
+     .type = LL_PARAM_REAL,
+     .offset = UNTIL(half_width),
+     .max = 1e15,
+     .help = "A point has enough runs when half of the interval's width is at most this; 0: no such rule."},
+    {.name = "relative",
+     .type = LL_PARAM_REAL,
+     .offset = UNTIL(relative),
+     .max = 1,
+     .help = "Or when it is at most this part of the mean's magnitude; 0: no such rule."},
+    {.name = "least",
+     .type = LL_PARAM_INT,
+     .offset = UNTIL(least),
+     .min = LL_INTERVAL_LEAST,
+     .max = 100000,
+     .standard = 10,
+     .help = "Runs before the first look; there is another whenever there are twice as many."},
+};
+
+static const ll_param_table until_table = {.name = "until",
+                                           .help = "When a point has enough runs, below `repeats`.",
+                                           .rows = until_rows,
+                                           .count = sizeof until_rows / sizeof until_rows[0],
+                                           .size = sizeof((ll_experiment_head *)0)->until};
+
+#define ROW(member) .name = #member, .offset = offsetof(ll_experiment_head, member)
+
+static const ll_param head_rows[] = {
+    {ROW(title), .type = LL_PARAM_TEXT, .max = LL_TITLE_MAX, .help = "A short name for people."},
+    {ROW(text), .type = LL_PARAM_TEXT, .max = LL_TEXT_MAX, .help = "What it asks."},
+    {ROW(scenario_id), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "Where a scenario that is given whole was read from."},
+    {ROW(error), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "The metric that is to be small; empty: the first."},
+    {ROW(cost), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
+     .help = "The metric that this is paid with; empty: the second, if there is one."},
+    {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .standard = 1,
+     .help = "Runs of each point, with seeds that count up from the scenario's."},
+    {ROW(interval), .type = LL_PARAM_CHOICE, .choices = intervals,
+     .help = "How intervals of means are made: auto chooses by what the values are, t is Student's for all "
+             "but shares, for who knows that they are near to normal."},
+    {ROW(traces), .type = LL_PARAM_BOOL,
+     .help = "Write each run's trace beside the rows: for at most 1000 runs."},
+    {ROW(sample), .type = LL_PARAM_OBJECT, .child = &sample_table, .help = "How points are drawn."},
+    {ROW(stop), .type = LL_PARAM_OBJECT, .child = &stop_table, .help = "When a run ends early."},
+    {ROW(until), .type = LL_PARAM_OBJECT, .child = &until_table,
+     .help = "When a point has enough runs, below `repeats`."},
+};
+
+static const ll_param_table head_table = {.name = "experiment",
+                                          .help = "A scenario, what is varied, and which metrics are kept.",
+                                          .rows = head_rows,
+                                          .count = sizeof head_rows / sizeof head_rows[0],
+                                          .size = sizeof(ll_experiment_head)};
+
+/* Keys that are not values of one type, so not in the table. */
+static const char *const other_keys[] = {"scenario", "set", "axes", "metrics", "workload", "front"};
+
+/* ---- schema ---- */
+
+static void add_other(cJSON *properties, const char *name, const char *schema)
+{
+    cJSON_AddItemToObject(properties, name, cJSON_Parse(schema));
+}
+
+static void add_workload(cJSON *properties)
+{
+    add_other(
+        properties, "workload",
+        "{\"description\":\"Inputs that every run replays, at their times, for the players whose control is "
+        "person: the lines of a session's log as one text, or an object; in a file of an experiment also the "
+        "path of a log beside it.\",\"type\":[\"string\",\"object\"],\"properties\":{"
+        "\"tick_hz\":{\"description\":\"What the ticks of the inputs count.\",\"type\":\"number\","
+        "\"minimum\":1,\"maximum\":1000,\"default\":60,\"x-unit\":\"Hz\"},"
+        "\"inputs\":{\"description\":\"In the order of ticks; an input counts until the next of its "
+        "player.\",\"type\":\"array\",\"minItems\":1,\"maxItems\":1000000,\"items\":{\"type\":\"object\","
+        "\"properties\":{\"op\":{\"const\":\"input\"},"
+        "\"tick\":{\"type\":\"integer\",\"minimum\":0,\"maximum\":1000000000},"
+        "\"player\":{\"type\":\"integer\",\"minimum\":0,\"maximum\":15},"
+        "\"axes\":{\"type\":\"array\",\"minItems\":2,\"maxItems\":2,\"items\":{\"type\":\"number\","
+        "\"minimum\":-1,\"maximum\":1}},"
+        "\"buttons\":{\"type\":\"integer\",\"minimum\":0,\"maximum\":4294967295,\"default\":0}},"
+        "\"required\":[\"tick\",\"player\",\"axes\"],\"additionalProperties\":false}}},"
+        "\"required\":[\"inputs\"],\"additionalProperties\":false}");
+}
+
+cJSON *ll_experiment_schema(void)
+{
+    cJSON *schema = ll_param_schema(&head_table), *axis = ll_axis_schema();
+    cJSON *properties = cJSON_GetObjectItem(schema, "properties"),
+          *defs = cJSON_GetObjectItem(schema, "$defs");
+    add_other(
+        properties, "scenario",
+        "{\"description\":\"An id of the library, or a whole scenario.\",\"type\":[\"string\",\"object\"]}");
+    add_other(properties, "set",
+              "{\"description\":\"Fixed values by path, before the axes.\",\"type\":\"object\"}");
+    add_other(
+        properties, "axes",
+        "{\"description\":\"What is varied: the product of all, the last one fastest. Axes in a `zip` go "
+        "together.\",\"type\":\"array\",\"items\":{\"anyOf\":[{\"$ref\":\"#/$defs/"
+        "axis\"},{\"type\":\"object\","
+        "\"properties\":{\"zip\":{\"type\":\"array\",\"minItems\":1,\"items\":{\"$ref\":\"#/$defs/axis\"}}},"
+        "\"required\":[\"zip\"],\"additionalProperties\":false}]}}");
+    add_other(properties, "metrics",
+              "{\"description\":\"Paths of numbers in the metrics of a run, and cost.ns_per_sim_s, which is "
+              "measured: "
+              "nanoseconds of a processor for a second of simulated time, the least of "
+              "several.\",\"type\":\"array\",\"minItems\":1,"
+              "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+    add_other(
+        properties, "front",
+        "{\"description\":\"Metrics whose front the report marks: points that no other point is as good as "
+        "in all "
+        "and better than in one, by magnitude; left out, cost and error.\",\"type\":\"array\",\"minItems\":2,"
+        "\"maxItems\":32,\"items\":{\"type\":\"string\"}}");
+    add_workload(properties);
+    cJSON_AddItemToObject(
+        cJSON_GetObjectItem(axis, "properties"), "values",
+        cJSON_Parse("{\"description\":\"A list in place of a range.\",\"type\":\"array\",\"minItems\":1,"
+                    "\"items\":{\"type\":[\"number\",\"string\",\"boolean\"]}}"));
+    cJSON_DeleteItemFromObject(axis, "$schema");
+    cJSON_DeleteItemFromObject(axis, "$defs");
+    cJSON_AddItemToObject(defs, "axis", axis);
+    cJSON_AddItemToObject(schema, "required", cJSON_Parse("[\"scenario\",\"metrics\"]"));
+    return schema;
+}
+
+/* ---- reading ---- */
+
+static ll_status check_keys(const cJSON *json, ll_experiment_head *head)
+{
+    char known[240] = "";
+    const cJSON *item;
+    for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s, ", other_keys[i]);
+    for (int i = 0; i < head_table.count; i++)
+        snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", head_rows[i].name,
+                 i + 1 < head_table.count ? ", " : "");
+    cJSON_ArrayForEach(item, json)
+    {
+        bool found = ll_param_find(&head_table, head, item->string, NULL) != NULL;
+        for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
+            found |= strcmp(item->string, other_keys[i]) == 0;
+        if (!found)
+            return ll_field_error(LL_BAD_INPUT, item->string, "%.40s is unknown; an experiment has %s",
+                                  item->string, known);
+    }
+    return ll_ok();
+}
+
+ll_status ll_experiment_read_head(const cJSON *json, ll_experiment_head *head)
+{
+    ll_param_defaults(&head_table, head);
+    ll_status status = check_keys(json, head);
+    if (ll_failed(&status))
+        return status;
+    cJSON *rest = cJSON_Duplicate(json, true);
+    for (size_t i = 0; i < sizeof other_keys / sizeof other_keys[0]; i++)
+        cJSON_DeleteItemFromObjectCaseSensitive(rest, other_keys[i]);
+    status = ll_param_parse(&head_table, rest, head);
+    cJSON_Delete(rest);
+    return status;
+}

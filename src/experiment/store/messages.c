@@ -1,0 +1,47 @@
+/* What the kinds of stores share: what they say, and how an experiment stands. */
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "experiment/store/kinds.h"
+
+void ll_store_name_url(const char *url, char *name, size_t size)
+{
+    const char *slashes = strstr(url, "://"), *begin = slashes ? slashes + 3 : url;
+    size_t whole = strcspn(begin, "?");
+    const char *at = memrchr(begin, '@', whole), *rest = at ? at : begin;
+    size_t user = at ? strcspn(begin, ":@") : 0;
+    snprintf(name, size, "%.*s%.*s%.*s", (int)(begin - url), url, (int)user, begin,
+             (int)(begin + whole - rest), rest);
+}
+
+void ll_store_settle(ll_experiment_record *r, bool given_up)
+{
+    if (r->done == r->to - r->from)
+        r->state = LL_EXPERIMENT_DONE;
+    else if (given_up)
+        r->state = LL_EXPERIMENT_FAILED;
+}
+
+ll_status ll_store_unknown(const char *id)
+{
+    return ll_field_error(LL_NOT_FOUND, "experiment", "there is no experiment %.60s in the store", id);
+}
+
+ll_status ll_store_taken(const char *name, const char *id)
+{
+    return ll_error(LL_CONFLICT, "the store %.120s has another experiment %s", name, id);
+}
+
+ll_status ll_store_lost(const ll_lease *lease)
+{
+    return ll_error(LL_CONFLICT, "the lease of chunk %" PRId64 " of %s is another worker's", lease->chunk,
+                    lease->id);
+}
+
+ll_status ll_store_newer(const char *name, int64_t schema)
+{
+    return ll_error(LL_BAD_INPUT,
+                    "the store %.120s is of schema %" PRId64 ", of a newer laglab; this one knows up to %d",
+                    name, schema, LL_STORE_SCHEMA);
+}

@@ -1,0 +1,572 @@
+/* The store in PostgreSQL: what several machines share. */
+#include <inttypes.h>
+#include <libpq-fe.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "experiment/store/kinds.h"
+
+/* Metrics are an array of numbers, so that SQL can read them: metrics[1] is the first of the specification.
+ */
+static const char schema[] =
+    "CREATE SCHEMA IF NOT EXISTS laglab;"
+    "CREATE TABLE schema_version(version integer NOT NULL);"
+    "INSERT INTO schema_version VALUES(2);"
+    "CREATE TABLE experiment(id text PRIMARY KEY, specification text NOT NULL, state integer NOT NULL,"
+    " first bigint NOT NULL, past bigint NOT NULL, created_s bigint NOT NULL,"
+    " number bigint GENERATED ALWAYS AS IDENTITY, owner_hash text NOT NULL, version text NOT NULL);"
+    "CREATE TABLE chunk(id text NOT NULL, chunk bigint NOT NULL, first bigint NOT NULL, past bigint NOT NULL,"
+    " state integer NOT NULL DEFAULT 0, attempt integer NOT NULL DEFAULT 0, owner text,"
+    " lease_until timestamptz, PRIMARY KEY(id, chunk)) WITH (fillfactor=70);"
+    "CREATE INDEX chunk_open ON chunk(id, chunk) WHERE state < 2;"
+    "CREATE TABLE result(id text NOT NULL, run bigint NOT NULL, status integer NOT NULL, error text,"
+    " hash bigint NOT NULL, t_s double precision NOT NULL, metrics double precision[] NOT NULL,"
+    " PRIMARY KEY(id, run));";
+
+static const char schema_from_1[] = "ALTER TABLE experiment ADD COLUMN version text NOT NULL DEFAULT '';"
+                                    "UPDATE schema_version SET version=2;";
+
+#define NOW_S "extract(epoch FROM now())::bigint"
+
+/* Of each connection. A worker that freezes between the end of its lease and the commit would keep its chunk
+ * locked. */
+static const char session[] = "SET search_path TO laglab; SET idle_in_transaction_session_timeout TO '60s';"
+                              "SET client_min_messages TO warning; SET client_encoding TO 'UTF8'";
+
+typedef struct postgres_store {
+    ll_result_store base;
+    PGconn *db;
+    PGresult *result;     /* of the last statement */
+    pthread_mutex_t lock; /* a connection is used by one thread at a time */
+    char name[160];       /* the URL without its password and its query */
+} postgres_store;
+
+/* ---- errors ---- */
+
+/* libpq tells of each address that it tried, in lines; where the first was, the name tells too. */
+static ll_status unavailable(const postgres_store *s)
+{
+    static const char before[] = " failed: ";
+    const char *message = PQerrorMessage(s->db), *reason = strstr(message, before);
+    reason = reason ? reason + strlen(before) : message;
+    return ll_error(LL_UNAVAILABLE, "the server of the store %.100s cannot be used: %.*s", s->name,
+                    (int)strcspn(reason, "\n"), reason);
+}
+
+static ll_status failure(const postgres_store *s, const char *doing)
+{
+    if (PQstatus(s->db) != CONNECTION_OK)
+        return unavailable(s);
+    const char *code = PQresultErrorField(s->result, PG_DIAG_SQLSTATE);
+    const char *message = PQresultErrorField(s->result, PG_DIAG_MESSAGE_PRIMARY);
+    if (code && strcmp(code, "53100") == 0)
+        return ll_error(LL_IO, "the disk of the store %.120s is full", s->name);
+    if (code && strcmp(code, "25006") == 0)
+        return ll_error(LL_IO, "the store %.120s cannot be written: %.80s", s->name, message);
+    return ll_error(LL_IO, "%s in the store %.100s failed: %.100s", doing, s->name,
+                    message ? message : PQerrorMessage(s->db));
+}
+
+/* ---- statements ---- */
+
+static bool keep(postgres_store *s, PGresult *result)
+{
+    PQclear(s->result);
+    s->result = result;
+    ExecStatusType status = PQresultStatus(result);
+    return status == PGRES_COMMAND_OK || status == PGRES_TUPLES_OK || status == PGRES_COPY_IN;
+}
+
+static bool run(postgres_store *s, const char *sql)
+{
+    return keep(s, PQexec(s->db, sql));
+}
+
+enum { ARGUMENTS_MAX = 6 };
+
+/* `types`: a letter per argument: t text, i int64_t, r double. `binary`: of the answer. */
+static bool query_as(postgres_store *s, int binary, const char *sql, const char *types, va_list arguments)
+{
+    char numbers[ARGUMENTS_MAX][32];
+    const char *values[ARGUMENTS_MAX];
+    int count = 0;
+    for (; types[count]; count++) {
+        values[count] = numbers[count];
+        if (types[count] == 't')
+            values[count] = va_arg(arguments, const char *);
+        else if (types[count] == 'r')
+            snprintf(numbers[count], sizeof numbers[count], "%.17g", va_arg(arguments, double));
+        else
+            snprintf(numbers[count], sizeof numbers[count], "%" PRId64, va_arg(arguments, int64_t));
+    }
+    return keep(s, PQexecParams(s->db, sql, count, NULL, values, NULL, NULL, binary));
+}
+
+static bool query(postgres_store *s, const char *sql, const char *types, ...)
+{
+    va_list arguments;
+    va_start(arguments, types);
+    bool good = query_as(s, 0, sql, types, arguments);
+    va_end(arguments);
+    return good;
+}
+
+static bool binary_query(postgres_store *s, const char *sql, const char *types, ...)
+{
+    va_list arguments;
+    va_start(arguments, types);
+    bool good = query_as(s, 1, sql, types, arguments);
+    va_end(arguments);
+    return good;
+}
+
+/* Rows that the last statement gave, or changed. */
+static int given(const postgres_store *s)
+{
+    return PQntuples(s->result);
+}
+
+static bool changed(const postgres_store *s)
+{
+    return strtoll(PQcmdTuples(s->result), NULL, 10) > 0;
+}
+
+static const char *text_at(const postgres_store *s, int row, int column)
+{
+    return PQgetvalue(s->result, row, column);
+}
+
+static int64_t whole_at(const postgres_store *s, int row, int column)
+{
+    return strtoll(text_at(s, row, column), NULL, 10);
+}
+
+static bool true_at(const postgres_store *s, int row, int column)
+{
+    return text_at(s, row, column)[0] == 't';
+}
+
+/* Commits, or undoes what a failure left. */
+static ll_status end(postgres_store *s, bool good, const char *doing)
+{
+    if (good && run(s, "COMMIT"))
+        return ll_ok();
+    ll_status status = failure(s, doing);
+    run(s, "ROLLBACK");
+    return status;
+}
+
+/* ---- the connection ---- */
+
+/* What libpq says of a URL that it cannot read, up to where it quotes from it. */
+static ll_status check_url(const char *url, const char *name)
+{
+    char *message = NULL;
+    PQconninfoOption *options = PQconninfoParse(url, &message);
+    ll_status status = ll_ok();
+    if (message) {
+        message[strcspn(message, "\":\n")] = '\0';
+        status = ll_field_error(LL_BAD_INPUT, "store", "the URL of the store %.100s cannot be read: %.100s",
+                                name, message);
+    }
+    PQconninfoFree(options);
+    PQfreemem(message);
+    return status;
+}
+
+/* On a connection that is not there it would hide why. */
+static bool begin_session(postgres_store *s)
+{
+    return PQstatus(s->db) == CONNECTION_OK && run(s, session);
+}
+
+static ll_status reach(postgres_store *s, const char *url)
+{
+    /* The URL comes last but one: it may say otherwise. */
+    static const char *const names[] = {"connect_timeout",
+                                        "keepalives_idle",
+                                        "keepalives_interval",
+                                        "keepalives_count",
+                                        "tcp_user_timeout",
+                                        "fallback_application_name",
+                                        "dbname",
+                                        NULL};
+    const char *const values[] = {"10", "20", "10", "3", "60000", "laglab", url, NULL};
+    s->db = PQconnectdbParams(names, values, true);
+    return begin_session(s) ? ll_ok() : failure(s, "Opening");
+}
+
+static ll_status prepare_schema(postgres_store *s)
+{
+    bool good = run(s, "BEGIN") && query(s, "SELECT pg_advisory_xact_lock(7817201)", "") &&
+                query(s, "SELECT to_regclass('laglab.schema_version') IS NOT NULL", "");
+    if (good && !true_at(s, 0, 0))
+        return end(s, run(s, schema), "Making the tables");
+    good = good && query(s, "SELECT version FROM schema_version", "");
+    int64_t version = good && given(s) > 0 ? whole_at(s, 0, 0) : 0;
+    if (version == 1)
+        good = run(s, schema_from_1);
+    ll_status status = end(s, good, "Opening");
+    return !ll_failed(&status) && version > LL_STORE_SCHEMA ? ll_store_newer(s->name, version) : status;
+}
+
+static void close_store(ll_result_store *store)
+{
+    postgres_store *s = (postgres_store *)store;
+    PQclear(s->result);
+    PQfinish(s->db);
+    pthread_mutex_destroy(&s->lock);
+    free(s);
+}
+
+static ll_status open_store(const char *url, ll_result_store **store)
+{
+    if (!strstr(url, "://"))
+        return ll_field_error(LL_BAD_INPUT, "store",
+                              "a store in PostgreSQL is postgresql://USER@HOST/DATABASE");
+    postgres_store *s = calloc(1, sizeof *s);
+    if (!s)
+        return ll_error(LL_NO_MEMORY, "no memory for a store");
+    s->base.kind = &ll_result_store_postgres;
+    pthread_mutex_init(&s->lock, NULL);
+    ll_store_name_url(url, s->name, sizeof s->name);
+    ll_status status = check_url(url, s->name);
+    if (!ll_failed(&status))
+        status = reach(s, url);
+    if (!ll_failed(&status))
+        status = prepare_schema(s);
+    if (ll_failed(&status)) {
+        close_store(&s->base);
+        return status;
+    }
+    *store = &s->base;
+    return ll_ok();
+}
+
+/* A connection that the server has closed meanwhile, as a restart does, is made again. What breaks in the
+ * midst of an operation is LL_UNAVAILABLE; it may have been done or not, and each can be asked for twice. */
+static postgres_store *enter(ll_result_store *store)
+{
+    postgres_store *s = (postgres_store *)store;
+    pthread_mutex_lock(&s->lock);
+    PQconsumeInput(s->db); /* the server's last words */
+    PQconsumeInput(s->db); /* the end of the connection */
+    if (PQstatus(s->db) != CONNECTION_OK) {
+        PQreset(s->db);
+        begin_session(s);
+    }
+    return s;
+}
+
+static ll_status leave(postgres_store *s, ll_status status)
+{
+    PQclear(s->result);
+    s->result = NULL;
+    pthread_mutex_unlock(&s->lock);
+    return status;
+}
+
+/* ---- experiments ---- */
+
+static ll_status specification(ll_result_store *store, const char *id, char **text)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, "SELECT specification FROM experiment WHERE id=$1", "t", id);
+    *text = good && given(s) > 0 ? strdup(text_at(s, 0, 0)) : NULL;
+    return leave(s, !good ? failure(s, "Reading") : *text ? ll_ok() : ll_store_unknown(id));
+}
+
+/* What is there under the id is left as it is. */
+static bool insert_experiment(postgres_store *s, const ll_experiment_record *r, const char *text,
+                              int64_t chunk)
+{
+    bool good = query(s,
+                      "INSERT INTO experiment(id,specification,state,first,past,created_s,owner_hash,version)"
+                      " VALUES($1,$2,0,$3,$4," NOW_S ",$5,$6) ON CONFLICT DO NOTHING",
+                      "ttiitt", r->id, text, r->from, r->to, r->owner_hash, s->base.version);
+    if (!good || !changed(s))
+        return good;
+    return query(s,
+                 "INSERT INTO chunk(id,chunk,first,past) SELECT $1, k, $2::bigint+k*$4::bigint,"
+                 " least($2::bigint+(k+1)*$4::bigint, $3::bigint)"
+                 " FROM generate_series(0, ($3::bigint-$2::bigint+$4::bigint-1)/$4::bigint-1) k",
+                 "tiii", r->id, r->from, r->to, chunk);
+}
+
+static ll_status create(ll_result_store *store, const ll_experiment_record *r, const char *text,
+                        int64_t chunk)
+{
+    postgres_store *s = enter(store);
+    ll_status status =
+        end(s, run(s, "BEGIN") && insert_experiment(s, r, text, chunk), "Registering an experiment");
+    if (!ll_failed(&status) && !query(s, "SELECT specification=$2 AND version=$3 FROM experiment WHERE id=$1",
+                                      "ttt", r->id, text, store->version))
+        status = failure(s, "Reading");
+    if (!ll_failed(&status) && given(s) > 0 && !true_at(s, 0, 0))
+        status = ll_store_taken(s->name, r->id);
+    return leave(s, status);
+}
+
+static ll_experiment_record read_record(const postgres_store *s, int row)
+{
+    ll_experiment_record r = {.state = (ll_experiment_state)whole_at(s, row, 1),
+                              .from = whole_at(s, row, 2),
+                              .to = whole_at(s, row, 3),
+                              .created_s = whole_at(s, row, 4),
+                              .done = whole_at(s, row, 5),
+                              .leased = whole_at(s, row, 6),
+                              .age_s = whole_at(s, row, 10)};
+    snprintf(r.id, sizeof r.id, "%s", text_at(s, row, 0));
+    snprintf(r.owner_hash, sizeof r.owner_hash, "%s", text_at(s, row, 8));
+    snprintf(r.version, sizeof r.version, "%s", text_at(s, row, 9));
+    ll_store_settle(&r, true_at(s, row, 7));
+    return r;
+}
+
+static ll_status get_record(ll_result_store *store, const char *id, ll_experiment_record *record)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, LL_STORE_RECORD(NOW_S) "WHERE e.id=$1", "t", id), there = good && given(s) > 0;
+    if (there)
+        *record = read_record(s, 0);
+    return leave(s, !good ? failure(s, "Reading") : there ? ll_ok() : ll_store_unknown(id));
+}
+
+static ll_status list(ll_result_store *store, void (*each)(void *context, const ll_experiment_record *record),
+                      void *context)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, LL_STORE_RECORD(NOW_S) "ORDER BY e.number", "");
+    for (int i = 0; good && i < given(s); i++) {
+        ll_experiment_record record = read_record(s, i);
+        each(context, &record);
+    }
+    return leave(s, good ? ll_ok() : failure(s, "Reading"));
+}
+
+static ll_status set_state(ll_result_store *store, const char *id, ll_experiment_state state)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, "UPDATE experiment SET state=$2 WHERE id=$1", "ti", id, (int64_t)state);
+    return leave(s, !good ? failure(s, "Writing") : changed(s) ? ll_ok() : ll_store_unknown(id));
+}
+
+static ll_status remove_experiment(ll_result_store *store, const char *id)
+{
+    postgres_store *s = enter(store);
+    bool good = run(s, "BEGIN") && query(s, "DELETE FROM experiment WHERE id=$1", "t", id);
+    bool there = good && changed(s);
+    good = good && query(s, "DELETE FROM chunk WHERE id=$1", "t", id) &&
+           query(s, "DELETE FROM result WHERE id=$1", "t", id);
+    ll_status status = end(s, good, "Deleting");
+    return leave(s, ll_failed(&status) || there ? status : ll_store_unknown(id));
+}
+
+/* ---- leases ---- */
+
+static ll_status claim(ll_result_store *store, const char *id, const char *owner, double lease_s,
+                       ll_lease *lease)
+{
+    /* What others are just claiming is skipped, not waited for. What too many workers have taken and never
+     * brought back kills them: it is given up. */
+    static const char free_chunk[] =
+        "WITH given_up AS (UPDATE chunk SET state=3 WHERE (id,chunk) IN (SELECT id,chunk FROM chunk"
+        " WHERE state=1 AND attempt>=$4 AND lease_until<now() FOR UPDATE SKIP LOCKED)),"
+        " free AS (SELECT c.id,c.chunk FROM chunk c JOIN experiment e ON e.id=c.id WHERE e.state=0"
+        " AND ($3='' OR c.id=$3) AND e.version=$5 AND (c.state=0 OR (c.state=1 AND c.attempt<$4 AND "
+        "c.lease_until<now()))"
+        " ORDER BY e.number,c.chunk LIMIT 1 FOR UPDATE OF c SKIP LOCKED)"
+        " UPDATE chunk c SET state=1, attempt=c.attempt+1, owner=$1,"
+        " lease_until=now()+$2*interval '1 second' FROM free WHERE c.id=free.id AND c.chunk=free.chunk"
+        " RETURNING c.id,c.chunk,c.first,c.past,c.attempt";
+    postgres_store *s = enter(store);
+    *lease = (ll_lease){.chunk = -1};
+    bool good =
+        query(s, free_chunk, "trtit", owner, lease_s, id ? id : "", (int64_t)LL_ATTEMPTS_MAX, store->version);
+    if (good && given(s) > 0) {
+        lease->chunk = whole_at(s, 0, 1);
+        lease->from = whole_at(s, 0, 2);
+        lease->to = whole_at(s, 0, 3);
+        lease->attempt = (int)whole_at(s, 0, 4);
+        snprintf(lease->id, sizeof lease->id, "%s", text_at(s, 0, 0));
+        snprintf(lease->owner, sizeof lease->owner, "%s", owner);
+    }
+    return leave(s, good ? ll_ok() : failure(s, "Claiming"));
+}
+
+#define MINE "id=$1 AND chunk=$2 AND owner=$3 AND attempt=$4 AND state=1"
+
+static ll_status renew(ll_result_store *store, const ll_lease *l, double lease_s)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, "UPDATE chunk SET lease_until=now()+$5*interval '1 second' WHERE " MINE, "titir",
+                      l->id, l->chunk, l->owner, (int64_t)l->attempt, lease_s);
+    return leave(s, !good ? failure(s, "Renewing a lease") : changed(s) ? ll_ok() : ll_store_lost(l));
+}
+
+static ll_status give_back(ll_result_store *store, const ll_lease *l)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE " MINE, "titi", l->id, l->chunk,
+                      l->owner, (int64_t)l->attempt);
+    return leave(s, !good ? failure(s, "Giving a chunk back") : changed(s) ? ll_ok() : ll_store_lost(l));
+}
+
+static ll_status release(ll_result_store *store)
+{
+    postgres_store *s = enter(store);
+    bool good = query(s, "UPDATE chunk SET state=0, attempt=attempt-1 WHERE state=1", "");
+    return leave(s, good ? ll_ok() : failure(s, "Releasing leases"));
+}
+
+/* ---- rows in PostgreSQL's binary form: numbers of n bytes, the highest first, each with its length before
+ * ---- */
+
+enum { FLOAT8_OID = 701, ARRAY_HEAD = 20, FIELDS = 7 };
+
+typedef struct packet {
+    char data[1024]; /* a row: 45 bytes of lengths, id, error, 12 for each metric, and 52 */
+    int size;
+} packet;
+
+static void put(packet *p, int width, uint64_t value)
+{
+    for (int i = width - 1; i >= 0; i--)
+        p->data[p->size++] = (char)(value >> 8 * i);
+}
+
+static void put_field(packet *p, int width, uint64_t value)
+{
+    put(p, 4, (uint64_t)width);
+    put(p, width, value);
+}
+
+static void put_text(packet *p, const char *text)
+{
+    size_t length = strlen(text);
+    put(p, 4, length);
+    memcpy(p->data + p->size, text, length);
+    p->size += (int)length;
+}
+
+static void put_real(packet *p, double value)
+{
+    uint64_t bits;
+    memcpy(&bits, &value, sizeof bits);
+    put_field(p, 8, bits);
+}
+
+static void put_row(packet *p, const char *id, const ll_row *r, int metrics)
+{
+    p->size = 0;
+    put(p, 2, FIELDS);
+    put_text(p, id);
+    put_field(p, 8, (uint64_t)r->run);
+    put_field(p, 4, r->status);
+    if (r->error[0])
+        put_text(p, r->error);
+    else
+        put(p, 4, UINT32_MAX); /* NULL */
+    put_field(p, 8, r->hash);
+    put_real(p, r->t_s);
+    put(p, 4, (uint64_t)(ARRAY_HEAD + 12 * metrics));
+    put(p, 4, 1); /* dimension */
+    put(p, 4, 0); /* without NULL */
+    put(p, 4, FLOAT8_OID);
+    put(p, 4, (uint64_t)metrics);
+    put(p, 4, 1); /* lower bound */
+    for (int i = 0; i < metrics; i++)
+        put_real(p, r->metrics[i]);
+}
+
+static bool copy_rows(postgres_store *s, const char *id, const ll_row *rows, int64_t count, int metrics)
+{
+    static const char head[] = "PGCOPY\n\377\r\n\0\0\0\0\0\0\0\0", tail[] = "\377\377";
+    packet p;
+    bool good = run(s, "COPY result(id,run,status,error,hash,t_s,metrics) FROM STDIN (FORMAT binary)") &&
+                PQputCopyData(s->db, head, sizeof head) == 1;
+    for (int64_t i = 0; good && i < count; i++) {
+        put_row(&p, id, &rows[i], metrics);
+        good = PQputCopyData(s->db, p.data, p.size) == 1;
+    }
+    good = good && PQputCopyData(s->db, tail, 2) == 1 && PQputCopyEnd(s->db, NULL) == 1;
+    good = good && keep(s, PQgetResult(s->db));
+    for (PGresult *rest; (rest = PQgetResult(s->db));)
+        PQclear(rest);
+    return good;
+}
+
+static ll_status finish(ll_result_store *store, const ll_lease *l, const ll_row *rows, int64_t count,
+                        int metrics)
+{
+    postgres_store *s = enter(store);
+    bool good = run(s, "BEGIN") && query(s, "UPDATE chunk SET state=2 WHERE " MINE, "titi", l->id, l->chunk,
+                                         l->owner, (int64_t)l->attempt);
+    if (good && !changed(s)) {
+        run(s, "ROLLBACK");
+        return leave(s, ll_store_lost(l));
+    }
+    return leave(s, end(s, good && copy_rows(s, l->id, rows, count, metrics), "Storing rows"));
+}
+
+static uint64_t get(const char *at, int width)
+{
+    uint64_t value = 0;
+    for (int i = 0; i < width; i++)
+        value = value << 8 | (unsigned char)at[i];
+    return value;
+}
+
+static double get_real(const char *at)
+{
+    double value;
+    uint64_t bits = get(at, 8);
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+static void read_row(const postgres_store *s, int row, ll_row *r)
+{
+    const char *metrics = text_at(s, row, 5);
+    int elements = (PQgetlength(s->result, row, 5) - ARRAY_HEAD) / 12;
+    ll_row_clear(r);
+    r->run = (int64_t)get(text_at(s, row, 0), 8);
+    r->status = (ll_row_status)get(text_at(s, row, 1), 4);
+    snprintf(r->error, sizeof r->error, "%s", text_at(s, row, 2));
+    r->hash = get(text_at(s, row, 3), 8);
+    r->t_s = get_real(text_at(s, row, 4));
+    for (int i = 0; i < elements && i < LL_EXPERIMENT_METRICS_MAX; i++)
+        r->metrics[i] = get_real(metrics + ARRAY_HEAD + 12 * i + 4);
+}
+
+static ll_status read_rows(ll_result_store *store, const char *id, int64_t from, ll_row *rows, int capacity,
+                           int *count)
+{
+    postgres_store *s = enter(store);
+    bool good = binary_query(s,
+                             "SELECT run,status,error,hash,t_s,metrics FROM result WHERE id=$1 AND run>=$2"
+                             " ORDER BY run LIMIT $3",
+                             "tii", id, from, (int64_t)capacity);
+    *count = good ? given(s) : 0;
+    for (int i = 0; i < *count; i++)
+        read_row(s, i, &rows[i]);
+    return leave(s, good ? ll_ok() : failure(s, "Reading"));
+}
+
+const ll_result_store_kind ll_result_store_postgres = {.open = open_store,
+                                                       .close = close_store,
+                                                       .create = create,
+                                                       .specification = specification,
+                                                       .record = get_record,
+                                                       .list = list,
+                                                       .set_state = set_state,
+                                                       .remove = remove_experiment,
+                                                       .claim = claim,
+                                                       .renew = renew,
+                                                       .finish = finish,
+                                                       .give_back = give_back,
+                                                       .release = release,
+                                                       .read = read_rows};

@@ -1,0 +1,140 @@
+/* The block of a grid, for the files that step it. */
+#pragma once
+
+#include "fluid/grid/grid.h"
+
+typedef enum ll_grid_field_kind {
+    LL_FIELD_U,
+    LL_FIELD_V,
+    LL_FIELD_DYE,
+    LL_FIELD_PRESSURE, /* times dt / h: m/s */
+    LL_FIELD_A,        /* A to F: temporary within a step */
+    LL_FIELD_B,
+    LL_FIELD_C,
+    LL_FIELD_D,
+    LL_FIELD_E,
+    LL_FIELD_F,
+    LL_FIELD_SOURCE,
+    LL_FIELD_OPEN_X,
+    LL_FIELD_OPEN_Y,
+    LL_FIELD_INVERSE,
+    LL_FIELDS
+} ll_grid_field_kind;
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
+
+struct ll_grid {
+    ll_grid_config config;
+    ll_grid_solver solver;
+    ll_drag_force drag_force;
+    int64_t size;
+    int64_t steps, solves, sweeps; /* since the start */
+    int64_t last_sweeps, last_substeps;
+    double last_residual; /* relative */
+    double last_cfl;
+    double time, mass_start;
+    int32_t stride, rows;
+    int32_t empty; /* no obstacle */
+    int32_t reserved;
+};
+
+#pragma GCC diagnostic pop
+
+static inline double *ll_grid_field(const ll_grid *g, ll_grid_field_kind kind)
+{
+    return (double *)((char *)g + sizeof(ll_grid)) + (int64_t)kind * g->stride * g->rows;
+}
+
+static inline int64_t ll_grid_k(const ll_grid *g, int32_t i, int32_t j)
+{
+    return (int64_t)(j + 1) * g->stride + i + 1;
+}
+
+static inline bool ll_grid_periodic_x(const ll_grid *g)
+{
+    return g->config.sides[LL_LEFT] == LL_SIDE_PERIODIC;
+}
+
+static inline bool ll_grid_periodic_y(const ll_grid *g)
+{
+    return g->config.sides[LL_BELOW] == LL_SIDE_PERIODIC;
+}
+
+int32_t *ll_grid_first_donors(const ll_grid *); /* of each value, while it is advected */
+
+/* ---- boundary.c ---- */
+
+/* Position of a field's values in a cell. */
+typedef enum ll_grid_place { LL_PLACE_U, LL_PLACE_V, LL_PLACE_CELL } ll_grid_place;
+
+/* Computed values: faces on walls are excluded. Ends are exclusive. */
+typedef struct ll_grid_span {
+    int32_t i0, i1, j0, j1;
+} ll_grid_span;
+
+ll_grid_span ll_grid_span_of(const ll_grid *, ll_grid_place);
+void ll_grid_bounds(const ll_grid *, ll_grid_place, double *field); /* fills the ring */
+void ll_grid_close(const ll_grid *, double *u, double *v);          /* no flow through faces of obstacles */
+
+/* ---- advection.c, advect_*.c ---- */
+
+typedef struct ll_grid_advect {
+    const ll_grid *g; /* its u and v advect */
+    ll_grid_place place;
+    const double *in;
+    double *out;
+    double *spare[2];
+    int32_t *donors;
+    double dt;
+} ll_grid_advect;
+
+typedef struct ll_advection {
+    const char *name;
+    const char *help;
+    const char *source;
+    void (*advect)(const ll_grid_advect *); /* NULL: the scheme does whole steps, without splitting */
+} ll_advection;
+
+extern const ll_advection *const ll_advections[LL_ADVECTIONS];
+extern const ll_advection ll_advection_semi_lagrangian, ll_advection_maccormack, ll_advection_bfecc,
+    ll_advection_central;
+
+/* out = in at the point where the flow was `dt` ago, interpolated between four values. `donors`: the first of
+ * the four for each value, or NULL. */
+void ll_grid_trace(const ll_grid_advect *, const double *in, double *out, double dt, int32_t *donors);
+/* Range of the four values of `in` that out[k] comes from. */
+typedef struct ll_grid_range {
+    double low, high;
+} ll_grid_range;
+
+static inline ll_grid_range ll_grid_donors(const ll_grid_advect *a, int64_t k)
+{
+    const double *f = a->in + a->donors[k];
+    int64_t s = a->g->stride;
+    double low = f[0] < f[1] ? f[0] : f[1], low2 = f[s] < f[s + 1] ? f[s] : f[s + 1];
+    double high = f[0] > f[1] ? f[0] : f[1], high2 = f[s] > f[s + 1] ? f[s] : f[s + 1];
+    return (ll_grid_range){low < low2 ? low : low2, high > high2 ? high : high2};
+}
+
+void ll_grid_clamp(const ll_grid_advect *); /* clamps out to the range of its donors */
+
+/* ---- mass.c ---- */
+
+/* Changes out, within the range of its donors, so that its sum is that of `in` less what leaves the box. */
+void ll_grid_keep_mass(const ll_grid_advect *);
+
+/* ---- forces, projection ---- */
+
+void ll_grid_diffuse(ll_grid *, double dt);
+void ll_grid_add_forces(const ll_grid *, double *du, double *dv, double dt);
+void ll_grid_drive(ll_grid *); /* sources and pointer drag */
+void ll_grid_project(ll_grid *, ll_pace *pace);
+void ll_grid_poisson(const ll_grid *, ll_poisson *); /* all but `b` and settings */
+void ll_grid_outflow(ll_grid *, double dt);
+
+/* One Runge-Kutta step. */
+void ll_grid_step_central(ll_grid *, double dt, ll_pace *pace);
+#define LL_CENTRAL_CFL 1.5       /* of 1.73, the method's limit on the imaginary axis */
+#define LL_CENTRAL_DYE_CFL 0.5   /* limit up to which limited fluxes make no new extremes */
+#define LL_CENTRAL_DIFFUSION 0.3 /* nu dt / h^2, of 0.314 */

@@ -1,0 +1,125 @@
+/* Particles as a method of fluid.h. */
+#include "base/detmath.h"
+#include "fluid/particle/particle.h"
+
+/* ---- layers ---- */
+
+static const char *const particle_columns[] = {"x_m", "y_m", "speed_mps", "pressure_npm", "density", NULL};
+static const char *const body_columns[] = {"x_m", "y_m", NULL};
+
+static const ll_fluid_layer layers[] = {
+    {.name = "particles",
+     .help = "Positions in m, speed in m/s, pressure in N/m, density over the rest density.",
+     .shape = LL_FLUID_POINTS,
+     .columns = particle_columns},
+    {.name = "body",
+     .help = "Corners of the floating box.",
+     .shape = LL_FLUID_POINTS,
+     .columns = body_columns},
+};
+
+static void layer_size(const void *block, int layer, int32_t *width, int32_t *height)
+{
+    *width = layer == 0 ? ll_particles_view(block).count : ll_particles_body(block).mass > 0 ? 4 : 0;
+    *height = 1;
+}
+
+static void corners(const ll_particles *p, float *out)
+{
+    ll_particle_body b = ll_particles_body(p);
+    const ll_particle_float *box = &ll_particles_get_setup(p)->body;
+    double c = ll_cos(b.angle), s = ll_sin(b.angle);
+    for (int i = 0; b.mass > 0 && i < 4; i++) {
+        double x = (i == 0 || i == 3 ? -0.5 : 0.5) * box->width, y = (i < 2 ? -0.5 : 0.5) * box->height;
+        *out++ = (float)(b.x + c * x - s * y);
+        *out++ = (float)(b.y + s * x + c * y);
+    }
+}
+
+static void layer_values(const void *block, int layer, float *out)
+{
+    if (layer == 1) {
+        corners(block, out);
+        return;
+    }
+    ll_particle_view v = ll_particles_view(block);
+    double rest = ll_particles_get_params(block)->density;
+    for (int32_t a = 0; a < v.count; a++) {
+        *out++ = (float)v.x[a];
+        *out++ = (float)v.y[a];
+        *out++ = (float)ll_sqrt(v.u[a] * v.u[a] + v.v[a] * v.v[a]);
+        *out++ = (float)v.pressure[a];
+        *out++ = (float)(v.density[a] / rest);
+    }
+}
+
+/* ---- the rest of the method ---- */
+
+static ll_status step(void *block, double dt, ll_pace *pace)
+{
+    return ll_particles_step_paced(block, dt, pace);
+}
+
+static void set_solver(void *block, const void *solver)
+{
+    ll_particles_set_params(block, solver);
+}
+
+static void drag_force(void *block, const ll_drag_force *what)
+{
+    ll_particles_drag(block, what);
+}
+
+static int numbers(const void *block, ll_fluid_number *out)
+{
+    ll_particle_metrics m = ll_particles_measure(block, 0);
+    ll_particle_stats s = ll_particles_stats(block);
+    ll_particle_body b = ll_particles_body(block);
+    const ll_fluid_number all[] = {
+        {"front_m", m.front},
+        {"height_m", m.height},
+        {"density_error_mean", m.density_mean},
+        {"density_error_max", m.density_max},
+        {"kinetic_energy", m.kinetic_energy},
+        {"potential_energy", m.potential_energy},
+        {"momentum_x", m.momentum_x},
+        {"momentum_y", m.momentum_y},
+        {"mass", m.mass},
+        {"speed_max_mps", m.speed_max},
+        {"neighbours", m.neighbours},
+        {"particles", s.fluid},
+        {"substeps", (double)s.substeps},
+        {"iterations", (double)s.iterations},
+        {"visits", (double)s.iterations * s.fluid}, /* particle visits: the unit of cost */
+        {"body_x_m", b.x},
+        {"body_y_m", b.y},
+        {"body_angle_rad", b.angle},
+    };
+    int count = sizeof all / sizeof all[0];
+    for (int i = 0; i < count; i++)
+        out[i] = all[i];
+    return count;
+}
+
+static void extent(const void *block, double *x0, double *y0, double *x1, double *y1)
+{
+    const ll_particle_setup *s = ll_particles_get_setup(block);
+    *x0 = *y0 = 0;
+    *x1 = s->width;
+    *y1 = s->height;
+}
+
+const ll_fluid_method ll_fluid_particles = {
+    .name = "particles",
+    .help = "Particles with mass that interact with their neighbours: smoothed particle hydrodynamics.",
+    .layers = layers,
+    .layer_count = sizeof layers / sizeof layers[0],
+    .step = step,
+    .set_solver = set_solver,
+    .drag_force = drag_force,
+    .numbers = numbers,
+    .traced = 8,
+    .extent = extent,
+    .layer_size = layer_size,
+    .layer_values = layer_values,
+};

@@ -1,0 +1,203 @@
+#include <string.h>
+
+#include "fluid/particle/state.h"
+
+/* Cells are a little wider than the support radius, for methods that keep pairs while particles move. */
+#define CELL_PER_SUPPORT 1.1
+
+void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_particles *p)
+{
+    double side = CELL_PER_SUPPORT * support;
+    double margin = 4 * setup->spacing; /* room for walls */
+    p->origin_x = setup->periodic ? 0 : -margin;
+    p->origin_y = -margin;
+    double width = setup->periodic ? setup->width : setup->width + 2 * margin;
+    p->columns = (int32_t)(width / side);
+    p->rows = (int32_t)((setup->height + 2 * margin) / side) + 1;
+    if (!setup->periodic)
+        p->columns++;
+    p->per_cell_x = setup->periodic ? p->columns / width : 1 / side;
+    p->per_cell_y = 1 / side;
+    p->wrap = setup->periodic ? width : 1e300;
+}
+
+/* Positions beyond the grid go to its edge cells: neighbours stay in neighbouring cells. NaN goes to 0. */
+static int32_t slot(double at, double origin, double per_cell, int32_t count)
+{
+    double place = (at - origin) * per_cell;
+    double last = count - 1;
+    return place > 0 ? (int32_t)(place < last ? place : last) : 0;
+}
+
+/* Stable counting sort: the order depends on the positions and the last order only. */
+static void sort(ll_particles *p, int32_t begin, int32_t end, int32_t *start, ll_particle_field fields)
+{
+    const double *x = ll_particle_values(p, LL_PARTICLE_X), *y = ll_particle_values(p, LL_PARTICLE_Y);
+    int32_t *place = ll_part_cell(p), cells = p->columns * p->rows;
+    memset(start, 0, (size_t)(cells + 1) * sizeof *start);
+    for (int32_t i = begin; i < end; i++) {
+        place[i] = slot(y[i], p->origin_y, p->per_cell_y, p->rows) * p->columns +
+                   slot(x[i], p->origin_x, p->per_cell_x, p->columns);
+        start[place[i]]++;
+    }
+    for (int32_t c = 0, sum = begin; c <= cells; c++) {
+        int32_t count = start[c];
+        start[c] = sum;
+        sum += count;
+    }
+    for (int32_t i = begin; i < end; i++)
+        place[i] = start[place[i]]++;
+    memmove(start + 1, start, (size_t)cells * sizeof *start);
+    start[0] = begin;
+
+    double *order = ll_part_order(p);
+    for (ll_particle_field f = 0; f < fields; f++) {
+        double *value = ll_particle_values(p, f);
+        for (int32_t i = begin; i < end; i++)
+            order[place[i]] = value[i];
+        memcpy(value + begin, order + begin, (size_t)(end - begin) * sizeof *value);
+    }
+    int32_t *id = ll_part_id(p), *ids = (int32_t *)(void *)order;
+    for (int32_t i = begin; i < end; i++)
+        ids[place[i]] = id[i];
+    memcpy(id + begin, ids + begin, (size_t)(end - begin) * sizeof *id);
+}
+
+void ll_particle_sort_fluid(ll_particles *p)
+{
+    sort(p, 0, p->fluid, ll_part_fluid_start(p), LL_PARTICLE_SORTED);
+}
+
+void ll_particle_sort_walls(ll_particles *p)
+{
+    sort(p, p->fluid, ll_particle_total(p), ll_part_wall_start(p), LL_PARTICLE_STATES);
+}
+
+/* ---- pairs ---- */
+
+typedef struct range {
+    int32_t begin, end;
+} range;
+
+/* Particles of the cells (column - 1 .. column + 1) of a row: one range, or two at the end of a periodic
+ * row. */
+static int row_ranges(const ll_particles *p, const int32_t *start, int32_t column, int32_t row, range *out)
+{
+    if (row < 0 || row >= p->rows)
+        return 0;
+    int32_t first = row * p->columns, left = column - 1, right = column + 1;
+    int count = 0;
+    if (left < 0) {
+        left = 0;
+        if (p->setup.periodic)
+            out[count++] = (range){start[first + p->columns - 1], start[first + p->columns]};
+    }
+    if (right >= p->columns) {
+        right = p->columns - 1;
+        if (p->setup.periodic)
+            out[count++] = (range){start[first], start[first + 1]};
+    }
+    out[count++] = (range){start[first + left], start[first + right + 1]};
+    return count;
+}
+
+typedef struct search {
+    const double *x, *y;
+    double wrap, half, reach2;
+    bool periodic;
+    int32_t *pair;
+    int32_t count, capacity;
+} search;
+
+/* Keeps those in the range that are near enough; branch-free, since the results are random. */
+static inline bool keep(search *s, int32_t a, range r)
+{
+    if (s->capacity - s->count < r.end - r.begin)
+        return false;
+    const double *x = s->x, *y = s->y;
+    double xa = x[a], ya = y[a], reach2 = s->reach2;
+    int32_t count = s->count, *restrict pair = s->pair;
+    for (int32_t b = r.begin; s->periodic && b < r.end; b++) {
+        double ex = ll_particle_shortest(xa - x[b], s->half, s->wrap), ey = ya - y[b];
+        pair[count] = b;
+        count += ex * ex + ey * ey < reach2;
+    }
+    for (int32_t b = r.begin; !s->periodic && b < r.end; b++) {
+        double ex = xa - x[b], ey = ya - y[b];
+        pair[count] = b;
+        count += ex * ex + ey * ey < reach2;
+    }
+    s->count = count;
+    return true;
+}
+
+/* Half of the neighbouring fluid: the rest of the own cell, the one to the right, the row above. */
+static int fluid_ranges(const ll_particles *p, int32_t column, int32_t row, range *out)
+{
+    const int32_t *start = ll_part_fluid_start(p);
+    int32_t cell = row * p->columns + column, right = cell + 1;
+    int count = 1;
+    out[0] = (range){start[cell], start[cell + 1]};
+    if (column + 1 < p->columns)
+        out[0].end = start[right + 1];
+    if (column == 0 && p->setup.periodic) /* not from the last cell: the other must have the higher index */
+        out[count++] = (range){start[cell + p->columns - 1], start[cell + p->columns]};
+    return count + row_ranges(p, start, column, row + 1, out + count);
+}
+
+static int wall_ranges(const ll_particles *p, int32_t column, int32_t row, range *out)
+{
+    int count = 0;
+    range found[6];
+    for (int32_t r = row - 1; r <= row + 1; r++) {
+        int n = row_ranges(p, ll_part_wall_start(p), column, r, found);
+        for (int i = 0; i < n; i++)
+            if (found[i].end > found[i].begin)
+                out[count++] = found[i];
+    }
+    return count;
+}
+
+static bool cell_pairs(ll_particles *p, search *s, int32_t column, int32_t row, int32_t *a)
+{
+    range fluid[5], wall[6];
+    int fluids = fluid_ranges(p, column, row, fluid), walls = wall_ranges(p, column, row, wall);
+    int32_t *rows = ll_part_row(p), end = ll_part_fluid_start(p)[row * p->columns + column + 1];
+    for (; *a < end; (*a)++) {
+        rows[2 * *a] = s->count;
+        fluid[0].begin = *a + 1;
+        for (int i = 0; i < fluids; i++)
+            if (!keep(s, *a, fluid[i]))
+                return false;
+        rows[2 * *a + 1] = s->count;
+        for (int i = 0; i < walls; i++)
+            if (!keep(s, *a, wall[i]))
+                return false;
+    }
+    return true;
+}
+
+ll_particle_fault ll_particle_pairs(ll_particles *p, double reach)
+{
+    search s = {.x = ll_particle_values(p, LL_PARTICLE_X),
+                .y = ll_particle_values(p, LL_PARTICLE_Y),
+                .wrap = p->wrap,
+                .half = p->wrap / 2,
+                .periodic = p->setup.periodic != 0,
+                .reach2 = reach * reach,
+                .pair = ll_part_pair(p),
+                .capacity = p->capacity};
+    int32_t a = 0;
+    for (int32_t row = 0; row < p->rows; row++)
+        for (int32_t column = 0; column < p->columns; column++)
+            if (!cell_pairs(p, &s, column, row, &a))
+                return (ll_particle_fault){.reason = "has more neighbours than the room for pairs",
+                                           .particle = a,
+                                           .value = s.count,
+                                           .limit = s.capacity};
+    ll_part_row(p)[2 * p->fluid] = s.count;
+    p->pairs = s.count;
+    for (int32_t from = 0; from < p->fluid; from += LL_PARTICLE_BLOCK)
+        ll_particle_geometry(p, from, ll_particle_block_end(p, from));
+    return (ll_particle_fault){0};
+}

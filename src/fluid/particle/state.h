@@ -1,0 +1,158 @@
+/* The block of a fluid of particles, for the files of this module. */
+#pragma once
+
+#include "fluid/particle/particle.h"
+
+/* Arrays of one double per particle: fluid first, then walls and body. */
+typedef enum ll_particle_field {
+    LL_PARTICLE_X,
+    LL_PARTICLE_Y,
+    LL_PARTICLE_U,
+    LL_PARTICLE_V,
+    LL_PARTICLE_DENSITY,
+    LL_PARTICLE_PRESSURE,        /* N/m */
+    LL_PARTICLE_PRESSURE_FACTOR, /* p / density^2 of the solvers, and their initial guess */
+    LL_PARTICLE_DIVERGENCE,      /* the same of dfsph's divergence solver */
+    LL_PARTICLE_STATES,
+    LL_PARTICLE_X0 = LL_PARTICLE_STATES, /* before the substep */
+    LL_PARTICLE_Y0,
+    LL_PARTICLE_SORTED,
+    LL_PARTICLE_AX =
+        LL_PARTICLE_SORTED, /* acceleration; of walls: the fluid's force on them over their mass */
+    LL_PARTICLE_AY,
+    LL_PARTICLE_FACTOR, /* temporary of a solver */
+    LL_PARTICLE_RATE,   /* of density, or a similar sum; RATE to SUM: sums of four per particle */
+    LL_PARTICLE_GX,     /* GX and GY: sums of two per particle */
+    LL_PARTICLE_GY,
+    LL_PARTICLE_SUM,
+    LL_PARTICLE_FIELDS
+} ll_particle_field;
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
+
+struct ll_particles {
+    ll_particle_setup setup;
+    ll_particle_params params;
+    ll_particle_body body;
+    ll_drag_force drag_force;
+    double time;
+    double mass; /* of one particle */
+    double h, support;
+    double kernel_scale, slope_scale; /* of the kernel and of its gradient */
+    double gradient_scale;            /* of the gradient relative to the kernel's own derivative */
+    double viscous_scale;             /* makes the viscous sum of a lattice exact */
+    double origin_x, origin_y;        /* of the cells */
+    double per_cell_x, per_cell_y;    /* 1/m */
+    double wrap;                      /* width of a periodic tank, or infinity */
+    double body_u0, body_v0;          /* velocity of the body before the substep */
+    double body_ax, body_ay;          /* its last acceleration */
+    int64_t tick, substeps, iterations;
+    int32_t fluid, wall, body_count;
+    int32_t stride; /* doubles per field */
+    int32_t columns, rows;
+    int32_t capacity; /* of pairs */
+    int32_t pairs;
+    int64_t at_field, at_id, at_state_end, at_local, at_cell, at_order, at_fluid_start, at_wall_start;
+    int64_t at_row, at_pair, at_ex, at_ey, at_slope, at_kernel, at_end;
+};
+
+#pragma GCC diagnostic pop
+
+#define LL_PART(name, type, offset)                                                                          \
+    static inline type *ll_part_##name(const ll_particles *p)                                                \
+    {                                                                                                        \
+        return (type *)((char *)(uintptr_t)p + p->offset);                                                   \
+    }
+LL_PART(id, int32_t, at_id)      /* fluid: from 0; tank: -1; body: -2 - k */
+LL_PART(local, double, at_local) /* x, y of the body's particle k in the body frame */
+LL_PART(cell, int32_t, at_cell)  /* for sorting: cell, index and one field */
+LL_PART(order, double, at_order)
+LL_PART(fluid_start, int32_t, at_fluid_start) /* first particle of a cell; one more at the end */
+LL_PART(wall_start, int32_t, at_wall_start)
+/* Pairs of fluid particle a: from row[2 a] with fluid of a higher index, from row[2 a + 1] with walls, to
+ * row[2 a + 2]. */
+LL_PART(row, int32_t, at_row)
+LL_PART(pair, int32_t, at_pair) /* the other particle */
+LL_PART(ex, double, at_ex)      /* x of a minus x of the other */
+LL_PART(ey, double, at_ey)
+LL_PART(slope, double, at_slope) /* the kernel's gradient is slope * (ex, ey); negative */
+LL_PART(kernel, double, at_kernel)
+
+static inline double *ll_particle_values(const ll_particles *p, ll_particle_field field)
+{
+    return (double *)((char *)(uintptr_t)p + p->at_field) + (size_t)field * (size_t)p->stride;
+}
+
+static inline int32_t ll_particle_total(const ll_particles *p)
+{
+    return p->fluid + p->wall;
+}
+
+/* Particles whose pairs are processed together: intermediate results stay in the first-level cache. */
+#define LL_PARTICLE_BLOCK 32
+
+static inline int32_t ll_particle_block_end(const ll_particles *p, int32_t from)
+{
+    return p->fluid - from > LL_PARTICLE_BLOCK ? from + LL_PARTICLE_BLOCK : p->fluid;
+}
+
+/* Distance to the nearest image of another particle in a periodic tank. */
+static inline double ll_particle_shortest(double e, double half, double wrap)
+{
+    e -= e > half ? wrap : 0;
+    e += e < -half ? wrap : 0;
+    return e;
+}
+
+/* Failure in a substep; all zero: none. */
+typedef struct ll_particle_fault {
+    const char *reason;
+    int32_t particle; /* index */
+    int32_t reserved;
+    double value, limit;
+} ll_particle_fault;
+
+typedef struct ll_particle_method {
+    const char *name;
+    const char *help; /* method, cost in passes over pairs, source */
+    double travel;    /* spacings that a particle may move per substep before its neighbours are invalid */
+    double (*dt_limit)(const ll_particles *p, double speed); /* s; `speed`: the largest */
+    ll_particle_fault (*substep)(ll_particles *p, double dt, ll_pace *pace);
+} ll_particle_method;
+
+extern const ll_particle_method ll_particle_wcsph, ll_particle_pbf, ll_particle_dfsph;
+
+/* neighbours.c */
+void ll_particle_cells_size(const ll_particle_setup *setup, double support, ll_particles *p);
+void ll_particle_sort_fluid(ll_particles *p);
+void ll_particle_sort_walls(ll_particles *p);
+/* Finds all pairs closer than `reach`, and computes their vectors and kernels. */
+ll_particle_fault ll_particle_pairs(ll_particles *p, double reach);
+
+/* geometry.c: vectors and kernels of the pairs of the particles from..to - 1, by what the CPU has */
+void ll_particle_geometry(ll_particles *p, int32_t from, int32_t to);
+void ll_particle_geometry_base(ll_particles *p, int32_t from, int32_t to);
+void ll_particle_geometry_avx2(ll_particles *p, int32_t from, int32_t to);
+
+/* sums.c: passes over pairs that methods share */
+/* DENSITY of the fluid, and FACTOR: how much a particle's own k reduces it, over k dt^2. `moved`: also
+ * recomputes the pairs' geometry, a block of particles at a time, so that it is read from the cache. */
+void ll_particle_sum_density(ll_particles *p, bool moved);
+/* Walls get the mean k of the fluid around, plus gravity's contribution over `volume` = 1 / density (0 for
+ * changes of k). */
+void ll_particle_mirror(ll_particles *p, double *pressure_factor, double volume);
+/* PRESSURE of the fluid: the field that k of fluid and walls makes. */
+void ll_particle_field_pressure(ll_particles *p, const double *pressure_factor);
+/* Adds viscous acceleration. With no-slip walls it leaves their mirrored velocity in GX and GY. */
+void ll_particle_add_viscosity(ll_particles *p);
+/* Sum of m (v_a - v_b) grad W into RATE of the fluid. */
+void ll_particle_sum_rate(ll_particles *p);
+/* Computes AX, AY from k = p / density^2 of fluid and walls. */
+void ll_particle_push(ll_particles *p, const double *pressure_factor);
+
+/* coupling.c */
+void ll_particle_body_place(ll_particles *p);
+/* Adds the momentum that the fluid exerted during dt by AX, AY of the body's particles. */
+void ll_particle_body_push(ll_particles *p, double dt);
+void ll_particle_body_move(ll_particles *p, double dt);

@@ -1,0 +1,103 @@
+/* An empty box: cosines (between walls) or Fourier modes (periodic) are the eigenvectors, so each coefficient
+ * is divided by its eigenvalue. */
+#include <string.h>
+
+#include "base/detmath.h"
+#include "fluid/core/fft.h"
+#include "fluid/pressure/poisson.h"
+
+#define PI 3.14159265358979323846
+
+typedef struct parts {
+    ll_fft *x, *y;
+    double *eigen_x, *eigen_y;
+    double *data, *work; /* 2 nx ny doubles each */
+} parts;
+
+static parts parts_of(void *work, int32_t nx, int32_t ny)
+{
+    parts a;
+    char *at = work;
+    size_t cells = 2 * (size_t)nx * (size_t)ny;
+    a.x = (ll_fft *)at;
+    a.y = (ll_fft *)(at + ll_fft_size(nx));
+    a.eigen_x = (double *)(at + ll_fft_size(nx) + ll_fft_size(ny));
+    a.eigen_y = a.eigen_x + nx;
+    a.data = a.eigen_y + ny;
+    a.work = a.data + cells;
+    return a;
+}
+
+static size_t work_size(int32_t nx, int32_t ny)
+{
+    size_t doubles = (size_t)nx + (size_t)ny + 4 * (size_t)nx * (size_t)ny;
+    return ll_fft_size(nx) + ll_fft_size(ny) + doubles * sizeof(double);
+}
+
+/* Of mode k: 2 - 2 cos(angle), without cancellation. */
+static void eigenvalues(double *out, int32_t n, bool periodic)
+{
+    for (int32_t k = 0; k < n; k++) {
+        double sine = ll_sin((periodic ? 2 : 1) * PI * k / (2 * n));
+        out[k] = 4 * sine * sine;
+    }
+}
+
+static void prepare(const ll_poisson *p)
+{
+    parts a = parts_of(p->work, p->nx, p->ny);
+    ll_fft_init(a.x, p->nx);
+    ll_fft_init(a.y, p->ny);
+    eigenvalues(a.eigen_x, p->nx, p->periodic_x);
+    eigenvalues(a.eigen_y, p->ny, p->periodic_y);
+}
+
+/* `width` doubles per cell. The constant mode stays zero. */
+static void divide(const parts *a, int32_t width, double scale)
+{
+    for (int32_t j = 0; j < a->y->n; j++)
+        for (int32_t i = 0; i < a->x->n; i++) {
+            double eigen = a->eigen_x[i] + a->eigen_y[j], factor = i + j > 0 ? scale / eigen : 0;
+            for (int32_t w = 0; w < width; w++)
+                a->data[((int64_t)j * a->x->n + i) * width + w] *= factor;
+        }
+}
+
+static void solve(ll_poisson *p)
+{
+    parts a = parts_of(p->work, p->nx, p->ny);
+    int32_t width = p->periodic_x ? 2 : 1;
+    for (int32_t j = 0; j < p->ny; j++)
+        for (int32_t i = 0; i < p->nx; i++) {
+            double *at = a.data + ((int64_t)j * p->nx + i) * width;
+            at[0] = p->b[ll_cell(p, i, j)];
+            if (width == 2)
+                at[1] = 0;
+        }
+    if (width == 2) {
+        ll_fft_run_2d(a.x, a.y, (ll_complex *)a.data, (ll_complex *)a.work, LL_FFT_FORWARD);
+        divide(&a, 2, 1 / ((double)p->nx * p->ny));
+        ll_fft_run_2d(a.x, a.y, (ll_complex *)a.data, (ll_complex *)a.work, LL_FFT_INVERSE);
+    } else {
+        ll_dct_run_2d(a.x, a.y, a.data, a.work, LL_FFT_FORWARD);
+        divide(&a, 1, 1);
+        ll_dct_run_2d(a.x, a.y, a.data, a.work, LL_FFT_INVERSE);
+    }
+    for (int32_t j = 0; j < p->ny; j++)
+        for (int32_t i = 0; i < p->nx; i++)
+            p->x[ll_cell(p, i, j)] = a.data[((int64_t)j * p->nx + i) * width];
+    p->sweeps = 1;
+    p->residual = ll_poisson_residual(p, NULL);
+}
+
+const ll_pressure_solver ll_pressure_direct = {
+    .name = "direct",
+    .help = "Cosine (or Fourier) transform: exact to rounding, in boxes without obstacles. About 20 log2(N) "
+            "operations per cell.",
+    .source = "Buzbee, Golub and Nielson 1970; Makhoul 1980",
+    .passes = 18, /* for N = 64 */
+    .direct = true,
+    .work_size = work_size,
+    .prepare = prepare,
+    .solve = solve,
+};

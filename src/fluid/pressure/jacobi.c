@@ -1,0 +1,35 @@
+/* Jacobi: every cell from its neighbours of the last sweep. */
+#include <string.h>
+
+#include "fluid/pressure/poisson.h"
+
+static size_t work_size(int32_t nx, int32_t ny)
+{
+    return (size_t)(nx + 3) * (size_t)(ny + 3) * sizeof(double) + (size_t)(ny + 3) * sizeof(double);
+}
+
+/* With relaxation 1 the checkerboard mode changes sign from sweep to sweep and never decays. */
+static void solve(ll_poisson *p)
+{
+    enum { LOOK_EVERY = 10 }; /* a check costs as much as a sweep */
+    double *r = p->work, weight = p->relaxation > 0 ? p->relaxation : 1;
+    if (ll_poisson_done(p))
+        return;
+    do {
+        ll_poisson_residual(p, r);
+        for (int32_t j = 0; j < p->ny; j++)
+            for (int64_t k = ll_cell(p, 0, j), end = ll_cell(p, p->nx, j); k < end; k++)
+                p->x[k] += weight * p->inverse[k] * r[k];
+        p->sweeps++;
+    } while ((p->sweeps % LOOK_EVERY != 0 && p->sweeps < p->sweeps_max) || !ll_poisson_done(p));
+}
+
+const ll_pressure_solver ll_pressure_jacobi = {
+    .name = "jacobi",
+    .help = "Jacobi: suits graphics cards. A sweep costs 1 pass; converges in about N^2 sweeps, and not at "
+            "all with relaxation 1.",
+    .source = "Stam 1999; Harris, GPU Gems 38, 2004",
+    .passes = 1,
+    .work_size = work_size,
+    .solve = solve,
+};

@@ -1,0 +1,52 @@
+/* The solvers, and a solution by one of them. */
+#include "fluid/pressure/poisson.h"
+
+#include "fluid/core/fft.h"
+
+const ll_pressure_solver *const ll_pressure_solvers[LL_PRESSURES] = {
+    &ll_pressure_jacobi, &ll_pressure_gauss_seidel, &ll_pressure_sor,
+    &ll_pressure_pcg,    &ll_pressure_multigrid,    &ll_pressure_direct};
+
+/* In the order of ll_pressure_solvers; a test holds them against each other. */
+const char *const ll_pressure_names[LL_PRESSURES + 1] = {"jacobi",    "gauss_seidel", "sor", "pcg",
+                                                         "multigrid", "direct",       NULL};
+
+ll_status ll_pressure_fits(ll_pressure_kind kind, int32_t nx, int32_t ny, bool periodic_x, bool periodic_y,
+                           bool empty)
+{
+    if (!ll_pressure_solvers[kind]->direct)
+        return ll_ok();
+    if (!empty)
+        return ll_error(LL_BAD_INPUT, "the direct solver wants a box without obstacles");
+    if (periodic_x != periodic_y)
+        return ll_error(LL_BAD_INPUT, "the direct solver wants walls on all sides, or none");
+    if (!ll_fft_allowed(nx) || !ll_fft_allowed(ny) || nx % 2 != 0 || ny % 2 != 0)
+        return ll_error(LL_BAD_INPUT,
+                        "the direct solver wants even counts of cells with factors 2, 3 and 5, not %d x %d",
+                        nx, ny);
+    return ll_ok();
+}
+
+size_t ll_pressure_work_size(int32_t nx, int32_t ny)
+{
+    size_t most = 0;
+    for (int i = 0; i < LL_PRESSURES; i++) {
+        size_t size = ll_pressure_solvers[i]->work_size(nx, ny);
+        most = size > most ? size : most;
+    }
+    return most;
+}
+
+void ll_pressure_prepare(ll_pressure_kind kind, const ll_poisson *p)
+{
+    if (ll_pressure_solvers[kind]->prepare)
+        ll_pressure_solvers[kind]->prepare(p);
+}
+
+void ll_pressure_solve(ll_pressure_kind kind, ll_poisson *p)
+{
+    ll_poisson_take_mean_out(p);
+    p->sweeps = 0;
+    p->residual = 0;
+    ll_pressure_solvers[kind]->solve(p);
+}

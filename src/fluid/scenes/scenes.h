@@ -1,0 +1,22 @@
+/* Every scene of every method. A new scene is a name here, and three definitions by that name: ll_fluid_NAME,
+ * a row; ll_fluid_NAME_params, the table of its own parameters; ll_fluid_NAME_solver, the table of its
+ * method's settings with the scene's defaults. Append new names at the end. */
+#pragma once
+
+#include "fluid/core/fluid.h"
+
+#define LL_FLUID_SCENES(X)                                                                                   \
+    X(cavity)                                                                                                \
+    X(taylor_green)                                                                                          \
+    X(cylinder) X(rotation) X(dam_break) X(hydrostatic) X(poiseuille) X(drop) X(raft) X(pool) X(sea)
+
+#define LL_FLUID_DECLARE(name)                                                                               \
+    extern const ll_fluid_scene ll_fluid_##name;                                                             \
+    extern const ll_param_table ll_fluid_##name##_params, ll_fluid_##name##_solver;
+LL_FLUID_SCENES(LL_FLUID_DECLARE)
+#undef LL_FLUID_DECLARE
+
+/* In the order of ll_fluid_scenes, NULL-terminated. */
+extern const char *const ll_fluid_scene_names[];
+extern const ll_param_table *const ll_fluid_params_tables[];
+extern const ll_param_table *const ll_fluid_solver_tables[];

@@ -1,0 +1,93 @@
+/* Lag compensation: how a server judges shots of players who see a past state (paper, "More Challenges").
+ *
+ * A hitscan policy selects the positions that a shot is judged against. A projectile family says when the
+ * flight began and how its past part is tested. Each is a row of a table and a file of its own (rifle_*.c,
+ * shell_*.c).
+ *
+ * The rules limit how far the server rewinds: to the client's stated view time, and at most by max_rewind_ms.
+ * A client draws its newest snapshot, whose age the server measures, or slightly before it. A stated view age
+ * that exceeds the measured one by more than the tolerance is rejected, and the measured one counts (Source's
+ * cross-check; Bernier, 2001). A view newer than any snapshot belongs to a client that extrapolates or
+ * predicts others. */
+#pragma once
+
+#include "game/core/arena.h"
+#include "game/core/history.h"
+
+typedef struct ll_compensation {
+    double max_rewind_ms, rewind_tolerance_ms, shell_forward_ms;
+    int32_t rifle, shell; /* indices into ll_rifle_policies and ll_shell_families */
+    int32_t shell_trace;  /* ll_trace */
+    int32_t reserved;
+} ll_compensation;
+
+/* How a part of a flight is tested: along the parabola, or along the straight line between its ends. Parts
+ * are the past part, then each step. */
+typedef enum ll_trace { LL_TRACE_PARABOLA, LL_TRACE_STRAIGHT } ll_trace;
+
+extern const char *const ll_trace_names[];
+
+struct ll_judgement; /* game/core/weapons.h */
+
+/* What a server's step may rewind to. */
+typedef struct ll_past {
+    const ll_history *history; /* its newest record is the world before the step */
+    const ll_compensation *rules;
+    ll_time measured[LL_PLAYERS_MAX]; /* age of the newest snapshot that each player had */
+    ll_time buffer;                   /* an honest client may draw this much before its newest snapshot */
+    void (*witness)(void *context, const struct ll_judgement *judgement);
+    void *context;
+} ll_past;
+
+/* A shot as received by the server. */
+typedef struct ll_shot {
+    int32_t shooter;
+    int16_t claim; /* body that the client claims to hit, or LL_NOBODY */
+    uint16_t tag;  /* of a projectile */
+    ll_point from, direction;
+    ll_time now;     /* of the world that it hits */
+    ll_time seen;    /* view time of the shooter, limited by the rules */
+    bool looks_back; /* the policy or family uses `seen` */
+    bool clamped;    /* limited by max_rewind_ms */
+    bool distrusted; /* the stated view age was rejected */
+} ll_shot;
+
+/* What a shot is judged in. */
+typedef struct ll_field {
+    const ll_arena *arena;
+    const ll_point *present; /* bodies at `now` */
+    const ll_past *past;     /* NULL: no history */
+} ll_field;
+
+typedef struct ll_rifle_policy {
+    const char *name, *help;
+    bool rewinds;                                             /* judges against bodies at the view time */
+    int (*judge)(const ll_field *field, const ll_shot *shot); /* body that is hit, or LL_NOBODY */
+} ll_rifle_policy;
+
+typedef struct ll_shell_family {
+    const char *name, *help;
+    bool looks_back; /* the flight begins at the view time, within the rules, not now */
+    bool rewinds;    /* the past part is tested against past bodies, else against present ones */
+    bool claims;     /* the client reports the hits of its projectiles; the server does not test them */
+    /* Sets the start of the flight, at or before shot->now. Returns what it hit until then. */
+    ll_meeting (*launch)(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start);
+} ll_shell_family;
+
+extern const ll_rifle_policy *const ll_rifle_policies[];
+extern const ll_shell_family *const ll_shell_families[]; /* NULL-terminated; in the order of the names */
+extern const char *const ll_rifle_names[];
+extern const char *const ll_shell_names[];
+
+/* ---- for policies and families, and for their tests ---- */
+
+void ll_bodies_now(const ll_arena *arena, const ll_world *world, ll_point *bodies);
+void ll_bodies_at(const ll_arena *arena, const ll_history *history, ll_time time, ll_point *bodies);
+
+/* Flight and bodies together, record by record, between two times; `start`: time at which the flight
+ * began. */
+ll_meeting ll_flight_through(const ll_arena *arena, const ll_history *history, int shooter,
+                             const ll_flight *flight, ll_time start, ll_time from, ll_time to);
+
+/* The first `s` seconds of a flight as the rules test it: the flight or its chord. */
+ll_flight ll_traced(const ll_past *past, const ll_flight *flight, double s);

@@ -1,0 +1,77 @@
+#include "game/core/history.h"
+
+#include <string.h>
+
+typedef ll_history_place place;
+typedef ll_history_record record;
+
+static size_t record_size(int entities)
+{
+    return sizeof(record) + (size_t)entities * sizeof(place);
+}
+
+size_t ll_history_size(int entities)
+{
+    return sizeof(ll_history) + LL_HISTORY_STEPS * record_size(entities);
+}
+
+void ll_history_init(ll_history *history, int entities)
+{
+    memset(history, 0, ll_history_size(entities));
+    history->entities = entities;
+}
+
+static const record *record_at(const ll_history *history, int64_t i)
+{
+    return ll_history_record_at(history, i);
+}
+
+void ll_history_add(ll_history *history, ll_time time, const ll_world *world)
+{
+    record *r = (record *)record_at(history, history->count++);
+    r->time = time;
+    for (int i = 0; i < history->entities; i++)
+        r->at[i] = (place){world->entity[i].x, world->entity[i].y};
+}
+
+static int64_t oldest_record(const ll_history *history)
+{
+    return history->count > LL_HISTORY_STEPS ? history->count - LL_HISTORY_STEPS : 0;
+}
+
+ll_time ll_history_newest(const ll_history *history)
+{
+    return record_at(history, history->count - 1)->time;
+}
+
+ll_time ll_history_time(const ll_history *history, int64_t step)
+{
+    int64_t newest = history->count - 1, oldest = oldest_record(history);
+    return record_at(history, step < oldest ? oldest : step > newest ? newest : step)->time;
+}
+
+/* Last record at or before `time`. Steps are almost even, so that a guess from the newest is almost right. */
+static int64_t find(const ll_history *history, ll_time time)
+{
+    int64_t newest = history->count - 1;
+    int64_t oldest = oldest_record(history);
+    const record *last = record_at(history, newest);
+    if (time >= last->time || newest == oldest)
+        return newest;
+    ll_time step = last->time - record_at(history, newest - 1)->time;
+    int64_t i = newest - (step > 0 ? (last->time - time) / step : 0);
+    i = i < oldest ? oldest : i > newest ? newest : i;
+    while (i > oldest && record_at(history, i)->time > time)
+        i--;
+    while (i < newest && record_at(history, i + 1)->time <= time)
+        i++;
+    return i;
+}
+
+ll_moment ll_history_find(const ll_history *history, ll_time time)
+{
+    int64_t i = find(history, time);
+    int64_t next = i + 1 < history->count ? i + 1 : i;
+    ll_time a = record_at(history, i)->time, b = record_at(history, next)->time;
+    return (ll_moment){i, next, b > a && time > a ? (double)(time - a) / (double)(b - a) : 0};
+}

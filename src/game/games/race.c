@@ -1,0 +1,349 @@
+/* Race: cars on parallel lanes of a circular track.
+ *
+ * Axis 0 is the pedal: throttle if positive, brake if negative. Between inputs a car moves under constant
+ * force and linear drag, which is solved exactly. Two cars in one lane touch: they are pushed apart and
+ * exchange momentum. Only the server simulates that contact fully, so a client that predicts only its own car
+ * is then corrected. */
+#include "base/detmath.h"
+#include "game/games/games.h"
+#include "game/core/script.h"
+
+typedef struct race_params {
+    double acceleration, brake, drag, top_speed, lap, laps, car_length, lane_width, restitution;
+} race_params;
+
+typedef struct race_tail {
+    int64_t finished;
+    double finish_s[]; /* per player; 0: not finished */
+} race_tail;
+
+static const ll_param rows[] = {
+    {.name = "acceleration_mps2",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, acceleration),
+     .min = 0.1,
+     .max = 100,
+     .standard = 6,
+     .unit = "m/s2",
+     .help = "Acceleration at full throttle."},
+    {.name = "brake_mps2",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, brake),
+     .min = 0.1,
+     .max = 100,
+     .standard = 9,
+     .unit = "m/s2",
+     .help = "Deceleration at full brake."},
+    {.name = "drag_per_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, drag),
+     .min = 0,
+     .max = 10,
+     .standard = 0.3,
+     .unit = "1/s",
+     .help = "Linear drag: fraction of its speed that a coasting car loses per second."},
+    {.name = "top_speed_mps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, top_speed),
+     .min = 0.1,
+     .max = 500,
+     .standard = 16,
+     .unit = "m/s",
+     .help = "Speed limit of all cars."},
+    {.name = "lap_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, lap),
+     .min = 10,
+     .max = 100000,
+     .standard = 100,
+     .unit = "m",
+     .help = "Length of a lap; a view shows one lap."},
+    {.name = "laps",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, laps),
+     .min = 0.01,
+     .max = 10000,
+     .standard = 6,
+     .help = "Laps to the finish line."},
+    {.name = "car_length_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, car_length),
+     .min = 0.1,
+     .max = 100,
+     .standard = 4,
+     .unit = "m",
+     .help = "Length of a car: cars of one lane touch within this distance."},
+    {.name = "lane_width_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, lane_width),
+     .min = 0.1,
+     .max = 100,
+     .standard = 3,
+     .unit = "m",
+     .help = "Distance between lanes."},
+    {.name = "restitution",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(race_params, restitution),
+     .min = 0,
+     .max = 1,
+     .standard = 0.3,
+     .help = "Restitution of contacts between cars."},
+};
+
+const ll_param_table ll_race_table = {.name = "race",
+                                      .help = "Parameters of the race.",
+                                      .rows = rows,
+                                      .count = sizeof rows / sizeof rows[0],
+                                      .size = sizeof(race_params)};
+
+static const race_params *params_of(const ll_game_env *env)
+{
+    return (const race_params *)env->params;
+}
+
+static const ll_drag *drag_of(const ll_game_env *env)
+{
+    return (const ll_drag *)env->derived;
+}
+
+static ll_extent extent(const void *params, int players)
+{
+    (void)params;
+    return (ll_extent){players, (int)(sizeof(race_tail) + (size_t)players * sizeof(double))};
+}
+
+static void prepare(ll_game_env *env, const void *params)
+{
+    *(race_params *)env->params = *(const race_params *)params;
+    *(ll_drag *)env->derived = ll_drag_over(params_of(env)->drag, env->dt);
+}
+
+static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
+{
+    const race_params *p = params_of(env);
+    for (int i = 0; i < world->players; i++) {
+        int ahead = 0; /* cars in one lane start behind each other */
+        for (int j = 0; j < i; j++)
+            ahead += lanes[j] == lanes[i];
+        world->entity[i].x = -ahead * (p->car_length + 1);
+        world->entity[i].y = lanes[i] * p->lane_width;
+    }
+}
+
+static void move(ll_entity *car, const ll_game_env *env, double pedal)
+{
+    const race_params *p = params_of(env);
+    double a = pedal > 0 ? pedal * p->acceleration : car->vx > 0 ? pedal * p->brake : 0;
+    double x = car->x, v = car->vx;
+    ll_drag_move(env, drag_of(env), a, &car->x, &car->vx);
+    if (car->vx > p->top_speed) {
+        car->vx = p->top_speed;
+        car->x = x + env->dt * (v + p->top_speed) / 2;
+    } else if (car->vx < 0) { /* brakes stop a car, they do not reverse it */
+        car->vx = 0;
+        car->x = x + v * v / (2 * -a);
+    }
+}
+
+static void touch(ll_entity *rear, ll_entity *front, double length, double restitution)
+{
+    double overlap = length - (front->x - rear->x);
+    rear->x -= overlap / 2;
+    front->x += overlap / 2;
+    double closing = rear->vx - front->vx;
+    if (closing > 0) {
+        double impulse = (1 + restitution) / 2 * closing; /* equal masses */
+        rear->vx -= impulse;
+        front->vx += impulse;
+    }
+}
+
+/* The cars of a step, in the order of their players. */
+typedef struct cars {
+    int count;
+    int player[LL_PLAYERS_MAX];
+    ll_entity *car[LL_PLAYERS_MAX];
+} cars;
+
+static void find_cars(ll_world *world, const ll_entity_set *set, cars *c)
+{
+    c->count = 0;
+    for (int i = 0; i < world->players; i++)
+        if (!set || ll_entity_set_has(set, i)) {
+            c->player[c->count] = i;
+            c->car[c->count++] = &world->entity[i];
+        }
+}
+
+/* Lanes are recognised by their centre; quantised snapshots may be slightly off. */
+static bool one_lane(const race_params *p, const ll_entity *a, const ll_entity *b)
+{
+    double apart = b->y - a->y;
+    return apart < p->lane_width / 2 && apart > -p->lane_width / 2;
+}
+
+static void contacts(const race_params *p, const cars *c)
+{
+    for (int i = 0; i < c->count; i++) {
+        ll_entity *a = c->car[i];
+        for (int j = i + 1; j < c->count; j++) {
+            ll_entity *b = c->car[j];
+            if (!one_lane(p, a, b)) /* first: most pairs end here */
+                continue;
+            double gap = b->x - a->x;
+            if (gap >= p->car_length || gap <= -p->car_length)
+                continue;
+            if (gap >= 0)
+                touch(a, b, p->car_length, p->restitution);
+            else
+                touch(b, a, p->car_length, p->restitution);
+        }
+    }
+}
+
+static void finish(ll_world *world, const race_params *p, const cars *c, ll_time now)
+{
+    double line = p->lap * p->laps;
+    for (int k = 0; k < c->count; k++) {
+        ll_entity *car = c->car[k];
+        if (car->x < line || (car->flags & LL_ENTITY_FINISHED))
+            continue;
+        race_tail *t = ll_world_tail(world);
+        car->flags |= LL_ENTITY_FINISHED;
+        t->finished++;
+        t->finish_s[c->player[k]] = ll_to_s(now) - (car->vx > 0 ? (car->x - line) / car->vx : 0);
+    }
+}
+
+/* `set`: NULL for all. */
+static void advance(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                    const ll_entity_set *set)
+{
+    const race_params *p = params_of(env);
+    cars c;
+    find_cars(world, set, &c);
+    for (int k = 0; k < c.count; k++)
+        move(c.car[k], env, actions[c.player[k]].axis[0]);
+    contacts(p, &c);
+    finish(world, p, &c, now);
+}
+
+static void step(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                 const struct ll_past *past)
+{
+    (void)past;
+    advance(world, env, actions, now, NULL);
+}
+
+static void step_some(ll_world *world, const ll_game_env *env, const ll_action *actions, ll_time now,
+                      const ll_entity_set *set)
+{
+    advance(world, env, actions, now, set);
+}
+
+/* A car may stop and the one behind it go on at top speed; a contact adds at most a car's length. */
+static void reach(const ll_world *world, const ll_game_env *env, double horizon_s, ll_entity_set *set)
+{
+    const race_params *p = params_of(env);
+    double far = 2 * p->car_length + p->top_speed * horizon_s;
+    for (bool grown = true; grown;) {
+        grown = false;
+        for (int j = 0; j < world->players; j++)
+            for (int i = 0; i < world->players && !ll_entity_set_has(set, j); i++) {
+                const ll_entity *a = &world->entity[i], *b = &world->entity[j];
+                if (!ll_entity_set_has(set, i))
+                    continue;
+                if (one_lane(p, a, b) && b->x - a->x < far && b->x - a->x > -far) {
+                    ll_entity_set_add(set, j);
+                    grown = true;
+                }
+            }
+    }
+}
+
+static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
+{
+    move(&world->entity[player], env, action->axis[0]);
+}
+
+/* Full throttle up to top speed: v = a f(t), x = a g(t) with the drag's factors over t. */
+static double farthest(const ll_game_env *env, double seconds, bool from_rest)
+{
+    const race_params *p = params_of(env);
+    double a = p->acceleration, c = p->drag, top = p->top_speed, until = seconds;
+    if (!from_rest)
+        return top * seconds;
+    if (c == 0)
+        until = top / a;
+    else if (top * c < a)
+        until = -ll_log(1 - top * c / a) / c;
+    until = until < seconds ? until : seconds;
+    return a * ll_drag_over(c, until).g + top * (seconds - until);
+}
+
+/* `varied`: one of six pedal positions in slots of 750 +- 500 ms, after the first two seconds, and beyond the
+ * finish too. `steady`: full throttle to the finish. */
+static ll_action drive(const ll_world *world, const ll_game_env *env, uint64_t seed, int player,
+                       ll_script script, ll_time t)
+{
+    static const float pedal[] = {1, 1, 0.8f, 0.6f, 0.3f, -0.4f};
+    ll_action a = {0};
+    (void)env;
+    if (script == LL_SCRIPT_IDLE)
+        return a;
+    if (script == LL_SCRIPT_STEADY) {
+        a.axis[0] = world->entity[player].flags & LL_ENTITY_FINISHED ? -1 : 1;
+        return a;
+    }
+    ll_slot slot = ll_script_slot(seed, player, LL_SCRIPT_SLOTS, t, 750 * LL_MS, 500 * LL_MS);
+    a.axis[0] = t < 2 * LL_SECOND ? 1 : pedal[ll_script_draw(seed, player, LL_SCRIPT_OWN, slot.number) % 6];
+    return a;
+}
+
+static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
+{
+    const race_tail *t = ll_world_tail_const(world);
+    const race_params *p = params_of(env);
+    int place = 1;
+    for (int i = 0; i < world->players; i++) {
+        bool earlier =
+            t->finish_s[i] > 0 && (t->finish_s[player] == 0 || t->finish_s[i] < t->finish_s[player]);
+        bool further =
+            t->finish_s[i] == 0 && t->finish_s[player] == 0 && world->entity[i].x > world->entity[player].x;
+        place += earlier || further;
+    }
+    values[0] = t->finish_s[player];
+    values[1] = place;
+    values[2] = world->entity[player].x < 0 ? 0 : (double)(int64_t)(world->entity[player].x / p->lap);
+    values[3] = world->entity[player].vx;
+}
+
+static ll_game_scene scene(const ll_game_env *env, int players)
+{
+    const race_params *p = params_of(env);
+    return (ll_game_scene){.x_min = 0,
+                           .x_max = p->lap,
+                           .y_min = -p->lane_width,
+                           .y_max = p->lane_width * players,
+                           .wraps = true,
+                           .finish_m = p->lap * p->laps,
+                           .entity_length_m = p->car_length};
+}
+
+const ll_game ll_game_race = {
+    .name = "race",
+    .help = "Cars with throttle and brake on a circular track; cars in one lane touch.",
+    .params = &ll_race_table,
+    .values = {"finish_s", "place", "laps", "speed_mps"},
+    .extent = extent,
+    .prepare = prepare,
+    .init = init,
+    .step = step,
+    .step_own = step_own,
+    .reach = reach,
+    .step_some = step_some,
+    .farthest = farthest,
+    .drive = drive,
+    .describe = describe,
+    .scene = scene,
+};

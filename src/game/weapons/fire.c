@@ -1,0 +1,205 @@
+#include "game/core/weapons.h"
+
+#include "base/detmath.h"
+
+static void tell(const ll_field *field, const ll_judgement *judgement)
+{
+    if (field->past && field->past->witness)
+        field->past->witness(field->past->context, judgement);
+}
+
+/* The shooter's view time, limited by the rules, for an input of the step that ends at `now`. The view's age
+ * counts from there; the rewind counts from the world that the shot is judged in, a step earlier. */
+static void look_back(ll_shot *shot, const ll_past *past, uint32_t view_age_ns, ll_time now)
+{
+    ll_time age = view_age_ns, oldest = past->measured[shot->shooter] + past->buffer;
+    ll_time tolerance = ll_ms(past->rules->rewind_tolerance_ms), most = ll_ms(past->rules->max_rewind_ms);
+    shot->distrusted = age > oldest + tolerance;
+    if (shot->distrusted)
+        age = oldest;
+    ll_time start = ll_history_time(past->history, 0), seen = now - age;
+    shot->clamped = shot->looks_back && seen < shot->now - most;
+    if (seen < shot->now - most)
+        seen = shot->now - most;
+    shot->seen = seen < start ? start : seen > shot->now ? shot->now : seen;
+}
+
+static const ll_rifle_policy *policy_of(const ll_field *field)
+{
+    return ll_rifle_policies[field->past ? field->past->rules->rifle : 0];
+}
+
+static const ll_shell_family *family_of(const ll_field *field)
+{
+    return ll_shell_families[field->past ? field->past->rules->shell : 0];
+}
+
+static bool looks_back(const ll_field *field, int weapon)
+{
+    return weapon == LL_RIFLE ? policy_of(field)->rewinds : family_of(field)->looks_back;
+}
+
+static void fire_rifle(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+{
+    const ll_rifle_policy *policy = policy_of(field);
+    int body = policy->judge(field, shot);
+    arms->shots[LL_RIFLE]++;
+    arms->hits[LL_RIFLE] += body != LL_NOBODY;
+    tell(field, &(ll_judgement){.kind = LL_JUDGED_RIFLE,
+                                .shooter = shot->shooter,
+                                .number = (uint32_t)arms->shots[LL_RIFLE],
+                                .body = body,
+                                .shot = shot,
+                                .looked = policy->rewinds ? shot->seen : shot->now});
+}
+
+static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
+{
+    return (ll_flight){shell->from, shell->velocity, arena->gravity};
+}
+
+/* `looked`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
+static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int shooter, ll_meeting m,
+                   ll_time looked)
+{
+    ll_flight flight = flight_of(shell, field->arena);
+    shell->end = shell->start + (ll_time)(m.s * 1e9 + 0.5);
+    shell->body = (int16_t)m.body;
+    arms->hits[LL_CANNON] += m.body != LL_NOBODY;
+    tell(field, &(ll_judgement){.kind = LL_JUDGED_IMPACT,
+                                .shooter = shooter,
+                                .number = shell->number,
+                                .body = m.body,
+                                .looked = looked == LL_NEVER ? shell->end : looked,
+                                .start = shell->start,
+                                .end = shell->end,
+                                .at = ll_flight_at(&flight, m.s)});
+}
+
+/* Distance between the tested path at the launch and the parabola, in the middle, where it is largest. */
+static double trace_error(const ll_field *field, const ll_flight *flight, double s)
+{
+    ll_flight traced = ll_traced(field->past, flight, s);
+    ll_point a = ll_flight_at(&traced, s / 2), b = ll_flight_at(flight, s / 2);
+    return ll_sqrt((a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y));
+}
+
+static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+{
+    const ll_shell_family *family = family_of(field);
+    uint32_t number = (uint32_t)arms->shots[LL_CANNON] + 1;
+    ll_shell *shell = &arms->shells[number % LL_SHELLS];
+    double speed = field->arena->shell_speed;
+    if (shell->number > 0 && shell->end == LL_NEVER)
+        return;
+    *shell = (ll_shell){.end = LL_NEVER,
+                        .from = shot->from,
+                        .velocity = {speed * shot->direction.x, speed * shot->direction.y},
+                        .number = number,
+                        .body = LL_NOBODY,
+                        .tag = shot->tag};
+    ll_flight flight = flight_of(shell, field->arena);
+    arms->shots[LL_CANNON]++;
+    ll_meeting m = family->launch(field, shot, &flight, &shell->start);
+    tell(field,
+         &(ll_judgement){.kind = LL_JUDGED_LAUNCH,
+                         .shooter = shot->shooter,
+                         .number = number,
+                         .body = LL_NOBODY,
+                         .shot = shot,
+                         .start = shell->start,
+                         .trace_error_m = trace_error(field, &flight, ll_to_s(shot->now - shell->start))});
+    if (m.met != LL_MET_NOTHING)
+        strike(arms, shell, field, shot->shooter, m, family->rewinds ? LL_NEVER : shot->now);
+}
+
+/* With client authority: the projectile that the client names has hit what it reports. */
+static void take_claim(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action,
+                       ll_time now)
+{
+    int body = ll_claim(action, LL_CANNON);
+    for (int i = 0; i < LL_SHELLS && ll_arena_enemies(field->arena, shooter, body); i++) {
+        ll_shell *shell = &arms->shells[i];
+        ll_meeting m = {ll_to_s(now - shell->start), LL_MET_BODY, body};
+        if (shell->number > 0 && shell->end == LL_NEVER && shell->tag == ll_tag(action))
+            strike(arms, shell, field, shooter, m, now);
+    }
+}
+
+#define SLOP                                                                                                 \
+    1000 /* ns: steps are on whole nanoseconds, so that a number of them may be shorter than an interval */
+
+/* Whether the weapon is ready; if so, reloading starts. */
+static bool load(ll_arms *arms, const ll_field *field, int shooter, int weapon, ll_time now)
+{
+    if (now + SLOP < arms->ready[weapon]) {
+        tell(field, &(ll_judgement){.kind = LL_JUDGED_VOID, .shooter = shooter, .body = LL_NOBODY});
+        return false;
+    }
+    arms->ready[weapon] = now + (ll_time)(field->arena->interval_s[weapon] * 1e9);
+    return true;
+}
+
+void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action, ll_aim aim,
+                     ll_time before, ll_time now)
+{
+    static void (*const fire[])(ll_arms *, const ll_field *, const ll_shot *) = {fire_rifle, fire_cannon};
+    if (family_of(field)->claims)
+        take_claim(arms, field, shooter, action, before);
+    for (int w = 0; w < LL_WEAPONS; w++) {
+        bool carried = field->arena->interval_s[w] > 0, pressed = action->buttons >> w & 1;
+        if (!carried || !pressed || !load(arms, field, shooter, w, now))
+            continue;
+        ll_shot shot = {.shooter = shooter,
+                        .claim = (int16_t)ll_claim(action, (ll_weapon)w),
+                        .tag = ll_tag(action),
+                        .from = aim.from,
+                        .direction = aim.direction,
+                        .now = before,
+                        .seen = before,
+                        .looks_back = looks_back(field, w)};
+        if (field->past)
+            look_back(&shot, field->past, action->view_age_ns, now);
+        fire[w](arms, field, &shot);
+    }
+}
+
+#define CLAIM_GRACE_S 1.0 /* s after its end at which a projectile can still be claimed */
+
+/* A client-authoritative projectile ends without a claim when it has been out of the arena for a while. */
+static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
+{
+    const ll_box *b = &field->arena->bounds;
+    ll_point p = ll_flight_at(flight, s - CLAIM_GRACE_S);
+    return s > CLAIM_GRACE_S && (p.x < b->x_min || p.x > b->x_max || p.y < b->y_min);
+}
+
+static ll_meeting meet(const ll_field *field, int shooter, const ll_flight *flight, double s0, double s1,
+                       const ll_point *after)
+{
+    if (!field->past || field->past->rules->shell_trace == LL_TRACE_PARABOLA)
+        return ll_arena_flight(field->arena, shooter, flight, s0, s1, field->present, after);
+    ll_flight chord = ll_flight_chord(flight, s0, s1);
+    ll_meeting m = ll_arena_flight(field->arena, shooter, &chord, 0, s1 - s0, field->present, after);
+    m.s += s0;
+    return m;
+}
+
+void ll_weapons_fly(ll_arms *arms, const ll_field *field, int shooter, const ll_point *after, ll_time before,
+                    ll_time now)
+{
+    for (int i = 0; i < LL_SHELLS; i++) {
+        ll_shell *shell = &arms->shells[i];
+        if (shell->number == 0 || shell->end != LL_NEVER)
+            continue;
+        ll_flight flight = flight_of(shell, field->arena);
+        double s0 = ll_to_s(before - shell->start), s1 = ll_to_s(now - shell->start);
+        ll_meeting m = {s1, LL_MET_NOTHING, LL_NOBODY};
+        if (!family_of(field)->claims)
+            m = meet(field, shooter, &flight, s0, s1, after);
+        else if (unclaimed(field, &flight, s1))
+            m.met = LL_MET_BOUNDS;
+        if (m.met != LL_MET_NOTHING)
+            strike(arms, shell, field, shooter, m, LL_NEVER);
+    }
+}

@@ -1,0 +1,11 @@
+/* Client-authoritative: the client reports its hits. Insecure: a dishonest client hits anything. Cost:
+ * none. */
+#include "game/weapons/policies.h"
+
+static int judge(const ll_field *field, const ll_shot *shot)
+{
+    return ll_arena_enemies(field->arena, shot->shooter, shot->claim) ? shot->claim : LL_NOBODY;
+}
+
+const ll_rifle_policy ll_rifle_trust = {
+    .name = "trust", .help = "The client reports its hits; insecure.", .judge = judge};

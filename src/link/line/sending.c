@@ -1,0 +1,250 @@
+/* Fate of a message, drawn packet by packet when it is sent. */
+#include "base/assert.h"
+#include "link/line/core.h"
+
+/* ---- one packet ---- */
+
+static void count_delay(ll_link *l, double delay_ms)
+{
+    ll_link_stats *s = &l->stats;
+    s->delay_min_ms = delay_ms < s->delay_min_ms ? delay_ms : s->delay_min_ms;
+    s->delay_max_ms = delay_ms > s->delay_max_ms ? delay_ms : s->delay_max_ms;
+    s->delay_sum_ms += delay_ms;
+    s->delay_sum_squares += delay_ms * delay_ms;
+}
+
+/* Due time of a packet that passed all stages, in the configured order. */
+static ll_time arrival(ll_link *l, ll_order order, ll_time now, double delay_ms, ll_time queued)
+{
+    ll_time due = now + ll_ms(delay_ms) + queued;
+    if (queued > 0)
+        delay_ms += ll_to_ms(queued);
+    if (order == LL_ORDER_FIFO && due < l->latest) {
+        due = l->latest;
+        delay_ms = ll_to_ms(due - now);
+    }
+    l->latest = due > l->latest ? due : l->latest;
+    count_delay(l, delay_ms);
+    return due;
+}
+
+/* For two successive packets. */
+static void count_pair(ll_link *l, double delay_ms)
+{
+    bool follows = l->delay_number == l->packet - 1;
+    double step = delay_ms - l->delay_ms;
+    l->stats.delay_step_squares += follows ? step * step : 0;
+    l->stats.delay_pairs += follows;
+    l->delay_number = l->packet;
+    l->delay_ms = delay_ms;
+}
+
+#define ENTRY (1U << LL_STAGE_DUPLICATE | 1U << LL_STAGE_LOSS | 1U << LL_STAGE_CORRUPT)
+
+/* Passes a packet or its copy through the stages. `size`: of the whole message, for which the link must have
+ * room. */
+static void travel(ll_link *l, uint32_t stages, ll_passage *p, int32_t size)
+{
+    ll_stages_pass(stages & ENTRY, p, &l->memory, &l->stats);
+    if (p->fate == LL_FATE_DELIVERED && !ll_link_has_room(l, size)) {
+        p->fate = LL_FATE_OVERFLOW;
+        l->stats.overflowed++;
+    }
+    ll_stages_pass(stages & ~ENTRY, p, &l->memory, &l->stats);
+    if (p->fate != LL_FATE_DELIVERED)
+        return;
+    if (p->damaged) {
+        p->fate = LL_FATE_CORRUPTED;
+        p->due = p->now + ll_ms(p->delay_ms) + p->queued;
+        l->stats.corrupted++;
+        return;
+    }
+    p->due = arrival(l, (ll_order)p->params->order, p->now, p->delay_ms, p->queued);
+    if (!p->is_copy)
+        count_pair(l, ll_to_ms(p->due - p->now));
+}
+
+static ll_passage packet(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now, int32_t size,
+                         int32_t fragment)
+{
+    return (ll_passage){.params = params,
+                        .seed = l->seed,
+                        .stream = l->stream,
+                        .counter = (uint64_t)l->number + ((uint64_t)fragment << LL_FRAGMENT_SHIFT),
+                        .number = l->packet,
+                        .now = now,
+                        .lag_ms = lag_ms,
+                        .delay_ms = lag_ms + params->delay_ms,
+                        .due = now,
+                        .departures = ll_link_ring(l),
+                        .places = l->places,
+                        .size = size};
+}
+
+/* A copy starts after the stage that made it. */
+static ll_passage copy_of(const ll_passage *p)
+{
+    ll_passage copy = *p;
+    copy.counter = ~p->counter;
+    copy.delay_ms = p->lag_ms + p->params->delay_ms;
+    copy.due = p->now;
+    copy.queued = 0;
+    copy.fate = LL_FATE_DELIVERED;
+    copy.is_copy = true;
+    copy.damaged = copy.reordered = false;
+    return copy;
+}
+
+/* The message of packets; NULL bytes: packets are not stored by themselves. */
+typedef struct message {
+    const void *bytes;
+    int32_t size;
+    bool whole; /* in one packet */
+} message;
+
+static ll_sending pass(ll_link *l, uint32_t stages, ll_passage *p, const message *m)
+{
+    travel(l, stages, p, m->size);
+    if (m->whole && p->fate == LL_FATE_DELIVERED)
+        ll_link_put(l, p->now, p->due, m->bytes, m->size);
+    ll_sending sending = {.fate = p->fate,
+                          .due = p->due,
+                          .queued = p->queued,
+                          .fragments = 1,
+                          .reordered = p->reordered,
+                          .duplicated = p->duplicated,
+                          .rescued = p->rescued,
+                          .copy_fate = LL_FATE_LOST,
+                          .copy_due = p->now};
+    if (p->duplicated && !p->rescued) {
+        ll_passage copy = copy_of(p);
+        travel(l, stages & ~(1U << LL_STAGE_DUPLICATE), &copy, m->size);
+        if (m->whole && copy.fate == LL_FATE_DELIVERED)
+            ll_link_put(l, copy.now, copy.due, m->bytes, m->size);
+        sending.copy_fate = copy.fate;
+        sending.copy_due = copy.due;
+    }
+    l->packet++;
+    return sending;
+}
+
+/* Whether the packet or its copy arrives, and when the first of them does. */
+static bool comes(const ll_sending *s, ll_time *when)
+{
+    bool first = s->fate == LL_FATE_DELIVERED, second = s->duplicated && s->copy_fate == LL_FATE_DELIVERED;
+    *when = second && (!first || s->copy_due < s->due) ? s->copy_due : s->due;
+    return first || second;
+}
+
+/* ---- messages ---- */
+
+static int32_t packets_of(const ll_link_params *params, int32_t size)
+{
+    int64_t mtu = params->mtu_bytes;
+    return mtu == 0 || size <= mtu ? 1 : (int32_t)((size + mtu - 1) / mtu);
+}
+
+static void count_split(ll_link *l, int32_t packets)
+{
+    l->stats.split++;
+    l->stats.fragments += packets;
+}
+
+static void count_lost(ll_link *l, int32_t packets)
+{
+    l->stats.messages_lost++;
+    l->stats.split_lost += packets > 1;
+}
+
+static void gather(ll_link *l, ll_sending *all, const ll_sending *one)
+{
+    ll_time when;
+    if (!comes(one, &when)) {
+        l->stats.fragments_lost++;
+        if (all->fate == LL_FATE_DELIVERED) {
+            all->fate = one->fate;
+            all->due = one->due;
+        }
+    } else if (all->fate == LL_FATE_DELIVERED && when > all->due) {
+        all->due = when;
+    }
+}
+
+/* Sends a sequence of independent packets; the message arrives with the last of them. */
+static ll_sending send_split(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                             const message *m, int32_t packets)
+{
+    uint32_t stages = ll_stages_used(params);
+    ll_sending all = {.fate = LL_FATE_DELIVERED, .due = now, .fragments = packets};
+    int32_t mtu = (int32_t)params->mtu_bytes, left = m->size;
+    count_split(l, packets);
+    for (int32_t i = 0; i < packets; i++, left -= mtu) {
+        int32_t size = (left < mtu ? left : mtu) + LL_FRAGMENT_HEADER;
+        ll_passage p = packet(l, params, lag_ms, now, size, i);
+        ll_sending one = pass(l, stages, &p, m);
+        gather(l, &all, &one);
+    }
+    if (all.fate == LL_FATE_DELIVERED)
+        ll_link_put(l, now, all.due, m->bytes, m->size);
+    else
+        count_lost(l, packets);
+    return all;
+}
+
+static ll_sending send_impaired(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                                const message *m)
+{
+    ll_passage p = packet(l, params, lag_ms, now, m->size, 0);
+    ll_sending sending = pass(l, ll_stages_used(params), &p, m);
+    ll_time when;
+    if (!comes(&sending, &when))
+        count_lost(l, 1);
+    return sending;
+}
+
+static ll_sending refuse(ll_link *l, ll_time now, int32_t packets)
+{
+    l->stats.overflowed += packets;
+    l->stats.fragments_lost += packets > 1 ? packets : 0;
+    count_lost(l, packets);
+    return (ll_sending){.fate = LL_FATE_OVERFLOW, .due = now, .fragments = packets};
+}
+
+/* Without draws: all packets of a message arrive at one time. */
+static void send_plain(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                       const void *bytes, int32_t size, int32_t packets, ll_sending *sending)
+{
+    l->packet += packets;
+    if (packets > 1)
+        count_split(l, packets);
+    if (!ll_link_has_room(l, size)) {
+        *sending = refuse(l, now, packets);
+        return;
+    }
+    double delay_ms = lag_ms + params->delay_ms;
+    ll_time due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
+    for (int32_t i = 1; i < packets; i++)
+        due = arrival(l, (ll_order)params->order, now, delay_ms, 0);
+    ll_link_put(l, now, due, bytes, size);
+    *sending = (ll_sending){.fate = LL_FATE_DELIVERED, .due = due, .fragments = packets};
+}
+
+ll_sending ll_link_send(ll_link *l, const ll_link_params *params, double lag_ms, ll_time now,
+                        const void *bytes, int size)
+{
+    LL_ASSERT(size >= 0 && size <= l->arena);
+    int32_t packets = packets_of(params, size);
+    l->stats.sent += packets;
+    l->stats.bytes += size;
+    ll_sending sending;
+    if (!ll_stages_any(params)) {
+        send_plain(l, params, lag_ms, now, bytes, size, packets, &sending);
+    } else {
+        message m = {bytes, size, packets == 1};
+        sending = packets == 1 ? send_impaired(l, params, lag_ms, now, &m)
+                               : send_split(l, params, lag_ms, now, &m, packets);
+    }
+    l->number++;
+    LL_VALIDATE(ll_link_valid(l));
+    return sending;
+}

@@ -1,0 +1,50 @@
+#include "base/detmath.h"
+#include "link/stages/stage.h"
+
+const ll_delay_model *const ll_delay_models[] = {&ll_delay_uniform, &ll_delay_normal, &ll_delay_pareto,
+                                                 &ll_delay_paretonormal, NULL};
+
+/* The distribution function of a normal deviate is uniform, so correlated deviates can be mapped to any
+ * distribution. The first one of a chain is not scaled, so that it has the same variance. */
+static double correlated_unit(const ll_passage *p, const ll_delay_model *model, ll_memory *m)
+{
+    double corr = model->deviate_corr(p->params->delay_corr_pct / 100);
+    double deviate = ll_rng_normal(p->seed, p->stream + LL_STREAM_DELAY, p->counter);
+    if (m->deviate_number == ll_draw_before(p))
+        deviate = corr * m->deviate + ll_sqrt(1 - corr * corr) * deviate;
+    if (!p->is_copy) {
+        m->deviate = deviate;
+        m->deviate_number = p->number;
+    }
+    return ll_normal_cdf(deviate);
+}
+
+static double jitter_ms(const ll_passage *p, ll_memory *m)
+{
+    const ll_delay_model *model = ll_delay_models[p->params->distribution];
+    double u = p->params->delay_corr_pct > 0 ? correlated_unit(p, model, m) : ll_draw(p, LL_STREAM_DELAY);
+    return p->params->jitter_ms * model->variate(u);
+}
+
+void ll_stage_delay(ll_passage *p, ll_memory *m, ll_link_stats *stats)
+{
+    (void)stats;
+    const ll_link_params *params = p->params;
+    if (params->jitter_ms > 0)
+        p->delay_ms += jitter_ms(p, m);
+    if (p->delay_ms < 0)
+        p->delay_ms = 0;
+    if (ll_window_open(params->spike_at_ms, params->spike_every_ms, params->spike_length_ms, p->now))
+        p->delay_ms += params->spike_add_ms;
+}
+
+double ll_link_delay_max_ms(const ll_link_params *params, double lag_ms)
+{
+    double longest =
+        lag_ms + params->delay_ms + params->jitter_ms * ll_delay_models[params->distribution]->max;
+    if (params->spike_length_ms > 0)
+        longest += params->spike_add_ms;
+    if (params->rate_kbps > 0)
+        longest += params->limit_ms;
+    return longest;
+}

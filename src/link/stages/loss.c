@@ -1,0 +1,45 @@
+/* As in netem, one draw takes one of two. The remaining one goes on as the packet, and there is no copy; a
+ * copy that comes here has its own draw. A blackout takes all. */
+#include "link/stages/stage.h"
+
+const ll_loss_model *const ll_loss_models[] = {&ll_loss_random, &ll_loss_gemodel, &ll_loss_state, NULL};
+
+/* A model that did not decide about the last packet starts in its first state. A copy continues from its
+ * original's state and leaves its own to the next packet. */
+static bool model_loses(const ll_passage *p, ll_memory *m)
+{
+    if (p->is_copy) {
+        int32_t state = m->loss_state;
+        return ll_loss_models[m->loss_model]->lost(p, &state);
+    }
+    if (m->loss_number != p->number - 1 || m->loss_model != p->params->loss_model)
+        m->loss_state = 0;
+    m->loss_number = p->number;
+    m->loss_model = p->params->loss_model;
+    return ll_loss_models[m->loss_model]->lost(p, &m->loss_state);
+}
+
+static void count(const ll_passage *p, ll_memory *m, ll_link_stats *stats)
+{
+    stats->lost++;
+    stats->lost_copies += p->is_copy;
+    if (p->is_copy)
+        return;
+    stats->loss_bursts += m->lost != p->number - 1;
+    m->lost = p->number;
+}
+
+void ll_stage_loss(ll_passage *p, ll_memory *m, ll_link_stats *stats)
+{
+    const ll_link_params *params = p->params;
+    bool lost = model_loses(p, m);
+    bool blackout =
+        ll_window_open(params->blackout_at_ms, params->blackout_every_ms, params->blackout_length_ms, p->now);
+    if (!lost && !blackout)
+        return;
+    p->rescued = p->duplicated && !p->is_copy && !blackout;
+    p->fate = p->rescued ? LL_FATE_DELIVERED : LL_FATE_LOST;
+    stats->rescued += p->rescued;
+    stats->lost_in_blackouts += blackout;
+    count(p, m, stats);
+}

@@ -1,0 +1,60 @@
+/* A bottleneck after the delay, as in netem: packets leave it one by one in the order of sending, each for
+ * its bytes over the rate. So none overtakes, and one with a shorter delay waits for those sent earlier.
+ *
+ * The queue's limits are checked before the delay, against what the rate has yet to send if all had arrived
+ * without delay: a long way is not a long queue. (netem's limit counts all that it holds.) An accepted packet
+ * leaves at most limit_ms after the longest delay: with E the clock of the limits and X that of the rate, X -
+ * E is always at most the longest delay of the packets since the queue was empty. */
+#include "link/stages/stage.h"
+
+/* The ring holds departures modulo 2^32 ns. Remaining ones are after the last sending before now, which
+ * removed all others, and less than 1.25 s from it; so differences have the right sign while the queue is not
+ * empty. */
+static void take_out_departed(ll_memory *m, const ll_passage *p)
+{
+    if (m->entrance <= p->now)
+        m->queue_count = 0;
+    while (m->queue_count > 0 && (int32_t)(p->departures[m->queue_first] - (uint32_t)p->now) <= 0) {
+        m->queue_first = (m->queue_first + 1) % p->places;
+        m->queue_count--;
+    }
+}
+
+static ll_time later(ll_time a, ll_time b)
+{
+    return a > b ? a : b;
+}
+
+void ll_stage_limit(ll_passage *p, ll_memory *m, ll_link_stats *stats)
+{
+    const ll_link_params *params = p->params;
+    if (p->fate != LL_FATE_DELIVERED)
+        return;
+    take_out_departed(m, p);
+    double bits = 8.0 * (double)(p->size + params->packet_overhead_bytes);
+    double ms = bits / params->rate_kbps; /* may exceed the range of integer ns */
+    bool full = m->queue_count >= params->limit_packets || m->queue_count == p->places;
+    if (!full && ms <= params->limit_ms) {
+        p->transmission = ll_ms(ms);
+        if (later(m->entrance, p->now) - p->now + p->transmission <= ll_ms(params->limit_ms))
+            return;
+    }
+    p->fate = LL_FATE_OVERFLOW;
+    stats->queue_drops++;
+}
+
+void ll_stage_rate(ll_passage *p, ll_memory *m, ll_link_stats *stats)
+{
+    if (p->fate != LL_FATE_DELIVERED || p->reordered)
+        return;
+    ll_time arrives = p->now + ll_ms(p->delay_ms);
+    m->entrance = later(m->entrance, p->now) + p->transmission;
+    m->exit = later(m->exit, arrives) + p->transmission;
+    p->departures[(m->queue_first + m->queue_count) % p->places] = (uint32_t)m->entrance;
+    m->queue_count++;
+    p->queued = m->exit - arrives;
+    double queued_ms = ll_to_ms(p->queued);
+    stats->queued++;
+    stats->queue_sum_ms += queued_ms;
+    stats->queue_max_ms = queued_ms > stats->queue_max_ms ? queued_ms : stats->queue_max_ms;
+}

@@ -1,0 +1,143 @@
+/* Shared by the files of this room: a packet's way through the stages of a link, one file per stage and, for
+ * loss and delay, one per model. Cost per packet: a disabled stage costs a comparison or two, an enabled one
+ * a draw (a hash of three words) and its model. */
+#pragma once
+
+#include "base/rng.h"
+#include "link/stages/parameters.h"
+
+/* In the order of processing, which is netem's. */
+typedef enum ll_stage {
+    LL_STAGE_DUPLICATE,
+    LL_STAGE_LOSS,
+    LL_STAGE_CORRUPT,
+    LL_STAGE_LIMIT, /* of the rate's queue */
+    LL_STAGE_DELAY,
+    LL_STAGE_REORDER,
+    LL_STAGE_RATE,
+    LL_STAGES
+} ll_stage;
+
+/* Streams of random numbers within a link. docs/links.md names them, so they must not change. */
+typedef enum ll_stream {
+    LL_STREAM_LOSS = 0,
+    LL_STREAM_DUPLICATE = 1,
+    LL_STREAM_DELAY = 2,
+    LL_STREAM_REORDER = 4,
+    LL_STREAM_CORRUPT = 5,
+    LL_STREAM_TRANSITION = 6, /* of a loss model's state */
+    LL_STREAMS = 8
+} ll_stream;
+
+#define LL_FRAGMENT_SHIFT 40 /* a fragment's draws: message + (fragment << 40) */
+#define LL_QUEUE_MAX 1000    /* packets in a rate's queue; limit of limit_packets */
+
+/* One packet, or its copy, in progress. */
+typedef struct ll_passage {
+    const ll_link_params *params;
+    uint64_t seed, stream; /* of the link's draws */
+    uint64_t counter;      /* of all draws */
+    int64_t number;        /* of the packet, in the order of sending, for chains */
+    ll_time now;
+    double lag_ms;
+    double delay_ms;      /* so far, including lag, without the queue */
+    ll_time transmission; /* by the rate */
+    ll_time queued;       /* in the rate's queue: waiting and transmission */
+    ll_time due;
+    uint32_t *departures; /* of that queue, for its limits: a ring of `places`, ns modulo 2^32 */
+    int32_t places;
+    int32_t size; /* in bytes, including a fragment's header */
+    ll_fate fate;
+    bool is_copy;
+    bool duplicated; /* a copy exists */
+    bool rescued;    /* a loss took the copy only */
+    bool damaged, reordered;
+} ll_passage;
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded"
+
+#define LL_NO_NUMBER (-2) /* of no packet, and not directly before the first one */
+
+/* State of the stages between packets. Numbers are those of packets. */
+typedef struct ll_memory {
+    int64_t loss_number; /* `loss_state` is valid after this packet */
+    int32_t loss_model, loss_state;
+    int64_t lost;                             /* the last lost one */
+    int64_t duplicated, reordered, corrupted; /* the last one to which it happened */
+    int64_t since_reorder;                    /* packets since the last reordered one */
+    int64_t deviate_number;
+    double deviate;   /* normal, of the delay of that packet */
+    ll_time entrance; /* time at which the rate would have sent all accepted packets, had they arrived without
+                         delay */
+    ll_time exit;     /* time at which the rate has sent the last one */
+    int32_t queue_first, queue_count; /* of the ring of departures */
+} ll_memory;
+
+#pragma GCC diagnostic pop
+
+/* Decides about one packet. If an earlier stage lost it, only the memory changes. */
+typedef void ll_stage_pass(ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
+ll_stage_pass ll_stage_duplicate, ll_stage_loss, ll_stage_corrupt, ll_stage_limit, ll_stage_delay,
+    ll_stage_reorder, ll_stage_rate;
+
+/* Whether any stage is enabled: most links are plain, and pay only this check. */
+static inline bool ll_stages_any(const ll_link_params *p)
+{
+    return p->loss_model != LL_LOSS_RANDOM ||
+           ((p->loss_pct + p->blackout_length_ms) + (p->jitter_ms + p->spike_length_ms)) +
+                   ((p->duplicate_pct + p->rate_kbps) + (p->reorder_pct + p->corrupt_pct)) >
+               0;
+}
+
+/* Enabled stages: bit 1 << stage. */
+uint32_t ll_stages_used(const ll_link_params *params);
+void ll_stages_pass(uint32_t stages, ll_passage *passage, ll_memory *memory, ll_link_stats *stats);
+
+/* Uniform in [0, 1). */
+static inline double ll_draw(const ll_passage *p, ll_stream stream)
+{
+    return ll_rng_unit(p->seed, p->stream + (uint64_t)stream, p->counter);
+}
+
+/* Predecessor of this packet in a chain: a copy follows its original, and nothing follows a copy. */
+static inline int64_t ll_draw_before(const ll_passage *p)
+{
+    return p->is_copy ? p->number : p->number - 1;
+}
+
+/* Probability of the next in a two-state chain with the stationary probability `percent` and the correlation
+ * `corr_pct`. */
+static inline double ll_chain_percent(double percent, double corr_pct, bool before)
+{
+    double corr = corr_pct / 100;
+    return percent * (1 - corr) + (before ? corr_pct : 0);
+}
+
+/* Draws an event of `percent` by such a chain; `last`: the last packet to which it happened. */
+bool ll_chance(const ll_passage *passage, ll_stream stream, double percent, double corr_pct, int64_t *last);
+
+/* Whether `now` is within a period of `length_ms`; the first starts at `at_ms`, then one every `every_ms` (0:
+ * none). */
+bool ll_window_open(double at_ms, double every_ms, double length_ms, ll_time now);
+
+/* ---- models ---- */
+
+typedef struct ll_loss_model {
+    const char *name;
+    bool (*lost)(const ll_passage *passage, int32_t *state); /* the state starts at 0 */
+} ll_loss_model;
+
+extern const ll_loss_model ll_loss_random, ll_loss_gemodel, ll_loss_state;
+extern const ll_loss_model *const ll_loss_models[]; /* in the order of ll_loss, NULL-terminated */
+
+typedef struct ll_delay_model {
+    const char *name;
+    double (*variate)(double u); /* quantile function, u in [0, 1] */
+    double (*deviate_corr)(
+        double corr); /* correlation of normal deviates whose variates have the correlation `corr` */
+    double max;       /* of the variate */
+} ll_delay_model;
+
+extern const ll_delay_model ll_delay_uniform, ll_delay_normal, ll_delay_pareto, ll_delay_paretonormal;
+extern const ll_delay_model *const ll_delay_models[]; /* in the order of ll_distribution, NULL-terminated */

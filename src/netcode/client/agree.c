@@ -1,0 +1,78 @@
+/* What rounding explains, per axis: half a step of the state; half a step of the one that the prediction
+ * began with, and half a step of its velocity for as long as it was stepped on. That last part grows with
+ * time: a prediction that is let drift for ever would be worse than the state that is there, so it ends at
+ * LL_DRIFT_MAX_S. A contact hands on what others are off by, in the race at most half of it: so the same is
+ * let pass of the own entity once it may have been touched. */
+#include "netcode/client/agree.h"
+
+#include <string.h>
+
+#include "base/detmath.h"
+
+/* What may differ by rounding alone. */
+typedef struct slack {
+    double m, mps, rad, radps;
+} slack;
+
+static slack slack_of(const ll_agreement *a, int entity)
+{
+    const ll_grid *then = &a->begun, *now = &a->state;
+    double drift_s = a->drift_s < LL_DRIFT_MAX_S ? a->drift_s : LL_DRIFT_MAX_S;
+    if (entity == a->exact)
+        return (slack){0};
+    return (slack){
+        .m = ((double)then->m + (double)now->m + (double)then->mps * drift_s) / 2,
+        .mps = ((double)then->mps + (double)now->mps) / 2,
+        .rad = ((double)then->rad + (double)now->rad + (double)then->radps * drift_s) / 2,
+        .radps = ((double)then->radps + (double)now->radps) / 2,
+    };
+}
+
+/* A NaN stays one. */
+static double beyond(double a, double b, double free)
+{
+    double d = a > b ? a - b : b - a;
+    return d <= free ? 0 : d - free;
+}
+
+static double length(double x, double y)
+{
+    return ll_sqrt(x * x + y * y);
+}
+
+static bool entity_agrees(const ll_agreement *a, int i, const ll_entity *p, const ll_entity *q)
+{
+    slack s = slack_of(a, i);
+    if (p->flags != q->flags)
+        return false;
+    double place = length(beyond(p->x, q->x, s.m), beyond(p->y, q->y, s.m));
+    double velocity = length(beyond(p->vx, q->vx, s.mps), beyond(p->vy, q->vy, s.mps));
+    double angle = beyond(p->angle, q->angle, s.rad), spin = beyond(p->spin, q->spin, s.radps);
+    return place + a->horizon_s * velocity <= a->tolerance_m && angle + a->horizon_s * spin <= a->tolerance_m;
+}
+
+static bool same(const ll_entity *a, const ll_entity *b)
+{
+    return memcmp(a, b, sizeof *a) == 0;
+}
+
+bool ll_same_in(const ll_world *a, const ll_world *b, const ll_entity_set *set)
+{
+    for (int i = 0; i < a->entities; i++)
+        if (ll_entity_set_has(set, i) && !same(&a->entity[i], &b->entity[i]))
+            return false;
+    return true;
+}
+
+bool ll_agrees_in(const ll_agreement *agreement, const ll_world *predicted, const ll_world *state,
+                  const ll_entity_set *set)
+{
+    for (int i = 0; i < state->entities; i++) {
+        const ll_entity *p = &predicted->entity[i], *q = &state->entity[i];
+        bool exact = agreement->tolerance_m == 0 &&
+                     (i == agreement->exact || (agreement->begun.m == 0 && agreement->state.m == 0));
+        if (ll_entity_set_has(set, i) && !same(p, q) && (exact || !entity_agrees(agreement, i, p, q)))
+            return false;
+    }
+    return true;
+}

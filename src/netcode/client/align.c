@@ -1,0 +1,104 @@
+/* Which step the next input is for: when a client comes to a game, and when its clock is measured anew. */
+#include <string.h>
+
+#include "netcode/state/client.h"
+
+/* What is known of inputs and of the server's answers to them is of another epoch. */
+void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_time now)
+{
+    c->epoch = epoch;
+    c->seq = c->acked = c->composed = 0;
+    c->run = 1;
+    for (int i = 0; i < LL_PENDING_RING; i++)
+        c->pending[i].seq = 0;
+    c->debt = 0;
+    c->settle = 0;
+    c->spare = LL_SLACK_UNKNOWN;
+    c->spare_since = now;
+    c->spare_ns = LL_NEVER;
+    c->shift = 0;
+    c->unsent = 0;
+    c->played = 0;
+    c->predicting = 0; /* its steps were not made while the player was away */
+    c->parts = 0;
+    c->gap = -1;
+    c->gap_deviation = c->late = 0;
+    c->offset_quarter = c->heard = -1;
+    if (s->sync->drains)
+        c->tick = 0;
+}
+
+void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int64_t step, int64_t first,
+                    const void *world, ll_time now)
+{
+    ll_instruments_meet(s->instruments);
+    ll_client_forget_inputs(c, s, epoch, now);
+    if (s->sync->waits) /* its inputs go on where the server is */
+        c->tick = c->confirmed = step;
+    if (s->sync->answers && c->tick_due != LL_NEVER)
+        c->tick_due = now; /* the server waits */
+    if (s->sync->start && world)
+        s->sync->start(c, s, step, first, world);
+}
+
+void ll_client_leave(ll_client *c, const ll_client_setup *s)
+{
+    (void)s;
+    c->acked = c->seq;
+    for (int i = 0; i < LL_PENDING_RING; i++)
+        c->pending[i].seq = 0;
+}
+
+void ll_client_snap(ll_client *c, int64_t tick)
+{
+    if (c->seq > 0) {
+        c->seq += (uint32_t)(tick - c->tick);
+        c->run = c->seq + 1;
+        c->composed = c->seq;
+        c->connection.clock.snaps++;
+    }
+    c->tick = tick;
+    c->debt = 0;
+    c->settle = c->seq + 1;
+}
+
+/* The first step that an input can be in time for that leaves at `at`. */
+static int64_t step_reached(const ll_client *c, const ll_client_setup *s, ll_time at)
+{
+    const ll_clock_sync *clock = &c->connection.clock;
+    ll_time way = (ll_clock_sync_round_trip(clock) + 1) / 2;
+    ll_time comes = ll_client_local(s, at) + clock->offset + way, since = comes - c->latest_time;
+    int64_t step = c->latest_tick + (since > 0 ? ll_tick_at(since, c->clock.freq) : 0);
+    if (step <= c->latest_tick)
+        step = c->latest_tick + 1;
+    while (ll_client_step_time(c, step) < comes)
+        step++;
+    return step;
+}
+
+uint8_t ll_client_offset(const ll_client *c, const ll_client_setup *s)
+{
+    const ll_clock_sync *clock = &c->connection.clock;
+    if (c->tick_due == LL_NEVER)
+        return 0; /* the game has not begun */
+    ll_time tick = ll_client_local(s, c->tick_due) + clock->offset - c->met_at;
+    if (tick < 0)
+        return 0;
+    tick -= ll_tick_time(ll_tick_at(tick, c->clock.freq), c->clock.freq);
+    int64_t whole = ll_tick_at(tick + (ll_clock_sync_round_trip(clock) + 1) / 2, c->clock.freq);
+    return (uint8_t)(whole < UINT8_MAX ? whole : UINT8_MAX);
+}
+
+void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_time now)
+{
+    if (!s->sync->leads || c->tick_due == LL_NEVER)
+        return; /* or the game has not begun */
+    ll_time at = c->tick_due != LL_NEVER && c->tick_due > now ? c->tick_due : now;
+    int64_t tick = step_reached(c, s, at) + s->config->slack_ticks - 1, error = tick - c->tick;
+    if (!always && error * c->period < LL_CLOCK_SNAP && -error * c->period < LL_CLOCK_SNAP)
+        return;
+    if (error > 0 || c->seq == 0)
+        ll_client_snap(c, tick);
+    else
+        c->debt = (int32_t)error; /* what was sent for those steps stands */
+}

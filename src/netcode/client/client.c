@@ -1,0 +1,617 @@
+#include "netcode/state/client.h"
+
+#include <string.h>
+
+#include "base/assert.h"
+#include "base/rng.h"
+#include "netcode/client/ack.h"
+#include "netcode/client/cheat.h"
+#include "netcode/state/peer.h"
+#include "netcode/client/scope.h"
+#include "netcode/snapshot/snapshot.h"
+#include "netcode/protocol/limits.h"
+
+static size_t round8(size_t n)
+{
+    return (n + 7) & ~(size_t)7;
+}
+
+/* The worlds latest, predicted, checked and shown, the marks and the errors; the states, or what a peer has
+ * in their place. */
+size_t ll_client_size(ll_extent extent)
+{
+    size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_received) + world);
+    size_t peer = ll_peer_size(extent.entities < LL_PLAYERS_MAX ? extent.entities : LL_PLAYERS_MAX, world);
+    return round8(sizeof(ll_client)) + 4 * world +
+           (size_t)extent.entities * (sizeof(ll_mark) + sizeof(ll_view_error)) +
+           (peer > states ? peer : states);
+}
+
+void ll_client_init(ll_client *c, int self, const ll_world *start)
+{
+    memset(c, 0, ll_client_size((ll_extent){start->entities, start->tail}));
+    c->self = self;
+    c->world_size = (int64_t)ll_world_size(start);
+    c->latest_offset = (int64_t)round8(sizeof(ll_client));
+    c->predicted_offset = c->latest_offset + c->world_size;
+    c->checked_offset = c->predicted_offset + c->world_size;
+    c->shown_offset = c->checked_offset + c->world_size;
+    c->marks_offset = c->shown_offset + c->world_size;
+    c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
+    c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
+    ll_connection_init(&c->connection, -LL_LOBBY);
+    c->tick_due = c->display_due = LL_NEVER;
+    c->due = -LL_LOBBY;
+    memcpy(ll_client_latest(c), start, (size_t)c->world_size);
+    memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
+    memcpy(ll_client_checked(c), start, (size_t)c->world_size);
+    memcpy(ll_client_shown(c), start, (size_t)c->world_size);
+}
+
+#define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
+
+/* When the machine's ticks come, behind those of a clock that starts now. */
+static ll_time phase_of(const ll_client *c, const ll_client_setup *s)
+{
+    double phase = s->config->clock_phase;
+    if (phase < 0)
+        phase = ll_rng_unit(s->seed, PHASE_STREAM + (uint64_t)c->self, 0);
+    return (ll_time)(phase * (double)c->period);
+}
+
+/* When tick `k` of a clock is on a machine that drifts. */
+static ll_time machine_time(const ll_client_setup *s, const ll_clock *clock, int64_t k)
+{
+    ll_time since = ll_tick_time(k - clock->k0, clock->freq);
+    return clock->epoch + since - (ll_time)((double)since * (s->config->drift_ppm * 1e-6));
+}
+
+static void start_clocks(ll_client *c, const ll_client_setup *s, ll_freq freq, ll_time now)
+{
+    c->period = ll_tick_time(1, freq);
+    c->clock = (ll_clock){now + phase_of(c, s), 0, freq};
+    c->frame = c->displays = 0;
+    c->framed = c->clock.epoch - c->period;
+    c->tick_due = c->clock.epoch;
+    c->skipped = 0;
+    c->display = (ll_clock){c->clock.epoch, 0, s->display_freq};
+    c->displayed = s->display_freq > 0 ? c->clock.epoch - ll_tick_time(1, s->display_freq) : c->framed;
+    c->display_due = s->display_freq > 0 ? c->clock.epoch : LL_NEVER;
+}
+
+void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_freq freq, int64_t step,
+                     const ll_world *world, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    bool in = n->state != LL_CONNECTION_CONNECTING && n->state != LL_CONNECTION_DISCONNECTED;
+    start_clocks(c, s, freq, now);
+    c->tick = step;
+    n->epoch = in ? epoch : n->epoch;
+    ll_client_forget_inputs(c, s, n->epoch, now);
+    c->scale = 1;
+    c->newest = c->fresh = 0;
+    c->newest_tick = -1;
+    c->grid_tick = LL_NEVER;
+    c->confirmed = c->met = step;
+    c->met_at = now;
+    c->latest_time = c->view_time = c->render = now;
+    c->latest_tick = step;
+    c->has_render = c->extrapolated = c->held_now = c->dry = c->erring = 0;
+    c->view_state = LL_VIEW_NEWEST;
+    c->drawn_newest = c->depth = 0;
+    c->predicting = 0;
+    memset(c->told, 0, sizeof c->told);
+    c->view_step = -1;
+    memcpy(ll_client_latest(c), world, (size_t)c->world_size);
+    memcpy(ll_client_shown(c), world, (size_t)c->world_size);
+    for (int i = 0; i < world->entities; i++) {
+        ll_client_marks(c)[i] = (ll_mark){.time = now};
+        ll_client_errors(c)[i] = (ll_view_error){0};
+    }
+    ll_client_align(c, s, true, now);
+    ll_client_set_due(c, s);
+    if (s->sync->start)
+        s->sync->start(c, s, step, step, world);
+}
+
+#define SPARE_WINDOW (2 * LL_SECOND)
+
+/* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and
+ * slowly, by the least of two seconds, when they come earlier than wanted. Waits for the effect before it
+ * looks again. */
+static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
+{
+    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
+        return;
+    int32_t want = (int32_t)s->config->slack_ticks, change = 0;
+    if (c->spare == LL_SLACK_UNKNOWN)
+        c->spare_since = now;
+    if (m->slack < c->spare)
+        c->spare = m->slack;
+    if (m->slack < want)
+        change = want - m->slack;
+    else if (now - c->spare_since < SPARE_WINDOW)
+        return;
+    else if (c->spare > want + 1)
+        change = want - c->spare;
+    c->spare = LL_SLACK_UNKNOWN;
+    if (change == 0)
+        return;
+    if (change * c->period >= LL_CLOCK_SNAP) {
+        ll_client_snap(c, c->tick + change);
+        return;
+    }
+    c->debt += change;
+    c->settle = c->seq + (uint32_t)(change > 0 ? 2 * change : 0) + 1; /* made when the change is complete */
+}
+
+#define SURPLUS_WINDOW (LL_SECOND / 2)
+
+#define SURPLUS                                                                                              \
+    1 /* one that comes an interval early is in time: steps are made so long after the last input */
+
+/* Where the server waits for inputs: those of this client that always come before they are needed only lie
+ * there. As many are left out as the least early one of half a second was early. */
+static void drain_surplus(ll_client *c, const ll_state_message *m, ll_time now)
+{
+    if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
+        return;
+    if (c->spare == LL_SLACK_UNKNOWN)
+        c->spare_since = now;
+    if (m->slack < c->spare)
+        c->spare = m->slack;
+    if (now - c->spare_since < SURPLUS_WINDOW)
+        return;
+    if (c->spare > SURPLUS) {
+        c->debt -= c->spare - SURPLUS;
+        c->settle = c->seq + 1;
+    }
+    c->spare = LL_SLACK_UNKNOWN;
+}
+
+/* Bytes between the message of a state and its world; more than `size` when they are not there. */
+static int parts_size(const ll_client *c, const ll_state_message *m, const char *packet, int size)
+{
+    int others = ll_client_shown_const(c)->players - 1;
+    int bytes = m->head.count & LL_PART_AXES ? others * (int)sizeof(ll_axes) : 0;
+    ll_verdict_part part;
+    if (!(m->head.count & LL_PART_APPLIED))
+        return bytes;
+    if ((int)sizeof *m + bytes + (int)sizeof part > size)
+        return size;
+    memcpy(&part, packet + sizeof *m + bytes, sizeof part);
+    if (part.words > LL_VERDICT_WORDS_MAX)
+        return size;
+    return bytes + (int)sizeof part + (int)(part.words * sizeof(uint32_t));
+}
+
+/* What stands there. */
+static void take_parts(ll_client *c, const ll_state_message *m, const char *at)
+{
+    int players = ll_client_latest(c)->players;
+    c->parts = m->head.count;
+    for (int i = 0; i < players && c->parts & LL_PART_AXES; i++) {
+        ll_axes told;
+        if (i == c->self)
+            continue;
+        memcpy(&told, at, sizeof told);
+        at += sizeof told;
+        c->told[i] = (ll_action){.axis = {told.axis[0], told.axis[1]}};
+    }
+    if (!(c->parts & LL_PART_APPLIED))
+        return;
+    memcpy(&c->verdict, at, sizeof c->verdict);
+    memcpy(c->verdicts, at + sizeof c->verdict, c->verdict.words * sizeof(uint32_t));
+}
+
+static int unreadable(ll_client *c)
+{
+    c->unreadable++;
+    return LL_OUTCOME_UNREADABLE;
+}
+
+static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, int size, ll_time now)
+{
+    _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
+    ll_state_message m;
+    if (size < (int)sizeof m)
+        return unreadable(c);
+    memcpy(&m, packet, sizeof m);
+    int start = (int)sizeof m + parts_size(c, &m, packet, size);
+    if (size < start)
+        return unreadable(c);
+    if (s->sync->drops_stale && m.tick <= c->newest_tick) {
+        c->stale++;
+        return LL_OUTCOME_STALE;
+    }
+    ll_status status = ll_client_decode(c, &m, packet + start, size - start, (ll_world *)(void *)bytes);
+    if (ll_failed(&status))
+        return unreadable(c);
+    ll_received *r = ll_client_state(c, c->newest++);
+    *r = (ll_received){m.tick, m.time, now, m.head.seq, m.applied, ll_codec_at(m.codec)->gridded, 0};
+    take_parts(c, &m, packet + sizeof m);
+    memcpy(ll_received_world(r), bytes, (size_t)c->world_size);
+    c->newest_tick = m.tick;
+    c->confirmed = m.tick;
+    c->update_hz = (double)m.update_hz;
+    ll_interpolate_heard(c, r);
+    if (s->sync->answers)
+        c->tick_due = now;
+    if (s->sync->waits && !s->sync->answers)
+        drain_surplus(c, &m, now);
+    if (!s->sync->leads || !ll_cheat_minds(s))
+        return LL_OUTCOME_APPLIED;
+    if (s->config->time_dilation)
+        ll_dilate_follow(c, s, &m, now);
+    else
+        follow_slack(c, s, &m, now);
+    return LL_OUTCOME_APPLIED;
+}
+
+int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet, int size, ll_time now)
+{
+    ll_message_head head;
+    LL_ASSERT(size >= (int)sizeof head);
+    memcpy(&head, packet, sizeof head);
+    if (head.epoch != c->epoch)
+        return LL_OUTCOME_STALE;
+    if (head.type == LL_MESSAGE_STATE)
+        return receive_state(c, s, packet, size, now);
+    c->refused++; /* the server put another input in its place: the next state corrects the prediction */
+    return LL_OUTCOME_REFUSED;
+}
+
+static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_received *state = ll_client_state(c, c->newest - 1);
+    uint32_t acked = c->acked;
+    c->fresh = c->newest;
+    ll_acks[s->config->ack]->take(c, s, state, now);
+    bool stands = s->config->prediction && ll_prediction_stands(c, s, state, acked);
+    c->latest_time = state->time;
+    c->latest_tick = state->tick;
+    memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
+    if (s->config->prediction)
+        ll_reconcile(c, s, stands, now);
+}
+
+#define FAKED_VIEW (500 * LL_MS)
+
+/* What the player acts on, and of when it is: what is drawn. A client that fakes its view time acts on the
+ * state of so long before, with its own entity as it is. */
+static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_world *old, ll_time *seen)
+{
+    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
+    *seen = c->view_time;
+    if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->newest == 0)
+        return ll_client_shown(c);
+    while (i > oldest && ll_client_state(c, i)->time > c->view_time - FAKED_VIEW)
+        i--;
+    *seen = ll_client_state(c, i)->time;
+    memcpy(old, ll_received_world(ll_client_state(c, i)), (size_t)c->world_size);
+    old->entity[c->self] = ll_client_shown(c)->entity[c->self];
+    return old;
+}
+
+/* What counts is how long a key was down. */
+static bool counts_time(const ll_client_setup *s)
+{
+    return s->sync->press_s > 0 && s->config->timer_jitter_ms > 0;
+}
+
+static double ticks_pressed(const ll_client *c)
+{
+    return (double)c->tick_elapsed / (double)c->period;
+}
+
+static ll_action for_its_time(const ll_client *c, const ll_client_setup *s, ll_action a)
+{
+    if (counts_time(s)) {
+        a.axis[0] = (float)(a.axis[0] * ticks_pressed(c));
+        a.axis[1] = (float)(a.axis[1] * ticks_pressed(c));
+    }
+    return a;
+}
+
+#define DEVICE_STREAM 0x646576696365 /* `device`; one per player */
+
+ll_time ll_client_touched(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_player_config *config = s->config;
+    double read_ms = config->input_hz > 0 ? 1e3 / config->input_hz : 0;
+    if (read_ms > 0)
+        read_ms *= ll_rng_unit(s->seed, DEVICE_STREAM + (uint64_t)c->self, (uint64_t)c->epoch << 32 | c->seq);
+    return now - ll_ms(config->input_device_ms + read_ms);
+}
+
+void ll_client_miss(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_control(c, s, ll_client_shown_const(c), now);
+    ll_instruments_missed(s->instruments, &s->instruments->controls, now);
+}
+
+ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
+{
+    const ll_player_config *config = s->config;
+    ll_action a = c->held;
+    if (config->control == LL_CONTROL_SCRIPT)
+        a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
+    s->instruments->controls = a;
+    const ll_action honest = for_its_time(c, s, a);
+    ll_twin_controls(&s->instruments->twin, &honest);
+    ll_cheat_action(c, s, &a);
+    return for_its_time(c, s, a);
+}
+
+#define QUIET 4 /* intervals without a step: somebody's inputs are missing */
+
+/* How many inputs a client may make that the server waits for. What it would refuse as too far ahead is not
+ * sent. While nothing is stepped there are as many as the way there and back holds: enough to go on with at
+ * the full rate, and no more, since what is made beyond is late for good. */
+static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    int64_t ahead = c->tick - c->confirmed;
+    ll_time heard = c->heard < 0 ? 0 : c->heard; /* before the first state comes: that of step 0, at once */
+    if (s->sync->answers)
+        return ahead == 0;
+    if (now - heard > QUIET * c->period)
+        return ll_clock_sync_round_trip(&c->connection.clock) / c->period + QUIET - ahead;
+    return ll_budget_ticks(c->clock.freq) - 1 - ahead;
+}
+
+static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+{
+    ll_ledger *ledger = &s->instruments->ledger;
+    bool counts = now >= s->instruments->from;
+    int n = 1 + ll_cheat_extra(c, s);
+    if (!s->sync->drains)
+        n += (int)c->skipped;
+    if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
+        ll_changes_idle(&s->instruments->changes);
+        return 0;
+    }
+    if (c->debt > 0) {
+        c->debt--;
+        ledger->doubled += counts;
+        n++;
+    } else if (c->debt < 0) {
+        c->debt++;
+        ledger->left_out += counts;
+        n--;
+    }
+    if (counts)
+        ll_gauge_add(&ledger->scale, c->scale);
+    int64_t room = s->sync->waits ? room_of(c, s, now) : n;
+    return (int)(n < room ? n : room > 0 ? room : 0);
+}
+
+static uint32_t age_ns(ll_time age)
+{
+    return age < 0 ? 0 : age > UINT32_MAX ? UINT32_MAX : (uint32_t)age;
+}
+
+/* The player's controls, not for how long a key was down. */
+static void note_input(const ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
+{
+    ll_action controls = *action;
+    if (counts_time(s)) {
+        controls.axis[0] = (float)(controls.axis[0] / ticks_pressed(c));
+        controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
+    }
+    ll_instruments_input(s->instruments, c->seq, s->sync->drains ? LL_NEVER : c->tick, &controls,
+                         ll_client_touched(c, s, now), now);
+}
+
+static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
+                       ll_time now)
+{
+    ll_pending *p = ll_client_pending(c, ++c->seq);
+    c->tick++;
+    if (c->seq - c->acked > LL_PENDING_RING)
+        c->acked = c->seq - LL_PENDING_RING; /* the oldest gives way */
+    note_input(c, s, action, now);
+    *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
+    p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - seen);
+    if (s->gunner)
+        ll_gunner_input(c, s, p, seen, now);
+    if (s->config->prediction)
+        ll_predict_due(c, s);
+}
+
+/* How many steps before `tick` that of the newest state is that the client holds; 0: it holds none. */
+static uint16_t lead_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    int64_t lead = tick - c->newest_tick;
+    return c->newest == 0 || s->sync->drains || lead < 0 || lead > UINT16_MAX ? 0 : (uint16_t)lead;
+}
+
+static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
+                      uint32_t fresh, ll_input_message *m)
+{
+    m->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, c->epoch, first};
+    m->tick = (int32_t)(c->tick - (int64_t)(c->seq - first));
+    m->fresh = (uint8_t)(fresh < count ? fresh : count);
+    m->wants = (uint8_t)ll_acks[s->config->ack]->wants;
+    if (s->config->prediction && ll_scopes[s->config->prediction_scope]->guesses)
+        m->wants |= LL_PART_AXES;
+    m->lead = lead_of(c, s, m->tick);
+    for (uint32_t i = 0; i < count; i++)
+        m->inputs[i] = c->pending[(first + i) & (LL_PENDING_RING - 1)].action;
+    return ll_input_message_size((int)count);
+}
+
+int ll_client_held(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    if (c->unsent == 0 || ll_cheat_holds(s, now))
+        return 0;
+    uint32_t first = c->unsent, count = c->seq - first + 1;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    c->unsent = first + count <= c->seq ? first + count : 0;
+    return put_inputs(c, s, first, count, count, packet);
+}
+
+/* Whether a packet is to leave with this tick. */
+static bool sends_now(const ll_client *c, const ll_client_setup *s)
+{
+    if (s->config->send_hz == 0 || s->sync->waits)
+        return true;
+    ll_freq freq = ll_freq_from_hz(s->config->send_hz);
+    if (freq >= c->clock.freq)
+        return true;
+    return c->frame * freq / c->clock.freq != (c->frame - 1) * freq / c->clock.freq;
+}
+
+/* Whether the oldest input that is open would have its answer if it had come. */
+static bool overdue(const ll_client *c, ll_time now)
+{
+    const ll_pending *oldest = &c->pending[(c->acked + 1) & (LL_PENDING_RING - 1)];
+    return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->period;
+}
+
+/* A packet holds a run of inputs up to the newest. Where the server waits for each of them, more are open
+ * than one holds, and the oldest is overdue, every other packet holds older ones instead: from the oldest
+ * that is open on, in turns. */
+static int compose(ll_client *c, const ll_client_setup *s, ll_time now, ll_input_message *m)
+{
+    uint32_t open = c->seq - c->acked, fresh = c->seq - c->composed;
+    if (ll_cheat_holds(s, now) && c->unsent == 0 && fresh > 0)
+        c->unsent = c->composed + 1;
+    if (fresh > 0 && sends_now(c, s))
+        c->composed = c->seq;
+    else if (!s->sync->waits)
+        return 0;
+    if (c->unsent != 0)
+        return ll_client_held(c, s, now, m);
+    if (open < fresh && !s->sync->waits)
+        open = fresh; /* too late as they may be: the server tells by how much */
+    if (open > c->seq + 1 - c->run)
+        open = c->seq + 1 - c->run;
+    if (open == 0)
+        return 0;
+    uint32_t wanted = s->sync->waits ? LL_INPUTS_MAX : fresh + (uint32_t)s->config->redundancy;
+    uint32_t count = wanted < open ? wanted : open;
+    if (count > LL_INPUTS_MAX)
+        count = LL_INPUTS_MAX;
+    uint32_t first = c->seq - count + 1;
+    if (s->sync->waits && open > count && (c->frame & 1) && overdue(c, now)) {
+        uint32_t turns = (open - 1) / count;
+        first = c->acked + 1 + (uint32_t)(c->frame / 2) % turns * count;
+        c->composed -= fresh; /* they go with the next packet */
+        fresh = 0;
+    }
+    return put_inputs(c, s, first, count, fresh, m);
+}
+
+/* Others are drawn at a time of their own, or as the newest state has them. */
+static bool draws_by_time(const ll_client *c, const ll_client_setup *s)
+{
+    return c->newest > 0 &&
+           (s->config->interpolation || (s->sync->extrapolates && s->config->extrapolation_ms > 0));
+}
+
+static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_world *latest = ll_client_latest(c);
+    ll_world *shown = ll_client_shown(c);
+    ll_mark *marks = ll_client_marks(c);
+    bool by_time = draws_by_time(c, s);
+    for (int i = 0; i < latest->entities; i++) {
+        if (by_time && i != c->self)
+            continue;
+        shown->entity[i] = latest->entity[i];
+        marks[i] = (ll_mark){.time = c->latest_time};
+    }
+    memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
+    if (by_time) {
+        s->sync->interpolate(c, s, now);
+    } else {
+        c->has_render = c->extrapolated = c->held_now = c->dry = 0;
+        c->view_state = LL_VIEW_NEWEST;
+        c->drawn_newest = c->newest;
+        c->depth = 0;
+        c->alpha = c->time_scale = 1;
+        c->buffer_ms = 0;
+    }
+    if (s->config->prediction)
+        ll_draw_predicted(c, now);
+    ll_smooth_draw(c, s, now);
+    int other = c->self == 0;
+    c->view_time = other < shown->entities ? marks[other].time : now;
+}
+
+/* The newest state that has come counts from now on, in the prediction too. */
+static void take(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    if (c->newest > c->fresh)
+        take_newest_state(c, s, now);
+    uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
+    if (predicting != 0 && predicting != c->predicting)
+        ll_predict_again(c, s);
+    c->predicting = predicting;
+}
+
+int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    ll_client_begin_tick(c, now);
+    take(c, s, now);
+    if (!ll_connection_plays(&c->connection)) {
+        c->tick += s->sync->leads; /* the clock goes on */
+        ll_client_miss(c, s, now);
+        return 0;
+    }
+    _Alignas(8) char old[LL_GAME_WORLD_MAX];
+    ll_time seen;
+    const ll_world *picture = picture_of(c, s, (ll_world *)old, &seen);
+    ll_action action = ll_client_control(c, s, picture, now);
+    int made = inputs_due(c, s, &action, now);
+    for (int i = 0; i < made; i++)
+        make_input(c, s, &action, seen, now);
+    ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    return compose(c, s, now, packet);
+}
+
+void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_begin_display(c, now);
+    take(c, s, now);
+    draw(c, s, now);
+    if (s->gunner)
+        ll_gunner_frame(c, s);
+}
+
+void ll_client_set_due(ll_client *c, const ll_client_setup *s)
+{
+    c->due = ll_connection_due(c, s);
+    c->due = c->tick_due < c->due ? c->tick_due : c->due;
+    c->due = c->display_due < c->due ? c->display_due : c->due;
+}
+
+#define TIMER_STREAM 0x74696d6572 /* `timer`; one per player */
+
+/* An input that has no answer after so long and twice the measured round trip is sent again. How long answers
+ * took says nothing of that: it counts what was lost before, and what others lost. */
+#define REPEAT_MS 200
+
+/* A timer that fires late sets the next one from there, as a browser's does. */
+void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    double late_ms = s->config->timer_jitter_ms;
+    ll_dilate(c);
+    c->tick_due = machine_time(s, &c->clock, c->frame);
+    c->skipped = 0;
+    if (s->sync->answers)
+        c->tick_due = now + ll_ms(REPEAT_MS) + 2 * ll_clock_sync_round_trip(&c->connection.clock);
+    if (late_ms == 0 || s->sync->answers)
+        return;
+    uint64_t draw = (uint64_t)c->epoch << 32 | (uint64_t)c->frame;
+    c->tick_due =
+        now + c->period + ll_ms(late_ms * ll_rng_unit(s->seed, TIMER_STREAM + (uint64_t)c->self, draw));
+    for (; machine_time(s, &c->clock, c->frame + 1) <= c->tick_due; c->frame++)
+        c->skipped++;
+}
+
+void ll_client_set_display(ll_client *c, const ll_client_setup *s)
+{
+    c->display_due = c->display.freq > 0 ? machine_time(s, &c->display, c->displays) : LL_NEVER;
+}

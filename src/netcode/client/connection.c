@@ -1,0 +1,193 @@
+#include "netcode/protocol/connection.h"
+
+#include <string.h>
+
+#include "netcode/state/client.h"
+
+const char *const ll_connection_state_names[LL_CONNECTION_STATES + 1] = {
+    "connecting", "synchronising", "playing", "stalled", "resynchronising", "disconnected", NULL};
+
+void ll_connection_init(ll_connection *n, ll_time now)
+{
+    memset(n, 0, sizeof *n);
+    n->since = n->heard = n->sent = n->asks = now;
+    n->seen = LL_NEVER;
+    n->attempt = 1;
+}
+
+static bool asks_in(const ll_connection *n)
+{
+    return n->state == LL_CONNECTION_CONNECTING || n->state == LL_CONNECTION_DISCONNECTED;
+}
+
+static bool measures(const ll_connection *n)
+{
+    return n->state == LL_CONNECTION_SYNCHRONISING || n->state == LL_CONNECTION_RESYNCHRONISING;
+}
+
+static void enter(ll_client *c, const ll_client_setup *s, ll_connection_state state, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    n->in_state[n->state] += now - n->since;
+    n->since = now;
+    n->state = (uint8_t)state;
+    n->measured = 0;
+    if (asks_in(n) || measures(n))
+        n->asks = now;
+    if (s->recorder)
+        s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_CONNECTION,
+                                                              .player = (uint8_t)c->self,
+                                                              .outcome = (uint8_t)state,
+                                                              .begin = now,
+                                                              .end = now,
+                                                              .number = (uint32_t)n->joins});
+}
+
+/* ---- what time brings ---- */
+
+static ll_time timeout_of(const ll_client_setup *s)
+{
+    return s->rules->timeout_s > 0 ? (ll_time)(s->rules->timeout_s * 1e9) : LL_NEVER;
+}
+
+static ll_time after(ll_time from, ll_time delay)
+{
+    return from == LL_NEVER || delay == LL_NEVER ? LL_NEVER : from + delay;
+}
+
+/* When the next connect or ping is to leave. */
+static ll_time asks_at(const ll_connection *n)
+{
+    ll_time idle = ll_connection_plays(n) ? n->sent + LL_KEEP_ALIVE : LL_NEVER;
+    return n->asks < idle ? n->asks : idle;
+}
+
+static ll_time ends_at(const ll_connection *n, const ll_client_setup *s)
+{
+    if (asks_in(n))
+        return LL_NEVER;
+    ll_time notice = n->state == LL_CONNECTION_STALLED ? LL_NEVER : n->heard + LL_NOTICE,
+            end = after(n->heard, timeout_of(s));
+    return measures(n) || end < notice ? end : notice;
+}
+
+ll_time ll_connection_due(const ll_client *c, const ll_client_setup *s)
+{
+    ll_time asks = asks_at(&c->connection), ends = ends_at(&c->connection, s);
+    return asks < ends ? asks : ends;
+}
+
+/* Silence: first it is noticed, then the connection is over. */
+static void end_state(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    if (now < ends_at(n, s))
+        return;
+    if (now < after(n->heard, timeout_of(s))) {
+        enter(c, s, LL_CONNECTION_STALLED, now);
+        return;
+    }
+    n->time_outs++;
+    n->attempt++;
+    ll_client_leave(c, s);
+    enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
+}
+
+int ll_connection_tend(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    ll_connection *n = &c->connection;
+    end_state(c, s, now);
+    if (now < asks_at(n))
+        return 0;
+    bool in = asks_in(n);
+    ll_request_message m = {.head = {.type = in ? LL_MESSAGE_CONNECT : LL_MESSAGE_PING,
+                                     .count = in ? 0 : ll_client_offset(c, s),
+                                     .epoch = n->epoch,
+                                     .seq = in ? n->attempt : ++n->pings},
+                            .sent = ll_client_local(s, now),
+                            .seen = n->seen};
+    n->asks = now + (in ? LL_CONNECT_RETRY : measures(n) ? LL_SYNC_EVERY : LL_PING_EVERY);
+    memcpy(packet, &m, sizeof m);
+    return (int)sizeof m;
+}
+
+/* ---- what comes ---- */
+
+/* The clock is known: from now on, or again, the player plays. */
+static void measured(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    bool first = n->state == LL_CONNECTION_SYNCHRONISING;
+    n->joined = 1;
+    enter(c, s, LL_CONNECTION_PLAYING, now);
+    ll_client_align(c, s, first, now);
+}
+
+static void take_echo(ll_client *c, const ll_client_setup *s, const ll_answer_message *m, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    if (!(m->head.count & LL_ANSWER_ECHO))
+        return;
+    ll_clock_sync_add(&n->clock, ll_clock_filters[s->config->clock_filter], m->sent, m->received,
+                      ll_client_local(s, now), n->state != LL_CONNECTION_PLAYING);
+    n->measured++;
+    if (measures(n) && n->measured >= LL_SYNC_SAMPLES)
+        measured(c, s, now);
+}
+
+static void take_accept(ll_client *c, const ll_client_setup *s, const ll_answer_message *m, const void *world,
+                        ll_time now)
+{
+    ll_connection *n = &c->connection;
+    if (!asks_in(n) || m->head.seq != n->attempt)
+        return; /* it is in */
+    n->epoch = m->head.epoch;
+    n->joins++;
+    enter(c, s, n->joined ? LL_CONNECTION_RESYNCHRONISING : LL_CONNECTION_SYNCHRONISING, now);
+    ll_client_join(c, s, m->head.epoch, m->tick, m->first, world, now);
+}
+
+/* Not connected, or not in this epoch: it has been dropped, or what it asked with was too old to let it in.
+ */
+static void take_refusal(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    if (asks_in(n)) {
+        n->asks = now; /* again, telling of this answer */
+        return;
+    }
+    n->attempt++;
+    ll_client_leave(c, s);
+    enter(c, s, n->joined ? LL_CONNECTION_DISCONNECTED : LL_CONNECTION_CONNECTING, now);
+}
+
+/* Whether the server, whose answer is of `epoch`, has dropped the player or let it in again without its
+ * knowing. An older epoch was before a change of the way of keeping in step. */
+static bool is_out(const ll_connection *n, uint16_t epoch)
+{
+    return epoch == 0 || (int16_t)(uint16_t)(epoch - n->epoch) > 0;
+}
+
+bool ll_connection_receive(ll_client *c, const ll_client_setup *s, const void *packet, int size, ll_time now)
+{
+    ll_connection *n = &c->connection;
+    ll_message_head head;
+    ll_answer_message m;
+    memcpy(&head, packet, sizeof head);
+    bool answers = head.type == LL_MESSAGE_ACCEPT || head.type == LL_MESSAGE_PONG;
+    n->heard = now;
+    if (n->state == LL_CONNECTION_STALLED)
+        enter(c, s, LL_CONNECTION_RESYNCHRONISING, now);
+    if (!answers)
+        return false;
+    memcpy(&m, packet, sizeof m);
+    const char *world = size > (int)sizeof m ? (const char *)packet + sizeof m : NULL;
+    bool news = n->seen == LL_NEVER || m.received > n->seen; /* and none that was overtaken */
+    n->seen = news ? m.received : n->seen;
+    if (head.type == LL_MESSAGE_ACCEPT)
+        take_accept(c, s, &m, world, now);
+    else if (asks_in(n) ? head.epoch == 0 : news && is_out(n, head.epoch))
+        take_refusal(c, s, now);
+    take_echo(c, s, &m, now);
+    return true;
+}

@@ -1,0 +1,48 @@
+/* How a client reads a world: against what it holds, or not at all. */
+#include <string.h>
+
+#include "netcode/state/client.h"
+#include "netcode/snapshot/snapshot.h"
+
+/* The world of `tick` as it was received, of those that lie on the present grid. */
+static const ll_world *baseline_of(ll_client *c, int64_t tick)
+{
+    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
+    if (tick < c->grid_tick)
+        return NULL;
+    for (int64_t i = c->newest - 1; i >= oldest; i--)
+        if (ll_client_state(c, i)->tick == tick)
+            return ll_received_world(ll_client_state(c, i));
+    return NULL;
+}
+
+/* A grid counts from the state on that brings it; a state from before it that comes late changes nothing. */
+static void take_grid(ll_client *c, const ll_grid *grid, int64_t tick)
+{
+    bool other = memcmp(grid, &c->grid, sizeof *grid) != 0;
+    if (c->grid_tick != LL_NEVER && (!other || tick < c->grid_tick))
+        return;
+    c->grid = *grid;
+    c->grid_tick = tick;
+}
+
+ll_status ll_client_decode(ll_client *c, const ll_state_message *m, const void *bytes, int size,
+                           ll_world *world)
+{
+    const ll_codec *codec = ll_codec_at(m->codec);
+    ll_grid grid = c->grid;
+    ll_incoming in = {.world = world, .self = c->self, .grid = &grid};
+    ll_bit_reader r = {.bytes = bytes, .size = 8 * (int64_t)size};
+    if (!codec)
+        return ll_error(LL_BAD_INPUT, "there is no codec of number %d", m->codec);
+    if (codec->compares)
+        in.baseline = baseline_of(c, m->tick - m->baseline);
+    if (codec->compares && !in.baseline)
+        return ll_error(LL_NOT_FOUND, "state %lld is told against state %lld, which is not held",
+                        (long long)m->tick, (long long)m->tick - m->baseline);
+    *world = *ll_client_latest(c); /* its header */
+    ll_status status = codec->decode(&r, &in);
+    if (!ll_failed(&status) && codec->gridded)
+        take_grid(c, &grid, m->tick);
+    return status;
+}

@@ -1,0 +1,61 @@
+/* Time dilation: the client follows its slack by making its frames shorter or longer, so that no input is
+ * doubled or left out (Overwatch, "Gameplay Architecture and Netcode"; Netcode for Entities).
+ *
+ * The scale is that of Netcode for Entities: clamp(1 + 0.1 x ticks behind, 0.9, 1.1). The slack that a state
+ * tells is that of an input made a round trip ago: what the clock was shifted by since then, and what it is
+ * going to be, is added, so that nothing is made up for twice. Beyond ten ticks the rest is doubled or left
+ * out at once. Time is shifted by whole ns: nothing is accumulated in floating point. */
+#include "netcode/state/client.h"
+
+#define WINDOW (2 * LL_SECOND)
+#define TICKS_MAX 10
+#define REST 100 /* of a tick: so little is shifted at once */
+
+/* How long before the end of its step, by a clock that runs like the server's, an input was made. */
+static ll_time lead(const ll_client *c, const ll_pending *p)
+{
+    int64_t tick = c->tick - (int64_t)(c->seq - p->seq);
+    return ll_tick_time(tick, c->clock.freq) - p->made;
+}
+
+void ll_dilate_follow(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
+{
+    const ll_pending *told = ll_client_pending(c, m->slack_seq), *newest = ll_client_pending(c, c->seq);
+    if (m->slack == LL_SLACK_UNKNOWN || told->seq != m->slack_seq || newest->seq != c->seq)
+        return;
+    ll_time want = s->config->slack_ticks * c->period, change = 0;
+    ll_time shifted = lead(c, newest) - lead(c, told) + c->shift + c->debt * c->period;
+    ll_time slack = m->slack * c->period + shifted;
+    if (c->spare_ns == LL_NEVER)
+        c->spare_since = now;
+    if (slack < c->spare_ns)
+        c->spare_ns = slack;
+    if (slack + c->period < want + c->period / REST) /* it may be up to a tick more */
+        change = want - slack;
+    else if (now - c->spare_since < WINDOW)
+        return;
+    else if (c->spare_ns > want + c->period)
+        change = want - c->spare_ns;
+    c->spare_ns = LL_NEVER;
+    c->shift += change;
+    ll_time most = TICKS_MAX * c->period, beyond = c->shift > most    ? c->shift - most
+                                                   : c->shift < -most ? c->shift + most
+                                                                      : 0;
+    c->debt += (int32_t)(beyond / c->period);
+    c->shift -= beyond / c->period * c->period;
+}
+
+void ll_dilate(ll_client *c)
+{
+    if (c->shift == 0) {
+        c->scale = 1;
+        return;
+    }
+    ll_time fastest = c->period / 11, slowest = c->period / 9, rest = c->period / REST, by = c->shift;
+    if (by > rest || by < -rest)
+        by /= 10;
+    by = by > fastest ? fastest : by < -slowest ? -slowest : by;
+    c->shift -= by;
+    c->clock.epoch -= by;
+    c->scale = (double)c->period / (double)(c->period - by);
+}

@@ -1,0 +1,131 @@
+#include "netcode/state/gunner.h"
+
+#include <string.h>
+
+#include "netcode/state/client.h"
+#include "netcode/metrics/shots.h"
+
+void ll_gunner_start(const ll_client *c, const ll_client_setup *s)
+{
+    ll_gunner *gunner = s->gunner;
+    const ll_world *shown = ll_client_shown_const(c);
+    memset(gunner, 0, sizeof *gunner);
+    s->game->weapons->arena(s->env, shown->players, &gunner->arena);
+    ll_bodies_now(&gunner->arena, shown, gunner->drawn);
+    gunner->drawn_time = c->view_time;
+}
+
+/* So many steps are an interval at least. */
+static int64_t steps_of(double interval_s, ll_freq freq)
+{
+    ll_time interval = (ll_time)(interval_s * 1e9);
+    int64_t steps = ll_tick_at(interval, freq);
+    return ll_tick_time(steps, freq) < interval ? steps + 1 : steps;
+}
+
+/* Whom a client that lies says that it hits. */
+static int anybody(const ll_arena *arena, int self)
+{
+    int body = 0;
+    while (body < arena->bodies && !ll_arena_enemies(arena, self, body))
+        body++;
+    return body < arena->bodies ? body : LL_NOBODY;
+}
+
+static void fire_cannon(ll_gunner *gunner, int64_t tick, ll_aim aim)
+{
+    const ll_arena *arena = &gunner->arena;
+    ll_gunner_shell *shell = &gunner->shells[++gunner->fired % LL_SHELLS];
+    double speed = arena->shell_speed;
+    shell->flight = (ll_flight){aim.from, {speed * aim.direction.x, speed * aim.direction.y}, arena->gravity};
+    shell->start = gunner->drawn_time;
+    shell->tick = tick;
+    shell->state = LL_GUNNER_FLYING;
+    shell->body = LL_NOBODY;
+}
+
+/* Claims the oldest hit of a shell that was not claimed yet. */
+static void claim_shell(ll_gunner *gunner, ll_action *a)
+{
+    int64_t first = gunner->fired >= LL_SHELLS ? gunner->fired - LL_SHELLS + 1 : 1;
+    for (int64_t number = first; number <= gunner->fired; number++) {
+        ll_gunner_shell *shell = &gunner->shells[number % LL_SHELLS];
+        if (shell->state != LL_GUNNER_HIT)
+            continue;
+        ll_set_claim(a, LL_CANNON, shell->body);
+        ll_set_tag(a, number);
+        shell->state = LL_GUNNER_ENDED;
+        return;
+    }
+}
+
+/* Whether a press counts. */
+static bool may_fire(const ll_client_setup *s, int weapon, int64_t tick)
+{
+    const ll_gunner *gunner = s->gunner;
+    bool full = gunner->shells[(gunner->fired + 1) % LL_SHELLS].state != LL_GUNNER_ENDED;
+    if (gunner->arena.interval_s[weapon] == 0 || (weapon == LL_CANNON && full))
+        return false;
+    return tick >= gunner->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
+}
+
+/* Returns whom a rifle hits in the picture. */
+static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim aim, ll_action *a)
+{
+    ll_gunner *gunner = s->gunner;
+    const ll_arena *arena = &gunner->arena;
+    gunner->ready[weapon] = c->tick + steps_of(arena->interval_s[weapon], c->clock.freq);
+    if (weapon == LL_CANNON) {
+        fire_cannon(gunner, c->tick, aim);
+        ll_set_tag(a, gunner->fired);
+        return LL_NOBODY;
+    }
+    int body = ll_arena_ray(arena, c->self, aim.from, aim.direction, gunner->drawn);
+    ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? anybody(arena, c->self) : body);
+    return body;
+}
+
+void ll_gunner_input(ll_client *c, const ll_client_setup *s, ll_pending *input, ll_time seen, ll_time now)
+{
+    ll_action *a = &input->action;
+    a->buttons &= LL_BUTTONS;
+    for (int w = 0; w < LL_WEAPONS; w++) {
+        uint32_t button = UINT32_C(1) << w;
+        if (!(a->buttons & button))
+            continue;
+        if (!may_fire(s, w, c->tick)) {
+            a->buttons &= ~button;
+            continue;
+        }
+        ll_aim aim = s->game->weapons->aim(ll_client_shown(c), s->env, c->self, a);
+        ll_press press = {c->tick, now, seen, aim, fire(c, s, w, aim, a)};
+        ll_shots_press(s->shots, c->self, (ll_weapon)w, &press, s->gunner->drawn);
+    }
+    if (!(a->buttons & LL_BUTTON_CANNON))
+        claim_shell(s->gunner, a);
+}
+
+/* Between the last picture and this one, `drawn`. */
+static void fly(ll_gunner_shell *shell, const ll_client *c, const ll_client_setup *s, const ll_point *drawn)
+{
+    const ll_gunner *gunner = s->gunner;
+    double from = ll_to_s(gunner->drawn_time - shell->start), to = ll_to_s(c->view_time - shell->start);
+    ll_meeting m = ll_arena_flight(&gunner->arena, c->self, &shell->flight, from, to, gunner->drawn, drawn);
+    if (m.met == LL_MET_NOTHING)
+        return;
+    shell->body = m.body;
+    shell->state = m.body == LL_NOBODY ? LL_GUNNER_ENDED : LL_GUNNER_HIT;
+    ll_shots_seen(s->shots, c->self, shell->tick, m.body);
+}
+
+void ll_gunner_frame(const ll_client *c, const ll_client_setup *s)
+{
+    ll_gunner *gunner = s->gunner;
+    ll_point drawn[LL_BODIES_MAX];
+    ll_bodies_now(&gunner->arena, ll_client_shown_const(c), drawn);
+    for (int i = 0; i < LL_SHELLS; i++)
+        if (gunner->shells[i].state == LL_GUNNER_FLYING && c->view_time > gunner->drawn_time)
+            fly(&gunner->shells[i], c, s, drawn);
+    memcpy(gunner->drawn, drawn, (size_t)gunner->arena.bodies * sizeof drawn[0]);
+    gunner->drawn_time = c->view_time;
+}

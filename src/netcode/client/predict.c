@@ -1,0 +1,339 @@
+/* Prediction and reconciliation (paper, "Working Around Lockstep Delay"; Figure 12).
+ *
+ * The predicted world is the server's latest state with the inputs that it does not include applied on top,
+ * in the player's prediction scope. Beside it the client keeps the checked world: the same without those
+ * inputs. When a state comes, the checked world is stepped to the same tick by the same inputs and guesses.
+ * If what is in scope then agrees with the new state (agree.h), the prediction stands, and the checked world
+ * goes on from itself, so that what it is off by is seen as a whole by the next comparison, and never adds up
+ * unseen. Otherwise both are made again from the new state. Cost: a step of the scope for each tick between
+ * two states, and one for each open input where something was mispredicted. */
+#include <string.h>
+
+#include "base/detmath.h"
+#include "netcode/client/agree.h"
+#include "netcode/state/client.h"
+#include "netcode/client/scope.h"
+
+static const ll_scope *scope_of(const ll_client_setup *s)
+{
+    return ll_scopes[s->config->prediction_scope];
+}
+
+static uint8_t mark_of(const ll_client_setup *s)
+{
+    return (uint8_t)(1 + s->config->prediction_scope);
+}
+
+static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const ll_action *own, int64_t tick)
+{
+    c->guessed[c->self] = *own;
+    scope_of(s)->step(s->game, s->env, world, c->guessed, ll_client_step_time(c, tick), c->self,
+                      &c->predicted);
+}
+
+/* The next step, by input `seq`; by none where the clock has snapped beyond it. */
+static ll_pending *predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
+{
+    const ll_action none = {0};
+    ll_pending *input = ll_client_pending(c, seq);
+    bool made = input->seq == seq;
+    step(c, s, ll_client_predicted(c), made ? &input->action : &none, ++c->predicted_tick);
+    if (made)
+        input->x = ll_client_predicted(c)->entity[c->self].x;
+    return made ? input : NULL;
+}
+
+/* From a state at `tick` to the client's newest input, and on until the next state. Where inputs count as
+ * they come they have no ticks: those that are open count. */
+static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    int64_t ahead = s->sync->drains ? (int64_t)c->seq - c->acked : c->tick - tick;
+    double horizon_s = (double)(ahead + 1) * s->env->dt;
+    return c->update_hz > 0 ? horizon_s + 1 / c->update_hz : horizon_s;
+}
+
+/* What is in scope so long. */
+static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const ll_world *state, int64_t tick)
+{
+    ll_entity_set set = {{0}};
+    scope_of(s)->choose(s->game, s->env, state, c->self, horizon_from(c, s, tick), &set);
+    return set;
+}
+
+/* The prediction is known to have been as a state is, of `tick` and on `grid`. */
+static void mark_begun(ll_client *c, int64_t tick, const ll_grid *grid)
+{
+    c->begun_tick = tick;
+    c->begun_acked = c->acked;
+    c->begun_grid = *grid;
+    c->touched = 0;
+}
+
+static ll_grid grid_of(const ll_client *c, const ll_received *state)
+{
+    return state->gridded ? c->grid : (ll_grid){0};
+}
+
+/* The predicted world is the latest state. */
+static void begin(ll_client *c, const ll_client_setup *s)
+{
+    ll_grid grid = c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_grid){0};
+    memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
+    memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->world_size);
+    memcpy(c->guessed, c->told, sizeof c->guessed);
+    c->predicted = choose(c, s, ll_client_latest(c), c->latest_tick);
+    c->predicted_tick = c->latest_tick;
+    mark_begun(c, c->latest_tick, &grid);
+}
+
+/* The newest input whose time has come: the client's present lies `input_delay_ticks` before the tick of its
+ * newest, but not before the latest state. */
+static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
+{
+    uint32_t delay = s->sync->drains ? 0 : (uint32_t)s->config->input_delay_ticks;
+    uint32_t due = c->seq > delay ? c->seq - delay : 0;
+    return due > c->acked ? due : c->acked;
+}
+
+void ll_predict_due(ll_client *c, const ll_client_setup *s)
+{
+    for (uint32_t due = newest_due(c, s); c->played < due;) {
+        c->played++;
+        predict_input(c, s, c->played);
+    }
+}
+
+/* Inputs that belong to steps: one for each step behind the state, none where none was made. */
+static void apply_by_step(ll_client *c, const ll_client_setup *s)
+{
+    const ll_action none = {0};
+    int64_t newest = c->tick - (int64_t)(c->seq - c->played);
+    while (c->predicted_tick < newest) {
+        ll_pending *input = ll_client_input_at(c, c->predicted_tick + 1);
+        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
+        if (input)
+            input->x = ll_client_predicted(c)->entity[c->self].x;
+    }
+}
+
+/* Whether all inputs behind the acknowledged are open. Where inputs count as they come, one that overtook
+ * another is not: the state has it, and the prediction has it on top. Nor are those that an older state is
+ * without, when a newer one had them: then the prediction lacks them, which the checked world does not know.
+ */
+static bool none_overtook(ll_client *c, const ll_client_setup *s)
+{
+    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
+        if (!ll_client_is_open(c, seq))
+            return false;
+    return true;
+}
+
+void ll_predict_again(ll_client *c, const ll_client_setup *s)
+{
+    begin(c, s);
+    c->played = newest_due(c, s);
+    c->gaps = !none_overtook(c, s);
+    if (!s->sync->drains)
+        apply_by_step(c, s);
+    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
+        if (ll_client_is_open(c, seq))
+            predict_input(c, s, seq);
+}
+
+static void forget(ll_client *c, const ll_client_setup *s)
+{
+    begin(c, s);
+    c->played = newest_due(c, s);
+    c->gaps = c->played > c->acked;
+}
+
+static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_ledger *ledger = &s->instruments->ledger;
+    ll_predict_again(c, s);
+    if (now < s->instruments->from)
+        return;
+    ledger->replays++;
+    ledger->replayed += c->played - c->acked;
+}
+
+static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
+{
+    for (int i = 0; i < players && scope_of(s)->guesses; i++)
+        if (i != c->self && memcmp(&c->guessed[i], &c->told[i], sizeof c->told[i]) != 0)
+            return false;
+    return true;
+}
+
+/* Steps the checked world on to `state`, by what the prediction was made with. False when it was not made
+ * with one input a step, or `acked`, what had been acknowledged before, tells that. */
+static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+{
+    const ll_action none = {0};
+    int64_t steps = s->sync->drains ? (int64_t)c->acked - acked : state->tick - c->latest_tick;
+    if (steps < 0 || steps > LL_PENDING_RING)
+        return false;
+    for (int64_t k = 1; k <= steps; k++) {
+        const ll_pending *input = s->sync->drains ? ll_client_pending(c, acked + (uint32_t)k)
+                                                  : ll_client_input_at(c, c->latest_tick + k);
+        step(c, s, ll_client_checked(c), input ? &input->action : &none, c->latest_tick + k);
+    }
+    return true;
+}
+
+/* Others may have acted on the own entity within `steps`. */
+static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world *world, int64_t steps)
+{
+    ll_entity_set set = {{0}}, alone = {{0}};
+    if (!s->game->reach)
+        return s->game->own_reads_world;
+    ll_entity_set_add(&set, c->self);
+    ll_entity_set_add(&alone, c->self);
+    s->game->reach(world, s->env, (double)steps * s->env->dt, &set);
+    return memcmp(&set, &alone, sizeof set) != 0;
+}
+
+static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked, const ll_received *state)
+{
+    int64_t ticks = s->sync->drains ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
+    if (scope_of(s)->guesses && (c->begun_grid.m > 0 || state->gridded))
+        c->touched |= touched(c, s, checked, s->sync->drains ? ticks : state->tick - c->latest_tick);
+    ll_agreement agreement = {.tolerance_m = s->config->reconciliation_tolerance_m,
+                              .horizon_s = horizon_from(c, s, state->tick),
+                              .drift_s = (double)ticks * s->env->dt,
+                              .begun = c->begun_grid,
+                              .state = grid_of(c, state),
+                              .exact = c->touched ? -1 : c->self};
+    return ll_agrees_in(&agreement, checked, (const ll_world *)(state + 1), &c->predicted);
+}
+
+/* Whether the prediction stands before `state`, which is about to become the latest. `acked` is what had been
+ * acknowledged before it. */
+bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+{
+    const ll_world *truth = (const ll_world *)(state + 1);
+    ll_world *checked = ll_client_checked(c);
+    ll_grid grid = grid_of(c, state);
+    if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
+        !guessed_right(c, s, truth->players) || c->gaps || !none_overtook(c, s) ||
+        !check_upto(c, s, state, acked))
+        return false;
+    ll_entity_set set = choose(c, s, truth, state->tick);
+    if (memcmp(&set, &c->predicted, sizeof set) != 0)
+        return false;
+    if (!ll_same_in(checked, truth, &set))
+        return agrees(c, s, checked, state);
+    memcpy(checked, truth, (size_t)c->world_size); /* what is not in scope is news */
+    mark_begun(c, state->tick, &grid);
+    return true;
+}
+
+/* The newest input that the latest state is over with. Before the server has heard of any it does not say;
+ * where inputs belong to steps that is known all the same. */
+static uint32_t newest_over(const ll_client *c, const ll_client_setup *s)
+{
+    int64_t seq = s->sync->drains ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
+    return seq > (int64_t)c->acked && seq <= (int64_t)c->seq ? (uint32_t)seq : c->acked;
+}
+
+/* Why the latest state differs from what was made of the one at `tick` by the inputs behind `acked`. */
+static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked, int64_t tick)
+{
+    uint32_t last = newest_over(c, s);
+    int64_t inputs = (int64_t)last - acked, steps = c->latest_tick - tick;
+    if (!s->config->reconciliation)
+        return LL_CAUSE_OTHER;
+    ll_cause cause = ll_ledger_blame(&s->instruments->ledger, acked + 1, last);
+    if (cause != LL_CAUSE_OTHER)
+        return cause;
+    if (!s->sync->drains && acked > 0 && steps > inputs)
+        return LL_CAUSE_LATE; /* there was none to be applied */
+    return touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
+}
+
+void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause cause, double moved,
+                        ll_time now)
+{
+    ll_instruments *in = s->instruments;
+    double size = moved < 0 ? -moved : moved;
+    if (!(size >= 0))
+        return; /* out of all bounds: the next display ends the session */
+    ll_measure(in, LL_METRIC_CORRECTION, now, size);
+    if (now >= in->from)
+        ll_ledger_correction(&in->ledger, cause, size);
+    in->corrections += now >= in->from;
+    in->last_correction = moved;
+    if (s->recorder)
+        s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_CORRECTION,
+                                                              .player = (uint8_t)c->self,
+                                                              .begin = now,
+                                                              .end = now,
+                                                              .number = (uint32_t)c->latest_tick,
+                                                              .value = (float)in->last_correction});
+}
+
+/* How far each entity that was and is in scope moved: the view learns of it. Returns the own entity's, signed
+ * by x; others are guessed, and nobody acts by their place but the eye. */
+static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *before)
+{
+    const ll_world *world = ll_client_predicted(c);
+    double own = 0;
+    for (int i = 0; i < world->entities; i++) {
+        const ll_entity *after = &world->entity[i];
+        double dx = after->x - before[i].x, dy = after->y - before[i].y, size = ll_sqrt(dx * dx + dy * dy);
+        if (size == 0 || !ll_entity_set_has(set, i) || !ll_entity_set_has(&c->predicted, i))
+            continue;
+        ll_smooth_correct(c, i, &before[i], after);
+        if (i == c->self)
+            own = dx < 0 ? -size : size;
+    }
+    return own;
+}
+
+/* By input delay the client's present may be before the newest state: then time goes on to that first, so
+ * that what was predicted and what is right are of one tick. */
+static void reach_state(ll_client *c, const ll_client_setup *s)
+{
+    const ll_action none = {0};
+    while (!s->sync->drains && c->predicted_tick < c->latest_tick) {
+        const ll_pending *input = ll_client_input_at(c, c->predicted_tick + 1);
+        step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
+    }
+    if (c->played < c->acked)
+        c->played = c->acked;
+}
+
+void ll_reconcile(ll_client *c, const ll_client_setup *s, bool stands, ll_time now)
+{
+    const ll_world *world = ll_client_predicted(c);
+    ll_entity before[LL_ENTITIES_MAX];
+    ll_entity_set set = c->predicted;
+    uint32_t acked = c->begun_acked;
+    int64_t tick = c->begun_tick;
+    if (c->predicting != mark_of(s))
+        return; /* it is about to start, from the same state */
+    if (s->config->input_delay_ticks > 0 && s->config->reconciliation)
+        reach_state(c, s);
+    if (stands)
+        return; /* the prediction stands */
+    memcpy(before, world->entity, (size_t)world->entities * sizeof before[0]);
+    if (s->config->reconciliation)
+        replay(c, s, now);
+    else
+        forget(c, s); /* the paper's plain prediction: back to what the server says */
+    double moved = correct(c, &set, before);
+    if (moved != 0)
+        ll_note_correction(c, s, cause_of(c, s, acked, tick), moved, now);
+}
+
+void ll_draw_predicted(ll_client *c, ll_time now)
+{
+    const ll_world *world = ll_client_predicted(c);
+    ll_time present = ll_client_step_time(c, c->predicted_tick);
+    for (int i = 0; i < world->entities; i++) {
+        if (!ll_entity_set_has(&c->predicted, i))
+            continue;
+        ll_client_shown(c)->entity[i] = world->entity[i];
+        ll_client_marks(c)[i] = (ll_mark){.time = i == c->self ? now : present, .flags = LL_SHOWN_PREDICTED};
+    }
+}

@@ -1,0 +1,38 @@
+/* All: the whole world, by the game's full step, to the client's present (as Rocket League has it). Nothing
+ * is drawn in the past; every change of somebody's controls is a misprediction of him until it is heard of.
+ */
+#include "netcode/client/scope.h"
+
+static void choose(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,
+                   double horizon_s, ll_entity_set *set)
+{
+    (void)game;
+    (void)env;
+    (void)self;
+    (void)horizon_s;
+    for (int i = 0; i < world->entities; i++)
+        ll_entity_set_add(set, i);
+}
+
+static bool closed(const ll_game *game)
+{
+    (void)game;
+    return true;
+}
+
+static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
+                 ll_time now, int self, const ll_entity_set *set)
+{
+    (void)self;
+    (void)set;
+    game->step(world, env, actions, now, NULL);
+}
+
+const ll_scope ll_scope_all = {
+    .name = "all",
+    .help = "The whole world.",
+    .guesses = true,
+    .choose = choose,
+    .closed = closed,
+    .step = step,
+};

@@ -1,0 +1,34 @@
+/* Contacts: the own entity and whatever may touch it before the next state is heard, by the game's own word.
+ * Where nothing is near it costs what `own` does and draws the others as they would be drawn without it. */
+#include "netcode/client/scope.h"
+
+static void choose(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,
+                   double horizon_s, ll_entity_set *set)
+{
+    ll_entity_set_add(set, self);
+    if (game->reach)
+        game->reach(world, env, horizon_s, set);
+}
+
+static bool closed(const ll_game *game)
+{
+    return game->step_some || !game->own_reads_world;
+}
+
+static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
+                 ll_time now, int self, const ll_entity_set *set)
+{
+    if (game->step_some)
+        game->step_some(world, env, actions, now, set);
+    else
+        game->step_own(world, env, self, &actions[self]);
+}
+
+const ll_scope ll_scope_contacts = {
+    .name = "contacts",
+    .help = "The own entity and whatever may touch it.",
+    .guesses = true,
+    .choose = choose,
+    .closed = closed,
+    .step = step,
+};

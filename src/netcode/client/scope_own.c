@@ -1,0 +1,34 @@
+/* Own: the client's own entity alone, as the paper has it. Others stand still in the prediction, so every
+ * touch is mispredicted. Cost: one entity a step. */
+#include "netcode/client/scope.h"
+
+static void choose(const ll_game *game, const ll_game_env *env, const ll_world *world, int self,
+                   double horizon_s, ll_entity_set *set)
+{
+    (void)game;
+    (void)env;
+    (void)world;
+    (void)horizon_s;
+    ll_entity_set_add(set, self);
+}
+
+static bool closed(const ll_game *game)
+{
+    return !game->own_reads_world;
+}
+
+static void step(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
+                 ll_time now, int self, const ll_entity_set *set)
+{
+    (void)now;
+    (void)set;
+    game->step_own(world, env, self, &actions[self]);
+}
+
+const ll_scope ll_scope_own = {
+    .name = "own",
+    .help = "The own entity alone.",
+    .choose = choose,
+    .closed = closed,
+    .step = step,
+};

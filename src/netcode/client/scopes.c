@@ -1,0 +1,6 @@
+#include "netcode/client/scope.h"
+
+const ll_scope *const ll_scopes[] = {&ll_scope_own, &ll_scope_contacts, &ll_scope_all, NULL};
+
+/* In the order of ll_scopes; a test holds them against each other. */
+const char *const ll_scope_names[] = {"own", "contacts", "all", NULL};

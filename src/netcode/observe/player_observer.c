@@ -1,0 +1,291 @@
+#include "netcode/observe/player_observer.h"
+
+#include "base/detmath.h"
+#include "netcode/state/peer.h"
+
+static double distance(double ax, double ay, double bx, double by)
+{
+    double dx = ax - bx, dy = ay - by;
+    if (dy == 0)
+        return dx < 0 ? -dx : dx;
+    return ll_sqrt(dx * dx + dy * dy);
+}
+
+static double magnitude(double x)
+{
+    return x < 0 ? -x : x;
+}
+
+static void measure_own(ll_instruments *in, const ll_entity *own, const ll_entity *real, int self,
+                        ll_time elapsed, bool counts)
+{
+    double lead = distance(own->x, own->y, real->x, real->y);
+    in->own_lead = own->x < real->x ? -lead : lead;
+    if (!counts)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_OWN_LEAD], lead);
+    ll_inconsistency_add(&in->server, &in->track[self].server, lead, elapsed);
+}
+
+static bool predicts(const ll_client *c, const ll_truth *t)
+{
+    return c->predicting != 0 && !t->peers;
+}
+
+/* The tick that the own entity is drawn at. */
+static int64_t own_tick(const ll_client *c, const ll_truth *t)
+{
+    return t->peers ? c->view_step : predicts(c, t) ? c->predicted_tick : c->latest_tick;
+}
+
+/* Where inputs are applied as they come, a predicted picture is of the input that was played last. The state
+ * after that one is the server's newest, or still to come. */
+static void measure_own_played(ll_instruments *in, const ll_client *c, const ll_truth *t,
+                               const ll_picture *drawn)
+{
+    const ll_entity *real = &t->world->entity[c->self];
+    if (t->acked == c->played)
+        ll_pictures_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn, real->x,
+                            real->y, ll_history_newest(t->history), in->from);
+    else if (c->played > t->acked)
+        ll_pictures_keep(&in->pictures, drawn, in->from);
+}
+
+static void measure_own_picture(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now)
+{
+    const ll_entity *own = &ll_client_shown_const(c)->entity[c->self];
+    ll_picture drawn = {own_tick(c, t), now, own->x, own->y};
+    double x, y;
+    if (t->drains && predicts(c, t)) {
+        drawn.key = c->played;
+        measure_own_played(in, c, t, &drawn);
+        return;
+    }
+    if (drawn.key >= t->history->count) {
+        ll_pictures_keep(&in->pictures, &drawn, in->from);
+        return;
+    }
+    ll_picture *truth = &in->pictures.truth;
+    bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
+    if (!known && drawn.key != truth->key)
+        return; /* nobody knows any more where it was then */
+    if (known) {
+        ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
+        *truth = (ll_picture){drawn.key, ll_history_time(t->history, drawn.key), x, y};
+    }
+    ll_pictures_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn, truth->x,
+                        truth->y, truth->shown, in->from);
+}
+
+/* The newest tick of which the client has all that it will ever have. */
+static int64_t sure_tick(const ll_client *c, const ll_truth *t)
+{
+    return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
+}
+
+static void measure_age(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now, bool counts)
+{
+    ll_time newest = c->latest_time;
+    if (t->peers) /* it may be sure of a tick that the server has not made */
+        newest = sure_tick(c, t) < t->history->count ? ll_history_time(t->history, sure_tick(c, t)) : now;
+    in->age_of_information = ll_to_ms(now - newest);
+    if (counts)
+        ll_histogram_add(&in->histogram[LL_METRIC_AGE_OF_INFORMATION],
+                         in->age_of_information > 0 ? in->age_of_information : 0);
+}
+
+static void measure_changes(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now)
+{
+    if (!ll_changes_waiting(&in->changes))
+        return;
+    int64_t sure = sure_tick(c, t), tick = t->peers ? c->view_step : c->latest_tick;
+    ll_included included = {
+        .seq = predicts(c, t) ? c->played : 0, .tick = tick, .sure_tick = sure < tick ? sure : tick};
+    ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
+}
+
+static void measure_visible(ll_instruments *in)
+{
+    if (in->visible_m > 0)
+        ll_gauge_add(&in->visible_m_all, in->visible_m);
+}
+
+static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
+{
+    in->held_frames += c->held_now;
+    in->extrapolated_frames += c->extrapolated;
+    if (c->view_state == LL_VIEW_NEWEST)
+        return;
+    ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
+    ll_gauge_add(&in->depth, (double)c->depth);
+    ll_gauge_add(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
+    ll_gauge_add(&in->time_scale, c->time_scale);
+}
+
+/* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a
+ * negative number, step 0 as -1. */
+static int64_t when_of(const ll_client *c, int entity)
+{
+    return c->view_step >= 0 ? -1 - c->view_step : ll_client_marks_const(c)[entity].time;
+}
+
+static int64_t step_of(int64_t when)
+{
+    return -1 - when;
+}
+
+static bool has_been(const ll_history *history, int64_t when, ll_time now)
+{
+    return when < 0 ? step_of(when) < history->count : when <= now;
+}
+
+static ll_moment moment_of(const ll_history *history, int64_t when)
+{
+    return when < 0 ? ll_history_step(step_of(when)) : ll_history_find(history, when);
+}
+
+/* A step that the server has not made has no time yet: it is of now. */
+static ll_time drawn_time(const ll_client *c, int entity, const ll_history *history, ll_time now)
+{
+    int64_t when = when_of(c, entity);
+    if (when >= 0)
+        return ll_client_marks_const(c)[entity].time;
+    return has_been(history, when, now) ? ll_history_time(history, step_of(when)) : now;
+}
+
+/* M5 of what is drawn ahead of the server. */
+static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn, int64_t when,
+                          const ll_history *history, ll_time now)
+{
+    ll_awaited *a = &in->track[entity].awaited;
+    double x, y;
+    if (a->when != 0 && has_been(history, a->when, now)) {
+        ll_history_at(history, moment_of(history, a->when), entity, &x, &y);
+        ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(a->x, a->y, x, y));
+        a->when = 0;
+    }
+    if (a->when == 0 && !has_been(history, when, now))
+        *a = (ll_awaited){when, drawn->x, drawn->y};
+}
+
+static void measure_motion(ll_instruments *in, ll_track *track, const ll_entity *drawn, const ll_entity *real,
+                           double dt)
+{
+    double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
+    if (off >= 0)
+        ll_histogram_add(&in->animation_error, in->pixel_m > 0 ? off / in->pixel_m : off);
+}
+
+void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_truth *truth, ll_time now)
+{
+    const ll_world *shown = ll_client_shown_const(c), *world = truth->world;
+    const ll_history *history = truth->history;
+    bool counts = now >= in->from;
+    ll_moment moment = {0};
+    int64_t found = LL_NEVER;
+    measure_own_picture(in, c, truth, now);
+    measure_age(in, c, truth, now, counts);
+    measure_changes(in, c, truth, now);
+    measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
+    in->remote_error = in->view_age = 0;
+    for (int i = 0; i < world->entities; i++) {
+        if (i == c->self)
+            continue;
+        const ll_entity *e = &shown->entity[i], *t = &world->entity[i];
+        ll_track *track = &in->track[i];
+        int64_t when = when_of(c, i);
+        double error = distance(e->x, e->y, t->x, t->y), x, y;
+        double age = ll_to_ms(now - drawn_time(c, i, history, now));
+        if (error >= magnitude(in->remote_error))
+            in->remote_error = e->x < t->x ? -error : error;
+        in->view_age = age > in->view_age ? age : in->view_age;
+        if (!counts)
+            continue;
+        ll_histogram_add(&in->histogram[LL_METRIC_VIEW_AGE], age > 0 ? age : 0);
+        ll_histogram_add(&in->histogram[LL_METRIC_REMOTE_ERROR], error);
+        measure_ahead(in, i, e, when, history, now);
+        if (has_been(history, when, now)) {
+            if (when != found) {
+                found = when;
+                moment = moment_of(history, found);
+            }
+            ll_history_at(history, moment, i, &x, &y);
+            ll_histogram_add(&in->histogram[LL_METRIC_TIMELINE_ERROR], distance(e->x, e->y, x, y));
+        }
+        ll_inconsistency_add(&in->server, &track->server, error, c->elapsed);
+        measure_motion(in, track, e, t, ll_to_s(c->elapsed));
+    }
+    if (counts) {
+        measure_visible(in);
+        in->frames++;
+        in->measured += c->elapsed;
+        measure_buffer(in, c, now);
+    }
+    in->visible_m = 0;
+}
+
+/* The last tick at or before the time that is drawn. */
+static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t)
+{
+    return t->peers ? by->view_step
+                    : ll_history_find(t->history, ll_client_marks_const(by)[entity].time).before;
+}
+
+void ll_instruments_seen(ll_instruments *in, int self, const ll_client *by, const ll_truth *t, ll_time now)
+{
+    if (!ll_changes_waiting(&in->changes))
+        return;
+    int64_t heard = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
+    int64_t drawn = drawn_tick(by, self, t);
+    ll_changes_seen(&in->changes, in->histogram, &in->ledger, by->self, heard < drawn ? heard : drawn,
+                    now + t->device);
+}
+
+/* All pictures of entity `e` lie within the distance that is no inconsistency: mostly so for what rests. */
+static bool agree(const ll_entity *const *shown, int count, int e)
+{
+    const ll_entity *first = &shown[0][e];
+    double x0 = first->x, x1 = x0, y0 = first->y, y1 = y0;
+    for (int i = 1; i < count; i++) {
+        const ll_entity *other = &shown[i][e];
+        x0 = other->x < x0 ? other->x : x0;
+        x1 = other->x > x1 ? other->x : x1;
+        y0 = other->y < y0 ? other->y : y0;
+        y1 = other->y > y1 ? other->y : y1;
+    }
+    return (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0) <= LL_EXCURSION_M * LL_EXCURSION_M;
+}
+
+static void farthest_others(const ll_entity *const *shown, int count, int e, double *squares)
+{
+    for (int j = 0; j < count; j++) {
+        squares[j] = 0;
+        for (int i = 0; i < j; i++) {
+            const ll_entity *a = &shown[i][e], *b = &shown[j][e];
+            double square = (a->x - b->x) * (a->x - b->x) + (a->y - b->y) * (a->y - b->y);
+            squares[i] = square > squares[i] ? square : squares[i];
+            squares[j] = square > squares[j] ? square : squares[j];
+        }
+    }
+}
+
+void ll_instruments_between(ll_instruments *const *in, const ll_client *const *clients, int count,
+                            ll_time now, ll_time elapsed)
+{
+    const ll_entity *shown[LL_PLAYERS_MAX];
+    if (now < in[0]->from)
+        return;
+    for (int i = 0; i < count; i++)
+        shown[i] = ll_client_shown_const(clients[i])->entity;
+    for (int e = 0; e < in[0]->entities; e++) {
+        double squares[LL_PLAYERS_MAX];
+        if (agree(shown, count, e)) {
+            for (int i = 0; i < count; i++)
+                in[i]->track[e].clients = (ll_excursion){0};
+            continue;
+        }
+        farthest_others(shown, count, e, squares);
+        for (int i = 0; i < count; i++)
+            ll_inconsistency_add(&in[i]->clients, &in[i]->track[e].clients, ll_sqrt(squares[i]), elapsed);
+    }
+}

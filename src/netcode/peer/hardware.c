@@ -1,0 +1,76 @@
+#include "netcode/peer/hardware.h"
+
+#include <string.h>
+
+#include "base/rng.h"
+#include "netcode/state/client.h"
+
+#define ULP_STREAM 0x756c70
+#define ULP_EVERY 64 /* ticks between two slips, in the mean */
+
+/* Volatile: GCC 12 at -O3 vectorises a loop of such conversions and leaves fields of the last entity alone.
+ */
+static void store_float(double *value)
+{
+    volatile float stored = (float)*value;
+    *value = (double)stored;
+}
+
+static void store_floats(ll_world *world, int player, int64_t tick)
+{
+    (void)player;
+    (void)tick;
+    for (int i = 0; i < world->entities; i++) {
+        ll_entity *e = &world->entity[i];
+        store_float(&e->x);
+        store_float(&e->y);
+        store_float(&e->vx);
+        store_float(&e->vy);
+        store_float(&e->angle);
+        store_float(&e->spin);
+    }
+}
+
+/* Moves one number by one ulp away from zero; a zero stays. */
+static void slip(double *value)
+{
+    uint64_t bits;
+    memcpy(&bits, value, sizeof bits);
+    bits += *value != 0;
+    memcpy(value, &bits, sizeof bits);
+}
+
+static void slip_now_and_then(ll_world *world, int player, int64_t tick)
+{
+    uint64_t draw = ll_rng_u64(ULP_STREAM, (uint64_t)player, (uint64_t)tick);
+    if (draw % ULP_EVERY != 0)
+        return;
+    ll_entity *e = &world->entity[draw / ULP_EVERY % (uint64_t)world->entities];
+    double *const values[] = {&e->x, &e->y, &e->vx, &e->vy};
+    slip(values[draw >> 62]);
+}
+
+const ll_hardware ll_hardwares[] = {
+    {.name = "exact", .help = "the server's arithmetic"},
+    {.name = "float", .help = "positions and speeds are stored as floats", .after = store_floats},
+    {.name = "fma", .help = "a multiply and an add are rounded once", .fused = true},
+    {.name = "ulp", .help = "a number is off by one ulp now and then", .after = slip_now_and_then},
+};
+
+/* In the order of ll_hardwares; a test holds them against each other. */
+const char *const ll_hardware_names[] = {"exact", "float", "fma", "ulp", NULL};
+
+void ll_hardware_step(const ll_client_setup *s, int player, ll_world *world, const ll_action *actions,
+                      int64_t tick, ll_time now)
+{
+    const ll_hardware *hardware = &ll_hardwares[s->config->hardware];
+    if (hardware->fused) {
+        ll_game_env env = *s->env;
+        env.fused = 1;
+        s->game->step(world, &env, actions, now, NULL);
+    } else {
+        s->game->step(world, s->env, actions, now, NULL);
+    }
+    if (hardware->after)
+        hardware->after(world, player, tick);
+}

@@ -1,0 +1,26 @@
+/* The arithmetic of a player's machine: the same step on other hardware gives other bits.
+ *
+ * Deterministic lockstep stands and falls with equal bits on every machine (paper, "Deterministic Lockstep");
+ * a row of the table stands for a machine that breaks this, and how. */
+#pragma once
+
+#include "game/core/game.h"
+
+struct ll_client_setup;
+
+typedef struct ll_hardware {
+    const char *name;
+    const char *help;
+    bool fused; /* multiply-adds of the games' integrators are rounded once */
+
+    /* What the machine does to a world after a step; NULL: nothing. A function of its arguments alone, so
+     * that a step that is made again gives the same. */
+    void (*after)(ll_world *world, int player, int64_t tick);
+} ll_hardware;
+
+extern const ll_hardware ll_hardwares[];
+extern const char *const ll_hardware_names[]; /* NULL-terminated; the index is the choice `hardware` */
+
+/* Makes step `tick`, of virtual time `now`, on the machine of `player`. */
+void ll_hardware_step(const struct ll_client_setup *setup, int player, ll_world *world,
+                      const ll_action *actions, int64_t tick, ll_time now);

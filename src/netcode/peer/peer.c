@@ -1,0 +1,407 @@
+#include "netcode/state/peer.h"
+
+#include <string.h>
+
+#include "base/assert.h"
+
+#include "netcode/state/gunner.h"
+#include "netcode/protocol/limits.h"
+
+/* Nobody waits for a hash: one packet in so many carries those that the referee has not. */
+#define HASHES_EVERY 4
+
+/* An even pace (time sync of GGPO): who is ahead of the slowest by a tick or more rests. */
+#define FAIR_EVERY 10 /* frames between two looks */
+#define FAIR_MAX 9    /* frames of rest at once (GGPO) */
+#define FAIR_MANY 16  /* what was heard last counts for so much of the means, or for all that was */
+
+#define ROUND_MAX LL_SECOND /* what takes longer is an outage's */
+
+void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t first, const ll_world *world)
+{
+    ll_peer *peer = ll_client_peer(c);
+    (void)s;
+    LL_ASSERT(first >= step && first - step < LL_PEER_RING - LL_SYNC_TEST_MAX);
+    memset(peer, 0, ll_peer_size(world->players, 0));
+    peer->ticks = (ll_clock){c->met_at, c->met, c->clock.freq}; /* everybody's, whenever one has come */
+    peer->start = peer->tick = peer->confirmed = peer->hashed = step;
+    peer->first = first;
+    peer->began = step;
+    peer->since = LL_NEVER;
+    peer->wrong = LL_NEVER;
+    for (int p = 0; p < world->players; p++) {
+        peer->player[p].known = p == c->self ? first : step;
+        peer->player[p].at = -1;
+    }
+    memcpy(ll_peer_world(c, step), world, (size_t)c->world_size);
+    c->tick = first;
+    c->view_step = step;
+}
+
+/* ---- what comes ---- */
+
+/* The server has made the steps up to `tick`: own inputs for them were applied. */
+static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_time now)
+{
+    for (int64_t k = c->latest_tick + 1; k <= tick; k++) {
+        const ll_pending *p = ll_client_input_at(c, k);
+        if (p)
+            ll_instruments_acknowledged(s->instruments, p->seq, k, p->made, now, now);
+    }
+}
+
+/* An input that is too far ahead to be kept is not acknowledged, so it comes again. */
+static void take_input(ll_peer *peer, int player, int64_t tick, const ll_controls *input)
+{
+    ll_peer_player *from = &peer->player[player];
+    if (tick != from->known + 1 || tick >= peer->confirmed + LL_PEER_RING - LL_SYNC_TEST_MAX)
+        return;
+    ll_controls *slot = ll_peer_input(peer, player, tick);
+    if (tick <= peer->tick && tick < peer->wrong && memcmp(slot, input, sizeof *slot) != 0)
+        peer->wrong = tick;
+    *slot = *input;
+    from->known = tick;
+}
+
+static void hear_pace(ll_peer *peer, const ll_relay_part *part)
+{
+    ll_peer_player *from = &peer->player[part->player];
+    if (part->at <= from->at)
+        return;
+    double ahead = (double)(peer->tick - part->at), behind = part->ahead;
+    from->heard = from->at < 0 ? 1 : from->heard + (from->heard < FAIR_MANY);
+    double share = 1.0 / from->heard;
+    from->ahead += share * (ahead - from->ahead);
+    from->behind += share * (behind - from->behind);
+    from->at = part->at;
+}
+
+/* Takes a part and returns where the next one begins. */
+static const char *take_part(ll_peer *peer, const char *at)
+{
+    const ll_relay_part *part = (const ll_relay_part *)(const void *)at;
+    const ll_input_run *runs = (const ll_input_run *)(part + 1);
+    int64_t tick = part->tick;
+    hear_pace(peer, part);
+    for (int r = 0; r < part->runs; r++)
+        for (uint32_t i = 0; i < runs[r].count; i++)
+            take_input(peer, part->player, tick++, &runs[r].input);
+    return (const char *)(runs + part->runs);
+}
+
+/* Whether it is time to go on. */
+static bool is_over(const ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    ll_time until = c->met_at + ll_tick_time(peer->resume, c->clock.freq);
+    return peer->resume != 0 && ll_client_local(s, now) + c->connection.clock.offset >= until - LL_HOLD_BLUR;
+}
+
+/* The first relay comes when the game has begun, an update later, and by the way down. */
+static void hear_hold(ll_client *c, const ll_client_setup *s, const ll_relay_message *m, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    ll_time update = (ll_time)(1e9 / s->rules->update_hz);
+    ll_time since = peer->relayed != 0 ? peer->relayed : c->met_at + ll_hold_way(&c->connection.clock);
+    ll_time slack = update > LL_HOLD_GAP ? update : LL_HOLD_GAP; /* a single lost relay is no outage */
+    peer->gap |= now - since > update + c->period + slack;
+    peer->relayed = now;
+    if (m->hold == 0)
+        return;
+    bool news = m->hold > peer->hold || (m->hold == peer->hold && m->resume > peer->resume);
+    if (m->hold >= c->tick && news) {
+        peer->hold = m->hold;
+        peer->resume = m->resume;
+        peer->gap = is_over(c, s, now);
+    }
+}
+
+int ll_peer_receive(ll_client *c, const ll_client_setup *s, const void *packet, int bytes, ll_time now)
+{
+    (void)bytes;
+    ll_peer *peer = ll_client_peer(c);
+    const ll_relay_message *m = packet;
+    if (m->head.epoch != c->epoch)
+        return LL_OUTCOME_STALE;
+    if (m->head.type != LL_MESSAGE_RELAY) {
+        c->refused++; /* the others play another input: from here on this world is not theirs */
+        return LL_OUTCOME_REFUSED;
+    }
+    c->acked = m->head.seq > c->acked ? m->head.seq : c->acked;
+    peer->hashed = m->hashed > peer->hashed ? m->hashed : peer->hashed;
+    if (m->tick > c->latest_tick) {
+        take_steps(c, s, m->tick, now);
+        c->latest_tick = c->confirmed = m->tick;
+        c->latest_time = m->time;
+    }
+    hear_hold(c, s, m, now);
+    const char *at = (const char *)(m + 1);
+    for (int i = 0; i < m->head.count; i++)
+        at = take_part(peer, at);
+    return LL_OUTCOME_APPLIED;
+}
+
+/* ---- a frame ---- */
+
+static int64_t guesses_max(const ll_client_setup *s)
+{
+    return s->sync->guesses ? s->rules->max_rollback_ticks : 0;
+}
+
+/* A script must do the same at a tick whenever that is played. So it sees the newest world that is certain by
+ * then whatever the links do. */
+static ll_action control(ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    int64_t seen = tick - 1 - s->config->input_delay_ticks - guesses_max(s);
+    return ll_client_control(c, s, ll_peer_world(c, seen > peer->start ? seen : peer->start),
+                             ll_clock_time(&peer->ticks, tick));
+}
+
+/* Makes the inputs up to that for tick `newest`; nobody can have made the first `input_delay_ticks`. */
+static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    newest = peer->hold != 0 && newest > peer->hold ? peer->hold : newest;
+    while (c->tick < newest) {
+        bool early = c->tick < peer->start + s->config->input_delay_ticks;
+        ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
+        ll_pending *p = ll_client_pending(c, ++c->seq);
+        *p = (ll_pending){.seq = c->seq, .made = now, .action = a};
+        ll_instruments_input(s->instruments, c->seq, c->tick + 1, &a, ll_client_touched(c, s, now), now);
+        peer->player[c->self].known = ++c->tick;
+        if (s->gunner)
+            ll_gunner_input(c, s, p, c->view_time, now);
+        p->action.buttons &= LL_BUTTONS; /* nobody takes a claim, and it would depend on what is drawn */
+        *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
+    }
+}
+
+/* The players whose inputs are missing for the next tick to be made. */
+static uint32_t missing(const ll_peer *peer, int players, int64_t guesses)
+{
+    uint32_t mask = 0;
+    for (int p = 0; p < players; p++)
+        mask |= (uint32_t)(peer->player[p].known + guesses <= peer->tick) << p;
+    return mask;
+}
+
+static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    ll_stepping *n = &s->instruments->stepping;
+    uint32_t before = peer->waiting;
+    bool counts = now >= s->instruments->from;
+    if (waiting != 0 && before == 0)
+        peer->stalled_since = now;
+    if (waiting == 0 && before != 0 && s->recorder)
+        s->recorder->record(s->recorder->context,
+                            &(ll_event){.type = LL_EVENT_STALL,
+                                        .player = (uint8_t)c->self,
+                                        .begin = now,
+                                        .end = now,
+                                        .number = before,
+                                        .value = (float)ll_to_ms(now - peer->stalled_since)});
+    peer->waiting = waiting;
+    if (waiting == 0 || !counts)
+        return;
+    n->stalls += before == 0;
+    n->stalled_frames++;
+    for (int p = 0; p < ll_client_shown(c)->players; p++)
+        n->waited_frames[p] += (int32_t)(waiting >> p & 1);
+}
+
+/* Half the difference between how far ahead each sees itself: the way that what is heard has come cancels. */
+static void keep_pace(ll_client *c)
+{
+    ll_peer *peer = ll_client_peer(c);
+    double most = 0;
+    if ((c->frame - peer->paced) % FAIR_EVERY != 0)
+        return;
+    for (int p = 0; p < ll_client_shown(c)->players; p++) {
+        double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
+        if (p != c->self && peer->player[p].at >= 0 && lead > most)
+            most = lead;
+    }
+    peer->rest = most < FAIR_MAX ? (int32_t)most : FAIR_MAX;
+}
+
+/* Begins the first round, whose ticks are made as soon as they may be. */
+static void begin_round(ll_peer *peer)
+{
+    peer->began = peer->tick;
+    peer->since = LL_NEVER;
+    peer->spread = 0;
+}
+
+/* A hold ends as the game begins: with nothing in flight, and nothing known of the pace. */
+static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    if (!is_over(c, s, now))
+        return;
+    peer->hold = peer->resume = 0;
+    peer->paced = c->frame - 1;
+    peer->rest = 0;
+    begin_round(peer);
+    for (int p = 0; p < ll_client_shown(c)->players; p++) {
+        peer->player[p].at = -1;
+        peer->player[p].ahead = peer->player[p].behind = 0;
+    }
+}
+
+/* Ticks that may be guessed in a row come back in a row: everybody would run and wait by turns, for some ten
+ * seconds, until relays have drawn them apart. So the ticks of the second round are made as far from each
+ * other as they will be: what the first round took, by how many they are. */
+static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int64_t guesses = guesses_max(s), many = guesses + s->config->input_delay_ticks + 1, known = LL_NEVER;
+    if (peer->since == LL_NEVER)
+        peer->since = now;
+    if (peer->spread != 0 || many == 1)
+        return; /* or there are none in a row */
+    for (int p = 0; p < ll_client_shown(c)->players; p++)
+        if (p != c->self && peer->player[p].known < known)
+            known = peer->player[p].known;
+    if (known == LL_NEVER || known <= peer->began)
+        return; /* it plays alone; or the round is not over */
+    ll_time round = now - peer->since + (guesses > 0 ? c->period : 0);
+    peer->spread = (round < ROUND_MAX ? round : ROUND_MAX) / many;
+    peer->spread_until = peer->began + 2 * many;
+}
+
+/* Whether the next tick is to come later. What is missing at a hold is made up for at once. */
+static bool spreads(const ll_client *c, ll_time now)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    return peer->hold == 0 && peer->tick <= peer->spread_until &&
+           now < peer->stepped + peer->spread - c->period / 2;
+}
+
+static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    if (peer->hold != 0 && peer->tick >= peer->hold) {
+        stall(c, s, 0, now);
+        s->instruments->stepping.rested_frames += now >= s->instruments->from;
+        return false;
+    }
+    stall(c, s, missing(peer, ll_client_shown(c)->players, guesses_max(s)), now);
+    if (peer->waiting != 0)
+        return false;
+    if (spreads(c, now)) {
+        s->instruments->stepping.rested_frames += now >= s->instruments->from;
+        return false;
+    }
+    if (peer->hold == 0)
+        keep_pace(c);
+    if (peer->rest == 0 || peer->hold != 0) {
+        peer->stepped = now;
+        return true;
+    }
+    peer->rest--;
+    for (int p = 0; p < ll_client_shown(c)->players; p++)
+        peer->player[p].ahead -= 1; /* at once, not when the means have followed */
+    s->instruments->stepping.rested_frames += now >= s->instruments->from;
+    return false;
+}
+
+/* Everybody waits for who is not at a hold yet: it makes the ticks up to there as soon as it may, so that its
+ * inputs leave together. */
+static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int players = ll_client_shown(c)->players;
+    while (peer->tick < peer->hold && missing(peer, players, guesses_max(s)) == 0) {
+        ll_peer_step(c, s);
+        ll_peer_confirm(c); /* worlds that are not hashed are not kept for long */
+        make_inputs(c, s, peer->tick + 1 + s->config->input_delay_ticks, now);
+    }
+}
+
+static void draw(ll_client *c, ll_time now)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    ll_mark *marks = ll_client_marks(c);
+    bool certain = peer->tick == peer->confirmed;
+    ll_time time = c->latest_time + (peer->tick - c->latest_tick) * c->period;
+    ll_mark mark = {certain && time < now ? time : now, certain ? 0 : LL_SHOWN_PREDICTED, 0};
+    memcpy(ll_client_shown(c), ll_peer_world(c, peer->tick), (size_t)c->world_size);
+    for (int i = 0; i < ll_client_shown(c)->entities; i++)
+        marks[i] = mark;
+    c->view_step = peer->tick;
+    c->view_time = mark.time;
+    c->alpha = 1;
+    c->buffer_ms = 0;
+}
+
+static int compose(const ll_client *c, void *packet)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    int players = ll_client_shown_const(c)->players, runs = 0;
+    int64_t first = peer->first + c->acked + 1, tick = first;
+    ll_peer_message *m = packet;
+    ll_heard *heard = (ll_heard *)(m + 1);
+    ll_input_run *run = (ll_input_run *)(heard + players);
+    for (int p = 0; p < players; p++) {
+        const ll_peer_player *from = &peer->player[p];
+        heard[p] = (ll_heard){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
+    }
+    for (; tick <= c->tick; tick++) { /* the pending inputs reach further back than the ring */
+        const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
+        if (!ll_run_add(run, &runs, &(ll_controls){{a->axis[0], a->axis[1]}, a->buttons}))
+            break;
+    }
+    uint32_t *hash = (uint32_t *)(run + runs), hashes = 0;
+    int64_t hashed = peer->confirmed - peer->hashed < LL_HASHES_MAX ? peer->hashed + 1
+                                                                    : peer->confirmed - LL_HASHES_MAX + 1;
+    for (int64_t k = hashed; k <= peer->confirmed && c->frame % HASHES_EVERY == 0; k++)
+        hash[hashes++] = peer->hashes[k & (LL_PEER_RING - 1)];
+    *m = (ll_peer_message){.head = {LL_MESSAGE_INPUT, (uint8_t)(tick - first), c->epoch, c->acked + 1},
+                           .tick = (int32_t)first,
+                           .way = (uint32_t)(ll_hold_way(&c->connection.clock) / 1000 + 1) |
+                                  (peer->gap ? LL_WAY_GAP : 0),
+                           .at = (int32_t)peer->tick,
+                           .hashed = (int32_t)hashed,
+                           .runs = (uint32_t)runs,
+                           .hashes = hashes};
+    return (int)((char *)(hash + hashes) - (char *)packet);
+}
+
+int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *packet)
+{
+    const ll_peer *peer = ll_client_peer(c);
+    int64_t delay = s->config->input_delay_ticks;
+    ll_client_begin_tick(c, now);
+    if (!ll_connection_plays(&c->connection)) {
+        ll_client_miss(c, s, now);
+        return 0;
+    }
+    ll_peer_roll_back(c, s, now);
+    end_hold(c, s, now);
+    make_inputs(c, s, peer->tick + 1 + delay, now);
+    time_round(c, s, now);
+    if (may_step(c, s, now)) {
+        ll_peer_step(c, s);
+        if (guesses_max(s) == 0) /* no step without the others' inputs, which may wait for this one */
+            make_inputs(c, s, peer->tick + 1 + delay, now);
+        if (peer->hold != 0) {
+            make_inputs(c, s, peer->tick + 1 + delay, now);
+            hasten(c, s, now);
+        }
+    }
+    ll_peer_confirm(c);
+    ll_peer_sync_test(c, s, now);
+    ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    return compose(c, packet);
+}
+
+void ll_peer_display(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_client_begin_display(c, now);
+    draw(c, now);
+    ll_smooth_draw(c, s, now);
+    if (s->gunner)
+        ll_gunner_frame(c, s);
+}

@@ -1,0 +1,116 @@
+/* The worlds of a peer: stepped on, stepped again, held against what they were. */
+#include <string.h>
+
+#include "base/detmath.h"
+#include "netcode/peer/hardware.h"
+#include "netcode/state/peer.h"
+#include "netcode/protocol/world_hash.h"
+
+/* Whose input for `tick` has not come goes on as it did last, what it presses too (GGPO). */
+static void guess(ll_peer *peer, int players, int64_t tick)
+{
+    for (int p = 0; p < players; p++) {
+        int64_t known = peer->player[p].known;
+        if (known >= tick)
+            continue;
+        *ll_peer_input(peer, p, tick) =
+            known > peer->start ? *ll_peer_input(peer, p, known) : (ll_controls){0};
+    }
+}
+
+static void step(ll_client *c, const ll_client_setup *s, ll_world *world, int64_t tick)
+{
+    ll_peer *peer = ll_client_peer(c);
+    ll_action actions[LL_PLAYERS_MAX];
+    for (int p = 0; p < world->players; p++) {
+        const ll_controls *input = ll_peer_input(peer, p, tick);
+        actions[p] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
+    }
+    ll_hardware_step(s, c->self, world, actions, tick, ll_clock_time(&peer->ticks, tick));
+}
+
+static void make_tick(ll_client *c, const ll_client_setup *s, int64_t tick)
+{
+    ll_world *world = ll_peer_world(c, tick);
+    memcpy(world, ll_peer_world(c, tick - 1), (size_t)c->world_size);
+    guess(ll_client_peer(c), world->players, tick);
+    step(c, s, world, tick);
+}
+
+void ll_peer_step(ll_client *c, const ll_client_setup *s)
+{
+    make_tick(c, s, ++ll_client_peer(c)->tick);
+}
+
+/* The view learns of everything that moved; as elsewhere only the own entity's counts as a correction. */
+static void correct(ll_client *c, const ll_client_setup *s, const ll_world *before, const ll_world *after,
+                    ll_time now)
+{
+    for (int i = 0; i < after->entities; i++) {
+        const ll_entity *from = &before->entity[i], *to = &after->entity[i];
+        double dx = to->x - from->x, dy = to->y - from->y, size = ll_sqrt(dx * dx + dy * dy);
+        if (size == 0)
+            continue;
+        ll_smooth_correct(c, i, from, to);
+        if (i == c->self)
+            ll_note_correction(c, s, LL_CAUSE_CONTACT, dx < 0 ? -size : size, now);
+    }
+}
+
+void ll_peer_roll_back(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int64_t first = peer->wrong, ticks = peer->tick - first + 1;
+    if (first == LL_NEVER)
+        return;
+    ll_world *before = ll_client_predicted(c);
+    memcpy(before, ll_peer_world(c, peer->tick), (size_t)c->world_size);
+    for (int64_t tick = first; tick <= peer->tick; tick++)
+        make_tick(c, s, tick);
+    peer->wrong = LL_NEVER;
+    correct(c, s, before, ll_peer_world(c, peer->tick), now);
+
+    ll_stepping *n = &s->instruments->stepping;
+    if (now >= s->instruments->from) {
+        n->rollbacks++;
+        n->rollback_ticks += ticks;
+        n->rollback_ticks_max = ticks > n->rollback_ticks_max ? ticks : n->rollback_ticks_max;
+    }
+    if (s->recorder)
+        s->recorder->record(s->recorder->context, &(ll_event){.type = LL_EVENT_ROLLBACK,
+                                                              .player = (uint8_t)c->self,
+                                                              .begin = now,
+                                                              .end = now,
+                                                              .number = (uint32_t)first,
+                                                              .value = (float)ticks});
+}
+
+void ll_peer_confirm(ll_client *c)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int64_t certain = peer->tick;
+    for (int p = 0; p < ll_client_shown(c)->players; p++)
+        certain = peer->player[p].known < certain ? peer->player[p].known : certain;
+    while (peer->confirmed < certain) {
+        int64_t tick = ++peer->confirmed;
+        peer->hashes[tick & (LL_PEER_RING - 1)] = ll_world_hash(ll_peer_world(c, tick));
+    }
+}
+
+/* The saved world must be all that a step depends on: from the same world the same inputs lead to the same.
+ */
+void ll_peer_sync_test(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    ll_peer *peer = ll_client_peer(c);
+    int64_t back = s->rules->sync_test_ticks, first = peer->tick - back;
+    ll_world *world = ll_client_predicted(c);
+    bool counts = now >= s->instruments->from;
+    if (back == 0 || first < peer->start)
+        return;
+    memcpy(world, ll_peer_world(c, first), (size_t)c->world_size);
+    for (int64_t tick = first + 1; tick <= peer->tick; tick++)
+        step(c, s, world, tick);
+    s->instruments->stepping.sync_tests += counts;
+    s->instruments->stepping.sync_test_mismatches +=
+        counts && ll_world_hash(world) != ll_world_hash(ll_peer_world(c, peer->tick));
+}

@@ -1,0 +1,95 @@
+#include "netcode/protocol/clock_sync.h"
+
+#include <stddef.h>
+
+/* ---- filters ---- */
+
+static ll_time of_least_round_trip(const ll_clock_sample *samples, int count)
+{
+    const ll_clock_sample *best = samples;
+    for (int i = 1; i < count; i++)
+        if (samples[i].round_trip < best->round_trip)
+            best = &samples[i];
+    return best->offset;
+}
+
+static ll_time mean(const ll_clock_sample *samples, int count)
+{
+    ll_time sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += samples[i].offset - samples[0].offset;
+    return samples[0].offset + sum / count;
+}
+
+/* Of an even number the lower one. */
+static ll_time median(const ll_clock_sample *samples, int count)
+{
+    for (int i = 0; i < count; i++) {
+        int below = 0, equal = 0;
+        for (int j = 0; j < count; j++) {
+            below += samples[j].offset < samples[i].offset;
+            equal += samples[j].offset == samples[i].offset;
+        }
+        if (below <= (count - 1) / 2 && (count - 1) / 2 < below + equal)
+            return samples[i].offset;
+    }
+    return samples[0].offset; /* not reached: some sample is the median */
+}
+
+static const ll_clock_filter filter_median = {
+    .name = "median", .help = "The median: one late packet does not count.", .offset = median};
+static const ll_clock_filter filter_min = {
+    .name = "min_rtt",
+    .help = "The sample of the shortest round trip: best where delays have rare peaks.",
+    .offset = of_least_round_trip};
+static const ll_clock_filter filter_mean = {
+    .name = "mean", .help = "The mean: best where delays are spread evenly.", .offset = mean};
+
+const ll_clock_filter *const ll_clock_filters[] = {&filter_median, &filter_min, &filter_mean, NULL};
+
+/* In the order of ll_clock_filters; a test holds them against each other. */
+const char *const ll_clock_filter_names[] = {"median", "min_rtt", "mean", NULL};
+
+/* ---- samples ---- */
+
+static int kept(const ll_clock_sync *sync)
+{
+    return sync->count < LL_CLOCK_SAMPLES ? (int)sync->count : LL_CLOCK_SAMPLES;
+}
+
+/* Moves the offset in use towards `wanted`. */
+static void follow(ll_clock_sync *sync, ll_time wanted, ll_time passed, bool snap)
+{
+    ll_time error = wanted - sync->offset, most = (ll_time)(LL_CLOCK_SLEW * (double)passed);
+    if (snap || error >= LL_CLOCK_SNAP || error <= -LL_CLOCK_SNAP) {
+        sync->snaps += !snap;
+        sync->offset = wanted;
+        return;
+    }
+    sync->offset += error > most ? most : error < -most ? -most : error;
+}
+
+void ll_clock_sync_add(ll_clock_sync *sync, const ll_clock_filter *filter, ll_time sent, ll_time server,
+                       ll_time received, bool snap)
+{
+    ll_clock_sample *s = &sync->sample[sync->count % LL_CLOCK_SAMPLES];
+    s->round_trip = received - sent;
+    s->offset = server - sent - s->round_trip / 2;
+    sync->count++;
+    follow(sync, filter->offset(sync->sample, kept(sync)), received - sync->at, snap);
+    sync->at = received;
+}
+
+void ll_clock_sync_restart(ll_clock_sync *sync)
+{
+    sync->count = 0;
+}
+
+ll_time ll_clock_sync_round_trip(const ll_clock_sync *sync)
+{
+    ll_time longest = 0;
+    for (int i = 0; i < kept(sync); i++)
+        if (sync->sample[i].round_trip > longest)
+            longest = sync->sample[i].round_trip;
+    return longest;
+}

@@ -1,0 +1,109 @@
+#include "netcode/server/admission.h"
+
+#include <string.h>
+
+#include "netcode/protocol/connection.h"
+
+static int answer(const ll_server *server, int player, ll_message type, const ll_request_message *request,
+                  bool with_world, ll_time now, void *reply)
+{
+    const ll_seat *seat = &server->seats[player];
+    ll_answer_message m = {.head = {.type = (uint8_t)type, .epoch = seat->connected ? seat->epoch : 0},
+                           .received = now,
+                           .tick = server->step,
+                           .first = seat->first};
+    int size = (int)sizeof m;
+    if (request) {
+        m.head.count = LL_ANSWER_ECHO;
+        m.head.seq = request->head.seq;
+        m.sent = request->sent;
+    }
+    if (with_world) {
+        const ll_world *world = ll_server_world_const(server);
+        m.head.count |= LL_ANSWER_WORLD;
+        memcpy((char *)reply + size, world, ll_world_size(world));
+        size += (int)ll_world_size(world);
+    }
+    memcpy(reply, &m, sizeof m);
+    return size;
+}
+
+/* Where inputs were filled in for the player, and may have been sent to others, its own come behind them. */
+static void let_in(ll_server *server, bool with_world, int player, const ll_request_message *request,
+                   ll_time now)
+{
+    ll_seat *seat = &server->seats[player];
+    int64_t first = with_world && seat->newest > server->step ? seat->newest : server->step;
+    if (!with_world)
+        ll_seat_clear(seat);
+    ll_seat_open(seat, server->client_freq, server->step, now);
+    seat->epoch = server->epoch = ll_server_next_epoch(server);
+    seat->first = first;
+    seat->newest = with_world ? first : seat->newest;
+    seat->peer.relayed = first;
+    seat->attempt = request->head.seq;
+    seat->connected = 1;
+    seat->seen = now;
+    seat->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
+    seat->joins++;
+}
+
+static ll_admitted take_connect(ll_server *server, bool with_world, int player,
+                                const ll_request_message *request, ll_time now, void *reply)
+{
+    ll_seat *seat = &server->seats[player];
+    bool fresh = request->seen != LL_NEVER && now - request->seen <= LL_FRESH;
+    bool again = seat->connected && seat->attempt == request->head.seq;
+    bool old = request->head.seq < seat->attempt; /* overtaken: its client has gone on */
+    ll_admitted done = {.joined = fresh && !again && !old};
+    if (done.joined)
+        let_in(server, with_world, player, request, now);
+    ll_message type = done.joined || again ? LL_MESSAGE_ACCEPT : LL_MESSAGE_PONG;
+    done.reply = answer(server, player, type, request, with_world && type == LL_MESSAGE_ACCEPT, now, reply);
+    return done;
+}
+
+ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
+                                 ll_time now, void *reply)
+{
+    ll_seat *seat = &server->seats[player];
+    ll_message_head head;
+    ll_request_message request;
+    memcpy(&head, packet, sizeof head);
+    bool asks = head.type == LL_MESSAGE_CONNECT || head.type == LL_MESSAGE_PING;
+    if (asks)
+        memcpy(&request, packet, sizeof request);
+    if (head.type == LL_MESSAGE_CONNECT)
+        return take_connect(server, with_world, player, &request, now, reply);
+    if (!asks && seat->connected)
+        return (ll_admitted){.game = head.epoch == seat->epoch};
+    if (head.type == LL_MESSAGE_PING)
+        seat->offset = head.count;
+    if (asks && request.seen != LL_NEVER && request.seen > seat->seen) {
+        seat->seen = request.seen;
+        seat->heard = now;
+    }
+    if (!asks && now - seat->told < LL_KEEP_ALIVE)
+        return (ll_admitted){.reply = 0}; /* it is told already that it is not connected */
+    return (ll_admitted){
+        .reply = answer(server, player, LL_MESSAGE_PONG, asks ? &request : NULL, false, now, reply)};
+}
+
+bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time now)
+{
+    ll_seat *seat = &server->seats[player];
+    if (!seat->connected || timeout == LL_NEVER || now - seat->heard <= timeout)
+        return false;
+    seat->connected = 0;
+    seat->drops++;
+    seat->held = (ll_action){0};
+    return true;
+}
+
+int ll_admission_keep_alive(ll_server *server, int player, ll_time now, void *packet)
+{
+    const ll_seat *seat = &server->seats[player];
+    if (!seat->connected || now - seat->told < LL_KEEP_ALIVE)
+        return 0;
+    return answer(server, player, LL_MESSAGE_PONG, NULL, false, now, packet);
+}

@@ -1,0 +1,153 @@
+#include "netcode/server/hold.h"
+
+static int64_t newest(const ll_server *server, const ll_seat *seat)
+{
+    return seat->newest < 0 ? server->clock.k0 : seat->newest;
+}
+
+static ll_time way_of(const ll_peer_message *m)
+{
+    return (ll_time)(m->way & ~LL_WAY_GAP) * 1000;
+}
+
+/* Whether the player's packets had stopped before this one. The first is under way since the game began. */
+static bool stopped(const ll_server *server, const ll_refereed *peer, const ll_peer_message *m, ll_time now)
+{
+    ll_time since = now - peer->came - (peer->way == 0 ? way_of(m) : 0);
+    return since > 2 * ll_tick_time(1, server->client_freq) + LL_HOLD_GAP;
+}
+
+#define NOBODY (-1)
+
+/* The newest tick that a client may have made an input for before it hears of a hold: of the others it knows
+ * no more than relays have told, it guesses as far as it may, and its inputs are ahead of its tick by its
+ * delay. Who is let in right now knows what it has begun with: the next relay tells it of the hold too. */
+static int64_t reach(const ll_server *server, const ll_sync *sync, int player, int newcomer)
+{
+    const ll_seat *seat = &server->seats[player];
+    int64_t own = newest(server, seat), known = LL_NEVER;
+    int64_t delay = seat->peer.at >= 0 && own > seat->peer.at ? own - seat->peer.at : 1;
+    for (int p = 0; p < server->players; p++) {
+        int64_t told = server->seats[p].peer.relayed, heard = seat->peer.heard[p].known;
+        told = heard > told || player == newcomer ? heard : told;
+        if (p != player && told < known)
+            known = told;
+    }
+    if (known == LL_NEVER)
+        return own; /* it plays alone */
+    known += (sync->guesses ? server->rollback : 0) + delay;
+    return known > own ? known : own;
+}
+
+/* Of all that are connected: how many, the farthest reach, the newest input, the oldest of the newest. */
+typedef struct all {
+    int connected;
+    int64_t reach, newest, oldest;
+} all;
+
+static all of_all(const ll_server *server, const ll_sync *sync, int newcomer)
+{
+    all a = {.oldest = LL_NEVER};
+    for (int p = 0; p < server->players; p++) {
+        if (!server->seats[p].connected)
+            continue;
+        int64_t far = reach(server, sync, p, newcomer), tick = newest(server, &server->seats[p]);
+        a.connected++;
+        a.reach = far > a.reach ? far : a.reach;
+        a.newest = tick > a.newest ? tick : a.newest;
+        a.oldest = tick < a.oldest ? tick : a.oldest;
+    }
+    return a;
+}
+
+/* All inputs up to the hold's tick are there: the next relays bring them to everybody. */
+static bool all_are_there(const ll_server *server)
+{
+    for (int p = 0; p < server->players; p++) {
+        const ll_refereed *peer = &server->seats[p].peer;
+        if (!server->seats[p].connected)
+            continue;
+        if (peer->at < 0 || newest(server, &server->seats[p]) != server->hold)
+            return false;
+    }
+    return true;
+}
+
+#define TICKS_MAX 1024 /* within so many some tick of usual rates is at an update */
+
+/* The next tick since the game began that is at an update, and by which everybody has made the hold's tick by
+ * what the relays of the next update bring. */
+static int64_t next_start(const ll_server *server)
+{
+    ll_freq ticks = server->clock.freq, updates = server->updates.freq;
+    ll_time longest = 0;
+    for (int p = 0; p < server->players; p++) {
+        const ll_refereed *peer = &server->seats[p].peer;
+        ll_time ready = peer->way + (peer->at < server->hold ? ll_tick_time(1, ticks) : 0);
+        if (server->seats[p].connected && ready > longest)
+            longest = ready;
+    }
+    ll_time told = ll_clock_time(&server->updates, server->update) + longest;
+    int64_t tick = ll_tick_at(told - server->clock.epoch, ticks) + 1;
+    for (int i = 0; i < TICKS_MAX; i++)
+        if ((tick + i) * updates % ticks == 0)
+            return tick + i;
+    return tick;
+}
+
+/* What was heard of the pace is void. */
+static void decide(ll_server *server)
+{
+    server->resume = next_start(server);
+    server->even = server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_HOLD_EVERY;
+    for (int p = 0; p < server->players; p++) {
+        ll_refereed *peer = &server->seats[p].peer;
+        peer->at = -1;
+        for (int other = 0; other < server->players; other++)
+            peer->heard[other].ahead = 0;
+    }
+}
+
+/* Begins a hold, goes on with it or ends it. */
+static void look(ll_server *server, const ll_sync *sync, int newcomer, ll_time now)
+{
+    if (server->hold == 0 && (!server->uneven || now < server->even))
+        return;
+    all a = of_all(server, sync, newcomer);
+    if (server->resume != 0) {
+        if (a.oldest > server->hold || newcomer != NOBODY) /* with whom nobody is in step: the next begins */
+            server->hold = server->resume = 0;
+        if (newcomer == NOBODY)
+            return;
+    }
+    server->uneven = 0;
+    if (a.connected < 2) {
+        server->hold = 0;
+        return;
+    }
+    if (server->hold == 0 || a.newest > server->hold) {
+        server->hold = a.reach;
+    } else if (newcomer != NOBODY) {
+        int64_t far = reach(server, sync, newcomer, newcomer);
+        server->hold = far > server->hold ? far : server->hold;
+    }
+    if (all_are_there(server))
+        decide(server);
+}
+
+void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll_peer_message *m, ll_time now)
+{
+    ll_refereed *peer = &server->seats[player].peer;
+    if (!ll_hold_waits(server, m->tick + m->head.count - 1))
+        server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
+    peer->way = way_of(m);
+    peer->came = now;
+    look(server, sync, NOBODY, now);
+}
+
+void ll_hold_join(ll_server *server, const ll_sync *sync, int player, ll_time now)
+{
+    server->uneven = 1;
+    server->even = now; /* it does not wait for the next hold's time */
+    look(server, sync, player, now);
+}

@@ -1,0 +1,156 @@
+#include "netcode/server/lockstep.h"
+
+#define RHYTHM_GAP (60 * LL_MS)
+#define RHYTHM_MANY 4 /* inputs that a client has at least in flight when it stops making them */
+#define RHYTHM_KEPT (4 * LL_SECOND)
+#define RHYTHM_BLUR 256 /* steps may be so small a part of an interval late: links have jitter */
+
+static const ll_input_slot *slot_of(const ll_seat *seat, int64_t k)
+{
+    return &seat->slots[k & (LL_INPUT_RING - 1)];
+}
+
+/* When the player's inputs come, since the game began: those of the ticks of the clock that it began with.
+ * Within an interval that is seen; how many intervals it is the client tells. */
+static ll_time offset_of(const ll_server *server, const ll_seat *seat)
+{
+    ll_time came = slot_of(seat, seat->newest)->came - server->clock.epoch;
+    int64_t whole = ll_tick_at(came > 0 ? came : 0, server->clock.freq);
+    return came - ll_tick_time(whole, server->clock.freq) + ll_tick_time(seat->offset, server->clock.freq);
+}
+
+/* Whose inputs came last at the start: that of the farthest, its clock's ticks included. */
+static const ll_seat *farthest(const ll_server *server)
+{
+    const ll_seat *last = NULL;
+    ll_time most = -1;
+    for (int i = 0; i < server->players; i++) {
+        const ll_seat *seat = &server->seats[i];
+        if (!seat->connected || seat->newest < 0)
+            continue;
+        ll_time offset = offset_of(server, seat);
+        if (offset > most) {
+            most = offset;
+            last = seat;
+        }
+    }
+    return last;
+}
+
+/* Any player's inputs may be the last of an interval, those of the others coming up to an interval before: it
+ * is a matter of how it came about. After an outage a step is made where the inputs of the farthest have it
+ * again: later, by less than an interval, than it might be. */
+static ll_time in_rhythm(const ll_server *server, ll_time due)
+{
+    ll_time interval = ll_tick_time(1, server->clock.freq), blur = interval / RHYTHM_BLUR;
+    const ll_seat *last = farthest(server);
+    if (last == NULL || slot_of(last, server->step + 1)->came + interval == due)
+        return due;
+    ll_time beyond = (due - slot_of(last, last->newest)->came) % interval, behind = blur / 2;
+    beyond += beyond < 0 ? interval : 0;
+    if (beyond > blur)
+        beyond -= interval;
+    return beyond < behind ? due + behind - beyond : due; /* its next input has surely come by then */
+}
+
+/* An interval after the last input for the next step; LL_NEVER: it has not come, or nobody plays. */
+static ll_time natural_due(const ll_server *server)
+{
+    int64_t k = server->step + 1;
+    ll_time ready = LL_NEVER;
+    for (int i = 0; i < server->players; i++) {
+        const ll_seat *seat = &server->seats[i];
+        const ll_input_slot *slot = slot_of(seat, k);
+        if (!seat->connected)
+            continue;
+        if (slot->tick != k)
+            return LL_NEVER;
+        if (ready == LL_NEVER || slot->came > ready)
+            ready = slot->came;
+    }
+    return ready == LL_NEVER ? LL_NEVER : ready + ll_tick_time(1, server->clock.freq);
+}
+
+/* Not before what is made up for is made. */
+static ll_time caught_up(const ll_server *server, ll_time due)
+{
+    ll_time soonest = server->stepped + ll_tick_time(1, server->clock.freq) / LL_LOCKSTEP_CATCH_UP;
+    return due > soonest ? due : soonest;
+}
+
+ll_time ll_lockstep_due(const ll_server *server)
+{
+    return caught_up(server, natural_due(server));
+}
+
+ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
+{
+    ll_time due = natural_due(server);
+    if (due > server->stepped && due < server->even)
+        due = in_rhythm(server, due);
+    return caught_up(server, due);
+}
+
+/* Whether the player's input for step k came after an outage: long after the one before it, or together with
+ * those of so long a time. */
+static bool came_late(const ll_server *server, const ll_seat *seat, int64_t k)
+{
+    ll_time interval = ll_tick_time(1, server->clock.freq);
+    int64_t many = (RHYTHM_GAP + interval - 1) / interval;
+    const ll_input_slot *slot = slot_of(seat, k), *before = slot_of(seat, k - 1);
+    const ll_input_slot *behind = slot_of(seat, k + (many < RHYTHM_MANY ? many : RHYTHM_MANY));
+    if (before->tick != k - 1 && seat->peer.came > server->clock.epoch)
+        return true; /* the player has joined again */
+    if (behind->tick > k && behind->came == slot->came)
+        return true;
+    return before->tick == k - 1 && slot->came - before->came > interval + RHYTHM_GAP;
+}
+
+/* Step k waited for the last of its inputs. */
+static void stall(ll_server *server, int64_t k, ll_time waited)
+{
+    ll_seat *last = NULL;
+    server->stalled += waited;
+    for (int i = 0; i < server->players; i++) {
+        ll_seat *seat = &server->seats[i];
+        if (seat->connected && (!last || slot_of(seat, k)->came > slot_of(last, k)->came))
+            last = seat;
+    }
+    if (last)
+        last->waited += waited;
+}
+
+void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
+                      ll_time now)
+{
+    ll_action actions[LL_PLAYERS_MAX];
+    int64_t k = ++server->step;
+    ll_time interval = ll_tick_time(1, server->clock.freq);
+    if (now - server->stepped > interval)
+        stall(server, k, now - server->stepped - interval);
+    for (int i = 0; i < server->players; i++) {
+        ll_seat *seat = &server->seats[i];
+        const ll_input_slot *slot = slot_of(seat, k);
+        actions[i] = seat->connected ? ll_server_action(server, i, k) : (ll_action){0};
+        if (!seat->connected)
+            continue;
+        seat->acked = slot->seq;
+        ll_server_measure(past, i, slot, now);
+        ll_seat_done(seat, slot->seq, !ll_seat_replaced(seat, k));
+    }
+    game->step(ll_server_world(server), env, actions, now, past);
+    server->stepped = now;
+}
+
+void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
+                                ll_time now)
+{
+    ll_time interval = ll_tick_time(1, server->clock.freq);
+    bool waited = now - server->stepped > interval + interval / RHYTHM_BLUR;
+    for (int i = 0; i < server->players && waited; i++) {
+        const ll_seat *seat = &server->seats[i];
+        if (seat->connected && came_late(server, seat, server->step + 1))
+            server->even = now + RHYTHM_KEPT;
+    }
+    ll_lockstep_step(server, game, env, past, now);
+}

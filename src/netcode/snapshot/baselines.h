@@ -1,0 +1,57 @@
+/* The worlds that a server has lately sent, on the grid: what delta-coded snapshots are told against, and
+ * where what rounding adds is measured.
+ *
+ * Part of a simulation's block: no pointers. One ring for all clients, since all are sent the same world: a
+ * client differs only in which of these it has acknowledged. */
+#pragma once
+
+#include "base/histogram.h"
+#include "netcode/protocol/grid.h"
+
+#define LL_BASELINES 32 /* 1.07 s at 30 updates a second: who acknowledges later is told whole worlds */
+
+#define LL_ROUNDING_BUCKETS                                                                                  \
+    46 /* of a 64th of a step: no place is further off than 1/sqrt(2) = 45.25 / 64                           \
+        */
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
+/* |as sent - true| of positions. */
+typedef struct ll_rounding {
+    double sum, sum_squares, max; /* m */
+    int64_t count;
+    uint32_t bucket[LL_ROUNDING_BUCKETS];
+} ll_rounding;
+
+typedef struct ll_baselines {
+    int32_t entities, tail;
+    ll_grid grid;
+    int64_t count;         /* taken since the grid last changed */
+    uint32_t tail_version; /* of the tail that was taken last, which follows the ring */
+    uint32_t reserved;
+    ll_rounding rounding;
+    /* then LL_BASELINES records of {ll_baseline; ll_cell [entities]}, then the tail */
+} ll_baselines;
+
+typedef struct ll_baseline {
+    int64_t tick;
+    uint32_t tail_version; /* equal: the tails are the same bytes */
+    uint32_t reserved;
+    ll_cell cell[];
+} ll_baseline;
+
+#pragma GCC diagnostic pop
+
+size_t ll_baselines_size(ll_extent extent); /* a multiple of 8 */
+void ll_baselines_init(ll_baselines *b, ll_extent extent);
+void ll_baselines_clear(ll_baselines *b);
+
+/* Takes the world after step `tick`, unless it has it, and returns it on the grid. Another grid starts the
+ * ring anew. `counts`: what rounding adds is measured. */
+const ll_baseline *ll_baselines_take(ll_baselines *b, const ll_world *world, int64_t tick,
+                                     const ll_grid *grid, bool counts);
+const ll_baseline *ll_baselines_find(const ll_baselines *b, int64_t tick); /* NULL: not there, or no longer */
+
+ll_summary
+ll_rounding_summary(const ll_baselines *b); /* m; quantiles to a 64th of a step of the present grid */

@@ -1,0 +1,105 @@
+/* Delta: what differs from a baseline, a snapshot that the client has acknowledged (Fiedler, "Snapshot
+ * Compression"; Quake III). Of the entities on the grid only those that have changed are told, each with how
+ * many are skipped before it; behind the last comes the gap that leads to the end. The receiver's own entity
+ * stands first and to the bit; an unchanged tail is one bit. */
+#include "netcode/snapshot/snapshot.h"
+
+#include <string.h>
+
+static bool changed(const ll_outgoing *out, int i)
+{
+    const ll_cell *c = &out->cells[i];
+    return i != out->self && (!ll_cell_fits(c) || memcmp(c, &out->baseline[i], sizeof *c) != 0);
+}
+
+/* What an entity is told against: nothing where the baseline's does not fit the grid. */
+static ll_cell origin(const ll_cell *baseline)
+{
+    return ll_cell_fits(baseline) ? *baseline : (ll_cell){0};
+}
+
+static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    int count = out->world->entities, next = 0;
+    int64_t start = w->count;
+    ll_put_exact(w, &out->world->entity[out->self]);
+    for (int i = 0; i < count; i++) {
+        const ll_cell *c = &out->cells[i];
+        cost->resting += i != out->self && ll_cell_fits(c) && ll_cell_rests(c);
+        if (!changed(out, i)) {
+            cost->unchanged += i != out->self;
+            continue;
+        }
+        ll_bits_put_number(w, (uint64_t)(i - next));
+        next = i + 1;
+        ll_bits_put(w, !ll_cell_fits(c), 1);
+        if (ll_cell_fits(c)) {
+            ll_cell from = origin(&out->baseline[i]);
+            ll_put_cell(w, c, &from);
+        } else {
+            ll_put_exact(w, &out->world->entity[i]);
+        }
+    }
+    ll_bits_put_number(w, (uint64_t)(count - next));
+    cost->entities += count;
+    cost->entity_bits += w->count - start;
+    start = w->count;
+    ll_bits_put(w, out->same_tail, 1);
+    if (!out->same_tail)
+        ll_put_tail(w, out->world);
+    cost->tail_bits += w->count - start;
+}
+
+static bool get_entity(ll_bit_reader *r, const ll_incoming *in, int i)
+{
+    if (ll_bits_get(r, 1)) {
+        ll_get_exact(r, &in->world->entity[i]);
+        return true;
+    }
+    ll_cell before = ll_cell_of(&in->baseline->entity[i], in->grid), from = origin(&before), cell;
+    bool fits = ll_get_cell(r, &from, &cell);
+    in->world->entity[i] = ll_cell_entity(&cell, in->grid);
+    return fits;
+}
+
+static ll_status get_changed(ll_bit_reader *r, const ll_incoming *in)
+{
+    int count = in->world->entities;
+    for (int next = 0;; next++) {
+        uint64_t gap = ll_bits_get_number(r);
+        if (gap > (uint64_t)(count - next))
+            return ll_error(LL_BAD_INPUT, "at most %d entities can be skipped behind %d of %d; got %llu",
+                            count - next, next, count, (unsigned long long)gap);
+        next += (int)gap;
+        if (next == count)
+            return ll_ok();
+        if (next == in->self)
+            return ll_error(LL_BAD_INPUT, "the receiver's own entity, %d, is told twice", next);
+        if (!get_entity(r, in, next))
+            return ll_off_grid(next);
+    }
+}
+
+/* The baseline lies on the grid, since that is how it came. */
+static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
+{
+    memcpy(in->world->entity, in->baseline->entity, (size_t)in->world->entities * sizeof(ll_entity));
+    ll_get_exact(r, &in->world->entity[in->self]);
+    ll_status status = get_changed(r, in);
+    if (ll_failed(&status))
+        return status;
+    if (ll_bits_get(r, 1))
+        memcpy(ll_world_tail(in->world), ll_world_tail_const(in->baseline), (size_t)in->world->tail);
+    else
+        ll_get_tail(r, in->world);
+    return ll_decoded(r, in->world);
+}
+
+const ll_codec ll_codec_delta = {
+    .name = "delta",
+    .help = "On the grid, and only what differs from the newest state that the client has acknowledged.",
+    .gridded = true,
+    .compares = true,
+    .encode = encode,
+    .decode = decode,
+};

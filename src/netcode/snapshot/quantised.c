@@ -1,0 +1,82 @@
+/* Quantised: the grid's four steps, then each entity in steps from zero, short numbers taking few bits, and
+ * one bit in place of the velocities of an entity at rest (Fiedler, "Snapshot Compression"). The receiver's
+ * own entity, and one that does not fit the grid, travel to the bit. */
+#include <string.h>
+
+#include "netcode/snapshot/snapshot.h"
+
+static void put_grid(ll_bit_writer *w, const ll_grid *grid)
+{
+    const float steps[] = {grid->m, grid->mps, grid->rad, grid->radps};
+    for (int i = 0; i < 4; i++) {
+        uint32_t bits;
+        memcpy(&bits, &steps[i], sizeof bits);
+        ll_bits_put(w, bits, 32);
+    }
+}
+
+static ll_status get_grid(ll_bit_reader *r, ll_grid *grid)
+{
+    float steps[4];
+    for (int i = 0; i < 4; i++) {
+        uint32_t bits = (uint32_t)ll_bits_get(r, 32);
+        memcpy(&steps[i], &bits, sizeof bits);
+        if (!(steps[i] >= 1e-6f && steps[i] <= 1e6f)) /* a NaN fails too */
+            return ll_error(LL_BAD_INPUT, "a step of a grid must be 1e-06 to 1e+06; got %g",
+                            (double)steps[i]);
+    }
+    *grid = (ll_grid){steps[0], steps[1], steps[2], steps[3]};
+    return ll_ok();
+}
+
+static void encode(ll_bit_writer *w, const ll_outgoing *out, ll_snapshot_cost *cost)
+{
+    const ll_cell zero = {0};
+    put_grid(w, out->grid);
+    int64_t start = w->count;
+    for (int i = 0; i < out->world->entities; i++) {
+        const ll_cell *c = &out->cells[i];
+        bool exact = i == out->self || !ll_cell_fits(c);
+        if (i != out->self)
+            ll_bits_put(w, exact, 1);
+        if (exact)
+            ll_put_exact(w, &out->world->entity[i]);
+        else
+            ll_put_cell(w, c, &zero);
+        cost->resting += !exact && ll_cell_rests(c);
+    }
+    cost->entities += out->world->entities;
+    cost->entity_bits += w->count - start;
+    start = w->count;
+    ll_put_tail(w, out->world);
+    cost->tail_bits += w->count - start;
+}
+
+static ll_status decode(ll_bit_reader *r, const ll_incoming *in)
+{
+    const ll_cell zero = {0};
+    ll_status status = get_grid(r, in->grid);
+    if (ll_failed(&status))
+        return status;
+    for (int i = 0; i < in->world->entities; i++) {
+        ll_entity *e = &in->world->entity[i];
+        ll_cell cell;
+        if (i == in->self || ll_bits_get(r, 1)) {
+            ll_get_exact(r, e);
+            continue;
+        }
+        if (!ll_get_cell(r, &zero, &cell))
+            return ll_off_grid(i);
+        *e = ll_cell_entity(&cell, in->grid);
+    }
+    ll_get_tail(r, in->world);
+    return ll_decoded(r, in->world);
+}
+
+const ll_codec ll_codec_quantised = {
+    .name = "quantised",
+    .help = "Positions, velocities and angles on a grid; one bit for an entity at rest.",
+    .gridded = true,
+    .encode = encode,
+    .decode = decode,
+};

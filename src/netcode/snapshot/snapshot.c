@@ -1,0 +1,128 @@
+#include "netcode/snapshot/snapshot.h"
+
+#include <string.h>
+
+/* ---- what stays exact: 64-bit words ---- */
+
+static void put_words(ll_bit_writer *w, const void *from, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint64_t word;
+        memcpy(&word, (const char *)from + i * sizeof word, sizeof word);
+        ll_bits_put(w, word != 0, 1);
+        if (word == 0)
+            continue;
+        ll_bits_put(w, word, 32);
+        ll_bits_put(w, word >> 32, 32);
+    }
+}
+
+static void get_words(ll_bit_reader *r, void *to, size_t count)
+{
+    for (size_t i = 0; i < count; i++) {
+        uint64_t word = 0;
+        if (ll_bits_get(r, 1)) {
+            word = ll_bits_get(r, 32);
+            word |= ll_bits_get(r, 32) << 32;
+        }
+        memcpy((char *)to + i * sizeof word, &word, sizeof word);
+    }
+}
+
+#define REALS 6 /* of an entity, before its flags */
+_Static_assert(offsetof(ll_entity, flags) == REALS * sizeof(uint64_t), "an entity is reals and flags");
+
+void ll_put_exact(ll_bit_writer *w, const ll_entity *e)
+{
+    put_words(w, e, REALS);
+    ll_bits_put_number(w, e->flags);
+}
+
+void ll_get_exact(ll_bit_reader *r, ll_entity *e)
+{
+    get_words(r, e, REALS);
+    e->flags = ll_bits_get_number(r);
+}
+
+void ll_put_tail(ll_bit_writer *w, const ll_world *world)
+{
+    put_words(w, ll_world_tail_const(world), (size_t)world->tail / sizeof(uint64_t));
+}
+
+void ll_get_tail(ll_bit_reader *r, ll_world *world)
+{
+    get_words(r, ll_world_tail(world), (size_t)world->tail / sizeof(uint64_t));
+}
+
+/* ---- on the grid ---- */
+
+void ll_put_cell(ll_bit_writer *w, const ll_cell *c, const ll_cell *from)
+{
+    bool rests = ll_cell_rests(c);
+    ll_bits_put_signed(w, (int64_t)c->x - from->x);
+    ll_bits_put_signed(w, (int64_t)c->y - from->y);
+    ll_bits_put_signed(w, (int64_t)c->angle - from->angle);
+    ll_bits_put(w, rests, 1);
+    if (!rests) {
+        ll_bits_put_signed(w, (int64_t)c->vx - from->vx);
+        ll_bits_put_signed(w, (int64_t)c->vy - from->vy);
+        ll_bits_put_signed(w, (int64_t)c->spin - from->spin);
+    }
+    ll_bits_put(w, c->flags != from->flags, 1);
+    if (c->flags != from->flags)
+        ll_bits_put_number(w, c->flags);
+}
+
+/* Clears `fits` when there is no such step. */
+static int32_t get_steps(ll_bit_reader *r, int32_t from, bool *fits)
+{
+    int64_t difference = ll_bits_get_signed(r);
+    if (difference < -2 * (int64_t)INT32_MAX || difference > 2 * (int64_t)INT32_MAX) {
+        *fits = false;
+        return 0;
+    }
+    int64_t n = from + difference;
+    *fits = *fits && n >= -INT32_MAX && n <= INT32_MAX;
+    return (int32_t)n;
+}
+
+bool ll_get_cell(ll_bit_reader *r, const ll_cell *from, ll_cell *c)
+{
+    bool fits = true;
+    *c = (ll_cell){.flags = from->flags};
+    c->x = get_steps(r, from->x, &fits);
+    c->y = get_steps(r, from->y, &fits);
+    c->angle = get_steps(r, from->angle, &fits);
+    if (!ll_bits_get(r, 1)) {
+        c->vx = get_steps(r, from->vx, &fits);
+        c->vy = get_steps(r, from->vy, &fits);
+        c->spin = get_steps(r, from->spin, &fits);
+    }
+    if (ll_bits_get(r, 1))
+        c->flags = ll_bits_get_number(r);
+    return fits;
+}
+
+ll_status ll_off_grid(int entity)
+{
+    return ll_error(LL_BAD_INPUT, "a member of entity %d must be less than 2^31 steps from 0", entity);
+}
+
+/* ---- the end ---- */
+
+ll_status ll_decoded(ll_bit_reader *r, const ll_world *world)
+{
+    if (r->at > r->size)
+        return ll_error(LL_BAD_INPUT, "a snapshot ends too early: it has %lld bits", (long long)r->size);
+    if (!ll_bits_ended_well(r))
+        return ll_error(LL_BAD_INPUT, "a snapshot must end where its last member does; it has %lld bits",
+                        (long long)r->size);
+    for (int i = 0; i < world->entities; i++) {
+        const ll_entity *e = &world->entity[i];
+        double sum = e->x + e->y + e->vx + e->vy + e->angle + e->spin;
+        if (sum - sum != 0)
+            return ll_error(LL_BAD_INPUT,
+                            "every member of an entity must be finite; entity %d has one that is not", i);
+    }
+    return ll_ok();
+}

@@ -1,0 +1,22 @@
+#include "netcode/snapshot/snapshot.h"
+
+const ll_codec *const ll_codecs[] = {&ll_codec_full, &ll_codec_quantised, &ll_codec_delta, NULL};
+
+/* In the order of ll_codecs; a test holds them against each other. */
+const char *const ll_codec_names[] = {"full", "quantised", "delta", NULL};
+
+int ll_codec_index(const ll_codec *codec)
+{
+    int i = 0;
+    while (ll_codecs[i] != codec)
+        i++;
+    return i;
+}
+
+const ll_codec *ll_codec_at(int index)
+{
+    for (int i = 0; ll_codecs[i] != NULL; i++)
+        if (i == index)
+            return ll_codecs[i];
+    return NULL;
+}

@@ -1,0 +1,26 @@
+/* Deterministic lockstep (paper, "Deterministic Lockstep"; Fiedler): only inputs travel, and everybody makes
+ * tick k when all inputs for k are there. Nothing is guessed and nothing corrected, at the price of two lags
+ * between an input and its effect, and of equal arithmetic on every machine. */
+#include "netcode/observe/desync.h"
+#include "netcode/server/hold.h"
+#include "netcode/server/referee.h"
+#include "netcode/state/peer.h"
+
+const ll_sync ll_sync_deterministic = {
+    .name = "deterministic",
+    .help = "Only inputs travel; every client makes a tick when it has all inputs for it.",
+    .sends_idle = true,
+    .tells_refusals = true,
+    .steps_by_inputs = true,
+    .due = ll_referee_due,
+    .step = ll_referee_step,
+    .take = ll_referee_take,
+    .stand_in = ll_referee_fill,
+    .join = ll_hold_join,
+    .compose = ll_referee_compose,
+    .start = ll_peer_start,
+    .receive = ll_peer_receive,
+    .tick = ll_peer_tick,
+    .display = ll_peer_display,
+    .observe = ll_desync_observe,
+};

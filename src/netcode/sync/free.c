@@ -1,0 +1,49 @@
+/* Free: the server steps on its own clock and applies at step k the inputs that were meant for k. For a
+ * missing one stands in what the row `starved` says; one that comes after its step is late and is not
+ * applied. Clients run ahead by their lag, so that this is rare. */
+#include "netcode/state/client.h"
+#include "netcode/server/server.h"
+
+static ll_time due(const ll_server *server)
+{
+    return ll_clock_time(&server->clock, server->step + 1);
+}
+
+static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past, ll_time now)
+{
+    ll_action actions[LL_PLAYERS_MAX];
+    int64_t k = ++server->step;
+    for (int i = 0; i < server->players; i++) {
+        ll_seat *seat = &server->seats[i];
+        const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
+        bool begun = seat->connected && seat->newest >= 0 && k + seat->seq_minus_tick > 0;
+        actions[i] = ll_server_action(server, i, k);
+        if (slot->tick != k && begun)
+            seat->starved++;
+        ll_server_measure(past, i, slot, now);
+        if (!begun)
+            continue;
+        seat->acked = (uint32_t)(k + seat->seq_minus_tick);
+        ll_seat_done(seat, seat->acked, slot->tick == k && !ll_seat_replaced(seat, k));
+    }
+    game->step(ll_server_world(server), env, actions, now, past);
+    server->stepped = now;
+}
+
+const ll_sync ll_sync_free = {
+    .name = "free",
+    .help = "The server steps on its own clock; clients run ahead of it.",
+    .leads = true,
+    .sends_idle = true,
+    .tells_refusals = true,
+    .drops_stale = true,
+    .extrapolates = true,
+    .due = due,
+    .step = step,
+    .take = ll_server_receive,
+    .compose = ll_server_compose,
+    .receive = ll_client_receive,
+    .tick = ll_client_tick,
+    .display = ll_client_display,
+    .interpolate = ll_interpolate_server_time,
+};

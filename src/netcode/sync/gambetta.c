@@ -1,0 +1,93 @@
+/* Gambetta: the rules of the live demo "Fast-Paced Multiplayer", defects included, to be compared with.
+ *
+ * The server has one clock: at each update it applies all inputs that have come and sends its state. A client
+ * sends inputs only while a key is down; each counts for the time since the frame before. One of more than
+ * 1/40 s is dropped in silence and never acknowledged. States carry no time that is used: a client takes
+ * whatever comes last, even if it is older, and interpolates between the times of the frames that took them,
+ * exactly one update interval back. */
+#include "netcode/state/client.h"
+#include "netcode/server/server.h"
+
+static ll_time due(const ll_server *server)
+{
+    return ll_clock_time(&server->clock, server->step + 1);
+}
+
+/* The demo applies in the order of arrival; that order changes nothing but which input is named last, since
+ * its moves add up. */
+static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
+{
+    ll_seat *seat = &server->seats[player];
+    int64_t first = seat->newest - LL_INPUT_RING + 1;
+    for (int64_t tick = first < 1 ? 1 : first; tick <= seat->newest; tick++) {
+        ll_input_slot *slot = &seat->slots[tick & (LL_INPUT_RING - 1)];
+        if (slot->tick != tick || slot->came < 0)
+            continue;
+        game->step_own(ll_server_world(server), env, player, &slot->action);
+        slot->came = -1;
+        seat->acked = slot->seq;
+        ll_seat_done(seat, slot->seq, true);
+    }
+}
+
+static void step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past, ll_time now)
+{
+    (void)past;
+    server->step++;
+    for (int i = 0; i < server->players; i++)
+        drain(server, i, game, env);
+    server->stepped = now;
+}
+
+static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    for (; c->drawn_newest < c->newest; c->drawn_newest++)
+        ll_client_state(c, c->drawn_newest)->arrived = now;
+    ll_time render = now - (ll_time)(1e9 / c->update_hz);
+    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
+    int64_t i = c->newest - 1;
+    while (i > oldest && ll_client_state(c, i)->arrived > render)
+        i--;
+    const ll_received *a = ll_client_state(c, i), *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
+    bool held =
+        b == NULL || a->arrived > render; /* nothing brackets: the demo leaves the entity where it is */
+    ll_mark *marks = ll_client_marks(c);
+    int entities = ll_client_latest(c)->entities;
+    if (!held) {
+        ll_time span = b->arrived - a->arrived;
+        double alpha = span > 0 ? (double)(render - a->arrived) / (double)span : 1;
+        ll_blend(c, a, b, alpha);
+        c->render = a->time + (ll_time)(alpha * (double)(b->time - a->time));
+        for (int p = 0; p < entities; p++)
+            if (p != c->self)
+                marks[p].time = c->render;
+    } else {
+        for (int p = 0; p < entities; p++)
+            if (p != c->self)
+                marks[p].flags = LL_SHOWN_HELD;
+    }
+    c->view_state = held ? LL_VIEW_STARVED : LL_VIEW_NORMAL;
+    c->time_scale = held ? 0 : 1;
+    c->delay = now - render;
+    c->depth = c->newest - 1 - i;
+    if (held && !c->held_now && now >= s->instruments->from)
+        s->instruments->underruns++;
+    c->held_now = held;
+    c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->arrived - render);
+}
+
+const ll_sync ll_sync_gambetta = {
+    .name = "gambetta",
+    .help = "The live demo's rules: a queue that is drained at each update, receive times, silent refusals.",
+    .server_steps_at_update_hz = true,
+    .drains = true,
+    .press_s = 1.0 / 40,
+    .due = due,
+    .step = step,
+    .take = ll_server_receive,
+    .compose = ll_server_compose,
+    .receive = ll_client_receive,
+    .tick = ll_client_tick,
+    .display = ll_client_display,
+    .interpolate = interpolate,
+};

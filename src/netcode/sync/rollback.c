@@ -1,0 +1,27 @@
+/* Rollback (GGPO, GGRS): deterministic lockstep that does not wait. A client guesses the inputs that have not
+ * come, and makes the ticks again whose guess was wrong. */
+#include "netcode/observe/desync.h"
+#include "netcode/server/hold.h"
+#include "netcode/server/referee.h"
+#include "netcode/state/peer.h"
+
+const ll_sync ll_sync_rollback = {
+    .name = "rollback",
+    .help =
+        "Only inputs travel; every client guesses those that are missing, and goes back when it was wrong.",
+    .guesses = true,
+    .sends_idle = true,
+    .tells_refusals = true,
+    .steps_by_inputs = true,
+    .due = ll_referee_due,
+    .step = ll_referee_step,
+    .take = ll_referee_take,
+    .stand_in = ll_referee_fill,
+    .join = ll_hold_join,
+    .compose = ll_referee_compose,
+    .start = ll_peer_start,
+    .receive = ll_peer_receive,
+    .tick = ll_peer_tick,
+    .display = ll_peer_display,
+    .observe = ll_desync_observe,
+};

@@ -1,0 +1,15 @@
+#include "netcode/protocol/sync.h"
+
+#include <stddef.h>
+
+const ll_sync *const ll_syncs[] = {&ll_sync_free,
+                                   &ll_sync_lockstep,
+                                   &ll_sync_gambetta,
+                                   &ll_sync_deterministic,
+                                   &ll_sync_rollback,
+                                   &ll_sync_lockstep_pipelined,
+                                   NULL};
+
+/* In the order of ll_syncs; a test holds them against each other. */
+const char *const ll_sync_names[] = {"free",     "lockstep",           "gambetta", "deterministic",
+                                     "rollback", "lockstep_pipelined", NULL};

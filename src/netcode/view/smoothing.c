@@ -1,0 +1,59 @@
+/* Correction smoothing: when what is right jumps, what is drawn goes there by halving the error every
+ * half-life, at any frame rate (lightyear's VisualCorrection). Only the picture is smoothed, never a state:
+ * the error is kept beside the worlds and added when they are drawn. */
+#include "base/detmath.h"
+#include "netcode/state/client.h"
+
+#define LN2 0.69314718055994531
+#define FORGET 1e-5 /* m, rad: nothing that can be seen */
+
+void ll_smooth_correct(ll_client *c, int entity, const ll_entity *drawn, const ll_entity *right)
+{
+    ll_view_error *e = &ll_client_errors(c)[entity];
+    c->erring = 1;
+    if ((drawn->flags ^ right->flags) & LL_ENTITY_ACTIVE) {
+        *e = (ll_view_error){0}; /* a flight began or ended: another thing is drawn */
+        return;
+    }
+    e->x += drawn->x - right->x;
+    e->y += drawn->y - right->y;
+    e->angle += drawn->angle - right->angle;
+}
+
+static bool seen(const ll_view_error *e)
+{
+    return e->x > FORGET || e->x < -FORGET || e->y > FORGET || e->y < -FORGET || e->angle > FORGET ||
+           e->angle < -FORGET;
+}
+
+static double speed_of(const ll_entity *e)
+{
+    return ll_sqrt(e->vx * e->vx + e->vy * e->vy);
+}
+
+void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
+{
+    double worst = 0, keep = 0;
+    ll_world *shown = ll_client_shown(c);
+    if (c->erring && s->config->correction == LL_CORRECTION_SMOOTH)
+        keep = ll_exp(-ll_to_ms(c->elapsed) / s->config->correction_half_life_ms * LN2);
+    bool erring = false;
+    for (int i = 0; c->erring && i < shown->entities; i++) {
+        ll_view_error *e = &ll_client_errors(c)[i];
+        double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
+        worst = size * (1 - left) > worst ? size * (1 - left) : worst;
+        ll_instruments_moved(s->instruments, size * (1 - left),
+                             speed_of(&shown->entity[i]) * ll_to_s(c->elapsed));
+        *e = (ll_view_error){e->x * left, e->y * left, e->angle * left};
+        if (!seen(e)) {
+            *e = (ll_view_error){0};
+            continue;
+        }
+        shown->entity[i].x += e->x;
+        shown->entity[i].y += e->y;
+        shown->entity[i].angle += e->angle;
+        erring = true;
+    }
+    c->erring = erring;
+    ll_measure(s->instruments, LL_METRIC_POP, now, worst);
+}

@@ -1,0 +1,51 @@
+/* How the drawn time follows its target. */
+#include "netcode/view/view.h"
+
+/* ---- proportional ---- */
+
+static ll_time tenth(ll_client *c, ll_time error)
+{
+    ll_time most = c->elapsed / 10;
+    return error > most ? most : error < -most ? -most : error;
+}
+
+static ll_time quarter_second(const ll_client *c)
+{
+    (void)c;
+    return 250 * LL_MS;
+}
+
+const ll_time_scale ll_time_scale_proportional = {
+    .name = "proportional",
+    .help = "As much faster or slower as it takes, at most a tenth.",
+    .extra = tenth,
+    .limit = quarter_second,
+};
+
+/* ---- catch-up ---- */
+
+#define DRIFT_S 1.0 /* over which the error is averaged */
+
+/* Mirror's rule: real time while the averaged error is within one update interval, otherwise 2 % faster or 4
+ * % slower; slower by more, so that the buffer does not run dry. */
+static ll_time by_states(ll_client *c, ll_time error)
+{
+    double share = ll_to_s(c->elapsed) / DRIFT_S, interval = 1e9 / c->update_hz;
+    c->drift += ((double)error - c->drift) * (share < 1 ? share : 1);
+    double extra = c->drift > interval ? 0.02 : c->drift < -interval ? -0.04 : 0;
+    return (ll_time)(extra * (double)c->elapsed);
+}
+
+static ll_time one_delay(const ll_client *c)
+{
+    ll_time interval = (ll_time)(1e9 / c->update_hz);
+    return c->delay > interval ? c->delay : interval;
+}
+
+const ll_time_scale ll_time_scale_catch_up = {
+    .name = "catch_up",
+    .help =
+        "In real time while it is within one update interval of its target, then 2 % faster or 4 % slower.",
+    .extra = by_states,
+    .limit = one_delay,
+};

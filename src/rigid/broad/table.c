@@ -1,0 +1,103 @@
+#include "rigid/broad/broad.h"
+
+#include <stddef.h>
+
+const ll_broad_phase *const ll_broad_phases[LL_BROADS] = {&ll_broad_brute, &ll_broad_sap, &ll_broad_grid,
+                                                          &ll_broad_tree};
+const char *const ll_broad_names[LL_BROADS + 1] = {"brute", "sap", "grid", "tree", NULL};
+
+typedef struct gather {
+    const uint8_t *moved;
+    int32_t self;
+    ll_pair_list *out;
+} gather;
+
+/* If both proxies moved, the one with the smaller index reports the pair. */
+static void found(void *context, int32_t other)
+{
+    const gather *g = context;
+    if (other != g->self && (!g->moved[other] || g->self < other))
+        ll_pair_emit(g->out, g->self, other);
+}
+
+static inline uint64_t key(ll_proxy_pair p)
+{
+    return (uint64_t)(uint32_t)p.a << 32 | (uint32_t)p.b;
+}
+
+static void sift(ll_proxy_pair *at, int32_t root, int32_t count)
+{
+    ll_proxy_pair value = at[root];
+    for (int32_t child; (child = 2 * root + 1) < count; root = child) {
+        if (child + 1 < count && key(at[child]) < key(at[child + 1]))
+            child++;
+        if (key(at[child]) <= key(value))
+            break;
+        at[root] = at[child];
+    }
+    at[root] = value;
+}
+
+static void heap_sort(ll_proxy_pair *at, int32_t count)
+{
+    for (int32_t i = count / 2; i-- > 0;)
+        sift(at, i, count);
+    for (int32_t i = count; i-- > 1;) {
+        ll_proxy_pair top = at[0];
+        at[0] = at[i];
+        at[i] = top;
+        sift(at, 0, i);
+    }
+}
+
+/* Quicksort that falls back to heapsort when partitions are too uneven: n log n for every input. */
+static void sort(ll_proxy_pair *at, int32_t count, int depth)
+{
+    while (count > 24 && depth-- > 0) {
+        uint64_t a = key(at[0]), b = key(at[count / 2]), c = key(at[count - 1]);
+        uint64_t middle = a < b ? (b < c ? b : a < c ? c : a) : (a < c ? a : b < c ? c : b);
+        int32_t i = 0, j = count - 1;
+        while (i <= j) {
+            while (key(at[i]) < middle)
+                i++;
+            while (key(at[j]) > middle)
+                j--;
+            if (i <= j) {
+                ll_proxy_pair swap = at[i];
+                at[i++] = at[j];
+                at[j--] = swap;
+            }
+        }
+        sort(at, j + 1, depth);
+        at += i;
+        count -= i;
+    }
+    if (count > 24) {
+        heap_sort(at, count);
+        return;
+    }
+    for (int32_t i = 1; i < count; i++) {
+        ll_proxy_pair value = at[i];
+        int32_t k = i;
+        for (; k > 0 && key(at[k - 1]) > key(value); k--)
+            at[k] = at[k - 1];
+        at[k] = value;
+    }
+}
+
+void ll_broad_pairs(const ll_broad_phase *phase, void *state, const ll_aabb *boxes, const uint8_t *moved,
+                    const int32_t *list, int32_t count, ll_pair_list *out)
+{
+    if (count == 0)
+        return;
+    if (phase->pairs == NULL || !phase->pairs(state, boxes, moved, count, out))
+        for (int32_t i = 0; i < count; i++)
+            phase->query(state, boxes, boxes[list[i]], found,
+                         &(gather){.moved = moved, .self = list[i], .out = out});
+    int32_t waiting = out->queued < ll_pair_queue ? (int32_t)out->queued : ll_pair_queue;
+    for (int32_t i = 0; i < waiting; i++)
+        if (out->accept(out->context, out->queue[i].a, out->queue[i].b))
+            ll_pair_keep(out, out->queue[i]);
+    out->queued = 0;
+    sort(out->at, out->count, 48);
+}

@@ -1,0 +1,43 @@
+/* Contacts of bodies, the joints that hang on them, and who sleeps with whom. */
+#pragma once
+
+#include "rigid/body/world_state.h"
+
+/* ---- contact.c ---- */
+
+void ll_find_pairs(ll_rigid *w, bool *overflowed);
+void ll_remove_contact(ll_rigid *w, int32_t contact);
+void ll_awake_contact(ll_rigid *w, int32_t contact);
+void ll_sleep_contact(ll_rigid *w, int32_t contact);
+bool ll_pair_exists(const ll_rigid *w, int32_t a, int32_t b);
+/* A contact that begins to touch has a colour, until it ends. */
+void ll_take_colour(ll_rigid *w, ll_contact *c);
+void ll_give_colour(ll_rigid *w, ll_contact *c);
+
+/* ---- update.c ---- */
+
+void ll_update_contacts(ll_rigid *w);
+/* With the bodies in these poses; in a's frame. */
+ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
+
+/* ---- island.c ---- */
+
+void ll_wake(ll_rigid *w, int32_t body); /* and all that sleep with it */
+void ll_put_to_sleep(ll_rigid *w);       /* islands that have rested long enough */
+
+bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* one of its bodies is, at least */
+
+/* Those of which one body is awake at least; their count. */
+int32_t ll_touching_edges(const ll_rigid *w, ll_island_edge *out);
+int32_t ll_joint_edges(const ll_rigid *w, ll_island_edge *out);
+
+/* Union-find: a root has minus the size of its island for a parent; what is LL_APART joins nothing. */
+#define LL_ALONE (-1)
+#define LL_APART INT32_MIN
+void ll_join(int32_t *parent, const ll_island_edge *links, int32_t count);
+int32_t ll_root_of(int32_t *parent, int32_t body);
+
+/* ---- joint_links.c ---- */
+
+bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a,
+                               int32_t b); /* by a joint that forbids them to collide */

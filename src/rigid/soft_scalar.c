@@ -1,4 +1,0 @@
-#define LL_WIDE 1
-#define LOOPS ll_soft_scalar
-#define NAME "scalar"
-#include "rigid/soft_loops.inc"

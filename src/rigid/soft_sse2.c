@@ -1,8 +1,0 @@
-#ifdef __SSE2__
-#define LL_WIDE 2
-#else
-#define LL_WIDE 1
-#endif
-#define LOOPS ll_soft_sse2
-#define NAME "sse2"
-#include "rigid/soft_loops.inc"

@@ -1,0 +1,212 @@
+/* Impacts, resolved before a (sub)step moves anything. Contacts that would meet within it, faster than
+ * restitution_speed, are reversed one after the other until none approaches any more (the sequential law of
+ * Smith, Kaufman, Vouga, Tamstorf, Grinspun, "Reflections on simultaneous impact", 2012). So an impact runs
+ * through a row of bodies within the step, and the solver then finds only separating contacts. If restitution
+ * were applied at the end of the step, the solver would first have shared out the momentum without it.
+ *
+ * Bodies meet within the step, not at its beginning. Energy conservation gives the speed at the surface from
+ * the speed here, and the speed here from the one after the rebound. Velocities are half a step behind the
+ * positions (a falling body moves by v += a h, p += v h), so half of a h is added and subtracted again. A
+ * ball of restitution 1 then rises as high as before, for every step size. */
+#include "rigid/solver/solver.h"
+
+enum { LISTED = 2 }; /* bit of `recycled` */
+
+/* A row of n bodies hit at its far end takes n sweeps. */
+enum { most_sweeps = 64 };
+
+typedef struct toi_event { /* points of a contact, from the current velocities and positions */
+    const ll_contact *c;
+    ll_solver_body *a, *b;
+    double ma, ia, mb, ib;   /* inverse masses and moments */
+    double na[2], nb[2];     /* lever arms of the normal */
+    double ta[2], tb[2];     /* lever arms of the tangent */
+    double gap[2], speed[2]; /* separation, normal velocity */
+    double fall[2];          /* normal acceleration */
+} toi_event;
+
+static ll_body_step body_step_of(const ll_rigid *w, int32_t body)
+{
+    return ll_body_sims(w)[body].inv_mass > 0 ? ll_body_steps(w)[body] : (ll_body_step){0};
+}
+
+static toi_event impact_of(const ll_rigid *w, int32_t contact)
+{
+    const ll_contact *c = &ll_contacts(w)[contact];
+    const ll_body_sim *ta = &ll_body_sims(w)[c->body[0]], *tb = &ll_body_sims(w)[c->body[1]];
+    ll_body_step da = body_step_of(w, c->body[0]), db = body_step_of(w, c->body[1]);
+    ll_relative_motion since = ll_relative_motion_of(w, c);
+    toi_event m = {.c = c,
+                   .a = &ll_solver_bodies(w)[c->body[0]],
+                   .b = &ll_solver_bodies(w)[c->body[1]],
+                   .ma = ta->inv_mass,
+                   .ia = ta->inv_inertia,
+                   .mb = tb->inv_mass,
+                   .ib = tb->inv_inertia};
+    ll_vec2 n = c->normal, t = ll_right(n);
+    double along = ll_dot(ll_sub(m.b->v, m.a->v), n), moved = ll_dot(ll_sub(m.b->d, m.a->d), n);
+    double fall = ll_dot(ll_sub(db.a, da.a), n);
+    for (int k = 0; k < c->count; k++) {
+        const ll_contact_point *p = &c->at[k];
+        m.na[k] = ll_cross(p->a, n);
+        m.nb[k] = ll_cross(p->b, n);
+        m.ta[k] = ll_cross(p->a, t);
+        m.tb[k] = ll_cross(p->b, t);
+        m.gap[k] = p->separation + ll_dot(ll_point_gap(p, &since), n) + moved +
+                   (m.b->turn * m.nb[k] - m.a->turn * m.na[k]);
+        m.speed[k] = along + (m.b->w * m.nb[k] - m.a->w * m.na[k]);
+        m.fall[k] = fall + (db.angular_acceleration * m.nb[k] - da.angular_acceleration * m.na[k]);
+    }
+    return m;
+}
+
+static double speed_here(const toi_event *m, int k, double h)
+{
+    return m->speed[k] + 0.5 * h * m->fall[k];
+}
+
+/* Required change of the normal velocity. */
+static double change(const toi_event *m, int k, double h)
+{
+    double in = speed_here(m, k, h), e = m->c->restitution, height = 2 * m->fall[k] * m->gap[k];
+    double square = e * e * ll_max(in * in - height, 0) + height;
+    double out = height == 0 ? -e * in : square > 0 ? sqrt(square) : 0;
+    return out - in;
+}
+
+/* Impulses that change both normal velocities as required. One point only, if two would have to pull. */
+static void impulses(const toi_event *m, const bool meets[2], const double by[2], double out[2])
+{
+    double k00 = m->ma + m->mb + m->ia * m->na[0] * m->na[0] + m->ib * m->nb[0] * m->nb[0];
+    double k11 = m->ma + m->mb + m->ia * m->na[1] * m->na[1] + m->ib * m->nb[1] * m->nb[1];
+    double k01 = m->ma + m->mb + m->ia * m->na[0] * m->na[1] + m->ib * m->nb[0] * m->nb[1];
+    double one[2] = {meets[0] && k00 > 0 ? by[0] / k00 : 0, meets[1] && k11 > 0 ? by[1] / k11 : 0};
+    double determinant = k00 * k11 - k01 * k01;
+    out[0] = one[0];
+    out[1] = one[1];
+    if (!meets[0] || !meets[1])
+        return;
+    if (determinant > 1e-9 * k00 * k11) {
+        out[0] = (k11 * by[0] - k01 * by[1]) / determinant;
+        out[1] = (k00 * by[1] - k01 * by[0]) / determinant;
+    } else {
+        out[0] = 0.5 * one[0];
+        out[1] = 0.5 * one[1];
+    }
+    if (out[0] < 0) {
+        out[0] = 0;
+        out[1] = one[1];
+    } else if (out[1] < 0) {
+        out[0] = one[0];
+        out[1] = 0;
+    }
+}
+
+static void push(const toi_event *m, const double normal[2], const double tangent[2])
+{
+    double along = normal[0] + normal[1], across = tangent[0] + tangent[1];
+    ll_vec2 impulse = ll_madd(ll_scale(along, m->c->normal), across, ll_right(m->c->normal));
+    m->a->v = ll_madd(m->a->v, -m->ma, impulse);
+    m->b->v = ll_madd(m->b->v, m->mb, impulse);
+    m->a->w -= m->ia * ((m->na[0] * normal[0] + m->na[1] * normal[1]) +
+                        (m->ta[0] * tangent[0] + m->ta[1] * tangent[1]));
+    m->b->w += m->ib * ((m->nb[0] * normal[0] + m->nb[1] * normal[1]) +
+                        (m->tb[0] * tangent[0] + m->tb[1] * tangent[1]));
+}
+
+/* Friction of the impact: at most the coefficient times the normal impulses. */
+static void apply_friction(const toi_event *m, const double normal[2])
+{
+    ll_vec2 t = ll_right(m->c->normal);
+    double across = ll_dot(ll_sub(m->b->v, m->a->v), t), v[2] = {0}, mass[2] = {0}, sum[2] = {0};
+    double low[2] = {0}, high[2] = {0};
+    for (int k = 0; k < m->c->count; k++) {
+        double share = m->ma + m->mb + m->ia * m->ta[k] * m->ta[k] + m->ib * m->tb[k] * m->tb[k];
+        mass[k] = share > 0 ? 1 / share : 0;
+        v[k] = across + (m->b->w * m->tb[k] - m->a->w * m->ta[k]);
+        high[k] = m->c->friction * normal[k];
+        low[k] = -high[k];
+    }
+    double coupling = m->ma + m->mb + m->ia * m->ta[0] * m->ta[1] + m->ib * m->tb[0] * m->tb[1];
+    ll_solve_both(v, mass, coupling, low, high, sum);
+    push(m, (const double[2]){0, 0}, sum);
+}
+
+/* Returns whether the contact bounced. */
+static bool meet(ll_rigid *w, int32_t contact, double h, double reach)
+{
+    toi_event m = impact_of(w, contact);
+    double slowest = -w->params.restitution_speed, by[2] = {0}, p[2], nearest = INFINITY;
+    bool meets[2] = {false, false};
+    for (int k = 0; k < m.c->count; k++)
+        if (speed_here(&m, k, h) < slowest && m.gap[k] + reach * (m.speed[k] + h * m.fall[k]) <= 0)
+            nearest = ll_min(nearest, m.gap[k]);
+    if (nearest == INFINITY)
+        return false;
+    /* Both points of a flat side bounce together, though rounding may make one of them a step late. */
+    for (int k = 0; k < m.c->count; k++) {
+        meets[k] = speed_here(&m, k, h) < slowest && m.gap[k] <= nearest + 0.1 * LL_LINEAR_SLOP;
+        by[k] = meets[k] ? change(&m, k, h) : 0;
+    }
+    impulses(&m, meets, by, p);
+    push(&m, p, (const double[2]){0, 0});
+    apply_friction(&m, p);
+    return true;
+}
+
+/* ---- the list of contacts that may meet in this step ---- */
+
+static void list(ll_rigid *w, ll_bounces *b, int32_t contact)
+{
+    ll_contact *c = &ll_contacts(w)[contact];
+    if (c->restitution == 0 || c->count == 0 || (c->recycled & LISTED))
+        return;
+    c->recycled |= LISTED;
+    b->at[b->count++] = contact;
+}
+
+ll_bounces ll_begin_bounces(ll_rigid *w, ll_index_list contacts)
+{
+    ll_bounces b = {.at = ll_orders(w)};
+    for (int32_t i = 0; w->bouncing > 0 && i < contacts.count; i++) {
+        const ll_contact *c = &ll_contacts(w)[contacts.at[i]];
+        if (c->restitution == 0 || c->count == 0)
+            continue;
+        toi_event m = impact_of(w, contacts.at[i]);
+        bool fast = false;
+        for (int k = 0; k < c->count; k++)
+            fast |= m.speed[k] - w->dt * fabs(m.fall[k]) < -w->params.restitution_speed;
+        if (fast)
+            list(w, &b, contacts.at[i]);
+    }
+    return b;
+}
+
+static void list_those_of(ll_rigid *w, ll_bounces *b, int32_t body)
+{
+    if (ll_body_sims(w)[body].inv_mass == 0)
+        return;
+    for (int32_t e = ll_bodies(w)[body].contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
+        list(w, b, e >> 1);
+}
+
+void ll_bounce(ll_rigid *w, ll_bounces *b, double h, double reach)
+{
+    bool met = true;
+    for (int sweep = 0; met && sweep < most_sweeps; sweep++) {
+        met = false;
+        for (int32_t i = 0; i < b->count; i++) /* the list may grow in this loop */
+            if (meet(w, b->at[i], h, reach)) {
+                const ll_contact *c = &ll_contacts(w)[b->at[i]];
+                list_those_of(w, b, c->body[0]);
+                list_those_of(w, b, c->body[1]);
+                met = true;
+            }
+    }
+}
+
+void ll_end_bounces(ll_rigid *w, const ll_bounces *b)
+{
+    for (int32_t i = 0; i < b->count; i++)
+        ll_contacts(w)[b->at[i]].recycled &= ~LISTED;
+}

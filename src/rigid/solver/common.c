@@ -1,0 +1,187 @@
+#include "rigid/solver/solver.h"
+
+#include <string.h>
+
+ll_softness ll_soft(double hertz, double damping, double h)
+{
+    double omega = 2 * 3.14159265358979323846 * hertz;
+    double a1 = 2 * damping + h * omega, a2 = h * omega * a1, a3 = 1 / (1 + a2);
+    return hertz > 0 ? (ll_softness){omega / a1, a2 * a3, a3} : (ll_softness){0, 1, 0};
+}
+
+/* ---- bodies ---- */
+
+void ll_prepare_body_steps(ll_rigid *w, ll_index_list bodies, double h)
+{
+    ll_vec2 gravity = {w->params.gravity_x, w->params.gravity_y};
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
+        const ll_body *b = &ll_bodies(w)[k];
+        ll_body_step *d = &ll_body_steps(w)[k];
+        *d = (ll_body_step){.keep = 1, .keep_angular = 1};
+        if (b->inv_mass > 0) {
+            d->a = ll_madd(ll_scale(b->gravity_scale, gravity), b->inv_mass, b->force);
+            d->angular_acceleration = b->inv_inertia * b->torque;
+            d->keep = 1 / (1 + h * b->damping);
+            d->keep_angular = 1 / (1 + h * b->spin_damping);
+        }
+    }
+}
+
+void ll_integrate_velocities(ll_rigid *w, ll_index_list bodies, double h)
+{
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
+        const ll_body_step *d = &ll_body_steps(w)[k];
+        ll_solver_body *m = &ll_solver_bodies(w)[k];
+        m->v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
+        m->w = d->keep_angular * (m->w + h * d->angular_acceleration);
+    }
+}
+
+void ll_integrate_positions(ll_rigid *w, ll_index_list bodies, double h)
+{
+    for (int32_t i = 0; i < bodies.count; i++) {
+        ll_solver_body *m = &ll_solver_bodies(w)[bodies.at[i]];
+        double turn = h * m->w;
+        m->d = ll_madd(m->d, h, m->v);
+        m->q = ll_rot_mul(m->q, ll_rot_small(turn));
+        m->turn += turn;
+    }
+}
+
+ll_pose ll_pose_now(const ll_rigid *w, int32_t body)
+{
+    ll_pose pose = ll_poses(w)[body];
+    const ll_solver_body *m = &ll_solver_bodies(w)[body];
+    return (ll_pose){ll_add(pose.p, m->d), ll_rot_mul(pose.q, m->q)};
+}
+
+double ll_angle_now(const ll_rigid *w, const ll_joint *j)
+{
+    const ll_body *bodies = ll_bodies(w);
+    const ll_solver_body *m = ll_solver_bodies(w);
+    return (bodies[j->body[1]].angle - bodies[j->body[0]].angle) + (m[j->body[1]].turn - m[j->body[0]].turn);
+}
+
+/* ---- contacts ---- */
+
+int32_t ll_order_contacts(ll_rigid *w, ll_index_list contacts, int32_t start[LL_COLOUR_SLOTS + 1])
+{
+    const ll_contact *all = ll_contacts(w);
+    int32_t count[LL_COLOUR_SLOTS] = {0}, points = 0;
+    for (int32_t i = 0; i < contacts.count; i++) {
+        const ll_contact *c = &all[contacts.at[i]];
+        if (i + 8 < contacts.count)
+            __builtin_prefetch(&all[contacts.at[i + 8]]);
+        points += c->count;
+        if (c->colour != LL_NONE)
+            count[c->colour]++;
+    }
+    int32_t total = 0;
+    for (int c = 0; c < LL_COLOUR_SLOTS; c++) {
+        start[c] = total;
+        total += count[c];
+        if (c < LL_COLOURS && count[c] > 0)
+            w->colours |= UINT64_C(1) << c;
+        count[c] = start[c];
+    }
+    start[LL_COLOUR_SLOTS] = total;
+    for (int32_t i = 0; i < contacts.count; i++) {
+        const ll_contact *c = &all[contacts.at[i]];
+        if (c->colour != LL_NONE)
+            ll_orders(w)[count[c->colour]++] = contacts.at[i];
+    }
+    w->stats.points += points;
+    w->stats.touching += total;
+    w->stats.overflow += total - start[LL_COLOURS];
+    return total;
+}
+
+size_t ll_contact_constraints_size(const ll_rigid_limits *limits)
+{
+    return ((size_t)limits->contacts * sizeof(ll_contact_constraint) + 63) & ~(size_t)63;
+}
+
+static double inverse(double k)
+{
+    return k > 0 ? 1 / k : 0;
+}
+
+static void prepare_point(const ll_rigid *w, ll_contact_constraint *r, ll_contact_constraint_point *cp,
+                          const ll_contact_point *p, const ll_relative_motion *since)
+{
+    cp->ra = ll_rotate(since->a, p->a);
+    cp->rb = ll_rotate(since->b, p->b);
+    cp->adjust = p->separation;
+    cp->normal_impulse = w->params.warm_start ? p->normal_impulse : 0;
+    cp->tangent_impulse = w->params.warm_start ? p->tangent_impulse : 0;
+    ll_vec2 t = ll_right(r->n);
+    double na = ll_cross(cp->ra, r->n), nb = ll_cross(cp->rb, r->n);
+    double ta = ll_cross(cp->ra, t), tb = ll_cross(cp->rb, t);
+    cp->normal_mass = inverse(r->ma + r->mb + r->ia * na * na + r->ib * nb * nb);
+    cp->tangent_mass = inverse(r->ma + r->mb + r->ia * ta * ta + r->ib * tb * tb);
+}
+
+ll_contact_constraints ll_prepare_contacts(ll_rigid *w)
+{
+    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_contact_constraints rows = {ll_solver_memory(w), ll_order_contacts(w, ll_whole(w).contacts, start)};
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_contact_constraint *r = &rows.at[i];
+        const ll_contact *c = &ll_contacts(w)[ll_orders(w)[i]];
+        const ll_body_sim *a = &ll_body_sims(w)[c->body[0]], *b = &ll_body_sims(w)[c->body[1]];
+        r->contact = ll_orders(w)[i];
+        r->a = c->body[0];
+        r->b = c->body[1];
+        r->count = c->count;
+        r->ma = a->inv_mass;
+        r->ia = a->inv_inertia;
+        r->mb = b->inv_mass;
+        r->ib = b->inv_inertia;
+        r->friction = c->friction;
+        r->restitution = c->restitution;
+        r->fixed = a->inv_mass == 0 || b->inv_mass == 0;
+        ll_relative_motion since = {.a = {1, 0}, .b = {1, 0}};
+        if (c->recycled)
+            since = ll_relative_motion_of(w, c);
+        r->n = ll_rotate(since.a, c->normal);
+        for (int k = 0; k < c->count; k++)
+            prepare_point(w, r, &r->at[k], &c->at[k], &since);
+    }
+    return rows;
+}
+
+void ll_store_contacts(ll_rigid *w, ll_contact_constraints rows)
+{
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_contact *c = &ll_contacts(w)[rows.at[i].contact];
+        for (int k = 0; k < c->count; k++) {
+            c->at[k].normal_impulse = rows.at[i].at[k].normal_impulse;
+            c->at[k].tangent_impulse = rows.at[i].at[k].tangent_impulse;
+        }
+    }
+}
+
+void ll_warm_start_contacts(ll_rigid *w, ll_contact_constraints rows)
+{
+    for (int32_t i = 0; i < rows.count; i++) {
+        ll_contact_constraint *r = &rows.at[i];
+        ll_vec2 t = ll_right(r->n);
+        for (int k = 0; k < r->count; k++) {
+            const ll_contact_constraint_point *cp = &r->at[k];
+            ll_apply_contact_impulse(&ll_solver_bodies(w)[r->a], &ll_solver_bodies(w)[r->b], r, cp,
+                                     ll_madd(ll_scale(cp->normal_impulse, r->n), cp->tangent_impulse, t));
+        }
+    }
+}
+
+double ll_constraint_separation(const ll_rigid *w, const ll_contact_constraint *r,
+                                const ll_contact_constraint_point *cp)
+{
+    const ll_solver_body *a = &ll_solver_bodies(w)[r->a], *b = &ll_solver_bodies(w)[r->b];
+    const ll_pose *poses = ll_poses(w);
+    ll_vec2 gap = ll_add(ll_sub(poses[r->b].p, poses[r->a].p), ll_sub(b->d, a->d));
+    gap = ll_add(gap, ll_sub(ll_rotate(b->q, cp->rb), ll_rotate(a->q, cp->ra)));
+    return ll_dot(gap, r->n) + cp->adjust;
+}

@@ -1,0 +1,259 @@
+/* Soft step: substeps with soft contacts, each followed by a relax pass that removes the velocity which the
+ * correction of overlap added (Catto, "Solver2D", 2024, there TGS Soft; the default of Box2D 3). Contacts of
+ * one colour are solved four at a time.
+ *
+ * Passes over contacts with n substeps: 1 warm start + 2 n; friction in every second. Without joints the
+ * later substeps need no warm start. The Jacobian is constant in a step, so the impulse that holds a body is
+ * the difference of its velocity from that after gravity; it is applied when velocities are integrated.
+ *
+ * The working set stays in the cache: all substeps of one group of islands are done before the next group is
+ * prepared in the same memory. */
+#include "rigid/solver/soft.h"
+
+#include <string.h>
+
+typedef struct batch { /* contacts of one colour */
+    ll_wide_contact *at;
+    int32_t count;
+    bool fixed; /* with an immovable body: stiffer */
+    bool alone; /* overflow: bodies may be shared, one lane after the other */
+} batch;
+
+typedef struct batches {
+    batch at[LL_COLOUR_SLOTS];
+    int32_t count;
+    ll_wide_contact *all;
+    int32_t contacts; /* number of wide contacts */
+} batches;
+
+static size_t size(const ll_rigid_limits *limits)
+{
+    return ((size_t)limits->contacts / LL_LANES + LL_COLOUR_SLOTS + 1) * sizeof(ll_wide_contact);
+}
+
+static const ll_soft_loops *loops_of(const ll_rigid *w)
+{
+#if defined(__x86_64__)
+    bool avx2 = __builtin_cpu_supports("avx2");
+#else
+    bool avx2 = false;
+#endif
+    switch ((ll_simd)w->params.simd) {
+    case LL_SIMD_SCALAR:
+        return &ll_soft_scalar;
+    case LL_SIMD_SSE2:
+        return &ll_soft_sse2;
+    default:
+        return avx2 ? &ll_soft_avx2 : &ll_soft_sse2;
+    }
+}
+
+/* ---- contacts into lanes and back ---- */
+
+static void empty_lane(const ll_rigid *w, ll_wide_contact *c, int lane)
+{
+    c->a[lane] = c->b[lane] = w->limits.bodies;
+    c->contact[lane] = LL_NONE;
+    c->points[lane] = 0;
+    c->ma[lane] = c->ia[lane] = c->mb[lane] = c->ib[lane] = 0;
+    c->nx[lane] = c->ny[lane] = c->friction[lane] = 0;
+    for (int k = 0; k < 2; k++) {
+        double *p = (double *)&c->at[k];
+        for (size_t i = 0; i < sizeof c->at[k] / sizeof(double) / LL_LANES; i++)
+            p[i * LL_LANES + (size_t)lane] = 0;
+    }
+}
+
+static void fill_point(const ll_rigid *w, ll_wide_contact *c, int lane, int k, const ll_contact_point *from,
+                       const ll_relative_motion *since)
+{
+    ll_wide_point *p = &c->at[k];
+    ll_vec2 n = {c->nx[lane], c->ny[lane]};
+    double cross_a = ll_cross(from->a, n), cross_b = ll_cross(from->b, n);
+    double dot_a = ll_dot(from->a, n), dot_b = ll_dot(from->b, n);
+    double m = c->ma[lane] + c->mb[lane], ia = c->ia[lane], ib = c->ib[lane];
+    double kn = m + ia * cross_a * cross_a + ib * cross_b * cross_b;
+    double kt = m + ia * dot_a * dot_a + ib * dot_b * dot_b;
+    p->cross_a[lane] = cross_a;
+    p->dot_a[lane] = dot_a;
+    p->cross_b[lane] = cross_b;
+    p->dot_b[lane] = dot_b;
+    p->adjust[lane] = from->separation + ll_dot(ll_point_gap(from, since), n) - (dot_b - dot_a);
+    p->normal_mass[lane] = kn > 0 ? 1 / kn : 0;
+    p->tangent_mass[lane] = kt > 0 ? 1 / kt : 0;
+    p->normal_impulse[lane] = w->params.warm_start ? from->normal_impulse : 0;
+    p->tangent_impulse[lane] = w->params.warm_start ? from->tangent_impulse : 0;
+}
+
+static void fill_lane(const ll_rigid *w, ll_wide_contact *c, int lane, int32_t contact)
+{
+    const ll_contact *from = &ll_contacts(w)[contact];
+    const ll_body_sim *a = &ll_body_sims(w)[from->body[0]], *b = &ll_body_sims(w)[from->body[1]];
+    ll_vec2 n = from->normal;
+    if (from->count < 2)
+        empty_lane(w, c, lane);
+    c->a[lane] = from->body[0];
+    c->b[lane] = from->body[1];
+    c->contact[lane] = contact;
+    c->points[lane] = from->count;
+    c->ma[lane] = a->inv_mass;
+    c->ia[lane] = a->inv_inertia;
+    c->mb[lane] = b->inv_mass;
+    c->ib[lane] = b->inv_inertia;
+    c->nx[lane] = n.x;
+    c->ny[lane] = n.y;
+    c->friction[lane] = from->friction;
+    ll_relative_motion since = ll_relative_motion_of(w, from);
+    for (int k = 0; k < from->count; k++)
+        fill_point(w, c, lane, k, &from->at[k], &since);
+}
+
+/* Not inlined: within the substeps its loop runs out of registers, which costs 2 % of a step. */
+__attribute__((noinline)) static batches prepare(ll_rigid *w, ll_index_list contacts)
+{
+    int32_t start[LL_COLOUR_SLOTS + 1];
+    ll_order_contacts(w, contacts, start);
+    batches all = {.all = ll_solver_memory(w)};
+    /* Contacts with the ground are solved last. */
+    static const int32_t first[2] = {LL_OVERFLOW_DYNAMIC, LL_OVERFLOW_STATIC};
+    for (int s = 0; s < LL_COLOUR_SLOTS; s++) {
+        int c = s == 0                        ? first[0]
+                : s <= LL_COLOURS_DYNAMIC     ? s - 1
+                : s == LL_COLOURS_DYNAMIC + 1 ? first[1]
+                                              : s - 2;
+        int32_t count = start[c + 1] - start[c];
+        if (count == 0)
+            continue;
+        batch *b = &all.at[all.count++];
+        *b = (batch){.at = all.all + all.contacts,
+                     .count = (count + LL_LANES - 1) / LL_LANES,
+                     .fixed = c == LL_OVERFLOW_STATIC || (c >= LL_COLOURS_DYNAMIC && c < LL_COLOURS),
+                     .alone = c >= LL_COLOURS};
+        for (int32_t i = 0; i < b->count * LL_LANES; i++) {
+            if (i + 8 < count)
+                ll_prefetch_contact(&ll_contacts(w)[ll_orders(w)[start[c] + i + 8]]);
+            if (i < count)
+                fill_lane(w, &b->at[i / LL_LANES], i % LL_LANES, ll_orders(w)[start[c] + i]);
+            else
+                empty_lane(w, &b->at[i / LL_LANES], i % LL_LANES);
+        }
+        all.contacts += b->count;
+    }
+    return all;
+}
+
+static void store(ll_rigid *w, const batches *all)
+{
+    for (int32_t i = 0; i < all->contacts; i++)
+        for (int lane = 0; lane < LL_LANES; lane++) {
+            const ll_wide_contact *c = &all->all[i];
+            if (c->contact[lane] == LL_NONE)
+                continue;
+            ll_contact *to = &ll_contacts(w)[c->contact[lane]];
+            for (int k = 0; k < c->points[lane]; k++) {
+                to->at[k].normal_impulse = c->at[k].normal_impulse[lane];
+                to->at[k].tangent_impulse = c->at[k].tangent_impulse[lane];
+            }
+        }
+}
+
+/* ---- substeps ---- */
+
+/* After gravity: applies the impulses that held the body in the last substep. */
+static void integrate_velocities(ll_rigid *w, ll_index_list bodies, double h, bool held)
+{
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
+        ll_body_step *d = &ll_body_steps(w)[k];
+        ll_solver_body *m = &ll_solver_bodies(w)[k];
+        ll_vec2 v = ll_scale(d->keep, ll_madd(m->v, h, d->a));
+        double spin = d->keep_angular * (m->w + h * d->angular_acceleration);
+        m->v = held ? ll_add(v, d->held) : v;
+        m->w = held ? spin + d->held_angular : spin;
+        d->held = v;
+        d->held_angular = spin;
+    }
+}
+
+static void note_held(ll_rigid *w, ll_index_list bodies)
+{
+    for (int32_t i = 0; i < bodies.count; i++) {
+        int32_t k = bodies.at[i];
+        ll_body_step *d = &ll_body_steps(w)[k];
+        d->held = ll_sub(ll_solver_bodies(w)[k].v, d->held);
+        d->held_angular = ll_solver_bodies(w)[k].w - d->held_angular;
+    }
+}
+
+typedef void pass_function(ll_wide_contact *at, int32_t count, ll_solver_body *states,
+                           const ll_soft_pass *pass);
+
+static void pass_all(ll_rigid *w, const batches *all, pass_function *wide, pass_function *alone,
+                     const ll_soft_pass pass[2])
+{
+    for (int32_t i = 0; i < all->count; i++) {
+        const batch *b = &all->at[i];
+        (b->alone ? alone : wide)(b->at, b->count, ll_solver_bodies(w), &pass[b->fixed]);
+    }
+}
+
+static void substep(ll_rigid *w, const ll_soft_loops *loops, ll_index_list bodies, const batches *all,
+                    const ll_joint_set *set, double h, bool first)
+{
+    const ll_rigid_params *p = &w->params;
+    double hertz = ll_min(p->contact_hertz, 0.125 / h);
+    bool joints = w->joints > 0;
+    ll_softness stiff = ll_soft(ll_min(p->joint_hertz, 0.25 / h), p->joint_damping, h);
+    const ll_soft_pass push[2] = {{ll_soft(hertz, p->contact_damping, h), 1 / h, p->push_speed},
+                                  {ll_soft(2 * hertz, p->contact_damping, h), 1 / h, p->push_speed}};
+    const ll_soft_pass rest = {{0, 1, 0}, 1 / h, p->push_speed};
+    integrate_velocities(w, bodies, h, !first && !joints);
+    if (joints)
+        ll_warm_start_joints(w, set);
+    if (first || joints)
+        for (int32_t i = 0; i < all->count; i++)
+            (all->at[i].alone ? &ll_soft_scalar : loops)
+                ->warm_start(all->at[i].at, all->at[i].count, ll_solver_bodies(w));
+    if (joints)
+        ll_solve_joints(w, set, h, stiff, true);
+    pass_all(w, all, loops->solve, ll_soft_scalar.solve, push);
+    ll_integrate_positions(w, bodies, h);
+    if (joints)
+        ll_solve_joints(w, set, h, stiff, false);
+    pass_all(w, all, loops->relax, ll_soft_scalar.relax, (ll_soft_pass[2]){rest, rest});
+    if (!joints)
+        note_held(w, bodies);
+}
+
+static void solve_group(ll_rigid *w, const ll_soft_loops *loops, const ll_group *group)
+{
+    double h = w->dt / (double)w->params.substeps;
+    batches all = prepare(w, group->contacts);
+    ll_prepare_body_steps(w, group->bodies, h);
+    ll_bounces bounces = ll_begin_bounces(w, group->contacts);
+    ll_joint_set set = ll_prepare_joints(w, group->joints);
+    for (int64_t i = 0; i < w->params.substeps; i++) {
+        ll_bounce(w, &bounces, h, 2 * h);
+        substep(w, loops, group->bodies, &all, &set, h, i == 0);
+    }
+    ll_end_bounces(w, &bounces);
+    store(w, &all);
+    ll_store_joints(w, &set);
+}
+
+static void solve(ll_rigid *w)
+{
+    const ll_soft_loops *loops = loops_of(w);
+    ll_groups groups = ll_group_islands(w);
+    for (int32_t i = 0; i < groups.count; i++) {
+        ll_group group = ll_group_at(w, &groups, i);
+        solve_group(w, loops, &group);
+    }
+}
+
+const ll_solver ll_solver_soft_step = {
+    .name = "soft_step",
+    .help = "Substeps with soft contacts and a relax pass each (TGS soft, as Box2D 3): 2 passes per substep.",
+    .passes = {[LL_PER_SUBSTEP] = 2},
+    .size = size,
+    .solve = solve};

@@ -1,0 +1,167 @@
+/* Ticks that may take long: made beside the session of a copy of its state, or taken back when they were
+ * broken off. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/assert.h"
+#include "session/internal.h"
+
+struct ll_ahead {
+    const ll_sim_kind *kind;
+    void *block;
+    ll_time until;
+    int64_t to;
+    uint64_t epoch; /* of the session when it was begun: another one has another state */
+    bool renews;    /* not a tick, but the present state after a change */
+    bool records;
+    ll_status status;
+    ll_meter meter;
+    uint32_t event_count;
+    ll_event events[LL_EVENT_RING]; /* the last ones */
+};
+
+static void keep(void *context, const ll_event *event)
+{
+    ll_ahead *a = context;
+    a->events[a->event_count++ % LL_EVENT_RING] = *event;
+}
+
+void ll_ahead_free(ll_ahead *a)
+{
+    if (!a)
+        return;
+    free(a->block);
+    free(a);
+}
+
+ll_status ll_session_begin_ahead(ll_session *s, ll_time wall, ll_ahead **ahead)
+{
+    *ahead = NULL;
+    if (!s->block || ll_session_due(s, wall) == 0)
+        return ll_ok();
+    if (!s->stale && s->tick == s->goal && s->errand != LL_ERRAND_NONE)
+        return ll_ok();
+    ll_ahead *a = calloc(1, sizeof *a);
+    if (a)
+        a->block = malloc(s->block_size);
+    if (!a || !a->block) {
+        ll_ahead_free(a);
+        return ll_error(LL_NO_MEMORY, "no memory for a copy of the state of a session (%zu bytes)",
+                        s->block_size);
+    }
+    if (!s->stale)
+        ll_session_shoot(s);
+    memcpy(a->block, s->block, s->block_size);
+    a->kind = s->scenario.kind;
+    a->renews = s->stale;
+    a->to = s->tick + !s->stale;
+    a->until = ll_tick_time(a->to, s->freq);
+    a->epoch = s->epoch;
+    a->records = !s->stale && (s->errand == LL_ERRAND_NONE || s->tick >= s->quiet);
+    a->meter.now_ns = s->meter.now_ns;
+    *ahead = a;
+    return ll_ok();
+}
+
+void ll_ahead_run(ll_ahead *a, const ll_interrupt *interrupt)
+{
+    ll_recorder recorder = {keep, a};
+    a->status = a->kind->advance(a->block, a->until, a->records ? &recorder : NULL,
+                                 a->meter.now_ns ? &a->meter : NULL, interrupt);
+}
+
+static void add_cost(ll_session *s, const ll_ahead *a)
+{
+    for (int i = 0; i < LL_METER_PARTS; i++)
+        s->meter.ns[i] += a->meter.ns[i];
+    s->meter.metered += ll_tick_time(a->to, s->freq) - ll_tick_time(s->tick, s->freq);
+}
+
+/* As ll_session_run after a tick. */
+static void take_over(ll_session *s, ll_ahead *a)
+{
+    void *old = s->block;
+    s->block = a->block;
+    a->block = old;
+    s->epoch++;
+    if (a->renews) {
+        s->stale = false;
+        return;
+    }
+    uint32_t kept = a->event_count < LL_EVENT_RING ? a->event_count : LL_EVENT_RING;
+    for (uint32_t i = a->event_count - kept; i < a->event_count; i++)
+        ll_session_keep_event(s, &a->events[i % LL_EVENT_RING]);
+    if (ll_failed(&a->status)) {
+        if (a->kind->stands_at)
+            s->tick = ll_tick_at(a->kind->stands_at(s->block) - 1, s->freq);
+        ll_session_fail(s, &a->status);
+        return;
+    }
+    if (a->meter.now_ns)
+        add_cost(s, a);
+    s->tick = a->to;
+    if (s->tick > s->head)
+        s->head = s->tick;
+    ll_session_apply_due(s);
+}
+
+int64_t ll_session_end_ahead(ll_session *s, ll_ahead *a, ll_time wall)
+{
+    bool wanted =
+        s->block && a->epoch == s->epoch && a->status.code != LL_INTERRUPTED && ll_session_due(s, wall) > 0;
+    if (wanted)
+        take_over(s, a);
+    ll_ahead_free(a);
+    if (s->errand != LL_ERRAND_NONE && s->block && !s->stale &&
+        (s->tick == s->goal || s->status == LL_SESSION_FAILED))
+        ll_session_pursue(s, 0);
+    ll_session_end_if_over(s);
+    return ll_session_due(s, wall);
+}
+
+/* ---- in place ---- */
+
+static bool keep_copy(const ll_session *s, ll_snapshot *copy)
+{
+    const ll_param_table *table = s->scenario.kind->table;
+    *copy = (ll_snapshot){.block = malloc(s->block_size),
+                          .config = calloc(1, table->size),
+                          .tick = s->tick,
+                          .next = s->next,
+                          .step = s->step,
+                          .skipped = s->skipped};
+    if (!copy->block || !copy->config)
+        return false;
+    memcpy(copy->block, s->block, s->block_size);
+    ll_param_copy(table, copy->config, s->config);
+    return true;
+}
+
+static void put_back(ll_session *s, const ll_snapshot *copy)
+{
+    memcpy(s->block, copy->block, s->block_size);
+    ll_param_copy(s->scenario.kind->table, s->config, copy->config);
+    s->tick = copy->tick;
+    s->next = copy->next;
+    s->step = copy->step;
+    s->skipped = copy->skipped;
+    s->epoch++;
+}
+
+int64_t ll_session_advance_safely(ll_session *s, ll_time wall, int64_t max_ticks, bool *broken_off)
+{
+    ll_snapshot copy = {0};
+    uint32_t events = s->event_count;
+    s->safe = s->block && s->patience && !s->stale && ll_session_due(s, wall) > 0 && keep_copy(s, &copy);
+    int64_t due = ll_session_advance(s, wall, max_ticks);
+    if (s->broken && s->safe) {
+        put_back(s, &copy);
+        s->event_count = events;
+        due = ll_session_due(s, wall);
+    }
+    *broken_off = s->broken || s->stale;
+    s->safe = false;
+    free(copy.block);
+    free(copy.config);
+    return due;
+}

@@ -1,0 +1,261 @@
+/* A session from its log. Lines are folded: {"op":"rewind"} and {"op":"restart"} tell that what came after a
+ * tick, or everything, no longer holds. */
+#include <cjson/cJSON.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "session/internal.h"
+
+static ll_status bad_line(size_t number, const char *what)
+{
+    return ll_error(LL_BAD_INPUT, "line %zu of the log: %s", number, what);
+}
+
+static bool read_tick(const cJSON *o, int64_t *tick)
+{
+    const cJSON *t = cJSON_GetObjectItemCaseSensitive(o, "tick");
+    if (!cJSON_IsNumber(t) || !(t->valuedouble >= 0 && t->valuedouble <= 1e15))
+        return false;
+    *tick = (int64_t)t->valuedouble;
+    return true;
+}
+
+static ll_status read_create(ll_session **session, const cJSON *o, ll_log_line *on_line, void *context)
+{
+    const cJSON *format = cJSON_GetObjectItemCaseSensitive(o, "laglab_log");
+    if (!cJSON_IsNumber(format) || format->valueint != LL_LOG_FORMAT)
+        return bad_line(1, "is not the header of a laglab log of format 1");
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
+    if (ll_failed(&status))
+        return status;
+    status = ll_session_new(&scenario, scenario.config, on_line, context, session);
+    const cJSON *version = cJSON_GetObjectItemCaseSensitive(o, "version");
+    if (!ll_failed(&status) && cJSON_IsString(version)) /* older logs do not tell it */
+        snprintf((*session)->version, sizeof(*session)->version, "%s", version->valuestring);
+    return status;
+}
+
+/* A restart may change what is live, never what the block's size and the clock follow from. */
+static bool same_shape(const ll_session *s, const ll_scenario *other)
+{
+    return other->kind == s->scenario.kind && other->kind->size(other->config) == s->block_size &&
+           other->kind->tick_freq(other->config) == s->freq &&
+           ((const ll_scenario_head *)other->config)->duration_s == ll_session_head(s)->duration_s;
+}
+
+static ll_status read_restart(ll_session *s, const cJSON *o, size_t number)
+{
+    ll_scenario scenario = {0};
+    ll_status status = ll_scenario_parse(cJSON_GetObjectItemCaseSensitive(o, "scenario"), &scenario);
+    if (!ll_failed(&status) && !same_shape(s, &scenario))
+        status = bad_line(number, "restarts another scenario");
+    if (!ll_failed(&status))
+        ll_session_rebase(s, scenario.config);
+    ll_scenario_free(&scenario);
+    return status;
+}
+
+static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t number)
+{
+    const cJSON *values = cJSON_GetObjectItemCaseSensitive(o, "values");
+    if (!cJSON_IsObject(values))
+        return bad_line(number, "has no values");
+    char *text = cJSON_PrintUnformatted(values);
+    ll_status status =
+        text ? ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text})
+             : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
+    cJSON_free(text);
+    return status;
+}
+
+/* A whole number of a member in [0, most]; an absent one is `standard`, where that is not below 0. */
+static ll_status read_whole(const cJSON *o, const char *name, double most, double standard, double *value)
+{
+    const cJSON *member = cJSON_GetObjectItemCaseSensitive(o, name);
+    *value = standard;
+    if (!member && standard >= 0)
+        return ll_ok();
+    if (!cJSON_IsNumber(member))
+        return ll_field_error(LL_BAD_INPUT, name, "%s must be a whole number from 0 to %.15g", name, most);
+    *value = member->valuedouble;
+    if (!(*value >= 0 && *value <= most) || *value != (double)(int64_t)*value)
+        return ll_field_error(LL_BAD_INPUT, name, "%s must be a whole number from 0 to %.15g; got %.15g",
+                              name, most, *value);
+    return ll_ok();
+}
+
+static ll_status read_axis(const cJSON *axes, int i, float *axis)
+{
+    const cJSON *o = cJSON_GetArrayItem(axes, i);
+    if (!cJSON_IsNumber(o) || cJSON_GetArraySize(axes) != 2)
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be two numbers from -1 to 1");
+    if (!(o->valuedouble >= -1 && o->valuedouble <= 1))
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be two numbers from -1 to 1; got %.15g",
+                              o->valuedouble);
+    *axis = (float)o->valuedouble;
+    return ll_ok();
+}
+
+ll_status ll_input_read(const cJSON *o, ll_entry *entry)
+{
+    const cJSON *axes = cJSON_GetObjectItemCaseSensitive(o, "axes");
+    double tick = 0, player = 0, buttons = 0;
+    *entry = (ll_entry){.op = LL_OP_INPUT};
+    ll_status status = read_whole(o, "tick", 1e9, -1, &tick);
+    if (!ll_failed(&status))
+        status = read_whole(o, "player", LL_PLAYERS_MAX - 1, -1, &player);
+    for (int i = 0; i < 2 && !ll_failed(&status); i++)
+        status = read_axis(axes, i, &entry->action.axis[i]);
+    if (!ll_failed(&status))
+        status = read_whole(o, "buttons", UINT32_MAX, 0, &buttons);
+    entry->tick = (int64_t)tick;
+    entry->player = (int32_t)player;
+    entry->action.buttons = (uint32_t)buttons;
+    return status;
+}
+
+static ll_status read_input(ll_session *s, const cJSON *o, size_t number)
+{
+    ll_entry e;
+    ll_status status = ll_input_read(o, &e);
+    return ll_failed(&status) ? bad_line(number, status.text) : ll_log_append(&s->log, &e);
+}
+
+static void rewind_to(ll_session *s, int64_t tick)
+{
+    size_t keep = s->log.count;
+    while (keep > 0 && s->log.entries[keep - 1].tick > tick)
+        keep--;
+    ll_log_truncate(&s->log, keep);
+    s->head = tick;
+    s->failed_at = -1;
+    ll_session_forget_marks(s, tick + 1);
+}
+
+/* A command makes another future of its tick. */
+static void read_command(ll_session *s, int64_t tick)
+{
+    ll_session_forget_marks(s, tick);
+    if (s->failed_at >= tick)
+        s->failed_at = -1;
+}
+
+static bool read_hash(const cJSON *o, uint64_t *hash)
+{
+    const cJSON *text = cJSON_GetObjectItemCaseSensitive(o, "hash");
+    bool whole = cJSON_IsString(text) && strlen(text->valuestring) == 16 &&
+                 strspn(text->valuestring, "0123456789abcdef") == 16;
+    *hash = whole ? strtoull(text->valuestring, NULL, 16) : 0;
+    return whole;
+}
+
+static void read_mark(ll_session *s, const cJSON *o, int64_t tick)
+{
+    ll_mark mark = {.tick = tick};
+    if (read_hash(o, &mark.hash))
+        ll_session_keep_mark(s, &mark);
+}
+
+static void read_failure(ll_session *s, const cJSON *o, int64_t tick)
+{
+    const cJSON *detail = cJSON_GetObjectItemCaseSensitive(o, "detail");
+    s->failed_at = tick;
+    read_hash(o, &s->failed_hash);
+    s->error = ll_error(LL_DIVERGED, "%s", cJSON_IsString(detail) ? detail->valuestring : "it failed");
+}
+
+static ll_status read_line(ll_session **session, const cJSON *o, size_t number, ll_log_line *on_line,
+                           void *context)
+{
+    const cJSON *name = cJSON_GetObjectItemCaseSensitive(o, "op");
+    const char *op = cJSON_IsString(name) ? name->valuestring : "";
+    int64_t tick;
+    if (!*session)
+        return strcmp(op, "create") == 0 ? read_create(session, o, on_line, context)
+                                         : bad_line(number, "comes before the header");
+    ll_session *s = *session;
+    if (strcmp(op, "restart") == 0)
+        return read_restart(s, o, number);
+    if (!read_tick(o, &tick))
+        return bad_line(number, "has no tick");
+    if (tick > s->end)
+        return bad_line(number, "lies behind the end of the scenario");
+    bool command = strcmp(op, "set") == 0 || strcmp(op, "input") == 0;
+    if (command && s->log.count > 0 && s->log.entries[s->log.count - 1].tick > tick)
+        return bad_line(number, "is stamped earlier than the line before it");
+    if (tick > s->head && strcmp(op, "rewind") != 0)
+        s->head = tick;
+    if (command)
+        read_command(s, tick);
+    if (strcmp(op, "set") == 0)
+        return read_set(s, o, tick, number);
+    if (strcmp(op, "input") == 0)
+        return read_input(s, o, number);
+    if (strcmp(op, "rewind") == 0)
+        rewind_to(s, tick);
+    else if (strcmp(op, "hash") == 0)
+        read_mark(s, o, tick);
+    else if (strcmp(op, "fail") == 0)
+        read_failure(s, o, tick);
+    else if (strcmp(op, "play") != 0 && strcmp(op, "pause") != 0 && strcmp(op, "head") != 0)
+        return bad_line(number, "has an unknown op");
+    return ll_ok();
+}
+
+/* Changes are checked when all lines are read: what a rewind dropped does not count. */
+static ll_status check_changes(ll_session *s)
+{
+    const ll_sim_kind *kind = s->scenario.kind;
+    const ll_scenario_head *head = ll_session_head(s);
+    ll_status status = ll_ok();
+    int32_t step = 0;
+    for (size_t i = 0; i < s->log.count && !ll_failed(&status); i++) {
+        while (ll_timeline_tick(head, step, s->freq) <= s->log.entries[i].tick)
+            ll_apply_values(kind, s->config, head->timeline[step++].set);
+        if (s->log.entries[i].op == LL_OP_SET)
+            status = ll_apply_values(kind, s->config, s->log.entries[i].values);
+    }
+    ll_param_copy(s->scenario.kind->table, s->config, s->base);
+    return status;
+}
+
+ll_status ll_session_restore(const char *log, size_t length, ll_log_line *on_line, void *context,
+                             ll_session **session)
+{
+    ll_status status = ll_ok();
+    *session = NULL;
+    size_t number = 0;
+    for (const char *p = log, *end = log + length; p < end && !ll_failed(&status);) {
+        const char *newline = memchr(p, '\n', (size_t)(end - p));
+        size_t size = newline ? (size_t)(newline - p) : (size_t)(end - p);
+        cJSON *o = NULL;
+        number++;
+        if (size > 0) {
+            status = ll_json_parse(p, size, &o);
+            if (ll_failed(&status))
+                status = bad_line(number, status.text);
+            else
+                status = read_line(session, o, number, on_line, context);
+        }
+        cJSON_Delete(o);
+        p += size + 1;
+    }
+    if (!ll_failed(&status) && !*session)
+        status = ll_error(LL_BAD_INPUT, "the log is empty");
+    if (!ll_failed(&status))
+        status = check_changes(*session);
+    if (ll_failed(&status)) {
+        ll_session_destroy(*session);
+        *session = NULL;
+    } else {
+        ll_session *s = *session;
+        bool failed = s->failed_at >= 0 && s->failed_at <= s->head;
+        s->tick = failed ? s->failed_at : s->head;
+        s->status = failed ? LL_SESSION_FAILED : LL_SESSION_PAUSED;
+    }
+    return status;
+}

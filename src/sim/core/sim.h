@@ -1,0 +1,153 @@
+/* One interface over every kind of simulation.
+ *
+ * A simulation is one contiguous relocatable block whose size follows from its configuration: a snapshot and
+ * a rollback are a memcpy. It is a pure function of (configuration, commands stamped with virtual time). */
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "base/event.h"
+#include "base/interrupt.h"
+#include "base/status.h"
+#include "base/vtime.h"
+#include "game/core/game.h"
+#include "param/param.h"
+#include "record/row_set.h"
+
+struct cJSON;
+
+#define LL_TITLE_MAX 120
+#define LL_TEXT_MAX 600
+
+#define LL_TIMELINE_MAX 8
+#define LL_TIMELINE_SET_MAX 175
+#define LL_ACTIVITY_MAX 4
+#define LL_METRIC_PATH_MAX 63
+
+/* A change of live parameters that belongs to the scenario. */
+typedef struct ll_timeline_step {
+    double at_s;
+    char set[LL_TIMELINE_SET_MAX + 1]; /* a merge patch, as JSON */
+} ll_timeline_step;
+
+/* What must have happened at the end, so that the scenario shows what it is for. */
+typedef struct ll_activity {
+    char metric[LL_METRIC_PATH_MAX + 1]; /* `players.0.corrections`, from the metrics */
+    double min;
+} ll_activity;
+
+/* The first member of every kind's configuration. */
+typedef struct ll_scenario_head {
+    int32_t kind; /* index into ll_sim_kinds */
+    int32_t reserved;
+    double duration_s;
+    int64_t seed;
+    char title[LL_TITLE_MAX + 8];
+    char paper[LL_TITLE_MAX + 8]; /* `Figure 11` */
+    char text[LL_TEXT_MAX + 8];
+    int32_t timeline_count, activity_count;
+    ll_timeline_step timeline[LL_TIMELINE_MAX]; /* in the order of time */
+    ll_activity activity[LL_ACTIVITY_MAX];
+} ll_scenario_head;
+
+enum { LL_METER_PARTS = 30 };
+
+/* What parts of a step cost, by the caller's clock: the engine reads none, and its state holds nothing of it.
+ */
+typedef struct ll_meter {
+    int64_t (*now_ns)(void);
+    int64_t ns[LL_METER_PARTS]; /* in the kind's own order */
+    ll_time metered;            /* virtual time that they are of */
+} ll_meter;
+
+/* Without a meter nothing is read. */
+static inline int64_t ll_meter_start(const ll_meter *meter)
+{
+    return meter ? meter->now_ns() : 0;
+}
+
+static inline void ll_meter_add(ll_meter *meter, int part, int64_t from)
+{
+    if (meter)
+        meter->ns[part] += meter->now_ns() - from;
+}
+
+static inline double ll_meter_ns_per_s(const ll_meter *meter, int part)
+{
+    return meter->metered > 0 ? (double)meter->ns[part] / ll_to_s(meter->metered) : 0;
+}
+
+typedef struct ll_sim_kind {
+    const char *name;
+    const char *help;
+    const ll_param_table *table; /* of the whole scenario; the struct begins with ll_scenario_head */
+
+    size_t (*size)(const void *config); /* bytes of the block: known before anything is made */
+    /* LL_BAD_INPUT names the field of what shows only when it is built; the block is then as it was told. */
+    ll_status (*init)(void *block, const void *config);
+    /* Makes dependent values agree after a change; `before` is the configuration before it (all zero for a
+     * new one). */
+    void (*settle)(void *config, const void *before);
+    ll_freq (*tick_freq)(const void *config); /* of the session's ticks */
+
+    /* Where a few seeds give the same metrics, all do: nothing rare is drawn. */
+    bool no_rare_events;
+
+    /* Runs every event up to and including `until`; `meter` may be NULL. LL_DIVERGED names the tick and the
+     * entity of the first value that is not finite; the block then stays at that tick. Inside of a tick that
+     * may take long `interrupt` is asked, NULL never breaks off: after LL_INTERRUPTED the block is spoilt. */
+    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
+                         const ll_interrupt *interrupt);
+    /* The time that a block stands at, also one that has failed. NULL: it is advanced by one tick at a time,
+     * so that a failure's tick is known; others by many. */
+    ll_time (*stands_at)(const void *block);
+
+    /* Live rows of the configuration have changed at `now`; `config` is the new one. */
+    void (*change)(void *block, const void *config, ll_time now);
+    /* A change takes effect from time 0: it puts the block there, to be advanced to `now` again. */
+    bool begins_anew;
+
+    /* A person's controls. `accepts` tells whether the configuration lets `player` be driven so; NULL when
+     * nobody can drive. */
+    ll_status (*accepts)(const void *config, int player, const ll_action *action);
+    void (*input)(void *block, int player, const ll_action *action);
+    /* What drove `player` in its client's last frame, a person or a script. NULL where `accepts` is. */
+    ll_action (*controls)(const void *block, int player);
+
+    uint64_t (*hash)(const void *block);
+    struct cJSON *(*state)(const void *block);
+    struct cJSON *(*metrics)(const void *block);
+    /* Why metrics of a run of this configuration will be null or mean nothing, as far as that is known before
+     * it: a list of sentences. NULL: nothing is ever known. */
+    struct cJSON *(*notices)(const void *config);
+    /* Names of metrics that may be below 0 and are better the nearer they are to 0, NULL-terminated; NULL:
+     * none is. Whatever compares metrics takes their magnitude. */
+    const char *const *signed_metrics;
+
+    /* Adds to `cost` what the meter of `advance` says of each part. NULL: the kind meters none. */
+    void (*costs)(const void *config, const ll_meter *meter, struct cJSON *cost);
+
+    /* Runs the scenario's parts one by one and adds what each costs to `metrics`, by the caller's clock.
+     * NULL: it has no parts. */
+    void (*time_parts)(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+
+    /* What the paper prints of the scenario, line by line. LL_BAD_INPUT when it prints nothing of it. NULL:
+     * it never does. */
+    ll_status (*text)(const void *config, void (*write)(void *context, const char *text, size_t length),
+                      void *context);
+
+    struct cJSON *(*layout)(
+        const void *config); /* what a viewer must know to read the rows: goes into the hello */
+
+    /* What is streamed, NULL-terminated; and the rows of those that are wanted, as they are in the block. */
+    const ll_record *const *records;
+    void (*fill)(const void *block, ll_row_set *rows);
+
+    /* One CSV line per tick: header names with units; values in the same order. Return the count; at most
+     * `capacity`. */
+    int (*trace_columns)(const void *config, char (*names)[48], int capacity);
+    int (*trace_row)(const void *block, double *values, int capacity);
+} ll_sim_kind;
+
+extern const ll_sim_kind *const ll_sim_kinds[]; /* NULL-terminated */

@@ -1,0 +1,100 @@
+#include <stdio.h>
+#include <string.h>
+
+#include "fluid/scenes/scenes.h"
+#include "sim/fluid/fluid.h"
+#include "sim/core/scenario_rows.h"
+
+/* The rows of one fluid; `first` is what stands before its members in the struct. */
+#define FLUID_ROWS(owner, first, needed)                                                                     \
+    {.name = "scene",                                                                                        \
+     .type = LL_PARAM_CHOICE,                                                                                \
+     .offset = offsetof(owner, first scene),                                                                 \
+     .choices = ll_fluid_scene_names,                                                                        \
+     .required = needed,                                                                                     \
+     .help = "What flows where."},                                                                           \
+        {.name = "params",                                                                                   \
+         .type = LL_PARAM_VARIANT,                                                                           \
+         .offset = offsetof(owner, first params),                                                            \
+         .variants = ll_fluid_params_tables,                                                                 \
+         .count_offset = offsetof(owner, first scene),                                                       \
+         .help = "What varies in the scene."},                                                               \
+        {.name = "solver",                                                                                   \
+         .type = LL_PARAM_VARIANT,                                                                           \
+         .offset = offsetof(owner, first solver),                                                            \
+         .variants = ll_fluid_solver_tables,                                                                 \
+         .count_offset = offsetof(owner, first scene),                                                       \
+         .live = true,                                                                                       \
+         .help = "How it is stepped; the defaults are those that suit the scene."},                          \
+    {                                                                                                        \
+        .name = "shown", .type = LL_PARAM_INT, .offset = offsetof(owner, first shown), .max = 15,            \
+        .live = true,                                                                                        \
+        .help = "Which field frames carry, by its place in the layout; the last one for what is beyond."     \
+    }
+
+static ll_status check_one(const void *object, const char *path)
+{
+    const ll_fluid_setup *setup = object;
+    ll_status status = ll_fluid_sim_scene(setup)->check(setup->params, setup->solver);
+    char field[sizeof status.field];
+    if (!ll_failed(&status) || path[0] == '\0')
+        return status;
+    snprintf(field, sizeof field, "%.16s%.40s", path, status.field);
+    return ll_field_error(status.code, field, "%s%s", path, status.text);
+}
+
+static const ll_param beside_rows[] = {FLUID_ROWS(ll_fluid_setup, , false)};
+
+static const ll_param_table beside_table = {.name = "fluid_beside",
+                                            .help =
+                                                "A fluid beside the first; what is not given is as there.",
+                                            .rows = beside_rows,
+                                            .count = sizeof beside_rows / sizeof beside_rows[0],
+                                            .size = sizeof(ll_fluid_setup),
+                                            .check = check_one};
+
+static void as_the_first(const void *object, void *element)
+{
+    memcpy(element, &((const ll_fluid_config *)object)->setup, sizeof(ll_fluid_setup));
+}
+
+static const ll_param rows[] = {
+    LL_SCENARIO_ROWS,
+    FLUID_ROWS(ll_fluid_config, setup., true),
+    {.name = "hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_fluid_config, setup.hz),
+     .min = 1,
+     .max = 10000,
+     .standard = 60,
+     .unit = "Hz",
+     .help = "Ticks per second; the method makes as many substeps of one as it needs."},
+    {.name = "beside",
+     .type = LL_PARAM_ARRAY,
+     .offset = offsetof(ll_fluid_config, beside),
+     .max = LL_SIDE_BY_SIDE_MAX - 1,
+     .child = &beside_table,
+     .count_offset = offsetof(ll_fluid_config, beside_count),
+     .live = true,
+     .begin = as_the_first,
+     .help = "Fluids side by side with it from the same start; each says how it differs from the first."},
+};
+
+static ll_status check(const void *object, const char *path)
+{
+    const ll_fluid_config *c = object;
+    ll_status status = check_one(&c->setup, path);
+    if (ll_failed(&status) || c->beside_count == 0)
+        return status;
+    char what[32];
+    snprintf(what, sizeof what, "%d fluids side by side", c->beside_count + 1);
+    return ll_fluid_check_bytes("beside", what, (int64_t)ll_fluid_sim_size(c));
+}
+
+const ll_param_table ll_fluid_scenario_table = {.name = "fluid",
+                                                .help =
+                                                    "A fluid: particles, a grid, or the surface of an ocean.",
+                                                .rows = rows,
+                                                .count = sizeof rows / sizeof rows[0],
+                                                .size = sizeof(ll_fluid_config),
+                                                .check = check};

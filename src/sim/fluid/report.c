@@ -1,0 +1,228 @@
+/* What is told of a fluid: state, metrics, layout and trace. */
+#include <cjson/cJSON.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "base/run_status.h"
+#include "sim/fluid/fluid.h"
+#include "sim/core/scenario_rows.h"
+
+static cJSON *number_json(double value)
+{
+    return value - value == 0 ? ll_param_number(value) : cJSON_CreateNull();
+}
+
+/* Null of a fluid that has failed. */
+static cJSON *numbers_of(const void *block, int place)
+{
+    const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    cJSON *o = cJSON_CreateObject();
+    cJSON_AddStringToObject(o, "scene", scene->name);
+    cJSON_AddStringToObject(o, "method", scene->method->name);
+    cJSON_AddStringToObject(o, "status", ll_run_status_names[s->failed ? LL_RUN_DIVERGED : LL_RUN_OK]);
+    if (s->failed)
+        cJSON_AddStringToObject(o, "reason", s->reason);
+    cJSON_AddItemToObject(o, "t_s", number_json(ll_to_s(s->now)));
+    int count = ll_fluid_sim_numbers(s, all);
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToObject(o, all[i].name, number_json(s->failed ? NAN : all[i].value));
+    return o;
+}
+
+static int count_of(const ll_fluid_sim *first)
+{
+    return 1 + first->setup.following;
+}
+
+cJSON *ll_fluid_sim_state(const void *block)
+{
+    return ll_beside_told(block, count_of(block), numbers_of);
+}
+
+/* ---- metrics ---- */
+
+const char *const ll_fluid_sim_signed_metrics[] = {"decay_error",      "numerical_viscosity_m2ps",
+                                                   "front_error",      "mass_change",
+                                                   "momentum_x",       "momentum_y",
+                                                   "potential_energy", "dye_min",
+                                                   "height_m",         "height_min_m",
+                                                   "height_max_m",     "height_mean_m",
+                                                   "front_m",          "water_at_body_m",
+                                                   "body_x_m",         "body_y_m",
+                                                   "body_angle_rad",   "body_pitch_rad",
+                                                   "body_roll_rad",    NULL};
+
+static void add_profiles(cJSON *metrics, const ll_fluid_sim *s)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    double pairs[LL_FLUID_POINTS_MAX][2];
+    const char *name;
+    if (!scene->profile || s->failed)
+        return;
+    cJSON *profiles = cJSON_AddObjectToObject(metrics, "profiles");
+    for (int index = 0, count; (count = scene->profile(ll_fluid_sim_block(s), index, &name, pairs)) > 0;
+         index++) {
+        cJSON *curve = cJSON_AddArrayToObject(profiles, name);
+        for (int i = 0; i < count; i++) {
+            cJSON *pair = cJSON_CreateArray();
+            cJSON_AddItemToArray(pair, number_json(pairs[i][0]));
+            cJSON_AddItemToArray(pair, number_json(pairs[i][1]));
+            cJSON_AddItemToArray(curve, pair);
+        }
+    }
+}
+
+static void add_notices(cJSON *o, const ll_fluid_sim *s)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    ll_fluid_notice all[LL_FLUID_NOTICES_MAX];
+    int count = scene->notices ? scene->notices(ll_fluid_sim_block(s), all) : 0;
+    cJSON *notices = cJSON_AddArrayToObject(o, "notices");
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToArray(notices, cJSON_CreateString(all[i].text));
+}
+
+static cJSON *metrics_of(const void *block, int place)
+{
+    cJSON *metrics = numbers_of(block, place);
+    add_notices(metrics, ll_fluid_sim_at(block, place));
+    add_profiles(metrics, ll_fluid_sim_at(block, place));
+    return metrics;
+}
+
+cJSON *ll_fluid_sim_metrics(const void *block)
+{
+    return ll_beside_told(block, count_of(block), metrics_of);
+}
+
+void ll_fluid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
+{
+    cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
+    for (int i = 0; i <= ((const ll_fluid_config *)config)->beside_count; i++) {
+        cJSON *part = cJSON_CreateObject();
+        cJSON_AddItemToObject(cJSON_AddObjectToObject(part, "all"), "ns_per_sim_s",
+                              number_json(ll_meter_ns_per_s(meter, i)));
+        cJSON_AddItemToArray(parts, part);
+    }
+}
+
+/* ---- layout ---- */
+
+/* The start of a simulation; NULL without memory. */
+static ll_fluid_sim *started(const void *config)
+{
+    ll_fluid_sim *s = malloc(ll_fluid_sim_size(config));
+    if (!s)
+        return NULL;
+    ll_status status = ll_fluid_sim_init(s, config);
+    if (!ll_failed(&status))
+        return s;
+    free(s);
+    return NULL;
+}
+
+static void add_layers(cJSON *fluid, const ll_fluid_method *method)
+{
+    static const char *const shapes[] = {"field", "points"};
+    cJSON *layers = cJSON_AddArrayToObject(fluid, "layers");
+    for (int i = 0; i < method->layer_count; i++) {
+        const ll_fluid_layer *layer = &method->layers[i];
+        cJSON *o = cJSON_CreateObject();
+        cJSON_AddStringToObject(o, "name", layer->name);
+        cJSON_AddStringToObject(o, "help", layer->help);
+        cJSON_AddStringToObject(o, "shape", shapes[layer->shape]);
+        cJSON *columns = cJSON_AddArrayToObject(o, "columns");
+        for (int k = 0; layer->columns[k]; k++)
+            cJSON_AddItemToArray(columns, cJSON_CreateString(layer->columns[k]));
+        cJSON_AddItemToArray(layers, o);
+    }
+}
+
+static void add_numbers(cJSON *fluid, const ll_fluid_sim *s)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    cJSON *numbers = cJSON_AddArrayToObject(fluid, "numbers");
+    int count = ll_fluid_sim_numbers(s, all);
+    for (int i = 0; i < count; i++)
+        cJSON_AddItemToArray(numbers, cJSON_CreateString(all[i].name));
+}
+
+/* Left, right, bottom, top. */
+static void add_view(cJSON *fluid, const ll_fluid_sim *s)
+{
+    double x0, y0, x1, y1;
+    ll_fluid_sim_scene(&s->setup)->method->extent(ll_fluid_sim_block(s), &x0, &y0, &x1, &y1);
+    const double view[4] = {x0, x1, y0, y1};
+    cJSON *array = cJSON_AddArrayToObject(fluid, "view");
+    for (int i = 0; i < 4; i++)
+        cJSON_AddItemToArray(array, number_json(view[i]));
+}
+
+static cJSON *layout_of(const void *block, int place)
+{
+    const ll_fluid_sim *s = ll_fluid_sim_at(block, place);
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    cJSON *fluid = cJSON_CreateObject();
+    cJSON_AddStringToObject(fluid, "scene", scene->name);
+    cJSON_AddStringToObject(fluid, "title", scene->title);
+    cJSON_AddStringToObject(fluid, "help", scene->help);
+    cJSON_AddStringToObject(fluid, "source", scene->source);
+    cJSON_AddStringToObject(fluid, "method", scene->method->name);
+    cJSON_AddNumberToObject(fluid, "hz", s->setup.hz);
+    add_layers(fluid, scene->method);
+    add_view(fluid, s);
+    add_numbers(fluid, s);
+    add_notices(fluid, s);
+    return fluid;
+}
+
+cJSON *ll_fluid_sim_layout(const void *config)
+{
+    cJSON *layout = cJSON_CreateObject();
+    ll_fluid_sim *s = started(config);
+    if (s)
+        cJSON_AddItemToObject(layout, "fluid", ll_beside_told(s, count_of(s), layout_of));
+    free(s);
+    return layout;
+}
+
+/* ---- trace: the first numbers of the method and all of the scene ---- */
+
+static int traced(const ll_fluid_sim *s, ll_fluid_number *out)
+{
+    const ll_fluid_scene *scene = ll_fluid_sim_scene(&s->setup);
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    int own = scene->method->numbers(ll_fluid_sim_block(s), all), n = 0;
+    for (; n < own && n < scene->method->traced; n++)
+        out[n] = all[n];
+    return scene->numbers ? n + scene->numbers(ll_fluid_sim_block(s), out + n) : n;
+}
+
+int ll_fluid_sim_trace_columns(const void *config, char (*names)[48], int capacity)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    ll_fluid_sim *first = started(config);
+    int n = 0, place = 0;
+    for (const ll_fluid_sim *s = first; s != NULL; s = ll_fluid_sim_next(s), place++) {
+        int count = traced(s, all);
+        for (int i = 0; i < count && n < capacity; i++, n++)
+            ll_beside_column(names[n], place, all[i].name);
+    }
+    free(first);
+    return n;
+}
+
+int ll_fluid_sim_trace_row(const void *block, double *values, int capacity)
+{
+    ll_fluid_number all[LL_FLUID_NUMBERS_MAX];
+    int n = 0;
+    for (const ll_fluid_sim *s = block; s != NULL; s = ll_fluid_sim_next(s)) {
+        int count = traced(s, all);
+        for (int i = 0; i < count && n < capacity; i++)
+            values[n++] = all[i].value;
+    }
+    return n;
+}

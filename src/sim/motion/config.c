@@ -1,0 +1,205 @@
+#include <stdio.h>
+#include <string.h>
+
+#include "ode/catalogue/parameter_names.h"
+#include "sim/core/scenario_rows.h"
+#include "sim/motion/motion.h"
+
+static const ll_param method_rows[] = {
+    {.name = "method",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_motion_method, method),
+     .choices = ll_ode_method_names,
+     .required = true,
+     .live = true,
+     .help = "The integrator."},
+    {.name = "dt_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_motion_method, dt_s),
+     .min = 1e-9,
+     .max = LL_DURATION_MAX_S,
+     .standard = 0.01,
+     .unit = "s",
+     .live = true,
+     .help = "Step of a method of fixed step."},
+    {.name = "tolerance",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_motion_method, tolerance),
+     .min = 1e-15,
+     .max = 0.1,
+     .standard = 1e-6,
+     .live = true,
+     .help = "Relative and absolute tolerance of an adaptive method."},
+    {.name = "steps",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_motion_method, steps),
+     .choices = ll_motion_step_names,
+     .live = true,
+     .help =
+         "fixed: of dt_s; frame: one a frame, as long as the frame; accumulator: frame time is saved up and "
+         "spent in steps of dt_s."},
+    {.name = "clock",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_motion_method, clock),
+     .choices = ll_motion_clock_names,
+     .live = true,
+     .help = "The time that forces see. exact: steps times dt_s; float: dt_s added up in single precision; "
+             "compensated: added up so, with Kahan's compensation."},
+    {.name = "precision",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_motion_method, precision),
+     .choices = ll_motion_precision_names,
+     .live = true,
+     .help = "What the state is rounded to after each step."},
+    {.name = "origin_m",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_motion_method, origin_m),
+     .min = 0,
+     .max = 1e9,
+     .unit = "m",
+     .live = true,
+     .help = "How far from the origin positions are kept; counts in single precision."},
+    {.name = "shown",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_motion_method, shown),
+     .standard = 1,
+     .live = true,
+     .help = "Off leaves the method out: it costs nothing."},
+};
+
+static const ll_param_table method_table = {.name = "motion_method",
+                                            .help = "A method and its step.",
+                                            .rows = method_rows,
+                                            .count = sizeof method_rows / sizeof method_rows[0],
+                                            .size = sizeof(ll_motion_method)};
+
+static const ll_param rows[] = {
+    LL_SCENARIO_ROWS,
+    {.name = "problem",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_motion_config, problem),
+     .choices = ll_ode_problem_names,
+     .help = "What moves."},
+    {.name = "params",
+     .type = LL_PARAM_VARIANT,
+     .offset = offsetof(ll_motion_config, params),
+     .variants = ll_ode_problem_tables,
+     .count_offset = offsetof(ll_motion_config, problem),
+     .live = true,
+     .help = "The problem's own parameters."},
+    {.name = "tick_hz",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_motion_config, tick_hz),
+     .min = 1,
+     .max = 1000,
+     .standard = 60,
+     .unit = "Hz",
+     .help = "How often pictures are made. No method steps by it, and no error depends on it."},
+    {.name = "frames",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_motion_config, frames),
+     .choices = ll_motion_frame_names,
+     .live = true,
+     .help = "The lengths of a machine's frames, for methods that go by them: short and long in turns, or "
+             "random between both, by the seed."},
+    {.name = "frame_s",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_motion_config, frame_s),
+     .min = 0.001,
+     .max = 1,
+     .standard = 1.0 / 60,
+     .unit = "s",
+     .live = true,
+     .help = "Mean length of a frame."},
+    {.name = "frame_jitter",
+     .type = LL_PARAM_REAL,
+     .offset = offsetof(ll_motion_config, frame_jitter),
+     .min = 0,
+     .max = 0.9,
+     .standard = 0.5,
+     .live = true,
+     .help = "By how much of the mean frames are shorter or longer."},
+    {.name = "reverse",
+     .type = LL_PARAM_BOOL,
+     .offset = offsetof(ll_motion_config, reverse),
+     .live = true,
+     .help =
+         "Halfway every method turns and runs back by steps of -dt_s: what is not where it started is the "
+         "error."},
+    {.name = "methods",
+     .type = LL_PARAM_ARRAY,
+     .offset = offsetof(ll_motion_config, methods),
+     .min = 1,
+     .max = LL_MOTION_METHODS_MAX,
+     .child = &method_table,
+     .count_offset = offsetof(ll_motion_config, method_count),
+     .live = true,
+     .required = true,
+     .help = "The methods, side by side from the same start."},
+};
+
+/* A method's refusal names `dt` or `method`; here that is a row of an element. */
+static ll_status in_method(const ll_status *status, int i)
+{
+    char field[96];
+    const char *row = strcmp(status->field, "dt") == 0 ? "dt_s" : status->field;
+    snprintf(field, sizeof field, "methods.%d.%s", i, row);
+    return ll_field_error(LL_BAD_INPUT, field, "%s: %s", field, status->text);
+}
+
+/* What cannot be driven so: a sentence that says why. */
+static ll_status check_drive(const ll_motion_config *c, const ll_ode *ode, int i)
+{
+    const ll_motion_method *m = &c->methods[i];
+    const char *method = ll_motion_method_of(c, i)->name;
+    bool adaptive = ll_motion_method_of(c, i)->adaptive;
+    if (adaptive && m->steps != LL_MOTION_FIXED)
+        return ll_field_error(LL_BAD_INPUT, "steps",
+                              "%s chooses its steps by its tolerance: they cannot be those of frames (%s).",
+                              method, ll_motion_step_names[m->steps]);
+    if (m->clock != LL_MOTION_EXACT && (adaptive || m->steps != LL_MOTION_FIXED || c->reverse))
+        return ll_field_error(
+            LL_BAD_INPUT, "clock",
+            "A clock that adds up its step (%s) needs steps of fixed length, and cannot run "
+            "backwards.",
+            ll_motion_clock_names[m->clock]);
+    if (c->reverse && m->steps != LL_MOTION_FIXED)
+        return ll_field_error(LL_BAD_INPUT, "steps",
+                              "Frames (%s) cannot run backwards: reverse needs fixed steps.",
+                              ll_motion_step_names[m->steps]);
+    if (m->origin_m != 0 && (m->precision != LL_MOTION_SINGLE || !ll_ode_mechanical(ode)))
+        return ll_field_error(
+            LL_BAD_INPUT, "origin_m",
+            "origin_m (%.9g) counts in single precision (precision: float), and for problems "
+            "with positions and velocities.",
+            m->origin_m);
+    return ll_ok();
+}
+
+static ll_status check(const void *object, const char *path)
+{
+    ll_motion_config c = *(const ll_motion_config *)object;
+    ll_status status = ll_ok();
+    (void)path;
+    ll_ode ode = ll_motion_system(&c);
+    for (int i = 0; i < c.method_count && !ll_failed(&status); i++) {
+        const ll_ode_method *method = ll_motion_method_of(&c, i);
+        ll_ode_control control = ll_motion_control(&c, i);
+        status = ll_ode_method_fits(method, &ode);
+        if (!ll_failed(&status))
+            status = ll_ode_check_control(method, &control);
+        if (!ll_failed(&status))
+            status = check_drive(&c, &ode, i);
+        if (ll_failed(&status))
+            return in_method(&status, i);
+    }
+    return status;
+}
+
+const ll_param_table ll_motion_table = {.name = "motion",
+                                        .help =
+                                            "A problem of motion, solved by several methods side by side.",
+                                        .rows = rows,
+                                        .count = sizeof rows / sizeof rows[0],
+                                        .size = sizeof(ll_motion_config),
+                                        .check = check};

@@ -1,0 +1,90 @@
+/* M11: how evenly the players are served. Per metric: the gap between the best and the worst served, Jain's
+ * index (1: all alike, 1/n: one has it all), and what a millisecond of one's own round trip costs (least
+ * squares), as the player's links really delayed: the mean of the way up and that of the way down. */
+#include <cjson/cJSON.h>
+#include <math.h>
+
+#include "sim/netgame/netgame.h"
+
+/* Paths in a player's metrics. */
+static const struct {
+    const char *name;
+    const char *path;
+    bool armed; /* in games with weapons */
+} measures[] = {
+    {"input_latency_ms", "input_latency_ms.mean", false},
+    {"view_age_ms", "view_age_ms.mean", false},
+    {"age_of_information_ms", "age_of_information_ms.mean", false},
+    {"own_timeline_error_m", "own_timeline_error_m.rms", false},
+    {"remote_error_m", "remote_error_m.rms", false},
+    {"inconsistency_m_s_per_min", "inconsistency.server.sum_m_s_per_min", false},
+    {"hit_ratio", "shots.hit_ratio", true},
+};
+
+static double mean_delay_ms(const ll_link *link)
+{
+    const ll_link_stats *s = ll_link_get_stats(link);
+    return ll_netgame_ratio(s->delay_sum_ms, (double)ll_link_put_on_way(s));
+}
+
+static double round_trip_ms(const ll_netgame *g, int i)
+{
+    return mean_delay_ms(ll_netgame_up(g, i)) + mean_delay_ms(ll_netgame_down(g, i));
+}
+
+typedef struct sums {
+    double n, x, x2, y2; /* x: the measure, y: the round trip */
+    double min, max;
+    double from_x, from_y;     /* the first player's */
+    double dx, dy, dy2, dx_dy; /* less these, so that round trips that are close are told apart */
+} sums;
+
+static void add(sums *s, double x, double y)
+{
+    if (s->n == 0) {
+        s->min = s->max = s->from_x = x;
+        s->from_y = y;
+    }
+    double dx = x - s->from_x, dy = y - s->from_y;
+    s->min = x < s->min ? x : s->min;
+    s->max = x > s->max ? x : s->max;
+    s->n++;
+    s->x += x;
+    s->x2 += x * x;
+    s->y2 += y * y;
+    s->dx += dx;
+    s->dy += dy;
+    s->dy2 += dy * dy;
+    s->dx_dy += dx * dy;
+}
+
+static cJSON *fairness_json(const sums *s)
+{
+    cJSON *o = cJSON_CreateObject();
+    bool several = s->n > 1;
+    double spread = s->n * s->dy2 - s->dy * s->dy, least = 1e-9 * s->n * s->y2; /* what rounding leaves */
+    double jain = s->x2 > 0 ? s->x * s->x / (s->n * s->x2) : 1;
+    ll_netgame_number(o, "spread", several ? s->max - s->min : NAN);
+    ll_netgame_number(o, "jain", several ? jain : NAN);
+    ll_netgame_number(o, "per_ms_of_round_trip",
+                      several && spread > least ? (s->n * s->dx_dy - s->dx * s->dy) / spread : NAN);
+    return o;
+}
+
+void ll_netgame_add_fairness(const ll_netgame *g, cJSON *server, const cJSON *players)
+{
+    cJSON *fairness = cJSON_AddObjectToObject(server, "fairness");
+    for (size_t m = 0; m < sizeof measures / sizeof measures[0]; m++) {
+        sums s = {0};
+        if (measures[m].armed && !ll_netgame_shots(g))
+            continue;
+        for (int i = 0; i < g->config.player_count; i++) {
+            const cJSON *value = ll_param_number_at(cJSON_GetArrayItem(players, i), measures[m].path);
+            double x = value ? value->valuedouble : NAN, y = round_trip_ms(g, i);
+            if (!(x - x == 0 && y - y == 0))
+                continue; /* nothing was counted, or nothing has arrived */
+            add(&s, x, y);
+        }
+        cJSON_AddItemToObject(fairness, measures[m].name, fairness_json(&s));
+    }
+}

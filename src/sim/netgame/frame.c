@@ -1,0 +1,245 @@
+/* What is streamed of a netgame: its views, what is in them, and the game's own values; then what the other
+ * files of this room add. */
+#include <math.h>
+
+#include "sim/netgame/netgame.h"
+
+/* ---- views: the server's, then each player's ---- */
+
+typedef struct view {
+    uint8_t view, connection, flags;
+    bool connected;
+    uint32_t input_seq, acked_seq, unacked, corrections, refused;
+    float lag_ms, view_age_ms, own_lead_m, remote_error_m, buffer_ms, slack_ticks, correction_m, alpha;
+    double shown_s;
+} view;
+
+enum { PREDICTION = 1, RECONCILIATION = 2, INTERPOLATION = 4, UNDERRUN = 8, STALLED = 16, PERSON = 32 };
+static const char *const view_flags[] = {
+    "prediction", "reconciliation", "interpolation", "underrun", "stalled", "person", NULL};
+
+static const ll_record_field view_fields[] = {
+    LL_INT(view, view, NULL, "0 is the server, 1 + p player p"),
+    LL_FLAGS(view, flags, view_flags,
+             "techniques that are on; underrun: the buffer is dry; stalled: waits for an input; person: "
+             "driven by one"),
+    LL_ENUM(view, connection, ll_connection_state_names,
+            "state of the player's connection; the server's own is playing"),
+    LL_INT(view, connected, NULL, "whether the server has the player connected"),
+    LL_INT(view, input_seq, NULL, "of the last input that was sent; of the server its step"),
+    LL_INT(view, acked_seq, NULL, "of the last input that the server acknowledged"),
+    LL_INT(view, unacked, NULL, "inputs sent and not acknowledged"),
+    LL_STEP(view, lag_ms, LL_BITS_MS, "ms", "one-way lag in both directions, as set"),
+    LL_STEP(view, view_age_ms, LL_BITS_MS, "ms", "age of the remote entities as drawn"),
+    LL_STEP(view, own_lead_m, LL_BITS_M, "m",
+            "own entity: drawn minus the server's now; ahead by prediction, no error"),
+    LL_STEP(view, remote_error_m, LL_BITS_M, "m",
+            "remote entities: drawn minus the server's now, the largest, signed"),
+    LL_STEP(view, buffer_ms, LL_BITS_MS, "ms", "newest snapshot minus the drawn time"),
+    LL_STEP(view, slack_ticks, LL_BITS_MS, "ticks",
+            "how early the last input came to the server; negative: late; null: not known"),
+    LL_INT(view, corrections, NULL, "how often the own entity was moved on reconciling"),
+    LL_STEP(view, correction_m, LL_BITS_M, "m", "the last of these, signed"),
+    LL_INT(view, refused, NULL, "inputs that the server refused"),
+    LL_STEP(view, alpha, LL_BITS_RATIO, NULL, "where the drawn time is between its two snapshots"),
+    LL_STEP(view, shown_s, LL_BITS_S, "s", "server time of the remote entities as drawn"),
+};
+
+static const ll_record view_record = {.id = 2,
+                                      .name = "views",
+                                      .channel = LL_CHANNEL_SCENE,
+                                      .help = "The server's view, then each player's.",
+                                      .form = LL_FORM_BY_INDEX,
+                                      LL_ROWS_OF(view, view_fields)};
+
+static view server_view(const ll_netgame *g)
+{
+    const ll_server *server = ll_netgame_server(g);
+    return (view){.input_seq = (uint32_t)server->step,
+                  .flags = ll_netgame_sync(g)->due(server) == LL_NEVER ? STALLED : 0,
+                  .connection = LL_CONNECTION_PLAYING,
+                  .connected = true,
+                  .alpha = 1,
+                  .shown_s = ll_to_s(server->stepped)};
+}
+
+static uint8_t flags_of(const ll_netgame *g, int i)
+{
+    const ll_player_config *config = &g->config.players[i];
+    return (uint8_t)((config->prediction ? PREDICTION : 0) | (config->reconciliation ? RECONCILIATION : 0) |
+                     (config->interpolation ? INTERPOLATION : 0) |
+                     (ll_netgame_client(g, i)->held_now ? UNDERRUN : 0) |
+                     (ll_netgame_stalled(g, i) ? STALLED : 0) |
+                     (config->control == LL_CONTROL_PERSON ? PERSON : 0));
+}
+
+static view player_view(const ll_netgame *g, int i)
+{
+    const ll_client *c = ll_netgame_client(g, i);
+    const ll_instruments *in = ll_netgame_instruments(g, i);
+    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
+    return (view){.view = (uint8_t)(i + 1),
+                  .flags = flags_of(g, i),
+                  .connection = (uint8_t)c->connection.state,
+                  .connected = seat->connected,
+                  .input_seq = c->seq,
+                  .acked_seq = c->acked,
+                  .unacked = c->seq - c->acked,
+                  .lag_ms = (float)g->config.players[i].lag_ms,
+                  .view_age_ms = (float)in->view_age,
+                  .own_lead_m = (float)in->own_lead,
+                  .remote_error_m = (float)in->remote_error,
+                  .buffer_ms = (float)c->buffer_ms,
+                  .slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)seat->last_slack,
+                  .corrections = (uint32_t)in->corrections,
+                  .correction_m = (float)in->last_correction,
+                  .refused = (uint32_t)in->ledger.count[LL_INPUT_WAS_REFUSED],
+                  .alpha = (float)c->alpha,
+                  .shown_s = ll_to_s(c->view_time)};
+}
+
+/* ---- entities: view by view ---- */
+
+typedef struct entity {
+    uint8_t view, entity;
+    uint16_t flags;
+    float x, y, vx, vy, angle, spin, age_ms;
+} entity;
+
+static const char *const entity_flags[] = {"finished",     "predicted", "interpolated", "held", "active",
+                                           "extrapolated", "unsettled", "away",         NULL};
+
+static const ll_record_field entity_fields[] = {
+    LL_INT(entity, view, NULL, "in which it is"),
+    LL_INT(entity, entity, NULL, "which: those of the players come first"),
+    LL_FLAGS(entity, flags, entity_flags,
+             "held: there is no data; active: a projectile in flight; unsettled: overlaps what it was pushed "
+             "into; "
+             "away: its player is not connected"),
+    LL_STEP(entity, x, LL_BITS_M, "m", "position"),
+    LL_STEP(entity, y, LL_BITS_M, "m", "position"),
+    LL_STEP(entity, vx, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(entity, vy, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(entity, angle, LL_BITS_RAD, "rad", "orientation"),
+    LL_STEP(entity, spin, LL_BITS_RAD, "rad/s", "angular velocity"),
+    LL_STEP(entity, age_ms, LL_BITS_MS, "ms", "how old it is as drawn"),
+};
+
+static const ll_record entity_record = {.id = 3,
+                                        .name = "entities",
+                                        .channel = LL_CHANNEL_SCENE,
+                                        .help = "What is in each view, as it is drawn.",
+                                        .form = LL_FORM_BY_INDEX,
+                                        LL_ROWS_OF(entity, entity_fields)};
+
+static entity entity_of(int of, int index, const ll_entity *e, ll_time age, uint32_t flags)
+{
+    return (entity){.view = (uint8_t)of,
+                    .entity = (uint8_t)index,
+                    .flags = (uint16_t)(e->flags | flags),
+                    .x = (float)e->x,
+                    .y = (float)e->y,
+                    .vx = (float)e->vx,
+                    .vy = (float)e->vy,
+                    .angle = (float)e->angle,
+                    .spin = (float)e->spin,
+                    .age_ms = (float)ll_to_ms(age)};
+}
+
+static void fill_entities(const ll_netgame *g, ll_row_set *rows)
+{
+    const ll_server *server = ll_netgame_server(g);
+    const ll_world *world = ll_server_world_const(server);
+    entity all[LL_ENTITIES_MAX];
+    for (int i = 0; i < world->entities; i++)
+        all[i] = entity_of(0, i, &world->entity[i], g->now - server->stepped, 0);
+    ll_row_set_put(rows, &entity_record, all, world->entities);
+    for (int p = 0; p < g->config.player_count; p++) {
+        const ll_client *c = ll_netgame_client(g, p);
+        const ll_world *shown = ll_client_shown_const(c);
+        const ll_mark *marks = ll_client_marks_const(c);
+        for (int i = 0; i < shown->entities; i++)
+            all[i] = entity_of(p + 1, i, &shown->entity[i], g->now - marks[i].time, marks[i].flags);
+        ll_row_set_put(rows, &entity_record, all, shown->entities);
+    }
+}
+
+static void fill_views(const ll_netgame *g, ll_row_set *rows)
+{
+    view all[LL_PLAYERS_MAX + 1];
+    all[0] = server_view(g);
+    for (int i = 0; i < g->config.player_count; i++)
+        all[i + 1] = player_view(g, i);
+    ll_row_set_put(rows, &view_record, all, g->config.player_count + 1);
+}
+
+/* ---- the game's own values ---- */
+
+typedef struct game_value {
+    uint8_t player, index;
+    double value;
+} game_value;
+
+static const ll_record_field game_fields[] = {
+    LL_INT(game_value, player, NULL, "whose"),
+    LL_INT(game_value, index, NULL, "which: its name stands in the hello's layout, game_values"),
+    LL_REAL(game_value, value, 23, NULL, "the value; null: there is none yet"),
+};
+
+static const ll_record game_record = {.id = 4,
+                                      .name = "game",
+                                      .channel = LL_CHANNEL_SCENE,
+                                      .help = "The game's own values of each player.",
+                                      .form = LL_FORM_BY_INDEX,
+                                      LL_ROWS_OF(game_value, game_fields)};
+
+static void fill_game(const ll_netgame *g, ll_row_set *rows)
+{
+    const ll_game *game = ll_netgame_game(g);
+    for (int p = 0; p < g->config.player_count; p++) {
+        double values[LL_GAME_VALUES];
+        game_value all[LL_GAME_VALUES];
+        int n = 0;
+        game->describe(ll_server_world_const(ll_netgame_server(g)), &g->env, p, values);
+        for (; game->values[n]; n++)
+            all[n] = (game_value){(uint8_t)p, (uint8_t)n, values[n]};
+        ll_row_set_put(rows, &game_record, all, n);
+    }
+}
+
+/* ---- all of them ---- */
+
+const ll_record *const ll_netgame_records[] = {&view_record,
+                                               &entity_record,
+                                               &game_record,
+                                               &ll_netgame_shell_record,
+                                               &ll_netgame_buffer_record,
+                                               &ll_netgame_measure_record,
+                                               &ll_netgame_peer_record,
+                                               &ll_netgame_ladder_record,
+                                               &ll_netgame_buffered_record,
+                                               &ll_netgame_shot_record,
+                                               &ll_netgame_shot_body_record,
+                                               NULL};
+
+void ll_netgame_fill(const void *block, ll_row_set *rows)
+{
+    const ll_netgame *g = block;
+    if (ll_row_set_wants(rows, &view_record)) {
+        fill_views(g, rows);
+        fill_entities(g, rows);
+        fill_game(g, rows);
+        ll_netgame_fill_shells(g, rows);
+    }
+    if (ll_row_set_wants(rows, &ll_netgame_buffer_record)) {
+        ll_netgame_fill_buffers(g, rows);
+        ll_netgame_fill_measures(g, rows);
+        ll_netgame_fill_peers(g, rows);
+    }
+    if (ll_row_set_wants(rows, &ll_netgame_ladder_record))
+        ll_netgame_fill_ladder(g, rows);
+    if (ll_row_set_wants(rows, &ll_netgame_buffered_record))
+        ll_netgame_fill_buffered(g, rows);
+    if (ll_row_set_wants(rows, &ll_netgame_shot_record))
+        ll_netgame_fill_shots(g, rows);
+}

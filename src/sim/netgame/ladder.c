@@ -1,0 +1,99 @@
+/* The reconciliation ladder: the last inputs of each player who reconciles, where its client thought that
+ * they put the own entity, and where the server had it. */
+#include <math.h>
+
+#include "sim/netgame/netgame.h"
+
+enum { RUNGS_MAX = 32 }; /* of a player */
+
+enum { RUNG_OPEN, RUNG_ACKNOWLEDGED, RUNG_REFUSED, RUNG_LATE, RUNG_LOST };
+
+typedef struct rung {
+    uint8_t player, state;
+    uint32_t seq;
+    double made_s;
+    float predicted_x, server_x, correction_m;
+} rung;
+
+static const char *const rung_states[] = {"open", "acknowledged", "refused", "late", "lost", NULL};
+
+static const ll_record_field rung_fields[] = {
+    LL_INT(rung, player, NULL, "whose input"),
+    LL_INT(rung, seq, NULL, "its sequence number"),
+    LL_ENUM(rung, state, rung_states, "what has become of it"),
+    LL_STEP(rung, made_s, LL_BITS_S, "s", "when it was made"),
+    LL_STEP(rung, predicted_x, LL_BITS_M, "m", "own entity after it, as predicted last; null: not yet"),
+    LL_STEP(rung, server_x, LL_BITS_M, "m", "own entity in the state that acknowledged it; null: not known"),
+    LL_STEP(rung, correction_m, LL_BITS_M, "m", "the one less the other; null: one is not known"),
+};
+
+const ll_record ll_netgame_ladder_record = {
+    .id = 9,
+    .name = "ladder",
+    .channel = LL_CHANNEL_LADDER,
+    .help = "The reconciliation ladder: the last 32 inputs of each player who "
+            "reconciles, oldest first.",
+    .form = LL_FORM_KEYED,
+    .keys = 2,
+    LL_ROWS_OF(rung, rung_fields)};
+
+/* The client's word for what is open; of what is closed the observer knows more than it. */
+static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
+{
+    ll_client *c = ll_netgame_client(g, player);
+    uint8_t fate = ll_ledger_marks(&ll_netgame_instruments(g, player)->ledger, seq);
+    if (seq > c->acked && ll_client_is_open(c, seq))
+        return RUNG_OPEN;
+    if (fate & LL_LEDGER_REFUSED)
+        return RUNG_REFUSED;
+    if (fate & LL_LEDGER_IN_TIME)
+        return RUNG_ACKNOWLEDGED;
+    return fate & (LL_LEDGER_LATE | LL_LEDGER_WENT) ? RUNG_LATE : RUNG_LOST;
+}
+
+/* The states that the client still has tell where the server had it after the inputs that they acknowledge.
+ */
+static void confirm(ll_client *c, rung *rungs, int count)
+{
+    int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
+    for (int64_t i = oldest; count > 0 && i < c->newest; i++) {
+        ll_received *state = ll_client_state(c, i);
+        uint32_t at = state->acked - rungs[0].seq;
+        if (state->acked < rungs[0].seq || at >= (uint32_t)count || rungs[at].state == RUNG_OPEN)
+            continue;
+        rungs[at].server_x = (float)ll_received_world(state)->entity[c->self].x;
+        if (rungs[at].predicted_x == rungs[at].predicted_x)
+            rungs[at].correction_m =
+                (float)(ll_received_world(state)->entity[c->self].x - ll_client_pending(c, state->acked)->x);
+    }
+}
+
+/* Returns how many were written. */
+static int list(const ll_netgame *g, int player, rung *rungs)
+{
+    ll_client *c = ll_netgame_client(g, player);
+    int count = c->seq < RUNGS_MAX ? (int)c->seq : RUNGS_MAX;
+    if (c->predicting == 0 || !g->config.players[player].reconciliation)
+        return 0;
+    for (int i = 0; i < count; i++) {
+        uint32_t seq = c->seq - (uint32_t)(count - 1 - i);
+        const ll_pending *p = ll_client_pending(c, seq);
+        bool played = seq <= c->played;
+        rungs[i] = (rung){.player = (uint8_t)player,
+                          .state = state_of(g, player, seq),
+                          .seq = seq,
+                          .made_s = ll_to_s(p->made),
+                          .predicted_x = played ? (float)p->x : NAN,
+                          .server_x = NAN,
+                          .correction_m = NAN};
+    }
+    confirm(c, rungs, count);
+    return count;
+}
+
+void ll_netgame_fill_ladder(const ll_netgame *g, ll_row_set *rows)
+{
+    rung rungs[RUNGS_MAX];
+    for (int i = 0; i < g->config.player_count; i++)
+        ll_row_set_put(rows, &ll_netgame_ladder_record, rungs, list(g, i, rungs));
+}

@@ -1,0 +1,173 @@
+/* Simulations of kind `netgame`: a server, its clients and the links between them, under one virtual clock.
+ *
+ * The actors share nothing: only packets pass between them. This room carries the packets, keeps the clocks,
+ * and, since it holds everybody, measures every view against the truth. */
+#pragma once
+
+#include "netcode/server/admission.h"
+#include "netcode/state/client.h"
+#include "netcode/protocol/config.h"
+#include "link/line/link.h"
+#include "netcode/observe/desync.h"
+#include "netcode/metrics/instruments.h"
+#include "netcode/server/server.h"
+#include "netcode/metrics/shots.h"
+#include "sim/core/sim.h"
+
+typedef struct ll_netgame_config {
+    ll_scenario_head head;
+    double tick_hz, warmup_s;
+    int32_t game; /* index into ll_games */
+    int32_t player_count;
+    double params[16]; /* the game's */
+    ll_server_config server;
+    ll_player_config players[LL_PLAYERS_MAX];
+} ll_netgame_config;
+
+extern const ll_param_table ll_netgame_table;
+
+/* The start of a block. Offsets are from here. */
+typedef struct ll_netgame {
+    int64_t size;
+    ll_game_env env;
+    ll_time now;
+    int64_t server, history;
+    int64_t shots; /* 0 in a game without weapons */
+    struct {
+        int64_t client, up, down, dejitter, instruments, desync, gunner;
+    } at[LL_PLAYERS_MAX];
+    ll_netgame_config config; /* the last: a block ends it behind the players that there are */
+} ll_netgame;
+
+static inline ll_server *ll_netgame_server(const ll_netgame *g)
+{
+    return (ll_server *)((char *)g + g->server);
+}
+
+static inline ll_history *ll_netgame_history(const ll_netgame *g)
+{
+    return (ll_history *)((char *)g + g->history);
+}
+
+static inline ll_client *ll_netgame_client(const ll_netgame *g, int i)
+{
+    return (ll_client *)((char *)g + g->at[i].client);
+}
+
+static inline ll_link *ll_netgame_up(const ll_netgame *g, int i)
+{
+    return (ll_link *)((char *)g + g->at[i].up);
+}
+
+static inline ll_link *ll_netgame_down(const ll_netgame *g, int i)
+{
+    return (ll_link *)((char *)g + g->at[i].down);
+}
+
+static inline ll_dejitter *ll_netgame_dejitter(const ll_netgame *g, int i)
+{
+    return (ll_dejitter *)((char *)g + g->at[i].dejitter);
+}
+
+static inline ll_instruments *ll_netgame_instruments(const ll_netgame *g, int i)
+{
+    return (ll_instruments *)((char *)g + g->at[i].instruments);
+}
+
+static inline ll_desync *ll_netgame_desync(const ll_netgame *g, int i)
+{
+    return (ll_desync *)((char *)g + g->at[i].desync);
+}
+
+static inline ll_shots *ll_netgame_shots(const ll_netgame *g)
+{
+    return g->shots != 0 ? (ll_shots *)((char *)g + g->shots) : NULL;
+}
+
+static inline ll_gunner *ll_netgame_gunner(const ll_netgame *g, int i)
+{
+    return g->at[i].gunner != 0 ? (ll_gunner *)((char *)g + g->at[i].gunner) : NULL;
+}
+
+static inline int ll_netgame_entities(const ll_netgame *g)
+{
+    return ll_server_world_const(ll_netgame_server(g))->entities;
+}
+
+static inline const ll_game *ll_netgame_game(const ll_netgame *g)
+{
+    return ll_games[g->config.game];
+}
+
+static inline const ll_sync *ll_netgame_sync(const ll_netgame *g)
+{
+    return ll_syncs[g->config.server.sync];
+}
+
+/* Whether a client waits for the input of another. */
+static inline bool ll_netgame_stalled(const ll_netgame *g, int i)
+{
+    return ll_netgame_sync(g)->observe && ll_client_peer(ll_netgame_client(g, i))->waiting != 0;
+}
+
+/* report.c: what is told of a block */
+struct cJSON *ll_netgame_state(const void *block);
+struct cJSON *ll_netgame_metrics(const void *block);
+struct cJSON *ll_netgame_layout(const void *config);
+/* notices.c: sentences that tell why metrics are null: what the configuration says of any run of it,
+ * and added to the `metrics` of a block as `notices`, with what has not happened in it so far */
+struct cJSON *ll_netgame_notices(const void *config);
+void ll_netgame_add_notices(const ll_netgame *game, struct cJSON *metrics);
+void ll_netgame_distribution(struct cJSON *object, const char *name, ll_summary summary);
+int ll_netgame_trace_columns(const void *config, char (*names)[48], int capacity);
+int ll_netgame_trace_row(const void *block, double *values, int capacity);
+
+/* A number; null for what is none. */
+void ll_netgame_number(struct cJSON *object, const char *name, double value);
+double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
+
+/* A gauge as mean, min, max and count, `scale` times as large. */
+void ll_netgame_gauge(struct cJSON *object, const char *name, const ll_gauge *gauge, double scale);
+
+/* playout.c: the players' de-jitter buffers. Holds back a packet that has come; false when it goes to
+ * the client at once. Plays out the next one that is due: its size. */
+bool ll_netgame_hold(ll_netgame *game, int player, const void *packet, int bytes);
+int ll_netgame_play_out(ll_netgame *game, int player, void *packet, int capacity);
+
+/* views.c: M7 to M9 of a player's view, added to its metrics; its buffers, streamed */
+void ll_netgame_view_metrics(const ll_netgame *game, int player, struct cJSON *object);
+extern const ll_record ll_netgame_buffer_record, ll_netgame_buffered_record;
+void ll_netgame_fill_buffers(const ll_netgame *game, ll_row_set *rows);
+void ll_netgame_fill_buffered(const ll_netgame *game, ll_row_set *rows);
+
+/* inputs.c: adds to the metrics of `player` what became of its inputs */
+void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+
+/* connection.c: adds to the metrics of `player` how it was connected */
+void ll_netgame_connection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+
+/* ladder.c: the last inputs of the players, streamed */
+extern const ll_record ll_netgame_ladder_record;
+void ll_netgame_fill_ladder(const ll_netgame *game, ll_row_set *rows);
+
+void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
+
+/* peers.c: of the peer-to-peer syncs */
+void ll_netgame_peer_metrics(struct cJSON *player, const ll_netgame *g, int i);
+void ll_netgame_slowest(struct cJSON *server, const ll_netgame *g);
+extern const ll_record ll_netgame_peer_record;
+void ll_netgame_fill_peers(const ll_netgame *game, ll_row_set *rows);
+
+/* shots.c: M10 of `player`, the last shots and the shells; nothing in a game without weapons */
+void ll_netgame_shots_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
+extern const ll_record ll_netgame_shot_record, ll_netgame_shot_body_record, ll_netgame_shell_record;
+void ll_netgame_fill_shots(const ll_netgame *game, ll_row_set *rows);
+void ll_netgame_fill_shells(const ll_netgame *game, ll_row_set *rows);
+
+/* measures.c: what is counted of each player's view, streamed */
+extern const ll_record ll_netgame_measure_record;
+void ll_netgame_fill_measures(const ll_netgame *game, ll_row_set *rows);
+
+/* frame.c: what is streamed of a block */
+extern const ll_record *const ll_netgame_records[];
+void ll_netgame_fill(const void *block, ll_row_set *rows);

@@ -1,0 +1,216 @@
+/* The packets of a netgame: carried over the links, taken by server and clients. */
+#include <string.h>
+
+#include "base/assert.h"
+#include "sim/netgame/parts.h"
+
+void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int bytes, const ll_recorder *r)
+{
+    const ll_player_config *config = &g->config.players[player];
+    ll_link *link = up ? ll_netgame_up(g, player) : ll_netgame_down(g, player);
+    ll_message_head head;
+    memcpy(&head, packet, sizeof head);
+    ll_sending s =
+        ll_link_send(link, up ? &config->link.up : &config->link.down, config->lag_ms, g->now, packet, bytes);
+
+    if (up)
+        ll_netgame_client(g, player)->connection.sent = g->now;
+    else
+        ll_netgame_server(g)->seats[player].told = g->now;
+    ll_instruments *in = ll_netgame_instruments(g, player);
+    if (g->now >= in->from) {
+        int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
+        in->bytes[head.type] += bytes;
+        in->messages[head.type]++;
+        in->packets[head.type] += s.fragments;
+        in->wire_bytes[head.type] += bytes + s.fragments * headers;
+    }
+    bool inputs = head.type == LL_MESSAGE_INPUT;
+    if (inputs && s.fate == LL_FATE_DELIVERED)
+        ll_ledger_went(&in->ledger, head.seq, head.count, s.due);
+    if (inputs && s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
+        ll_ledger_went(&in->ledger, head.seq, head.count, s.copy_due);
+    if (!r)
+        return;
+    ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
+    e.end = s.due;
+    e.number = head.seq;
+    if (head.type == LL_MESSAGE_STATE || head.type == LL_MESSAGE_RELAY)
+        e.number = (uint32_t)ll_netgame_server(g)->step;
+    else if (inputs)
+        e.number += head.count - 1u; /* its newest */
+    ll_netgame_record(r, e);
+    if (s.duplicated) {
+        e.fate = (uint8_t)s.copy_fate;
+        e.end = s.copy_due;
+        ll_netgame_record(r, e);
+    }
+}
+
+/* The server's message of an update to a player who is connected. */
+static void update_player(ll_netgame *g, int player, const ll_recorder *r)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
+    server->seats[player].repeats = 0;
+    if (server->seats[player].connected)
+        ll_netgame_send(g, player, false, packet, sync->compose(server, sync, player, packet), r);
+}
+
+void ll_netgame_update(ll_netgame *g, const ll_recorder *r)
+{
+    for (int i = 0; i < g->config.player_count; i++)
+        update_player(g, i, r);
+}
+
+static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netgame *g)
+{
+    static const ll_ledger_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
+                                           [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
+                                           [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
+    ll_ledger *ledger = &in->ledger;
+    ll_ledger_judged(ledger, verdict->seq, marks[verdict->outcome]);
+    if (g->now < in->from)
+        return;
+    ledger->late += verdict->outcome == LL_OUTCOME_LATE;
+    if (ll_netgame_sync(g)->leads)
+        ll_gauge_add(&ledger->slack, verdict->slack);
+}
+
+static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+{
+    ll_verdict verdicts[LL_INPUTS_MAX];
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    int n = sync->take(server, sync, player, packet, g->now, verdicts);
+    for (int i = 0; i < n; i++) {
+        judged(ll_netgame_instruments(g, player), &verdicts[i], g);
+        ll_netgame_record(r, (ll_event){.type = LL_EVENT_VERDICT,
+                                        .player = (uint8_t)player,
+                                        .outcome = verdicts[i].outcome,
+                                        .begin = g->now,
+                                        .end = g->now,
+                                        .number = verdicts[i].seq});
+        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
+            ll_netgame_instruments(g, player)->false_refusals++;
+        if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
+            ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, server->seats[player].epoch,
+                                       verdicts[i].seq};
+            ll_netgame_send(g, player, false, &refusal, (int)sizeof refusal, r);
+        }
+    }
+    server->seats[player].repeats += n == 0;
+}
+
+static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    _Alignas(8) char reply[LL_NETGAME_PACKET_MAX];
+    bool with_world = sync->start != NULL && g->now >= 0; /* before, everybody has the world */
+    ll_admitted done = ll_admission_receive(server, with_world, player, packet, g->now, reply);
+    if (done.joined)
+        ll_server_world(server)->entity[player].flags &= ~(uint64_t)LL_ENTITY_AWAY;
+    if (done.joined && with_world && sync->join)
+        sync->join(server, sync, player, g->now);
+    if (done.reply > 0)
+        ll_netgame_send(g, player, false, reply, done.reply, r);
+    if (done.game)
+        server_takes(g, player, packet, r);
+}
+
+/* Looks after the connections: who is silent for too long is dropped, and others see it leave. */
+void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
+{
+    const ll_sync *sync = ll_netgame_sync(g);
+    ll_server *server = ll_netgame_server(g);
+    double timeout_s = g->config.server.timeout_s;
+    ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
+    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
+    server->tend += LL_TEND_EVERY;
+    for (int i = 0; i < server->players; i++) {
+        if (sync->waits && server->seats[i].repeats > 0)
+            update_player(g, i, r); /* it repeats what is known: it has not got the state */
+        int bytes = ll_admission_keep_alive(server, i, g->now, packet);
+        if (bytes > 0)
+            ll_netgame_send(g, i, false, packet, bytes, r);
+        if (!ll_admission_tend(server, i, timeout, g->now))
+            continue;
+        ll_netgame_record(r, (ll_event){.type = LL_EVENT_DROPPED,
+                                        .player = (uint8_t)i,
+                                        .begin = g->now,
+                                        .end = g->now,
+                                        .number = (uint32_t)server->seats[i].drops});
+        if (sync->stand_in)
+            sync->stand_in(server, g->now);
+        else /* a client's own world has no such flag */
+            ll_server_world(server)->entity[i].flags |= LL_ENTITY_AWAY;
+    }
+}
+
+static void client_receives(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
+                            int bytes)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    const ll_recorder *r = s->recorder;
+    int outcome = s->sync->receive(client, s, packet, bytes, g->now);
+    if (!r)
+        return;
+    const ll_state_message *m = packet;
+    if (m->head.type != LL_MESSAGE_STATE)
+        return;
+    const ll_world *world = ll_received_world(ll_client_state(client, client->newest - 1));
+    ll_netgame_record(
+        r, (ll_event){.type = LL_EVENT_APPLIED,
+                      .player = (uint8_t)player,
+                      .outcome = (uint8_t)outcome,
+                      .begin = g->now,
+                      .end = g->now,
+                      .number = (uint32_t)m->tick,
+                      .value = outcome == LL_OUTCOME_APPLIED ? (float)world->entity[player].x : 0});
+}
+
+/* False: the packet is of the game. */
+static bool client_connects(ll_netgame *g, int player, const ll_client_setup *s, const void *packet,
+                            int bytes)
+{
+    ll_client *client = ll_netgame_client(g, player);
+    int64_t joins = client->connection.joins;
+    bool taken = ll_connection_receive(client, s, packet, bytes, g->now);
+    if (client->connection.joins != joins && s->sync->observe && g->now >= 0)
+        ll_desync_start(ll_netgame_desync(g, player), ll_client_peer(client)->start);
+    return taken;
+}
+
+static int take_off(ll_netgame *g, ll_link *link, void *packet)
+{
+    ll_time sent, due;
+    int bytes = ll_link_receive(link, g->now, packet, LL_NETGAME_PACKET_MAX, &sent, &due);
+    LL_ASSERT(bytes >= (int)sizeof(ll_message_head));
+    return bytes;
+}
+
+void ll_netgame_deliver_up(ll_netgame *g, int player, const ll_recorder *r)
+{
+    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
+    take_off(g, ll_netgame_up(g, player), packet);
+    server_receives(g, player, packet, r);
+}
+
+void ll_netgame_deliver_down(ll_netgame *g, int player, const ll_client_setup *s)
+{
+    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
+    int bytes = take_off(g, ll_netgame_down(g, player), packet);
+    if (!client_connects(g, player, s, packet, bytes) && !ll_netgame_hold(g, player, packet, bytes))
+        client_receives(g, player, s, packet, bytes);
+    ll_client_set_due(ll_netgame_client(g, player), s);
+}
+
+void ll_netgame_deliver_held(ll_netgame *g, int player, const ll_client_setup *s)
+{
+    _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
+    int bytes = ll_netgame_play_out(g, player, packet, (int)sizeof packet);
+    client_receives(g, player, s, packet, bytes);
+    ll_client_set_due(ll_netgame_client(g, player), s);
+}

@@ -1,0 +1,316 @@
+/* What is told of shots: M10, and the last of them and the shells in flight, streamed. */
+#include <cjson/cJSON.h>
+#include <stddef.h>
+#include <string.h>
+
+#include "sim/netgame/netgame.h"
+
+static void number(cJSON *object, const char *name, double value)
+{
+    ll_netgame_number(object, name, value);
+}
+
+/* null where nothing was counted: no share, rather than a bad one */
+static void share(cJSON *object, const char *name, int64_t part, int64_t whole)
+{
+    number(object, name, ll_netgame_ratio((double)part, (double)whole));
+}
+
+static void peeks(cJSON *object, const ll_marksman *m)
+{
+    static const char *const names[] = {"mean", "rms", "p50", "p95", "p99", "max"};
+    ll_summary s = ll_shots_peeks(m);
+    const double values[] = {s.mean, s.rms, s.p50, s.p95, s.p99, s.max};
+    cJSON *o = cJSON_AddObjectToObject(object, "peeker_advantage_ms");
+    for (int i = 0; i < 6; i++)
+        if (s.count > 0)
+            number(o, names[i], values[i]);
+        else
+            cJSON_AddNullToObject(o, names[i]);
+    number(o, "count", (double)s.count);
+    number(o, "seen_second", (double)m->peek[1].count);
+}
+
+static void tally(cJSON *parent, const char *name, const ll_shot_tally *t)
+{
+    static const char *const hits[LL_JUDGES] = {[LL_JUDGE_VIEW] = "client_view_hits",
+                                                [LL_JUDGE_NOW] = "server_now_hits",
+                                                [LL_JUDGE_SERVER] = "compensated_hits",
+                                                [LL_JUDGE_PERFECT] = "perfect_hits"};
+    cJSON *o = cJSON_AddObjectToObject(parent, name);
+    number(o, "shots", (double)t->shots);
+    number(o, "lost", (double)t->lost);
+    for (int j = 0; j < LL_JUDGES; j++)
+        number(o, hits[j], (double)t->hits[j]);
+    share(o, "agreement", t->agreed, t->shots);
+    number(o, "shots_within_max_rewind", (double)t->within);
+    share(o, "agreement_within_max_rewind", t->within_agreed, t->within);
+    number(o, "false_hits", (double)t->false_hits);
+    number(o, "false_misses", (double)t->false_misses);
+    share(o, "favour_the_shooter", t->kept, t->hits[LL_JUDGE_VIEW]);
+    number(o, "hits_on_players", (double)t->on_players);
+    number(o, "shot_behind_cover", (double)t->behind_cover);
+    number(o, "clamped", (double)t->clamped);
+    number(o, "distrusted", (double)t->distrusted);
+}
+
+void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
+{
+    if (!ll_netgame_shots(g))
+        return;
+    const ll_marksman *m = &ll_netgame_shots(g)->marksman[player];
+    cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
+    tally(o, "rifle", &m->tally[LL_RIFLE]);
+    tally(o, "shell", &m->tally[LL_CANNON]);
+    int64_t shots = 0, hits = 0;
+    for (int w = 0; w < LL_WEAPONS; w++) {
+        shots += m->tally[w].shots;
+        hits += m->tally[w].hits[LL_JUDGE_SERVER];
+    }
+    share(o, "hit_ratio", hits, shots);
+    ll_netgame_distribution(o, "rollback_distance_m", ll_histogram_summary(&m->rollback));
+    ll_netgame_distribution(o, "rewind_ms", ll_histogram_summary(&m->rewind));
+    ll_netgame_distribution(o, "trace_error_m", ll_histogram_summary(&m->trace_error));
+    peeks(o, m);
+}
+
+/* ---- the last shots ---- */
+
+enum { NOBODY_YET = -2 };
+
+#define SHOWN (5 * LL_SECOND) /* older shots are not told: the history would not have them for ever */
+
+typedef struct shot {
+    uint8_t player, weapon, flags;
+    uint32_t tick;
+    double pressed_s, seen_s, judged_s, looked_s;
+    float x, y, dx, dy, server_x, server_y;
+    int32_t client_view_hit, server_now_hit, compensated_hit, perfect_hit;
+} shot;
+
+static const char *const weapons[] = {"rifle", "shell", NULL};
+static const char *const shot_flags[] = {"taken", "clamped", "distrusted", "behind_cover", NULL};
+
+static const ll_record_field shot_fields[] = {
+    LL_INT(shot, player, NULL, "who shot"),
+    LL_ENUM(shot, weapon, weapons, "with what"),
+    LL_INT(shot, tick, NULL, "the server's step that it was meant for"),
+    LL_FLAGS(shot, flags, shot_flags,
+             "clamped: to max_rewind_ms; distrusted: its age of view was not believed; behind_cover: the "
+             "target was"),
+    LL_STEP(shot, pressed_s, LL_BITS_S, "s", "when the button was pressed"),
+    LL_STEP(shot, seen_s, LL_BITS_S, "s", "server time of what the shooter saw"),
+    LL_STEP(shot, judged_s, LL_BITS_S, "s", "the server's present when it judged"),
+    LL_STEP(shot, looked_s, LL_BITS_S, "s", "server time of the bodies that it judged against"),
+    LL_STEP(shot, x, LL_BITS_M, "m", "the muzzle as pressed"),
+    LL_STEP(shot, y, LL_BITS_M, "m", "the muzzle as pressed"),
+    LL_STEP(shot, dx, LL_BITS_RAD, NULL, "the aim, a unit vector"),
+    LL_STEP(shot, dy, LL_BITS_RAD, NULL, "the aim, a unit vector"),
+    LL_STEP(shot, server_x, LL_BITS_M, "m", "the muzzle where the server had it"),
+    LL_STEP(shot, server_y, LL_BITS_M, "m", "the muzzle where the server had it"),
+    LL_INT(shot, client_view_hit, NULL,
+           "body that is hit in what the shooter saw; -1 nobody, -2 not known yet"),
+    LL_INT(shot, server_now_hit, NULL, "in the server's present, without compensation"),
+    LL_INT(shot, compensated_hit, NULL, "by the server's policy"),
+    LL_INT(shot, perfect_hit, NULL, "on a network without delay"),
+};
+
+const ll_record ll_netgame_shot_record = {
+    .id = 11,
+    .name = "shots",
+    .channel = LL_CHANNEL_SHOTS,
+    .help = "Of each player the last shot of each weapon that the server took, "
+            "not older than 5 s.",
+    .form = LL_FORM_KEYED,
+    .keys = 3,
+    LL_ROWS_OF(shot, shot_fields)};
+
+typedef struct shot_body {
+    uint8_t player, weapon, body;
+    uint32_t tick;
+    float seen_x, seen_y, now_x, now_y, looked_x, looked_y;
+} shot_body;
+
+static const ll_record_field shot_body_fields[] = {
+    LL_INT(shot_body, player, NULL, "who shot"),
+    LL_ENUM(shot_body, weapon, weapons, "with what"),
+    LL_INT(shot_body, tick, NULL, "of the shot"),
+    LL_INT(shot_body, body, NULL, "which body: that entity"),
+    LL_STEP(shot_body, seen_x, LL_BITS_M, "m", "as the shooter saw it, at seen_s"),
+    LL_STEP(shot_body, seen_y, LL_BITS_M, "m", "as the shooter saw it, at seen_s"),
+    LL_STEP(shot_body, now_x, LL_BITS_M, "m", "in the server's present, at judged_s"),
+    LL_STEP(shot_body, now_y, LL_BITS_M, "m", "in the server's present, at judged_s"),
+    LL_STEP(shot_body, looked_x, LL_BITS_M, "m", "where the server looked, at looked_s"),
+    LL_STEP(shot_body, looked_y, LL_BITS_M, "m", "where the server looked, at looked_s"),
+};
+
+const ll_record ll_netgame_shot_body_record = {.id = 12,
+                                               .name = "shot_bodies",
+                                               .channel = LL_CHANNEL_SHOTS,
+                                               .help = "The bodies at the times of these shots.",
+                                               .form = LL_FORM_KEYED,
+                                               .keys = 4,
+                                               LL_ROWS_OF(shot_body, shot_body_fields)};
+
+static shot shot_of(const ll_shot_record *r, int player, int weapon)
+{
+    int32_t hit[LL_JUDGES];
+    for (int j = 0; j < LL_JUDGES; j++)
+        hit[j] = r->spoken >> j & 1 ? r->body[j] : NOBODY_YET;
+    return (shot){.player = (uint8_t)player,
+                  .weapon = (uint8_t)weapon,
+                  .flags = (uint8_t)(r->flags & (LL_SHOT_LOST - 1)),
+                  .tick = (uint32_t)r->tick,
+                  .pressed_s = ll_to_s(r->pressed),
+                  .seen_s = ll_to_s(r->seen),
+                  .judged_s = ll_to_s(r->judged),
+                  .looked_s = ll_to_s(r->looked),
+                  .x = (float)r->aim.from.x,
+                  .y = (float)r->aim.from.y,
+                  .dx = (float)r->aim.direction.x,
+                  .dy = (float)r->aim.direction.y,
+                  .server_x = (float)r->muzzle.x,
+                  .server_y = (float)r->muzzle.y,
+                  .client_view_hit = hit[LL_JUDGE_VIEW],
+                  .server_now_hit = hit[LL_JUDGE_NOW],
+                  .compensated_hit = hit[LL_JUDGE_SERVER],
+                  .perfect_hit = hit[LL_JUDGE_PERFECT]};
+}
+
+static void fill_bodies(const ll_netgame *g, const ll_shot_record *r, const float (*seen)[2], const shot *of,
+                        ll_row_set *rows)
+{
+    const ll_arena *arena = &ll_netgame_shots(g)->arena;
+    ll_point now[LL_BODIES_MAX], looked[LL_BODIES_MAX];
+    ll_bodies_at(arena, ll_netgame_history(g), r->judged, now);
+    ll_bodies_at(arena, ll_netgame_history(g), r->looked, looked);
+    for (int i = 0; i < arena->bodies; i++) {
+        shot_body body = {.player = of->player,
+                          .weapon = of->weapon,
+                          .body = (uint8_t)i,
+                          .tick = of->tick,
+                          .seen_x = seen[i][0],
+                          .seen_y = seen[i][1],
+                          .now_x = (float)now[i].x,
+                          .now_y = (float)now[i].y,
+                          .looked_x = (float)looked[i].x,
+                          .looked_y = (float)looked[i].y};
+        ll_row_set_put(rows, &ll_netgame_shot_body_record, &body, 1);
+    }
+}
+
+void ll_netgame_fill_shots(const ll_netgame *g, ll_row_set *rows)
+{
+    int players = ll_netgame_shots(g) ? g->config.player_count : 0;
+    for (int i = 0; i < players; i++)
+        for (int w = 0; w < LL_WEAPONS; w++) {
+            const float(*seen)[2];
+            const ll_shot_record *r = ll_shots_last(ll_netgame_shots(g), i, (ll_weapon)w, &seen);
+            if (!r || g->now - r->judged > SHOWN)
+                continue;
+            shot one = shot_of(r, i, w);
+            ll_row_set_put(rows, &ll_netgame_shot_record, &one, 1);
+            fill_bodies(g, r, seen, &one, rows);
+        }
+}
+
+/* ---- shells in flight, as every view has them ---- */
+
+typedef struct shell_row {
+    uint8_t view, player;
+    uint16_t number;
+    float flown_s, x, y, vx, vy, from_x, from_y, from_vx, from_vy;
+} shell_row;
+
+static const ll_record_field shell_fields[] = {
+    LL_INT(shell_row, view, NULL, "in which it is"),
+    LL_INT(shell_row, player, NULL, "whose"),
+    LL_INT(shell_row, number, NULL, "counts those of the player"),
+    LL_STEP(shell_row, flown_s, LL_BITS_S, "s", "since the start of its flight"),
+    LL_STEP(shell_row, x, LL_BITS_M, "m", "position"),
+    LL_STEP(shell_row, y, LL_BITS_M, "m", "position"),
+    LL_STEP(shell_row, vx, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(shell_row, vy, LL_BITS_MPS, "m/s", "velocity"),
+    LL_STEP(shell_row, from_x, LL_BITS_M, "m", "position at the start"),
+    LL_STEP(shell_row, from_y, LL_BITS_M, "m", "position at the start"),
+    LL_STEP(shell_row, from_vx, LL_BITS_MPS, "m/s", "velocity at the start"),
+    LL_STEP(shell_row, from_vy, LL_BITS_MPS, "m/s", "velocity at the start"),
+};
+
+const ll_record ll_netgame_shell_record = {.id = 5,
+                                           .name = "shells",
+                                           .channel = LL_CHANNEL_SCENE,
+                                           .help = "Shells in flight, in a game with weapons.",
+                                           .form = LL_FORM_KEYED,
+                                           .keys = 3,
+                                           LL_ROWS_OF(shell_row, shell_fields)};
+
+enum { SHELLS_MAX = (LL_PLAYERS_MAX + 1) * LL_PLAYERS_MAX * LL_SHELLS };
+
+static shell_row shell_at(int view, int player, uint32_t number, const ll_flight *f, double s)
+{
+    ll_point at = ll_flight_at(f, s);
+    return (shell_row){.view = (uint8_t)view,
+                       .player = (uint8_t)player,
+                       .number = (uint16_t)number,
+                       .flown_s = (float)s,
+                       .x = (float)at.x,
+                       .y = (float)at.y,
+                       .vx = (float)f->velocity.x,
+                       .vy = (float)(f->velocity.y - f->gravity * s),
+                       .from_x = (float)f->from.x,
+                       .from_y = (float)f->from.y,
+                       .from_vx = (float)f->velocity.x,
+                       .from_vy = (float)f->velocity.y};
+}
+
+/* Those of `player` that a world knows of, at the time that it is drawn at. */
+static int known_shells(const ll_netgame *g, int view, const ll_world *world, int player, ll_time time,
+                        shell_row *out)
+{
+    const ll_arms *arms = ll_netgame_game(g)->weapons->arms(world, player);
+    int n = 0;
+    for (int i = 0; i < LL_SHELLS; i++) {
+        const ll_shell *shell = &arms->shells[i];
+        ll_flight f = {shell->from, shell->velocity, ll_netgame_shots(g)->arena.gravity};
+        if (shell->number > 0 && time >= shell->start && time < shell->end)
+            out[n++] = shell_at(view, player, shell->number, &f, ll_to_s(time - shell->start));
+    }
+    return n;
+}
+
+/* The own ones are where the client has flown them. */
+static int own_shells(const ll_netgame *g, int player, shell_row *out)
+{
+    const ll_gunner *gunner = ll_netgame_gunner(g, player);
+    int n = 0;
+    for (int64_t number = gunner->fired - LL_SHELLS + 1; number <= gunner->fired; number++) {
+        const ll_gunner_shell *shell = &gunner->shells[(number + LL_SHELLS) % LL_SHELLS];
+        if (number > 0 && shell->state == LL_GUNNER_FLYING)
+            out[n++] = shell_at(player + 1, player, (uint32_t)number, &shell->flight,
+                                ll_to_s(gunner->drawn_time - shell->start));
+    }
+    return n;
+}
+
+static int list_shells(const ll_netgame *g, shell_row *out)
+{
+    const ll_server *server = ll_netgame_server(g);
+    int players = g->config.player_count, n = 0;
+    for (int i = 0; i < players; i++)
+        n += known_shells(g, 0, ll_server_world_const(server), i, server->stepped, out + n);
+    for (int v = 0; v < players; v++) {
+        const ll_client *c = ll_netgame_client(g, v);
+        for (int i = 0; i < players; i++)
+            n += i == v ? own_shells(g, v, out + n)
+                        : known_shells(g, v + 1, ll_client_shown_const(c), i, c->view_time, out + n);
+    }
+    return n;
+}
+
+void ll_netgame_fill_shells(const ll_netgame *g, ll_row_set *rows)
+{
+    shell_row shells[SHELLS_MAX];
+    if (ll_netgame_shots(g))
+        ll_row_set_put(rows, &ll_netgame_shell_record, shells, list_shells(g, shells));
+}

@@ -1,0 +1,306 @@
+#include <stdio.h>
+#include <string.h>
+
+#include "sim/core/scenario_rows.h"
+#include "sim/rigid/rigid.h"
+
+#define ROW(struct_type, field, ...)                                                                         \
+    {                                                                                                        \
+        .name = #field, .offset = offsetof(struct_type, field), __VA_ARGS__                                  \
+    }
+
+/* ---- bodies ---- */
+
+static const char *const form_names[LL_FORMS + 1] = {"box",     "circle", "capsule", "polygon",
+                                                     "segment", "chain",  NULL};
+
+#define REAL(field, low, high, value, of, text)                                                              \
+    ROW(ll_rigid_body, field, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value, .unit = of, \
+        .help = text)
+#define PAIR(field, low, high, x, y, of, text)                                                               \
+    ROW(ll_rigid_body, field, .type = LL_PARAM_VECTOR, .min = low, .max = high, .vector = {x, y},            \
+        .unit = of, .help = text)
+
+static const ll_param body_rows[] = {
+    ROW(ll_rigid_body, type, .type = LL_PARAM_CHOICE, .choices = ll_body_type_names,
+        .standard = LL_BODY_DYNAMIC, .help = "Whether it moves by forces, by its velocity alone, or not."),
+    {.name = "shape",
+     .type = LL_PARAM_CHOICE,
+     .offset = offsetof(ll_rigid_body, form),
+     .choices = form_names,
+     .help = "Its shape: box and capsule of a size, circle of a radius, the others of points."},
+    PAIR(size, 0, 1e6, 1, 1, "m", "Width and height of a box, length and thickness of a capsule."),
+    REAL(radius, 0, 1e6, 0.5, "m", "Of a circle."),
+    ROW(ll_rigid_body, points, .type = LL_PARAM_POINTS, .max = LL_RIGID_POINTS_MAX, .standard = 1e6,
+        .count_offset = offsetof(ll_rigid_body, point_count), .unit = "m",
+        .help =
+            "In the body's frame: 3 to 8 corners of a convex polygon, 2 ends of a segment, 4 or more of a "
+            "chain, which stops what comes from the right of its direction."),
+    ROW(ll_rigid_body, loop, .type = LL_PARAM_BOOL,
+        .help =
+            "A chain's last point is joined to its first; else its outermost pieces collide with nothing."),
+    PAIR(position, -LL_WORLD_MAX, LL_WORLD_MAX, 0, 0, "m", "Where its frame is at first."),
+    REAL(angle, -1e6, 1e6, 0, "rad", "How its frame is turned at first, counter-clockwise."),
+    PAIR(velocity, -1e6, 1e6, 0, 0, "m/s", "At first; a kinematic body keeps it."),
+    REAL(spin, -1e6, 1e6, 0, "rad/s", "At first; a kinematic body keeps it."),
+    REAL(density, 1e-6, 1e9, 1, "kg/m^2", "Of a dynamic body's area."),
+    REAL(friction, 0, 1000, 0.6, NULL, "Coefficient of friction; of two bodies the geometric mean acts."),
+    REAL(restitution, 0, 1, 0, NULL,
+         "Share of the speed that a rebound keeps; of two bodies the larger acts."),
+    REAL(gravity_scale, -1000, 1000, 1, NULL, "Its share of gravity."),
+    REAL(damping, 0, 1e6, 0, "1/s", "Of its velocity."),
+    REAL(spin_damping, 0, 1e6, 0, "1/s", "Of its spin."),
+    ROW(ll_rigid_body, fixed_rotation, .type = LL_PARAM_BOOL, .help = "It does not turn."),
+    ROW(ll_rigid_body, bullet, .type = LL_PARAM_BOOL,
+        .help = "With `continuous` swept: a dynamic body that is swept, when fast, against all others, not "
+                "only against what is static, kinematic or four times as heavy."),
+};
+#undef REAL
+#undef PAIR
+
+static const ll_param_table body_table = {.name = "rigid_body",
+                                          .help = "A body of one shape.",
+                                          .rows = body_rows,
+                                          .count = sizeof body_rows / sizeof body_rows[0],
+                                          .size = sizeof(ll_rigid_body)};
+
+/* ---- joints ---- */
+
+#define REAL(field, low, high, value, of, text)                                                              \
+    ROW(ll_rigid_joint, field, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value,            \
+        .unit = of, .help = text)
+#define PAIR(field, x, y, of, text)                                                                          \
+    ROW(ll_rigid_joint, field, .type = LL_PARAM_VECTOR, .min = -1e6, .max = 1e6, .vector = {x, y},           \
+        .unit = of, .help = text)
+#define SWITCH(field, text) ROW(ll_rigid_joint, field, .type = LL_PARAM_BOOL, .help = text)
+#define INDEX(field, text)                                                                                   \
+    ROW(ll_rigid_joint, field, .type = LL_PARAM_INT, .max = LL_RIGID_BODIES_MAX - 1, .required = true,       \
+        .help = text)
+
+static const ll_param joint_rows[] = {
+    ROW(ll_rigid_joint, type, .type = LL_PARAM_CHOICE, .choices = ll_joint_type_names,
+        .standard = LL_JOINT_REVOLUTE, .help = "What it leaves free."),
+    INDEX(a, "Index of the first body."),
+    INDEX(b, "Index of the second body: the one that is driven or drawn."),
+    PAIR(anchor_a, 0, 0, "m", "Where it holds the first body, in that body's frame."),
+    PAIR(anchor_b, 0, 0, "m", "Where it holds the second body, in that body's frame."),
+    PAIR(axis, 1, 0, NULL, "Direction of a prismatic joint in the first body's frame."),
+    PAIR(target, 0, 0, "m", "Where a mouse joint draws the second body's anchor."),
+    REAL(length, 0, 1e6, 0, "m", "Of a distance joint; 0: as the anchors are apart at first."),
+    REAL(lower, -1e6, 1e6, 0, NULL, "Lower limit, in m or rad."),
+    REAL(upper, -1e6, 1e6, 0, NULL, "Upper limit, in m or rad."),
+    REAL(hertz, 0, 1000, 0, "Hz", "Stiffness of a spring; 0: as stiff as joint_hertz."),
+    REAL(damping, 0, 100, 1, NULL, "Damping ratio of a spring."),
+    REAL(motor_speed, -1e6, 1e6, 0, NULL, "Of a motor, in m/s or rad/s."),
+    REAL(max_force, 0, 1e12, 1000, "N", "Of a motor, a mouse or friction."),
+    REAL(max_torque, 0, 1e12, 1000, "N m", "Of a motor or friction."),
+    SWITCH(limited, "The limits act."),
+    SWITCH(motored, "The motor runs."),
+    SWITCH(rope, "A distance joint holds at most the length."),
+    SWITCH(collide, "The two bodies collide with each other."),
+};
+#undef REAL
+#undef PAIR
+
+static const ll_param_table joint_table = {.name = "rigid_joint",
+                                           .help = "A joint of two bodies.",
+                                           .rows = joint_rows,
+                                           .count = sizeof joint_rows / sizeof joint_rows[0],
+                                           .size = sizeof(ll_rigid_joint)};
+
+/* ---- the scenario ---- */
+
+/* A scene brings its own gravity, and now and then a solver. */
+static void scene_chosen(void *object, int choice)
+{
+    ll_rigid_setup *setup = &((ll_rigid_config *)object)->setup;
+    const ll_scene *scene = ll_rigid_sim_scene(setup);
+    (void)choice;
+    if (scene == NULL || scene->params == NULL)
+        return;
+    ll_scene_args none = {0}, args = ll_scene_args_of(scene, &none);
+    ll_rigid_params p = ll_rigid_sim_params(setup, 0);
+    scene->params(&args, &p);
+    setup->gravity[0] = p.gravity_x;
+    setup->gravity[1] = p.gravity_y;
+    p.gravity_x = p.gravity_y = 0;
+    setup->solver = p;
+}
+
+static const ll_param beside_rows[] = {
+    ROW(ll_rigid_beside, solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
+        .help = "How it is stepped."),
+};
+
+static const ll_param_table beside_table = {
+    .name = "rigid_beside",
+    .help = "The same bodies once more beside the first; what is not given is as there.",
+    .rows = beside_rows,
+    .count = sizeof beside_rows / sizeof beside_rows[0],
+    .size = sizeof(ll_rigid_beside)};
+
+static void as_the_first(const void *object, void *element)
+{
+    ((ll_rigid_beside *)element)->solver = ((const ll_rigid_config *)object)->setup.solver;
+}
+
+#define SETUP(field, ...)                                                                                    \
+    {                                                                                                        \
+        .name = #field, .offset = offsetof(ll_rigid_config, setup.field), __VA_ARGS__                        \
+    }
+
+static const ll_param rows[] = {
+    LL_SCENARIO_ROWS,
+    SETUP(scene, .type = LL_PARAM_CHOICE, .choices = ll_scene_names, .chosen = scene_chosen,
+          .help = "A ready scene; none: the bodies and joints that are listed."),
+    SETUP(params, .type = LL_PARAM_OBJECT, .child = &ll_scene_args_table,
+          .help = "What varies in the scene."),
+    SETUP(hz, .type = LL_PARAM_REAL, .min = 1, .max = 1000, .standard = 60, .unit = "Hz",
+          .help = "Steps per second."),
+    SETUP(gravity, .type = LL_PARAM_VECTOR, .min = -1000, .max = 1000, .vector = {0, -10}, .unit = "m/s^2",
+          .live = true, .help = "To the right and upwards."),
+    SETUP(solver, .type = LL_PARAM_OBJECT, .child = &ll_rigid_solver_table, .live = true,
+          .help = "How the world is stepped."),
+    SETUP(beside, .type = LL_PARAM_ARRAY, .max = LL_SIDE_BY_SIDE_MAX - 1, .child = &beside_table,
+          .count_offset = offsetof(ll_rigid_config, setup.beside_count), .live = true, .begin = as_the_first,
+          .help =
+              "The same bodies side by side from the same start; each says how it differs from the first."),
+    SETUP(broad, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .standard = LL_BROAD_GRID, .live = true,
+          .help = "Which boxes overlap is found by all against all, sweep and prune, a grid or a tree; the "
+                  "pairs are the same."),
+    SETUP(compare_volumes, .type = LL_PARAM_BOOL, .live = true,
+          .help =
+              "Each step every bounding volume judges all pairs of the first 256 shapes: false and missed "
+              "hits are counted."),
+    SETUP(beyond_x, .type = LL_PARAM_REAL, .min = -LL_WORLD_MAX, .max = LL_WORLD_MAX,
+          .standard = LL_WORLD_MAX, .unit = "m", .live = true,
+          .help = "Dynamic bodies whose centre is to the right count as passed."),
+    ROW(ll_rigid_config, bodies, .type = LL_PARAM_ARRAY, .max = LL_RIGID_BODIES_MAX, .child = &body_table,
+        .count_offset = offsetof(ll_rigid_config, body_count),
+        .help = "The bodies, where no scene is named."),
+    ROW(ll_rigid_config, joints, .type = LL_PARAM_ARRAY, .max = LL_RIGID_JOINTS_MAX, .child = &joint_table,
+        .count_offset = offsetof(ll_rigid_config, joint_count), .help = "And their joints."),
+};
+
+/* ---- limits and checks ---- */
+
+ll_rigid_params ll_rigid_sim_params(const ll_rigid_setup *setup, int world)
+{
+    ll_rigid_params p = world == 0 ? setup->solver : setup->beside[world - 1].solver;
+    p.gravity_x = setup->gravity[0];
+    p.gravity_y = setup->gravity[1];
+    return p;
+}
+
+static void list_limits(const ll_rigid_config *c, ll_rigid_limits *l)
+{
+    l->bodies = c->body_count;
+    for (int i = 0; i < c->body_count; i++)
+        l->shapes += c->bodies[i].form == LL_FORM_CHAIN ? c->bodies[i].point_count : 1;
+    l->hulls = l->shapes;
+    int32_t few = c->body_count < 128 ? c->body_count : 128; /* of few bodies each may touch all others */
+    l->contacts = 48 * few + 16 * c->body_count + 8 * l->shapes + 64;
+    l->joints = c->joint_count;
+}
+
+ll_rigid_limits ll_rigid_sim_limits(const ll_rigid_config *c)
+{
+    const ll_scene *scene = ll_rigid_sim_scene(&c->setup);
+    ll_rigid_limits l = {0};
+    if (scene != NULL) {
+        ll_scene_args args = ll_scene_args_of(scene, &c->setup.params);
+        scene->limits(&args, &l);
+    } else {
+        list_limits(c, &l);
+    }
+    l.bodies += l.bodies < INT32_MAX; /* a hand that drags, */
+    l.joints += l.joints < INT32_MAX; /* and by what */
+    l.shapes += l.shapes == 0;
+    l.broad = c->setup.broad;
+    l.volumes = l.broads = 1;
+    return l;
+}
+
+static ll_status check_bodies(const ll_rigid_config *c)
+{
+    for (int i = 0; i < c->body_count; i++) {
+        const ll_rigid_body *b = &c->bodies[i];
+        ll_geometry g;
+        char field[32];
+        ll_status status = ll_rigid_sim_shape(b, &g);
+        snprintf(field, sizeof field, "bodies.%d", i);
+        if (ll_failed(&status))
+            return ll_field_error(LL_BAD_INPUT, field, "%s: %s", field, status.text);
+        if (b->type == LL_BODY_DYNAMIC && !ll_shape_is_solid((ll_shape_kind)g.kind))
+            return ll_field_error(LL_BAD_INPUT, field,
+                                  "%s.type: must be static or kinematic: a %s has no mass; got dynamic",
+                                  field, form_names[b->form]);
+    }
+    return ll_ok();
+}
+
+static ll_status check_joints(const ll_rigid_config *c)
+{
+    for (int i = 0; i < c->joint_count; i++) {
+        const ll_rigid_joint *j = &c->joints[i];
+        const int64_t ends[2] = {j->a, j->b};
+        char field[32];
+        for (int side = 0; side < 2; side++) {
+            snprintf(field, sizeof field, "joints.%d.%c", i, "ab"[side]);
+            if (ends[side] >= c->body_count)
+                return ll_field_error(LL_BAD_INPUT, field,
+                                      "%s: must be the index of one of the %d bodies; got %lld", field,
+                                      c->body_count, (long long)ends[side]);
+        }
+        if (j->a == j->b)
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must be another body than a; got %lld", field,
+                                  (long long)j->b);
+        snprintf(field, sizeof field, "joints.%d.lower", i);
+        if (j->limited && j->lower > j->upper)
+            return ll_field_error(LL_BAD_INPUT, field, "%s: must be at most upper, which is %g; got %g",
+                                  field, j->upper, j->lower);
+    }
+    return ll_ok();
+}
+
+/* Memory is announced before anything is made. */
+static ll_status check_size(const ll_rigid_config *c)
+{
+    ll_rigid_limits limits = ll_rigid_sim_limits(c);
+    ll_status status = ll_rigid_check(&limits);
+    size_t size = ll_failed(&status) ? 0 : (size_t)ll_rigid_sim_worlds(&c->setup) * ll_rigid_size(&limits);
+    if (ll_failed(&status))
+        return ll_field_error(LL_BAD_INPUT, "params.size", "params.size %lld is too large for %s: %s",
+                              (long long)c->setup.params.size, ll_scene_names[c->setup.scene], status.text);
+    if (size > LL_RIGID_BLOCK_MAX && c->setup.scene == 0)
+        return ll_field_error(LL_BAD_INPUT, "bodies", "bodies: %d of them need %zu MB; at most %zu MB",
+                              c->body_count, size >> 20, LL_RIGID_BLOCK_MAX >> 20);
+    if (size > LL_RIGID_BLOCK_MAX)
+        return ll_field_error(LL_BAD_INPUT, "params.size",
+                              "params.size %lld of %s needs %zu MB for %d bodies; at most %zu MB",
+                              (long long)c->setup.params.size, ll_scene_names[c->setup.scene], size >> 20,
+                              limits.bodies, LL_RIGID_BLOCK_MAX >> 20);
+    return ll_ok();
+}
+
+static ll_status check(const void *object, const char *path)
+{
+    const ll_rigid_config *c = object;
+    (void)path;
+    if (c->setup.scene > 0 && c->body_count + c->joint_count > 0)
+        return ll_field_error(LL_BAD_INPUT, "bodies",
+                              "bodies and joints must be empty where a scene is named; got %d and %d",
+                              c->body_count, c->joint_count);
+    ll_status status = check_bodies(c);
+    if (!ll_failed(&status))
+        status = check_joints(c);
+    return ll_failed(&status) ? status : check_size(c);
+}
+
+const ll_param_table ll_rigid_scenario_table = {
+    .name = "rigid",
+    .help = "Bodies that collide: bounding volumes, broad and narrow phases, contact solvers.",
+    .rows = rows,
+    .count = sizeof rows / sizeof rows[0],
+    .size = sizeof(ll_rigid_config),
+    .check = check};

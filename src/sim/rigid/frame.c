@@ -1,0 +1,551 @@
+/* What is streamed of a simulation of rigid bodies. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/hash.h"
+#include "base/run_status.h"
+#include "sim/rigid/rigid.h"
+
+enum { SHAPES_MOST = 65535, CONTACTS_MOST = 8192, JOINTS_MOST = 8192 };
+enum { LL_BITS_BODY = 12, LL_BITS_SPEED = 8 }; /* 0.24 mm, 4 mm/s: there are many bodies */
+
+/* ---- worlds ---- */
+
+typedef struct world_row {
+    uint8_t status, solver;
+    bool dragging;
+    uint32_t bodies, awake, pairs, touching, points, recycled, tested, islands, passed, stopped, joints;
+    double energy, energy_start, kinetic, penetration, penetration_worst, sag, drift, tilt, joint_error,
+        speed_max;
+    double momentum_x, momentum_y;
+    uint32_t swept, dynamic;
+} world_row;
+
+static const ll_record_field world_fields[] = {
+    LL_ENUM(world_row, status, ll_run_status_names, "whether it goes on"),
+    LL_ENUM(world_row, solver, ll_rigid_solver_names, "by which it is stepped"),
+    LL_INT(world_row, dragging, NULL, "whether a person drags a body"),
+    LL_INT(world_row, bodies, NULL, "in it"),
+    LL_INT(world_row, awake, NULL, "bodies that are stepped"),
+    LL_INT(world_row, pairs, NULL, "of overlapping boxes"),
+    LL_INT(world_row, touching, NULL, "pairs that touch"),
+    LL_INT(world_row, points, NULL, "in which they touch"),
+    LL_INT(world_row, recycled, NULL, "pairs whose points are those of the step before"),
+    LL_INT(world_row, tested, NULL, "pairs that were tested exactly"),
+    LL_INT(world_row, islands, NULL, "groups of bodies that hang together"),
+    LL_INT(world_row, passed, NULL, "bodies that went through something"),
+    LL_INT(world_row, stopped, NULL, "bodies that swept detection put where they first touched, in all"),
+    LL_INT(world_row, joints, NULL, "in it"),
+    LL_REAL(world_row, energy, 23, "J", "kinetic and potential"),
+    LL_REAL(world_row, energy_start, 23, "J", "at the start"),
+    LL_REAL(world_row, kinetic, 23, "J", "kinetic energy"),
+    LL_REAL(world_row, penetration, 16, "m", "the largest overlap, now"),
+    LL_REAL(world_row, penetration_worst, 16, "m", "the largest overlap until now"),
+    LL_REAL(world_row, sag, 16, "m", "the most that a body of the scene has sunk"),
+    LL_REAL(world_row, drift, 16, "m", "the most that a body of the scene has gone aside"),
+    LL_REAL(world_row, tilt, 16, "rad", "the most that a body of the scene has turned"),
+    LL_REAL(world_row, joint_error, 16, "m", "the most that a joint is apart"),
+    LL_REAL(world_row, speed_max, 16, "m/s", "of the fastest body"),
+    LL_REAL(world_row, momentum_x, 23, "kg m/s", "of all bodies"),
+    LL_REAL(world_row, momentum_y, 23, "kg m/s", "of all bodies"),
+    LL_INT(world_row, swept, NULL, "bodies that were looked at along their way"),
+    LL_INT(world_row, dynamic, NULL, "bodies that can move"),
+};
+
+static const ll_record world_record = {.id = 32,
+                                       .name = "worlds",
+                                       .channel = LL_CHANNEL_BODIES,
+                                       .help = "The worlds side by side.",
+                                       .form = LL_FORM_BY_INDEX,
+                                       LL_ROWS_OF(world_row, world_fields)};
+
+/* ---- geometries: each of those that differ once, in the frame of the centre of mass ---- */
+
+typedef struct geometry_row {
+    uint8_t kind;
+    float radius, circle_x, circle_y, circle_radius;
+    float obb_x0, obb_y0, obb_x1, obb_y1, obb_x2, obb_y2, obb_x3, obb_y3;
+} geometry_row;
+
+static const char *const geometry_kinds[] = {"circle", "capsule", "polygon", "segment", "link", NULL};
+
+static const ll_record_field geometry_fields[] = {
+    LL_ENUM(geometry_row, kind, geometry_kinds, "link: of a chain"),
+    LL_STEP(geometry_row, radius, LL_BITS_M, "m", "around its vertices"),
+    LL_STEP(geometry_row, circle_x, LL_BITS_M, "m", "centre of the circle around it"),
+    LL_STEP(geometry_row, circle_y, LL_BITS_M, "m", "centre of the circle around it"),
+    LL_STEP(geometry_row, circle_radius, LL_BITS_M, "m", "of that circle"),
+    LL_STEP(geometry_row, obb_x0, LL_BITS_M, "m", "a corner of its oriented bounding box"),
+    LL_STEP(geometry_row, obb_y0, LL_BITS_M, "m", "a corner of its oriented bounding box"),
+    LL_STEP(geometry_row, obb_x1, LL_BITS_M, "m", "the next"),
+    LL_STEP(geometry_row, obb_y1, LL_BITS_M, "m", "the next"),
+    LL_STEP(geometry_row, obb_x2, LL_BITS_M, "m", "the next"),
+    LL_STEP(geometry_row, obb_y2, LL_BITS_M, "m", "the next"),
+    LL_STEP(geometry_row, obb_x3, LL_BITS_M, "m", "the last"),
+    LL_STEP(geometry_row, obb_y3, LL_BITS_M, "m", "the last"),
+};
+
+static const ll_record geometry_record = {.id = 33,
+                                          .name = "geometries",
+                                          .channel = LL_CHANNEL_BODIES,
+                                          .help = "Of the shapes: those that are the same stand once.",
+                                          .form = LL_FORM_BY_INDEX,
+                                          LL_ROWS_OF(geometry_row, geometry_fields)};
+
+typedef struct vertex_row {
+    uint16_t geometry;
+    float x, y;
+} vertex_row;
+
+static const ll_record_field vertex_fields[] = {
+    LL_INT(vertex_row, geometry, NULL, "whose: its place among the geometries"),
+    LL_STEP(vertex_row, x, LL_BITS_M, "m", "from the centre of mass"),
+    LL_STEP(vertex_row, y, LL_BITS_M, "m", "from the centre of mass"),
+};
+
+static const ll_record vertex_record = {.id = 34,
+                                        .name = "vertices",
+                                        .channel = LL_CHANNEL_BODIES,
+                                        .help = "Of the geometries; of a link its two, then its ghosts.",
+                                        .form = LL_FORM_BY_INDEX,
+                                        LL_ROWS_OF(vertex_row, vertex_fields)};
+
+/* ---- shapes ---- */
+
+typedef struct shape_row {
+    uint8_t world, flags;
+    uint16_t geometry;
+    uint32_t body, island;
+    double x, y;
+    float angle, vx, vy, spin, left, bottom, right, top;
+} shape_row;
+
+enum { DYNAMIC = 1, KINEMATIC = 2, AWAKE = 4 };
+static const char *const shape_flags[] = {"dynamic", "kinematic", "awake", NULL};
+
+static const ll_record_field shape_fields[] = {
+    LL_INT(shape_row, world, NULL, "in which it is"),
+    LL_INT(shape_row, body, NULL, "to which it belongs; from 1 on"),
+    LL_INT(shape_row, geometry, NULL, "its place among the geometries"),
+    LL_FLAGS(shape_row, flags, shape_flags, "of its body"),
+    LL_STEP(shape_row, x, LL_BITS_BODY, "m", "of the centre of mass"),
+    LL_STEP(shape_row, y, LL_BITS_BODY, "m", "of the centre of mass"),
+    LL_STEP(shape_row, angle, LL_BITS_RAD, "rad", "orientation"),
+    LL_STEP(shape_row, vx, LL_BITS_SPEED, "m/s", "velocity"),
+    LL_STEP(shape_row, vy, LL_BITS_SPEED, "m/s", "velocity"),
+    LL_STEP(shape_row, spin, LL_BITS_SPEED, "rad/s", "angular velocity"),
+    LL_STEP(shape_row, left, LL_BITS_SPEED, "m", "box of the broad phase, from x and y"),
+    LL_STEP(shape_row, bottom, LL_BITS_SPEED, "m", "box of the broad phase, from x and y"),
+    LL_STEP(shape_row, right, LL_BITS_SPEED, "m", "box of the broad phase, from x and y"),
+    LL_STEP(shape_row, top, LL_BITS_SPEED, "m", "box of the broad phase, from x and y"),
+    LL_INT(shape_row, island, NULL, "bodies that hang together have the same; 0: none"),
+};
+
+static const ll_record shape_record = {.id = 35,
+                                       .name = "shapes",
+                                       .channel = LL_CHANNEL_BODIES,
+                                       .help = "Of all bodies, at most 65,535.",
+                                       .form = LL_FORM_BY_INDEX,
+                                       LL_ROWS_OF(shape_row, shape_fields)};
+
+/* ---- contacts ---- */
+
+typedef struct contact_row {
+    uint8_t world, count;
+    bool recycled;
+    uint32_t a, b;
+    float nx, ny;
+    double x0, y0, separation0, impulse0, x1, y1, separation1, impulse1;
+} contact_row;
+
+static const ll_record_field contact_fields[] = {
+    LL_INT(contact_row, world, NULL, "in which they are"),
+    LL_INT(contact_row, a, NULL, "a body"),
+    LL_INT(contact_row, b, NULL, "the other body"),
+    LL_INT(contact_row, count, NULL, "points in which they touch; 0: only their boxes overlap"),
+    LL_INT(contact_row, recycled, NULL, "whether the points are those of the step before"),
+    LL_STEP(contact_row, nx, 10, NULL, "normal, from a to b; null: they do not touch"),
+    LL_STEP(contact_row, ny, 10, NULL, "normal, from a to b; null: they do not touch"),
+    LL_STEP(contact_row, x0, LL_BITS_BODY, "m", "the first point; null: there is none"),
+    LL_STEP(contact_row, y0, LL_BITS_BODY, "m", "the first point; null: there is none"),
+    LL_STEP(contact_row, separation0, LL_BITS_BODY, "m",
+            "there; negative: they overlap; null: there is none"),
+    LL_REAL(contact_row, impulse0, 5, "N s", "normal impulse there; null: there is none"),
+    LL_STEP(contact_row, x1, LL_BITS_BODY, "m", "the second point; null: there is none"),
+    LL_STEP(contact_row, y1, LL_BITS_BODY, "m", "the second point; null: there is none"),
+    LL_STEP(contact_row, separation1, LL_BITS_BODY, "m",
+            "there; negative: they overlap; null: there is none"),
+    LL_REAL(contact_row, impulse1, 5, "N s", "normal impulse there; null: there is none"),
+};
+
+static const ll_record contact_record = {.id = 36,
+                                         .name = "contacts",
+                                         .channel = LL_CHANNEL_CONTACTS,
+                                         .help = "Pairs of overlapping boxes, at most 8,192.",
+                                         .form = LL_FORM_KEYED,
+                                         .keys = 3,
+                                         LL_ROWS_OF(contact_row, contact_fields)};
+
+/* ---- joints ---- */
+
+typedef struct joint_row {
+    uint8_t world, type;
+    uint32_t a, b;
+    double ax, ay, bx, by;
+} joint_row;
+
+static const ll_record_field joint_fields[] = {
+    LL_INT(joint_row, world, NULL, "in which it is"),
+    LL_INT(joint_row, a, NULL, "a body"),
+    LL_INT(joint_row, b, NULL, "the other body"),
+    LL_ENUM(joint_row, type, ll_joint_type_names, "what it holds"),
+    LL_STEP(joint_row, ax, LL_BITS_BODY, "m", "anchor on a"),
+    LL_STEP(joint_row, ay, LL_BITS_BODY, "m", "anchor on a"),
+    LL_STEP(joint_row, bx, LL_BITS_BODY, "m", "anchor on b"),
+    LL_STEP(joint_row, by, LL_BITS_BODY, "m", "anchor on b"),
+};
+
+static const ll_record joint_record = {.id = 37,
+                                       .name = "joints",
+                                       .channel = LL_CHANNEL_JOINTS,
+                                       .help = "At most 8,192.",
+                                       .form = LL_FORM_BY_INDEX,
+                                       LL_ROWS_OF(joint_row, joint_fields)};
+
+/* ---- bounding volumes ---- */
+
+typedef struct volume_row {
+    uint8_t world, volume;
+    int64_t tests, hits, false_hits, missed_hits;
+    double gap_mean, gap_max;
+} volume_row;
+
+static const ll_record_field volume_fields[] = {
+    LL_INT(volume_row, world, NULL, "in which they were compared"),
+    LL_ENUM(volume_row, volume, ll_volume_names, "which"),
+    LL_INT(volume_row, tests, NULL, "of pairs of shapes, over all steps"),
+    LL_INT(volume_row, hits, NULL, "pairs whose volumes overlap"),
+    LL_INT(volume_row, false_hits, NULL, "those whose shapes do not"),
+    LL_INT(volume_row, missed_hits, NULL, "pairs whose shapes overlap but their volumes do not"),
+    LL_REAL(volume_row, gap_mean, 16, "m", "between the shapes at false hits; 0: there was none"),
+    LL_REAL(volume_row, gap_max, 16, "m", "the largest of these"),
+};
+
+static const ll_record volume_record = {.id = 38,
+                                        .name = "volumes",
+                                        .channel = LL_CHANNEL_BODIES,
+                                        .help = "How the bounding volumes judge, where they are compared.",
+                                        .form = LL_FORM_BY_INDEX,
+                                        LL_ROWS_OF(volume_row, volume_fields)};
+
+const ll_record *const ll_rigid_sim_records[] = {
+    &world_record,   &geometry_record, &vertex_record, &shape_record,
+    &contact_record, &joint_record,    &volume_record, NULL};
+
+/* ---- filling ---- */
+
+/* What is known of the geometries and islands while the shapes are looked at. */
+typedef struct look {
+    const ll_rigid_sim *sim;
+    ll_row_set *rows;
+    ll_geometry *geometries; /* those that differ */
+    int32_t *known;          /* hash table of them: place + 1 */
+    int32_t *parent;         /* of a body: towards the one that stands for its island */
+    uint32_t known_mask;
+    int geometry_count, shape_count;
+} look;
+
+/* ---- islands: what hangs together by touching and by joints ---- */
+
+static int32_t root_of(int32_t *parent, int32_t i)
+{
+    for (; parent[i] != i; i = parent[i])
+        parent[i] = parent[parent[i]];
+    return i;
+}
+
+static bool can_move(const ll_rigid *w, ll_body_id id)
+{
+    ll_body_state b;
+    ll_status status = ll_rigid_get_body(w, id, &b);
+    return !ll_failed(&status) && b.type == LL_BODY_DYNAMIC;
+}
+
+static void join(look *p, const ll_rigid *w, ll_body_id a, ll_body_id b)
+{
+    if (!can_move(w, a) || !can_move(w, b))
+        return;
+    int32_t i = root_of(p->parent, a.index - 1), k = root_of(p->parent, b.index - 1);
+    p->parent[i > k ? i : k] = i > k ? k : i;
+}
+
+static void find_islands(look *p, const ll_rigid *w)
+{
+    for (int32_t i = 0; i < ll_rigid_body_end(w); i++)
+        p->parent[i] = i;
+    for (int32_t i = 0; i < ll_rigid_contact_end(w); i++) {
+        ll_contact_view c;
+        if (ll_rigid_contact_at(w, i, &c))
+            join(p, w, c.a, c.b);
+    }
+    for (int32_t i = 0; i < ll_rigid_joint_end(w); i++) {
+        ll_joint_view j;
+        if (ll_rigid_joint_at(w, i, &j))
+            join(p, w, j.a, j.b);
+    }
+}
+
+/* ---- geometries that differ ---- */
+
+static void add_geometry(look *p, const ll_geometry *g)
+{
+    const ll_rot upright = {1, 0};
+    ll_geometry circle = ll_bound_of(LL_VOLUME_SPHERE, g, upright),
+                obb = ll_bound_of(LL_VOLUME_OBB, g, upright);
+    const ll_vec2 *corner = obb.vertex;
+    geometry_row row = {.kind = (uint8_t)g->kind,
+                        .radius = (float)g->radius,
+                        .circle_x = (float)circle.centre.x,
+                        .circle_y = (float)circle.centre.y,
+                        .circle_radius = (float)circle.radius,
+                        .obb_x0 = (float)corner[0].x,
+                        .obb_y0 = (float)corner[0].y,
+                        .obb_x1 = (float)corner[1].x,
+                        .obb_y1 = (float)corner[1].y,
+                        .obb_x2 = (float)corner[2].x,
+                        .obb_y2 = (float)corner[2].y,
+                        .obb_x3 = (float)corner[3].x,
+                        .obb_y3 = (float)corner[3].y};
+    ll_row_set_put(p->rows, &geometry_record, &row, 1);
+    for (int i = 0; i < g->count; i++) {
+        vertex_row vertex = {(uint16_t)p->geometry_count, (float)g->vertex[i].x, (float)g->vertex[i].y};
+        ll_row_set_put(p->rows, &vertex_record, &vertex, 1);
+    }
+}
+
+static bool same(const ll_geometry *a, const ll_geometry *b)
+{
+    return a->kind == b->kind && a->count == b->count && a->radius == b->radius &&
+           memcmp(a->vertex, b->vertex, (size_t)a->count * sizeof a->vertex[0]) == 0;
+}
+
+static uint16_t number_of(look *p, const ll_geometry *g)
+{
+    uint64_t hash = ll_hash((uint64_t)g->kind, g->vertex, (size_t)g->count * sizeof g->vertex[0]);
+    uint32_t at = (uint32_t)ll_hash(hash, &g->radius, sizeof g->radius) & p->known_mask;
+    for (; p->known[at] != 0; at = (at + 1) & p->known_mask)
+        if (same(&p->geometries[p->known[at] - 1], g))
+            return (uint16_t)(p->known[at] - 1);
+    add_geometry(p, g);
+    p->geometries[p->geometry_count] = *g;
+    p->known[at] = ++p->geometry_count;
+    return (uint16_t)(p->geometry_count - 1);
+}
+
+/* ---- rows ---- */
+
+static void add_shape(look *p, int world, const ll_shape_view *v)
+{
+    ll_body_state b;
+    ll_status status = ll_rigid_get_body(ll_rigid_sim_world(p->sim, world), v->body, &b);
+    if (ll_failed(&status))
+        return;
+    ll_vec2 at = v->pose.p;
+    shape_row row = {
+        .world = (uint8_t)world,
+        .body = (uint32_t)v->body.index,
+        .geometry = number_of(p, &v->geometry),
+        .flags = (uint8_t)((b.type == LL_BODY_DYNAMIC ? DYNAMIC : 0) |
+                           (b.type == LL_BODY_KINEMATIC ? KINEMATIC : 0) | (b.awake ? AWAKE : 0)),
+        .x = at.x,
+        .y = at.y,
+        .angle = (float)b.angle,
+        .vx = (float)b.velocity.x,
+        .vy = (float)b.velocity.y,
+        .spin = (float)b.spin,
+        .left = (float)(v->box.lower.x - at.x),
+        .bottom = (float)(v->box.lower.y - at.y),
+        .right = (float)(v->box.upper.x - at.x),
+        .top = (float)(v->box.upper.y - at.y),
+        .island = b.type == LL_BODY_DYNAMIC ? (uint32_t)root_of(p->parent, v->body.index - 1) + 1 : 0};
+    ll_row_set_put(p->rows, &shape_record, &row, 1);
+    p->shape_count++;
+}
+
+static contact_row contact_of(int world, ll_body_id a, ll_body_id b, const ll_contact_view *c)
+{
+    const double none = NAN;
+    contact_row row = {.world = (uint8_t)world,
+                       .a = (uint32_t)a.index,
+                       .b = (uint32_t)b.index,
+                       .nx = NAN,
+                       .ny = NAN,
+                       .x0 = none,
+                       .y0 = none,
+                       .separation0 = none,
+                       .impulse0 = none,
+                       .x1 = none,
+                       .y1 = none,
+                       .separation1 = none,
+                       .impulse1 = none};
+    if (c == NULL)
+        return row;
+    row.count = (uint8_t)c->count;
+    row.recycled = c->recycled != 0;
+    row.nx = (float)c->normal.x;
+    row.ny = (float)c->normal.y;
+    if (c->count > 0) {
+        row.x0 = c->at[0].point.x;
+        row.y0 = c->at[0].point.y;
+        row.separation0 = c->at[0].separation;
+        row.impulse0 = c->at[0].impulse;
+    }
+    if (c->count > 1) {
+        row.x1 = c->at[1].point.x;
+        row.y1 = c->at[1].point.y;
+        row.separation1 = c->at[1].separation;
+        row.impulse1 = c->at[1].impulse;
+    }
+    return row;
+}
+
+static void fill_contacts(const ll_rigid_sim *s, ll_row_set *rows)
+{
+    int most = CONTACTS_MOST;
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
+        const ll_rigid *w = ll_rigid_sim_world(s, i);
+        for (int32_t k = 0; k < ll_rigid_contact_end(w) && most > 0; k++) {
+            ll_body_id a, b;
+            ll_contact_view c;
+            if (!ll_rigid_pair_at(w, k, &a, &b))
+                continue;
+            contact_row row = contact_of(i, a, b, ll_rigid_contact_at(w, k, &c) ? &c : NULL);
+            ll_row_set_put(rows, &contact_record, &row, 1);
+            most--;
+        }
+    }
+}
+
+static void fill_joints(const ll_rigid_sim *s, ll_row_set *rows)
+{
+    int most = JOINTS_MOST;
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
+        const ll_rigid *w = ll_rigid_sim_world(s, i);
+        for (int32_t k = 0; k < ll_rigid_joint_end(w) && most > 0; k++) {
+            ll_joint_view j;
+            if (!ll_rigid_joint_at(w, k, &j))
+                continue;
+            joint_row row = {.world = (uint8_t)i,
+                             .type = (uint8_t)j.type,
+                             .a = (uint32_t)j.a.index,
+                             .b = (uint32_t)j.b.index,
+                             .ax = j.anchor_a.x,
+                             .ay = j.anchor_a.y,
+                             .bx = j.anchor_b.x,
+                             .by = j.anchor_b.y};
+            ll_row_set_put(rows, &joint_record, &row, 1);
+            most--;
+        }
+    }
+}
+
+static world_row world_of(const ll_rigid_sim *s, int i)
+{
+    const ll_rigid_record *r = &s->record[i];
+    const ll_rigid_metrics *m = &r->now;
+    ll_rigid_stats t = ll_rigid_get_stats(ll_rigid_sim_world(s, i));
+    return (world_row){.status = r->diverged_at >= 0 ? LL_RUN_DIVERGED : LL_RUN_OK,
+                       .solver = (uint8_t)ll_rigid_sim_params(&s->setup, i).solver,
+                       .dragging = r->mouse.index != 0,
+                       .bodies = (uint32_t)t.bodies,
+                       .awake = (uint32_t)t.awake,
+                       .pairs = (uint32_t)t.pairs,
+                       .touching = (uint32_t)t.touching,
+                       .points = (uint32_t)t.points,
+                       .recycled = (uint32_t)t.recycled,
+                       .tested = (uint32_t)t.tested,
+                       .islands = (uint32_t)t.islands,
+                       .passed = (uint32_t)m->passed,
+                       .stopped = (uint32_t)r->stopped,
+                       .joints = (uint32_t)t.joints,
+                       .energy = m->kinetic_energy + m->potential_energy,
+                       .energy_start = r->energy_start,
+                       .kinetic = m->kinetic_energy,
+                       .penetration = m->penetration_max,
+                       .penetration_worst = r->penetration_worst,
+                       .sag = m->sag_max,
+                       .drift = m->drift_max,
+                       .tilt = m->tilt_max,
+                       .joint_error = m->joint_error,
+                       .speed_max = m->speed_max,
+                       .momentum_x = m->momentum.x,
+                       .momentum_y = m->momentum.y,
+                       .swept = (uint32_t)t.swept,
+                       .dynamic = (uint32_t)m->bodies};
+}
+
+static void fill_volumes(const ll_rigid_sim *s, int world, ll_row_set *rows)
+{
+    for (int v = 0; v < LL_VOLUMES && s->setup.compare_volumes; v++) {
+        const ll_volume_record *r = &s->record[world].volume[v];
+        volume_row row = {.world = (uint8_t)world,
+                          .volume = (uint8_t)v,
+                          .tests = r->tests,
+                          .hits = r->hits,
+                          .false_hits = r->false_hits,
+                          .missed_hits = r->missed_hits,
+                          .gap_mean = r->false_hits > 0 ? r->gap_sum / (double)r->false_hits : 0,
+                          .gap_max = r->gap_max};
+        ll_row_set_put(rows, &volume_record, &row, 1);
+    }
+}
+
+static void fill_shapes(look *p, int world)
+{
+    const ll_rigid *w = ll_rigid_sim_world(p->sim, world);
+    find_islands(p, w);
+    for (int32_t k = 0; k < ll_rigid_shape_end(w) && p->shape_count < SHAPES_MOST; k++) {
+        ll_shape_view v;
+        if (ll_rigid_shape_at(w, k, &v))
+            add_shape(p, world, &v);
+    }
+}
+
+static void fill_bodies(const ll_rigid_sim *s, ll_row_set *rows)
+{
+    size_t shapes = 1, bodies = 1, table = 16;
+    int worlds = ll_rigid_sim_worlds(&s->setup);
+    for (int i = 0; i < worlds; i++) {
+        shapes += (size_t)ll_rigid_shape_end(ll_rigid_sim_world(s, i));
+        bodies += (size_t)ll_rigid_body_end(ll_rigid_sim_world(s, i));
+    }
+    while (table < 2 * shapes)
+        table *= 2;
+    look p = {.sim = s,
+              .rows = rows,
+              .known_mask = (uint32_t)table - 1,
+              .geometries = malloc(shapes * sizeof *p.geometries),
+              .known = calloc(table, sizeof *p.known),
+              .parent = malloc(bodies * sizeof *p.parent)};
+    rows->failed = rows->failed || !p.geometries || !p.known || !p.parent;
+    for (int i = 0; i < worlds && !rows->failed; i++) {
+        world_row row = world_of(s, i);
+        ll_row_set_put(rows, &world_record, &row, 1);
+        fill_shapes(&p, i);
+        fill_volumes(s, i, rows);
+    }
+    free(p.geometries);
+    free(p.known);
+    free(p.parent);
+}
+
+void ll_rigid_sim_fill(const void *block, ll_row_set *rows)
+{
+    if (ll_row_set_wants(rows, &world_record))
+        fill_bodies(block, rows);
+    if (ll_row_set_wants(rows, &contact_record))
+        fill_contacts(block, rows);
+    if (ll_row_set_wants(rows, &joint_record))
+        fill_joints(block, rows);
+}

@@ -1,0 +1,232 @@
+#include "sim/rigid/rigid.h"
+
+#include <string.h>
+
+#include "base/hash.h"
+#include "sim/core/hand.h"
+#include "sim/core/scenario_rows.h"
+
+/* ---- start ---- */
+
+static void settle(void *config, const void *before)
+{
+    (void)config;
+    (void)before;
+}
+
+static ll_freq tick_freq(const void *config)
+{
+    return ll_freq_from_hz(((const ll_rigid_config *)config)->setup.hz);
+}
+
+/* ---- a person drags ---- */
+
+#define MOUSE_HERTZ 5
+#define MOUSE_FORCE_PER_KG 1000
+
+/* What a mouse's spring is fixed to: a body that does not move. */
+static ll_status fixed_body(ll_rigid *w, ll_rigid_record *r, ll_body_id *out)
+{
+    for (int32_t i = 0; i < ll_rigid_body_end(w); i++) {
+        ll_body_state state;
+        *out = ll_rigid_body_at(w, i);
+        ll_status status = ll_rigid_get_body(w, *out, &state);
+        if (!ll_failed(&status) && state.type == LL_BODY_STATIC)
+            return ll_ok();
+    }
+    ll_body_def def = ll_body_defaults(LL_BODY_STATIC);
+    ll_status status = ll_rigid_add_body(w, &def, &r->hand);
+    *out = r->hand;
+    return status;
+}
+
+static ll_status seize(ll_rigid *w, ll_rigid_record *r, ll_vec2 point)
+{
+    ll_body_id body = ll_rigid_pick(w, point), fixed;
+    ll_body_state state;
+    if (body.index == 0)
+        return ll_ok();
+    ll_status status = ll_rigid_get_body(w, body, &state);
+    if (!ll_failed(&status))
+        status = fixed_body(w, r, &fixed);
+    if (ll_failed(&status))
+        return status;
+    ll_joint_def def = ll_joint_defaults(w, LL_JOINT_MOUSE, fixed, body, point);
+    def.hertz = MOUSE_HERTZ;
+    def.damping = 1;
+    def.max_force = MOUSE_FORCE_PER_KG * state.mass;
+    def.collide = 1;
+    return ll_rigid_add_joint(w, &def, &r->mouse);
+}
+
+/* The body under the point when the button goes down is drawn to the point until it is let go, or gone. */
+static void drag(ll_rigid_sim *s, int i)
+{
+    ll_rigid *w = ll_rigid_sim_world(s, i);
+    ll_rigid_record *r = &s->record[i];
+    ll_vec2 point = ll_vec(s->target[0], s->target[1]);
+    ll_status status = ll_ok();
+    if (r->mouse.index != 0)
+        status = s->held ? ll_rigid_set_target(w, r->mouse, point) : ll_rigid_remove_joint(w, r->mouse);
+    else if (s->pressed)
+        status = seize(w, r, point);
+    if (!s->held || ll_failed(&status))
+        r->mouse = (ll_joint_id){0, 0};
+}
+
+static ll_status accepts(const void *config, int player, const ll_action *action)
+{
+    (void)config;
+    return ll_hand_accepts(player, action, "drags");
+}
+
+static void input(void *block, int player, const ll_action *action)
+{
+    ll_rigid_sim *s = block;
+    bool held = (action->buttons & LL_BUTTON_FIRE) != 0;
+    (void)player;
+    s->pressed |= held && !s->held;
+    s->held = held;
+    for (int i = 0; i < 2; i++) {
+        double low = s->view[2 * i], high = s->view[2 * i + 1];
+        s->target[i] = 0.5 * (low + high) + 0.5 * (high - low) * (double)action->axis[i];
+    }
+}
+
+/* ---- time ---- */
+
+ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
+{
+    ll_rigid *w = ll_rigid_sim_world(s, i);
+    ll_rigid_record *r = &s->record[i];
+    const ll_scene *scene = ll_rigid_sim_scene(&s->setup);
+    ll_status status = ll_ok();
+    drag(s, i);
+    if (scene != NULL && scene->drive != NULL) {
+        ll_scene_args args = ll_scene_args_of(scene, &s->setup.params);
+        status = scene->drive(w, &args, ll_rigid_get_stats(w).step);
+    }
+    if (!ll_failed(&status))
+        status = ll_rigid_step(w, 1 / s->setup.hz, probe);
+    if (status.code == LL_LIMIT) { /* the step was made without them */
+        r->over_limit++;
+        return ll_ok();
+    }
+    if (ll_failed(&status)) {
+        r->diverged_at = ll_rigid_get_stats(w).step;
+        memcpy(r->reason, status.text, sizeof r->reason);
+    }
+    return status;
+}
+
+/* Reads the meter's clock where a phase ends. */
+typedef struct stopwatch {
+    ll_meter *meter;
+    int64_t last;
+    int first; /* part of the meter: a world's phases lie one behind the other */
+} stopwatch;
+
+static void ended(void *context, ll_rigid_phase phase)
+{
+    stopwatch *watch = context;
+    ll_meter_add(watch->meter, watch->first + (int)phase, watch->last);
+    watch->last = ll_meter_start(watch->meter);
+}
+
+static ll_status step_metered(ll_rigid_sim *s, int i, ll_meter *meter)
+{
+    int64_t from = ll_meter_start(meter);
+    stopwatch watch = {.meter = meter, .last = from, .first = i * LL_RIGID_PARTS};
+    ll_rigid_probe probe = {ended, &watch};
+    ll_status status = ll_rigid_sim_step(s, i, meter ? &probe : NULL);
+    ll_meter_add(meter, i * LL_RIGID_PARTS + LL_PHASES, from);
+    return status;
+}
+
+/* The first world stops its session; one beside it only itself. */
+static ll_status step_all(ll_rigid_sim *s, ll_meter *meter, ll_pace *pace)
+{
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
+        if (!ll_goes_on(pace))
+            return ll_error(LL_INTERRUPTED, "a tick was broken off");
+        if (s->record[i].diverged_at >= 0) {
+            if (i == 0)
+                return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
+            continue;
+        }
+        ll_status status = step_metered(s, i, meter);
+        if (!ll_failed(&status))
+            status = ll_rigid_sim_measure(s, i, meter);
+        if (ll_failed(&status) && i == 0)
+            return ll_error(LL_DIVERGED, "%s", status.text);
+    }
+    s->pressed = 0;
+    return ll_ok();
+}
+
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
+                         const ll_interrupt *interrupt)
+{
+    ll_rigid_sim *s = block;
+    ll_pace pace = ll_pace_by(interrupt);
+    ll_freq freq = ll_freq_from_hz(s->setup.hz);
+    (void)recorder;
+    for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
+        ll_status status = step_all(s, meter, &pace);
+        if (ll_failed(&status))
+            return status;
+        s->now = ll_tick_time(tick, freq);
+    }
+    s->now = until;
+    return ll_ok();
+}
+
+static void change(void *block, const void *config, ll_time now)
+{
+    ll_rigid_sim *s = block;
+    (void)now;
+    s->setup = ((const ll_rigid_config *)config)->setup;
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
+        ll_rigid *w = ll_rigid_sim_world(s, i);
+        ll_rigid_params params = ll_rigid_sim_params(&s->setup, i);
+        ll_rigid_set_params(w, &params); /* there is room for everything */
+        ll_rigid_set_broad(w, (ll_broad_kind)s->setup.broad);
+    }
+}
+
+/* Without the settings: the same for every broad phase and width of SIMD. */
+static uint64_t hash(const void *block)
+{
+    const ll_rigid_sim *s = block;
+    uint64_t h = ll_hash_u64((uint64_t)s->now, (uint64_t)s->held);
+    h = ll_hash(h, s->record, (size_t)ll_rigid_sim_worlds(&s->setup) * sizeof s->record[0]);
+    for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++)
+        h = ll_hash_u64(h, ll_rigid_hash(ll_rigid_sim_world(s, i)));
+    return h;
+}
+
+const ll_sim_kind ll_sim_rigid = {
+    .name = "rigid",
+    .help = "Rigid bodies that collide, by exchangeable volumes, phases and solvers.",
+    .table = &ll_rigid_scenario_table,
+    .size = ll_rigid_sim_size,
+    .init = ll_rigid_sim_init,
+    .settle = settle,
+    .tick_freq = tick_freq,
+    .advance = advance,
+    .change = change,
+    .accepts = accepts,
+    .input = input,
+    .hash = hash,
+    .state = ll_rigid_sim_state,
+    .metrics = ll_rigid_sim_metrics,
+    .no_rare_events = true,
+    .signed_metrics = ll_rigid_sim_signed_metrics,
+    .costs = ll_rigid_sim_costs,
+    .time_parts = ll_rigid_sim_time_parts,
+    .layout = ll_rigid_sim_layout,
+    .records = ll_rigid_sim_records,
+    .fill = ll_rigid_sim_fill,
+    .trace_columns = ll_rigid_sim_trace_columns,
+    .trace_row = ll_rigid_sim_trace_row,
+};

@@ -1,0 +1,188 @@
+/* Simulations of kind `rigid`: a world of rigid bodies, from a list or from a scene of the rigid room.
+ *
+ * A tick is a step. For each element of `beside` the same bodies are there once more and stepped as it says,
+ * so that solvers go side by side from the same start; what a person drags is dragged in all. */
+#pragma once
+
+#include "rigid/scenes/scene.h"
+#include "sim/core/side_by_side.h"
+#include "sim/core/sim.h"
+
+#define LL_RIGID_BODIES_MAX 4096 /* of a list; scenes have more */
+#define LL_RIGID_JOINTS_MAX 4096
+#define LL_RIGID_POINTS_MAX 16
+#define LL_RIGID_BLOCK_MAX ((size_t)512 << 20) /* bytes of a session's worlds */
+/* Of a world in a meter: its phases, the whole step, then what each volume took to judge the pairs. */
+#define LL_RIGID_PARTS (LL_PHASES + 1 + LL_VOLUMES)
+#define LL_RIGID_COMPARED_MAX 256 /* shapes that compare_volumes looks at */
+
+typedef enum ll_rigid_form {
+    LL_FORM_BOX,
+    LL_FORM_CIRCLE,
+    LL_FORM_CAPSULE,
+    LL_FORM_POLYGON,
+    LL_FORM_SEGMENT,
+    LL_FORM_CHAIN,
+    LL_FORMS
+} ll_rigid_form;
+
+/* A body of the list, and its one shape. */
+typedef struct ll_rigid_body {
+    int32_t type, form; /* ll_body_type, ll_rigid_form */
+    double size[2];     /* m, of a box and a capsule */
+    double radius;      /* m, of a circle */
+    double position[2], angle, velocity[2], spin;
+    double density, friction, restitution, gravity_scale, damping, spin_damping;
+    int32_t point_count;
+    bool loop, fixed_rotation, bullet;
+    uint8_t pad[1];
+    double points[LL_RIGID_POINTS_MAX][2]; /* of a polygon, a segment and a chain */
+} ll_rigid_body;
+
+typedef struct ll_rigid_joint {
+    int32_t type; /* ll_joint_type */
+    bool collide, limited, motored, rope;
+    int64_t a, b; /* indices into the list of bodies */
+    double anchor_a[2], anchor_b[2], axis[2], target[2];
+    double length, lower, upper, hertz, damping, motor_speed, max_force, max_torque;
+} ll_rigid_joint;
+
+/* A world beside the first. */
+typedef struct ll_rigid_beside {
+    ll_rigid_params solver; /* gravity is the first's */
+} ll_rigid_beside;
+
+/* All but the lists of bodies and joints. */
+typedef struct ll_rigid_setup {
+    double hz;
+    double gravity[2];
+    double beyond_x;
+    ll_rigid_params solver; /* gravity is above */
+    ll_rigid_beside beside[LL_SIDE_BY_SIDE_MAX - 1];
+    ll_scene_args params; /* of the scene */
+    int32_t beside_count;
+    int32_t scene; /* index into ll_scene_names; 0: the list of bodies */
+    int32_t broad; /* ll_broad_kind */
+    bool compare_volumes;
+    uint8_t pad[3];
+} ll_rigid_setup;
+
+typedef struct ll_rigid_config {
+    ll_scenario_head head;
+    ll_rigid_setup setup;
+    int32_t body_count, joint_count;
+    ll_rigid_body bodies[LL_RIGID_BODIES_MAX];
+    ll_rigid_joint joints[LL_RIGID_JOINTS_MAX];
+} ll_rigid_config;
+
+extern const ll_param_table ll_rigid_scenario_table;
+
+#pragma GCC diagnostic push
+#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+
+/* How a bounding volume judged the pairs of shapes, over all steps that were compared. */
+typedef struct ll_volume_record {
+    int64_t tests, hits, exact_hits;
+    int64_t false_hits, missed_hits;
+    double gap_sum, gap_max; /* m that the shapes were apart at false hits: where a hit is registered */
+} ll_volume_record;
+
+/* What is measured of a world at every step. */
+typedef struct ll_rigid_record {
+    double energy_start, momentum_start[2], mass;
+    double energy_scale; /* J: what moves at first, and what all would gain by a fall through the view; 0: not
+                            known, since something is driven */
+    ll_rigid_metrics now;
+    double penetration_worst, energy_most, joint_error_worst, tilt_worst, sag_worst, drift_worst;
+    int64_t steps_asleep, asleep_at; /* asleep_at: the step from which all sleep; -1: they do not */
+    int64_t over_limit;              /* steps that found more contacts than there was room for */
+    int64_t stopped;                 /* bodies that swept detection put where they first touched, in all */
+    int64_t diverged_at;             /* the step; -1: it did not */
+    ll_volume_record volume[LL_VOLUMES];
+    ll_joint_id mouse; /* none: nobody drags */
+    ll_body_id hand;   /* a body without shape that a mouse needs where nothing is fixed */
+    char reason[256];
+} ll_rigid_record;
+
+/* The start of a block. Offsets are from here. */
+typedef struct ll_rigid_sim {
+    int64_t size;
+    ll_time now;
+    ll_rigid_setup setup;
+    double view[4];        /* m: left, right, bottom and top of what is looked at; a person's axes span it */
+    double target[2];      /* m, where a person points */
+    int64_t held, pressed; /* whether a person holds the button; since when a body has been looked for */
+    int64_t references;    /* in `reference` */
+    int64_t reference;     /* ll_body_reference */
+    int64_t world[LL_SIDE_BY_SIDE_MAX];
+    ll_rigid_record record[LL_SIDE_BY_SIDE_MAX];
+} ll_rigid_sim;
+
+#pragma GCC diagnostic pop
+
+static inline ll_rigid *ll_rigid_sim_world(const ll_rigid_sim *s, int i)
+{
+    return (ll_rigid *)((char *)(uintptr_t)s + s->world[i]);
+}
+
+static inline ll_body_reference *ll_rigid_sim_references(const ll_rigid_sim *s)
+{
+    return (ll_body_reference *)((char *)(uintptr_t)s + s->reference);
+}
+
+/* How many go side by side. */
+static inline int ll_rigid_sim_worlds(const ll_rigid_setup *setup)
+{
+    return 1 + setup->beside_count;
+}
+
+/* NULL with a list of bodies. */
+static inline const ll_scene *ll_rigid_sim_scene(const ll_rigid_setup *setup)
+{
+    return setup->scene > 0 ? ll_scenes[setup->scene - 1] : NULL;
+}
+
+_Static_assert(LL_SIDE_BY_SIDE_MAX *LL_RIGID_PARTS <= LL_METER_PARTS, "a meter has room for all worlds");
+
+/* ---- config.c ---- */
+
+ll_rigid_limits ll_rigid_sim_limits(const ll_rigid_config *config);
+ll_rigid_params ll_rigid_sim_params(const ll_rigid_setup *setup, int world);
+
+/* ---- block.c: of all worlds side by side ---- */
+
+size_t ll_rigid_sim_size(const void *config);
+ll_status ll_rigid_sim_init(void *block, const void *config);
+
+/* ---- rigid.c ---- */
+
+/* One step of a world, without measuring. What fails is kept in its record. */
+ll_status ll_rigid_sim_step(ll_rigid_sim *s, int world, const ll_rigid_probe *probe);
+
+/* ---- build.c ---- */
+
+/* The geometry of a body's shape; of a chain that of its first link. */
+ll_status ll_rigid_sim_shape(const ll_rigid_body *body, ll_geometry *out);
+ll_status ll_rigid_sim_build(const ll_rigid_config *config, ll_rigid *world);
+
+/* ---- measure.c ---- */
+
+void ll_rigid_sim_measure_start(ll_rigid_sim *s, int world);
+/* LL_DIVERGED, kept in the record, too: bodies have gained more than LL_BLOWN_UP times energy_scale. */
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world, ll_meter *meter);
+/* ns for a pair of shapes, over those that are near each other now (where none are, over the last two): to
+ * bring the volumes to their bodies' poses, and to test them. NAN of fewer than two shapes. */
+double ll_rigid_sim_time_volume(const ll_rigid *world, ll_volume volume, int64_t (*now_ns)(void));
+
+/* ---- report.c and frame.c: what is told and streamed of a block ---- */
+
+struct cJSON *ll_rigid_sim_state(const void *block);
+struct cJSON *ll_rigid_sim_metrics(const void *block);
+extern const char *const ll_rigid_sim_signed_metrics[];
+void ll_rigid_sim_costs(const void *config, const ll_meter *meter, struct cJSON *cost);
+void ll_rigid_sim_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
+struct cJSON *ll_rigid_sim_layout(const void *config);
+int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity);
+int ll_rigid_sim_trace_row(const void *block, double *values, int capacity);
+extern const ll_record *const ll_rigid_sim_records[];
+void ll_rigid_sim_fill(const void *block, ll_row_set *rows);

@@ -1,0 +1,208 @@
+/* The head parser, the allow-lists and the gate: no sockets. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/net/gate.h"
+#include "daemon/net/upgrade.h"
+
+#define T(text) ((ll_text){text, sizeof(text) - 1})
+
+static void test_every_prefix_is_partial(void **state)
+{
+    (void)state;
+    static const char head[] =
+        "GET /api/v1/sessions/abc/stream?x=1 HTTP/1.1\r\nHost: lab\r\nORIGIN:http://lab\r\n"
+        "Connection: keep-alive , Upgrade\r\n\r\nrest";
+    ll_head parsed;
+    size_t whole = sizeof head - 1 - 4;
+    for (size_t size = 0; size < whole; size++) {
+        /* An allocation of its own, so that the sanitizer sees a byte read too far. */
+        char *copy = malloc(size + 1);
+        assert_non_null(copy);
+        memcpy(copy, head, size);
+        char *exact = realloc(copy, size > 0 ? size : 1);
+        assert_int_equal(ll_head_parse(exact, size, &parsed), LL_HEAD_PARTIAL);
+        free(exact);
+    }
+    assert_int_equal(ll_head_parse(head, sizeof head - 1, &parsed), LL_HEAD_WHOLE);
+    assert_int_equal(parsed.size, whole);
+    assert_memory_equal(parsed.host.at, "lab", parsed.host.size);
+    assert_memory_equal(parsed.origin.at, "http://lab", parsed.origin.size);
+    assert_true(ll_has_token(parsed.connection, "upgrade"));
+    assert_false(ll_has_token(parsed.connection, "keep"));
+    assert_false(parsed.twice);
+}
+
+static void test_heads(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *text;
+        ll_head_state state;
+    } cases[] = {{"", LL_HEAD_PARTIAL},
+                 {"\r\n\r\nGET", LL_HEAD_PARTIAL},
+                 {"\r\nGET / HTTP/1.0\r\n\r\n", LL_HEAD_WHOLE},
+                 {"GET / HTTP/1.1\nHost: a\n\n", LL_HEAD_WHOLE},
+                 {"PRI * HTTP", LL_HEAD_PARTIAL},
+                 {"PRI * HTTP/2.0\r\n", LL_HEAD_HTTP2},
+                 {"get", LL_HEAD_JUNK},
+                 {"\x16\x03\x01", LL_HEAD_JUNK},
+                 {"GET / HTTP/1.2\r\n", LL_HEAD_JUNK},
+                 {"GET /\x01 HTTP/1.1\r\n", LL_HEAD_JUNK},
+                 {"ABCDEFGHIJKLMNOPQRSTUVWXYZ", LL_HEAD_JUNK},
+                 {"GET / HTTP/1.1\r\n: x\r\n", LL_HEAD_JUNK},
+                 {"GET / HTTP/1.1\r\nA b: x\r\n", LL_HEAD_JUNK},
+                 {"GET / HTTP/1.1\r\nA: x\ry\r\n", LL_HEAD_JUNK}};
+    ll_head head;
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        assert_int_equal(ll_head_parse(cases[i].text, strlen(cases[i].text), &head), cases[i].state);
+    }
+    static const char twice[] = "GET / HTTP/1.1\r\nHost: a\r\nhost: b\r\n\r\n";
+    assert_int_equal(ll_head_parse(twice, sizeof twice - 1, &head), LL_HEAD_WHOLE);
+    assert_true(head.twice);
+}
+
+static void test_hosts(void **state)
+{
+    (void)state;
+    ll_allow allow = {.hosts = "lab.example, two.example:8080", .origins = ""};
+    assert_true(ll_allow_host(&allow, T("localhost")));
+    assert_true(ll_allow_host(&allow, T("LOCALHOST:8080")));
+    assert_true(ll_allow_host(&allow, T("192.168.0.1:80")));
+    assert_true(ll_allow_host(&allow, T("[fe80::1]:80")));
+    assert_true(ll_allow_host(&allow, T("lab.example")));
+    assert_true(ll_allow_host(&allow, T("Lab.Example:99")));
+    assert_true(ll_allow_host(&allow, T("two.example:8080")));
+    assert_false(ll_allow_host(&allow, T("two.example:8081")));
+    assert_false(ll_allow_host(&allow, T("evil.example")));
+    assert_false(ll_allow_host(&allow, T("localhost.evil.example")));
+    assert_false(ll_allow_host(&allow, T("127.0.0.1.evil.example")));
+    assert_false(ll_allow_host(&allow, T("")));
+    assert_false(ll_allow_host(&allow, (ll_text){0}));
+    assert_false(ll_allow_host(&allow, T("[")));
+}
+
+static void test_origins(void **state)
+{
+    (void)state;
+    ll_allow allow = {.hosts = "", .origins = "https://lab.example,http://two.example:81"};
+    assert_true(ll_allow_origin(&allow, (ll_text){0}, T("a")));
+    assert_true(ll_allow_origin(&allow, T("http://a:80"), T("a:80")));
+    assert_true(ll_allow_origin(&allow, T("http://a"), T("a:80")));
+    assert_true(ll_allow_origin(&allow, T("https://a"), T("a:443")));
+    assert_true(ll_allow_origin(&allow, T("https://A:8080"), T("a:8080")));
+    assert_true(ll_allow_origin(&allow, T("https://lab.example"), T("a")));
+    assert_true(ll_allow_origin(&allow, T("http://two.example:81"), T("a")));
+    assert_false(ll_allow_origin(&allow, T("http://two.example"), T("a")));
+    assert_false(ll_allow_origin(&allow, T("http://a:81"), T("a")));
+    assert_false(ll_allow_origin(&allow, T("http://a"), T("a:443")));
+    assert_false(ll_allow_origin(&allow, T("null"), T("null")));
+    assert_false(ll_allow_origin(&allow, T("file://"), T("")));
+    assert_false(ll_allow_origin(&allow, T(""), T("a")));
+    assert_false(ll_allow_origin(&allow, T("http://a"), (ll_text){0}));
+}
+
+static void test_stream_paths(void **state)
+{
+    (void)state;
+    ll_stream_kind kind;
+    char id[65], target[200];
+    assert_true(ll_stream_path(T("/api/v1/experiments/e1/stream"), &kind, id));
+    assert_int_equal(kind, LL_STREAM_EXPERIMENT);
+    assert_string_equal(id, "e1");
+    assert_false(ll_stream_path(T("/api/v1/experiments//stream"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/scenarios/e1/stream"), &kind, id));
+    assert_true(ll_stream_path(T("/api/v1/sessions/aZ0_-/stream"), &kind, id));
+    assert_int_equal(kind, LL_STREAM_SESSION);
+    assert_string_equal(id, "aZ0_-");
+    assert_true(ll_stream_path(T("/api/v1/sessions/a/stream?x"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a/stream/"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a/streams"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions//stream"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a/b/stream"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/a"), &kind, id));
+    assert_false(ll_stream_path(T("/api/v1/sessions/%61/stream"), &kind, id));
+    for (int length = 64; length <= 65; length++) {
+        int size = snprintf(target, sizeof target, "/api/v1/sessions/%0*d/stream", length, 0);
+        assert_int_equal(ll_stream_path((ll_text){target, (size_t)size}, &kind, id), length == 64);
+    }
+}
+
+static ll_gate_pass pass_of(const char *address)
+{
+    struct sockaddr_in four = {.sin_family = AF_INET};
+    struct sockaddr_in6 six = {.sin6_family = AF_INET6};
+    if (inet_pton(AF_INET, address, &four.sin_addr) == 1) {
+        return ll_gate_pass_of((struct sockaddr *)&four);
+    }
+    assert_int_equal(inet_pton(AF_INET6, address, &six.sin6_addr), 1);
+    return ll_gate_pass_of((struct sockaddr *)&six);
+}
+
+static void test_gate(void **state)
+{
+    (void)state;
+    ll_gate *gate = ll_gate_new(5, 2);
+    ll_gate_pass a = pass_of("10.0.0.1"), b = pass_of("::ffff:10.0.0.1"), c = pass_of("2001:db8::1"),
+                 d = pass_of("2001:db8::2"), e = pass_of("2001:db8:0:1::1");
+    assert_int_equal(ll_gate_enter(gate, &a), LL_GATE_OPEN);
+    assert_int_equal(ll_gate_enter(gate, &b), LL_GATE_OPEN);
+    assert_int_equal(ll_gate_enter(gate, &a), LL_GATE_FULL_FOR_IP);
+    assert_int_equal(ll_gate_enter(gate, &c), LL_GATE_OPEN);
+    assert_int_equal(ll_gate_enter(gate, &d), LL_GATE_OPEN);
+    assert_int_equal(ll_gate_enter(gate, &c), LL_GATE_FULL_FOR_IP); /* the same /64 */
+    assert_int_equal(ll_gate_enter(gate, &e), LL_GATE_OPEN);
+    assert_int_equal(ll_gate_enter(gate, &e), LL_GATE_FULL);
+    assert_int_equal(ll_gate_enter(gate, &(ll_gate_pass){0}), LL_GATE_OPEN); /* counted nowhere */
+    ll_gate_leave(gate, &b);
+    assert_int_equal(ll_gate_enter(gate, &a), LL_GATE_OPEN);
+    assert_int_equal(ll_gate_count(gate), 5);
+    ll_gate_free(gate);
+}
+
+/* Many addresses that come and go in another order: the table finds each again. */
+static void test_gate_many(void **state)
+{
+    (void)state;
+    enum { COUNT = 1000 };
+    ll_gate *gate = ll_gate_new(COUNT, 1);
+    struct sockaddr_in address = {.sin_family = AF_INET};
+    for (uint32_t round = 0; round < 3; round++) {
+        for (uint32_t i = 0; i < COUNT; i++) {
+            address.sin_addr.s_addr = htonl(0x0a000000 + i * 7 + round);
+            ll_gate_pass pass = ll_gate_pass_of((struct sockaddr *)&address);
+            assert_int_equal(ll_gate_enter(gate, &pass), LL_GATE_OPEN);
+        }
+        for (uint32_t i = 0; i < COUNT; i++) {
+            address.sin_addr.s_addr = htonl(0x0a000000 + i * 613 % COUNT * 7 + round);
+            ll_gate_pass pass = ll_gate_pass_of((struct sockaddr *)&address);
+            ll_gate_leave(gate, &pass);
+        }
+        assert_int_equal(ll_gate_count(gate), 0);
+    }
+    ll_gate_free(gate);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_every_prefix_is_partial),
+        cmocka_unit_test(test_heads),
+        cmocka_unit_test(test_hosts),
+        cmocka_unit_test(test_origins),
+        cmocka_unit_test(test_stream_paths),
+        cmocka_unit_test(test_gate),
+        cmocka_unit_test(test_gate_many),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

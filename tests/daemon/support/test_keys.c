@@ -1,0 +1,104 @@
+/* Keys, their hashes, and rates. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "daemon/support/digest.h"
+#include "daemon/support/keys.h"
+#include "daemon/support/rates.h"
+
+/* Two of FIPS 180's vectors, the second cut in two: the digest is that of both parts together. */
+static void digests_are_sha256_of_both_parts(void **state)
+{
+    (void)state;
+    static const unsigned char empty[] = {0xe3, 0xb0, 0xc4, 0x42, 0x98, 0xfc, 0x1c, 0x14},
+                               abc[] = {0xba, 0x78, 0x16, 0xbf, 0x8f, 0x01, 0xcf, 0xea};
+    unsigned char digest[LL_DIGEST_SIZE];
+    assert_true(ll_digest("", 0, "", 0, digest));
+    assert_memory_equal(digest, empty, sizeof empty);
+    assert_true(ll_digest("a", 1, "bc", 2, digest));
+    assert_memory_equal(digest, abc, sizeof abc);
+}
+
+static void names_have_their_alphabets(void **state)
+{
+    (void)state;
+    char id[LL_ID_LENGTH + 1], other[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
+    unsigned seen[256] = {0};
+    for (int i = 0; i < 2000; i++) {
+        assert_true(ll_new_id(id) && ll_new_id(other) && ll_new_code(code));
+        assert_true(ll_is_id(id) && ll_is_code(code));
+        assert_string_not_equal(id, other);
+        for (int k = 0; k < LL_CODE_LENGTH; k++)
+            seen[(unsigned char)code[k]]++;
+    }
+    int letters = 0;
+    for (int c = 0; c < 256; c++)
+        letters += seen[c] > 0;
+    assert_int_equal(letters, 31);
+    assert_int_equal(seen['0'] + seen['O'] + seen['1'] + seen['I'] + seen['L'], 0);
+    assert_false(ll_is_id("") || ll_is_id("A2345678901234567890123456") || ll_is_code("ABC0") ||
+                 ll_is_code("ABCDE"));
+}
+
+static void a_key_matches_its_hash_only(void **state)
+{
+    (void)state;
+    char key[LL_KEY_LENGTH + 1], other[LL_KEY_LENGTH + 1];
+    ll_key_hash hash, again;
+    assert_true(ll_new_key(key) && ll_new_key(other));
+    assert_true(ll_key_hash_make(key, &hash) && ll_key_hash_make(key, &again));
+    assert_memory_not_equal(hash.bytes, again.bytes, LL_KEY_RECORD); /* salted */
+    assert_true(ll_key_matches(&hash, key, LL_KEY_LENGTH) && ll_key_matches(&again, key, LL_KEY_LENGTH));
+    assert_false(ll_key_matches(&hash, other, LL_KEY_LENGTH) ||
+                 ll_key_matches(&hash, key, LL_KEY_LENGTH - 1) || ll_key_matches(&hash, "", 0));
+}
+
+static void a_bucket_gives_its_rate_and_burst(void **state)
+{
+    (void)state;
+    ll_bucket bucket = {0};
+    ll_time now = 5 * LL_SECOND;
+    int taken = 0;
+    for (int i = 0; i < 100; i++)
+        taken += ll_bucket_take(&bucket, 10, 20, now);
+    assert_int_equal(taken, 20);
+    for (taken = 0; now < 15 * LL_SECOND; now += LL_SECOND / 100)
+        taken += ll_bucket_take(&bucket, 10, 20, now);
+    assert_in_range(taken, 98, 101);
+    taken = 0;
+    for (int i = 0; i < 10; i++) /* time that goes back gives nothing */
+        taken += ll_bucket_take(&bucket, 10, 20, 0);
+    assert_in_range(taken, 0, 1);
+}
+
+static void rates_are_per_name(void **state)
+{
+    (void)state;
+    ll_rates *rates = ll_rates_new(1, 2);
+    int a = 0, b = 0;
+    for (int i = 0; i < 5; i++) {
+        a += ll_rates_take(rates, "192.0.2.1", LL_SECOND);
+        b += ll_rates_take(rates, "192.0.2.2", LL_SECOND);
+    }
+    assert_int_equal(a, 2);
+    assert_int_equal(b, 2);
+    ll_rates_free(rates);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(digests_are_sha256_of_both_parts),
+        cmocka_unit_test(names_have_their_alphabets),
+        cmocka_unit_test(a_key_matches_its_hash_only),
+        cmocka_unit_test(a_bucket_gives_its_rate_and_burst),
+        cmocka_unit_test(rates_are_per_name),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,242 @@
+/* Turns go round, budgets and clients end tasks, and draining ends them all. */
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include <cmocka.h>
+
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "daemon/support/tasks.h"
+
+static int64_t now_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (int64_t)t.tv_sec * 1000 + t.tv_nsec / 1000000;
+}
+
+static void burn(int64_t ns)
+{
+    struct timespec t, from;
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &from);
+    do
+        clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+    while ((int64_t)(t.tv_sec - from.tv_sec) * 1000000000 + t.tv_nsec - from.tv_nsec < ns);
+}
+
+typedef struct job {
+    atomic_llong pieces; /* of half a millisecond */
+    long long most;      /* 0: until it is ended */
+    atomic_int ending;   /* how it ended */
+    atomic_bool over;
+    ll_status told;
+} job;
+
+static void run(void *context, ll_task *task)
+{
+    job *j = context;
+    while (ll_task_go_on(task) && (j->most == 0 || atomic_load(&j->pieces) < j->most)) {
+        burn(500000);
+        atomic_fetch_add(&j->pieces, 1);
+    }
+    atomic_store(&j->ending, (int)ll_task_ending(task));
+    j->told = ll_task_told(task, "it was here");
+    atomic_store(&j->over, true);
+}
+
+static ll_status add(ll_tasks *tasks, const char *client, const char *session, double budget_s, job *j,
+                     ll_task **task)
+{
+    ll_task_order order = {.budget_s = budget_s, .run = run, .context = j};
+    snprintf(order.client, sizeof order.client, "%s", client);
+    snprintf(order.session, sizeof order.session, "%s", session);
+    return ll_tasks_add(tasks, &order, task);
+}
+
+static void wait_for(atomic_bool *what)
+{
+    int64_t until = now_ms() + 20000;
+    while (!atomic_load(what)) {
+        assert_true(now_ms() < until);
+        usleep(1000);
+    }
+}
+
+static ll_tasks *begin(int turns)
+{
+    ll_tasks *tasks;
+    ll_status status = ll_tasks_start(turns, &tasks);
+    assert_false(ll_failed(&status));
+    return tasks;
+}
+
+static void test_a_budget_is_kept(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(1);
+    job j = {0};
+    add(tasks, "a", "s", 0.05, &j, NULL);
+    wait_for(&j.over);
+    assert_int_equal(atomic_load(&j.ending), LL_TASK_SPENT);
+    assert_in_range(atomic_load(&j.pieces), 60, 110); /* of half a millisecond */
+    assert_int_equal(j.told.code, LL_INTERRUPTED);
+    assert_non_null(strstr(j.told.text, "0.05 s"));
+    assert_non_null(strstr(j.told.text, "it was here"));
+    ll_tasks_free(tasks);
+}
+
+/* Eleven tasks of one client against one of another: half the time is the other's. */
+static void test_turns_go_round_clients(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(1);
+    job many[11] = {0}, one = {.most = 300};
+    for (int i = 0; i < 11; i++)
+        add(tasks, "many", i % 2 ? "x" : "y", 0, &many[i], NULL);
+    usleep(50000);
+    long long before = 0, after = 0;
+    for (int i = 0; i < 11; i++)
+        before += atomic_load(&many[i].pieces);
+    add(tasks, "one", "z", 0, &one, NULL);
+    wait_for(&one.over);
+    for (int i = 0; i < 11; i++)
+        after += atomic_load(&many[i].pieces);
+    assert_in_range(after - before, 200, 450);
+    ll_tasks_free(tasks);
+}
+
+static void test_turns_go_round_sessions(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(1);
+    job many[7] = {0}, one = {.most = 300};
+    for (int i = 0; i < 7; i++)
+        add(tasks, "c", "busy", 0, &many[i], NULL);
+    add(tasks, "c", "other", 0, &one, NULL);
+    wait_for(&one.over);
+    long long sum = 0;
+    for (int i = 0; i < 7; i++)
+        sum += atomic_load(&many[i].pieces);
+    assert_in_range(sum, 200, 450);
+    ll_tasks_free(tasks);
+}
+
+/* A client that asks again and again is not served before one that waits. */
+static void test_coming_again_is_no_advantage(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(1);
+    job patient = {0}, again[40];
+    memset(again, 0, sizeof again);
+    add(tasks, "patient", "s", 0, &patient, NULL);
+    for (int i = 0; i < 40; i++) {
+        again[i].most = 10;
+        add(tasks, "again", "s", 0, &again[i], NULL);
+        wait_for(&again[i].over);
+    }
+    assert_true(atomic_load(&patient.pieces) >= 300);
+    ll_tasks_free(tasks);
+}
+
+static void test_a_task_is_stopped(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(2);
+    job j[3] = {0};
+    ll_task *task[3];
+    for (int i = 0; i < 3; i++)
+        add(tasks, "a", "s", 0, &j[i], &task[i]);
+    for (int i = 0; i < 3; i++)
+        ll_task_stop(task[i], LL_TASK_LEFT);
+    for (int i = 0; i < 3; i++) {
+        wait_for(&j[i].over);
+        assert_int_equal(atomic_load(&j[i].ending), LL_TASK_LEFT);
+    }
+    assert_int_equal(ll_tasks_get_stats(tasks).ended, 3);
+    ll_tasks_free(tasks);
+}
+
+static void test_one_client_has_a_limit(void **state)
+{
+    (void)state;
+    enum { MOST_OF_CLIENT = 128 };
+    ll_tasks *tasks = begin(1);
+    static job j[MOST_OF_CLIENT + 2];
+    memset(j, 0, sizeof j);
+    for (int i = 0; i < MOST_OF_CLIENT; i++) {
+        ll_status status = add(tasks, "greedy", "s", 0, &j[i], NULL);
+        assert_false(ll_failed(&status));
+    }
+    assert_int_equal(add(tasks, "greedy", "t", 0, &j[MOST_OF_CLIENT], NULL).code, LL_LIMIT);
+    assert_int_equal(add(tasks, "other", "t", 0, &j[MOST_OF_CLIENT + 1], NULL).code, LL_OK);
+    ll_tasks_free(tasks);
+    for (int i = 0; i < MOST_OF_CLIENT; i++) /* each is told once, also those that never had a turn */
+        assert_true(atomic_load(&j[i].over));
+}
+
+static void hog(void *context, ll_task *task)
+{
+    (void)task;
+    burn(800000000); /* and asks nobody */
+    atomic_store(&((job *)context)->over, true);
+}
+
+/* As many that do not ask as there are turns: others go on meanwhile. */
+static void test_a_long_piece_does_not_keep_a_turn(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(2);
+    job hogs[2] = {0}, short_one = {.most = 20};
+    for (int i = 0; i < 2; i++) {
+        ll_task_order order = {.client = "hog", .run = hog, .context = &hogs[i]};
+        ll_tasks_add(tasks, &order, NULL);
+    }
+    usleep(20000);
+    add(tasks, "other", "s", 0, &short_one, NULL);
+    wait_for(&short_one.over);
+    assert_false(atomic_load(&hogs[0].over) && atomic_load(&hogs[1].over));
+    assert_int_equal(ll_tasks_get_stats(tasks).waiting, 0);
+    ll_tasks_free(tasks);
+}
+
+static void test_draining_ends_all(void **state)
+{
+    (void)state;
+    ll_tasks *tasks = begin(2);
+    static job j[60];
+    memset(j, 0, sizeof j);
+    for (int i = 0; i < 60; i++)
+        add(tasks, i % 2 ? "a" : "b", "s", 0, &j[i], NULL);
+    usleep(30000);
+    int64_t from = now_ms();
+    ll_tasks_drain(tasks);
+    assert_int_equal(add(tasks, "c", "s", 0, &j[0], NULL).code, LL_UNAVAILABLE);
+    for (int i = 0; i < 60; i++) {
+        wait_for(&j[i].over);
+        assert_int_equal(atomic_load(&j[i].ending), LL_TASK_STOPPED);
+    }
+    assert_true(now_ms() - from < 1000);
+    ll_tasks_free(tasks);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_a_budget_is_kept),
+        cmocka_unit_test(test_turns_go_round_clients),
+        cmocka_unit_test(test_turns_go_round_sessions),
+        cmocka_unit_test(test_coming_again_is_no_advantage),
+        cmocka_unit_test(test_a_task_is_stopped),
+        cmocka_unit_test(test_one_client_has_a_limit),
+        cmocka_unit_test(test_a_long_piece_does_not_keep_a_turn),
+        cmocka_unit_test(test_draining_ends_all),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,231 @@
+/* The ladder of work against precision, where errors are known in closed form. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "experiment/advise/precision.h"
+#include "sim/motion/motion_lab.h"
+
+/* A clock that only counts how often it is read: a millisecond each time. */
+static int64_t ticks;
+
+static int64_t counting_clock(void)
+{
+    return ++ticks * 1000000;
+}
+
+static ll_precision_order order_of(const char *name, void *params)
+{
+    const ll_ode_problem *p = ll_ode_problem_find(name);
+    assert_non_null(p);
+    ll_param_defaults(p->params, params);
+    return (ll_precision_order){.problem = p, .params = params, .now_ns = counting_clock};
+}
+
+/* Euler on free fall is off by a t dt / 2 in the position: at 3 s by 15 dt. */
+static void eulers_error_is_known(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    int count;
+    ll_precision_order order = order_of("free_fall", params);
+    ll_status status = ll_precision_ladder(&order, ll_ode_method_find("explicit_euler"), rungs, &count);
+    assert_false(ll_failed(&status));
+    assert_true(count >= 15);
+    for (int k = 0; k < count; k++) {
+        double dt = 3.0 / 16 / (1 << k);
+        assert_true(rungs[k].setting == dt && rungs[k].status == LL_RUN_OK);
+        assert_int_equal(rungs[k].counters.steps, 16 << k);
+        assert_true(fabs(rungs[k].e_final - 15 * dt) < 1e-9 && fabs(rungs[k].e_max - 15 * dt) < 1e-9);
+        assert_true(k == 0 ? rungs[k].order != rungs[k].order : fabs(rungs[k].order - 1) < 1e-4);
+        assert_true(fabs(rungs[k].cpu_min_s - 0.001) < 1e-12 && fabs(rungs[k].cpu_median_s - 0.001) < 1e-12);
+        assert_true(rungs[k].drift_max > 0); /* it falls behind: v is right, s is not */
+    }
+}
+
+static void tolerances_go_down_by_tens(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    int count;
+    ll_precision_order order = order_of("kepler", params);
+    ll_status status = ll_precision_ladder(&order, ll_ode_method_find("dop853"), rungs, &count);
+    assert_false(ll_failed(&status));
+    assert_int_equal(count, 13);
+    for (int k = 0; k < count; k++)
+        assert_true(fabs(rungs[k].setting / pow(10, -2 - k) - 1) < 1e-12);
+    assert_true(rungs[8].e_max < 1e-7 && rungs[12].e_max < 1e-11 && rungs[0].e_max > 1e-4);
+    assert_true(rungs[12].counters.evaluations > 3 * rungs[0].counters.evaluations);
+}
+
+static void blow_ups_and_misfits_are_told(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision r;
+    ll_precision_order order = order_of("stiff_pendulum", params);
+    ll_status status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 1.0 / 60, &r);
+    assert_false(ll_failed(&status));
+    assert_int_equal(r.status, LL_RUN_DIVERGED);
+    assert_true(r.reason == LL_ODE_NOT_FINITE || r.reason == LL_ODE_BLEW_UP);
+    assert_true(isnan(r.e_max) && isnan(r.e_final) && isnan(r.e_l2) && isnan(r.drift_max) &&
+                r.counters.steps > 0);
+    status = ll_precision_rung(&order, ll_ode_method_find("boris"), 0.01, &r);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 0, &r);
+    assert_int_equal(status.code, LL_BAD_INPUT);
+    assert_string_equal(status.field, "dt");
+}
+
+/* Above the limit of stability a method grows without bound, yet its values may be finite at the end. The
+ * limit of velocity Verlet is at omega dt = 2. */
+static void finite_blow_ups_have_no_error_and_no_order(void **state)
+{
+    (void)state;
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    int count, failed = 0;
+    ll_precision_order order = order_of("oscillator", params);
+    ll_status status = ll_param_set(order.problem->params, params, "omega", "6", false);
+    assert_false(ll_failed(&status));
+    order.duration = 40;
+    status = ll_precision_ladder(&order, ll_ode_method_find("velocity_verlet"), rungs, &count);
+    assert_false(ll_failed(&status));
+    for (int k = 0; k < count; k++) {
+        bool stable = 6 * rungs[k].setting < 2;
+        assert_int_equal(rungs[k].status, stable ? LL_RUN_OK : LL_RUN_DIVERGED);
+        assert_true(stable == isfinite(rungs[k].e_max) && stable == isfinite(rungs[k].drift_per_s));
+        bool small = k > 0 && rungs[k - 1].e_max < rungs[k].size / 10 && rungs[k].e_max < rungs[k].size / 10;
+        assert_true(isfinite(rungs[k].order) == small);
+        failed += !stable;
+    }
+    assert_int_equal(failed, 3); /* 2.5, 1.25 and 0.625 s */
+}
+
+static ll_precision rung_of(const char *problem, double duration, const char *method, double setting)
+{
+    _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+    ll_precision r;
+    ll_precision_order order = order_of(problem, params);
+    if (order.problem->prepare)
+        order.problem->prepare(params);
+    order.duration = duration;
+    ll_status status = ll_precision_rung(&order, ll_ode_method_find(method), setting, &r);
+    assert_false(ll_failed(&status));
+    return r;
+}
+
+/* Two runs of a double pendulum part by a factor of e in about a second: what 14 digits know is gone after
+ * half a minute, and no method can be measured later. With an exact solution nothing is in doubt. */
+static void chaos_is_predictable_for_a_while(void **state)
+{
+    (void)state;
+    ll_precision r = rung_of("double_pendulum", 40, "dop853", 1e-13);
+    assert_int_equal(r.status, LL_RUN_OK);
+    assert_true(r.predictable_s > 10 && r.predictable_s < 35);
+    assert_true(isnan(r.e_final) && r.uncertainty > 1e-9 && r.uncertainty < 0.1);
+    r = rung_of("double_pendulum", 4, "rk4", 0.01);
+    assert_true(isnan(r.predictable_s) && r.e_max > 1e-6 && r.uncertainty < 1e-9 && r.uncertainty > 0);
+    r = rung_of("oscillator", 40, "rk4", 0.1);
+    assert_true(isnan(r.predictable_s) && r.uncertainty == 0 && r.e_final > 0);
+}
+
+/* What is as good as the references is not told to be at an error of theirs. */
+static void errors_below_the_uncertainty_are_not_known(void **state)
+{
+    (void)state;
+    int unknown = 0;
+    for (double tolerance = 1e-9; tolerance > 5e-15; tolerance /= 10) {
+        ll_precision r = rung_of("pleiades", 2.5, "dop853", tolerance);
+        assert_true(r.uncertainty > 1e-15 && (isnan(r.e_max) || r.e_max > r.uncertainty));
+        unknown += isnan(r.e_max);
+    }
+    assert_true(unknown >= 1 && unknown <= 4);
+}
+
+/* By rungs of the smallest steps rounding has the say: no order is told there, though all is known of the
+ * solution, and wherever one is told it is the method's. */
+static void orders_are_told_above_rounding(void **state)
+{
+    (void)state;
+    static const char *const methods[] = {"rk4", "yoshida6", "yoshida8", "ab4", "implicit_midpoint"};
+    for (int k = 0; k < 5; k++) {
+        _Alignas(8) char params[LL_ODE_PARAMS_MAX];
+        ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+        int count, told = 0;
+        ll_precision_order order = order_of("oscillator", params);
+        order.duration = 7;
+        const ll_ode_method *method = ll_ode_method_find(methods[k]);
+        ll_status status = ll_precision_ladder(&order, method, rungs, &count);
+        assert_false(ll_failed(&status));
+        for (int n = 0; n < count; n++) {
+            if (isnan(rungs[n].order))
+                continue;
+            told++;
+            if (rungs[n].e_max < 1e-3 && !(fabs(rungs[n].order - method->order) < 0.5))
+                fail_msg("%s: order %g at an error of %g", methods[k], rungs[n].order, rungs[n].e_max);
+        }
+        assert_true(told >= 2);
+    }
+}
+
+/* Both ways of measuring a method are one: the same figures of the same run. */
+static void a_rung_is_what_a_motion_tells(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *problem, *method, *setting;
+        double value, duration;
+    } cases[] = {{"kepler", "dopri5", "tolerance", 1e-7, 9},
+                 {"robertson", "radau5", "tolerance", 1e-6, 11},
+                 {"double_pendulum", "rk4", "dt_s", 0.005, 6},
+                 {"bouncing_ball", "dop853", "tolerance", 1e-8, 1.5},
+                 {"hires", "trapezoid", "dt_s", 0.25, 50}};
+    for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
+        char text[512];
+        ll_precision r = rung_of(cases[k].problem, cases[k].duration, cases[k].method, cases[k].value);
+        snprintf(text, sizeof text,
+                 "\"problem\":\"%s\",\"duration_s\":%.17g,\"methods\":[{\"method\":\"%s\",\"%s\":%.17g}]",
+                 cases[k].problem, cases[k].duration, cases[k].method, cases[k].setting, cases[k].value);
+        cJSON *metrics = lab_run(text);
+        const cJSON *m = lab_method(metrics, 0);
+        const struct {
+            const char *name;
+            double value;
+        } same[] = {{"e_final", r.e_final},
+                    {"e_max", r.e_max},
+                    {"e_l2", r.e_l2},
+                    {"e_final_weighted", r.e_final_weighted},
+                    {"e_max_weighted", r.e_max_weighted},
+                    {"e_l2_weighted", r.e_l2_weighted}};
+        assert_true(isfinite(r.e_max) && r.status == LL_RUN_OK);
+        for (size_t n = 0; n < sizeof same / sizeof same[0]; n++) {
+            double told = lab_number(m, same[n].name);
+            if (!(fabs(told - same[n].value) <= 1e-4 * fabs(told) + 1e-13))
+                fail_msg("%s: %s is %.12g of a motion, %.12g of a rung", cases[k].problem, same[n].name, told,
+                         same[n].value);
+        }
+        cJSON_Delete(metrics);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(eulers_error_is_known),
+        cmocka_unit_test(tolerances_go_down_by_tens),
+        cmocka_unit_test(blow_ups_and_misfits_are_told),
+        cmocka_unit_test(finite_blow_ups_have_no_error_and_no_order),
+        cmocka_unit_test(chaos_is_predictable_for_a_while),
+        cmocka_unit_test(errors_below_the_uncertainty_are_not_known),
+        cmocka_unit_test(orders_are_told_above_rounding),
+        cmocka_unit_test(a_rung_is_what_a_motion_tells),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,187 @@
+/* Time dilation: the slack is kept by the length of frames, and by nothing else. */
+#include "netcode/toy.h"
+
+#include <stdio.h>
+
+#include "support/scene.h"
+
+#define PERIOD (LL_SECOND / 60)
+
+/* The clock is moved by what was asked for to the ns, no frame is shorter than 1/1.1 or longer than 1/0.9 of
+ * a tick, and the change is proportional where it is small: n ticks take 11 n frames (9 n when slower) and a
+ * tail. */
+static void time_is_shifted_exactly_and_within_a_tenth(void **state)
+{
+    (void)state;
+    for (int n = -1000; n <= 1000; n += 7) {
+        ll_time shift = n * PERIOD / 100 + n;
+        ll_client c = {.period = PERIOD, .clock = {0, 0, HZ(60)}, .shift = shift};
+        int frames = 0;
+        for (; c.shift != 0; frames++) {
+            ll_time before = c.clock.epoch;
+            ll_dilate(&c);
+            ll_time frame = PERIOD + c.clock.epoch - before;
+            assert_true(c.scale >= 0.9 - 1e-7 && c.scale <= 1.1 + 1e-7);
+            assert_true(fabs(c.scale - (double)PERIOD / (double)frame) < 1e-12);
+            assert_true((c.scale >= 1) == (shift >= 0));
+        }
+        assert_int_equal(c.clock.epoch, -shift);
+        double ticks = fabs(n / 100.0), whole = n > 0 ? 11 * (ticks - 10.0 / 11) : 9 * (ticks - 10.0 / 9);
+        double tail = log(ticks < 1 ? ticks * 100 : 112) / log(10.0 / 9) + 3;
+        assert_true(frames <= (whole > 0 ? whole : 0) + (tail > 1 ? tail : 1));
+        assert_true(frames >= whole);
+    }
+}
+
+typedef struct watch {
+    double worst, best; /* scale of frames */
+    int64_t doubled;    /* frames that made other than one input */
+} watch;
+
+/* Runs frame by frame and sees what each makes. */
+static watch run_watching(scene *s, double until_s)
+{
+    watch w = {1, 1, 0};
+    ll_client *c = ll_netgame_client(s->game, 0);
+    ll_time last = 0;
+    uint32_t seq = c->seq;
+    while (c->tick_due <= (ll_time)(until_s * 1e9)) {
+        scene_run(s, ll_to_s(c->tick_due), NULL);
+        double scale = last > 0 ? (double)c->period / (double)(c->framed - last) : 1;
+        w.worst = scale < w.worst ? scale : w.worst;
+        w.best = scale > w.best ? scale : w.best;
+        w.doubled += last > 0 && c->seq != seq + 1;
+        last = c->framed;
+        seq = c->seq;
+    }
+    return w;
+}
+
+static void change_lag(scene *s, double lag_ms)
+{
+    ll_netgame_config config = s->game->config;
+    config.players[0].lag_ms = lag_ms;
+    s->scenario.kind->change(s->game, &config, s->game->now);
+}
+
+/* After a change of lag of up to ten ticks the slack comes back to what is wanted with one input a frame;
+ * never late where the lag falls, never beyond where it rises. */
+static void slack_is_kept_with_one_input_a_frame(void **state)
+{
+    (void)state;
+    static const struct {
+        double before, after;
+    } lags[] = {{50, 190}, {190, 50}, {100, 120}, {120, 100}, {0, 160}, {900, 1000}, {1000, 860}};
+    for (size_t i = 0; i < sizeof lags / sizeof lags[0]; i++)
+        for (int want = 0; want <= 4; want += 2) {
+            char before[48], slack[48];
+            snprintf(before, sizeof before, "players.0.lag_ms=%g", lags[i].before);
+            snprintf(slack, sizeof slack, "players.0.slack_ticks=%d", want);
+            const char *const sets[] = {before, slack, "players.0.time_dilation=true", "warmup_s=0", NULL};
+            scene s = scene_open("race", sets);
+            const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+            const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+            watch w = run_watching(&s, 5);
+            assert_true(w.worst > 0.9999 && w.best < 1.0001 && w.doubled == 0); /* nothing to do */
+            assert_in_range(seat->last_slack, want, want + 1);
+            change_lag(&s, lags[i].after);
+            bool rises = lags[i].after > lags[i].before;
+            w = run_watching(&s, 5 + 2 * 2 * lags[i].after / 1000 + 3 + 3);
+            assert_int_equal(w.doubled, 0);
+            assert_true(w.worst >= 0.9 - 1e-6 && w.best <= 1.1 + 1e-6);
+            if (rises)
+                assert_true(w.best > 1.01 && w.worst > 0.9999 && ledger->slack.max < want + 2);
+            else
+                assert_true(w.worst < 0.99 && w.best < 1.0001 && seat->late == 0);
+            assert_in_range(seat->last_slack, want, want + 1);
+            int64_t late = seat->late;
+            w = run_watching(&s, s.game->now / 1e9 + 5);
+            assert_true(w.worst > 0.9999 && w.best < 1.0001 && seat->late == late); /* and stays */
+            assert_int_equal(ledger->doubled + ledger->left_out, 0);
+            scene_close(&s);
+        }
+}
+
+/* Of a greater change ten ticks are dilated and the rest is doubled at once. */
+static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.lag_ms=5", "players.0.time_dilation=true", "warmup_s=0", NULL};
+    scene s = scene_open("race", sets);
+    const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+    scene_run(&s, 5, NULL);
+    change_lag(&s, 505); /* 30 ticks more */
+    scene_run(&s, 15, NULL);
+    assert_in_range(ledger->doubled, 18, 22);
+    assert_int_equal(ledger->left_out, 0);
+    assert_in_range(ll_netgame_server(s.game)->seats[0].last_slack, 1, 2);
+    scene_close(&s);
+}
+
+/* Without it a change of less than 100 ms doubles inputs and leaves them out. */
+static void without_dilation_inputs_are_doubled_and_left_out(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.lag_ms=50", "warmup_s=0", NULL};
+    scene s = scene_open("race", sets);
+    const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+    run_watching(&s, 5);
+    change_lag(&s, 130); /* 4.8 ticks */
+    watch w = run_watching(&s, 15);
+    assert_true(w.doubled >= 4 && w.worst > 0.9999 && w.best < 1.0001);
+    assert_in_range(ledger->doubled, 4, 5);
+    assert_int_equal(ll_netgame_client(s.game, 0)->connection.clock.snaps, 0);
+    change_lag(&s, 50);
+    run_watching(&s, 25);
+    assert_in_range(ledger->left_out, 4, 5);
+    assert_true(ledger->scale.min == 1 && ledger->scale.max == 1);
+    scene_close(&s);
+}
+
+/* One of 100 ms or more leaves out the steps in between at once: the next input is for the step that it can
+ * be in time for, and one is made a frame all the same. Too far ahead, inputs are left out until the server
+ * is there. */
+static void beyond_100_ms_steps_are_left_out(void **state)
+{
+    (void)state;
+    static const double rises[] = {140, 400, 900};
+    for (size_t i = 0; i < sizeof rises / sizeof rises[0]; i++) {
+        const char *const sets[] = {"players.0.lag_ms=50", "warmup_s=0", NULL};
+        scene s = scene_open("race", sets);
+        const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+        const ll_client *c = ll_netgame_client(s.game, 0);
+        const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+        run_watching(&s, 5);
+        int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = ledger->made;
+        change_lag(&s, 50 + rises[i]);
+        run_watching(&s, 5 + 2 * (0.05 + rises[i] / 1000) + 0.2); /* a round trip, and an update */
+        double ticks = rises[i] * 60 / 1000;
+        assert_int_equal(ledger->doubled, 0);
+        assert_true(c->connection.clock.snaps >= 1);
+        assert_true(fabs((double)(c->tick - c->frame - ahead) - ticks) <= 1);
+        assert_int_equal((int64_t)c->seq - c->frame - numbers, c->tick - c->frame - ahead); /* together */
+        run_watching(&s, 15);
+        assert_true(ledger->made - made >= 598 && ledger->made - made <= 601); /* 10 s */
+        assert_int_equal(c->connection.clock.snaps, 1);
+        assert_in_range(seat->last_slack, 1, 2);
+        int64_t late = seat->late;
+        change_lag(&s, 50);
+        run_watching(&s, 15 + 2 * 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
+        assert_in_range(seat->last_slack, 1, 2);
+        assert_true(fabs((double)ledger->left_out - ticks) <= 1);
+        assert_int_equal(seat->late, late);
+        scene_close(&s);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(time_is_shifted_exactly_and_within_a_tenth),
+        cmocka_unit_test(slack_is_kept_with_one_input_a_frame),
+        cmocka_unit_test(what_is_beyond_ten_ticks_is_made_at_once),
+        cmocka_unit_test(without_dilation_inputs_are_doubled_and_left_out),
+        cmocka_unit_test(beyond_100_ms_steps_are_left_out),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

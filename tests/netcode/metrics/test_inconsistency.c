@@ -1,0 +1,113 @@
+/* M7, against values computed by hand. */
+#include "netcode/toy.h"
+#include "netcode/observe/player_observer.h"
+
+#define STEP (20 * LL_MS)
+
+static bool near(double a, double b)
+{
+    return fabs(a - b) < 1e-12;
+}
+
+/* Distances of 20 ms each; an excursion must last five of them. */
+static ll_inconsistency of(const double *distances, int count)
+{
+    ll_inconsistency total = {0};
+    ll_excursion open = {0};
+    for (int i = 0; i < count; i++)
+        ll_inconsistency_add(&total, &open, distances[i], STEP);
+    return total;
+}
+
+static void excursions_count_from_their_start(void **state)
+{
+    (void)state;
+    const double five[] = {0, 1, 2, 3, 4, 5, 0}, four[] = {0, 9, 9, 9, 9, 0, 9, 9, 9, 9, 0},
+                 at_the_edge[] = {0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.1},
+                 two[] = {1, 1, 1, 1, 1, 1, 0.1, 0.2, 0.2, 0.2, 0.2, 0.2};
+    ll_inconsistency a = of(five, 7), b = of(four, 11), c = of(at_the_edge, 7), d = of(two, 12);
+    assert_true(near(a.sum, 15 * 0.02) && a.time == 5 * STEP && a.excursions == 1);
+    assert_true(b.sum == 0 && b.time == 0 && b.excursions == 0); /* none lasts long enough */
+    assert_true(c.excursions == 0);                              /* not above */
+    assert_true(near(d.sum, (6 + 5 * 0.2) * 0.02) && d.time == 11 * STEP && d.excursions == 2);
+}
+
+/* One that is under way counts as far as it has come. */
+static void open_excursions_count_too(void **state)
+{
+    (void)state;
+    double distances[50];
+    for (int i = 0; i < 50; i++) {
+        distances[i] = 0.5 + i;
+        ll_inconsistency total = of(distances, i + 1);
+        assert_true(near(total.sum, i < 4 ? 0 : (i + 1) * (i + 1) * 0.5 * 0.02));
+        assert_int_equal(total.time, i < 4 ? 0 : (i + 1) * STEP);
+    }
+}
+
+/* Three clients' pictures of three entities, ten frames long. Of entity 0 they agree to 0.1 m. Entity 1 is at
+ * 0, (3, 4) and (-9, -12): the farthest other is 15, 20 and 20 m away. Entity 2 is 1 m off in the last alone.
+ */
+static void pictures_are_held_against_the_farthest(void **state)
+{
+    (void)state;
+    lone *l[3];
+    ll_instruments *in[3];
+    const ll_client *clients[3];
+    const ll_entity places[3][3] = {{{.x = 0}, {.x = 0}, {.x = 7}},
+                                    {{.y = 0.1}, {.x = 3, .y = 4}, {.x = 7}},
+                                    {{.x = 0}, {.x = -9, .y = -12}, {.x = 8}}};
+    const double farthest[3] = {15 + 1, 20 + 1, 20 + 1};
+    for (int i = 0; i < 3; i++) {
+        l[i] = new_lone(3, &toy, &ll_sync_free);
+        in[i] = l[i]->instruments;
+        clients[i] = l[i]->client;
+        memcpy(ll_client_shown(l[i]->client)->entity, places[i], sizeof places[i]);
+    }
+    for (int f = 0; f < 10; f++)
+        ll_instruments_between(in, clients, 3, f * STEP, STEP);
+    for (int i = 0; i < 3; i++) {
+        assert_true(near(in[i]->clients.sum, farthest[i] * 10 * 0.02));
+        assert_int_equal(in[i]->clients.time, 2 * 10 * STEP); /* of two entities */
+        assert_int_equal(in[i]->clients.excursions, 2);
+        assert_int_equal(in[i]->server.excursions, 0);
+        free_lone(l[i]);
+    }
+}
+
+/* Against the truth, by the frames of one client: the own entity counts too. */
+static void pictures_are_held_against_the_truth(void **state)
+{
+    (void)state;
+    lone *l = new_lone(2, &toy, &ll_sync_free);
+    ll_world *world = new_world(2);
+    ll_history *truth = malloc(ll_history_size(2));
+    ll_history_init(truth, 2);
+    ll_history_add(truth, 0, world);
+    ll_client_shown(l->client)->entity[0].x = 0.3;
+    ll_client_shown(l->client)->entity[1].y = -2;
+    l->client->elapsed = STEP;
+    for (int f = 0; f < 8; f++) {
+        if (f == 6)
+            ll_client_shown(l->client)->entity[1].y = 0;
+        ll_instruments_frame(l->instruments, l->client, &(ll_truth){.world = world, .history = truth},
+                             f * STEP);
+    }
+    assert_true(near(l->instruments->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
+    assert_int_equal(l->instruments->server.time, 14 * STEP);
+    assert_int_equal(l->instruments->server.excursions, 2);
+    free(truth);
+    free(world);
+    free_lone(l);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(excursions_count_from_their_start),
+        cmocka_unit_test(open_excursions_count_too),
+        cmocka_unit_test(pictures_are_held_against_the_farthest),
+        cmocka_unit_test(pictures_are_held_against_the_truth),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

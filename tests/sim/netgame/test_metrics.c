@@ -1,0 +1,622 @@
+/* The metrics of a netgame, held against what their definitions promise. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cjson/cJSON.h>
+#include <cmocka.h>
+
+#include "base/rng.h"
+#include "session/kinds.h"
+#include "support/scene.h"
+
+static const cJSON *at(const cJSON *metrics, const char *path)
+{
+    const cJSON *item = metrics;
+    char name[64];
+    while (item && *path) {
+        size_t length = strcspn(path, ".");
+        snprintf(name, sizeof name, "%.*s", (int)length, path);
+        item = cJSON_IsArray(item) ? cJSON_GetArrayItem(item, atoi(name))
+                                   : cJSON_GetObjectItemCaseSensitive(item, name);
+        path += length + (path[length] == '.');
+    }
+    return item;
+}
+
+static double value(const cJSON *metrics, const char *path)
+{
+    const cJSON *item = at(metrics, path);
+    if (!cJSON_IsNumber(item))
+        fail_msg("%s is no number", path);
+    return item->valuedouble;
+}
+
+static bool is_null(const cJSON *metrics, const char *path)
+{
+    return cJSON_IsNull(at(metrics, path));
+}
+
+static ll_summary summary(const scene *s, int player, ll_metric metric)
+{
+    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+}
+
+/* ---- a clean link ---- */
+
+/* The picture is always right for its tick: predicted ones too, at any lag, in every sync. */
+static void clean_pictures_are_true_at_their_tick(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"free",          "lockstep", "gambetta",
+                                        "deterministic", "rollback", "lockstep_pipelined"};
+    static const double lags[] = {0, 8.4, 61.7, 249, 1000};
+    for (size_t i = 0; i < sizeof syncs / sizeof syncs[0]; i++)
+        for (size_t k = 0; k < 2 * sizeof lags / sizeof lags[0]; k++) {
+            char sync[40], lag[40], prediction[40], reconciliation[40];
+            const char *on = k & 1 ? "true" : "false";
+            snprintf(sync, sizeof sync, "server.sync=%s", syncs[i]);
+            snprintf(lag, sizeof lag, "players.0.lag_ms=%g", lags[k / 2]);
+            snprintf(prediction, sizeof prediction, "players.0.prediction=%s", on);
+            snprintf(reconciliation, sizeof reconciliation, "players.0.reconciliation=%s", on);
+            const char *const sets[] = {sync, lag, prediction, reconciliation, NULL};
+            scene s = scene_open(i == 2 ? "gambetta" : "race", sets);
+            scene_run(&s, 12, NULL);
+            ll_summary error = summary(&s, 0, LL_METRIC_OWN_TIMELINE_ERROR);
+            assert_true(error.count > 10 && error.max == 0);
+            const ll_gauge *lead = &ll_netgame_instruments(s.game, 0)->pictures.leads_ms;
+            assert_int_equal(lead->count, error.count);
+            if (i == 0) /* ahead of the server by prediction, and behind it without */
+                assert_true(k & 1 ? lead->min > lags[k / 2] : lead->max <= -lags[k / 2]);
+            assert_int_equal(ll_netgame_instruments(s.game, 0)->pictures.voided, 0);
+            scene_close(&s);
+        }
+}
+
+/* Plain prediction is thrown back by every state: its picture is wrong for the tick that it claims. */
+static void prediction_alone_errs_at_its_tick(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.reconciliation=false", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 20, NULL);
+    assert_true(summary(&s, 0, LL_METRIC_OWN_TIMELINE_ERROR).max > 0.001);
+    scene_close(&s);
+}
+
+/* Pictures of ticks that a meeting abolishes are void. */
+static void pictures_of_ticks_that_are_never_made_are_void(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.lag_ms=200", "players.0.prediction=true",
+                                "players.0.reconciliation=true", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 5, NULL);
+    assert_int_equal(ll_netgame_instruments(s.game, 0)->pictures.voided, 0);
+    ll_instruments_meet(ll_netgame_instruments(s.game, 0));
+    int64_t voided = ll_netgame_instruments(s.game, 0)->pictures.voided;
+    assert_true(voided >= 12 && voided <= 15); /* 200 ms and the slack, at 60 Hz */
+    scene_close(&s);
+}
+
+/* Without prediction what is felt is sure at the same display; a round trip and the documented waits. */
+static void unpredicted_changes_are_felt_when_they_are_sure(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.prediction=false", "players.0.lag_ms=120", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 25, NULL);
+    ll_summary felt = summary(&s, 0, LL_METRIC_INPUT_LATENCY),
+               sure = summary(&s, 0, LL_METRIC_CONFIRMED_LATENCY),
+               seen = summary(&s, 0, LL_METRIC_SEEN_LATENCY);
+    assert_true(felt.count > 10 && felt.mean == sure.mean && felt.max == sure.max);
+    assert_true(felt.mean > 240 && felt.max < 240 + 1000 / 30.0 + 2 * 1000 / 60.0 + 0.01);
+    double lag = s.game->config.players[1].lag_ms;
+    assert_true(seen.mean > 120 + lag && seen.count >= felt.count - 2);
+    scene_close(&s);
+}
+
+/* ---- a naive second count ---- */
+
+enum { TICKS = 1500, INPUTS = TICKS + 1 /* numbered from 1 */, FROM = 120 /* the warm-up */ };
+
+/* What can be seen at the end of each tick of a run: one display a tick. */
+typedef struct diary {
+    double drawn[TICKS][2], real[TICKS][2]; /* player 0's own entity; `real` by the server's step */
+    int64_t of[TICKS], step[TICKS], latest[TICKS];
+    uint32_t count;         /* inputs made */
+    ll_action made[INPUTS]; /* by number */
+    int64_t meant[INPUTS], made_at[INPUTS];
+    bool accepted[INPUTS];
+    double other_shows[TICKS]; /* ms: server time of player 0's entity on the screen of player 1 */
+    int64_t other_heard[TICKS];
+} diary;
+
+static void note_verdict(void *context, const ll_event *e)
+{
+    diary *d = context;
+    if (e->type == LL_EVENT_VERDICT && e->player == 0 && e->number < INPUTS)
+        d->accepted[e->number] |= e->outcome == LL_OUTCOME_APPLIED;
+}
+
+static void write_up(diary *d, const scene *s, int k)
+{
+    ll_client *c = ll_netgame_client(s->game, 0), *other = ll_netgame_client(s->game, 1);
+    const ll_server *server = ll_netgame_server(s->game);
+    const ll_entity *own = &ll_client_shown(c)->entity[0], *real = &ll_server_world_const(server)->entity[0];
+    d->drawn[k][0] = own->x, d->drawn[k][1] = own->y;
+    d->real[server->step][0] = real->x, d->real[server->step][1] = real->y;
+    d->of[k] = c->predicting ? c->predicted_tick : c->latest_tick;
+    d->step[k] = server->step;
+    d->latest[k] = c->latest_tick;
+    d->other_shows[k] = ll_to_ms(ll_client_marks(other)[0].time);
+    d->other_heard[k] = other->latest_tick;
+    while (d->count < c->seq) {
+        uint32_t seq = ++d->count;
+        assert_true(seq < INPUTS);
+        d->made[seq] = ll_client_pending(c, seq)->action;
+        d->meant[seq] = c->tick - (int64_t)(c->seq - seq);
+        d->made_at[seq] = k;
+    }
+}
+
+/* From tick FROM on: a display each, compared now, or as the last of its tick. */
+static void count_pictures(const diary *d, const ll_instruments *in)
+{
+    int64_t count = 0, last = d->step[TICKS - 1];
+    double sum = 0, most = 0, lead_ms = 0;
+    for (int k = FROM; k < TICKS; k++) {
+        bool superseded = d->of[k] > d->step[k] && k + 1 < TICKS && d->of[k + 1] == d->of[k];
+        if (d->of[k] > last || superseded)
+            continue;
+        double x = d->drawn[k][0] - d->real[d->of[k]][0], y = d->drawn[k][1] - d->real[d->of[k]][1];
+        double error = sqrt(x * x + y * y);
+        count++;
+        sum += error;
+        most = error > most ? error : most;
+        lead_ms += (double)(d->of[k] - k) * 1000 / 60;
+    }
+    ll_summary told = ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]);
+    assert_int_equal(told.count, count);
+    assert_true(fabs(told.mean - sum / (double)count) < 1e-12 && told.max == most);
+    assert_true(fabs(in->pictures.leads_ms.sum - lead_ms) < 1e-3);
+}
+
+static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
+{
+    *count += to < TICKS;
+    *sum += to < TICKS ? (double)(to - from) * 1000 / 60 : 0;
+}
+
+static void count_changes(const diary *d, const ll_instruments *in, bool predicts)
+{
+    double sum[3] = {0};
+    int64_t count[3] = {0}, lost = 0;
+    for (uint32_t seq = 2; seq <= d->count; seq++) {
+        const ll_action *a = &d->made[seq], *b = &d->made[seq - 1];
+        int64_t at = d->made_at[seq], sure = at, seen = at, tick = d->meant[seq];
+        if (at < FROM || tick > d->step[TICKS - 1] || (a->axis[0] == b->axis[0] && a->axis[1] == b->axis[1]))
+            continue;
+        lost += !d->accepted[seq];
+        if (!d->accepted[seq])
+            continue;
+        while (sure < TICKS && d->latest[sure] < tick)
+            sure++;
+        while (seen < TICKS &&
+               (d->other_heard[seen] < tick || d->other_shows[seen] + 1e-3 < (double)tick * 1000 / 60))
+            seen++;
+        count_one(&sum[0], &count[0], at, predicts ? at : sure);
+        count_one(&sum[1], &count[1], at, sure);
+        count_one(&sum[2], &count[2], at, seen);
+    }
+    for (int i = 0; i < 3; i++) {
+        ll_summary told = ll_histogram_summary(&in->histogram[i]);
+        assert_int_equal(told.never, lost);
+        assert_int_equal(told.count, count[i] + lost);
+        assert_true(count[i] > 5 && fabs(told.mean - sum[i] / (double)count[i]) < 1e-3);
+    }
+}
+
+static void count_again(const char *scenario, const char *const *sets)
+{
+    scene s = scene_open(scenario, sets);
+    diary *d = calloc(1, sizeof *d);
+    const ll_recorder recorder = {note_verdict, d};
+    const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+    for (int k = 0; k < TICKS; k++) {
+        ll_status status = ll_sim_netgame.advance(s.game, ll_tick_time(k, 60000), &recorder, NULL, NULL);
+        assert_false(ll_failed(&status));
+        write_up(d, &s, k);
+    }
+    count_pictures(d, in);
+    count_changes(d, in, s.game->config.players[0].prediction);
+    free(d);
+    scene_close(&s);
+}
+
+/* Pictures, leads and changes, counted again from nothing but the ends of ticks; with contacts, losses and
+ * plain prediction, whose pictures err. */
+static void a_naive_count_agrees(void **state)
+{
+    (void)state;
+    static const char *const loss[] = {"0", "35"}, *const on[] = {"false", "true"};
+    for (int i = 0; i < 8; i++) {
+        char lossy[48], prediction[48], reconciliation[56];
+        snprintf(lossy, sizeof lossy, "players.0.link.up.loss_pct=%s", loss[i & 1]);
+        snprintf(prediction, sizeof prediction, "players.0.prediction=%s", on[i >> 1 & 1]);
+        snprintf(reconciliation, sizeof reconciliation, "players.0.reconciliation=%s", on[i >> 2 & 1]);
+        const char *const sets[] = {lossy,
+                                    prediction,
+                                    reconciliation,
+                                    "players.0.redundancy=0",
+                                    "players.0.lag_ms=91.3",
+                                    "players.0.clock_phase=0",
+                                    "players.1.clock_phase=0",
+                                    NULL};
+        count_again("contact", sets);
+        count_again("race", sets);
+    }
+}
+
+/* ---- what is lost ---- */
+
+/* From 5 s on; what is measured begins when the last acknowledgement is over. */
+static void a_dead_uplink_loses_every_change(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"server.sync=free", "server.sync=gambetta"};
+    for (int i = 0; i < 2; i++)
+        for (int predicted = 0; predicted < 2; predicted++) {
+            const char *const sets[] = {syncs[i],
+                                        "players.0.link.up.blackout_at_ms=5000",
+                                        "players.0.link.up.blackout_length_ms=60000",
+                                        "warmup_s=6",
+                                        predicted ? "players.0.prediction=true"
+                                                  : "players.0.prediction=false",
+                                        NULL};
+            scene s = scene_open(i == 0 ? "race" : "gambetta", sets);
+            scene_run(&s, 25, NULL);
+            cJSON *m = ll_netgame_metrics(s.game);
+            assert_true(value(m, "players.0.input_latency_ms.lost_ratio") == 1);
+            assert_true(value(m, "players.0.seen_latency_ms.lost_ratio") == 1);
+            assert_true(value(m, "players.0.input_latency_ms.count") > 0);
+            assert_true(is_null(m, "players.0.input_latency_ms.p50") &&
+                        is_null(m, "players.0.input_latency_ms.mean"));
+            assert_true(value(m, "players.0.ack_rtt_ms.count") == 0 &&
+                        is_null(m, "players.0.ack_rtt_ms.mean"));
+            const cJSON *v = at(m, "players.0.inputs.verdicts");
+            assert_true(value(v, "late") == 0 && value(v, "refused") == 0 && value(v, "applied") <= 301);
+            assert_true(value(v, "lost") > 100 &&
+                        value(v, "made") == value(v, "lost") + value(v, "applied") + value(v, "open"));
+            assert_true(value(m, "players.1.input_latency_ms.lost_ratio") == 0);
+            cJSON_Delete(m);
+            scene_close(&s);
+        }
+}
+
+/* Independent losses and no repetition: as many changes are lost as inputs are. */
+static void changes_are_lost_as_inputs_are(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.link.up.loss_pct=40", "players.0.redundancy=0", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 400, NULL);
+    cJSON *m = ll_netgame_metrics(s.game);
+    const cJSON *v = at(m, "players.0.inputs.verdicts");
+    double inputs = value(v, "made"), n = value(m, "players.0.confirmed_latency_ms.count");
+    assert_true(n > 50 && fabs(value(v, "lost") / inputs - 0.4) < 4 * sqrt(0.24 / inputs));
+    assert_true(fabs(value(m, "players.0.confirmed_latency_ms.lost_ratio") - 0.4) < 4 * sqrt(0.24 / n));
+    assert_true(fabs(value(m, "players.0.ack_rtt_ms.count") / (inputs - 120) - 0.6) < 0.02);
+    cJSON_Delete(m);
+    scene_close(&s);
+}
+
+/* ---- age of information ---- */
+
+/* d + (T/2)(1+p)/(1-p). A state arrives half a frame before the frame that takes it, as it does in the mean
+ * where phases are random. */
+static void age_grows_with_loss(void **state)
+{
+    (void)state;
+    static const int loss_pct[] = {0, 10, 30, 60};
+    for (int i = 0; i < 4; i++) {
+        char loss[48];
+        snprintf(loss, sizeof loss, "players.0.link.down.loss_pct=%d", loss_pct[i]);
+        const char *const sets[] = {loss, "players.0.lag_ms=108.333333", "server.update_hz=20",
+                                    "players.0.clock_phase=0", NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 600, NULL);
+        double p = loss_pct[i] / 100.0, wait = 25 * (1 + p) / (1 - p);
+        double mean = summary(&s, 0, LL_METRIC_AGE_OF_INFORMATION).mean;
+        assert_true(fabs(mean - 108.333333 - wait) < (i == 0 ? 0.1 : 0.06 * wait));
+        scene_close(&s);
+    }
+}
+
+/* A second a second. */
+static void age_grows_through_a_blackout(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players.0.link.down.blackout_at_ms=4000",
+                                "players.0.link.down.blackout_length_ms=60000", "players.0.lag_ms=50", NULL};
+    static const char *const syncs[] = {"server.sync=free", "server.sync=gambetta"};
+    for (int i = 0; i < 2; i++) {
+        const char *const all[] = {syncs[i], sets[0], sets[1], sets[2], NULL};
+        scene s = scene_open(i == 0 ? "race" : "gambetta", all);
+        const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+        scene_run(&s, 6, NULL);
+        double before = in->age_of_information;
+        scene_run(&s, 9, NULL);
+        assert_true(before > 1900 && fabs(in->age_of_information - before - 3000) < 17);
+        scene_close(&s);
+    }
+}
+
+/* ---- verdicts ---- */
+
+enum { SEQS = 16384 };
+
+typedef struct witness {
+    uint8_t outcome[SEQS]; /* bits: 1 accepted 2 refused 4 late */
+} witness;
+
+static void hear(void *context, const ll_event *e)
+{
+    witness *w = context;
+    if (e->type != LL_EVENT_VERDICT || e->number >= SEQS)
+        return;
+    w[e->player].outcome[e->number] |= (uint8_t)(e->outcome == LL_OUTCOME_APPLIED   ? 1
+                                                 : e->outcome == LL_OUTCOME_REFUSED ? 2
+                                                                                    : 4);
+}
+
+static double draw(uint64_t seed, uint64_t what, double from, double to)
+{
+    return from + (to - from) * ll_rng_unit(seed, what, 0);
+}
+
+/* The sum of verdicts at every tick, and by another way the verdicts at the end. */
+static void check_player(const scene *s, int player, const witness *w)
+{
+    const ll_ledger *ledger = &ll_netgame_instruments(s->game, player)->ledger;
+    const ll_client *c = ll_netgame_client(s->game, player);
+    int64_t late = 0, refused = 0, accepted = 0, never = 0;
+    for (uint32_t seq = 1; seq <= c->seq; seq++) {
+        late += (w->outcome[seq] & 5) == 4;
+        refused += (w->outcome[seq] & 7) == 2;
+        accepted += w->outcome[seq] & 1;
+        never += w->outcome[seq] == 0;
+    }
+    const int64_t *n = ledger->count;
+    assert_int_equal(ledger->made, c->seq);
+    assert_int_equal(n[LL_INPUT_CAME_LATE], late);
+    assert_true(n[LL_INPUT_WAS_APPLIED] <= accepted && n[LL_INPUT_WAS_REFUSED] <= refused);
+    assert_int_equal(n[LL_INPUT_WAS_APPLIED] + n[LL_INPUT_WAS_REFUSED] + n[LL_INPUT_WAS_LOST] +
+                         n[LL_INPUT_IS_OPEN],
+                     accepted + refused + never);
+    assert_true(n[LL_INPUT_WAS_LOST] <= never);
+    if (ll_netgame_sync(s->game)->waits || ll_netgame_sync(s->game)->observe)
+        assert_true(n[LL_INPUT_CAME_LATE] == 0 && n[LL_INPUT_WAS_LOST] == 0);
+}
+
+static void verdicts_balance_at_every_tick(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"free", "lockstep", "gambetta", "deterministic", "rollback"};
+    static const char *const cheats[] = {"none",      "none",       "none",    "rate",
+                                         "magnitude", "lag_switch", "teleport"};
+    int64_t all[LL_INPUT_VERDICTS] = {0};
+    for (uint64_t seed = 1; seed <= 80; seed++) {
+        char sync[48], lag[48], loss[48], jitter[48], redundancy[48], cheat[48], update[48], dead[64];
+        snprintf(sync, sizeof sync, "server.sync=%s", syncs[seed % 5]);
+        snprintf(lag, sizeof lag, "players.0.lag_ms=%.1f", draw(seed, 1, 0, 300));
+        snprintf(loss, sizeof loss, "players.0.link.up.loss_pct=%.0f", draw(seed, 2, 0, 60));
+        snprintf(jitter, sizeof jitter, "players.0.link.up.jitter_ms=%.1f", draw(seed, 3, 0, 100));
+        snprintf(redundancy, sizeof redundancy, "players.0.redundancy=%d", (int)draw(seed, 4, 0, 4));
+        snprintf(cheat, sizeof cheat, "players.1.cheat=%s", cheats[(int)draw(seed, 5, 0, 7)]);
+        snprintf(update, sizeof update, "server.update_hz=%d", (int)draw(seed, 6, 2, 60));
+        snprintf(dead, sizeof dead, "players.1.link.up.blackout_length_ms=%.0f", draw(seed, 7, 0, 3000));
+        const char *const sets[] = {
+            sync, lag, loss, jitter, redundancy, cheat, update, dead, "server.timeout_s=0", NULL};
+        scene s = scene_open(seed % 5 == 2 ? "gambetta" : "race", sets);
+        witness *w = calloc(2, sizeof *w);
+        const ll_recorder recorder = {hear, w};
+        for (int tick = 1; tick <= 600; tick++) {
+            scene_run(&s, tick / 60.0, &recorder);
+            for (int p = 0; p < 2; p++) {
+                const ll_ledger *ledger = &ll_netgame_instruments(s.game, p)->ledger;
+                int64_t sum = 0;
+                for (int v = 0; v < LL_INPUT_VERDICTS; v++) {
+                    assert_true(ledger->count[v] >= 0);
+                    sum += ledger->count[v];
+                }
+                assert_int_equal(sum, ledger->made);
+            }
+        }
+        for (int p = 0; p < 2; p++) {
+            check_player(&s, p, &w[p]);
+            for (int v = 0; v < LL_INPUT_VERDICTS; v++)
+                all[v] += ll_netgame_instruments(s.game, p)->ledger.count[v];
+        }
+        free(w);
+        scene_close(&s);
+    }
+    for (int v = 0; v < LL_INPUT_VERDICTS; v++)
+        assert_true(all[v] > 50); /* every verdict was given */
+}
+
+/* ---- null ---- */
+
+/* Before the warm-up is over nothing has been counted, and nothing says 0. */
+static void what_was_not_counted_is_null(void **state)
+{
+    (void)state;
+    scene s = scene_open("race", NULL);
+    scene_run(&s, 0.5, NULL);
+    cJSON *m = ll_netgame_metrics(s.game);
+    for (int i = 0; i < LL_METRICS; i++) {
+        char path[96];
+        static const char *const fields[] = {"mean", "rms", "p50", "p95", "p99", "max"};
+        for (size_t k = 0; k < sizeof fields / sizeof fields[0]; k++) {
+            snprintf(path, sizeof path, "players.0.%s.%s", ll_metric_rows[i].name, fields[k]);
+            assert_true(is_null(m, path));
+        }
+        snprintf(path, sizeof path, "players.0.%s.count", ll_metric_rows[i].name);
+        assert_true(value(m, path) == 0);
+    }
+    static const char *const none[] = {"players.0.input_latency_ms.lost_ratio",
+                                       "players.0.own_lead_ms.mean",
+                                       "players.0.visible_correction_px.max",
+                                       "players.0.corrections_per_s",
+                                       "players.0.buffer.held_ratio",
+                                       "players.0.buffer.time_scale.min",
+                                       "players.0.smoothness.freeze_ratio",
+                                       "players.0.smoothness.animation_error_px.rms",
+                                       "players.0.inconsistency.server.time_ratio",
+                                       "server.fairness.view_age_ms.jain",
+                                       "server.rounding_m.p50"};
+    for (size_t i = 0; i < sizeof none / sizeof none[0]; i++)
+        if (!is_null(m, none[i]))
+            fail_msg("%s is not null", none[i]);
+    assert_true(value(m, "players.0.corrections") == 0); /* a count is a number */
+    cJSON_Delete(m);
+    scene_close(&s);
+}
+
+/* ---- fairness, waits ---- */
+
+/* What a link really delays counts: here twice as long as its configuration says in the mean. */
+static void fairness_goes_by_the_realised_round_trip(void **state)
+{
+    (void)state;
+    const char *const sets[] = {"players=[{\"lag_ms\":40},{\"lag_ms\":40}]",
+                                "players.1.link.up.spike_length_ms=60000",
+                                "players.1.link.up.spike_add_ms=80", "server.update_hz=60", NULL};
+    scene s = scene_open("race", sets);
+    scene_run(&s, 20, NULL);
+    cJSON *m = ll_netgame_metrics(s.game);
+    double spread = value(m, "players.1.input_latency_ms.mean") - value(m, "players.0.input_latency_ms.mean");
+    assert_true(spread > 60);
+    double round_trips[2];
+    for (int i = 0; i < 2; i++) {
+        char up[64], down[64];
+        snprintf(up, sizeof up, "players.%d.link_up.delay_mean_ms", i);
+        snprintf(down, sizeof down, "players.%d.link_down.delay_mean_ms", i);
+        round_trips[i] = value(m, up) + value(m, down);
+    }
+    double apart = round_trips[1] - round_trips[0];
+    assert_true(apart > 70 && apart < 80.001);
+    assert_true(fabs(value(m, "server.fairness.input_latency_ms.per_ms_of_round_trip") - spread / apart) <
+                1e-9);
+    cJSON_Delete(m);
+    scene_close(&s);
+}
+
+static void a_wait_that_has_not_ended_counts(void **state)
+{
+    (void)state;
+    static const char *const syncs[] = {"server.sync=lockstep", "server.sync=deterministic"};
+    for (int i = 0; i < 2; i++) {
+        const char *const sets[] = {syncs[i], "players.1.link.up.blackout_at_ms=6000",
+                                    "players.1.link.up.blackout_length_ms=60000", "server.timeout_s=0", NULL};
+        scene s = scene_open("race", sets);
+        scene_run(&s, 8, NULL);
+        cJSON *a = ll_netgame_metrics(s.game);
+        scene_run(&s, 10.25, NULL); /* it is not yet given up */
+        cJSON *b = ll_netgame_metrics(s.game);
+        assert_true(fabs(value(b, "server.stalled_s") - value(a, "server.stalled_s") - 2.25) < 1e-9);
+        cJSON_Delete(a);
+        cJSON_Delete(b);
+        scene_close(&s);
+    }
+}
+
+/* ---- notices ---- */
+
+/* Those of `scenario` at `until_s`, one a line. */
+static void read_notices(const char *scenario, const char *const *sets, double until_s, char *out,
+                         size_t size)
+{
+    scene s = scenario[0] == '{' ? scene_make(scenario, sets) : scene_open(scenario, sets);
+    scene_run(&s, until_s, NULL);
+    cJSON *m = ll_netgame_metrics(s.game);
+    const cJSON *notices = at(m, "notices"), *item;
+    assert_true(cJSON_IsArray(notices));
+    out[0] = '\0';
+    cJSON_ArrayForEach(item, notices)
+        snprintf(out + strlen(out), size - strlen(out), "%s\n", item->valuestring);
+    cJSON_Delete(m);
+    scene_close(&s);
+}
+
+static void metrics_that_count_nothing_are_told(void **state)
+{
+    (void)state;
+    static const char alone[] =
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"duration_s\":9,\"players\":[{\"name\":"
+        "\"Ada\",\"control\":\"person\"}]}";
+    static const char idle[] =
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"players\":[{},{\"control\":\"person\"},{},"
+        "{\"control\":\"person\"}]}";
+    static const char deaf[] =
+        "{\"kind\":\"netgame\",\"game\":\"race\",\"players\":[{\"link\":{\"down\":{\"loss_pct\":"
+        "100}}},{}]}";
+    static const struct {
+        const char *scenario;
+        const char *sets[3];
+        double until_s;
+        const char *told[3]; /* all lines, each with these words */
+    } cases[] = {
+        {"race", {"duration_s=7"}, 7, {NULL}},
+        {"race",
+         {"duration_s=3.5", "warmup_s=3.5"},
+         3.5,
+         {"duration_s, 3.5 s, is not longer than warmup_s, 3.5 s"}},
+        {"race", {"duration_s=1.25"}, 1, {"duration_s, 1.25 s, is not longer than warmup_s, 2 s"}},
+        {"race", {"warmup_s=4"}, 2.5, {"from warmup_s, 4 s, on; it is 2.5 s"}},
+        {"race", {"warmup_s=0"}, 0, {NULL}},
+        {alone, {NULL}, 9, {"Ada did not change the controls", "Ada had nobody else in view"}},
+        {idle, {NULL}, 6, {"B and D did not change the controls"}},
+        {deaf, {NULL}, 6, {"A never joined"}},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        char text[1200], *line = text;
+        read_notices(cases[i].scenario, cases[i].sets, cases[i].until_s, text, sizeof text);
+        for (int k = 0; cases[i].told[k]; k++) {
+            char *end = strchr(line, '\n');
+            if (!end)
+                fail_msg("case %zu lacks \"%s\"", i, cases[i].told[k]);
+            *end = '\0';
+            if (!strstr(line, cases[i].told[k]))
+                fail_msg("case %zu: \"%s\" is not in \"%s\"", i, cases[i].told[k], line);
+            line = end + 1;
+        }
+        if (*line)
+            fail_msg("case %zu tells also: %s", i, line);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(clean_pictures_are_true_at_their_tick),
+        cmocka_unit_test(prediction_alone_errs_at_its_tick),
+        cmocka_unit_test(pictures_of_ticks_that_are_never_made_are_void),
+        cmocka_unit_test(unpredicted_changes_are_felt_when_they_are_sure),
+        cmocka_unit_test(a_naive_count_agrees),
+        cmocka_unit_test(a_dead_uplink_loses_every_change),
+        cmocka_unit_test(changes_are_lost_as_inputs_are),
+        cmocka_unit_test(age_grows_with_loss),
+        cmocka_unit_test(age_grows_through_a_blackout),
+        cmocka_unit_test(verdicts_balance_at_every_tick),
+        cmocka_unit_test(what_was_not_counted_is_null),
+        cmocka_unit_test(fairness_goes_by_the_realised_round_trip),
+        cmocka_unit_test(a_wait_that_has_not_ended_counts),
+        cmocka_unit_test(metrics_that_count_nothing_are_told),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}

@@ -1,0 +1,58 @@
+#include "support/golden.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+
+#include <cjson/cJSON.h>
+
+#include "library/library.h"
+#include "session/scenario.h"
+#include "session/session.h"
+
+static double number(const cJSON *object, const char *name)
+{
+    return cJSON_GetObjectItem(object, name)->valuedouble;
+}
+
+static ll_status add_activity(const char *id, const cJSON *activity, char *line, int used)
+{
+    const cJSON *item;
+    char separator = ',';
+    if (cJSON_GetArraySize(activity) == 0)
+        return ll_error(LL_BAD_INPUT, "%s names no activity", id);
+    cJSON_ArrayForEach(item, activity)
+    {
+        const char *metric = cJSON_GetObjectItem(item, "metric")->valuestring;
+        if (!cJSON_IsTrue(cJSON_GetObjectItem(item, "met")))
+            return ll_error(LL_BAD_INPUT, "%s: %s is %g, less than %g", id, metric, number(item, "value"),
+                            number(item, "min"));
+        used += snprintf(line + used, (size_t)(GOLDEN_LINE_MAX - used), "%c%s=%.17g", separator, metric,
+                         number(item, "value"));
+        separator = ';';
+    }
+    return ll_ok();
+}
+
+ll_status golden_line(const char *id, char line[GOLDEN_LINE_MAX])
+{
+    cJSON *json = NULL, *report = NULL;
+    ll_session *s = NULL;
+    int used;
+    ll_status status = ll_scenario_load("scenarios", id, &json);
+    if (!ll_failed(&status))
+        status = ll_session_create(json, -1, NULL, NULL, &s);
+    if (!ll_failed(&status))
+        status = ll_session_run_to(s, ll_session_get_info(s).end_tick);
+    if (ll_failed(&status))
+        goto cleanup;
+    used = snprintf(line, GOLDEN_LINE_MAX, "%s,%" PRId64 ",%016" PRIx64, id, ll_session_get_info(s).tick,
+                    ll_session_hash(s));
+    report = ll_session_metrics(s);
+    status =
+        add_activity(id, cJSON_GetObjectItem(cJSON_GetObjectItem(report, "metrics"), "activity"), line, used);
+cleanup:
+    cJSON_Delete(report);
+    ll_session_destroy(s);
+    cJSON_Delete(json);
+    return status;
+}

@@ -1,0 +1,12 @@
+/* A line of tests/golden/hashes.csv, recomputed from a scenario of the library. */
+#pragma once
+
+#include <stddef.h>
+
+#include "base/status.h"
+
+enum { GOLDEN_LINE_MAX = 512 };
+
+/* `scenario,tick,hash,metric=value;...`: at the scenario's own seed, after its whole duration. LL_BAD_INPUT
+ * when an activity is missing or not met: a scenario in which nothing happens proves nothing. */
+ll_status golden_line(const char *id, char line[GOLDEN_LINE_MAX]);
