@@ -20,8 +20,9 @@ struct ll_ahead {
     ll_event events[LL_EVENT_RING]; /* the last ones */
 };
 
-static void keep(void *context, const ll_event *event)
+static void keep(void *context, const void *row)
 {
+    const ll_event *event = row;
     ll_ahead *a = context;
     a->events[a->event_count++ % LL_EVENT_RING] = *event;
 }

@@ -32,10 +32,10 @@ void ll_session_drop_snapshots(ll_session *s, int64_t from)
 
 /* An event has just been written byte by byte, and to read that in wider units makes the processor wait for
  * the writes: members are copied one by one, and volatile, since compilers would join them. */
-void ll_session_keep_event(void *context, const ll_event *written)
+void ll_session_keep_event(void *context, const void *row)
 {
     ll_session *s = context;
-    const volatile ll_event *event = written;
+    const volatile ll_event *event = row;
     ll_event *slot = &s->events[s->event_count % LL_EVENT_RING];
     slot->id = s->event_count++;
     slot->type = event->type;

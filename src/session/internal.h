@@ -2,6 +2,7 @@
 #pragma once
 
 #include "base/version.h"
+#include "netcode/protocol/event.h"
 #include "session/scenario.h"
 #include "session/session.h"
 
@@ -144,7 +145,7 @@ void ll_session_drop_snapshots(ll_session *s, int64_t from); /* of `from` and la
 void ll_session_line(const ll_session *s, const char *op);   /* to the session's own listener */
 void ll_session_anchor(ll_session *s, ll_time wall);         /* from now on, `wall` is the present tick */
 
-void ll_session_keep_event(void *context, const ll_event *written); /* an ll_recorder's; of a session */
+void ll_session_keep_event(void *context, const void *row); /* an ll_recorder's; of a session */
 void ll_session_fail(ll_session *s, const ll_status *why);
 void ll_session_shoot(ll_session *s); /* a snapshot, where one is due */
 /* Where the block stands before the present tick it is brought there; false when patience ended before. */

@@ -78,8 +78,9 @@ void scene_close(scene *s)
     ll_scenario_free(&s->scenario);
 }
 
-static void keep(void *context, const ll_event *event)
+static void keep(void *context, const void *row)
 {
+    const ll_event *event = row;
     tape *t = context;
     if (t->count == t->capacity) {
         t->capacity = t->capacity ? 2 * t->capacity : 1024;

@@ -3,7 +3,7 @@
  * It knows of the clients only what their packets say. Part of a simulation's block: no pointers. */
 #pragma once
 
-#include "base/event.h"
+#include "netcode/protocol/event.h"
 #include "game/core/compensate.h"
 #include "netcode/snapshot/baselines.h"
 #include "netcode/protocol/config.h"

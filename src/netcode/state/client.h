@@ -4,7 +4,8 @@
  * reached by offsets. */
 #pragma once
 
-#include "base/event.h"
+#include "base/recorder.h"
+#include "netcode/protocol/event.h"
 #include "base/status.h"
 #include "netcode/protocol/config.h"
 #include "netcode/protocol/connection.h"

@@ -7,7 +7,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "base/event.h"
+#include "base/recorder.h"
 #include "base/interrupt.h"
 #include "base/status.h"
 #include "base/vtime.h"

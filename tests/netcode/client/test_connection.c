@@ -18,8 +18,9 @@ typedef struct states {
     int count;
 } states;
 
-static void keep(void *context, const ll_event *e)
+static void keep(void *context, const void *row)
 {
+    const ll_event *e = row;
     states *s = context;
     assert_int_equal(e->type, LL_EVENT_CONNECTION);
     assert_true(s->count < 64);

@@ -82,8 +82,9 @@ typedef struct last_event {
     int count;
 } last_event;
 
-static void keep(void *context, const ll_event *event)
+static void keep(void *context, const void *row)
 {
+    const ll_event *event = row;
     last_event *l = context;
     l->event = *event;
     l->count++;

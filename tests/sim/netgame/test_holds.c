@@ -23,8 +23,9 @@ typedef struct outcome {
     uint64_t hash[TICKS + 1];
 } outcome;
 
-static void on_event(void *context, const ll_event *event)
+static void on_event(void *context, const void *row)
 {
+    const ll_event *event = row;
     outcome *o = context;
     ll_server *server = ll_netgame_server(o->s->game);
     const ll_world *world = ll_server_world(server);

@@ -136,8 +136,9 @@ typedef struct diary {
     int64_t other_heard[TICKS];
 } diary;
 
-static void note_verdict(void *context, const ll_event *e)
+static void note_verdict(void *context, const void *row)
 {
+    const ll_event *e = row;
     diary *d = context;
     if (e->type == LL_EVENT_VERDICT && e->player == 0 && e->number < INPUTS)
         d->accepted[e->number] |= e->outcome == LL_OUTCOME_APPLIED;
@@ -364,8 +365,9 @@ typedef struct witness {
     uint8_t outcome[SEQS]; /* bits: 1 accepted 2 refused 4 late */
 } witness;
 
-static void hear(void *context, const ll_event *e)
+static void hear(void *context, const void *row)
 {
+    const ll_event *e = row;
     witness *w = context;
     if (e->type != LL_EVENT_VERDICT || e->number >= SEQS)
         return;

@@ -35,8 +35,9 @@ static void write_down(diary *d, int whose, int64_t tick, const ll_world *world)
     d->seen[whose] = tick;
 }
 
-static void on_event(void *context, const ll_event *event)
+static void on_event(void *context, const void *row)
 {
+    const ll_event *event = row;
     diary *d = context;
     ll_server *server = ll_netgame_server(d->s->game);
     if (event->type == LL_EVENT_STEP)

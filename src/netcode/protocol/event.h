@@ -1,4 +1,5 @@
-/* Events of a simulation, for the message lanes of a view and for tests. */
+/* Events of a netgame: the rows that its recorder gets (base/recorder.h), for the message lanes of a view and
+ * for tests. */
 #pragma once
 
 #include <stdint.h>
@@ -48,10 +49,3 @@ typedef enum ll_event_type {
         23,                /* `player`'s connection has the state `outcome`, in its `number`-th connection */
     LL_EVENT_DROPPED = 24, /* the server continues without `player`, for the `number`-th time */
 } ll_event_type;
-
-/* `record` is called in the order of virtual time. A NULL recorder writes nothing: batch runs do not pay for
- * events. */
-typedef struct ll_recorder {
-    void (*record)(void *context, const ll_event *event);
-    void *context;
-} ll_recorder;
