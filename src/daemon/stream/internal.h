@@ -1,5 +1,6 @@
-/* What ws.c (any thread), thread.c (the loop), socket.c (bytes of a viewer, in and out) and viewer.c
- * (one viewer) share. Not for others. */
+/* What the files of this room share, from the ground up: post.c, registry.c (any thread), socket.c (bytes of
+ * a viewer, in and out), messages.c (to it), frames.c (for it), viewer.c (the whole of it), thread.c (the
+ * loop) and ws.c (any thread). Not for others. */
 #pragma once
 
 #include <pthread.h>
@@ -74,8 +75,19 @@ struct ll_ws_stream {
     bool want_said, closing;
 };
 
+/* Where what comes of a viewer's bytes goes; viewer.c's. */
+typedef struct ws_receiver {
+    void (*piece)(ws_viewer *viewer, const ll_framing *piece);
+    void (*ping)(ws_viewer *viewer);
+    void (*pong)(ws_viewer *viewer);
+    void (*left)(ws_viewer *viewer, int code); /* it says goodbye; LL_FRAMING_NO_CODE: without a code */
+    void (*fault)(ws_viewer *viewer, int code, const char *reason); /* it cannot be understood */
+    void (*writable)(ws_viewer *viewer);
+} ws_receiver;
+
 struct ws_viewer {
     ws_thread *thread;
+    const ws_receiver *receiver;
     ll_ws_socket socket;
     uint32_t events; /* that epoll looks for */
     ws_viewer *next_dead;
@@ -171,17 +183,20 @@ struct ll_ws {
     ws_thread thread[];
 };
 
+/* post.c */
 int64_t ll_ws_now(void);
-void ll_ws_wake(ws_thread *thread);
 void ll_ws_count(atomic_ullong *counter, uint64_t n);
+void ll_ws_wake(ws_thread *thread);
+void ll_ws_release(const ll_ws_socket *socket);                            /* closes it, or gives it back */
+ws_mail *ll_ws_mail_new(ws_mail_kind kind, const char *text, size_t size); /* NULL without memory */
+bool ll_ws_post(ws_thread *thread,
+                ws_mail *mail); /* false when it has stopped: the mail is still the caller's */
+
+/* registry.c */
+ws_thread *ll_ws_thread_of(ll_ws *ws, const char *id);
 ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id);
+void ll_ws_stream_free(ll_ws_stream *stream);
 void ll_ws_stream_destroy(ll_ws_stream *stream); /* nobody holds it; calls `released` */
-
-void ll_ws_release(const ll_ws_socket *socket); /* closes it, or gives it back */
-
-/* thread.c */
-bool ll_ws_thread_prepare(ws_thread *thread);
-void *ll_ws_thread_main(void *thread);
 
 /* socket.c: all on the viewer's thread. A socket that fails makes its viewer dead. */
 bool ll_ws_socket_open(ws_viewer *viewer); /* watched from here on; writes the 101 where it is wanted */
@@ -190,10 +205,17 @@ void ll_ws_socket_take(ws_viewer *viewer, unsigned char *bytes, size_t size); /*
 /* LL_FRAMING_ROOM bytes before `payload` are free. What the socket does not take is kept. */
 void ll_ws_socket_write(ws_viewer *viewer, unsigned char *payload, size_t size, ll_opcode opcode);
 bool ll_ws_socket_full(const ws_viewer *viewer); /* something is kept: do not write */
-void ll_ws_socket_want(ws_viewer *viewer);       /* ll_ws_viewer_writable, soon */
+void ll_ws_socket_want(ws_viewer *viewer);       /* its receiver's `writable`, soon */
 void ll_ws_socket_say_close(ws_viewer *viewer, int code, const char *reason); /* at the end, once */
 void ll_ws_socket_fail(ws_viewer *viewer);
 void ll_ws_socket_free(ws_viewer *viewer); /* the socket and what is kept for it */
+
+/* messages.c: all on the viewer's thread. */
+void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message);     /* takes it */
+void ll_ws_viewer_say(ws_viewer *viewer, struct cJSON *message); /* takes it */
+void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason);
+void ll_ws_messages_flush(ws_viewer *viewer); /* as many as the socket takes */
+void ll_ws_messages_drop(ws_viewer *viewer);
 
 /* frames.c: all on the viewer's thread. Which frames a viewer gets, and when. */
 void ll_ws_stream_distribute(ll_ws_stream *stream, ll_frame **frames, int count); /* takes them */
@@ -204,16 +226,13 @@ void ll_ws_viewer_sweep_frames(ws_viewer *viewer);
 void ll_ws_viewer_forget(ws_viewer *viewer); /* what it has and wants; it is in its stream still */
 
 /* viewer.c: all on the viewer's thread. */
+extern const ws_receiver ll_ws_viewer_receiver;
 void ll_ws_viewer_open(ws_viewer *viewer);
 void ll_ws_viewer_gone(ws_viewer *viewer);
-void ll_ws_viewer_ping(ws_viewer *viewer); /* pings and pongs count as messages */
-void ll_ws_viewer_pong(ws_viewer *viewer);
-void ll_ws_viewer_left(ws_viewer *viewer, int code); /* it says goodbye; LL_FRAMING_NO_CODE: without a code */
-void ll_ws_viewer_receive(ws_viewer *viewer, const ll_framing *piece);
-void ll_ws_viewer_writable(ws_viewer *viewer);
-void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it, as the next two */
-void ll_ws_viewer_say(ws_viewer *viewer, struct cJSON *message);
-void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message);
-void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason);
+void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello); /* takes it */
 void ll_ws_viewer_sweep(ws_viewer *viewer);
 void ll_ws_stream_release_if_done(ll_ws_stream *stream);
+
+/* thread.c */
+bool ll_ws_thread_prepare(ws_thread *thread);
+void *ll_ws_thread_main(void *thread);

@@ -138,19 +138,19 @@ static void take_event(ws_viewer *viewer, ll_framing_event event)
     const ll_framing *framing = &viewer->framing;
     switch (event) {
     case LL_FRAMING_PIECE:
-        ll_ws_viewer_receive(viewer, framing);
+        viewer->receiver->piece(viewer, framing);
         break;
     case LL_FRAMING_PING:
         memcpy(viewer->pong, framing->bytes, framing->size);
         viewer->pong_size = (int)framing->size;
-        ll_ws_viewer_ping(viewer);
+        viewer->receiver->ping(viewer);
         break;
     case LL_FRAMING_PONG:
-        ll_ws_viewer_pong(viewer);
+        viewer->receiver->pong(viewer);
         break;
     case LL_FRAMING_CLOSE:
         viewer->deaf = true;
-        ll_ws_viewer_left(viewer, framing->code);
+        viewer->receiver->left(viewer, framing->code);
         shut_when_done(viewer);
         break;
     case LL_FRAMING_FAULT:
@@ -158,7 +158,7 @@ static void take_event(ws_viewer *viewer, ll_framing_event event)
         if (viewer->close_code == 0) {
             ll_ws_count(&viewer->thread->counts.closed_policy, 1);
         }
-        ll_ws_viewer_close(viewer, framing->code, framing->fault);
+        viewer->receiver->fault(viewer, framing->code, framing->fault);
         shut_when_done(viewer);
         break;
     case LL_FRAMING_NONE:
@@ -197,7 +197,7 @@ void ll_ws_socket_event(ws_viewer *viewer, uint32_t events)
         if (!ll_ws_socket_full(viewer)) {
             look_for(viewer, EPOLLIN);
             shut_when_done(viewer);
-            ll_ws_viewer_writable(viewer);
+            viewer->receiver->writable(viewer);
         }
     }
 }

@@ -81,6 +81,7 @@ static void adopt(ws_thread *thread, ws_mail *mail)
         return;
     }
     viewer->thread = thread;
+    viewer->receiver = &ll_ws_viewer_receiver;
     viewer->socket = mail->socket;
     viewer->pass = mail->pass;
     viewer->upgrade = mail->upgrade;

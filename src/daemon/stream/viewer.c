@@ -1,4 +1,4 @@
-/* One viewer: its coming and going, its messages, its goodbye. Everything here runs on its stream's
+/* One viewer: its coming and going, what it says, its goodbye. Everything here runs on its stream's
  * thread. */
 #include <cjson/cJSON.h>
 #include <stdio.h>
@@ -19,105 +19,6 @@ static const ll_ws_hooks *hooks_of(const ws_viewer *viewer)
     return &viewer->thread->ws->hooks[viewer->upgrade.kind];
 }
 
-/* ---- messages to the viewer ---- */
-
-static void drop_messages(ws_viewer *viewer)
-{
-    while (viewer->first_message != NULL) {
-        ws_mail *message = viewer->first_message;
-        viewer->first_message = message->next;
-        free(message);
-    }
-    viewer->last_message = NULL;
-    viewer->message_count = 0;
-    viewer->message_bytes = 0;
-}
-
-static void flush_messages(ws_viewer *viewer)
-{
-    while (viewer->first_message != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
-        ws_mail *message = viewer->first_message;
-        ll_ws_socket_write(viewer, message->text, message->size, LL_OPCODE_TEXT);
-        viewer->first_message = message->next;
-        viewer->last_message = message->next != NULL ? viewer->last_message : NULL;
-        viewer->message_count--;
-        viewer->message_bytes -= message->size;
-        free(message);
-    }
-}
-
-static void enqueue(ws_viewer *viewer, ws_mail *message)
-{
-    message->next = NULL;
-    if (viewer->last_message != NULL) {
-        viewer->last_message->next = message;
-    } else {
-        viewer->first_message = message;
-    }
-    viewer->last_message = message;
-    viewer->message_count++;
-    viewer->message_bytes += message->size;
-}
-
-static ws_mail *message_of(cJSON *json) /* takes it */
-{
-    char *text = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
-    cJSON_Delete(json);
-    size_t size = text != NULL ? strlen(text) : 0;
-    ws_mail *message = text != NULL ? calloc(1, sizeof *message + size + 1) : NULL;
-    if (message != NULL) {
-        memcpy(message->text, text, size);
-        message->size = size;
-    }
-    cJSON_free(text);
-    return message;
-}
-
-void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
-{
-    if (viewer->close_code != 0 || viewer->dead) {
-        return;
-    }
-    viewer->close_code = code;
-    snprintf(viewer->close_reason, sizeof viewer->close_reason, "%s", reason);
-    cJSON *bye = cJSON_CreateObject();
-    cJSON_AddStringToObject(bye, "type", "bye");
-    cJSON_AddStringToObject(bye, "reason", viewer->close_reason);
-    ws_mail *message = message_of(bye);
-    if (message != NULL) {
-        enqueue(viewer, message);
-    }
-    /* The close frame leaves when the messages have. One that does not read is cut (ll_ws_viewer_sweep). */
-    viewer->close_ns = viewer->thread->now_ns;
-    ll_ws_socket_want(viewer);
-}
-
-void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
-{
-    if (viewer->close_code != 0 || viewer->dead) {
-        free(message);
-        return;
-    }
-    if (viewer->message_count >= WS_MAX_MESSAGES ||
-        viewer->message_bytes + message->size > WS_MAX_MESSAGE_BYTES) {
-        free(message);
-        drop_messages(viewer);
-        ll_ws_count(&viewer->thread->counts.closed_slow, 1);
-        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "messages piled up: this viewer reads too slowly");
-        return;
-    }
-    enqueue(viewer, message);
-    flush_messages(viewer);
-}
-
-void ll_ws_viewer_say(ws_viewer *viewer, cJSON *json)
-{
-    ws_mail *message = message_of(json);
-    if (message != NULL) {
-        ll_ws_viewer_send(viewer, message);
-    }
-}
-
 void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
 {
     bool first = !viewer->ready && viewer->close_code == 0 && !viewer->dead;
@@ -130,9 +31,9 @@ void ll_ws_viewer_hello(ws_viewer *viewer, ws_mail *hello)
     }
 }
 
-void ll_ws_viewer_writable(ws_viewer *viewer)
+static void writable(ws_viewer *viewer)
 {
-    flush_messages(viewer);
+    ll_ws_messages_flush(viewer);
     if (viewer->first_message != NULL || ll_ws_socket_full(viewer) || viewer->dead || viewer->said) {
         return;
     }
@@ -235,7 +136,7 @@ static void take_message(ws_viewer *viewer, const char *text, size_t size)
     }
 }
 
-void ll_ws_viewer_pong(ws_viewer *viewer)
+static void pong(ws_viewer *viewer)
 {
     if (viewer->stream != NULL && viewer->close_code == 0 && !within_rate(viewer, 0)) {
         refuse_rate(viewer);
@@ -244,12 +145,12 @@ void ll_ws_viewer_pong(ws_viewer *viewer)
 
 /* RFC 6455 5.5.3: of several pings only the last needs an answer. So those that pile up while the socket is
  * full cost no memory. */
-void ll_ws_viewer_ping(ws_viewer *viewer)
+static void ping(ws_viewer *viewer)
 {
-    ll_ws_viewer_pong(viewer);
+    pong(viewer);
     if (viewer->close_code == 0) {
         viewer->pong_wanted = true;
-        ll_ws_viewer_writable(viewer);
+        writable(viewer);
     }
 }
 
@@ -270,7 +171,7 @@ static bool keep_piece(ws_viewer *viewer, const ll_framing *piece)
     return true;
 }
 
-void ll_ws_viewer_receive(ws_viewer *viewer, const ll_framing *piece)
+static void receive(ws_viewer *viewer, const ll_framing *piece)
 {
     size_t limit = (size_t)viewer->thread->ws->config.max_message_bytes;
     char text[100];
@@ -341,7 +242,7 @@ void ll_ws_stream_release_if_done(ll_ws_stream *stream)
 void ll_ws_viewer_gone(ws_viewer *viewer)
 {
     ll_ws_stream *stream = viewer->stream;
-    drop_messages(viewer);
+    ll_ws_messages_drop(viewer);
     free(viewer->received);
     viewer->received = NULL;
     viewer->received_capacity = 0;
@@ -366,17 +267,24 @@ void ll_ws_viewer_gone(ws_viewer *viewer)
 }
 
 /* Nothing of ours may follow our own close frame, which answers its. */
-void ll_ws_viewer_left(ws_viewer *viewer, int code)
+static void left(ws_viewer *viewer, int code)
 {
     if (viewer->said) {
         return;
     }
-    drop_messages(viewer);
+    ll_ws_messages_drop(viewer);
     viewer->close_code = code;
     viewer->close_ns = viewer->thread->now_ns;
     ll_ws_viewer_gone(viewer);
     ll_ws_socket_say_close(viewer, code, "");
 }
+
+const ws_receiver ll_ws_viewer_receiver = {.piece = receive,
+                                           .ping = ping,
+                                           .pong = pong,
+                                           .left = left,
+                                           .fault = ll_ws_viewer_close,
+                                           .writable = writable};
 
 static void look_for_life(ws_viewer *viewer)
 {

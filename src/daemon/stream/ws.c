@@ -1,92 +1,26 @@
-/* The side of the streams that any thread may call: registry, publications, mail to the stream threads. */
+/* The side of the streams that any thread may call: publications and messages to viewers; start and end. */
 #include "daemon/stream/ws.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/eventfd.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "base/assert.h"
-#include "base/hash.h"
 #include "daemon/stream/internal.h"
-
-int64_t ll_ws_now(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
-void ll_ws_count(atomic_ullong *counter, uint64_t n)
-{
-    atomic_fetch_add_explicit(counter, n, memory_order_relaxed);
-}
-
-/* ---- waking a thread ---- */
-
-/* A thread takes what is there after it has cleared `wake_pending`. */
-void ll_ws_wake(ws_thread *thread)
-{
-    if (!atomic_exchange(&thread->wake_pending, true)) {
-        eventfd_write(thread->event_fd, 1);
-    }
-}
-
-void ll_ws_release(const ll_ws_socket *socket)
-{
-    if (socket->release != NULL) {
-        socket->release(socket->owner);
-    } else {
-        close(socket->fd);
-    }
-}
-
-static ws_mail *mail_new(ws_mail_kind kind, const char *text, size_t size)
-{
-    ws_mail *mail = calloc(1, sizeof *mail + size + 1);
-    if (mail != NULL) {
-        mail->kind = kind;
-        mail->size = size;
-        if (size > 0) {
-            memcpy(mail->text, text, size);
-        }
-    }
-    return mail;
-}
-
-/* False when the thread has stopped: the mail is still the caller's. */
-static bool post(ws_thread *thread, ws_mail *mail)
-{
-    pthread_mutex_lock(&thread->lock);
-    bool open = !thread->stopped;
-    if (open) {
-        if (thread->last_mail != NULL) {
-            thread->last_mail->next = mail;
-        } else {
-            thread->first_mail = mail;
-        }
-        thread->last_mail = mail;
-    }
-    pthread_mutex_unlock(&thread->lock);
-    if (open) {
-        ll_ws_wake(thread);
-    }
-    return open;
-}
 
 static void post_text(ll_ws *ws, ll_ws_viewer viewer, ws_mail_kind kind, int code, const char *text,
                       size_t size)
 {
     int index = (int)(viewer >> 16 & 0xff);
-    ws_mail *mail = viewer != 0 && index < ws->threads ? mail_new(kind, text, size) : NULL;
+    ws_mail *mail = viewer != 0 && index < ws->threads ? ll_ws_mail_new(kind, text, size) : NULL;
     if (mail == NULL) {
         return;
     }
     mail->viewer = viewer;
     mail->code = code;
-    if (!post(&ws->thread[index], mail)) {
+    if (!ll_ws_post(&ws->thread[index], mail)) {
         free(mail);
     }
 }
@@ -99,13 +33,13 @@ void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length
 void ll_ws_subscribe(ll_ws *ws, ll_ws_viewer viewer, const ll_ws_subscription *subscription)
 {
     int index = (int)(viewer >> 16 & 0xff);
-    ws_mail *mail = viewer != 0 && index < ws->threads ? mail_new(WS_MAIL_SUBSCRIBE, NULL, 0) : NULL;
+    ws_mail *mail = viewer != 0 && index < ws->threads ? ll_ws_mail_new(WS_MAIL_SUBSCRIBE, NULL, 0) : NULL;
     if (mail == NULL) {
         return;
     }
     mail->viewer = viewer;
     mail->subscription = *subscription;
-    if (!post(&ws->thread[index], mail)) {
+    if (!ll_ws_post(&ws->thread[index], mail)) {
         free(mail);
     }
 }
@@ -118,130 +52,6 @@ void ll_ws_send(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length)
 void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason)
 {
     post_text(ws, viewer, WS_MAIL_CLOSE, code, reason, strlen(reason));
-}
-
-/* ---- registry ---- */
-
-static uint64_t hash_of(const char *id)
-{
-    return ll_hash(0, id, strlen(id));
-}
-
-static bool is_stream(const ll_ws_stream *stream, ll_stream_kind kind, const char *id)
-{
-    return stream->kind == kind && strcmp(stream->id, id) == 0;
-}
-
-ll_ws_stream *ll_ws_find_stream(ll_ws *ws, ll_stream_kind kind, const char *id)
-{
-    pthread_mutex_lock(&ws->registry_lock);
-    ll_ws_stream *stream = ws->bucket[hash_of(id) % WS_BUCKETS];
-    while (stream != NULL && !is_stream(stream, kind, id)) {
-        stream = stream->next_in_bucket;
-    }
-    pthread_mutex_unlock(&ws->registry_lock);
-    return stream;
-}
-
-bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade)
-{
-    return ll_ws_find_stream(ws, upgrade->kind, upgrade->id) != NULL;
-}
-
-static bool is_stream_id(const char *id)
-{
-    size_t length = strlen(id);
-    return length >= 1 && length <= 64 &&
-           strspn(id, "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-") == length;
-}
-
-void ll_ws_set_hooks(ll_ws *ws, ll_stream_kind kind, const ll_ws_hooks *hooks)
-{
-    ws->hooks[kind] = *hooks;
-}
-
-ll_status ll_ws_stream_open(ll_ws *ws, ll_stream_kind kind, const char *id, void *session,
-                            ll_ws_stream **result)
-{
-    if (!is_stream_id(id)) {
-        return ll_field_error(LL_BAD_INPUT, "id", "a stream's id has 1 to 64 characters of A-Z a-z 0-9 _ -");
-    }
-    ll_ws_stream *stream = calloc(1, sizeof *stream);
-    if (stream == NULL) {
-        return ll_error(LL_NO_MEMORY, "no memory for a stream");
-    }
-    uint64_t hash = hash_of(id);
-    stream->ws = ws;
-    stream->thread = &ws->thread[hash / WS_BUCKETS % (uint64_t)ws->threads];
-    stream->session = session;
-    stream->kind = kind;
-    memcpy(stream->id, id, strlen(id));
-    pthread_mutex_lock(&ws->registry_lock);
-    ll_ws_stream **bucket = &ws->bucket[hash % WS_BUCKETS], *other = *bucket;
-    while (other != NULL && !is_stream(other, kind, id)) {
-        other = other->next_in_bucket;
-    }
-    if (other == NULL) {
-        stream->next_in_bucket = *bucket;
-        *bucket = stream;
-    }
-    pthread_mutex_unlock(&ws->registry_lock);
-    if (other != NULL) {
-        free(stream);
-        return ll_error(LL_CONFLICT, "this id has a stream already");
-    }
-    atomic_fetch_add(&ws->stream_count, 1);
-    *result = stream;
-    return ll_ok();
-}
-
-static void unregister(ll_ws_stream *stream)
-{
-    ll_ws *ws = stream->ws;
-    pthread_mutex_lock(&ws->registry_lock);
-    ll_ws_stream **at = &ws->bucket[hash_of(stream->id) % WS_BUCKETS];
-    while (*at != NULL && *at != stream) {
-        at = &(*at)->next_in_bucket;
-    }
-    LL_ASSERT(*at == stream);
-    *at = stream->next_in_bucket;
-    pthread_mutex_unlock(&ws->registry_lock);
-    atomic_fetch_sub(&ws->stream_count, 1);
-}
-
-static void free_stream(ll_ws_stream *stream)
-{
-    for (int i = 0; i < stream->pending_count; i++) {
-        ll_frame_release(stream->pending[i]);
-    }
-    ll_frame_release(stream->latest);
-    free(stream);
-}
-
-void ll_ws_stream_destroy(ll_ws_stream *stream)
-{
-    const ll_ws_hooks *hooks = &stream->ws->hooks[stream->kind];
-    void *session = stream->session;
-    free_stream(stream);
-    if (hooks->released != NULL) {
-        hooks->released(hooks->context, session);
-    }
-}
-
-void ll_ws_stream_close(ll_ws_stream *stream, int code, const char *reason)
-{
-    unregister(stream);
-    ws_mail *mail = mail_new(WS_MAIL_CLOSE_STREAM, reason, strlen(reason));
-    if (mail != NULL) {
-        mail->stream = stream;
-        mail->code = code;
-    }
-    /* Without memory for the news the stream is left to leak: its viewers stay connected and see nothing
-     * more. */
-    if (mail != NULL && !post(stream->thread, mail)) {
-        free(mail);
-        ll_ws_stream_destroy(stream);
-    }
 }
 
 int ll_ws_viewers(const ll_ws_stream *stream)
@@ -326,13 +136,13 @@ void ll_ws_flush(ll_ws *ws)
 void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
                  size_t begun_size, const ll_gate_pass *pass)
 {
-    ws_thread *thread = &ws->thread[hash_of(upgrade->id) / WS_BUCKETS % (uint64_t)ws->threads];
-    ws_mail *mail = mail_new(WS_MAIL_ADOPT, begun, begun_size);
+    ws_thread *thread = ll_ws_thread_of(ws, upgrade->id);
+    ws_mail *mail = ll_ws_mail_new(WS_MAIL_ADOPT, begun, begun_size);
     if (mail != NULL) {
         mail->socket = *socket;
         mail->pass = *pass;
         mail->upgrade = *upgrade;
-        if (post(thread, mail)) {
+        if (ll_ws_post(thread, mail)) {
             return;
         }
     }
@@ -423,7 +233,7 @@ void ll_ws_free(ll_ws *ws)
     for (int b = 0; b < WS_BUCKETS; b++) {
         for (ll_ws_stream *stream = ws->bucket[b], *next; stream != NULL; stream = next) {
             next = stream->next_in_bucket;
-            free_stream(stream);
+            ll_ws_stream_free(stream);
         }
     }
     for (int i = 0; i < ws->threads; i++) {

@@ -1,0 +1,104 @@
+/* Messages to one viewer, the last of which says goodbye. Everything here runs on its stream's thread. */
+#include <cjson/cJSON.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "daemon/stream/internal.h"
+
+void ll_ws_messages_drop(ws_viewer *viewer)
+{
+    while (viewer->first_message != NULL) {
+        ws_mail *message = viewer->first_message;
+        viewer->first_message = message->next;
+        free(message);
+    }
+    viewer->last_message = NULL;
+    viewer->message_count = 0;
+    viewer->message_bytes = 0;
+}
+
+void ll_ws_messages_flush(ws_viewer *viewer)
+{
+    while (viewer->first_message != NULL && !viewer->dead && !ll_ws_socket_full(viewer)) {
+        ws_mail *message = viewer->first_message;
+        ll_ws_socket_write(viewer, message->text, message->size, LL_OPCODE_TEXT);
+        viewer->first_message = message->next;
+        viewer->last_message = message->next != NULL ? viewer->last_message : NULL;
+        viewer->message_count--;
+        viewer->message_bytes -= message->size;
+        free(message);
+    }
+}
+
+static void enqueue(ws_viewer *viewer, ws_mail *message)
+{
+    message->next = NULL;
+    if (viewer->last_message != NULL) {
+        viewer->last_message->next = message;
+    } else {
+        viewer->first_message = message;
+    }
+    viewer->last_message = message;
+    viewer->message_count++;
+    viewer->message_bytes += message->size;
+}
+
+static ws_mail *message_of(cJSON *json) /* takes it */
+{
+    char *text = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
+    cJSON_Delete(json);
+    size_t size = text != NULL ? strlen(text) : 0;
+    ws_mail *message = text != NULL ? calloc(1, sizeof *message + size + 1) : NULL;
+    if (message != NULL) {
+        memcpy(message->text, text, size);
+        message->size = size;
+    }
+    cJSON_free(text);
+    return message;
+}
+
+void ll_ws_viewer_close(ws_viewer *viewer, int code, const char *reason)
+{
+    if (viewer->close_code != 0 || viewer->dead) {
+        return;
+    }
+    viewer->close_code = code;
+    snprintf(viewer->close_reason, sizeof viewer->close_reason, "%s", reason);
+    cJSON *bye = cJSON_CreateObject();
+    cJSON_AddStringToObject(bye, "type", "bye");
+    cJSON_AddStringToObject(bye, "reason", viewer->close_reason);
+    ws_mail *message = message_of(bye);
+    if (message != NULL) {
+        enqueue(viewer, message);
+    }
+    /* The close frame leaves when the messages have. One that does not read is cut (ll_ws_viewer_sweep). */
+    viewer->close_ns = viewer->thread->now_ns;
+    ll_ws_socket_want(viewer);
+}
+
+void ll_ws_viewer_send(ws_viewer *viewer, ws_mail *message)
+{
+    if (viewer->close_code != 0 || viewer->dead) {
+        free(message);
+        return;
+    }
+    if (viewer->message_count >= WS_MAX_MESSAGES ||
+        viewer->message_bytes + message->size > WS_MAX_MESSAGE_BYTES) {
+        free(message);
+        ll_ws_messages_drop(viewer);
+        ll_ws_count(&viewer->thread->counts.closed_slow, 1);
+        ll_ws_viewer_close(viewer, LL_WS_TRY_LATER, "messages piled up: this viewer reads too slowly");
+        return;
+    }
+    enqueue(viewer, message);
+    ll_ws_messages_flush(viewer);
+}
+
+void ll_ws_viewer_say(ws_viewer *viewer, cJSON *json)
+{
+    ws_mail *message = message_of(json);
+    if (message != NULL) {
+        ll_ws_viewer_send(viewer, message);
+    }
+}
