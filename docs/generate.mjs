@@ -1,9 +1,10 @@
-// Writes what is told twice: the scenario format (from `laglab schema`), the API (from api/*.yaml), the daemon's options (from
-// `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the benchmarks (from bench/results/*.csv).
+// Writes what is told twice: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the API
+// (from api/*.yaml), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the
+// benchmarks (from bench/results/*.csv).
 //
 //   node docs/generate.mjs            # uses build/laglab, or the binary that LAGLAB_BIN names
 //
-// Whole files are written but for docs/deploy.md, docs/trust.md and docs/performance.md, where the text between two marks is.
+// Whole files are written but for api/asyncapi.yaml and the documents that are `filled` below, where the text between two marks is.
 import { execFileSync } from 'node:child_process';
 import { existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
@@ -11,7 +12,7 @@ import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import YAML from 'yaml';
 import { fingerprint, roomsOf } from '../bench/rooms.mjs';
-import { pageModule } from './records.mjs';
+import { asyncSchemas, pageModule } from './records.mjs';
 
 const ROOT = path.resolve(path.dirname(fileURLToPath(import.meta.url)), '..');
 const NOTE = (/** @type {string} */ from) => `<!-- Written by docs/generate.mjs from ${from}: change it there. -->\n`;
@@ -224,30 +225,25 @@ function streamDoc(stream) {
       parts.push(`**${message.title}.** ${(message.description ?? '').trim()}`.trim());
       if (message.payload.properties) parts.push(r.fieldTable(message.payload));
       if (message.payload.$ref) parts.push(`Fields: ${r.type(message.payload)}.`);
-      if (message['x-layout']) parts.push(layoutDoc(message['x-layout']));
     }
-    if (action === 'receive') parts.push('Each in a text message. Of `ack`, `auth`, `input` and `ping` a message has exactly one.');
+    if (action === 'receive') parts.push('Each in a text message. Of `ack`, `auth`, `input`, `subscribe` and `ping` a message has exactly one.');
   }
   for (const [name, schema] of Object.entries(stream.components.schemas)) parts.push(schemaDoc(r, name, schema));
   return parts.join('\n\n');
 }
 
-function layoutDoc(layout) {
-  const fields = (list) => table(['Offset', 'Type', 'Name', 'Meaning'],
-    list.map((f) => [f.offset, f.type, code(f.name), f.description ?? (f.unit ? f.unit : f.const === undefined ? '' : `always ${f.const}`)]));
-  const parts = [`The header, ${layout.header.bytes} bytes:`, fields(layout.header.fields),
-    `A section's header, ${layout.sectionHeader.bytes} bytes:`, fields(layout.sectionHeader.fields)];
-  for (const section of layout.sections) {
-    parts.push(`Section ${section.type}, ${section.name}. ${section.description}` + (section.bytes ? ` A record, ${section.bytes} bytes:` : ''));
-    if (section.fields) parts.push(fields(section.fields));
-    if (section.items) parts.push(`then its ${section.items.name}, ${section.items.bytes} bytes each. ${section.items.description ?? ''}`,
-      section.items.fields ? fields(section.items.fields) : `of type ${section.items.type}.`);
-  }
-  return parts.join('\n\n');
+/** The rows of a record of the stream. @param {any} schema */
+function recordDoc(schema) {
+  const { id, name, channel, form, keys } = schema['x-record'];
+  const names = (/** @type {any} */ p) => p.enum ?? p.items?.enum;
+  return [`${schema.description} Record ${id}, ${code(name)}, of channel ${code(channel)}; form ${code(form)}${keys ? ` by its first ${keys} fields` : ''}.`,
+    table(['Field', 'Coding', 'Unit', 'Meaning'], Object.entries(schema.properties).map(([field, p]) => [code(field), p['x-coding'] ?? '', p['x-unit'] ?? '',
+      p.description + (names(p) ? ` (${p.enum ? '' : 'some of '}${names(p).map(code).join(', ')})` : '')]))].join('\n\n');
 }
 
 function schemaDoc(r, name, schema) {
   const parts = [`### ${name}`];
+  if (schema['x-record']) return [...parts, recordDoc(schema)].join('\n\n');
   if (schema.description) parts.push(schema.description.trim());
   if (!schema.properties) parts.push(`Type: ${r.type(schema)} ${r.limits(schema)}`.trim());
   if (schema.properties) parts.push(r.fieldTable(schema));
@@ -539,10 +535,13 @@ function filled(file, bodies) {
 }
 
 function fill(file, text, name, body) {
-  const begin = `<!-- generated: ${name} -->`, end = '<!-- end -->';
+  return between(file, text, `<!-- generated: ${name} -->`, '<!-- end -->', `\n${body.replace(/\n{3,}/g, '\n\n').trim()}\n`);
+}
+
+function between(file, text, begin, end, body) {
   const from = text.indexOf(begin), to = text.indexOf(end, from);
   if (from < 0 || to < 0) throw new Error(`${file} has no ${begin} ... ${end}`);
-  return `${text.slice(0, from + begin.length)}\n\n${body.replace(/\n{3,}/g, '\n\n').trim()}\n\n${text.slice(to)}`;
+  return `${text.slice(0, from + begin.length)}\n${body}\n${text.slice(to)}`;
 }
 
 /** Both schemas, each beside what it refers to and not around it, which makers of types take for a property. */
@@ -560,13 +559,15 @@ function schemas(scenario, experiment) {
 /** Every generated file with the text that it should have. @param {string} binary @returns {Map<string, string>} */
 export function generate(binary) {
   const laglab = (/** @type {string[]} */ ...args) => execFileSync(binary, args, { encoding: 'utf8' });
-  const schema = JSON.parse(laglab('schema'));
+  const schema = JSON.parse(laglab('schema')), records = JSON.parse(laglab('schema', 'stream'));
+  const asyncapi = between('api/asyncapi.yaml', read('api/asyncapi.yaml'), '    # generated: records', '    # end', asyncSchemas(records));
   return new Map([
+    ['api/asyncapi.yaml', asyncapi],
     ['api/scenario.schema.json', JSON.stringify(schema, null, 2) + '\n'],
     ['api/schemas.json', JSON.stringify(schemas(schema, JSON.parse(laglab('schema', 'experiment'))), null, 2) + '\n'],
-    ['www/js/stream/records.js', pageModule(JSON.parse(laglab('schema', 'stream')))],
+    ['www/js/stream/records.js', pageModule(records)],
     ['docs/scenario.md', scenarioDoc(schema).replace(/\n{3,}/g, '\n\n').trimEnd() + '\n'],
-    ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(read('api/asyncapi.yaml')))],
+    ['docs/api.md', apiDoc(YAML.parse(read('api/openapi.yaml')), YAML.parse(asyncapi))],
     ['docs/accuracy.md', filled('docs/accuracy.md', { 'closed forms': closedFormsDoc() })],
     ['docs/concepts.md', filled('docs/concepts.md', { presets: presetsDoc(binary, schema) })],
     ['docs/deploy.md', filled('docs/deploy.md', { options: optionsDoc(laglab('serve', '--help')) })],

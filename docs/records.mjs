@@ -60,3 +60,61 @@ ${bare.map((/** @type {any} */ record) => `  ${JSON.stringify({ ...record, field
 ]);
 `;
 }
+
+// ---- api/asyncapi.yaml ----
+
+const quoted = (/** @type {string} */ text) => JSON.stringify(text);
+
+/** A field as the text frame has it. @param {any} field */
+function propertyOf(field) {
+  const parts = [];
+  const all = /** @type {string[] | undefined} */ (field.names ?? field.flags);
+  const names = all?.filter((name) => name !== '').map(quoted).join(', ');
+  if (field.names) parts.push(`enum: [${names}]`);
+  else if (field.flags) parts.push('type: array', `items: { enum: [${names}] }`, 'uniqueItems: true');
+  else if (field.boolean) parts.push('type: boolean');
+  else if (field.coding === 'int') parts.push('type: integer');
+  else parts.push(/\bnull\b/.test(field.help) ? 'type: [number, "null"]' : 'type: number');
+  parts.push(`description: ${quoted(field.help)}`);
+  if (all?.includes('')) parts.push(`x-numbers: [${all.flatMap((name, i) => (name === '' ? [] : [i])).join(', ')}]`);
+  if (field.unit) parts.push(`x-unit: ${quoted(field.unit)}`);
+  parts.push(`x-coding: ${field.coding === 'int' ? 'int' : `${field.coding} ${field.bits}`}`);
+  return `{ ${parts.join(', ')} }`;
+}
+
+/** @param {any} record */
+function rowSchema(record) {
+  const properties = record.fields.map((/** @type {any} */ f) => [f.name, propertyOf(f)]);
+  if (record.form === 'log') properties.unshift(['id', '{ type: integer, minimum: 0, description: "Counts them: of the first the number is in the section, which then goes on by one." }']);
+  if (record.form === 'grid') properties.push(['values', '{ type: array, items: { type: integer, minimum: 0, maximum: 255 }, description: "Width x height cells; the bytes behind the row." }']);
+  return `    ${camel(record.name)}Row:
+      type: object
+      description: ${quoted(record.help)}
+      x-record: { id: ${record.id}, name: ${record.name}, channel: ${record.channel}, form: ${record.form}${record.keys ? `, keys: ${record.keys}` : ''} }
+      required: [${properties.map(([name]) => name).join(', ')}]
+      additionalProperties: false
+      properties:
+${properties.map(([name, property]) => `        ${name}: ${property}`).join('\n')}`;
+}
+
+/** The schemas of channels, frames and rows, as they stand in components.schemas. @param {any} schema @returns {string} */
+export function asyncSchemas(schema) {
+  const channels = schema.channels.map((/** @type {any} */ c) => `\`${c.name}\`: ${c.help}`).join(' ');
+  const frame = schema.records.map((/** @type {any} */ r) => `        ${r.name}: { type: array, items: { $ref: "#/components/schemas/${camel(r.name)}Row" }${
+    r.form === 'one' ? ', minItems: 1, maxItems: 1' : ''} }`);
+  return `    Channel:
+      enum: [${schema.channels.map((/** @type {any} */ c) => c.name).join(', ')}]
+      description: ${quoted(channels)}
+    Frame:
+      type: object
+      required: [type, seq, tick, time_s, flags]
+      additionalProperties: false
+      properties:
+        type: { const: frame }
+        seq: { type: integer, minimum: 0, maximum: 4294967295, description: Counts the frames of the stream; what a viewer acknowledges. }
+        tick: { type: integer, minimum: 0 }
+        time_s: { type: number, minimum: 0, description: Virtual time. }
+        flags: { type: array, items: { enum: [playing, ended, behind, failed, jump] }, uniqueItems: true, description: "behind: the log goes further; jump: what was kept is of another past." }
+${frame.join('\n')}
+${schema.records.map(rowSchema).join('\n')}`;
+}

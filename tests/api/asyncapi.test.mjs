@@ -1,21 +1,19 @@
-// Holds the stream of the running daemon against api/asyncapi.yaml: JSON messages by their schemas, binary frames by the layout
-// table, decoded and compared with the JSON frame of the same number.
+// Holds the stream of the running daemon against api/asyncapi.yaml: texts by their schemas, binary frames read by nothing but what it says of
+// them and compared with the text of the same number.
 import assert from 'node:assert/strict';
 import { after, before, test } from 'node:test';
 import Ajv from 'ajv/dist/2020.js';
 import YAML from 'yaml';
 import { client, pause, waitFor } from '../lib/client.mjs';
 import { startDaemon } from '../lib/daemon.mjs';
-import { decodeFrame } from '../lib/layout.mjs';
-import { decode } from '../../www/js/frame.js';
+import { reader } from '../lib/sections.mjs';
 
-let daemon, c, api, ajv, layout;
+let daemon, c, api, ajv;
 
 before(async () => {
   daemon = await startDaemon();
   c = client(daemon.url);
   api = YAML.parse((await c.get('/api/v1/asyncapi.yaml')).text);
-  layout = api.components.messages.binaryFrame['x-layout'];
   ajv = new Ajv({ strict: false, allErrors: true });
   ajv.addSchema(api, 'asyncapi');
 });
@@ -29,172 +27,249 @@ function check(name, message) {
   assert.ok(validate(message), `${name}: ${ajv.errorsText(validate.errors)} in ${JSON.stringify(message).slice(0, 600)}`);
 }
 
+/** All frames that a viewer got, as texts. */
+function framesOf(stream) {
+  const decoder = reader(api);
+  return stream.frames.map((frame) => (Buffer.isBuffer(frame) ? decoder.read(frame) : frame));
+}
+
 /** Everything that a viewer got. */
 function checkAll(stream) {
   for (const message of stream.messages) check(message.type, message);
-  for (const frame of stream.frames) {
-    if (Buffer.isBuffer(frame)) decodeFrame(layout, frame);
-    else check('frame', frame);
+  for (const frame of stream.frames) if (!Buffer.isBuffer(frame)) check('frame', frame);
+  framesOf(stream);
+}
+
+const channelsOf = (stream) => stream.hello.channels.map(({ name }) => name);
+const rates = (stream, hz) => Object.fromEntries(channelsOf(stream).map((name) => [name, hz]));
+
+// ---- the tables ----
+
+test('the schemas are those of the tables that the daemon reads and writes by', async () => {
+  const { records, channels, hash } = (await c.get('/api/v1/stream/schema.json')).json, { tables } = reader(api);
+  assert.equal(records.length, tables.size);
+  assert.ok(records.length > 20, `${records.length} records`);
+  for (const record of records) {
+    const table = tables.get(record.id);
+    assert.deepEqual([table.name, table.form], [record.name, record.form]);
+    assert.deepEqual(table.fields.map(([name, p]) => [name, p['x-coding'], p['x-unit'], p.description]),
+      record.fields.map((f) => [f.name, f.coding === 'int' ? 'int' : `${f.coding} ${f.bits}`, f.unit, f.help]));
   }
-}
-
-const seqOf = (frame) => (Buffer.isBuffer(frame) ? frame.readUInt32LE(4) : frame.seq);
-const flagsOf = (frame) => (Buffer.isBuffer(frame) ? frame.readUInt16LE(2) : frame.flags);
-const KEY = 1, PLAYING = 2, ENDED = 4, BEHIND = 8;
-
-/** Equal but for the last bit that 15 digits of JSON leave open. */
-function near(a, b, path) {
-  if (typeof a === 'number' && typeof b === 'number') return assert.ok(Math.abs(a - b) <= 1e-14 * Math.abs(a), `${path}: ${a} and ${b}`);
-  if (typeof a !== 'object' || a === null) return assert.equal(a, b, path);
-  assert.deepEqual(Object.keys(a).sort(), Object.keys(b).sort(), path);
-  for (const key of Object.keys(a)) near(a[key], b[key], `${path}.${key}`);
-}
-
-function same(binary, json) {
-  const { sections, reserved, type, ...rest } = binary;
-  const { type: _, ...other } = json;
-  for (const view of rest.views ?? []) assert.ok(view.entities.length >= rest.game.length);
-  near(rest, other, 'frame');
-}
-
-/** Frames of both encodings of one scenario, held against each other. */
-async function compareEncodings(id) {
-  const session = await c.make({ scenario: id, paused: true });
-  await c.control(session, { op: 'seek', time_s: 1 });
-  const json = await c.stream(session, 'json'), binary = await c.stream(session, 'bin');
-  await c.control(session, { op: 'play' });
-  const ended = () => (json.frames.at(-1)?.flags & ENDED) !== 0; // a short one on a busy machine
-  // On a busy machine a viewer may miss a frame, and is then sent a whole one: pairs are those that are told alike.
-  const pairs = () => {
-    const texts = new Map(json.frames.map((frame) => [frame.seq, frame]));
-    return binary.frames.map((bytes) => [bytes, texts.get(seqOf(bytes))])
-      .filter(([bytes, text]) => text && (text.flags & KEY) === (flagsOf(bytes) & KEY));
-  };
-  await waitFor(() => pairs().length > 30 || ended(), `frames of ${id}`, 20000);
-  await c.control(session, { op: 'pause' });
-  await pause(60);
-  checkAll(json);
-  checkAll(binary);
-  const compared = pairs();
-  for (const [bytes, text] of compared) same(decodeFrame(layout, bytes), text);
-  assert.ok(compared.length > (ended() ? 5 : 25), `${compared.length} frames compared of ${id}`);
-  assert.deepEqual(json.hello.layout, binary.hello.layout);
-  await json.close();
-  await binary.close();
-}
-
-test('binary frames say what JSON frames say, in every library scenario', async () => {
-  const left = (await c.get('/api/v1/scenarios')).json.scenarios.map(({ id }) => id);
-  assert.ok(left.length > 100, `${left.length} scenarios`);
-  // Most of the time is waiting for frames: three at a time.
-  await Promise.all(Array.from({ length: 3 }, async () => {
-    for (let id = left.pop(); id; id = left.pop()) await compareEncodings(id);
-  }));
-});
-
-test('the page decodes the reconciliation ladder as the layout has it', async () => {
-  const session = await c.make({ scenario: 'contact', paused: true });
-  await c.control(session, { op: 'seek', time_s: 20 });
-  const stream = await c.stream(session, 'bin');
-  const bytes = await stream.frame(() => true), { ladder } = decodeFrame(layout, bytes);
-  const page = decode(new Uint8Array(bytes).buffer);
-  assert.equal(ladder.length, 64, 'of each of two players the last 32');
-  assert.deepEqual(page.ladder.map((r) => [r.player, r.state, r.seq, r.made]), ladder.map((r) => [r.player, r.state, r.seq, r.made_ms]));
-  assert.deepEqual(page.ladder.map((r) => [r.predictedX, r.serverX, r.correction]),
-    ladder.map((r) => [r.known & 1 ? r.predicted_x : null, r.known & 2 ? r.server_x : null, r.known === 3 ? r.correction_m : null]));
-  assert.ok(ladder.some((r) => r.state === 0) && ladder.some((r) => r.known === 3 && r.state === 1));
+  assert.deepEqual(api.components.schemas.Channel.enum, channels.map(({ name }) => name));
+  const session = await c.make({ paused: true }), stream = await c.stream(session);
+  assert.equal(stream.hello.schema, hash);
   await stream.close();
 });
 
-test('the page decodes the buffers of views as the layout has them', async () => {
+/** Texts and binary frames of one scenario, held against each other. Returns the names of the records that had rows. */
+async function compareEncodings(id) {
+  const session = await c.make({ scenario: id, paused: true });
+  await c.control(session, { op: 'seek', time_s: 1 });
+  const json = await c.stream(session, 'json', { subscribe: {} }), binary = await c.stream(session, 'bin', { subscribe: {} });
+  json.say({ subscribe: rates(json, 10) }); // all as text is much
+  binary.say({ subscribe: rates(binary, 60) });
+  const ended = () => json.frames.at(-1)?.flags.includes('ended'); // a short one on a busy machine
+  await c.control(session, { op: 'play' });
+  await waitFor(() => (json.frames.length > 6 && binary.frames.length > 30) || ended(), `frames of ${id}`, 20000);
+  await c.control(session, { op: 'pause' });
+  await pause(100);
+  checkAll(json);
+  for (const message of binary.messages) check(message.type, message);
+  const texts = new Map(json.frames.map((frame) => [frame.seq, frame])), seen = new Set(), events = new Map();
+  let compared = 0;
+  for (const frame of framesOf(binary)) {
+    for (const event of frame.events ?? []) events.set(event.id, event);
+    const text = texts.get(frame.seq);
+    if (!text) continue;
+    assert.equal(frame.tick, text.tick);
+    assert.deepEqual(frame.flags.filter((flag) => flag !== 'jump'), text.flags.filter((flag) => flag !== 'jump'));
+    for (const [name, rows] of Object.entries(text)) {
+      if (!Array.isArray(rows) || name === 'flags') continue;
+      if (rows.length > 0) seen.add(name);
+      if (name !== 'events') assert.deepEqual(frame[name], rows, `${id}: ${name} of frame ${frame.seq}`);
+    }
+    compared++;
+  }
+  for (const { events: told } of json.frames) for (const event of told ?? []) if (events.has(event.id)) assert.deepEqual(events.get(event.id), event);
+  assert.ok(compared >= (ended() ? 2 : 4), `${compared} frames compared of ${id}`);
+  const { format: _, ...hello } = json.hello, { format: __, ...other } = binary.hello;
+  assert.deepEqual(hello, other);
+  await json.close();
+  await binary.close();
+  await c.call('DELETE', session.links.self ?? `/api/v1/sessions/${session.id}`, { key: session.owner_key });
+  return seen;
+}
+
+test('binary frames say what texts say, in every library scenario, and every record comes in some', async () => {
+  const left = (await c.get('/api/v1/scenarios')).json.scenarios.map(({ id }) => id), seen = new Set();
+  assert.ok(left.length > 100, `${left.length} scenarios`);
+  // Most of the time is waiting for frames: three at a time.
+  await Promise.all(Array.from({ length: 3 }, async () => {
+    for (let id = left.pop(); id; id = left.pop()) for (const name of await compareEncodings(id)) seen.add(name);
+  }));
+  assert.deepEqual([...reader(api).tables.values()].map(({ name }) => name).filter((name) => !seen.has(name)), [], 'records without a row');
+});
+
+test('the reconciliation ladder', async () => {
+  const session = await c.make({ scenario: 'contact', paused: true });
+  await c.control(session, { op: 'seek', time_s: 20 });
+  const stream = await c.stream(session, 'bin');
+  await stream.frame();
+  const [{ ladder }] = framesOf(stream);
+  assert.equal(ladder.length, 64, 'of each of two players the last 32');
+  for (const r of ladder) {
+    assert.equal(r.correction_m === null, r.predicted_x === null || r.server_x === null);
+    if (r.correction_m !== null) assert.ok(Math.abs(r.server_x - r.predicted_x - r.correction_m) <= 1.5 / 2 ** 13, JSON.stringify(r));
+  }
+  assert.ok(ladder.some((r) => r.state === 'open') && ladder.some((r) => r.correction_m !== null && r.state === 'acknowledged'));
+  await stream.close();
+});
+
+test('the buffers of views', async () => {
   const session = await c.make({ scenario: 'interpolation_jitter', paused: true });
   await c.control(session, { op: 'seek', time_s: 9 });
-  const stream = await c.stream(session, 'bin');
-  const bytes = await stream.frame(() => true), frame = decodeFrame(layout, bytes);
-  const page = decode(new Uint8Array(bytes).buffer);
-  assert.ok(page && frame.buffers.length === 2 && frame.buffered.length >= 4, `${frame.buffered.length} states`);
-  assert.deepEqual(page.buffers.map((b) => [b.player, b.state, b.delay, b.behind, b.timeScale, b.dejitter, b.underruns, b.overruns, b.late]),
-    frame.buffers.map((b) => [b.player, b.state, b.delay_ms, b.behind_ms, b.time_scale, b.dejitter_ms, b.underruns, b.overruns, b.late]));
-  assert.deepEqual(page.buffered.map((b) => [b.player, b.place, b.tick, b.time, b.sent, b.arrived, b.due]),
-    frame.buffered.map((b) => [b.player, b.place, b.tick, b.time_ms, b.sent_ms, b.arrived_ms, b.due_ms]));
-  const ahead = frame.buffered.filter((b) => b.player === 0);
-  assert.ok(ahead[0].time_ms <= 0 && ahead[1].time_ms > 0, 'from the state that is drawn on');
+  const stream = await c.stream(session);
+  const { buffers, buffered } = await stream.frame((frame) => frame.buffered);
+  assert.ok(buffers.length === 2 && buffered.length >= 4, `${buffered.length} states`);
+  const ahead = buffered.filter((b) => b.player === 0), { drawn_s } = buffers[0];
+  assert.ok(ahead[0].time_s <= drawn_s && ahead[1].time_s > drawn_s, 'from the state that is drawn on');
   assert.ok(ahead.every((b, i) => i === 0 || b.tick > ahead[i - 1].tick), 'in order');
-  assert.ok(frame.buffered.every((b) => b.place === 0), 'no de-jitter buffer');
-  assert.ok(frame.buffers[0].behind_ms > 180 && frame.buffers[0].delay_ms === 210, JSON.stringify(frame.buffers));
+  assert.ok(buffered.every((b) => b.place === 'snapshot'), 'no de-jitter buffer');
+  assert.ok(buffers[0].behind_ms > 180 && buffers[0].delay_ms === 210, JSON.stringify(buffers));
   await stream.close();
 });
 
 test('a de-jitter buffer tells what it holds', async () => {
   const session = await c.make({ scenario: 'dejitter', paused: true });
   await c.control(session, { op: 'seek', time_s: 9 });
-  const stream = await c.stream(session, 'bin');
-  const { buffers, buffered } = decodeFrame(layout, await stream.frame(() => true));
-  const held = (player) => buffered.filter((b) => b.place === 1 && b.player === player);
+  const stream = await c.stream(session);
+  const { buffers, buffered, time_s } = await stream.frame((frame) => frame.buffered);
+  const held = (player) => buffered.filter((b) => b.place === 'dejitter' && b.player === player);
   assert.deepEqual(buffers.map((b) => b.dejitter_ms).slice(0, 3), [0, 100, 100]);
   assert.equal(held(0).length, 0);
-  for (const b of held(1)) assert.ok(Math.abs(b.due_ms - b.arrived_ms - 100) < 0.001, JSON.stringify(b));
+  for (const b of held(1)) assert.ok(Math.abs(b.due_s - b.arrived_s - 0.1) < 2e-6, JSON.stringify(b));
   for (const b of [...held(1), ...held(2)]) {
-    assert.ok(b.sent_ms < b.arrived_ms && b.arrived_ms <= 0 && b.due_ms > 0, JSON.stringify(b));
+    assert.ok(b.time_s < b.arrived_s && b.arrived_s <= time_s + 1e-6 && b.due_s > time_s, JSON.stringify(b));
   }
   assert.ok(held(1).length >= 1 && held(2).length >= 1, JSON.stringify(buffered));
   await stream.close();
 });
 
-test('the beginning: hello, a key frame, then 60 frames a second in order', async () => {
+// ---- which frames come, and when ----
+
+test('the beginning: hello, all whole, then 60 frames a second in order', async () => {
   const session = await c.make();
   for (const format of ['json', 'bin']) {
     const stream = await c.stream(session, format, { ack: true });
     await pause(1000);
-    const seqs = stream.frames.map(seqOf);
+    const frames = framesOf(stream), seqs = frames.map(({ seq }) => seq);
     assert.ok(seqs.length >= 25 && seqs.length <= 70, `${seqs.length} frames`); // how evenly is for bench/ to say, on a quiet machine
     assert.ok(seqs.every((seq, i) => i === 0 || seq > seqs[i - 1]), 'in order');
-    const flags = stream.frames.map(flagsOf);
-    assert.equal(flags[0] & KEY, KEY);
-    assert.ok(flags.every((flag) => flag & PLAYING));
-    assert.ok(flags.filter((flag) => flag & KEY).length <= 2 + flags.length / 10, 'key frames are for the beginning and for gaps');
+    assert.ok(frames.every(({ flags }) => flags.includes('playing')));
+    assert.deepEqual(frames.map(({ flags }, i) => (flags.includes('jump') ? i : -1)).filter((i) => i >= 0), [0], 'a jump at the beginning alone');
     checkAll(stream);
     await stream.close();
   }
 });
 
-test('time jumps: generation and key frames; the end and the replay', async () => {
+test('rates are those that were asked for, and channels those that were subscribed to', async () => {
+  const session = await c.make({ scenario: 'eight' });
+  const stream = await c.stream(session, 'json', { ack: true, subscribe: {} });
+  await pause(300);
+  assert.equal(stream.frames.length, 0, 'no subscription, no frame');
+  stream.say({ subscribe: { scene: 20, gauges: 7, session: 60 }, id: 5 });
+  const reply = await stream.wait((each) => each.id === 5);
+  assert.deepEqual(reply.subscribed, { session: 60, scene: 20, gauges: 6 });
+  await stream.frame((frame) => frame.views && frame.buffers && frame.session);
+  await pause(1000);
+  const frames = stream.frames.slice(2), off = frames.filter((frame) => (frame.views && frame.seq % 3 !== 0) || (frame.buffers && frame.seq % 10 !== 0));
+  for (const frame of frames) {
+    assert.ok(!frame.ladder && !frame.events, `frame ${frame.seq}: ${Object.keys(frame)}`);
+    assert.ok(frame.views || frame.seq % 3 !== 0, `frame ${frame.seq} without views`);
+    assert.ok(frame.buffers || frame.seq % 10 !== 0, `frame ${frame.seq} without buffers`);
+  }
+  assert.ok(off.length <= frames.length / 5, `${off.length} of ${frames.length} frames bring what is not due`); // what was missed comes with the next
+  stream.say({ subscribe: {}, id: 6 });
+  await stream.wait((each) => each.id === 6);
+  await pause(50);
+  const count = stream.frames.length;
+  await pause(200);
+  assert.equal(stream.frames.length, count);
+  checkAll(stream);
+  await stream.close();
+});
+
+test('who does not say what it looks at gets what is drawn, after a second', async () => {
+  const session = await c.make();
+  const begun = performance.now();
+  const stream = await c.stream(session, 'json', { subscribe: null });
+  const frame = await stream.frame();
+  assert.ok(performance.now() - begun > 900);
+  assert.deepEqual([Boolean(frame.views), Boolean(frame.session), Boolean(frame.events), Boolean(frame.buffers)], [true, true, false, false]);
+  await pause(1000);
+  assert.ok(stream.frames.length <= 14, `${stream.frames.length} texts`);
+  checkAll(stream);
+  await stream.close();
+});
+
+test('time jumps: the flag, a new generation; the end and the replay', async () => {
   const session = await c.make({ set: { duration_s: 1 } });
   const stream = await c.stream(session);
-  const over = await stream.frame((frame) => frame.flags & ENDED);
+  const over = await stream.frame((frame) => frame.flags.includes('ended') && frame.session);
   assert.equal(over.tick, 60);
   await c.control(session, { op: 'seek', tick: 10 });
-  const back = await stream.frame((frame) => frame.generation > over.generation);
+  const back = await stream.frame((frame) => frame.session?.[0].generation > over.session[0].generation);
   assert.equal(back.tick, 10);
-  assert.equal(back.flags, KEY | BEHIND);
+  assert.deepEqual(back.flags, ['behind', 'jump']);
+  assert.equal(back.session[0].behind_ticks, 50);
   await c.control(session, { op: 'play' });
-  await stream.frame((frame) => frame.flags & ENDED && frame.seq > back.seq);
+  await stream.frame((frame) => frame.flags.includes('ended') && frame.seq > back.seq);
   const count = stream.frames.length;
   await pause(200);
   assert.equal(stream.frames.length, count, 'nothing new, no frame');
   await c.patch(session, { 'players.0.lag_ms': 10 });
   const changed = await stream.frame((frame) => frame.seq > stream.frames[count - 1].seq);
-  assert.ok(changed.params_version > back.params_version);
+  assert.ok(changed.session[0].params_version > back.session[0].params_version);
   checkAll(stream);
   await stream.close();
 });
 
-test('a viewer that acknowledges has at most four frames in flight, and then the newest', async () => {
+test('a viewer that acknowledges has at most four frames in flight, then the newest, told against what it has', async () => {
   const session = await c.make();
-  const stream = await c.stream(session);
-  stream.say({ ack: (await stream.frame()).seq });
+  const stream = await c.stream(session, 'bin');
+  await stream.frame();
+  stream.say({ ack: framesOf(stream).at(-1).seq });
   await pause(100);
-  const last = stream.frames.at(-1).seq;
+  const last = framesOf(stream).at(-1).seq, before = stream.frames.length;
   await pause(400);
-  assert.equal(stream.frames.at(-1).seq, last, 'no frame without an ack');
-  assert.ok(stream.frames.length <= 12);
+  assert.equal(stream.frames.length, before, 'no frame without an ack');
+  assert.ok(before <= 12);
   stream.say({ ack: last });
-  const next = await stream.frame((frame) => frame.seq > last);
+  await waitFor(() => stream.frames.length > before, 'the next frame');
+  const frames = framesOf(stream), next = frames[before], events = frames.flatMap((frame) => frame.events ?? []);
   assert.ok(next.seq > last + 8, 'the newest');
-  assert.equal(next.flags & KEY, KEY, 'the gap is filled by a key frame');
+  assert.ok(!next.flags.includes('jump') && !next.whole.has('views') && !next.whole.has('events'), 'the gap makes nothing whole');
+  assert.ok(next.events.length > 10 && next.lost === 0, `${next.events.length} events`);
+  assert.ok(events.every((event, i) => i === 0 || event.id === events[i - 1].id + 1), 'no event is missed');
   checkAll(stream);
   await stream.close();
 });
+
+test('a slow viewer gets half of its frames, and is told', async () => {
+  const session = await c.make({ scenario: 'eight', set: { duration_s: 60 } });
+  const stream = await c.stream(session, 'json');
+  const timer = setInterval(() => { if (stream.frames.length > 0) stream.say({ ack: stream.frames.at(-1).seq }); }, 250);
+  try {
+    const slower = await stream.wait((message) => message.type === 'rate', 'the message', 10000);
+    assert.deepEqual(slower, { type: 'rate', reason: 'slow viewer', divisor: 2 });
+  } finally {
+    clearInterval(timer);
+  }
+  checkAll(stream);
+  await stream.close();
+});
+
+// ---- messages ----
 
 test('keys and inputs', async () => {
   const session = await c.make({ set: { 'players.0.control': 'person', 'players.1.control': 'person' } });
@@ -219,6 +294,8 @@ test('keys and inputs', async () => {
   const lines = (await c.get(session.links.log)).text.trimEnd().split('\n').map((line) => JSON.parse(line));
   assert.ok(lines.some((line) => line.op === 'input' && line.player === 0 && line.tick === tick));
   assert.equal((await say({ ping: 4.5, id: ++id }, 'pong')).ping, 4.5);
+  assert.deepEqual((await say({ subscribe: { scene: 60 }, id: ++id }, 'reply')).subscribed, { scene: 60 });
+  assert.match((await say({ subscribe: { scenes: 60 }, id: ++id }, 'error')).problem.detail, /scenes/);
   checkAll(stream);
   await stream.close();
 });
@@ -233,7 +310,8 @@ test('messages that are none change nothing', async () => {
     '{"input":{"player":8}}', '{"input":{"player":-1}}', '{"input":{"player":0.5}}', '{"input":{"player":0,"axes":[2]}}',
     '{"input":{"player":0,"axes":[1,1,1]}}', '{"input":{"player":0,"axes":[NaN]}}', '{"input":{"player":0,"axes":[1e999]}}',
     '{"input":{"player":0,"buttons":-1}}', '{"input":{"player":0,"buttons":4294967296}}', '{"input":{"player":0,"more":1}}',
-    '{"ping":1,"id":{}}', '{"ping":1,"id":"12345678901234567"}', '['.repeat(5000), `{"ping":1,"id":${'9'.repeat(400)}}`];
+    '{"subscribe":1}', '{"subscribe":[]}', '{"subscribe":{"scene":0}}', '{"subscribe":{"scene":61}}', '{"subscribe":{"scene":"60"}}',
+    '{"subscribe":{"scene":null}}', '{"subscribe":{"Scene":60}}', '{"subscribe":{},"auth":"x"}', '{"ping":1,"id":{}}', '{"ping":1,"id":"12345678901234567"}', '['.repeat(5000), `{"ping":1,"id":${'9'.repeat(400)}}`];
   for (const message of bad) {
     const count = stream.messages.length;
     stream.say(message);
