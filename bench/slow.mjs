@@ -40,7 +40,7 @@ printTable(`${FAST} fast viewers and one that reads a fifth, race of 2 and of 8 
     oldest = Math.max(oldest, ...of.map((r) => r.slow?.age_ms.max ?? Infinity));
     lost += of.reduce((sum, r) => sum + r.fast.lost, 0);
     return { way: thing.way, scenario: thing.scenario, "reads 1/5 of": thing.reads,
-      "slow: frames/s": show((r) => (r.slow?.frames ?? 0) / r.seconds), "of them key": show((r) => r.slow?.keys),
+      "slow: frames/s": show((r) => (r.slow?.frames ?? 0) / r.seconds), "of them whole": show((r) => r.slow?.keys),
       "bytes": show((r) => r.slow?.bytes_per_frame), "age p50": show((r) => r.slow?.age_ms.p50),
       "p99": show((r) => r.slow?.age_ms.p99), "max ms": show((r) => r.slow?.age_ms.max), "late until s": show((r) => r.slow?.late_until_s),
       "fast: bytes": show((r) => r.fast.bytes_per_frame), "lost": show((r) => r.fast.lost), "interval p99 ms": show((r) => r.fast.interval_ms.p99) };
@@ -53,7 +53,7 @@ say(`fast viewers of the same session lose nothing: ${lost} lost: ${verdict(lost
 writeCsv("slow", `bench/run slow${quick ? " --quick" : ""}`, {
   way: "to the daemon", scenario: "of the session", reads: "what the slow viewer reads a fifth of", round: "rounds are interleaved over the cases",
   fast_frames: `read by the ${FAST} fast viewers`, fast_lost: "missing from their sequences", fast_p99_ms: "of their intervals", fast_age_p99_ms: "",
-  fast_bytes: "mean of a frame", slow_frames: "read by the slow viewer", slow_keys: "of them key frames", slow_bytes: "mean of a frame",
+  fast_bytes: "mean of a frame", slow_frames: "read by the slow viewer", slow_keys: "of them whole, after a jump", slow_bytes: "mean of a frame",
   slow_age_p50_ms: "time when the whole frame was read - time stamped by the daemon", slow_age_p99_ms: "", slow_age_max_ms: "",
   slow_late_until_s: "when, after opening, it last saw a frame older than 350 ms (the first frames of a stream are large)",
   others_cpu_pct: "all else on the machine: 0 to 100 x cores",

@@ -28,6 +28,10 @@ function* messages(state, part) {
   }
 }
 
+/** A text message of a client, masked with zeros. @param {string} text below 126 bytes */
+const masked = (text) => Buffer.concat([Buffer.from([0x81, 0x80 | text.length, 0, 0, 0, 0]), Buffer.from(text)]);
+const SUBSCRIBE = masked('{"subscribe":{"session":60,"scene":60}}');
+
 /** Resolves to "ok" or to what went wrong. */
 function upgrade(agent, url) {
   return new Promise((resolve) => {
@@ -35,7 +39,7 @@ function upgrade(agent, url) {
     let frames = 0;
     const request = http.get(url, { agent, headers: {
       Upgrade: "websocket", Connection: "Upgrade", "Sec-WebSocket-Version": "13",
-      "Sec-WebSocket-Key": randomBytes(16).toString("base64"), "Sec-WebSocket-Protocol": "laglab.v1.bin",
+      "Sec-WebSocket-Key": randomBytes(16).toString("base64"), "Sec-WebSocket-Protocol": "laglab.v2.bin",
     } });
     const end = (what) => { clearTimeout(timer); request.destroy(); resolve(what); };
     const timer = setTimeout(() => end(`after ${LIMIT_MS} ms: hello ${hello}, ${frames} frames`), LIMIT_MS);
@@ -43,6 +47,7 @@ function upgrade(agent, url) {
     request.on("error", (error) => end(error.message));
     request.on("upgrade", (_, socket, first) => {
       const state = { bytes: Buffer.alloc(0) };
+      socket.write(SUBSCRIBE);
       const take = (part) => {
         for (const { opcode, payload } of messages(state, part)) {
           if (opcode === 1 && !hello) hello = JSON.parse(payload.toString("utf8")).type === "hello";
