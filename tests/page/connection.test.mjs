@@ -149,3 +149,45 @@ test('settings stand in groups; what holds from the start is shown and not offer
   assert.deepEqual(await page.locator('dialog h3').allInnerTexts(), ['Pace and connections', 'Inputs', 'Shots', 'Snapshots', 'Game']);
   await close();
 });
+
+/** A page whose pictures can be held up: then it draws, and acknowledges, every so many ms only. */
+async function slowPage(query) {
+  const context = await browser.newContext(), page = await context.newPage();
+  await page.addInitScript(() => {
+    const { requestAnimationFrame: own } = globalThis;
+    /** @type {any} */ (globalThis).heldMs = 0;
+    globalThis.requestAnimationFrame = (draw) => {
+      const { heldMs } = /** @type {any} */ (globalThis);
+      return heldMs > 0 ? Number(setTimeout(() => draw(performance.now()), heldMs)) : own(draw);
+    };
+  });
+  await page.goto(`${daemon.url}${query}`);
+  await until(async () => ((await frameOf(page))?.time_s ?? 0) > 0.5, 'a frame');
+  return { page, hold: (ms) => page.evaluate((value) => { /** @type {any} */ (globalThis).heldMs = value; }, ms), close: () => context.close() };
+}
+
+test('a page that draws too slowly gets fewer frames, says so, and gets them back', async () => {
+  const { page, hold, close } = await slowPage('?scenario=race&set=duration_s:120');
+  const chip = page.locator('#pace');
+  assert.equal(await chip.count(), 0);
+  await hold(300);
+  await until(async () => await chip.count() === 1, 'the chip', 15000);
+  assert.match(await chip.innerText(), /^Slow connection: (30|15|8|4) Hz$/);
+  assert.match(await page.locator('#chip').innerText(), /Live/);
+  await hold(0);
+  await until(async () => await chip.count() === 0, 'all frames', 90000);
+  await close();
+});
+
+test('events that were too many to wait are told, not passed over', async () => {
+  const { page, hold, close } = await slowPage('?scenario=eight&set=duration_s:120');
+  const gaps = () => page.evaluate(() => globalThis.laglab().gaps);
+  assert.deepEqual(await gaps(), []);
+  await hold(6000);
+  await until(async () => (await gaps()).length > 0, 'the gap', 20000);
+  await hold(0);
+  await until(async () => /\d+ events did not come/.test(await page.locator('#lane-facts').innerText()), 'it is told', 8000);
+  const [gap] = await gaps();
+  assert.ok(gap.count > 0 && gap.to > gap.from, JSON.stringify(gap));
+  await close();
+});

@@ -1,6 +1,6 @@
 // Speaks what changed, at most once in two seconds, and never per frame.
 import { effect } from '../vendor/signals-core.js';
-import { behind, connection, notice, status } from './state.js';
+import { FRAME_HZ, behind, connection, divisor, notice, status } from './state.js';
 
 const REST_MS = 2000;
 const WORDS = /** @type {Record<string, string>} */ ({ playing: 'Playing', paused: 'Paused', ended: 'Ended', failed: 'Stopped by an error' });
@@ -27,6 +27,9 @@ export function listen() {
   });
   effect(() => {
     if (connection.value.state === 'lost' && connection.value.attempt === 1) speak('Connection lost, retrying');
+  });
+  effect(() => {
+    if (divisor.value > 1) speak(`Slow connection, ${Math.round(FRAME_HZ / divisor.value)} frames a second`);
   });
   effect(() => {
     const word = WORDS[status.value];

@@ -5,7 +5,7 @@ import { effect } from '../vendor/signals-core.js';
 import { fixed } from './format.js';
 import { choose, fork, openExperiments, shownScenario } from './lab.js';
 import { LABS } from './link.js';
-import { behind, connection, experiment, failure, layout, open, readOnly, scenarios, status } from './state.js';
+import { FRAME_HZ, behind, connection, divisor, experiment, failure, layout, open, readOnly, scenarios, status } from './state.js';
 import { backToLive } from './time.js';
 
 /** @typedef {import('lit-html').TemplateResult} Template */
@@ -78,13 +78,19 @@ function state() {
   return status.value === 'paused' ? html`${SYMBOLS.paused}<span>Paused</span>` : html`${SYMBOLS.live}<span>Live</span>`;
 }
 
+/** How often a frame comes, when that is less than it should be. @returns {Template | typeof nothing} */
+function pace() {
+  if (divisor.value === 1 || connection.value.state === 'lost') return nothing;
+  return html`<span id="pace" title="This device or its connection does not keep up with ${FRAME_HZ} frames a second">Slow connection: ${fixed(FRAME_HZ / divisor.value, 0)} Hz</span>`;
+}
+
 /** @returns {Template} */
 export function header() {
   const help = html`<button type="button" class="help" aria-label="Help" title="Help ( ? )" @click=${() => open({ kind: 'help' })}>?</button>`;
   if (experiment.value !== null) return html`<header class="top brief"><h1>laglab</h1>${labs()}${help}</header>`;
   const kind = connection.value.state === 'lost' || status.value === 'failed' ? 'bad' : behind.value ? 'past' : status.value;
   return html`<header class="top"><h1>laglab</h1>${labs()}${chooser()}
-    <div class="chip" id="chip" data-kind=${kind}>${state()}</div>
+    <div class="chip" id="chip" data-kind=${kind}>${state()}${pace()}</div>
     ${readOnly.value ? html`<div class="chip" id="reader"><span>Read-only</span><button type="button" class="small"
       @click=${() => fork()}>Make my copy</button></div>` : nothing}
     <button type="button" class="share" @click=${() => open({ kind: 'share' })}>Share</button>

@@ -6,7 +6,7 @@ import { FAILED } from './frame.js';
 import { Memory } from './memory.js';
 import { Stream } from './net.js';
 import { reread, seen, showAddress } from './params.js';
-import { connection, experiment, failure, frame, layout, lens, locked, overlays, params, scenarios, session, tell } from './state.js';
+import { connection, contactsDrawn, divisor, experiment, failure, frame, layout, lens, locked, overlays, params, scenarios, session, tell } from './state.js';
 
 /** @typedef {import('./state.js').Layout} Layout */
 
@@ -52,7 +52,7 @@ function wishOf(chosen) {
   const closer = chosen === 'buffers' || chosen === 'waits';
   return {
     session: 60, scene: 60, lanes: 60, gauges: closer ? 60 : 10, shots: chosen === 'shots' ? 60 : 5, ...(chosen === 'buffers' ? { buffered: 60 } : {}),
-    motion: 60, bodies: 60, contacts: 60, joints: 60, field: 60, points: 60,
+    motion: 60, bodies: 60, ...(contactsDrawn.value ? { contacts: 60 } : {}), joints: 60, field: 60, points: 60,
   };
 }
 effect(() => {
@@ -87,6 +87,7 @@ export function show(id, key, own, line) {
   stream = new Stream(id, key, {
     hello(hello) {
       counts.hellos++;
+      divisor.value = 1;
       const next = layoutOf(hello);
       memory = new Memory(next.game, -1);
       batch(() => {
@@ -110,6 +111,9 @@ export function show(id, key, own, line) {
       connection.value = { state, attempt };
       if (state === 'open' && wasLost) tell('Reconnected');
       wasLost = state === 'lost';
+    },
+    pace(next) {
+      divisor.value = next;
     },
     gone() {
       tell('Session expired – made again from the address');
@@ -214,6 +218,7 @@ export function hook() {
     get connection() { return { ...connection.value }; },
     get locked() { return locked.value; },
     get counts() { return { ...counts, patches: seen.patches }; },
+    get gaps() { return structuredClone(memory.gaps); },
     get messages() { return [...memory.events.values()]; },
     get corrections() { return memory.corrections.map((list) => list.length); },
     get dots() { return memory.dots.map((list) => list.map((dot) => dot.t)); },

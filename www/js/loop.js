@@ -129,9 +129,10 @@ function drawMessages(now, name) {
   const surface = surfaceOf(canvas);
   if (!surface.begin() || now.views.length < 2) return;
   if (drawLens(surface, now, canvas, name)) return;
-  const { inputs, states, text } = drawLanes(laneOf(surface, now));
+  const { inputs, states, lost, text } = drawLanes(laneOf(surface, now));
+  const missing = lost > 0 ? `. ${lost} events did not come: frames are skipped` : '';
   const facts = document.getElementById('lane-facts');
-  const said = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, states 1 of ${states}`;
+  const said = text !== '' ? text : `Last ${fixed(windowOf(now), 2)} s. Drawn: inputs 1 of ${inputs}, states 1 of ${states}${missing}`;
   if (facts && facts.textContent !== said) facts.textContent = said;
   if (name) canvas.setAttribute('aria-label', `Messages of the last ${fixed(windowOf(now), 2)} s. ${text}`);
 }

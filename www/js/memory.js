@@ -8,6 +8,7 @@ import { fixed } from './format.js';
  *   n counts them; type, player and number are those of the event */
 /** @typedef {{t: number, x: number, y: number, dx: number, replayed: boolean}} Correction */
 /** @typedef {{x: number, y: number}[]} Trail */
+/** Events that never came: there were too many while frames were skipped. @typedef {{from: number, to: number, count: number}} Gap */
 /** What became of a player's connection. @typedef {{t: number, player: number, what: string}} Happening */
 /** Means of the last moments; null where nothing was counted.
  * @typedef {{error: number | null, latency: number | null, lost: number | null}} Lately  m, ms, share of the changes of controls */
@@ -57,6 +58,9 @@ export class Memory {
     this.times = [];
     /** @type {Curves[]} by player */
     this.curves = [];
+    /** @type {Gap[]} */
+    this.gaps = [];
+    this.heard = 0; /* s, until when events are known */
     /** @type {Happening[]} */
     this.happenings = [];
     /** @type {{t: number, of: import('./frame.js').Measures[]}[]} */
@@ -77,6 +81,7 @@ export class Memory {
       this.refused[p] ??= new Set();
       this.curves[p] ??= new Curves();
     }
+    this.miss(frame);
     for (const event of frame.events) {
       if (!this.events.has(event.id) && event.begin_s <= frame.time_s + 1e-6) this.meet(frame, event);
     }
@@ -87,6 +92,13 @@ export class Memory {
     }
     this.forget(frame.time_s);
     this.last = frame;
+  }
+
+  /** @param {Frame} frame */
+  miss(frame) {
+    const to = frame.events[0]?.begin_s ?? frame.time_s;
+    if (frame.lost > 0) this.gaps.push({ from: Math.min(this.heard, to), to, count: frame.lost });
+    this.heard = frame.time_s;
   }
 
   /** @param {Frame} frame @param {Event} event */
@@ -215,6 +227,7 @@ export class Memory {
       if (Math.max(event.begin_s, event.end_s) >= now - EVENTS_S) break; /* ids are in the order of time */
       this.events.delete(id);
     }
+    while ((this.gaps[0]?.to ?? now) < now - EVENTS_S) this.gaps.shift();
     for (const list of this.corrections) {
       while (list.length > 0 && /** @type {Correction} */ (list[0]).t < now - CORRECTIONS_S) list.shift();
     }

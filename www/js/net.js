@@ -13,6 +13,7 @@ const BACKOFF_MS = 200, BACKOFF_MAX_MS = 2000;
  * @property {(frame: import('./stream/decode.js').Frame) => void} frame
  * @property {(state: import('./state.js').LinkState, attempt: number) => void} state
  * @property {() => void} gone       the daemon does not know the session any more
+ * @property {(divisor: number) => void} pace     by which all rates are divided, as this end is slow
  * @property {(detail: string) => void} refused  an input was refused
  */
 
@@ -75,6 +76,8 @@ export class Stream {
       this.meet(message);
       this.on.hello(message);
       this.on.state('open', 0);
+    } else if (message.type === 'rate') {
+      this.on.pace(Number(message.divisor));
     } else if (message.type === 'error') {
       this.on.refused(String(message.problem?.detail ?? message.problem?.title ?? 'refused'));
     }

@@ -51,6 +51,11 @@ export const schema = computed(() => (params.value ? schemaOf(schemas.value.get(
 export const scenarios = signal([]);
 /** @type {import('@preact/signals-core').Signal<{state: LinkState, attempt: number}>} */
 export const connection = signal({ state: 'connecting', attempt: 0 });
+export const FRAME_HZ = 60; /* asked for of what is drawn */
+/** By which the daemon divides that, since frames are not drawn in time. */
+export const divisor = signal(1);
+/** Whether the points where bodies touch are drawn: they are most of what bodies are streamed with. */
+export const contactsDrawn = signal(true);
 /** The newest drawn frame. @type {import('@preact/signals-core').Signal<Frame | null>} */
 export const frame = signal(null);
 /** Why the session stopped by itself. */

@@ -9,7 +9,7 @@ import { change } from '../params.js';
 import { mark } from '../panels.js';
 import { find } from '../schema.js';
 import { drawPlot } from '../step/plot.js';
-import { layout, locked, params, scenarios, schema, session } from '../state.js';
+import { contactsDrawn, layout, locked, params, scenarios, schema, session } from '../state.js';
 import { palette, paintOf } from '../theme.js';
 import { Surface } from '../views/surface.js';
 import { countChoice, difference, paramsOf, pathOf, renew as renewBeside } from '../workbench/beside.js';
@@ -313,4 +313,7 @@ effect(() => {
 effect(() => {
   pointer.value;
   touch();
+});
+effect(() => {
+  contactsDrawn.value = shown.value.contacts || shown.value.pairs;
 });

@@ -258,6 +258,13 @@ export class FrameBase {
     return this.sections.get(name)?.rows() ?? [];
   }
 
+  /** Rows of logs that were forgotten before they could be sent. */
+  get lost() {
+    let lost = 0;
+    for (const section of this.sections.values()) lost += section.lost;
+    return lost;
+  }
+
   /** Without what it can do, for whoever only looks. @returns {any} */
   plain() {
     const { flags, seq, tick, time_s } = this;

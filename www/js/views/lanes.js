@@ -173,7 +173,23 @@ function drawLife(at, input, yOwn, yServer) {
   return parts.join(' · ');
 }
 
-/** @param {Lanes} at @returns {{inputs: number, states: number, text: string}} of how many inputs and states one is drawn; what to say beside the drawing */
+/** Where events are missing. @param {Lanes} at @returns {number} how many */
+function drawGaps(at) {
+  const { pen, colours } = at, { x, now, span, top, bottom, middle } = places(at);
+  let lost = 0;
+  for (const gap of at.memory.gaps) {
+    if (gap.to < now - span || gap.from > now) continue;
+    const left = x(Math.max(gap.from, now - span)), right = x(Math.min(gap.to, now));
+    pen.fillStyle = colours.grid;
+    pen.fillRect(left, top, Math.max(2, right - left), bottom - top);
+    drawText(pen, colours, `${gap.count} events did not come`, (left + right) / 2, (top + middle) / 2, { align: 'center', colour: colours.snap });
+    lost += gap.count;
+  }
+  return lost;
+}
+
+/** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} of how many inputs and states one is drawn; events that
+ * did not come; what to say beside the drawing */
 export function drawLanes(at) {
   const { pen, colours, frame } = at;
   const { x, now, span, top, middle, bottom } = places(at);
@@ -199,7 +215,7 @@ export function drawLanes(at) {
   pen.clip();
   const picked = at.selected === null ? undefined : at.memory.events.get(at.selected);
   let text = '';
-  const thinned = { inputs: 1, states: 1 };
+  const thinned = { inputs: 1, states: 1, lost: drawGaps(at) };
   for (const { p, y } of lines) {
     pen.globalAlpha = picked ? 0.25 : 1;
     for (const type of at.pings ? [PING, PONG, CONNECT, ACCEPT] : [CONNECT, ACCEPT]) {
