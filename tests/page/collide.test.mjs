@@ -59,6 +59,32 @@ test('the race does not read the lab', async () => {
   await close();
 });
 
+test('contacts are asked for only while they are drawn', async () => {
+  const { page, complaints, close } = await open('?scenario=rigid/tumbler');
+  await page.waitForSelector('#world0');
+  await page.waitForFunction(() => globalThis.laglab().frame.time_s > 0.5);
+  const overlay = (name) => page.locator(`[data-overlay="${name}"]`), look = async () => {
+    const { contacts, shapes } = await sceneOf(page);
+    return { contacts: JSON.stringify(contacts), shapes: JSON.stringify(shapes) };
+  };
+  const moves = async () => {
+    const before = await look();
+    await page.waitForTimeout(500);
+    const now = await look();
+    assert.notEqual(now.shapes, before.shapes, 'bodies move');
+    return now.contacts !== before.contacts;
+  };
+  assert.ok(await moves(), 'drawn from the start');
+  await overlay('contacts').uncheck();
+  await page.waitForTimeout(300);
+  assert.ok(!await moves(), 'not drawn, not sent');
+  await overlay('pairs').check();
+  await page.waitForTimeout(300);
+  assert.ok(await moves(), 'pairs are drawn from them');
+  assert.deepEqual(complaints, []);
+  await close();
+});
+
 test('every overlay draws something', async () => {
   const { page, complaints, close } = await open('?scenario=rigid/tilted_stack');
   await page.waitForSelector('#world0');
