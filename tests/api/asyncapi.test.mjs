@@ -269,6 +269,66 @@ test('a slow viewer gets half of its frames, and is told', async () => {
   await stream.close();
 });
 
+/** Numbers that are the same each time. @param {number} seed */
+function numbers(seed) {
+  let state = seed;
+  return (/** @type {number} */ below) => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return Math.floor((state / 2 ** 32) * below);
+  };
+}
+
+/** Events go on where they left off, but for those that are told to be lost, and after a jump or another subscription. */
+function checkEvents(frames) {
+  let next = -1;
+  for (const frame of frames) {
+    const { events = [], lost, whole } = frame;
+    if (events.length === 0) continue;
+    if (next >= 0 && !whole.has('events')) assert.equal(events[0].id, next + lost, `frame ${frame.seq}`);
+    events.forEach((event, i) => assert.equal(event.id, events[0].id + i));
+    next = events.at(-1).id + 1;
+  }
+}
+
+for (const scenario of ['eight', 'rigid/tumbler', 'fluid/dam_break']) {
+  test(`${scenario}: viewers of any rates and channels, that skip, jump and change their minds, end with the same`, async () => {
+    const draw = numbers(scenario.length), session = await c.make({ scenario, set: { duration_s: 60 } });
+    const viewers = [];
+    for (const ack of [true, true, true, true, false]) viewers.push(await c.stream(session, 'bin', { ack, subscribe: {} }));
+    const names = channelsOf(viewers[0]), stalled = viewers.at(-1);
+    const wishes = viewers.map(() => ({}));
+    const choose = (i, all = false) => {
+      wishes[i] = Object.fromEntries(names.filter((name) => name !== 'clock' && (all || draw(3) > 0)).map((name) => [name, [60, 20, 5, 1][draw(4)]]));
+      viewers[i].say({ subscribe: wishes[i] });
+    };
+    viewers.forEach((_, i) => choose(i, true));
+    for (let round = 0; round < 40; round++) {
+      await pause(40 + draw(120));
+      if (draw(2) === 0) choose(draw(viewers.length - 1));
+      if (draw(6) === 0) await c.control(session, { op: 'seek', tick: draw(240) });
+      if (draw(6) === 0) await c.control(session, { op: 'play' });
+      if (round === 8) stalled.say({ ack: framesOf(stalled).at(-1).seq }); // from now on at most four in flight: none for the rest of the rounds
+    }
+    await c.control(session, { op: 'pause' });
+    stalled.say({ ack: framesOf(stalled).at(-1).seq });
+    await pause(300);
+    const truth = await c.stream(session), now = await truth.frame();
+    await pause(300);
+    viewers.forEach((viewer, i) => {
+      const frames = framesOf(viewer), last = frames.at(-1);
+      checkEvents(frames);
+      assert.equal(last.tick, now.tick, `viewer ${i}`);
+      for (const { name, id } of reader(api).tables.values()) {
+        const { channel } = Object.values(api.components.schemas).find((schema) => schema['x-record']?.id === id)['x-record'];
+        if (!wishes[i][channel] || !now[name] || ['session', 'events'].includes(name)) continue;
+        assert.deepEqual(last[name], now[name], `viewer ${i}: ${name}`);
+      }
+    });
+    assert.ok(framesOf(stalled).length < framesOf(viewers[0]).length / 2 || framesOf(viewers[0]).length < 60);
+    for (const viewer of [...viewers, truth]) await viewer.close();
+  });
+}
+
 // ---- messages ----
 
 test('keys and inputs', async () => {
