@@ -119,7 +119,7 @@ static void send_ack(viewer *v, uint32_t seq)
     }
 }
 
-/* What the standard page looks at, and the clock. */
+/* What the page subscribes to, and the clock. */
 static void subscribe(viewer *v)
 {
     static const char wish[] = "{\"subscribe\":{\"session\":60,\"scene\":60,\"lanes\":60,\"gauges\":10,"

@@ -1,4 +1,4 @@
-// Writes what is told twice: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the API
+// Writes what is in two places: the scenario format (from `laglab schema`), the records of the stream (from `laglab schema stream`), the API
 // (from api/*.yaml), the daemon's options (from `laglab serve --help`), the bytes of a session (from `laglab run`) and the figures of the
 // benchmarks (from bench/results/*.csv).
 //

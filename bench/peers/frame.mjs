@@ -1,7 +1,7 @@
 // The frame that the peers send: laglab's header, then as many bytes as laglab's mean frame had in this run.
 // What a server does per frame is what laglab's must at least do: stamp the sequence and the time.
 
-const HEAD = 26, CLOCK = 60, FILLER = 127; /* ids of records; the second is known to nobody */
+const HEAD = 26, CLOCK = 60, FILLER = 127; /* ids of records; no table has the second */
 
 /** A varint of a fixed length. @param {Buffer} frame @param {number} at @param {bigint} value @param {number} length */
 function put(frame, at, value, length) {

@@ -17,7 +17,7 @@ char *ll_buffer_grow(ll_buffer *buffer, size_t size);
 void ll_buffer_add(ll_buffer *buffer, const void *bytes, size_t size);
 void ll_buffer_text(ll_buffer *buffer, const char *text);
 
-/* LEB128: seven bits a byte, lowest first. Below 2^53, hence at most 8 bytes. */
+/* LEB128: seven bits a byte, lowest first. Below 2^53, so at most 8 bytes. */
 void ll_buffer_varint(ll_buffer *buffer, uint64_t value);
 
 /* 0, -1, 1, -2 as 0, 1, 2, 3. */

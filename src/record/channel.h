@@ -1,4 +1,4 @@
-/* What a viewer can subscribe to: records that are looked at together, each channel at a rate of its own. */
+/* What a viewer can subscribe to: records that are drawn together, each channel at a rate of its own. */
 #pragma once
 
 #include <stdint.h>
@@ -9,7 +9,7 @@ typedef enum ll_channel {
     LL_CHANNEL_SCENE,
     LL_CHANNEL_LANES,
     LL_CHANNEL_GAUGES,
-    LL_CHANNEL_LADDER,
+    LL_CHANNEL_INPUT_HISTORY,
     LL_CHANNEL_BUFFERED,
     LL_CHANNEL_SHOTS,
     LL_CHANNEL_MOTION,

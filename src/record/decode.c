@@ -34,7 +34,7 @@ static uint64_t varint(reader *r)
     return bad(r, "a number has more than 8 bytes");
 }
 
-/* How many rows there may be: at most so many that they fit. */
+/* How many rows there may be: at most those that fit. */
 static int rows_of(reader *r, const ll_record *record, uint64_t count)
 {
     size_t most = ROWS_BYTES_MAX / ((size_t)record->count * sizeof(int64_t));

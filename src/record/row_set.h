@@ -1,4 +1,4 @@
-/* The rows of several records at one instant: of those that somebody wants. */
+/* The rows of several records at one instant: of those that are wanted. */
 #pragma once
 
 #include "record/rows.h"

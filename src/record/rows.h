@@ -56,7 +56,7 @@ bool ll_rows_equal(const ll_rows *a, const ll_rows *b);
  * the first from zeros. */
 void ll_rows_encode(const ll_rows *rows, const ll_rows *base, ll_buffer *out);
 
-/* The reverse. LL_BAD_INPUT tells what is wrong with the bytes; LL_NO_MEMORY. */
+/* The reverse. LL_BAD_INPUT says what is wrong with the bytes; LL_NO_MEMORY. */
 ll_status ll_rows_decode(const ll_record *record, const ll_rows *base, const void *bytes, size_t size,
                          ll_rows **rows);
 

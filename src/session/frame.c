@@ -19,7 +19,7 @@ static uint8_t flags_of(const ll_session *s)
                      (s->status == LL_SESSION_FAILED ? LL_FRAME_FAILED : 0));
 }
 
-/* Whether the rows tell nothing that the section does not. */
+/* Whether the section has all that the rows have. */
 static bool covered(const ll_section *section, const ll_rows *rows)
 {
     if (section == NULL)

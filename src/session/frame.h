@@ -35,7 +35,7 @@ typedef struct ll_encoding ll_encoding;
 typedef struct ll_section {
     atomic_int references;
     uint32_t seq; /* of that frame: with the record it names the section */
-    int users;    /* viewers that have it; of whoever sends, who is one thread, as the next */
+    int users;    /* viewers that have it; used by the thread that sends, as the next */
     ll_rows *rows;
     ll_encoding *encodings; /* that were made of it */
 } ll_section;
@@ -71,12 +71,12 @@ ll_status ll_frame_take(const ll_session *session, const ll_record_request *requ
 void ll_frame_retain(ll_frame *frame);
 void ll_frame_release(ll_frame *frame);
 
-/* Appends the message of a frame for somebody who has `state`, of the records whose channels are set. Each
+/* Appends the message of a frame for a viewer that has `state`, of the records whose channels are set. Each
  * encoding is made once for all that have the same. Sets buffer->failed without memory. */
 void ll_frame_write(const ll_frame *frame, const ll_frame_state *state, uint16_t channels, bool jump,
                     ll_frame_format format, ll_buffer *buffer);
 
-/* Whether there is something in these channels that somebody with `state` has not got. */
+/* Whether there is something in these channels that a viewer with `state` has not got. */
 bool ll_frame_news(const ll_frame *frame, const ll_frame_state *state, uint16_t channels);
 
 /* The first message of a stream: protocol, schema's hash, channels, layout, window, the scenario's present

@@ -82,7 +82,8 @@ static const ll_record_field event_fields[] = {
     LL_INT(event_row, player, NULL, "to, from or of whom"),
     LL_ENUM(event_row, fate, fates, "of a packet"),
     LL_INT(event_row, outcome, NULL,
-           "of a verdict and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; of a "
+           "of an input's result and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; "
+           "of a "
            "connection its state"),
     LL_STEP(event_row, begin_s, LL_BITS_S, "s",
             "when it was sent or happened; below 0: in the lobby before the game"),
@@ -96,7 +97,8 @@ static const ll_record_field event_fields[] = {
 static const ll_record event_record = {.id = 1,
                                        .name = "events",
                                        .channel = LL_CHANNEL_LANES,
-                                       .help = "What happened: packets, verdicts, corrections, steps.",
+                                       .help =
+                                           "What happened: packets, results of inputs, corrections, steps.",
                                        .form = LL_FORM_LOG,
                                        LL_ROWS_OF(event_row, event_fields)};
 

@@ -1,4 +1,4 @@
-/* What is streamed of every session, beside what its kind has. */
+/* What is streamed of every session, in addition to what its kind has. */
 #pragma once
 
 #include "record/row_set.h"
@@ -10,9 +10,10 @@ struct cJSON;
 
 /* Of a frame that is taken. */
 typedef struct ll_record_request {
-    uint16_t channels;  /* bits of ll_channel */
-    bool anew;          /* of the events also those of the last LL_EVENTS_NEW_S: somebody has seen none */
-    int64_t from_event; /* number of the first that somebody has not got; LL_NO_EVENT: nobody waits for any */
+    uint16_t channels; /* bits of ll_channel */
+    bool anew;         /* of the events also those of the last LL_EVENTS_NEW_S: some viewer has seen none */
+    int64_t
+        from_event; /* number of the first that some viewer has not got; LL_NO_EVENT: none waits for any */
     uint32_t viewers;
     uint64_t wall_ns; /* of the daemon's monotonic clock */
 } ll_record_request;

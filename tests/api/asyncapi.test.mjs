@@ -61,7 +61,7 @@ test('the schemas are those of the tables that the daemon reads and writes by', 
   await stream.close();
 });
 
-/** Texts and binary frames of one scenario, held against each other. Returns the names of the records that had rows. */
+/** Texts and binary frames of one scenario, compared. Returns the names of the records that had rows. */
 async function compareEncodings(id) {
   const session = await c.make({ scenario: id, paused: true });
   await c.control(session, { op: 'seek', time_s: 1 });
@@ -110,18 +110,18 @@ test('binary frames say what texts say, in every library scenario, and every rec
   assert.deepEqual([...reader(api).tables.values()].map(({ name }) => name).filter((name) => !seen.has(name)), [], 'records without a row');
 });
 
-test('the reconciliation ladder', async () => {
+test('the input history', async () => {
   const session = await c.make({ scenario: 'contact', paused: true });
   await c.control(session, { op: 'seek', time_s: 20 });
   const stream = await c.stream(session, 'bin');
   await stream.frame();
-  const [{ ladder }] = framesOf(stream);
-  assert.equal(ladder.length, 64, 'of each of two players the last 32');
-  for (const r of ladder) {
+  const [{ input_history: history }] = framesOf(stream);
+  assert.equal(history.length, 64, 'of each of two players the last 32');
+  for (const r of history) {
     assert.equal(r.correction_m === null, r.predicted_x === null || r.server_x === null);
     if (r.correction_m !== null) assert.ok(Math.abs(r.server_x - r.predicted_x - r.correction_m) <= 1.5 / 2 ** 13, JSON.stringify(r));
   }
-  assert.ok(ladder.some((r) => r.state === 'open') && ladder.some((r) => r.correction_m !== null && r.state === 'acknowledged'));
+  assert.ok(history.some((r) => r.state === 'open') && history.some((r) => r.correction_m !== null && r.state === 'acknowledged'));
   await stream.close();
 });
 
@@ -184,7 +184,7 @@ test('rates are those that were asked for, and channels those that were subscrib
   await pause(1000);
   const frames = stream.frames.slice(2), off = frames.filter((frame) => (frame.views && frame.seq % 3 !== 0) || (frame.buffers && frame.seq % 10 !== 0));
   for (const frame of frames) {
-    assert.ok(!frame.ladder && !frame.events, `frame ${frame.seq}: ${Object.keys(frame)}`);
+    assert.ok(!frame.input_history && !frame.events, `frame ${frame.seq}: ${Object.keys(frame)}`);
     assert.ok(frame.views || frame.seq % 3 !== 0, `frame ${frame.seq} without views`);
     assert.ok(frame.buffers || frame.seq % 10 !== 0, `frame ${frame.seq} without buffers`);
   }
@@ -199,7 +199,7 @@ test('rates are those that were asked for, and channels those that were subscrib
   await stream.close();
 });
 
-test('who does not say what it looks at gets what is drawn, after a second', async () => {
+test('who does not subscribe gets what is drawn, after a second', async () => {
   const session = await c.make();
   const begun = performance.now();
   const stream = await c.stream(session, 'json', { subscribe: null });
@@ -234,7 +234,7 @@ test('time jumps: the flag, a new generation; the end and the replay', async () 
   await stream.close();
 });
 
-test('a viewer that acknowledges has at most four frames in flight, then the newest, told against what it has', async () => {
+test('a viewer that acknowledges has at most four frames in flight, then the newest, as a delta to what it has', async () => {
   const session = await c.make();
   const stream = await c.stream(session, 'bin');
   await stream.frame();
@@ -255,7 +255,7 @@ test('a viewer that acknowledges has at most four frames in flight, then the new
   await stream.close();
 });
 
-test('a slow viewer gets half of its frames, and is told', async () => {
+test('a slow viewer gets half of its frames, and a message', async () => {
   const session = await c.make({ scenario: 'eight', set: { duration_s: 60 } });
   const stream = await c.stream(session, 'json');
   const timer = setInterval(() => { if (stream.frames.length > 0) stream.say({ ack: stream.frames.at(-1).seq }); }, 250);
@@ -278,7 +278,7 @@ function numbers(seed) {
   };
 }
 
-/** Events go on where they left off, but for those that are told to be lost, and after a jump or another subscription. */
+/** Events go on where they left off, but for those that are reported lost, and after a jump or another subscription. */
 function checkEvents(frames) {
   let next = -1;
   for (const frame of frames) {

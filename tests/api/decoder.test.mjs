@@ -29,7 +29,7 @@ const rowOf = (layout, row) => ({
 });
 
 for (const scenario of ['race', 'eight', 'rifle', 'rollback', 'crates', 'motion/orbit', 'rigid/bridge', 'rigid/tumbler', 'fluid/cylinder', 'fluid/dam_break', 'fluid/sea']) {
-  test(`${scenario}: text and bytes tell the same`, async () => {
+  test(`${scenario}: text and bytes are the same`, async () => {
     const session = await c.make({ scenario, paused: true });
     const bin = await c.stream(session, 'bin', { ack: true }), text = await c.stream(session, 'json', { ack: true });
     assert.equal(bin.hello.schema, SCHEMA);

@@ -73,7 +73,7 @@ export function client(url) {
 /**
  * A viewer. `messages` holds all texts as objects; `frames` all frames (objects, or Buffers). With `ack` it acknowledges each frame.
  * @param {string} url @param {string} place `sessions/ID` or `experiments/ID` @param {'json' | 'bin'} [format]
- * `subscribe` is what it looks at (everything; null: it does not say).
+ * `subscribe` is what it gets (everything; null: it does not say).
  * @param {{ack?: boolean, subscribe?: any, origin?: string, headers?: Record<string, string>}} [wish]
  */
 export async function openStream(url, place, format = 'json', wish = {}) {

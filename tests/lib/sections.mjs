@@ -1,5 +1,5 @@
 // Reads binary frames by nothing but api/asyncapi.yaml: the tables of its schemas, and what it says of bytes. Slow and plain, with whole
-// numbers of any size: for what the page's decoder is held against.
+// numbers of any size: to compare the page's decoder with.
 import { inflateRawSync } from 'node:zlib';
 
 const NONE = -(2n ** 51n), END = 2n ** 51n - 1n;
@@ -156,7 +156,7 @@ export function reader(api) {
         const body = bytes.take(Math.floor(head / 4)), inner = new Bytes(head & 1 ? inflateRawSync(body) : body);
         if (!table) throw new Error(`record ${id} is in no schema`);
         if (head & 2) whole.add(table.name);
-        else if (!kept.has(id)) throw new Error(`${table.name} is told against what did not come`);
+        else if (!kept.has(id)) throw new Error(`${table.name} is a delta to what did not come`);
         kept.set(id, readSection(table, head & 2 ? undefined : kept.get(id), inner));
         inner.end();
       }

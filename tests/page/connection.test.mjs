@@ -150,7 +150,7 @@ test('settings stand in groups; what holds from the start is shown and not offer
   await close();
 });
 
-/** A page whose pictures can be held up: then it draws, and acknowledges, every so many ms only. */
+/** A page whose drawing can be held up: then it draws, and acknowledges, at intervals only. */
 async function slowPage(query) {
   const context = await browser.newContext(), page = await context.newPage();
   await page.addInitScript(() => {
@@ -179,14 +179,14 @@ test('a page that draws too slowly gets fewer frames, says so, and gets them bac
   await close();
 });
 
-test('events that were too many to wait are told, not passed over', async () => {
+test('events that were too many to wait are reported, not passed over', async () => {
   const { page, hold, close } = await slowPage('?scenario=eight&set=duration_s:120');
   const gaps = () => page.evaluate(() => globalThis.laglab().gaps);
   assert.deepEqual(await gaps(), []);
   await hold(6000);
   await until(async () => (await gaps()).length > 0, 'the gap', 20000);
   await hold(0);
-  await until(async () => /\d+ events did not come/.test(await page.locator('#lane-facts').innerText()), 'it is told', 8000);
+  await until(async () => /\d+ events did not come/.test(await page.locator('#lane-facts').innerText()), 'it is shown', 8000);
   const [gap] = await gaps();
   assert.ok(gap.count > 0 && gap.to > gap.from, JSON.stringify(gap));
   await close();

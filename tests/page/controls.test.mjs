@@ -52,7 +52,7 @@ test('moving the lag changes the slope of the messages within 250 ms, without a 
   assert.ok(later.tick >= before.tick);
   assert.equal(await control(page, 'players.0.lag_ms', 'number').inputValue(), '700');
   await page.waitForFunction(() => document.body.innerText.includes('RTT 1400 ms'));
-  await until(async () => (await frameOf(page)).views[1].lag_ms === 700, 'the frame tells the lag');
+  await until(async () => (await frameOf(page)).views[1].lag_ms === 700, 'the frame has the lag');
 });
 
 test('the lane itself is drawn with another slope', async () => {

@@ -1,4 +1,4 @@
-// The page's decoder beside the encoder in C: chains of random rows of every form, and faults.
+// The page's decoder and the encoder in C: chains of random rows of every form, and faults.
 import assert from 'node:assert/strict';
 import { execFileSync } from 'node:child_process';
 import path from 'node:path';

@@ -131,7 +131,7 @@ static void what_is_the_same_costs_few_bytes(void **state)
     }
 }
 
-/* Whatever the bytes are, they are read to their end or refused; a shortened section is always refused. */
+/* Any bytes are read to their end or refused; a shortened section is always refused. */
 static void faults_are_refused(void **state)
 {
     (void)state;

@@ -1,4 +1,4 @@
-/* Frames: what a viewer reads is what the session has, whatever it subscribes to; taking one changes nothing;
+/* Frames: what a viewer reads is what the session has, for any subscription; taking one changes nothing;
  * and what they cost. */
 #include "session/harness.h"
 
@@ -264,7 +264,7 @@ typedef struct budget {
 #define CHANNEL(name) (1 << LL_CHANNEL_##name)
 enum {
     STANDARD = CHANNEL(SESSION) | CHANNEL(SCENE) | CHANNEL(LANES) | CHANNEL(GAUGES) | CHANNEL(SHOTS),
-    NETGAME = STANDARD | CHANNEL(LADDER) | CHANNEL(BUFFERED)
+    NETGAME = STANDARD | CHANNEL(INPUT_HISTORY) | CHANNEL(BUFFERED)
 };
 
 static const budget budgets[] = {

@@ -161,7 +161,7 @@ static const ll_record stamp_record = {.id = 1,
 static const ll_record noise_record = {.id = 2,
                                        .name = "noise",
                                        .channel = LL_CHANNEL_SCENE,
-                                       .help = "Bytes that cannot be told shorter.",
+                                       .help = "Bytes that cannot be shortened.",
                                        .form = LL_FORM_GRID,
                                        LL_ROWS_OF(noise, noise_fields)};
 
@@ -533,7 +533,7 @@ bool viewer_is_whole(const viewer_frame *frame)
     return frame->bytes[1] & LL_FRAME_JUMP;
 }
 
-/* The stamp is the first section, and its row, of a log, is told against nothing. */
+/* The stamp is the first section, and its row, of a log, is sent whole. */
 double viewer_age(const viewer_frame *frame)
 {
     const unsigned char *at = frame->bytes + 2;

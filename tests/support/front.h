@@ -71,7 +71,7 @@ bool viewer_say(int fd, const char *text);
 bool viewer_ack(int fd, uint32_t seq);
 bool viewer_read(int fd, viewer_frame *frame, double seconds); /* one frame; answers pings by itself */
 uint32_t viewer_seq(const viewer_frame *frame);
-bool viewer_is_whole(const viewer_frame *frame); /* told against nothing */
+bool viewer_is_whole(const viewer_frame *frame); /* all sections whole */
 double viewer_age(const viewer_frame *frame);    /* s since it was published */
 int viewer_close_code(
     int fd, double seconds); /* reads on until a close frame; its code, 0 when none came, -1 when cut */

@@ -1,5 +1,5 @@
 // A frame as the page reads it: the names of the tables for short, and rows that belong to one view, player or shot.
-import { BUFFERS_STATE, ENTITIES_FLAGS, EVENTS_TYPE, LADDER_STATE, PEERS_DESYNC_FIELD, SHOTS_FLAGS, SHOTS_WEAPON, VIEWS_CONNECTION, VIEWS_FLAGS } from './stream/records.js';
+import { BUFFERS_STATE, ENTITIES_FLAGS, EVENTS_TYPE, INPUT_HISTORY_STATE, PEERS_DESYNC_FIELD, SHOTS_FLAGS, SHOTS_WEAPON, VIEWS_CONNECTION, VIEWS_FLAGS } from './stream/records.js';
 
 export { BEHIND, ENDED, FAILED, PLAYING } from './stream/decode.js';
 export const { prediction: PREDICTION, reconciliation: RECONCILIATION, interpolation: INTERPOLATION, underrun: UNDERRUN, stalled: STALLED, person: PERSON } = VIEWS_FLAGS;
@@ -10,7 +10,7 @@ export const { finished: E_FINISHED, predicted: E_PREDICTED, interpolated: E_INT
 export const { input: INPUT, state: STATE, refusal: REFUSAL, relay: RELAY, connect: CONNECT, accept: ACCEPT, ping: PING, pong: PONG, verdict: VERDICT,
   applied: APPLIED, correction: CORRECTION, step: STEP, stall: STALL, rollback: ROLLBACK, desync: DESYNC, connection: CONNECTION, dropped: DROPPED } = EVENTS_TYPE;
 export const { newest: V_NEWEST, normal: V_NORMAL, catching_up: V_CATCHING_UP, slowing: V_SLOWING, starved: V_STARVED, extrapolating: V_EXTRAPOLATING } = BUFFERS_STATE;
-export const { open: R_OPEN, acknowledged: R_ACKNOWLEDGED, refused: R_REFUSED, late: R_LATE, lost: R_LOST } = LADDER_STATE;
+export const { open: R_OPEN, acknowledged: R_ACKNOWLEDGED, refused: R_REFUSED, late: R_LATE, lost: R_LOST } = INPUT_HISTORY_STATE;
 export const { rifle: RIFLE, shell: SHELL } = SHOTS_WEAPON;
 export const { clamped: S_CLAMPED, distrusted: S_DISTRUSTED, behind_cover: S_BEHIND_COVER } = SHOTS_FLAGS;
 export const APPLIED_OK = 0, REFUSED = 1; /* outcomes of a verdict */
@@ -28,7 +28,7 @@ export const FIELDS = Object.keys(PEERS_DESYNC_FIELD);
 /** @typedef {import('./stream/records.js').PeersRow} Peer */
 /** @typedef {import('./stream/records.js').BuffersRow} Buffer */
 /** @typedef {import('./stream/records.js').BufferedRow} Buffered */
-/** @typedef {import('./stream/records.js').LadderRow} Rung */
+/** @typedef {import('./stream/records.js').InputHistoryRow} Rung */
 /** @typedef {import('./stream/records.js').MeasuresRow} Measures */
 /** @typedef {import('./stream/records.js').MotionRow} Motion */
 /** @typedef {import('./stream/records.js').ShotsRow} Shot */

@@ -47,7 +47,7 @@ function lensOf(game, sync) {
   return sync === 'deterministic' || sync === 'rollback' ? 'waits' : 'messages';
 }
 
-/** What is looked at, Hz by channel: those of other kinds there are none of. @param {string} chosen the lens @returns {Record<string, number>} */
+/** What is subscribed to, Hz by channel: those of other kinds there are none of. @param {string} chosen the lens @returns {Record<string, number>} */
 function wishOf(chosen) {
   const closer = chosen === 'buffers' || chosen === 'waits';
   return {

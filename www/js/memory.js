@@ -107,7 +107,7 @@ export class Memory {
     const index = this.counts.get(slot) ?? 0;
     this.counts.set(slot, index + 1);
     this.events.set(event.id, { ...event, index });
-    const fresh = this.last !== null && event.begin_s > this.last.time_s - 0.001; /* else nobody knows where it was drawn */
+    const fresh = this.last !== null && event.begin_s > this.last.time_s - 0.001; /* else it is not known where it was drawn */
     if (event.type === APPLIED && fresh) this.dot(frame, 1 + event.player, event, index);
     if (event.type === VERDICT && fresh) this.dot(frame, 0, event, index);
     if (event.type === VERDICT && event.outcome === 1) this.refused[event.player]?.add(event.number);

@@ -26,7 +26,7 @@ export class Stream {
     this.attempt = 0;
     this.closed = false;
     this.heard = 0; /* when the last message came, ms */
-    /** What is looked at: of each channel its rate, Hz. @type {Record<string, number>} */
+    /** Subscription: of each channel its rate, Hz. @type {Record<string, number>} */
     this.wish = wish;
     this.decoder = new Decoder(RECORDS, 60);
     /** @type {WebSocket | null} */
@@ -100,7 +100,7 @@ export class Stream {
     });
   }
 
-  /** Says what is looked at; nothing while the page is hidden. @param {Record<string, number>} wish */
+  /** Subscribes; to nothing while the page is hidden. @param {Record<string, number>} wish */
   subscribe(wish) {
     this.wish = wish;
     this.send({ subscribe: document.hidden ? {} : wish });

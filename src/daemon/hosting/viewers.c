@@ -1,4 +1,4 @@
-/* What viewers say: keys, inputs, pings, what they look at; and what they are told beside frames.
+/* What viewers say: keys, inputs, pings, subscriptions; and what they are sent between frames.
  *
  * Hooks run on the stream's thread, which must not wait for a session: inputs are left in the session's inbox
  * and applied by its worker in the next slot, which is also when their effect can be seen first. An answer

@@ -31,7 +31,7 @@ static int64_t slot_at(ll_time t)
 
 /* ---- frames ---- */
 
-/* Takes what somebody wants of the present tick, and leaves the session as it is. */
+/* Takes what viewers want of the present tick, and leaves the session as it is. */
 static bool take(ll_hosted *hosted, uint32_t generation, ll_record_request *request)
 {
     ll_frame *frame;

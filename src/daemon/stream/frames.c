@@ -5,16 +5,16 @@
 
 #include "daemon/stream/internal.h"
 
-/* An acknowledgement that takes so much longer than the quickest one tells that frames queue somewhere on the
- * way (a slow reader, a proxy's buffers): fewer are then kept in flight. About the time that a whole window
- * takes at 60 Hz. */
+/* An acknowledgement that takes this much longer than the quickest one means that frames queue somewhere on
+ * the way (a slow reader, a proxy's buffers): fewer are then kept in flight. About the time that a whole
+ * window takes at 60 Hz. */
 #define QUEUEING_NS INT64_C(60000000)
 
 /* A new viewer's: BEGIN_WINDOW frames, until it acknowledges or that time has passed. */
 #define GRACE_NS INT64_C(150000000)
 #define BEGIN_WINDOW 3
 
-/* Who has not said by then what it looks at gets what is drawn. */
+/* A viewer that has not subscribed by then gets what is drawn. */
 #define SUBSCRIBE_NS INT64_C(1000000000)
 enum { DEFAULT_HZ = 30, DEFAULT_JSON_HZ = 10 };
 static const ll_channel drawn[] = {LL_CHANNEL_SESSION, LL_CHANNEL_SCENE, LL_CHANNEL_MOTION,
@@ -175,7 +175,7 @@ void ll_ws_viewer_forget(ws_viewer *viewer)
     forget_all(viewer);
     viewer->wants = 0;
     tell_wants(viewer->stream);
-    if (viewer->stream->arrived == 1) { /* nobody is left: no frame follows, and this one grows old */
+    if (viewer->stream->arrived == 1) { /* the last viewer leaves: no frame follows, and this one grows old */
         ll_frame_release(viewer->stream->latest);
         viewer->stream->latest = NULL;
     }

@@ -58,7 +58,7 @@ struct ll_ws_stream {
     char id[65];
     ll_ws_stream *next_in_bucket; /* registry lock */
     atomic_int viewers;           /* that got their hello */
-    /* What they want of the next frame, for whoever publishes. */
+    /* What they want of the next frame, for the thread that publishes. */
     atomic_ullong every[LL_CHANNELS]; /* bit n: some viewer gets every n-th frame */
     atomic_uint missing;              /* channels that some viewer has not got at all */
     atomic_bool anew;

@@ -1,4 +1,4 @@
-/* The streams by kind and id, from the first to be told of one until its last viewer has gone. */
+/* The streams by kind and id, from their opening until their last viewer has gone. */
 #include <stdlib.h>
 #include <string.h>
 

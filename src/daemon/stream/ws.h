@@ -89,8 +89,8 @@ int ll_ws_viewers(const ll_ws_stream *stream); /* that got their hello; cheap */
 /* ---- frames ---- */
 
 /* What the next frame should hold, `seq` and `generation` being that frame's; `whole`: it is the last for
- * now, so that nobody waits for a later one. Sets channels, anew, from_event and viewers; channels 0: nobody
- * looks. Cheap (a few atomic loads): call it before each frame. */
+ * now, so that no viewer waits for a later one. Sets channels, anew, from_event and viewers; channels 0:
+ * there are no viewers. Cheap (a few atomic loads): call it before each frame. */
 void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
                  ll_record_request *request);
 
@@ -106,7 +106,7 @@ void ll_ws_flush(ll_ws *ws);
 /* The first message of a viewer (text JSON); copied. Frames follow. */
 void ll_ws_hello(ll_ws *ws, ll_ws_viewer viewer, const char *text, size_t length);
 
-/* What a viewer looks at: of each channel every so many frames, a divisor of LL_FRAME_HZ; 0: not at all. */
+/* What a viewer gets: of each channel every n-th frame, n a divisor of LL_FRAME_HZ; 0: not at all. */
 typedef struct ll_ws_subscription {
     uint8_t every[LL_CHANNELS];
 } ll_ws_subscription;

@@ -216,7 +216,7 @@ const ll_record *const ll_netgame_records[] = {&view_record,
                                                &ll_netgame_buffer_record,
                                                &ll_netgame_measure_record,
                                                &ll_netgame_peer_record,
-                                               &ll_netgame_ladder_record,
+                                               &ll_netgame_input_history_record,
                                                &ll_netgame_buffered_record,
                                                &ll_netgame_shot_record,
                                                &ll_netgame_shot_body_record,
@@ -236,8 +236,8 @@ void ll_netgame_fill(const void *block, ll_row_set *rows)
         ll_netgame_fill_measures(g, rows);
         ll_netgame_fill_peers(g, rows);
     }
-    if (ll_row_set_wants(rows, &ll_netgame_ladder_record))
-        ll_netgame_fill_ladder(g, rows);
+    if (ll_row_set_wants(rows, &ll_netgame_input_history_record))
+        ll_netgame_fill_input_history(g, rows);
     if (ll_row_set_wants(rows, &ll_netgame_buffered_record))
         ll_netgame_fill_buffered(g, rows);
     if (ll_row_set_wants(rows, &ll_netgame_shot_record))

@@ -146,9 +146,9 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, struct cJSON *me
 /* connection.c: adds to the metrics of `player` how it was connected */
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, struct cJSON *metrics);
 
-/* ladder.c: the last inputs of the players, streamed */
-extern const ll_record ll_netgame_ladder_record;
-void ll_netgame_fill_ladder(const ll_netgame *game, ll_row_set *rows);
+/* input_history.c: the last inputs of the players, streamed */
+extern const ll_record ll_netgame_input_history_record;
+void ll_netgame_fill_input_history(const ll_netgame *game, ll_row_set *rows);
 
 void ll_netgame_add_fairness(const ll_netgame *g, struct cJSON *server, const struct cJSON *players);
 

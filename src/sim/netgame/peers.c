@@ -1,4 +1,4 @@
-/* What is told of the peer-to-peer syncs: M12, M14, and where their worlds are, streamed. */
+/* What is reported of the peer-to-peer syncs: M12, M14, and where their worlds are, streamed. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 

@@ -1,4 +1,4 @@
-/* What is told of shots: M10, and the last of them and the shells in flight, streamed. */
+/* What is reported of shots: M10, and the last of them and the shells in flight, streamed. */
 #include <cjson/cJSON.h>
 #include <stddef.h>
 #include <string.h>
@@ -109,7 +109,7 @@ static const ll_record_field shot_fields[] = {
     LL_STEP(shot, server_x, LL_BITS_M, "m", "the muzzle where the server had it"),
     LL_STEP(shot, server_y, LL_BITS_M, "m", "the muzzle where the server had it"),
     LL_INT(shot, client_view_hit, NULL,
-           "body that is hit in what the shooter saw; -1 nobody, -2 not known yet"),
+           "body that is hit in what the shooter saw; -1 none, -2 not known yet"),
     LL_INT(shot, server_now_hit, NULL, "in the server's present, without compensation"),
     LL_INT(shot, compensated_hit, NULL, "by the server's policy"),
     LL_INT(shot, perfect_hit, NULL, "on a network without delay"),

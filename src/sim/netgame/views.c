@@ -1,4 +1,4 @@
-/* What is told of the players' views: M7 to M9, and their buffers, streamed. */
+/* What is reported of the players' views: M7 to M9, and their buffers, streamed. */
 #include <cjson/cJSON.h>
 #include <math.h>
 #include <stddef.h>

@@ -10,7 +10,7 @@
 enum { SHAPES_MOST = 65535, CONTACTS_MOST = 8192, JOINTS_MOST = 8192 };
 /* ---- filling ---- */
 
-/* What is known of the geometries and islands while the shapes are looked at. */
+/* What is known of the geometries and islands while the shapes are read. */
 typedef struct look {
     const ll_rigid_sim *sim;
     ll_row_set *rows;

@@ -34,7 +34,7 @@ static const ll_record_field world_fields[] = {
     LL_REAL(world_row, speed_max, 16, "m/s", "of the fastest body"),
     LL_REAL(world_row, momentum_x, 23, "kg m/s", "of all bodies"),
     LL_REAL(world_row, momentum_y, 23, "kg m/s", "of all bodies"),
-    LL_INT(world_row, swept, NULL, "bodies that were looked at along their way"),
+    LL_INT(world_row, swept, NULL, "bodies that were checked along their way"),
     LL_INT(world_row, dynamic, NULL, "bodies that can move"),
 };
 

@@ -107,7 +107,7 @@ static void test_frames(void **state)
         last = viewer_seq(&frame);
         viewer_ack(fd, last);
     }
-    /* A jump of time: all is told anew to everybody, once. */
+    /* A jump of time: all is sent again to all viewers, once. */
     atomic_fetch_add(&f.generation, 1);
     int whole = 0;
     for (int i = 0; i < 10; i++) {
@@ -126,7 +126,7 @@ static void test_frames(void **state)
     close(fd);
 }
 
-/* One that stops acknowledging has four frames in flight, not more; its next is the newest, told
+/* One that stops acknowledging has four frames in flight, not more; its next is the newest, sent
  * against the last that it was sent. */
 static void test_credit(void **state)
 {
@@ -408,7 +408,7 @@ static void test_slow_reader_bridged(void **state)
     close(fd);
 }
 
-/* One that cannot keep up is told so, and gets half as many. */
+/* One that cannot keep up gets a message, and half as many. */
 static void test_slower_rate(void **state)
 {
     (void)state;

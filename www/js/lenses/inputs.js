@@ -1,4 +1,4 @@
-// The reconciliation ladder: the last inputs on the client's line and on the server's, and what became of each.
+// The input history: the last inputs on the client's line and on the server's, and what became of each.
 import { CORRECTION, INPUT, VERDICT } from '../frame.js';
 import { fixed } from '../format.js';
 import { paintOf } from '../theme.js';

@@ -11,7 +11,7 @@ const INTEGER_MAX = 2 ** 51 - 1, NONE = -(2 ** 51); /* the infinities and what i
 const ROWS_MAX = 2 ** 21, MASK_BITS = 49;
 const POWERS = Float64Array.from({ length: 53 }, (_, bits) => 2 ** bits);
 
-/** A wish to be sent anew: the bytes are none that this decoder understands. */
+/** The stream must be opened again: the bytes are none that this decoder understands. */
 export class StreamError extends Error {}
 
 /** Bytes from front to back. */
@@ -265,7 +265,7 @@ export class FrameBase {
     return lost;
   }
 
-  /** Without what it can do, for whoever only looks. @returns {any} */
+  /** Without what it can do, for inspection only. @returns {any} */
   plain() {
     const { flags, seq, tick, time_s } = this;
     return { flags, seq, tick, time_s, ...Object.fromEntries([...this.sections.keys()].map((name) => [name, /** @type {any} */ (this)[name]])) };
@@ -311,7 +311,7 @@ export class Decoder {
     this.busy = mine;
   }
 
-  /** Tells `take` of the frame, at once where nothing is to be inflated. `fail` gets a StreamError.
+  /** Gives the frame to `take`, at once where nothing is to be inflated. `fail` gets a StreamError.
    * @param {ArrayBuffer} bytes @param {(frame: Frame) => void} take @param {(error: unknown) => void} fail */
   decode(bytes, take, fail) {
     const message = new Uint8Array(bytes);
@@ -363,7 +363,7 @@ export class Decoder {
       const layout = this.layouts.get(id);
       if (!layout) continue; /* newer than the table */
       const base = whole ? null : this.sections.get(layout.name) ?? null;
-      if (!whole && base === null && layout.form !== 'log') throw new StreamError(`${layout.name} is told against what did not come`);
+      if (!whole && base === null && layout.form !== 'log') throw new StreamError(`${layout.name} is a delta to what did not come`);
       sections.set(layout.name, readSection(layout, base, bytes));
     }
     this.sections = sections;

@@ -189,7 +189,7 @@ function drawGaps(at) {
 }
 
 /** @param {Lanes} at @returns {{inputs: number, states: number, lost: number, text: string}} of how many inputs and states one is drawn; events that
- * did not come; what to say beside the drawing */
+ * did not come; the caption of the drawing */
 export function drawLanes(at) {
   const { pen, colours, frame } = at;
   const { x, now, span, top, middle, bottom } = places(at);

@@ -1,4 +1,4 @@
-/* The reconciliation ladder as streamed: record `ladder`. */
+/* The inputs of players who reconcile, as streamed: record `input_history`. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -23,10 +23,10 @@ enum { RUNGS_MAX = LL_PLAYERS_MAX * 32 };
 
 static const double step_m = 1.0 / (1 << LL_BITS_M);
 
-typedef struct ladder {
+typedef struct history {
     int count;
     rung rungs[RUNGS_MAX];
-} ladder;
+} history;
 
 static double value(const ll_rows *rows, int row, const char *name)
 {
@@ -34,15 +34,15 @@ static double value(const ll_rows *rows, int row, const char *name)
     for (int i = 0; i < record->count; i++)
         if (strcmp(record->fields[i].name, name) == 0)
             return ll_field_value(&record->fields[i], ll_rows_at(rows, row)[i]);
-    fail_msg("the ladder has no field %s", name);
+    fail_msg("the record has no field %s", name);
     return NAN;
 }
 
-static void look(const scene *s, ladder *l)
+static void look(const scene *s, history *l)
 {
     ll_row_set set = {0};
-    int place = ll_row_set_add(&set, &ll_netgame_ladder_record, true, 4);
-    ll_netgame_fill_ladder(s->game, &set);
+    int place = ll_row_set_add(&set, &ll_netgame_input_history_record, true, 4);
+    ll_netgame_fill_input_history(s->game, &set);
     assert_false(set.failed);
     const ll_rows *rows = set.rows[place];
     assert_true(rows->count <= RUNGS_MAX);
@@ -77,7 +77,7 @@ static void clean_link(void **state)
 {
     (void)state;
     const char *const sets[] = {ON("0"), "players.0.lag_ms=50", NULL};
-    static ladder l;
+    static history l;
     scene s = scene_open("race", sets);
     for (int k = 0; k < 50; k++) {
         double now_s = 3 + k * 0.11;
@@ -119,7 +119,7 @@ static void what_went_wrong(void **state)
                    "players.0.slack_ticks=0"},
                   LATE},
                  {{"players.0.cheat=magnitude", NULL, NULL}, REFUSED}};
-    static ladder l;
+    static history l;
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         const char *sets[16] = {ON("0"), "players.0.control=person", "players.0.lag_ms=50",
                                 "players.0.redundancy=0"};
@@ -153,7 +153,7 @@ static void what_went_wrong(void **state)
 static void nothing_to_tell(void **state)
 {
     (void)state;
-    static ladder l;
+    static history l;
     const char *const off[] = {"players.0.prediction=false", NULL};
     const char *const peers[] = {"server.sync=rollback", ON("0"), NULL};
     const char *const exact[] = {"players.0.clock_phase=0", NULL};

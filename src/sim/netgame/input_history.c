@@ -1,4 +1,4 @@
-/* The reconciliation ladder: the last inputs of each player who reconciles, where its client thought that
+/* The input history: the last inputs of each player who reconciles, where its client thought that
  * they put the own entity, and where the server had it. */
 #include <math.h>
 
@@ -27,11 +27,11 @@ static const ll_record_field rung_fields[] = {
     LL_STEP(rung, correction_m, LL_BITS_M, "m", "the one less the other; null: one is not known"),
 };
 
-const ll_record ll_netgame_ladder_record = {
+const ll_record ll_netgame_input_history_record = {
     .id = 9,
-    .name = "ladder",
-    .channel = LL_CHANNEL_LADDER,
-    .help = "The reconciliation ladder: the last 32 inputs of each player who "
+    .name = "input_history",
+    .channel = LL_CHANNEL_INPUT_HISTORY,
+    .help = "The input history of reconciliation: the last 32 inputs of each player who "
             "reconciles, oldest first.",
     .form = LL_FORM_KEYED,
     .keys = 2,
@@ -91,9 +91,9 @@ static int list(const ll_netgame *g, int player, rung *rungs)
     return count;
 }
 
-void ll_netgame_fill_ladder(const ll_netgame *g, ll_row_set *rows)
+void ll_netgame_fill_input_history(const ll_netgame *g, ll_row_set *rows)
 {
     rung rungs[RUNGS_MAX];
     for (int i = 0; i < g->config.player_count; i++)
-        ll_row_set_put(rows, &ll_netgame_ladder_record, rungs, list(g, i, rungs));
+        ll_row_set_put(rows, &ll_netgame_input_history_record, rungs, list(g, i, rungs));
 }
