@@ -89,7 +89,7 @@ int ll_ws_viewers(const ll_ws_stream *stream); /* that got their hello; cheap */
 /* ---- frames ---- */
 
 /* What the next frame should hold, `seq` and `generation` being that frame's; `whole`: it is the last for
- * now, so that no viewer waits for a later one. Sets channels, anew, from_event and viewers; channels 0:
+ * now, so that no viewer waits for a later one. Sets channels, `anew`, from_event and viewers; channels 0:
  * there are no viewers. Cheap (a few atomic loads): call it before each frame. */
 void ll_ws_wants(const ll_ws_stream *stream, uint32_t seq, uint32_t generation, bool whole,
                  ll_record_request *request);

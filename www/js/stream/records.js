@@ -1,7 +1,7 @@
 // Written by docs/generate.mjs from `laglab schema stream`: the tables are in C, and changed there.
 
 /** Of these tables: a daemon whose hello has another gives its own at stream/schema.json. */
-export const SCHEMA = 'e1253b1702a59816';
+export const SCHEMA = '6a26fd47ca6dfd48';
 
 /** @typedef {{name: string, coding: string, boolean?: boolean, bits?: number, unit?: string, names?: string[], flags?: string[]}} Field */
 /** @typedef {{id: number, name: string, channel: string, form: string, keys?: number, fields: Field[]}} Layout */
@@ -24,13 +24,13 @@ export const SCHEMA = 'e1253b1702a59816';
  */
 
 /**
- * What happened: packets, verdicts, corrections, steps.
+ * What happened: packets, results of inputs, corrections, steps.
  * @typedef {object} EventsRow
  * @property {number} id  counts them
  * @property {number} type  what happened; up to pong a packet that was sent
  * @property {number} player  to, from or of whom
  * @property {number} fate  of a packet
- * @property {number} outcome  of a verdict and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; of a connection its state
+ * @property {number} outcome  of an input's result and an applied state: 0 applied, 1 refused, 2 stale, 3 late, 4 unreadable; of a connection its state
  * @property {number} begin_s  s; when it was sent or happened; below 0: in the lobby before the game
  * @property {number} end_s  s; when it is due; begin_s of what was lost
  * @property {number} number  of an input its sequence number, of a state the server's tick
@@ -148,8 +148,8 @@ export const SCHEMA = 'e1253b1702a59816';
  */
 
 /**
- * The reconciliation ladder: the last 32 inputs of each player who reconciles, oldest first.
- * @typedef {object} LadderRow
+ * The input history of reconciliation: the last 32 inputs of each player who reconciles, oldest first.
+ * @typedef {object} InputHistoryRow
  * @property {number} player  whose input
  * @property {number} seq  its sequence number
  * @property {number} state  what has become of it
@@ -187,7 +187,7 @@ export const SCHEMA = 'e1253b1702a59816';
  * @property {number} dy  the aim, a unit vector
  * @property {number} server_x  m; the muzzle where the server had it
  * @property {number} server_y  m; the muzzle where the server had it
- * @property {number} client_view_hit  body that is hit in what the shooter saw; -1 nobody, -2 not known yet
+ * @property {number} client_view_hit  body that is hit in what the shooter saw; -1 none, -2 not known yet
  * @property {number} server_now_hit  in the server's present, without compensation
  * @property {number} compensated_hit  by the server's policy
  * @property {number} perfect_hit  on a network without delay
@@ -259,7 +259,7 @@ export const SCHEMA = 'e1253b1702a59816';
  * @property {number} speed_max  m/s; of the fastest body
  * @property {number} momentum_x  kg m/s; of all bodies
  * @property {number} momentum_y  kg m/s; of all bodies
- * @property {number} swept  bodies that were looked at along their way
+ * @property {number} swept  bodies that were checked along their way
  * @property {number} dynamic  bodies that can move
  */
 
@@ -408,7 +408,7 @@ export const SCHEMA = 'e1253b1702a59816';
  * @property {BuffersRow[]} buffers
  * @property {MeasuresRow[]} measures
  * @property {PeersRow[]} peers
- * @property {LadderRow[]} ladder
+ * @property {InputHistoryRow[]} input_history
  * @property {BufferedRow[]} buffered
  * @property {ShotsRow[]} shots
  * @property {ShotBodiesRow[]} shot_bodies
@@ -434,7 +434,7 @@ export const VIEWS_CONNECTION = Object.freeze({ connecting: 0, synchronising: 1,
 export const ENTITIES_FLAGS = Object.freeze({ finished: 1, predicted: 2, interpolated: 4, held: 8, active: 16, extrapolated: 32, unsettled: 64, away: 128 });
 export const BUFFERS_STATE = Object.freeze({ newest: 0, normal: 1, catching_up: 2, slowing: 3, starved: 4, extrapolating: 5 });
 export const PEERS_DESYNC_FIELD = Object.freeze({ x: 0, y: 1, vx: 2, vy: 3, angle: 4, spin: 5, flags: 6, tail: 7 });
-export const LADDER_STATE = Object.freeze({ open: 0, acknowledged: 1, refused: 2, late: 3, lost: 4 });
+export const INPUT_HISTORY_STATE = Object.freeze({ open: 0, acknowledged: 1, refused: 2, late: 3, lost: 4 });
 export const BUFFERED_PLACE = Object.freeze({ snapshot: 0, dejitter: 1 });
 export const SHOTS_WEAPON = Object.freeze({ rifle: 0, shell: 1 });
 export const SHOTS_FLAGS = Object.freeze({ taken: 1, clamped: 2, distrusted: 4, behind_cover: 8 });
@@ -560,7 +560,7 @@ export const RECORDS = Object.freeze([
     {"name":"desync_m","coding":"step","bits":13,"unit":"m"},
     {"name":"desync_ulps","coding":"real","bits":23,"unit":"ulps"},
   ]},
-  {"id":9,"name":"ladder","channel":"ladder","form":"keyed","keys":2,"fields":[
+  {"id":9,"name":"input_history","channel":"input_history","form":"keyed","keys":2,"fields":[
     {"name":"player","coding":"int"},
     {"name":"seq","coding":"int"},
     {"name":"state","coding":"int","names":["open","acknowledged","refused","late","lost"]},
