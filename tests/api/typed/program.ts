@@ -30,6 +30,7 @@ assert.ok(race.kind === 'netgame' && (race.players?.length ?? 0) > 1);
 expect(await call('get', '/api/v1/schema', { query: { kind: 'fluid' } }), 200);
 expect(await call('get', '/api/v1/schemas.json', {}), 200);
 expect(await call('get', '/api/v1/experiments/schema', {}), 200);
+assert.equal(expect(await call('get', '/api/v1/stream/schema.json', {}), 200).body.protocol, 'laglab.v2');
 expect(await call('get', '/api/v1/openapi.yaml', {}), 200);
 expect(await call('get', '/api/v1/asyncapi.yaml', {}), 200);
 for (const path of ['/healthz', '/readyz', '/metrics'] as const) expect(await call('get', path, {}), 200);
