@@ -129,6 +129,7 @@ test('scenarios and documents', async () => {
   assert.match((await call('get', '/api/v1/schema', {}, 400, { query: '?kind=nosuch' })).json.detail, /netgame, motion, rigid, fluid; got nosuch/);
   await call('get', '/api/v1/openapi.yaml', {}, 200);
   await call('get', '/api/v1/asyncapi.yaml', {}, 200);
+  await call('get', '/api/v1/stream/schema.json', {}, 200);
   const { $defs } = (await call('get', '/api/v1/schemas.json', {}, 200)).json;
   assert.deepEqual($defs.scenario.oneOf, all.oneOf);
 });

@@ -393,9 +393,9 @@ typedef struct waits {
     double sum_ms[4], last_ms[4];
 } waits;
 
-static void on_input(void *context, const void *row)
+static void on_input(void *context, const void *heard)
 {
-    const ll_event *event = row;
+    const ll_event *event = heard;
     waits *w = context;
     int p = event->player;
     if (event->type != LL_EVENT_INPUT || event->number == w->number[p])

@@ -173,17 +173,17 @@ function drawLife(at, input, yOwn, yServer) {
   return parts.join(' · ');
 }
 
-/** Where events are missing. @param {Lanes} at @returns {number} how many */
+/** Where events are missing. @param {Lanes} at @returns {number} how many, of the last seconds, before the window too */
 function drawGaps(at) {
   const { pen, colours } = at, { x, now, span, top, bottom, middle } = places(at);
   let lost = 0;
   for (const gap of at.memory.gaps) {
+    lost += gap.count;
     if (gap.to < now - span || gap.from > now) continue;
     const left = x(Math.max(gap.from, now - span)), right = x(Math.min(gap.to, now));
     pen.fillStyle = colours.grid;
     pen.fillRect(left, top, Math.max(2, right - left), bottom - top);
     drawText(pen, colours, `${gap.count} events did not come`, (left + right) / 2, (top + middle) / 2, { align: 'center', colour: colours.snap });
-    lost += gap.count;
   }
   return lost;
 }
