@@ -135,7 +135,8 @@ export const status = computed(() => {
   return now;
 });
 export const behind = computed(() => frame.value !== null && (frame.value.flags & BEHIND) !== 0);
-export const speed = computed(() => frame.value?.session?.speed ?? 1);
+/** To seven digits, as it is streamed: 0.1 and not what is nearest to it. */
+export const speed = computed(() => Number((frame.value?.session?.speed ?? 1).toPrecision(7)));
 export const readOnly = computed(() => session.value !== null && session.value.key === '');
 
 /** Why nothing can be changed now; empty when it can. */
