@@ -78,7 +78,7 @@ void ll_poisson_wrap(const ll_poisson *, double *field); /* fills the ring of pe
 /* One red-black Gauss-Seidel sweep with over-relaxation. */
 void ll_poisson_sweep(const ll_poisson *, double relaxation);
 void ll_poisson_take_mean_out(ll_poisson *); /* of b, over the fluid; and notes the largest that is left */
-/* max |b - A x|; the differences go to `r` unless it is NULL. */
+/* max |b - A x|; stores the differences in `r` unless NULL. */
 double ll_poisson_residual(const ll_poisson *, double *r);
 bool ll_poisson_done(ll_poisson *);                     /* checks the residual */
 void ll_poisson_relax(ll_poisson *, double relaxation); /* sweeps until done */
