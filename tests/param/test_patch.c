@@ -149,7 +149,7 @@ static void a_patch_is_all_or_nothing(void **state)
         {"{\"loud\":true,\"members.1.lagms\":1}", LL_BAD_INPUT, "members.1.lagms",
          "members.1.lagms is unknown; did you mean lag_ms?"},
         {"{\"loud\":true,\"level.x\":1}", LL_BAD_INPUT, "level.x",
-         "level.x is unknown: nothing can be set there"},
+         "level.x is unknown: it has no members"},
         {"{\"loud\":true,\"members\":7}", LL_BAD_INPUT, "members",
          "members: must be an array or an object; got 7"},
         {"{\"loud\":true,\"members.1\":[]}", LL_BAD_INPUT, "members.1",
