@@ -42,7 +42,7 @@ endfunction()
 
 function(laglab_test name labels)
     add_test(NAME ${name} COMMAND ${ARGN} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES LABELS "${labels}" TIMEOUT 300 ENVIRONMENT "${test_environment}")
+    set_tests_properties(${name} PROPERTIES LABELS "${labels}" TIMEOUT 900 ENVIRONMENT "${test_environment}")
 endfunction()
 
 # ---- unit tests, mirroring src ----

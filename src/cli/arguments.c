@@ -123,7 +123,7 @@ ll_status ll_argument_whole(const char *name, const char *text, int64_t low, int
     errno = 0;
     long long number = strtoll(text, &end, 10);
     if (end == text || *end || errno || number < low || number > high)
-        return ll_error(LL_BAD_INPUT, "%s must be a whole number from %lld to %lld; got %.40s", name,
+        return ll_error(LL_BAD_INPUT, "%s: must be a whole number from %lld to %lld; got %.40s", name,
                         (long long)low, (long long)high, text);
     *value = number;
     return ll_ok();

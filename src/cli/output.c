@@ -17,7 +17,7 @@ ll_status ll_argument_format(const char *name, const char *out, const ll_format 
     for (int i = 0; ll_formats[i]; i++)
         snprintf(known + strlen(known), sizeof known - strlen(known), "%s%s", i ? ", " : "",
                  ll_formats[i]->name);
-    return ll_error(LL_BAD_INPUT, "--format must be one of %s; got %.40s", known, name);
+    return ll_error(LL_BAD_INPUT, "--format: must be one of %s; got %.40s", known, name);
 }
 
 ll_status ll_argument_write(const char *out, const ll_format *format, const ll_table *table)

@@ -138,7 +138,7 @@ ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name
         status =
             ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; did you mean %s?", subject, nearest);
     } else if (place->kind == LL_PLACE_VALUE || place->table == NULL || place->table->count == 0) {
-        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: nothing can be set there", subject);
+        status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: it has no members", subject);
     } else {
         char list[LIST_SHOWN];
         append_names(&(ll_writer){list, sizeof list, 0}, row_name, place->table, place->table->count);

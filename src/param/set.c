@@ -4,7 +4,7 @@
 
 #include "param/internal.h"
 
-/* The later of two of one path counts. */
+/* The later of two of the same path counts. */
 static ll_status add(cJSON *patch, const char *path, const char *value)
 {
     cJSON *text = cJSON_CreateString(value);

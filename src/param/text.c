@@ -97,8 +97,7 @@ const char *ll_nearest_name(const ll_param_table *table, const char *name, size_
     return nearest;
 }
 
-/* Texts and choices may be written bare; anything else that is no JSON becomes a string, which the row then
- * refuses by name. */
+/* Texts and choices may be bare; other text that is not JSON becomes a string, which the row then rejects. */
 cJSON *ll_read_text(const ll_param *row, const char *text)
 {
     bool bare = row != NULL && (row->type == LL_PARAM_TEXT || row->type == LL_PARAM_CHOICE) && text[0] != '"';

@@ -80,10 +80,10 @@ static ll_status read_whole(const cJSON *o, const char *name, double most, doubl
     if (!member && standard >= 0)
         return ll_ok();
     if (!cJSON_IsNumber(member))
-        return ll_field_error(LL_BAD_INPUT, name, "%s must be a whole number from 0 to %.15g", name, most);
+        return ll_field_error(LL_BAD_INPUT, name, "%s: must be a whole number from 0 to %.15g", name, most);
     *value = member->valuedouble;
     if (!(*value >= 0 && *value <= most) || *value != (double)(int64_t)*value)
-        return ll_field_error(LL_BAD_INPUT, name, "%s must be a whole number from 0 to %.15g; got %.15g",
+        return ll_field_error(LL_BAD_INPUT, name, "%s: must be a whole number from 0 to %.15g; got %.15g",
                               name, most, *value);
     return ll_ok();
 }
@@ -92,9 +92,9 @@ static ll_status read_axis(const cJSON *axes, int i, float *axis)
 {
     const cJSON *o = cJSON_GetArrayItem(axes, i);
     if (!cJSON_IsNumber(o) || cJSON_GetArraySize(axes) != 2)
-        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be two numbers from -1 to 1");
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes: must be two numbers from -1 to 1");
     if (!(o->valuedouble >= -1 && o->valuedouble <= 1))
-        return ll_field_error(LL_BAD_INPUT, "axes", "axes must be two numbers from -1 to 1; got %.15g",
+        return ll_field_error(LL_BAD_INPUT, "axes", "axes: must be two numbers from -1 to 1; got %.15g",
                               o->valuedouble);
     *axis = (float)o->valuedouble;
     return ll_ok();

@@ -168,7 +168,7 @@ static void errors_name_place_range_and_value(void **state)
         {"{\"params\":{\"width_m\":2},\"members\":[{\"lag_ms\":1}]}", "params.width_m",
          "params.width_m is unknown; known are radius_m"},
         {"{\"shape\":\"point\",\"params\":{\"x\":1},\"members\":[{\"lag_ms\":1}]}", "params.x",
-         "params.x is unknown: nothing can be set there"},
+         "params.x is unknown: it has no members"},
         {"{\"members\":[{\"lag_ms\":1,\"up\":{\"jitter_ms\":2}}]}", "members.0.up.jitter_ms",
          "members.0.up.jitter_ms: must be at most the lag"},
         {"[]", "", "sample: must be an object; got an array"},

@@ -85,7 +85,7 @@ static void errors_leave_the_object(void **state)
         {"", "5", "",
          "the empty name is unknown; known are seed, shape, params, ratio, level, members, loud"},
         {"members..lag_ms", "5", "members.", "members. does not exist: the index in members must be 0 to 1"},
-        {"level.", "5", "level.", "level. is unknown: nothing can be set there"},
+        {"level.", "5", "level.", "level. is unknown: it has no members"},
         {"members.1", "5", "members.1", "members.1: must be an object; got 5"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {

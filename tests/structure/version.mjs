@@ -2,7 +2,7 @@
 // names, and how it is built. One constant changed in any of them gives another version. Argument: the folder of the build.
 import assert from "node:assert/strict";
 import { spawnSync } from "node:child_process";
-import { cpSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
+import { cpSync, existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import path from "node:path";
 import { argv } from "node:process";
@@ -19,7 +19,8 @@ function read() {
   const found = new Set();
   let counts = false;
   for (const line of deps.stdout.split("\n")) {
-    if (line.includes(": #deps")) counts = /^CMakeFiles\/laglab(_engine|_experiment|_daemon|_cli)?\.dir\//.test(line);
+    const object = /^CMakeFiles\/laglab(?:_engine|_experiment|_daemon|_cli)?\.dir\/(.+)\.o: #deps/.exec(line);
+    if (line.includes(": #deps")) counts = object !== null && existsSync(path.join(root, object[1])); // ninja remembers objects of files that are gone
     const name = path.relative(root, path.resolve(build, line.trim()));
     if (counts && line.startsWith(" ") && !name.startsWith("..") && !path.resolve(root, name).startsWith(build)) found.add(name);
   }

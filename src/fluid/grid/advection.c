@@ -1,4 +1,4 @@
-/* Following the flow back in time, and the table of schemes. */
+/* Tracing the flow back in time, and the table of schemes. */
 #include "fluid/grid/state.h"
 
 /* Positions and velocities in cells. */

@@ -46,7 +46,7 @@ typedef struct ll_particle_setup {
     ll_particle_float body;
 } ll_particle_setup;
 
-/* ---- parameters: all may change between steps ---- */
+/* ---- parameters: all can change between steps ---- */
 
 typedef enum ll_particle_method_kind {
     LL_PARTICLE_WCSPH,

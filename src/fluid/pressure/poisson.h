@@ -76,11 +76,11 @@ static inline int64_t ll_cell(const ll_poisson *p, int32_t i, int32_t j)
     return (int64_t)(j + 1) * p->stride + i + 1;
 }
 
-void ll_poisson_wrap(const ll_poisson *, double *field); /* fills the ring of periodic sides */
+void ll_poisson_wrap(const ll_poisson *, double *field); /* fills the ring of periodic sides, except faces */
 /* One red-black Gauss-Seidel sweep with over-relaxation. */
 void ll_poisson_sweep(const ll_poisson *, double relaxation);
 void ll_poisson_take_mean_out(ll_poisson *); /* of b, over the fluid; and notes the largest that is left */
-/* max |b - A x|; the differences go to `r` unless it is NULL. */
+/* max |b - A x|; stores the differences in `r` unless NULL. */
 double ll_poisson_residual(const ll_poisson *, double *r);
 bool ll_poisson_done(ll_poisson *);                     /* checks the residual; asks the pace */
 void ll_poisson_relax(ll_poisson *, double relaxation); /* sweeps until done */

@@ -7,7 +7,7 @@ const ll_pressure_solver *const ll_pressure_solvers[LL_PRESSURES] = {
     &ll_pressure_jacobi, &ll_pressure_gauss_seidel, &ll_pressure_sor,
     &ll_pressure_pcg,    &ll_pressure_multigrid,    &ll_pressure_direct};
 
-/* In the order of ll_pressure_solvers; a test holds them against each other. */
+/* In the order of ll_pressure_solvers; a test compares them. */
 const char *const ll_pressure_names[LL_PRESSURES + 1] = {"jacobi",    "gauss_seidel", "sor", "pcg",
                                                          "multigrid", "direct",       NULL};
 
@@ -17,13 +17,12 @@ ll_status ll_pressure_fits(ll_pressure_kind kind, int32_t nx, int32_t ny, bool p
     if (!ll_pressure_solvers[kind]->direct)
         return ll_ok();
     if (!empty)
-        return ll_error(LL_BAD_INPUT, "the direct solver wants a box without obstacles");
+        return ll_error(LL_BAD_INPUT, "direct needs a box without obstacles");
     if (periodic_x != periodic_y)
-        return ll_error(LL_BAD_INPUT, "the direct solver wants walls on all sides, or none");
+        return ll_error(LL_BAD_INPUT, "direct needs walls on all sides, or none");
     if (!ll_fft_allowed(nx) || !ll_fft_allowed(ny) || nx % 2 != 0 || ny % 2 != 0)
         return ll_error(LL_BAD_INPUT,
-                        "the direct solver wants even counts of cells with factors 2, 3 and 5, not %d x %d",
-                        nx, ny);
+                        "direct needs even numbers of cells with factors 2, 3 and 5; got %d x %d", nx, ny);
     return ll_ok();
 }
 

@@ -9,7 +9,7 @@
 #define LL_SHELLS 3 /* per player in flight; further presses are void */
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 typedef struct ll_shell {
     ll_time start, end;      /* server time; `end` is LL_NEVER while it flies */

@@ -18,7 +18,7 @@ const char *const ll_dejitter_names[] = {"none", "arrival", "send_time", "mirror
 #define PART (LL_SECOND / 4) /* length of a part */
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 struct ll_dejitter {
     int32_t capacity, depth;

@@ -6,7 +6,7 @@
 #include "link/stages/stage.h"
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 struct ll_link {
     uint64_t seed, stream;

@@ -18,7 +18,7 @@
 #include "base/assert.h"
 
 #pragma GCC diagnostic push
-#pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
+#pragma GCC diagnostic error "-Wpadded" /* no padding: the block is hashed */
 
 typedef struct entry {
     ll_time due;

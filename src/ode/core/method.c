@@ -9,12 +9,14 @@ ll_status ll_ode_method_fits(const ll_ode_method *method, const ll_ode *ode)
 {
     if ((method->needs & LL_ODE_NEEDS_MECHANICAL) && !ll_ode_mechanical(ode))
         return ll_field_error(LL_BAD_INPUT, "method",
-                              "%s needs a mechanical problem, with positions and velocities.", method->name);
+                              "method: %s needs a mechanical problem, with positions and velocities.",
+                              method->name);
     if ((method->needs & LL_ODE_NEEDS_MAGNETIC) && ode->magnetic == NULL)
-        return ll_field_error(LL_BAD_INPUT, "method", "%s needs a problem with a magnetic force.",
+        return ll_field_error(LL_BAD_INPUT, "method", "method: %s needs a problem with a magnetic force.",
                               method->name);
     if ((method->needs & LL_ODE_NEEDS_POSITIONS) && ode->velocity_dependent && ode->magnetic == NULL)
         return ll_field_error(LL_BAD_INPUT, "method",
-                              "%s needs forces that are free of velocities, or magnetic.", method->name);
+                              "method: %s needs forces that are magnetic or independent of velocities.",
+                              method->name);
     return ll_ok();
 }

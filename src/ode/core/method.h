@@ -28,7 +28,7 @@ typedef struct ll_ode_method {
     unsigned needs;
 
     const struct ll_ode_body *body; /* how it steps: method_internal.h */
-    const void *data;               /* its coefficients, for bodies that several methods share */
+    const void *data;               /* coefficients, for implementations shared by several methods */
 } ll_ode_method;
 
 extern const ll_ode_method *const ll_ode_methods[]; /* NULL-terminated */

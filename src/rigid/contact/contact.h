@@ -17,21 +17,21 @@ void ll_give_colour(ll_rigid *w, ll_contact *c);
 /* ---- update.c ---- */
 
 void ll_update_contacts(ll_rigid *w);
-/* With the bodies in these poses; in a's frame. */
+/* For these poses of the bodies; in a's frame. */
 ll_manifold ll_manifold_of(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b, double margin);
 
 /* ---- island.c ---- */
 
-void ll_wake(ll_rigid *w, int32_t body); /* and all that sleep with it */
-void ll_put_to_sleep(ll_rigid *w);       /* islands that have rested long enough */
+void ll_wake(ll_rigid *w, int32_t body); /* wakes its whole island */
+void ll_put_to_sleep(ll_rigid *w);       /* islands that have rested for LL_SLEEP_TIME */
 
-bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* one of its bodies is, at least */
+bool ll_joint_awake(const ll_rigid *w, int32_t joint); /* at least one of its bodies is awake */
 
-/* Those of which one body is awake at least; their count. */
+/* Edges with at least one awake body; returns their count. */
 int32_t ll_touching_edges(const ll_rigid *w, ll_island_edge *out);
 int32_t ll_joint_edges(const ll_rigid *w, ll_island_edge *out);
 
-/* Union-find: a root has minus the size of its island for a parent; what is LL_APART joins nothing. */
+/* Union-find: the parent of a root is minus the size of its island; LL_ALONE bodies join nothing. */
 #define LL_ALONE (-1)
 #define LL_APART INT32_MIN
 void ll_join(int32_t *parent, const ll_island_edge *links, int32_t count);
@@ -40,4 +40,4 @@ int32_t ll_root_of(int32_t *parent, int32_t body);
 /* ---- joint_links.c ---- */
 
 bool ll_joint_blocks_collision(const ll_rigid *w, int32_t a,
-                               int32_t b); /* by a joint that forbids them to collide */
+                               int32_t b); /* whether a joint forbids them to collide */

@@ -19,8 +19,9 @@ static const ll_geometry *collider(const ll_rigid *w, int32_t s, ll_rot q, ll_ge
     return room;
 }
 
-/* A manifold of two points still holds when the bodies have turned little since it was made, and moved little
- * to each other. What is left out is noise of points that come and go (Box2D 3's contact recycling). */
+/* A manifold of two points still holds while its bodies have rotated and moved little relative to each other
+ * since it was made. Recomputing it would only add noise from points that come and go (Box2D 3's contact
+ * recycling). */
 static bool may_recycle(const ll_rigid *w, const ll_contact *c, ll_pose a, ll_pose b)
 {
     if (!w->params.recycle || c->count < 2 || w->params.volume == LL_VOLUME_AABB)

@@ -41,10 +41,10 @@ extern const ll_joint_row_type *const ll_joint_row_types[LL_JOINT_TYPES];
 
 void ll_unlink_joint(ll_rigid *w, int32_t joint); /* wakes both bodies */
 
-/* Rows that types share. `angle` is that of b to a. */
+/* Rows that joint types share. `angle`: angle of b relative to a. */
 void ll_row_point(const ll_joint *joint, ll_pose a, ll_pose b,
-                  ll_constraint_row out[2]); /* the anchors are together */
+                  ll_constraint_row out[2]); /* keeps the anchors together */
 ll_constraint_row ll_row_angle(double c);
-/* Limits and motor about `value` in rows 3 to 5; `base` is a row of the same direction. */
+/* Limits and motor of `value` in rows 3 to 5; `base` is a row of the same direction. */
 void ll_rows_range(const ll_joint *joint, ll_constraint_row base, double value, double most,
                    ll_constraint_row out[LL_ROWS]);

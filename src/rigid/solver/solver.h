@@ -175,10 +175,10 @@ static inline ll_revolute_limits *ll_revolute_limit_sets(const ll_rigid *w)
     return (ll_revolute_limits *)(void *)((char *)(uintptr_t)w + w->at.revolute_limits);
 }
 
-typedef struct ll_joint_set { /* of a group's joints, in this step */
+typedef struct ll_joint_set { /* joints of a group in this step */
     ll_revolute_sim *revolutes;
     ll_revolute_limits *revolute_limits; /* of those with limits or a motor */
-    int32_t *others;                     /* numbers */
+    int32_t *others;                     /* indices */
     int32_t revolute_count, revolute_limits_count, other_count, pad;
 } ll_joint_set;
 

@@ -72,7 +72,7 @@ ll_status ll_rigid_set_pose(ll_rigid *w, ll_body_id id, ll_vec2 position, double
     ll_poses(w)[i] = (ll_pose){ll_sub(position, ll_rotate(q, b->origin)), q};
     b->angle = angle;
     for (int32_t e = b->contact; e != LL_NONE; e = ll_contacts(w)[e >> 1].next[e & 1])
-        ll_contacts(w)[e >> 1].rel.x = INFINITY; /* its manifold is of another place */
+        ll_contacts(w)[e >> 1].rel.x = INFINITY; /* forbids recycling: the manifold belongs to the old pose */
     ll_refresh_boxes(w, i);
     return ll_ok();
 }
@@ -87,7 +87,7 @@ ll_status ll_rigid_set_velocity(ll_rigid *w, ll_body_id id, ll_vec2 velocity, do
     if (ll_failed(&status))
         return status;
     if (ll_bodies(w)[i].type == LL_BODY_STATIC)
-        return ll_error(LL_CONFLICT, "Body %d is static: it has no velocity.", id.index);
+        return ll_error(LL_CONFLICT, "body: body %d is static and has no velocity.", id.index);
     ll_wake(w, i);
     ll_solver_bodies(w)[i].v = velocity;
     ll_solver_bodies(w)[i].w = spin;
@@ -100,7 +100,7 @@ static ll_status dynamic_slot(ll_rigid *w, ll_body_id id, const char *what, int3
 {
     ll_status status = ll_body_slot(w, id, slot);
     if (!ll_failed(&status) && ll_bodies(w)[*slot].type != LL_BODY_DYNAMIC)
-        status = ll_error(LL_CONFLICT, "Body %d is not dynamic: it takes no %s.", id.index, what);
+        status = ll_error(LL_CONFLICT, "body: body %d is not dynamic and takes no %s.", id.index, what);
     if (!ll_failed(&status))
         ll_wake(w, *slot);
     return status;
