@@ -35,8 +35,9 @@ static inline bool ll_next_piece(ll_piece *piece, const ll_interrupt *interrupt)
     return more;
 }
 
-/* The same inside of a computation whose rounds are short: it asks each time, and somebody else is asked now
- * and then. What was broken off is of no use. NULL is never broken off. */
+/* The same inside of a computation whose rounds are short: it asks each time, and calls the
+ * interrupt now and then. The result of a computation that was broken off is of no use. NULL is never broken
+ * off. */
 typedef struct ll_pace {
     const ll_interrupt *interrupt;
     ll_piece piece;

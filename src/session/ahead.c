@@ -1,5 +1,5 @@
-/* Ticks that may take long: made beside the session of a copy of its state, or taken back when they were
- * broken off. */
+/* Ticks that may take long: made from a copy of the state, outside of the session, or taken back when they
+ * were broken off. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -56,7 +56,7 @@ struct ll_session {
     ll_freq freq;
 
     void *block;                  /* NULL: parked */
-    bool stale;                   /* a change began anew: the block stands before the present tick */
+    bool stale;                   /* a change started again: the block is before the present tick */
     const ll_interrupt *patience; /* of the owner, now; NULL: there is no end to it */
     uint64_t epoch;               /* counts what changes the block: see ahead.c */
     bool broken;                  /* the last advance was broken off within a tick */

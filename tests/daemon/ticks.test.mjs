@@ -88,7 +88,7 @@ for (const [what, scenario] of Object.entries(HEAVY)) {
   });
 }
 
-test('a step that takes longer than a request may is told, and the session stays where it was', async () => {
+test('a step that takes longer than a request may is reported, and the session stays where it was', async () => {
   const strict = await startDaemon({ args: ['--request-cpu-s', '0.2'] }), s = client(strict.url);
   try {
     const session = await s.make({ scenario: HEAVY['a grid by multigrid'], paused: true });
@@ -106,7 +106,7 @@ test('a step that takes longer than a request may is told, and the session stays
   }
 });
 
-test('a change that makes a long run anew does not hold the session, and gives what a run with it from the start gives', async () => {
+test('a change that recomputes a long run does not hold the session, and gives what a run with it from the start gives', async () => {
   const scenario = { kind: 'motion', problem: 'double_pendulum', duration_s: 300, tick_hz: 1, methods: [{ method: 'rk4', dt_s: 0.0005 }] };
   const session = await c.make({ scenario, paused: true }), times = [];
   assert.equal((await c.control(session, { op: 'seek', tick: 200 })).status, 200);
@@ -121,7 +121,7 @@ test('a change that makes a long run anew does not hold the session, and gives w
 });
 
 test('ticks that are long now and then are made all the same', async () => {
-  // Each change of the timeline makes the run anew, in the middle of ticks that take microseconds.
+  // Each change of the timeline recomputes the run, in the middle of ticks that take microseconds.
   const timeline = [3, 6, 9].map((at_s, i) => ({ at_s, set: { 'methods.0.dt_s': 1e-5 * (i + 2) } }));
   const scenario = { kind: 'motion', problem: 'kepler', duration_s: 10, tick_hz: 60, timeline, methods: [{ method: 'velocity_verlet', dt_s: 1e-5 }] };
   const session = await c.make({ scenario, paused: true });

@@ -295,7 +295,7 @@ static ll_status take_subscribe(message *m, const cJSON *value)
     const cJSON *member;
     if (!cJSON_IsObject(value))
         return ll_field_error(LL_BAD_INPUT, "subscribe",
-                              "subscribe must be an object: of each channel its rate in Hz.");
+                              "subscribe: must be an object: of each channel its rate in Hz.");
     cJSON_ArrayForEach(member, value)
     {
         ll_status status = read_rate(member, &subscription);

@@ -58,7 +58,7 @@ typedef struct ll_fluid_method {
 
     /* Advances by `dt` seconds in as many substeps as needed. LL_DIVERGED names the step, the cell or the
      * particle, and the reason (CFL limit, a value that is not finite); the fluid cannot be used any more.
-     * The same holds after `pace` (may be NULL) was broken off, whatever the status. */
+     * The same holds after `pace` (may be NULL) was broken off, with any status. */
     ll_status (*step)(void *block, double dt, ll_pace *pace);
     void (*set_solver)(void *block, const void *solver);
     void (*drag_force)(void *block, const ll_drag_force *drag_force); /* NULL: not supported */

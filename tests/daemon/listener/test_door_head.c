@@ -199,7 +199,7 @@ static void test_rude(void **state)
     expect_alive(1);
 }
 
-/* Everybody has left, and the gate knows. */
+/* All clients have left, and the gate knows. */
 static void expect_empty(void)
 {
     int64_t until = front_now() + INT64_C(3000000000);
@@ -209,7 +209,7 @@ static void expect_empty(void)
     assert_int_equal(ll_door_get_stats(f.door).connections, 0);
 }
 
-/* 600 of one address are let in, the others are told why not; when they leave, everybody may come again. */
+/* 600 of one address are let in, the others get the reason; when they leave, all clients may come again. */
 static void test_limits(void **state)
 {
     (void)state;

@@ -431,7 +431,7 @@ static void test_slower_rate(void **state)
     close(fd);
 }
 
-/* Everybody is told when the daemon stops; direct and bridged ones. */
+/* All clients get a message when the daemon stops; direct and bridged ones. */
 static void test_drain(void **state)
 {
     (void)state;
