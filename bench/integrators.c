@@ -23,7 +23,7 @@ enum { ROUNDS_MAX = 32, DECADES = 13, FAILURES_MAX = 3 };
 #define LONG_S 0.05
 
 /* One method at one tolerance. */
-typedef struct rung {
+typedef struct refinement_level {
     const solver *solver;
     void *state;
     bool ok;
@@ -31,7 +31,7 @@ typedef struct rung {
     counts counts;
     int block, timed; /* runs in a block, 0: the first is enough; blocks */
     double cpu_s[ROUNDS_MAX];
-} rung;
+} refinement_level;
 
 static double cpu_now(void)
 {
@@ -91,7 +91,7 @@ static double first_step(const task *t)
 }
 
 /* The first run of a rung: it warms the caches, and tells error, counts and how many runs make a block. */
-static void try_rung(rung *r, const task *t, const double *solution)
+static void try_refinement_level(refinement_level *r, const task *t, const double *solution)
 {
     double y[LL_ODE_DIM_MAX], begin = cpu_now();
     r->ok = r->solver->run(r->state, y);
@@ -105,7 +105,7 @@ static void try_rung(rung *r, const task *t, const double *solution)
         r->timed = 1;
 }
 
-static void time_block(rung *r)
+static void time_block(refinement_level *r)
 {
     double y[LL_ODE_DIM_MAX], begin = cpu_now();
     for (int i = 0; i < r->block; i++)
@@ -119,7 +119,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void print_rung(rung *r, double tolerance)
+static void print_refinement_level(refinement_level *r, double tolerance)
 {
     qsort(r->cpu_s, (size_t)r->timed, sizeof r->cpu_s[0], by_size);
     printf("%s,%s,%.3g,%s,", r->solver->library, r->solver->method, tolerance, r->ok ? "ok" : "failed");
@@ -134,25 +134,25 @@ static void print_rung(rung *r, double tolerance)
 static void measure(const solver *solvers, int count, int *failures, const task *t, const double *solution,
                     int rounds)
 {
-    rung rungs[SOLVERS_MAX];
+    refinement_level refinement_levels[SOLVERS_MAX];
     int n = 0;
     for (int i = 0; i < count; i++) {
         void *state = failures[i] < FAILURES_MAX ? solvers[i].open(&solvers[i], t) : NULL;
         if (state == NULL)
             continue;
-        rung *r = &rungs[n++];
-        *r = (rung){.solver = &solvers[i], .state = state};
-        try_rung(r, t, solution);
+        refinement_level *r = &refinement_levels[n++];
+        *r = (refinement_level){.solver = &solvers[i], .state = state};
+        try_refinement_level(r, t, solution);
         bool out_of_steps = !r->ok && r->counts.steps > SOLVER_STEPS_MAX / 2;
         failures[i] = r->ok && r->cpu_s[0] > LONG_S ? FAILURES_MAX : out_of_steps ? failures[i] + 1 : 0;
     }
     for (int round = 0; round < rounds; round++)
         for (int i = 0; i < n; i++)
-            if (rungs[i].block > 0)
-                time_block(&rungs[i]);
+            if (refinement_levels[i].block > 0)
+                time_block(&refinement_levels[i]);
     for (int i = 0; i < n; i++) {
-        print_rung(&rungs[i], t->relative);
-        rungs[i].solver->close(rungs[i].state);
+        print_refinement_level(&refinement_levels[i], t->relative);
+        refinement_levels[i].solver->close(refinement_levels[i].state);
     }
     fflush(stdout);
 }

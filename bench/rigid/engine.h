@@ -63,8 +63,8 @@ typedef struct bench_scene {
 
 typedef struct engine {
     const char *name;
-    /* `set` tells a setting of the engine by its name, or `standard` where none was given. */
-    void *(*open)(const bench_world *world, double (*set)(const char *name, double standard));
+    /* `set` tells a setting of the engine by its name, or `default_value` where none was given. */
+    void *(*open)(const bench_world *world, double (*set)(const char *name, double default_value));
     void (*add_body)(void *state, const bench_body *body);
     void (*add_joint)(void *state, const bench_joint *joint);
     void (*remove_body)(void *state, int body);

@@ -69,7 +69,7 @@ double ll_exp(double x)
     return e * power_of_two(n);
 }
 
-double ll_log(double x)
+double ll_detmath_log(double x)
 {
     if (x != x || x < 0)
         return from_bits(0x7ff8000000000000u);

@@ -10,7 +10,7 @@ double ll_sin(double x); /* |x| <= 1e6; beyond, the error grows with |x| */
 double ll_cos(double x);
 void ll_sincos(double x, double *sin, double *cos); /* both at the cost of one */
 double ll_exp(double x);                            /* 0 below -745, infinite above 709.8 */
-double ll_log(double x);                            /* x > 0; NaN otherwise (-inf for 0) */
+double ll_detmath_log(double x);                    /* x > 0; NaN otherwise (-inf for 0) */
 double ll_atan2(double y, double x);                /* in [-pi, pi]; 0 at the origin; both finite */
 
 /* IEEE 754 requires correct rounding. */

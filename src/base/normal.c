@@ -47,7 +47,7 @@ double ll_normal_quantile(double p)
     double q = p - 0.5;
     if (q >= -0.425 && q <= 0.425)
         return q * evaluate(&middle, 0.180625 - q * q);
-    double r = ll_sqrt(-ll_log(q < 0 ? p : 1 - p));
+    double r = ll_sqrt(-ll_detmath_log(q < 0 ? p : 1 - p));
     double x = r <= 5 ? evaluate(&tail_near, r - 1.6) : evaluate(&tail_far, r - 5);
     return q < 0 ? -x : x;
 }

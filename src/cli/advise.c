@@ -204,7 +204,7 @@ static ll_status make_experiment(const advise *a, cJSON *json, cJSON **experimen
     return status;
 }
 
-static ll_status read_order(const advise *a, ll_advice_order *order)
+static ll_status read_order(const advise *a, ll_advise_request *order)
 {
     char *end;
     if (!a->max_error)
@@ -259,7 +259,7 @@ int ll_verb_advise(int argc, char **argv)
     const char *positional[LL_POSITIONAL_MAX];
     int count;
     ll_experiment *experiment = NULL;
-    ll_advice_order order = {0};
+    ll_advise_request order = {0};
     cJSON *answer = NULL;
     ll_status status = ll_arguments("advise SCENARIO|EXPERIMENT --max-error X [OPTION]...: find the cheapest "
                                     "setting whose error is small enough",

@@ -28,7 +28,7 @@ static void print_range(const ll_param *row)
 {
     if (row->type == LL_PARAM_REAL || row->type == LL_PARAM_INT)
         printf(" %.10g to %.10g%s%s, default %.10g.", row->min, row->max, row->unit ? " " : "",
-               row->unit ? row->unit : "", row->standard);
+               row->unit ? row->unit : "", row->default_value);
     else if (row->text)
         printf(" Default: %s.", row->text);
 }

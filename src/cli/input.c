@@ -27,7 +27,7 @@ const char *ll_scenario_folder(const char *scenarios, char folder[PATH_MAX])
 {
     if (scenarios)
         return scenarios;
-    ll_beside_program("scenarios", folder, PATH_MAX);
+    ll_program_sibling("scenarios", folder, PATH_MAX);
     return folder;
 }
 

@@ -73,7 +73,7 @@ int ll_verb_problems(int argc, char **argv)
         size_t used = 0;
         for (int k = 0; k < p->params->count && used < sizeof given; k++)
             used += (size_t)snprintf(given + used, sizeof given - used, "%s%s=%g", k ? " " : "",
-                                     p->params->rows[k].name, p->params->rows[k].standard);
+                                     p->params->rows[k].name, p->params->rows[k].default_value);
         printf("%-18s %9g s  %-6s %s (%s)\n", p->name, p->duration, p->stiff ? "stiff" : "", p->help, given);
     }
     return 0;

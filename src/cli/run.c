@@ -169,7 +169,7 @@ static ll_status run_session(const run_options *a, ll_session *s, double *wall_s
     int64_t end = ll_session_get_info(s).end_tick;
     double wall = seconds_now(CLOCK_MONOTONIC), cpu = seconds_now(CLOCK_PROCESS_CPUTIME_ID);
     ll_status status;
-    ll_session_meter(s, cpu_now_ns);
+    ll_session_step_profiler(s, cpu_now_ns);
     if (a->log && a->record)
         return ll_error(LL_BAD_INPUT, "--log and --record-inputs are for two runs: give one of them");
     const char *path = a->log ? a->log : a->record;

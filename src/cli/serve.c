@@ -9,7 +9,7 @@
 int ll_verb_serve(int argc, char **argv)
 {
     ll_serve_config *config = calloc(1, sizeof *config);
-    const ll_parameter_object objects[] = {{&ll_door_table, config ? &config->door : NULL},
+    const ll_parameter_object objects[] = {{&ll_web_server_table, config ? &config->web_server : NULL},
                                            {&ll_host_table, config ? &config->host : NULL},
                                            {&ll_access_table, config ? &config->access : NULL},
                                            {0}};

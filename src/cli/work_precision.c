@@ -20,7 +20,7 @@ typedef struct request {
     const char *name; /* of a problem or a scenario; NULL: none was given */
     const char *methods, *duration, *seeds, *out, *format_name, *scenarios, *report;
     ll_option_list set;
-    ll_ladder_page *page; /* NULL: no report is wanted */
+    ll_refinement_series_page *page; /* NULL: no report is wanted */
     const ll_format *format;
 } request;
 
@@ -79,13 +79,13 @@ static const ll_column problem_columns[] = {
 
 typedef struct problem_rows {
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision_order order;
+    ll_work_precision_request order;
     const char *methods;
     const ll_ode_method *const *method; /* the next */
     const ll_ode_method *measured;
-    ll_precision rungs[LL_PRECISION_RUNGS_MAX]; /* of the one measured last */
+    ll_work_precision refinement_levels[LL_WORK_PRECISION_LEVELS_MAX]; /* of the one measured last */
     int count, at;
-    ll_ladder_page *page;
+    ll_refinement_series_page *page;
 } problem_rows;
 
 /* Measures until there is a rung that was not told; of all methods, those that can do the problem. */
@@ -96,7 +96,7 @@ static bool measure_methods(problem_rows *p, ll_status *status)
         if (!ll_listed(p->methods, p->measured->name))
             continue;
         p->at = 0;
-        *status = ll_precision_ladder(&p->order, p->measured, p->rungs, &p->count);
+        *status = ll_work_precision_series(&p->order, p->measured, p->refinement_levels, &p->count);
         if (status->code == LL_BAD_INPUT && !p->methods)
             *status = ll_ok();
         if (ll_failed(status))
@@ -105,20 +105,20 @@ static bool measure_methods(problem_rows *p, ll_status *status)
     return p->at < p->count;
 }
 
-static void draw_step(ll_ladder_page *page, const problem_rows *p, const ll_precision *r)
+static void draw_step(ll_refinement_series_page *page, const problem_rows *p, const ll_work_precision *r)
 {
-    ll_drawn_rung drawn = {.title = "method",
-                           .setting = "step or tolerance",
-                           .value = r->setting,
-                           .counter = "evaluations",
-                           .error = "e_max",
-                           .cpu_s = r->cpu_min_s,
-                           .count = (double)r->counters.evaluations,
-                           .y = r->e_max > 0 ? r->e_max : NAN,
-                           .low = NAN,
-                           .high = NAN};
+    ll_drawn_level drawn = {.title = "method",
+                            .setting = "step or tolerance",
+                            .value = r->setting,
+                            .counter = "evaluations",
+                            .error = "e_max",
+                            .cpu_s = r->cpu_min_s,
+                            .count = (double)r->counters.evaluations,
+                            .y = r->e_max > 0 ? r->e_max : NAN,
+                            .low = NAN,
+                            .high = NAN};
     snprintf(drawn.series, sizeof drawn.series, "%s", p->measured->name);
-    ll_ladder_page_add(page, &drawn);
+    ll_refinement_series_page_add(page, &drawn);
 }
 
 static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
@@ -126,7 +126,7 @@ static bool next_problem_row(void *context, ll_cell *cell, ll_status *status)
     problem_rows *p = context;
     if (!measure_methods(p, status))
         return false;
-    const ll_precision *r = &p->rungs[p->at++];
+    const ll_work_precision *r = &p->refinement_levels[p->at++];
     put_text(&cell, p->order.problem->name);
     put_text(&cell, p->measured->name);
     ll_ode ode;
@@ -171,7 +171,7 @@ static ll_status set_params(const request *q, const ll_ode_problem *problem, voi
     return status;
 }
 
-static ll_status set_duration(const request *q, ll_precision_order *order)
+static ll_status set_duration(const request *q, ll_work_precision_request *order)
 {
     char *end;
     if (!q->duration)
@@ -188,7 +188,7 @@ static ll_status measure_problem(const request *q)
     problem_rows p = {.methods = q->methods, .method = ll_ode_methods, .page = q->page};
     const ll_table table = {problem_columns, sizeof problem_columns / sizeof problem_columns[0],
                             next_problem_row, &p};
-    p.order = (ll_precision_order){
+    p.order = (ll_work_precision_request){
         .problem = q->name ? ll_ode_problem_find(q->name) : NULL, .params = p.params, .now_ns = cpu_now_ns};
     if (!p.order.problem)
         return ll_error(
@@ -220,97 +220,98 @@ static const ll_column scenario_columns[] = {
 };
 
 typedef struct scenario_rows {
-    ll_ladder_order order;
+    ll_refinement_request order;
     const char *scenario;
-    const ll_ladder *ladder; /* the next */
-    ll_climb climb;
+    const ll_refinement_series *refinement_series; /* the next */
+    ll_refinement_run refinement_run;
     bool measured; /* its rung was not told */
-    ll_ladder_page *page;
+    ll_refinement_series_page *page;
 } scenario_rows;
 
 /* The next ladder of the scenario from `l` on, or the row of none. */
-static const ll_ladder *ladder_of(const char *scenario, const ll_ladder *l)
+static const ll_refinement_series *refinement_series_of(const char *scenario, const ll_refinement_series *l)
 {
     while (l->scenario && strcmp(scenario, l->scenario) != 0)
         l++;
     return l;
 }
 
-static bool measure_rung(scenario_rows *s, ll_status *status)
+static bool measure_refinement_level(scenario_rows *s, ll_status *status)
 {
     while (!s->measured && !ll_failed(status)) {
-        s->measured = ll_ladder_next(&s->climb, status);
-        if (s->measured || ll_failed(status) || !s->ladder->scenario)
+        s->measured = ll_refinement_series_next(&s->refinement_run, status);
+        if (s->measured || ll_failed(status) || !s->refinement_series->scenario)
             break;
-        s->climb = ll_ladder_start(s->ladder, &s->order);
-        s->ladder = ladder_of(s->scenario, s->ladder + 1);
+        s->refinement_run = ll_refinement_series_start(s->refinement_series, &s->order);
+        s->refinement_series = refinement_series_of(s->scenario, s->refinement_series + 1);
     }
     return s->measured;
 }
 
-static void draw_rung(ll_ladder_page *page, const ll_rung *r)
+static void draw_refinement_level(ll_refinement_series_page *page, const ll_refinement_level *r)
 {
-    ll_drawn_rung drawn = {.ladder = r->ladder,
-                           .title = r->ladder->series,
-                           .setting = r->ladder->setting,
-                           .value = strtod(r->setting, NULL),
-                           .counter = r->ladder->counter,
-                           .error = r->ladder->error,
-                           .cpu_s = r->cpu_min_s,
-                           .count = r->counter,
-                           .y = r->error,
-                           .low = r->error_low,
-                           .high = r->error_high};
+    ll_drawn_level drawn = {.refinement_series = r->refinement_series,
+                            .title = r->refinement_series->series,
+                            .setting = r->refinement_series->setting,
+                            .value = strtod(r->setting, NULL),
+                            .counter = r->refinement_series->counter,
+                            .error = r->refinement_series->error,
+                            .cpu_s = r->cpu_min_s,
+                            .count = r->counter,
+                            .y = r->error,
+                            .low = r->error_low,
+                            .high = r->error_high};
     snprintf(drawn.series, sizeof drawn.series, "%s", r->series);
-    ll_ladder_page_add(page, &drawn);
+    ll_refinement_series_page_add(page, &drawn);
 }
 
 static bool next_scenario_row(void *context, ll_cell *cell, ll_status *status)
 {
     scenario_rows *s = context;
-    if (!measure_rung(s, status))
+    if (!measure_refinement_level(s, status))
         return false;
     s->measured = false;
-    const ll_rung *r = &s->climb.rung;
-    put_text(&cell, r->ladder->scenario);
-    put_text(&cell, r->ladder->series);
+    const ll_refinement_level *r = &s->refinement_run.refinement_level;
+    put_text(&cell, r->refinement_series->scenario);
+    put_text(&cell, r->refinement_series->series);
     put_text(&cell, r->series);
-    put_text(&cell, r->ladder->setting);
+    put_text(&cell, r->refinement_series->setting);
     put_number(&cell, strtod(r->setting, NULL));
     put_text(&cell, r->diverged ? "diverged" : "ok");
     put_number(&cell, r->cpu_min_s);
     put_number(&cell, r->cpu_median_s);
-    put_text(&cell, r->ladder->error);
+    put_text(&cell, r->refinement_series->error);
     put_number(&cell, r->error);
-    put_text(&cell, r->ladder->counter);
+    put_text(&cell, r->refinement_series->counter);
     put_number(&cell, r->counter);
     put_number(&cell, r->order);
     put_number(&cell, r->error_low);
     put_number(&cell, r->error_high);
     put_number(&cell, r->seeds);
-    draw_rung(s->page, r);
+    draw_refinement_level(s->page, r);
     return true;
 }
 
-static ll_status measure_scenario(const request *q, const ll_ladder *first)
+static ll_status measure_scenario(const request *q, const ll_refinement_series *first)
 {
     cJSON *json = NULL;
-    scenario_rows s = {.scenario = q->name, .ladder = ladder_of(q->name, first + 1), .page = q->page};
+    scenario_rows s = {
+        .scenario = q->name, .refinement_series = refinement_series_of(q->name, first + 1), .page = q->page};
     const ll_table table = {scenario_columns, sizeof scenario_columns / sizeof scenario_columns[0],
                             next_scenario_row, &s};
     int64_t seeds = 0;
     ll_status status = ll_argument_json(q->name, q->scenarios, &json);
     if (!ll_failed(&status) && q->seeds)
-        status = ll_argument_whole("--seeds", q->seeds, 1, LL_LADDER_SEEDS_MAX, &seeds);
-    s.order = (ll_ladder_order){.scenario = json,
-                                .sets = q->set.items,
-                                .set_count = q->set.count,
-                                .duration = q->duration,
-                                .methods = q->methods,
-                                .seeds = (int)seeds,
-                                .now_ns = cpu_now_ns};
-    s.climb = ll_ladder_start(first, &s.order);
-    if (!ll_failed(&status) && !measure_rung(&s, &status) && !ll_failed(&status))
+        status = ll_argument_whole("--seeds", q->seeds, 1, LL_REFINEMENT_SERIES_SEEDS_MAX, &seeds);
+    s.order = (ll_refinement_request){.scenario = json,
+                                      .sets = q->set.items,
+                                      .set_count = q->set.count,
+                                      .duration = q->duration,
+                                      .methods = q->methods,
+                                      .seeds = (int)seeds,
+                                      .now_ns = cpu_now_ns};
+    s.refinement_run = ll_refinement_series_start(first, &s.order);
+    if (!ll_failed(&status) && !measure_refinement_level(&s, &status) && !ll_failed(&status))
         status = ll_error(LL_BAD_INPUT, "%s has no series of the methods %.100s", q->name, q->methods);
     if (!ll_failed(&status))
         status = write_rows(&table, q);
@@ -325,7 +326,7 @@ static ll_status write_page(const request *q)
     char title[120], command[200];
     snprintf(title, sizeof title, "Speed against error: %.80s", q->name);
     snprintf(command, sizeof command, "laglab work-precision %.80s", q->name);
-    return ll_ladder_page_write(q->page, title, command, q->report);
+    return ll_refinement_series_page_write(q->page, title, command, q->report);
 }
 
 int ll_verb_work_precision(int argc, char **argv)
@@ -362,12 +363,13 @@ int ll_verb_work_precision(int argc, char **argv)
     if (ll_failed(&status))
         return ll_argument_fail(&status);
     q.name = count ? positional[0] : NULL;
-    const ll_ladder *ladder = q.name ? ladder_of(q.name, ll_ladders) : NULL;
-    if (q.report && !(q.page = ll_ladder_page_make()))
+    const ll_refinement_series *refinement_series = q.name ? refinement_series_of(q.name, ll_ladders) : NULL;
+    if (q.report && !(q.page = ll_refinement_series_page_make()))
         return ll_argument_fail(&(ll_status){.code = LL_NO_MEMORY, .text = "no memory for a page"});
-    status = ladder && ladder->scenario ? measure_scenario(&q, ladder) : measure_problem(&q);
+    status = refinement_series && refinement_series->scenario ? measure_scenario(&q, refinement_series)
+                                                              : measure_problem(&q);
     if (!ll_failed(&status) && q.report)
         status = write_page(&q);
-    ll_ladder_page_free(q.page);
+    ll_refinement_series_page_free(q.page);
     return ll_failed(&status) ? ll_argument_fail(&status) : 0;
 }

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <unistd.h>
 
-void ll_beside_program(const char *name, char *path, size_t size)
+void ll_program_sibling(const char *name, char *path, size_t size)
 {
     char program[PATH_MAX];
     ssize_t length = readlink("/proc/self/exe", program, sizeof program - 1);

@@ -7,20 +7,20 @@ static void set_value(const ll_param *row, char *member)
 {
     switch (row->type) {
     case LL_PARAM_REAL:
-        memcpy(member, &row->standard, sizeof row->standard);
+        memcpy(member, &row->default_value, sizeof row->default_value);
         break;
     case LL_PARAM_INT: {
-        int64_t value = (int64_t)row->standard;
+        int64_t value = (int64_t)row->default_value;
         memcpy(member, &value, sizeof value);
         break;
     }
     case LL_PARAM_BOOL: {
-        bool value = row->standard != 0;
+        bool value = row->default_value != 0;
         memcpy(member, &value, sizeof value);
         break;
     }
     case LL_PARAM_CHOICE: {
-        int32_t value = (int32_t)row->standard;
+        int32_t value = (int32_t)row->default_value;
         memcpy(member, &value, sizeof value);
         break;
     }

@@ -41,23 +41,27 @@ const char *ll_nearest_name(const ll_param_table *table, const char *name, size_
 
 /* ---- place.c: walks a table and its object by names ---- */
 
-typedef enum ll_place_kind { LL_PLACE_VALUE, LL_PLACE_OBJECT, LL_PLACE_ARRAY } ll_place_kind;
+typedef enum ll_json_location_kind {
+    LL_LOCATION_VALUE,
+    LL_LOCATION_OBJECT,
+    LL_LOCATION_ARRAY
+} ll_json_location_kind;
 
-typedef struct ll_place {
-    ll_place_kind kind;
+typedef struct ll_json_location {
+    ll_json_location_kind kind;
     bool live;                        /* all rows of the path are live */
     const ll_param *row;              /* last row of the path; NULL at the root */
     char *member;                     /* the value, the struct or the first element */
     const ll_param_table *table;      /* of an OBJECT: its rows; NULL: it takes none */
     const ll_param_table *home_table; /* of a VALUE: the table of `row` */
     char *home;                       /* its struct */
-} ll_place;
+} ll_json_location;
 
-ll_place ll_place_root(const ll_param_table *table, void *object);
+ll_json_location ll_json_location_root(const ll_param_table *table, void *object);
 /* Goes down by one name or index. False if it does not exist. */
-bool ll_place_step(ll_place *place, const char *name, size_t length);
-ll_place ll_place_of_row(const ll_place *object, const ll_param *row);
-ll_place ll_place_of_element(const ll_place *array, int index);
+bool ll_json_location_step(ll_json_location *place, const char *name, size_t length);
+ll_json_location ll_json_location_of_row(const ll_json_location *object, const ll_param *row);
+ll_json_location ll_json_location_of_element(const ll_json_location *array, int index);
 const ll_param *ll_row_named(const ll_param_table *table, const char *name, size_t length);
 bool ll_row_is_value(const ll_param *row);
 bool ll_row_governs(const ll_param_table *table, const ll_param *row); /* other values depend on it */
@@ -74,20 +78,20 @@ void ll_reset_variants(const ll_param_table *table, const ll_param *choice, char
 ll_status ll_wrong_type(const ll_path *path, const char *expected, const struct cJSON *got);
 ll_status ll_out_of_range(const ll_path *path, const ll_param *row, const struct cJSON *got);
 ll_status ll_not_a_choice(const ll_path *path, const ll_param *row, const struct cJSON *got);
-ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name, size_t length);
+ll_status ll_unknown_name(ll_path *path, const ll_json_location *place, const char *name, size_t length);
 
 /* ---- value.c ---- */
 
 /* Sets the value at `place` from `json`, and nothing else. */
-ll_status ll_value_set(const ll_place *place, const struct cJSON *json, const ll_path *path);
+ll_status ll_value_set(const ll_json_location *place, const struct cJSON *json, const ll_path *path);
 /* Consequences of the value at `place`, if it is a choice: variants are reset, if `changed`, and the row's
  * `chosen` is called. */
-void ll_value_follow(const ll_place *place, bool changed);
+void ll_value_follow(const ll_json_location *place, bool changed);
 
 /* ---- parse.c ---- */
 
-ll_status ll_parse_object(const ll_place *place, const struct cJSON *json, ll_path *path);
-ll_status ll_parse_array(const ll_place *place, const struct cJSON *json, ll_path *path);
+ll_status ll_parse_object(const ll_json_location *place, const struct cJSON *json, ll_path *path);
+ll_status ll_parse_array(const ll_json_location *place, const struct cJSON *json, ll_path *path);
 
 /* ---- check.c ---- */
 

@@ -116,7 +116,7 @@ ll_status ll_not_a_choice(const ll_path *path, const ll_param *row, const cJSON 
     return ll_wrong_type(path, list, got);
 }
 
-static ll_status unknown_index(const ll_path *path, const ll_place *array)
+static ll_status unknown_index(const ll_path *path, const ll_json_location *array)
 {
     int count = ll_count_of(array->row, array->home);
     if (count == 0)
@@ -126,18 +126,19 @@ static ll_status unknown_index(const ll_path *path, const ll_place *array)
                           path->text, array->row->name, count - 1);
 }
 
-ll_status ll_unknown_name(ll_path *path, const ll_place *place, const char *name, size_t length)
+ll_status ll_unknown_name(ll_path *path, const ll_json_location *place, const char *name, size_t length)
 {
     int before = ll_path_push(path, name, length);
     const char *subject = path->length > 0 ? path->text : "the empty name";
     ll_status status;
-    const char *nearest = place->kind == LL_PLACE_OBJECT ? ll_nearest_name(place->table, name, length) : NULL;
-    if (place->kind == LL_PLACE_ARRAY) {
+    const char *nearest =
+        place->kind == LL_LOCATION_OBJECT ? ll_nearest_name(place->table, name, length) : NULL;
+    if (place->kind == LL_LOCATION_ARRAY) {
         status = unknown_index(path, place);
     } else if (nearest != NULL) {
         status =
             ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown; did you mean %s?", subject, nearest);
-    } else if (place->kind == LL_PLACE_VALUE || place->table == NULL || place->table->count == 0) {
+    } else if (place->kind == LL_LOCATION_VALUE || place->table == NULL || place->table->count == 0) {
         status = ll_field_error(LL_BAD_INPUT, path->text, "%s is unknown: it has no members", subject);
     } else {
         char list[LIST_SHOWN];

@@ -30,7 +30,8 @@ typedef enum ll_param_type {
                          choice sets the variant's defaults first. */
     LL_PARAM_VECTOR,  /* double[2], written [x, y]: both in [min, max] */
     LL_PARAM_POINTS,  /* double[max][2], written [[x, y], ...]: at most `max` points, coordinates of at most
-                         `standard` in size; an int32_t at `count_offset` holds their number. Default: none. */
+                         `default_value` in size; an int32_t at `count_offset` holds their number. Default:
+                         none. */
     LL_PARAM_ARRAY, /* `max` nested structs in a row; an int32_t at `count_offset` holds how many are used */
 } ll_param_type;
 
@@ -41,7 +42,7 @@ typedef struct ll_param {
     ll_param_type type;
     size_t offset;
     double min, max;            /* of a number; of a text's length; of an array's count */
-    double standard;            /* default of REAL, INT, BOOL, CHOICE */
+    double default_value;       /* default of REAL, INT, BOOL, CHOICE */
     const char *text;           /* default of TEXT (NULL is empty) */
     double vector[2];           /* default of VECTOR */
     const char *unit;           /* `ms`, `Hz`, `%`, `m/s`; NULL: none */

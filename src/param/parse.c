@@ -6,11 +6,11 @@
 #include "base/assert.h"
 #include "param/internal.h"
 
-static ll_status parse_place(const ll_place *place, const cJSON *json, ll_path *path)
+static ll_status parse_place(const ll_json_location *place, const cJSON *json, ll_path *path)
 {
-    if (place->kind == LL_PLACE_OBJECT)
+    if (place->kind == LL_LOCATION_OBJECT)
         return ll_parse_object(place, json, path);
-    if (place->kind == LL_PLACE_ARRAY)
+    if (place->kind == LL_LOCATION_ARRAY)
         return ll_parse_array(place, json, path);
     ll_status status = ll_value_set(place, json, path);
     if (!ll_failed(&status))
@@ -20,7 +20,7 @@ static ll_status parse_place(const ll_place *place, const cJSON *json, ll_path *
 
 /* Sorts the members of `json` by rows. Ends at the first name that is unknown or repeated, so that long user
  * input is not slow. */
-static ll_status gather(const ll_place *place, const cJSON *json, ll_path *path, const cJSON **given)
+static ll_status gather(const ll_json_location *place, const cJSON *json, ll_path *path, const cJSON **given)
 {
     for (const cJSON *item = json->child; item != NULL; item = item->next) {
         size_t length = strlen(item->string);
@@ -38,7 +38,7 @@ static ll_status gather(const ll_place *place, const cJSON *json, ll_path *path,
 }
 
 /* In the order of the rows, because other values depend on a choice, which may be later in the document. */
-ll_status ll_parse_object(const ll_place *place, const cJSON *json, ll_path *path)
+ll_status ll_parse_object(const ll_json_location *place, const cJSON *json, ll_path *path)
 {
     const cJSON *given[LL_ROWS_MAX] = {NULL};
     if (!cJSON_IsObject(json))
@@ -49,7 +49,7 @@ ll_status ll_parse_object(const ll_place *place, const cJSON *json, ll_path *pat
         const ll_param *row = &place->table->rows[i];
         int before = ll_path_push(path, row->name, strlen(row->name));
         if (given[i] != NULL) {
-            ll_place inner = ll_place_of_row(place, row);
+            ll_json_location inner = ll_json_location_of_row(place, row);
             status = parse_place(&inner, given[i], path);
         } else if (row->required) {
             status = ll_field_error(LL_BAD_INPUT, path->text, "%s is missing", path->text);
@@ -71,7 +71,7 @@ static ll_status wrong_count(const ll_param *row, const ll_path *path, int count
                           count);
 }
 
-ll_status ll_parse_array(const ll_place *place, const cJSON *json, ll_path *path)
+ll_status ll_parse_array(const ll_json_location *place, const cJSON *json, ll_path *path)
 {
     const ll_param *row = place->row;
     if (!cJSON_IsArray(json))
@@ -85,7 +85,7 @@ ll_status ll_parse_array(const ll_place *place, const cJSON *json, ll_path *path
     ll_status status = ll_ok();
     int index = 0;
     for (const cJSON *item = json->child; item != NULL && !ll_failed(&status); item = item->next, index++) {
-        ll_place element = ll_place_of_element(place, index);
+        ll_json_location element = ll_json_location_of_element(place, index);
         int before = ll_path_push_index(path, index);
         ll_param_defaults(element.table, element.member);
         if (row->begin != NULL)
@@ -103,7 +103,7 @@ ll_status ll_param_parse(const ll_param_table *table, const cJSON *json, void *o
         return ll_error(LL_NO_MEMORY, "out of memory");
     memcpy(copy, object, table->size);
     ll_path path = ll_path_root(table);
-    ll_place root = ll_place_root(table, copy);
+    ll_json_location root = ll_json_location_root(table, copy);
     ll_status status = ll_parse_object(&root, json, &path);
     if (!ll_failed(&status))
         status = ll_run_checks(table, copy);

@@ -23,9 +23,9 @@ typedef struct walk {
     ll_path path;
 } walk;
 
-static ll_status patch_place(walk *w, const ll_place *place, const cJSON *json);
+static ll_status patch_place(walk *w, const ll_json_location *place, const cJSON *json);
 
-static ll_status tell(walk *w, const ll_place *place)
+static ll_status tell(walk *w, const ll_json_location *place)
 {
     if (w->options->change == NULL)
         return ll_ok();
@@ -39,7 +39,7 @@ static ll_status tell(walk *w, const ll_place *place)
     return status;
 }
 
-static ll_status set_value(walk *w, const ll_place *place, const cJSON *json)
+static ll_status set_value(walk *w, const ll_json_location *place, const cJSON *json)
 {
     char *mark = &w->touched[place->member - w->object];
     if (*mark)
@@ -51,7 +51,7 @@ static ll_status set_value(walk *w, const ll_place *place, const cJSON *json)
     return ll_value_set(place, json, &w->path);
 }
 
-static ll_status set_governing(walk *w, const ll_place *place, const cJSON *json)
+static ll_status set_governing(walk *w, const ll_json_location *place, const cJSON *json)
 {
     int32_t before, after;
     memcpy(&before, place->member, sizeof before);
@@ -63,7 +63,7 @@ static ll_status set_governing(walk *w, const ll_place *place, const cJSON *json
 }
 
 /* A choice in a new element lost its effects of the first walk. */
-static ll_status set_again(walk *w, const ll_place *place, const cJSON *json)
+static ll_status set_again(walk *w, const ll_json_location *place, const cJSON *json)
 {
     ll_status status = set_value(w, place, json);
     if (!ll_failed(&status) && w->fresh[place->member - w->object])
@@ -71,7 +71,7 @@ static ll_status set_again(walk *w, const ll_place *place, const cJSON *json)
     return status;
 }
 
-static ll_status patch_value(walk *w, const ll_place *place, const cJSON *json)
+static ll_status patch_value(walk *w, const ll_json_location *place, const cJSON *json)
 {
     bool governs = ll_row_governs(place->home_table, place->row);
     switch (w->pass) {
@@ -95,7 +95,7 @@ static bool is_repeated(const cJSON *json, const cJSON *item)
 }
 
 /* A command-line item is text; its row says how to read it. */
-static ll_status patch_item(walk *w, const ll_place *place, const cJSON *item, bool text)
+static ll_status patch_item(walk *w, const ll_json_location *place, const cJSON *item, bool text)
 {
     if (!text)
         return patch_place(w, place, item);
@@ -106,14 +106,14 @@ static ll_status patch_item(walk *w, const ll_place *place, const cJSON *item, b
 }
 
 /* Follows the names in the key of `item`, which may be dotted, from `place`. */
-static ll_status patch_member(walk *w, const ll_place *place, const cJSON *item)
+static ll_status patch_member(walk *w, const ll_json_location *place, const cJSON *item)
 {
-    ll_place at = *place;
+    ll_json_location at = *place;
     const char *name = item->string;
     for (;;) {
         size_t length = strcspn(name, ".");
-        ll_place next = at;
-        if (!ll_place_step(&next, name, length)) {
+        ll_json_location next = at;
+        if (!ll_json_location_step(&next, name, length)) {
             if (w->pass == SET_GOVERNING) /* it may belong to a variant that is not chosen yet */
                 return ll_ok();
             return ll_unknown_name(&w->path, &at, name, length);
@@ -137,25 +137,25 @@ typedef struct member {
 } member;
 
 /* Rank of the name that leads from `place` to `next`. */
-static int32_t rank_of(const ll_place *place, const ll_place *next)
+static int32_t rank_of(const ll_json_location *place, const ll_json_location *next)
 {
-    if (place->kind == LL_PLACE_ARRAY)
+    if (place->kind == LL_LOCATION_ARRAY)
         return (int32_t)((size_t)(next->member - place->member) / next->table->size);
     return (int32_t)(next->row - place->table->rows);
 }
 
 /* Names that do not exist come last: they may be in a variant or an element that is not there yet. */
-static member ranked(const ll_place *place, const cJSON *item, int32_t index)
+static member ranked(const ll_json_location *place, const cJSON *item, int32_t index)
 {
     member m = {.item = item, .index = index};
-    ll_place at = *place;
+    ll_json_location at = *place;
     const char *name = item->string;
     for (int level = 0; level < LEVELS_MAX; level++) {
         size_t length = name == NULL ? 0 : strcspn(name, ".");
-        ll_place next = at;
+        ll_json_location next = at;
         if (name == NULL) {
             m.rank[level] = -1;
-        } else if (!ll_place_step(&next, name, length)) {
+        } else if (!ll_json_location_step(&next, name, length)) {
             m.rank[level] = INT32_MAX;
             name = NULL;
         } else {
@@ -176,7 +176,7 @@ static int by_rank(const void *left, const void *right)
     return a->index < b->index ? -1 : 1;
 }
 
-static ll_status patch_one(walk *w, const ll_place *place, const cJSON *json, const cJSON *item)
+static ll_status patch_one(walk *w, const ll_json_location *place, const cJSON *json, const cJSON *item)
 {
     int before = w->path.length;
     if (w->pass == SET_ALL && is_repeated(json, item)) {
@@ -188,7 +188,7 @@ static ll_status patch_one(walk *w, const ll_place *place, const cJSON *json, co
     return w->pass == SET_GOVERNING ? ll_ok() : status; /* the next pass tries again */
 }
 
-static ll_status set_members(walk *w, const ll_place *place, const cJSON *json)
+static ll_status set_members(walk *w, const ll_json_location *place, const cJSON *json)
 {
     int count = cJSON_GetArraySize(json);
     member *members = count > 0 ? malloc((size_t)count * sizeof *members) : NULL;
@@ -206,7 +206,7 @@ static ll_status set_members(walk *w, const ll_place *place, const cJSON *json)
     return status;
 }
 
-static ll_status patch_members(walk *w, const ll_place *place, const cJSON *json)
+static ll_status patch_members(walk *w, const ll_json_location *place, const cJSON *json)
 {
     if (w->pass == SET_GOVERNING || w->pass == SET_ALL)
         return set_members(w, place, json);
@@ -218,7 +218,7 @@ static ll_status patch_members(walk *w, const ll_place *place, const cJSON *json
 
 /* ---- arrays ---- */
 
-static ll_status replace_array(walk *w, const ll_place *place, const cJSON *json)
+static ll_status replace_array(walk *w, const ll_json_location *place, const cJSON *json)
 {
     if (w->pass > SET_ALL)
         return ll_ok();
@@ -227,7 +227,7 @@ static ll_status replace_array(walk *w, const ll_place *place, const cJSON *json
     return ll_parse_array(place, json, &w->path);
 }
 
-static ll_status patch_elements(walk *w, const ll_place *place, const cJSON *json)
+static ll_status patch_elements(walk *w, const ll_json_location *place, const cJSON *json)
 {
     int count = ll_count_of(place->row, place->home);
     int given = cJSON_GetArraySize(json);
@@ -238,7 +238,7 @@ static ll_status patch_elements(walk *w, const ll_place *place, const cJSON *jso
     ll_status status = ll_ok();
     int index = 0;
     for (const cJSON *item = json->child; item != NULL && !ll_failed(&status); item = item->next, index++) {
-        ll_place element = ll_place_of_element(place, index);
+        ll_json_location element = ll_json_location_of_element(place, index);
         int before = ll_path_push_index(&w->path, index);
         status = patch_place(w, &element, item);
         ll_path_pop(&w->path, before);
@@ -246,27 +246,27 @@ static ll_status patch_elements(walk *w, const ll_place *place, const cJSON *jso
     return status;
 }
 
-static ll_status patch_place(walk *w, const ll_place *place, const cJSON *json)
+static ll_status patch_place(walk *w, const ll_json_location *place, const cJSON *json)
 {
     if (cJSON_IsNull(json))
         return ll_field_error(LL_BAD_INPUT, w->path.text, "%s cannot be removed; got null",
                               ll_path_subject(&w->path));
-    if (place->kind == LL_PLACE_VALUE)
+    if (place->kind == LL_LOCATION_VALUE)
         return patch_value(w, place, json);
-    if (place->kind == LL_PLACE_ARRAY && cJSON_IsArray(json)) {
+    if (place->kind == LL_LOCATION_ARRAY && cJSON_IsArray(json)) {
         if (w->options->live_only)
             return patch_elements(w, place, json);
         return replace_array(w, place, json);
     }
     if (!cJSON_IsObject(json))
-        return ll_wrong_type(&w->path, place->kind == LL_PLACE_ARRAY ? "an array or an object" : "an object",
-                             json);
+        return ll_wrong_type(&w->path,
+                             place->kind == LL_LOCATION_ARRAY ? "an array or an object" : "an object", json);
     return patch_members(w, place, json);
 }
 
 static ll_status run(walk *w, const ll_param_table *table, const cJSON *patch)
 {
-    ll_place root = ll_place_root(table, w->object);
+    ll_json_location root = ll_json_location_root(table, w->object);
     ll_status status = ll_ok();
     for (pass p = SET_GOVERNING; p <= TELL_REST && !ll_failed(&status); p++) {
         w->pass = p;

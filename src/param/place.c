@@ -44,32 +44,32 @@ const ll_param *ll_row_named(const ll_param_table *table, const char *name, size
     return NULL;
 }
 
-ll_place ll_place_root(const ll_param_table *table, void *object)
+ll_json_location ll_json_location_root(const ll_param_table *table, void *object)
 {
-    return (ll_place){.kind = LL_PLACE_OBJECT, .live = true, .member = object, .table = table};
+    return (ll_json_location){.kind = LL_LOCATION_OBJECT, .live = true, .member = object, .table = table};
 }
 
-ll_place ll_place_of_row(const ll_place *object, const ll_param *row)
+ll_json_location ll_json_location_of_row(const ll_json_location *object, const ll_param *row)
 {
-    ll_place place = {.kind = LL_PLACE_VALUE,
-                      .live = object->live && row->live,
-                      .row = row,
-                      .member = object->member + row->offset,
-                      .home_table = object->table,
-                      .home = object->member};
+    ll_json_location place = {.kind = LL_LOCATION_VALUE,
+                              .live = object->live && row->live,
+                              .row = row,
+                              .member = object->member + row->offset,
+                              .home_table = object->table,
+                              .home = object->member};
     if (row->type == LL_PARAM_ARRAY) {
-        place.kind = LL_PLACE_ARRAY;
+        place.kind = LL_LOCATION_ARRAY;
     } else if (!ll_row_is_value(row)) {
-        place.kind = LL_PLACE_OBJECT;
+        place.kind = LL_LOCATION_OBJECT;
         place.table = row->type == LL_PARAM_OBJECT ? row->child : ll_variant_of(row, object->member);
     }
     return place;
 }
 
-ll_place ll_place_of_element(const ll_place *array, int index)
+ll_json_location ll_json_location_of_element(const ll_json_location *array, int index)
 {
-    ll_place place = *array;
-    place.kind = LL_PLACE_OBJECT;
+    ll_json_location place = *array;
+    place.kind = LL_LOCATION_OBJECT;
     place.table = array->row->child;
     place.member = array->member + (size_t)index * place.table->size;
     return place;
@@ -89,28 +89,28 @@ static int index_of(const char *name, size_t length, int count)
     return index < count ? index : -1;
 }
 
-bool ll_place_step(ll_place *place, const char *name, size_t length)
+bool ll_json_location_step(ll_json_location *place, const char *name, size_t length)
 {
-    if (place->kind == LL_PLACE_ARRAY) {
+    if (place->kind == LL_LOCATION_ARRAY) {
         int index = index_of(name, length, ll_count_of(place->row, place->home));
         if (index < 0)
             return false;
-        *place = ll_place_of_element(place, index);
+        *place = ll_json_location_of_element(place, index);
         return true;
     }
-    const ll_param *row = place->kind == LL_PLACE_OBJECT ? ll_row_named(place->table, name, length) : NULL;
+    const ll_param *row = place->kind == LL_LOCATION_OBJECT ? ll_row_named(place->table, name, length) : NULL;
     if (row == NULL)
         return false;
-    *place = ll_place_of_row(place, row);
+    *place = ll_json_location_of_row(place, row);
     return true;
 }
 
 const ll_param *ll_param_find(const ll_param_table *table, void *object, const char *path, void **member)
 {
-    ll_place place = ll_place_root(table, object);
+    ll_json_location place = ll_json_location_root(table, object);
     for (;;) {
         size_t length = strcspn(path, ".");
-        if (!ll_place_step(&place, path, length))
+        if (!ll_json_location_step(&place, path, length))
             return NULL;
         if (path[length] == '\0')
             break;

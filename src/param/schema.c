@@ -103,7 +103,7 @@ static void describe_number(schema *s, cJSON *node, const ll_param *row)
     if (max < 1e300)
         add_number(s, node, "maximum", max);
     if (!row->required)
-        add_number(s, node, "default", row->standard);
+        add_number(s, node, "default", row->default_value);
 }
 
 static void describe_choice(schema *s, cJSON *node, const ll_param *row)
@@ -113,7 +113,7 @@ static void describe_choice(schema *s, cJSON *node, const ll_param *row)
     for (int i = 0; row->choices[i] != NULL; i++)
         append(s, names, cJSON_CreateString(row->choices[i]));
     if (!row->required)
-        add_string(s, node, "default", row->choices[(int)row->standard]);
+        add_string(s, node, "default", row->choices[(int)row->default_value]);
 }
 
 /* The limit is in bytes; in characters, which a schema counts, it is not larger. */
@@ -161,7 +161,7 @@ static void describe_points(schema *s, cJSON *node, const ll_param *row)
     add_string(s, node, "type", "array");
     add_number(s, node, "minItems", 0);
     add_number(s, node, "maxItems", row->max);
-    describe_pair(s, add(s, node, "items", cJSON_CreateObject()), -row->standard, row->standard);
+    describe_pair(s, add(s, node, "items", cJSON_CreateObject()), -row->default_value, row->default_value);
 }
 
 static const ll_param *choice_of(const ll_param_table *table, const ll_param *variant)
@@ -195,7 +195,7 @@ static void tie_variant(schema *s, cJSON *all, const ll_param_table *table, cons
         cJSON *properties = add(s, condition, "properties", cJSON_CreateObject());
         cJSON *named = add(s, properties, choice->name, cJSON_CreateObject());
         add_string(s, named, "const", choice->choices[i]);
-        if (i != (int)choice->standard || choice->required) {
+        if (i != (int)choice->default_value || choice->required) {
             cJSON *required = add(s, condition, "required", cJSON_CreateArray());
             append(s, required, cJSON_CreateString(choice->name));
         }
@@ -216,7 +216,7 @@ static void describe_row(schema *s, cJSON *node, const ll_param_table *table, co
     case LL_PARAM_BOOL:
         add_string(s, node, "type", "boolean");
         if (!row->required)
-            add(s, node, "default", cJSON_CreateBool(row->standard != 0));
+            add(s, node, "default", cJSON_CreateBool(row->default_value != 0));
         break;
     case LL_PARAM_CHOICE:
         describe_choice(s, node, row);

@@ -74,8 +74,8 @@ static size_t size_of(const ll_param_table *table, int i)
 
 static const char *fault_of_value(const ll_param *row)
 {
-    bool whole = (double)(int64_t)row->standard == row->standard;
-    bool within = row->standard >= row->min && row->standard <= row->max;
+    bool whole = (double)(int64_t)row->default_value == row->default_value;
+    bool within = row->default_value >= row->min && row->default_value <= row->max;
     switch (row->type) {
     case LL_PARAM_REAL:
     case LL_PARAM_INT:
@@ -87,7 +87,9 @@ static const char *fault_of_value(const ll_param *row)
     case LL_PARAM_CHOICE:
         if (choices_of(row) == 0)
             return "has no choices";
-        return !whole || row->standard < 0 || row->standard >= choices_of(row) ? "has no such default" : NULL;
+        return !whole || row->default_value < 0 || row->default_value >= choices_of(row)
+                   ? "has no such default"
+                   : NULL;
     case LL_PARAM_TEXT: {
         double length = row->text == NULL ? 0 : (double)strlen(row->text);
         if (row->max < 1)
@@ -106,8 +108,9 @@ static const char *fault_of_value(const ll_param *row)
                    ? "has a default out of range"
                    : NULL;
     case LL_PARAM_POINTS:
-        return row->max < 1 || row->max > LL_POINTS_MAX || !(row->standard > 0) ? "has no room or no range"
-                                                                                : NULL;
+        return row->max < 1 || row->max > LL_POINTS_MAX || !(row->default_value > 0)
+                   ? "has no room or no range"
+                   : NULL;
     default:
         return NULL;
     }
@@ -151,7 +154,7 @@ static const char *fault_of_choice(const ll_param_table *table, int i, int choic
     memcpy(before + table->rows[i].offset, &(int32_t){choice}, sizeof(int32_t));
     memcpy(after, before, table->size);
     table->rows[i].chosen(after, choice);
-    if (choice == (int)table->rows[i].standard && memcmp(after, before, table->size) != 0)
+    if (choice == (int)table->rows[i].default_value && memcmp(after, before, table->size) != 0)
         return "has a default that changes something";
     for (int k = 0; k <= i; k++)
         if (memcmp(after + table->rows[k].offset, before + table->rows[k].offset, size_of(table, k)) != 0)

@@ -26,7 +26,7 @@ static bool within(double value, double min, double max)
     return value >= min && value <= max;
 }
 
-static ll_status set_real(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_real(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     double value;
     if (!number_of(json, &value))
@@ -37,7 +37,7 @@ static ll_status set_real(const ll_place *place, const cJSON *json, const ll_pat
     return ll_ok();
 }
 
-static ll_status set_int(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_int(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     double value;
     if (!number_of(json, &value))
@@ -51,7 +51,7 @@ static ll_status set_int(const ll_place *place, const cJSON *json, const ll_path
     return ll_ok();
 }
 
-static ll_status set_bool(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_bool(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     if (!cJSON_IsBool(json))
         return ll_wrong_type(path, "true or false", json);
@@ -60,7 +60,7 @@ static ll_status set_bool(const ll_place *place, const cJSON *json, const ll_pat
     return ll_ok();
 }
 
-static ll_status set_choice(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_choice(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
     int32_t choice = 0;
@@ -74,7 +74,7 @@ static ll_status set_choice(const ll_place *place, const cJSON *json, const ll_p
     return ll_ok();
 }
 
-static ll_status set_text(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_text(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
     if (!cJSON_IsString(json))
@@ -105,7 +105,7 @@ static ll_status set_text(const ll_place *place, const cJSON *json, const ll_pat
 }
 
 /* Its reader decides what it may contain. */
-static ll_status set_json(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_json(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
     if (!cJSON_IsObject(json))
@@ -142,7 +142,7 @@ static ll_status no_pair(const ll_path *path, const char *what, double min, doub
     return ll_wrong_type(path, expected, json);
 }
 
-static ll_status set_vector(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_vector(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
     double value[2];
@@ -152,7 +152,7 @@ static ll_status set_vector(const ll_place *place, const cJSON *json, const ll_p
     return ll_ok();
 }
 
-static ll_status set_points(const ll_place *place, const cJSON *json, const ll_path *path)
+static ll_status set_points(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     const ll_param *row = place->row;
     int32_t count = cJSON_GetArraySize(json);
@@ -164,14 +164,15 @@ static ll_status set_points(const ll_place *place, const cJSON *json, const ll_p
     double points[LL_POINTS_MAX][2] = {{0}};
     int i = 0;
     for (const cJSON *item = json->child; item != NULL; item = item->next)
-        if (!is_pair(item, -row->standard, row->standard, points[i++]))
-            return no_pair(path, "an array of pairs [x, y]", -row->standard, row->standard, row, item);
+        if (!is_pair(item, -row->default_value, row->default_value, points[i++]))
+            return no_pair(path, "an array of pairs [x, y]", -row->default_value, row->default_value, row,
+                           item);
     memcpy(place->member, points, (size_t)row->max * sizeof points[0]);
     memcpy(place->home + row->count_offset, &count, sizeof count);
     return ll_ok();
 }
 
-ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *path)
+ll_status ll_value_set(const ll_json_location *place, const cJSON *json, const ll_path *path)
 {
     switch (place->row->type) {
     case LL_PARAM_REAL:
@@ -193,7 +194,7 @@ ll_status ll_value_set(const ll_place *place, const cJSON *json, const ll_path *
     }
 }
 
-void ll_value_follow(const ll_place *place, bool changed)
+void ll_value_follow(const ll_json_location *place, bool changed)
 {
     if (place->row->type != LL_PARAM_CHOICE)
         return;

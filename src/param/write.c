@@ -4,7 +4,7 @@
 
 #include "param/internal.h"
 
-static cJSON *write_object(const ll_place *place);
+static cJSON *write_object(const ll_json_location *place);
 
 static cJSON *write_pair(const char *member)
 {
@@ -59,12 +59,12 @@ cJSON *ll_write_value(const ll_param *row, const char *member)
     }
 }
 
-static cJSON *write_array(const ll_place *place)
+static cJSON *write_array(const ll_json_location *place)
 {
     cJSON *array = cJSON_CreateArray();
     int count = ll_count_of(place->row, place->home);
     for (int i = 0; array != NULL && i < count; i++) {
-        ll_place element = ll_place_of_element(place, i);
+        ll_json_location element = ll_json_location_of_element(place, i);
         cJSON *item = write_object(&element);
         if (!cJSON_AddItemToArray(array, item)) {
             cJSON_Delete(item);
@@ -75,15 +75,15 @@ static cJSON *write_array(const ll_place *place)
     return array;
 }
 
-static cJSON *write_object(const ll_place *place)
+static cJSON *write_object(const ll_json_location *place)
 {
     cJSON *object = cJSON_CreateObject();
     int count = place->table == NULL ? 0 : place->table->count;
     for (int i = 0; object != NULL && i < count; i++) {
-        ll_place inner = ll_place_of_row(place, &place->table->rows[i]);
-        cJSON *item = inner.kind == LL_PLACE_ARRAY    ? write_array(&inner)
-                      : inner.kind == LL_PLACE_OBJECT ? write_object(&inner)
-                                                      : ll_write_value(inner.row, inner.member);
+        ll_json_location inner = ll_json_location_of_row(place, &place->table->rows[i]);
+        cJSON *item = inner.kind == LL_LOCATION_ARRAY    ? write_array(&inner)
+                      : inner.kind == LL_LOCATION_OBJECT ? write_object(&inner)
+                                                         : ll_write_value(inner.row, inner.member);
         if (!cJSON_AddItemToObject(object, inner.row->name, item)) {
             cJSON_Delete(item);
             cJSON_Delete(object);
@@ -95,6 +95,6 @@ static cJSON *write_object(const ll_place *place)
 
 cJSON *ll_param_write(const ll_param_table *table, const void *object)
 {
-    ll_place root = ll_place_root(table, (void *)object); /* only read */
+    ll_json_location root = ll_json_location_root(table, (void *)object); /* only read */
     return write_object(&root);
 }

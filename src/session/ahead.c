@@ -15,7 +15,7 @@ struct ll_ahead {
     bool renews;    /* not a tick, but the present state after a change */
     bool records;
     ll_status status;
-    ll_meter meter;
+    ll_step_profiler step_profiler;
     uint32_t event_count;
     ll_event events[LL_EVENT_RING]; /* the last ones */
 };
@@ -59,7 +59,7 @@ ll_status ll_session_begin_ahead(ll_session *s, ll_time wall, ll_ahead **ahead)
     a->until = ll_tick_time(a->to, s->freq);
     a->epoch = s->epoch;
     a->records = !s->stale && (s->errand == LL_ERRAND_NONE || s->tick >= s->quiet);
-    a->meter.now_ns = s->meter.now_ns;
+    a->step_profiler.now_ns = s->step_profiler.now_ns;
     *ahead = a;
     return ll_ok();
 }
@@ -68,14 +68,14 @@ void ll_ahead_run(ll_ahead *a, const ll_interrupt *interrupt)
 {
     ll_recorder recorder = {keep, a};
     a->status = a->kind->advance(a->block, a->until, a->records ? &recorder : NULL,
-                                 a->meter.now_ns ? &a->meter : NULL, interrupt);
+                                 a->step_profiler.now_ns ? &a->step_profiler : NULL, interrupt);
 }
 
 static void add_cost(ll_session *s, const ll_ahead *a)
 {
-    for (int i = 0; i < LL_METER_PARTS; i++)
-        s->meter.ns[i] += a->meter.ns[i];
-    s->meter.metered += ll_tick_time(a->to, s->freq) - ll_tick_time(s->tick, s->freq);
+    for (int i = 0; i < LL_STEP_PROFILER_PARTS; i++)
+        s->step_profiler.ns[i] += a->step_profiler.ns[i];
+    s->step_profiler.metered += ll_tick_time(a->to, s->freq) - ll_tick_time(s->tick, s->freq);
 }
 
 /* As ll_session_run after a tick. */
@@ -98,7 +98,7 @@ static void take_over(ll_session *s, ll_ahead *a)
         ll_session_fail(s, &a->status);
         return;
     }
-    if (a->meter.now_ns)
+    if (a->step_profiler.now_ns)
         add_cost(s, a);
     s->tick = a->to;
     if (s->tick > s->head)
@@ -122,15 +122,15 @@ int64_t ll_session_end_ahead(ll_session *s, ll_ahead *a, ll_time wall)
 
 /* ---- in place ---- */
 
-static bool keep_copy(const ll_session *s, ll_snapshot *copy)
+static bool keep_copy(const ll_session *s, ll_checkpoint *copy)
 {
     const ll_param_table *table = s->scenario.kind->table;
-    *copy = (ll_snapshot){.block = malloc(s->block_size),
-                          .config = calloc(1, table->size),
-                          .tick = s->tick,
-                          .next = s->next,
-                          .step = s->step,
-                          .skipped = s->skipped};
+    *copy = (ll_checkpoint){.block = malloc(s->block_size),
+                            .config = calloc(1, table->size),
+                            .tick = s->tick,
+                            .next = s->next,
+                            .step = s->step,
+                            .skipped = s->skipped};
     if (!copy->block || !copy->config)
         return false;
     memcpy(copy->block, s->block, s->block_size);
@@ -138,7 +138,7 @@ static bool keep_copy(const ll_session *s, ll_snapshot *copy)
     return true;
 }
 
-static void put_back(ll_session *s, const ll_snapshot *copy)
+static void put_back(ll_session *s, const ll_checkpoint *copy)
 {
     memcpy(s->block, copy->block, s->block_size);
     ll_param_copy(s->scenario.kind->table, s->config, copy->config);
@@ -151,7 +151,7 @@ static void put_back(ll_session *s, const ll_snapshot *copy)
 
 int64_t ll_session_advance_safely(ll_session *s, ll_time wall, int64_t max_ticks, bool *broken_off)
 {
-    ll_snapshot copy = {0};
+    ll_checkpoint copy = {0};
     uint32_t events = s->event_count;
     s->safe = s->block && s->patience && !s->stale && ll_session_due(s, wall) > 0 && keep_copy(s, &copy);
     int64_t due = ll_session_advance(s, wall, max_ticks);

@@ -21,12 +21,12 @@ void ll_session_line(const ll_session *s, const char *op)
 void ll_session_drop_snapshots(ll_session *s, int64_t from)
 {
     for (int i = 0; i < LL_SNAPSHOTS; i++) {
-        ll_snapshot *shot = &s->snapshots[i];
+        ll_checkpoint *shot = &s->snapshots[i];
         if (shot->tick < from)
             continue;
         free(shot->block);
         free(shot->config);
-        *shot = (ll_snapshot){.tick = -1};
+        *shot = (ll_checkpoint){.tick = -1};
     }
 }
 
@@ -60,7 +60,7 @@ static ll_status change_parameters(ll_session *s, const char *values)
     return status;
 }
 
-static void apply_entry(ll_session *s, const ll_entry *e)
+static void apply_entry(ll_session *s, const ll_log_entry *e)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     if (e->op == LL_OP_SET) {
@@ -128,7 +128,7 @@ void ll_session_shoot(ll_session *s)
     int64_t every = s->end / (LL_SNAPSHOTS + 1);
     if (every == 0 || s->tick == 0 || s->tick % every != 0 || s->tick / every > LL_SNAPSHOTS)
         return;
-    ll_snapshot *shot = &s->snapshots[s->tick / every - 1];
+    ll_checkpoint *shot = &s->snapshots[s->tick / every - 1];
     if (shot->tick == s->tick)
         return;
     if (!shot->block) {
@@ -182,14 +182,15 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 {
     const ll_sim_kind *kind = s->scenario.kind;
     ll_recorder recorder = {ll_session_keep_event, s};
-    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
+    ll_step_profiler *step_profiler = s->step_profiler.now_ns ? &s->step_profiler : NULL;
     if (!ll_session_refresh(s))
         return;
     while (s->tick < to && s->status != LL_SESSION_FAILED && !s->stale) {
         ll_session_shoot(s);
         int64_t end = stretch_end(s, to);
         ll_time until = ll_tick_time(end, s->freq);
-        ll_status status = kind->advance(s->block, until, record ? &recorder : NULL, meter, s->patience);
+        ll_status status =
+            kind->advance(s->block, until, record ? &recorder : NULL, step_profiler, s->patience);
         s->epoch++;
         if (status.code == LL_INTERRUPTED) {
             s->broken = true;
@@ -197,8 +198,8 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
                 ll_session_spoil(s);
             return;
         }
-        if (meter)
-            meter->metered += until - ll_tick_time(s->tick, s->freq);
+        if (step_profiler)
+            step_profiler->metered += until - ll_tick_time(s->tick, s->freq);
         if (ll_failed(&status)) {
             if (kind->stands_at)
                 s->tick = ll_tick_at(kind->stands_at(s->block) - 1, s->freq);
@@ -216,11 +217,11 @@ void ll_session_run(ll_session *s, int64_t to, bool record)
 static ll_status run_first_instant(ll_session *s, bool record)
 {
     ll_recorder recorder = {ll_session_keep_event, s};
-    ll_meter *meter = s->meter.now_ns ? &s->meter : NULL;
-    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, meter, NULL);
+    ll_step_profiler *step_profiler = s->step_profiler.now_ns ? &s->step_profiler : NULL;
+    return s->scenario.kind->advance(s->block, 0, record ? &recorder : NULL, step_profiler, NULL);
 }
 
-void ll_session_start_from(ll_session *s, const ll_snapshot *shot, bool record)
+void ll_session_start_from(ll_session *s, const ll_checkpoint *shot, bool record)
 {
     const void *config = shot ? shot->config : s->base;
     ll_status made = ll_ok();
@@ -258,7 +259,7 @@ int64_t ll_session_quiet(const ll_session *s, int64_t tick)
 void ll_session_begin_state(ll_session *s, int64_t tick)
 {
     int64_t quiet = ll_session_quiet(s, tick);
-    const ll_snapshot *best = NULL;
+    const ll_checkpoint *best = NULL;
     for (int i = 0; i < LL_SNAPSHOTS; i++)
         if (s->snapshots[i].tick >= 0 && s->snapshots[i].tick <= quiet &&
             (!best || s->snapshots[i].tick > best->tick))

@@ -13,16 +13,16 @@
 typedef enum ll_op { LL_OP_SET, LL_OP_INPUT } ll_op;
 
 /* A command of the log: takes effect when the state of `tick` is reached. */
-typedef struct ll_entry {
+typedef struct ll_log_entry {
     int64_t tick;
     ll_op op;
     int32_t player;
     ll_action action;
     char *values; /* LL_OP_SET: {"players.1.lag_ms":250}, owned */
-} ll_entry;
+} ll_log_entry;
 
 typedef struct ll_log {
-    ll_entry *entries;
+    ll_log_entry *entries;
     size_t count, capacity, text_bytes;
 } ll_log;
 
@@ -35,14 +35,14 @@ typedef struct ll_mark {
 /* Where a session is on its way to: it is run there piece by piece. */
 typedef enum ll_errand { LL_ERRAND_NONE, LL_ERRAND_WAKE, LL_ERRAND_SEEK } ll_errand;
 
-typedef struct ll_snapshot {
+typedef struct ll_checkpoint {
     void *block;
     void *config;
     int64_t tick; /* -1: none */
     size_t next;  /* entry that comes next */
     int32_t step; /* of the timeline, that comes next */
     int32_t skipped;
-} ll_snapshot;
+} ll_checkpoint;
 
 struct ll_session {
     ll_scenario scenario; /* as created: what a reset goes back to */
@@ -62,7 +62,7 @@ struct ll_session {
     bool broken;                  /* the last advance was broken off within a tick */
     bool safe;                    /* whoever advances it puts it back then */
     size_t block_size;
-    ll_snapshot snapshots[LL_SNAPSHOTS];
+    ll_checkpoint snapshots[LL_SNAPSHOTS];
     ll_event *events; /* ring; NULL: parked */
     uint32_t event_count;
     uint32_t event_base; /* the first since time jumped last: those before it are of another past */
@@ -84,7 +84,7 @@ struct ll_session {
     ll_time anchor_time; /* ... this virtual time was shown */
     uint32_t params_version, generation;
     int64_t cpu_ns, cpu_ticks;
-    ll_meter meter; /* without a clock: off */
+    ll_step_profiler step_profiler; /* without a clock: off */
 
     ll_log_line *on_line;
     void *line_context;
@@ -99,13 +99,13 @@ static inline ll_scenario_head *ll_session_head(const ll_session *s)
 
 #define LL_LOG_FORMAT 1
 
-ll_status ll_log_append(ll_log *log, const ll_entry *entry); /* copies `values` */
+ll_status ll_log_append(ll_log *log, const ll_log_entry *entry); /* copies `values` */
 void ll_log_truncate(ll_log *log, size_t count);
 void ll_log_free(ll_log *log);
 
 struct cJSON *ll_session_create_line(const ll_session *s); /* caller deletes */
 void ll_session_emit_create(const ll_session *s, ll_log_line *line, void *context);
-void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context);
+void ll_session_emit_entry(const ll_log_entry *entry, ll_log_line *line, void *context);
 void ll_session_emit_op(const ll_session *s, const char *op, ll_log_line *line,
                         void *context); /* rewind, head, play, pause */
 void ll_session_emit_mark(const ll_mark *mark, ll_log_line *line, void *context);
@@ -115,8 +115,8 @@ void ll_session_emit_restart(const ll_session *s);
 
 /* {"tick","player","axes","buttons"}; `buttons` may be left out of what is read. The sentence of an error
  * names the member, its range and the value. */
-ll_status ll_input_read(const struct cJSON *json, ll_entry *entry);
-struct cJSON *ll_input_write(const ll_entry *entry); /* caller deletes */
+ll_status ll_input_read(const struct cJSON *json, ll_log_entry *entry);
+struct cJSON *ll_input_write(const ll_log_entry *entry); /* caller deletes */
 
 /* ---- timeline.c ---- */
 
@@ -138,7 +138,7 @@ ll_status ll_apply_values(const ll_sim_kind *kind, void *config,
 /* ---- engine.c ---- */
 
 void ll_session_run(ll_session *s, int64_t to, bool record);
-void ll_session_start_from(ll_session *s, const ll_snapshot *shot,
+void ll_session_start_from(ll_session *s, const ll_checkpoint *shot,
                            bool record);  /* NULL: from the beginning */
 void ll_session_apply_due(ll_session *s); /* what the log and the timeline say up to the present tick */
 void ll_session_drop_snapshots(ll_session *s, int64_t from); /* of `from` and later ticks */

@@ -10,17 +10,17 @@
 
 #include "session/internal.h"
 
-ll_status ll_log_append(ll_log *log, const ll_entry *entry)
+ll_status ll_log_append(ll_log *log, const ll_log_entry *entry)
 {
     if (log->count == log->capacity) {
         size_t capacity = log->capacity ? 2 * log->capacity : 16;
-        ll_entry *entries = realloc(log->entries, capacity * sizeof *entries);
+        ll_log_entry *entries = realloc(log->entries, capacity * sizeof *entries);
         if (!entries)
             return ll_error(LL_NO_MEMORY, "no memory for the log of the session");
         log->entries = entries;
         log->capacity = capacity;
     }
-    ll_entry copy = *entry;
+    ll_log_entry copy = *entry;
     if (entry->values) {
         size_t length = strlen(entry->values) + 1;
         copy.values = malloc(length);
@@ -36,7 +36,7 @@ ll_status ll_log_append(ll_log *log, const ll_entry *entry)
 void ll_log_truncate(ll_log *log, size_t count)
 {
     while (log->count > count) {
-        ll_entry *e = &log->entries[--log->count];
+        ll_log_entry *e = &log->entries[--log->count];
         if (e->values)
             log->text_bytes -= strlen(e->values) + 1;
         free(e->values);
@@ -86,7 +86,7 @@ void ll_session_emit_restart(const ll_session *s)
     emit(o, s->on_line, s->line_context);
 }
 
-static void add_input(cJSON *o, const ll_entry *entry)
+static void add_input(cJSON *o, const ll_log_entry *entry)
 {
     double axes[2] = {(double)entry->action.axis[0], (double)entry->action.axis[1]};
     cJSON_AddNumberToObject(o, "tick", (double)entry->tick);
@@ -95,14 +95,14 @@ static void add_input(cJSON *o, const ll_entry *entry)
     cJSON_AddNumberToObject(o, "buttons", entry->action.buttons);
 }
 
-cJSON *ll_input_write(const ll_entry *entry)
+cJSON *ll_input_write(const ll_log_entry *entry)
 {
     cJSON *o = cJSON_CreateObject();
     add_input(o, entry);
     return o;
 }
 
-void ll_session_emit_entry(const ll_entry *entry, ll_log_line *line, void *context)
+void ll_session_emit_entry(const ll_log_entry *entry, ll_log_line *line, void *context)
 {
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "op", entry->op == LL_OP_SET ? "set" : "input");

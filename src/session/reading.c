@@ -23,7 +23,7 @@ static size_t event_bytes(const ll_session *s)
 
 static size_t log_bytes(const ll_session *s)
 {
-    return s->log.capacity * sizeof(ll_entry) + s->log.text_bytes;
+    return s->log.capacity * sizeof(ll_log_entry) + s->log.text_bytes;
 }
 
 static size_t block_bytes(const ll_session *s)
@@ -171,9 +171,9 @@ cJSON *ll_session_cost(const ll_session *s)
     cJSON_AddNumberToObject(o, "event_bytes", (double)event_bytes(s));
     cJSON_AddNumberToObject(o, "log_bytes", (double)log_bytes(s));
     cJSON_AddNumberToObject(o, "parked_bytes", (double)parked_bytes(s));
-    if (s->scenario.kind->costs && s->meter.metered > 0) {
-        cJSON_AddNumberToObject(o, "metered_s", ll_to_s(s->meter.metered));
-        s->scenario.kind->costs(s->config, &s->meter, o);
+    if (s->scenario.kind->costs && s->step_profiler.metered > 0) {
+        cJSON_AddNumberToObject(o, "metered_s", ll_to_s(s->step_profiler.metered));
+        s->scenario.kind->costs(s->config, &s->step_profiler, o);
     }
     return o;
 }

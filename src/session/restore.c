@@ -66,13 +66,13 @@ static ll_status read_set(ll_session *s, const cJSON *o, int64_t tick, size_t nu
         return bad_line(number, "has no values");
     char *text = cJSON_PrintUnformatted(values);
     ll_status status =
-        text ? ll_log_append(&s->log, &(ll_entry){.tick = tick, .op = LL_OP_SET, .values = text})
+        text ? ll_log_append(&s->log, &(ll_log_entry){.tick = tick, .op = LL_OP_SET, .values = text})
              : ll_error(LL_NO_MEMORY, "no memory for the log of the session");
     cJSON_free(text);
     return status;
 }
 
-/* A whole number of a member in [0, most]; an absent one is `standard`, where that is not below 0. */
+/* A whole number of a member in [0, most]; an absent one is `default_value`, where that is not below 0. */
 static ll_status read_whole(const cJSON *o, const char *name, double most, double standard, double *value)
 {
     const cJSON *member = cJSON_GetObjectItemCaseSensitive(o, name);
@@ -100,11 +100,11 @@ static ll_status read_axis(const cJSON *axes, int i, float *axis)
     return ll_ok();
 }
 
-ll_status ll_input_read(const cJSON *o, ll_entry *entry)
+ll_status ll_input_read(const cJSON *o, ll_log_entry *entry)
 {
     const cJSON *axes = cJSON_GetObjectItemCaseSensitive(o, "axes");
     double tick = 0, player = 0, buttons = 0;
-    *entry = (ll_entry){.op = LL_OP_INPUT};
+    *entry = (ll_log_entry){.op = LL_OP_INPUT};
     ll_status status = read_whole(o, "tick", 1e9, -1, &tick);
     if (!ll_failed(&status))
         status = read_whole(o, "player", LL_PLAYERS_MAX - 1, -1, &player);
@@ -120,7 +120,7 @@ ll_status ll_input_read(const cJSON *o, ll_entry *entry)
 
 static ll_status read_input(ll_session *s, const cJSON *o, size_t number)
 {
-    ll_entry e;
+    ll_log_entry e;
     ll_status status = ll_input_read(o, &e);
     return ll_failed(&status) ? bad_line(number, status.text) : ll_log_append(&s->log, &e);
 }

@@ -198,7 +198,7 @@ static void take_over(ll_session *s)
     ll_session_line(s, "rewind");
 }
 
-static ll_status append(ll_session *s, const ll_entry *entry)
+static ll_status append(ll_session *s, const ll_log_entry *entry)
 {
     take_over(s);
     ll_status status = ll_log_append(&s->log, entry);
@@ -239,7 +239,7 @@ ll_status ll_session_patch(ll_session *s, ll_time wall, const cJSON *patch)
     if (ll_failed(&status) || cJSON_GetArraySize(values) == 0)
         goto cleanup;
     text = cJSON_PrintUnformatted(values);
-    status = append(s, &(ll_entry){.tick = s->tick, .op = LL_OP_SET, .values = text});
+    status = append(s, &(ll_log_entry){.tick = s->tick, .op = LL_OP_SET, .values = text});
 cleanup:
     cJSON_free(text);
     cJSON_Delete(values);
@@ -247,7 +247,7 @@ cleanup:
     return status;
 }
 
-static const ll_entry *last_input(const ll_session *s, int player)
+static const ll_log_entry *last_input(const ll_session *s, int player)
 {
     for (size_t i = s->next; i-- > 0;)
         if (s->log.entries[i].op == LL_OP_INPUT && s->log.entries[i].player == player)
@@ -268,11 +268,12 @@ ll_status ll_session_input(ll_session *s, ll_time wall, int player, const ll_act
     status = s->scenario.kind->accepts(s->config, player, action);
     if (ll_failed(&status))
         return status;
-    const ll_entry *last = last_input(s, player);
+    const ll_log_entry *last = last_input(s, player);
     const ll_action none = {0}, *held = last ? &last->action : &none;
     if (memcmp(held, action, sizeof *action) == 0)
         return ll_ok();
-    return append(s, &(ll_entry){.tick = s->tick, .op = LL_OP_INPUT, .player = player, .action = *action});
+    return append(s,
+                  &(ll_log_entry){.tick = s->tick, .op = LL_OP_INPUT, .player = player, .action = *action});
 }
 
 void ll_session_rebase(ll_session *s, const void *base)
@@ -294,9 +295,9 @@ void ll_session_rebase(ll_session *s, const void *base)
         ll_session_make_state(s, 0);
 }
 
-void ll_session_meter(ll_session *s, int64_t (*now_ns)(void))
+void ll_session_step_profiler(ll_session *s, int64_t (*now_ns)(void))
 {
-    s->meter.now_ns = now_ns;
+    s->step_profiler.now_ns = now_ns;
 }
 
 void ll_session_account(ll_session *s, int64_t cpu_ns, int64_t ticks)

@@ -191,7 +191,7 @@ typedef struct ll_session_place_at {
 void ll_session_place(ll_session *session, ll_time wall, const ll_session_place_at *at);
 
 /* From now on parts of steps are metered by the owner's clock, for `cost`; NULL: no longer. */
-void ll_session_meter(ll_session *session, int64_t (*now_ns)(void));
+void ll_session_step_profiler(ll_session *session, int64_t (*now_ns)(void));
 
 void ll_session_account(ll_session *session, int64_t cpu_ns,
                         int64_t ticks); /* measured cost of advancing; for `cost` only */

@@ -23,7 +23,7 @@ void ll_workload_free(ll_workload *w)
 
 /* ---- reading ---- */
 
-static ll_status add(ll_workload *w, const ll_entry *input)
+static ll_status add(ll_workload *w, const ll_log_entry *input)
 {
     if (w->inputs.count == LL_WORKLOAD_MAX)
         return ll_field_error(LL_BAD_INPUT, "workload", "workload: must have at most %d inputs",
@@ -67,7 +67,7 @@ static ll_status read_input(const cJSON *o, size_t index, ll_workload *w)
 {
     static const char *const names[] = {"tick", "player", "axes", "buttons", "op", NULL};
     char field[48];
-    ll_entry e;
+    ll_log_entry e;
     snprintf(field, sizeof field, "workload.inputs.%zu", index);
     ll_status status = only(o, field, names, "tick, player, axes and buttons");
     if (!ll_failed(&status))
@@ -76,7 +76,7 @@ static ll_status read_input(const cJSON *o, size_t index, ll_workload *w)
         return status;
     if (ll_failed(&status))
         return ll_field_error(LL_BAD_INPUT, field, "%s: %s", field, status.text);
-    const ll_entry *last = index > 0 ? &w->inputs.entries[index - 1] : NULL;
+    const ll_log_entry *last = index > 0 ? &w->inputs.entries[index - 1] : NULL;
     if (last && e.tick < last->tick)
         return ll_field_error(LL_BAD_INPUT, field,
                               "%s: tick must not be below that of the input before it, %lld; got %lld", field,
@@ -140,7 +140,7 @@ ll_status ll_workload_check(const ll_workload *w, const ll_sim_kind *kind, const
         return ll_field_error(LL_BAD_INPUT, "workload", "workload: nobody can drive in a scenario of kind %s",
                               kind->name);
     for (size_t i = 0; i < w->inputs.count; i++) {
-        const ll_entry *e = &w->inputs.entries[i];
+        const ll_log_entry *e = &w->inputs.entries[i];
         ll_status status = kind->accepts(config, e->player, &e->action);
         if (ll_failed(&status) && status.code != LL_CONFLICT)
             return ll_field_error(LL_BAD_INPUT, "workload", "workload: the input of tick %lld: %s",
@@ -181,7 +181,7 @@ ll_status ll_session_load(ll_session *s, const ll_workload *w)
     if (ll_failed(&status))
         return status;
     for (size_t i = 0; i < w->inputs.count; i++) {
-        ll_entry e = w->inputs.entries[i];
+        ll_log_entry e = w->inputs.entries[i];
         e.tick = tick_there(e.tick, w->freq, s->freq);
         if (e.tick >= s->end)
             break;
@@ -239,7 +239,7 @@ ll_status ll_session_record(ll_session *s, ll_log_line *line, void *context)
     for (int64_t tick = 1; tick <= s->end && !ll_failed(&status); tick++) {
         status = ll_session_run_to(s, tick);
         for (int i = 0; i < players && !ll_failed(&status); i++) {
-            ll_entry e = {.tick = tick - 1, .op = LL_OP_INPUT, .player = i};
+            ll_log_entry e = {.tick = tick - 1, .op = LL_OP_INPUT, .player = i};
             e.action = kind->controls(s->block, i);
             if (same(&e.action, &held[i]))
                 continue;

@@ -22,7 +22,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 /* ---- the daemon's side ---- */
 
 static struct {
-    ll_gate *gate;
+    ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     ll_ws_stream *stream;
     sem_t gone;
@@ -57,14 +57,14 @@ static void on_closed(void *context, void *session, ll_ws_viewer viewer)
 static void start(void)
 {
     const ll_ws_hooks hooks = {.opened = on_opened, .message = on_message, .closed = on_closed};
-    ll_door_config config;
-    ll_param_defaults(&ll_door_table, &config);
+    ll_web_server_config config;
+    ll_param_defaults(&ll_web_server_table, &config);
     config.stream_threads = 1;
     config.max_messages_per_s = 1e9;
     config.max_message_bytes = MESSAGE;
-    side.gate = ll_gate_new(1000, 1000);
-    FUZZ_CHECK(side.gate != NULL && sem_init(&side.gone, 0, 0) == 0);
-    ll_status status = ll_ws_start(&config, &hooks, side.gate, &side.ws);
+    side.connection_limiter = ll_connection_limiter_new(1000, 1000);
+    FUZZ_CHECK(side.connection_limiter != NULL && sem_init(&side.gone, 0, 0) == 0);
+    ll_status status = ll_ws_start(&config, &hooks, side.connection_limiter, &side.ws);
     FUZZ_CHECK(!fuzz_failed(&status));
     status = ll_ws_stream_open(side.ws, LL_STREAM_SESSION, "s", &side, &side.stream);
     FUZZ_CHECK(!fuzz_failed(&status));
@@ -196,7 +196,7 @@ static void check_answer(const uint8_t *sent, size_t sent_size, const uint8_t *d
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static uint8_t answer[1 << 20];
-    const ll_gate_pass pass = {.valid = false};
+    const ll_connection_limiter_pass pass = {.valid = false};
     ll_upgrade upgrade = {
         .kind = LL_STREAM_SESSION, .id = "s", .key = "dGhlIHNhbXBsZSBub25jZQ==", .format = LL_FRAME_JSON};
     int ends[2];

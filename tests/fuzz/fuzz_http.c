@@ -39,7 +39,7 @@ typedef struct handled {
 } handled;
 
 static struct {
-    ll_gate *gate;
+    ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     ll_ws_stream *stream;
     ll_http *http;
@@ -89,20 +89,21 @@ static void start(void)
     };
     const ll_ws_hooks hooks = {.opened = on_opened, .message = on_message, .closed = on_closed};
     const ll_http_app app = {.routes = routes, .route_count = 3};
-    ll_door_config config;
-    ll_param_defaults(&ll_door_table, &config);
+    ll_web_server_config config;
+    ll_param_defaults(&ll_web_server_table, &config);
     config.stream_threads = config.http_threads = config.control_threads = 1;
     config.www[0] = '\0';
     config.max_head_bytes = LONG;
-    side.gate = ll_gate_new(1000, 1000);
-    FUZZ_CHECK(side.gate != NULL);
+    side.connection_limiter = ll_connection_limiter_new(1000, 1000);
+    FUZZ_CHECK(side.connection_limiter != NULL);
     ll_status status = ll_proxies_parse("", &side.proxies);
     FUZZ_CHECK(!fuzz_failed(&status));
-    status = ll_ws_start(&config, &hooks, side.gate, &side.ws);
+    status = ll_ws_start(&config, &hooks, side.connection_limiter, &side.ws);
     FUZZ_CHECK(!fuzz_failed(&status));
     status = ll_ws_stream_open(side.ws, LL_STREAM_SESSION, "s", &side, &side.stream);
     FUZZ_CHECK(!fuzz_failed(&status));
-    status = ll_http_start(&config, &app, &side.allow, &side.proxies, side.gate, side.ws, &side.http);
+    status = ll_http_start(&config, &app, &side.allow, &side.proxies, side.connection_limiter, side.ws,
+                           &side.http);
     FUZZ_CHECK(!fuzz_failed(&status));
 }
 
@@ -386,8 +387,8 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     side.calls = 0;
     FUZZ_CHECK(write(ends[0], data, size) == (ssize_t)size);
     shutdown(ends[0], SHUT_WR);
-    ll_gate_pass pass = ll_proxies_pass(&side.proxies, (const struct sockaddr *)&from);
-    FUZZ_CHECK(ll_gate_enter(side.gate, &pass) == LL_GATE_OPEN);
+    ll_connection_limiter_pass pass = ll_proxies_pass(&side.proxies, (const struct sockaddr *)&from);
+    FUZZ_CHECK(ll_connection_limiter_enter(side.connection_limiter, &pass) == LL_CONNECTION_LIMITER_OPEN);
     FUZZ_CHECK(ll_http_adopt(side.http, ends[1], (const struct sockaddr *)&from, sizeof from));
     bool cut = false;
     size_t answered = read_all(ends[0], answer, sizeof answer, &cut);

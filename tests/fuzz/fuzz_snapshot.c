@@ -29,7 +29,7 @@ static ll_world *new_baseline(int entities)
 }
 
 static size_t encode(const ll_codec *codec, const ll_world *world, const ll_world *baseline, int self,
-                     const ll_grid *grid, uint8_t *bytes)
+                     const ll_quantization *grid, uint8_t *bytes)
 {
     ll_cell cells[ENTITIES], before[ENTITIES];
     for (int i = 0; i < world->entities; i++) {
@@ -45,7 +45,7 @@ static size_t encode(const ll_codec *codec, const ll_world *world, const ll_worl
 }
 
 static bool decode(const ll_codec *codec, const uint8_t *bytes, size_t size, const ll_world *baseline,
-                   int self, ll_grid *grid, ll_world *world)
+                   int self, ll_quantization *grid, ll_world *world)
 {
     ll_bit_reader r = {.bytes = bytes, .size = 8 * (int64_t)size};
     ll_incoming in = {
@@ -70,7 +70,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         return 0;
     const ll_codec *codec = ll_codec_at(data[0] % 3);
     int entities = 1 + data[1] % ENTITIES, self = data[2] % entities;
-    ll_grid grid = {0.002f, 0.02f, 0.005f, 0.05f};
+    ll_quantization grid = {0.002f, 0.02f, 0.005f, 0.05f};
     ll_world *baseline = new_baseline(entities), *first = new_world(entities), *second = new_world(entities);
     if (decode(codec, data + HEAD, size - HEAD, baseline, self, &grid, first)) {
         uint8_t once[BYTES], twice[BYTES];

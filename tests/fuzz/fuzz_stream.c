@@ -99,7 +99,7 @@ void ll_ws_flush(ll_ws *ws)
 
 /* For the front door only, parts of which the host is linked with. */
 void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const struct ll_gate_pass *pass)
+                 size_t begun_size, const struct ll_connection_limiter_pass *pass)
 {
     (void)ws;
     (void)upgrade;
@@ -140,7 +140,7 @@ static void start(void)
     status = ll_host_start(host, NULL);
     FUZZ_CHECK(!fuzz_failed(&status));
     cJSON *json = cJSON_Parse(scenario);
-    ll_host_order order = {.scenario = json, .seed = -1, .paused = true, .peer = "192.0.2.1"};
+    ll_create_request order = {.scenario = json, .seed = -1, .paused = true, .peer = "192.0.2.1"};
     status = ll_host_make(host, &order, &made);
     FUZZ_CHECK(!fuzz_failed(&status));
     cJSON_Delete(json);
@@ -149,14 +149,14 @@ static void start(void)
 
 static void say(const char *text, size_t length)
 {
-    hooks.message(hooks.context, made.hosted, VIEWER, text, length);
+    hooks.message(hooks.context, made.session_entry, VIEWER, text, length);
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     if (host == NULL)
         start();
-    hooks.opened(hooks.context, made.hosted, VIEWER, size % 2 ? LL_FRAME_JSON : LL_FRAME_BINARY);
+    hooks.opened(hooks.context, made.session_entry, VIEWER, size % 2 ? LL_FRAME_JSON : LL_FRAME_BINARY);
     const char *at = (const char *)data, *end = at + size;
     for (int i = 0; i < MESSAGES && at < end; i++) {
         const char *newline = memchr(at, '\n', (size_t)(end - at));
@@ -174,6 +174,6 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         }
         at += length + 1;
     }
-    hooks.closed(hooks.context, made.hosted, VIEWER);
+    hooks.closed(hooks.context, made.session_entry, VIEWER);
     return 0;
 }

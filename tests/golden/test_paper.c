@@ -47,7 +47,7 @@ static void figure_8_client_dots_are_the_servers_later(void **state)
         dots++;
     }
     assert_true(dots > 50);
-    assert_true(ll_netgame_instruments(s.game, 0)->own_lead <= 0); /* the client is behind */
+    assert_true(ll_netgame_client_metrics(s.game, 0)->own_lead <= 0); /* the client is behind */
     double values[LL_GAME_VALUES];
     ll_netgame_game(s.game)->describe(ll_server_world(ll_netgame_server(s.game)), &s.game->env, 0, values);
     assert_true(values[1] >= 1); /* shots were fired */
@@ -99,8 +99,8 @@ static void figure_10_events_of_one_round(void **state)
     scene_run(&s, 1, &r);
     const ll_event *a = find(&t, LL_EVENT_INPUT, 0, 1), *b = find(&t, LL_EVENT_INPUT, 1, 1);
     assert_true(a->begin == 0 && b->begin == 0);
-    near_ms(find(&t, LL_EVENT_VERDICT, 0, 1)->begin, 150);
-    near_ms(find(&t, LL_EVENT_VERDICT, 1, 1)->begin, 250);
+    near_ms(find(&t, LL_EVENT_INPUT_RESULT, 0, 1)->begin, 150);
+    near_ms(find(&t, LL_EVENT_INPUT_RESULT, 1, 1)->begin, 250);
     near_ms(find(&t, LL_EVENT_STEP, 0, 1)->begin, 283);
     near_ms(find(&t, LL_EVENT_APPLIED, 0, 1)->begin, 433);
     near_ms(find(&t, LL_EVENT_APPLIED, 1, 1)->begin, 533);
@@ -152,7 +152,7 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
         scene_run(&s, at_s[k], NULL);
         double truth = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
         for (int p = 0; p < 2; p++) {
-            const ll_world *shown = ll_client_shown_const(ll_netgame_client(s.game, p));
+            const ll_world *shown = ll_client_rendered_const(ll_netgame_client(s.game, p));
             seen[p][k] = truth - shown->entity[0].x;
             assert_true(shown->entity[0].x == shown->entity[1].x);
         }
@@ -164,7 +164,7 @@ static void figure_11_views_follow_in_the_order_of_lag(void **state)
     assert_true(truth->entity[0].x > 3); /* they race: 38 steps of 1/30 s from rest, at 6 m/s2 less drag */
     assert_true(truth->entity[0].x == truth->entity[1].x);
     for (int i = 0; i < 2; i++) {
-        const ll_instruments *in = ll_netgame_instruments(s.game, i);
+        const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
         assert_int_equal(in->corrections, 0);
         /* a state is one lag old when it comes, and a period more when the next one does; displays are 1/60 s
          */
@@ -192,9 +192,9 @@ static void figure_12_open_inputs_are_applied_again(void **state)
     for (int i = 0; i < 2; i++) {
         ll_client *c = ll_netgame_client(s.game, i);
         assert_true(c->seq - c->acked >= 18); /* 300 ms of round trip at 60 inputs a second */
-        ll_received *state_message = ll_client_state(c, c->fresh - 1);
+        ll_snapshot_entry *state_message = ll_client_state(c, c->fresh - 1);
         ll_world *world = malloc((size_t)c->world_size);
-        __builtin_memcpy(world, ll_received_world(state_message), (size_t)c->world_size);
+        __builtin_memcpy(world, ll_snapshot_entry_world(state_message), (size_t)c->world_size);
         for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
             ll_netgame_game(s.game)->step_own(world, &s.game->env, i, &ll_client_pending(c, seq)->action);
         assert_true(world->entity[i].x == ll_client_predicted(c)->entity[i].x);
@@ -215,7 +215,7 @@ static void figure_13_own_car_leads_by_the_lag(void **state)
         const ll_world *truth = ll_server_world(ll_netgame_server(s.game));
         double ahead[2], later[2];
         for (int i = 0; i < 2; i++)
-            ahead[i] = ll_client_shown(ll_netgame_client(s.game, i))->entity[i].x;
+            ahead[i] = ll_client_rendered(ll_netgame_client(s.game, i))->entity[i].x;
         scene_run(&s, t + 0.150, NULL);
         for (int i = 0; i < 2; i++)
             later[i] = truth->entity[i].x;
@@ -223,7 +223,7 @@ static void figure_13_own_car_leads_by_the_lag(void **state)
             assert_true(ahead[i] == later[i]); /* to the bit what the server has 150 ms later */
     }
     for (int i = 0; i < 2; i++) {
-        const ll_instruments *in = ll_netgame_instruments(s.game, i);
+        const ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
         assert_int_equal(in->corrections, 0);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_VIEW_AGE]).mean >= 150);
         assert_true(ll_histogram_summary(&in->histogram[LL_METRIC_OWN_TIMELINE_ERROR]).max == 0);

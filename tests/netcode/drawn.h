@@ -33,7 +33,7 @@ static inline void random_path(int64_t k, ll_time time, ll_entity *other)
     other->x = path(k);
 }
 
-static inline view *new_view(const ll_sync *sync)
+static inline view *new_view(const ll_sync_mode *sync)
 {
     view *v = calloc(1, sizeof *v);
     v->l = new_lone(2, &toy, sync);
@@ -85,17 +85,17 @@ static inline void run(view *v, ll_time until, ll_time (*lag)(int64_t k), void (
 
 static inline const ll_entity *other(const view *v)
 {
-    return &ll_client_shown(v->l->client)->entity[1];
+    return &ll_client_rendered(v->l->client)->entity[1];
 }
 
 static inline ll_time shown_time(const view *v)
 {
-    return ll_client_marks(v->l->client)[1].time;
+    return ll_client_draw_infos(v->l->client)[1].time;
 }
 
 static inline uint32_t shown_flags(const view *v)
 {
-    return ll_client_marks(v->l->client)[1].flags;
+    return ll_client_draw_infos(v->l->client)[1].flags;
 }
 
 static inline ll_time newest_time(const view *v)

@@ -72,7 +72,7 @@ static inline void configure(ll_server *server, const char *const *sets)
     ll_server_configure(server, &rules);
 }
 
-static inline ll_server *new_server(int players, const ll_sync *sync, double step_hz, double client_hz)
+static inline ll_server *new_server(int players, const ll_sync_mode *sync, double step_hz, double client_hz)
 {
     size_t size = ll_extent_size(toy_extent(NULL, players));
     ll_extent extent = toy_extent(NULL, players);
@@ -106,31 +106,31 @@ typedef struct lone {
     ll_client *client;
     ll_player_config config;
     ll_server_config rules;
-    ll_instruments *instruments;
+    ll_client_metrics *client_metrics;
     ll_game_env env;
     ll_client_setup setup;
     int players;
 } lone;
 
 /* A client of player 0 that a person drives, at rest at x = 0; `hz` frames a second from time 0 on. */
-static inline lone *new_lone(int players, const ll_game *game, const ll_sync *sync)
+static inline lone *new_lone(int players, const ll_game *game, const ll_sync_mode *sync)
 {
     lone *l = calloc(1, sizeof *l);
     ll_world *world = new_world(players);
     ll_extent extent = toy_extent(NULL, players);
     l->players = players;
     l->client = malloc(ll_client_size(extent));
-    l->instruments = malloc(ll_instruments_size(players));
+    l->client_metrics = malloc(ll_client_metrics_size(players));
     ll_param_defaults(&ll_player_table, &l->config);
     ll_param_defaults(&ll_server_table, &l->rules);
     l->config.control = LL_CONTROL_PERSON;
     l->config.clock_phase = 0;
-    ll_instruments_init(l->instruments, players, 0);
+    ll_client_metrics_init(l->client_metrics, players, 0);
     l->setup = (ll_client_setup){.game = game,
                                  .env = &l->env,
                                  .sync = sync,
                                  .config = &l->config,
-                                 .instruments = l->instruments,
+                                 .client_metrics = l->client_metrics,
                                  .rules = &l->rules};
     ll_client_init(l->client, 0, world);
     free(world);
@@ -159,14 +159,14 @@ static inline void start_lone(lone *l, double hz, int64_t step, ll_time now)
 
 static inline void free_lone(lone *l)
 {
-    free(l->instruments);
+    free(l->client_metrics);
     free(l->client);
     free(l);
 }
 
 /* A state with the players at `x`. */
 typedef struct packet {
-    ll_state_message head;
+    ll_snapshot_message head;
     int32_t world_players, world_entities, world_tail, reserved; /* as in ll_world */
     ll_entity entity[LL_PLAYERS_MAX];
     char tail[64];
@@ -174,7 +174,7 @@ typedef struct packet {
 
 static inline packet state_of(int64_t tick, ll_time time, uint32_t acked, int players, const double *x)
 {
-    packet p = {.head = {.head = {.type = LL_MESSAGE_STATE, .epoch = 1, .seq = acked},
+    packet p = {.head = {.head = {.type = LL_MESSAGE_SNAPSHOT, .epoch = 1, .seq = acked},
                          .tick = tick,
                          .time = time,
                          .applied = acked,
@@ -201,10 +201,10 @@ static inline int give(lone *l, const packet *p, ll_time now)
 /* The observer sees that the server applied inputs `first` to `last` in step `tick`. */
 static inline void server_applies(lone *l, uint32_t first, uint32_t last, int64_t tick)
 {
-    ll_ledger *ledger = &l->instruments->ledger;
+    ll_input_history *input_history = &l->client_metrics->input_history;
     for (uint32_t seq = first; seq <= last; seq++)
-        ll_ledger_judged(ledger, seq, LL_LEDGER_IN_TIME);
-    ll_ledger_drained(ledger, tick, 0, 0);
+        ll_input_history_judged(input_history, seq, LL_INPUT_HISTORY_IN_TIME);
+    ll_input_history_drained(input_history, tick, 0, 0);
 }
 
 static inline int frame(lone *l, ll_time now, ll_input_message *m)

@@ -30,7 +30,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_POINTS,
      .offset = offsetof(body, corners),
      .max = 4,
-     .standard = 10,
+     .default_value = 10,
      .count_offset = offsetof(body, count),
      .help = "What."},
 };

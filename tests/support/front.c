@@ -83,7 +83,7 @@ static void handle_limit(void *context, const ll_http_request *request, ll_http_
 {
     (void)context;
     ll_status error = ll_field_error(LL_LIMIT, "sessions", "there are 10 sessions already (max_sessions)");
-    ll_problem(response, request, &error);
+    ll_http_problem(response, request, &error);
 }
 
 static const ll_http_route routes[] = {
@@ -227,7 +227,7 @@ static void *publish_all(void *argument)
 void front_prepare(front *f)
 {
     *f = (front){.frame_bytes = 1000};
-    ll_param_defaults(&ll_door_table, &f->config);
+    ll_param_defaults(&ll_web_server_table, &f->config);
     snprintf(f->config.listen, sizeof f->config.listen, "127.0.0.1:0");
     atomic_store(&f->publishing, true);
     atomic_store(&f->greet, 1);
@@ -241,13 +241,13 @@ void front_open(front *f)
                          .message = on_message,
                          .closed = on_closed,
                          .released = on_released};
-    ll_status status = ll_door_open(&f->config, &app, &hooks, NULL, NULL, &f->door);
+    ll_status status = ll_web_server_open(&f->config, &app, &hooks, NULL, NULL, &f->web_server);
     if (ll_failed(&status)) {
         fprintf(stderr, "%s\n", status.text);
         abort();
     }
-    f->ws = ll_door_ws(f->door);
-    f->port = ll_door_port(f->door);
+    f->ws = ll_web_server_ws(f->web_server);
+    f->port = ll_web_server_port(f->web_server);
     for (int s = 0; s < FRONT_SESSIONS; s++) {
         char id[16];
         snprintf(id, sizeof id, "s%d", s);
@@ -259,10 +259,10 @@ void front_open(front *f)
 
 void front_close(front *f)
 {
-    ll_door_drain(f->door);
+    ll_web_server_drain(f->web_server);
     atomic_store(&f->end, true);
     pthread_join(f->publisher, NULL);
-    ll_door_close(f->door);
+    ll_web_server_close(f->web_server);
 }
 
 /* ---- a client ---- */

@@ -16,8 +16,8 @@
 #define FRONT_SESSIONS 4
 
 typedef struct front {
-    ll_door_config config;
-    ll_door *door;
+    ll_web_server_config config;
+    ll_web_server *web_server;
     ll_ws *ws;
     ll_ws_stream *stream[FRONT_SESSIONS];
     uint16_t port;

@@ -14,7 +14,7 @@
 
 enum { RUNS_MOST = 2000 }; /* of one answer */
 
-static ll_status read_order(const ll_api *api, const cJSON *body, ll_advice_order *order,
+static ll_status read_order(const ll_api *api, const cJSON *body, ll_advise_request *order,
                             ll_experiment **experiment)
 {
     static const char *const names[] = {"experiment", "max_error", "runs", NULL};
@@ -31,16 +31,16 @@ static ll_status read_order(const ll_api *api, const cJSON *body, ll_advice_orde
                                      experiment);
     if (ll_failed(&status))
         return status;
-    *order = (ll_advice_order){.experiment = *experiment,
-                               .max_error = max_error->valuedouble,
-                               .most_runs = runs ? (int64_t)runs->valuedouble : 0};
+    *order = (ll_advise_request){.experiment = *experiment,
+                                 .max_error = max_error->valuedouble,
+                                 .most_runs = runs ? (int64_t)runs->valuedouble : 0};
     order->most_runs = ll_advise_runs(order) < RUNS_MOST ? ll_advise_runs(order) : RUNS_MOST;
     return status;
 }
 
 /* Owns what the order points to. */
 typedef struct question {
-    ll_advice_order order;
+    ll_advise_request order;
     ll_experiment *experiment;
 } question;
 

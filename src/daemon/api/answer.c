@@ -119,7 +119,7 @@ static void choose_part(const ll_http_request *request, ll_http_response *respon
         ll_http_clear(response);
         ll_status error =
             ll_field_error(LL_BAD_INPUT, "Range", "The answer has %llu bytes.", (unsigned long long)size);
-        ll_problem_as(response, request, 416, &error);
+        ll_http_problem_as(response, request, 416, &error);
         snprintf(text, sizeof text, "bytes */%llu", (unsigned long long)size);
     }
     ll_http_set_header(response, "Content-Range", text);

@@ -16,20 +16,20 @@ bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_respons
     if (atomic_load(&api->phase) != LL_API_STARTING)
         return true;
     ll_status error = ll_error(LL_LIMIT, "The daemon is starting.");
-    ll_problem_later(response, request, 503, 1, &error);
+    ll_http_problem_later(response, request, 503, 1, &error);
     return false;
 }
 
-ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response)
+ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response)
 {
     if (!ll_api_started(api, request, response))
         return NULL;
-    ll_hosted *hosted = ll_host_find(api->host, request->parameter[0]);
-    if (!hosted) {
+    ll_session_entry *session_entry = ll_host_find(api->host, request->parameter[0]);
+    if (!session_entry) {
         ll_status error = ll_error(LL_NOT_FOUND, "There is no session with this id.");
-        ll_problem(response, request, &error);
+        ll_http_problem(response, request, &error);
     }
-    return hosted;
+    return session_entry;
 }
 
 const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose)
@@ -40,25 +40,25 @@ const char *ll_api_key(const ll_http_request *request, ll_http_response *respons
         return header + strspn(header, " ");
     }
     ll_status error = ll_error(LL_FORBIDDEN, "This needs `Authorization: Bearer KEY` with %s.", whose);
-    ll_problem_as(response, request, 401, &error);
+    ll_http_problem_as(response, request, 401, &error);
     ll_http_set_header(response, "WWW-Authenticate", "Bearer realm=\"laglab\"");
     return NULL;
 }
 
-bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
-                    int player)
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
+                    const ll_session_entry *session_entry, int player)
 {
     const char *key = ll_api_key(
         request, response, player < 0 ? "the session's owner_key" : "the owner_key or the player's key");
     if (!key)
         return false;
-    int role = ll_hosted_role(hosted, key, strlen(key));
+    int role = ll_session_entry_role(session_entry, key, strlen(key));
     if (role == LL_ROLE_OWNER || (player >= 0 && role == player))
         return true;
     ll_status error =
         ll_error(LL_FORBIDDEN, role == LL_ROLE_NONE ? "This key does not belong to this session."
                                                     : "This key is another player's.");
-    ll_problem(response, request, &error);
+    ll_http_problem(response, request, &error);
     return false;
 }
 
@@ -72,7 +72,7 @@ cJSON *ll_api_body(const ll_http_request *request, ll_http_response *response)
         status = ll_error(LL_BAD_INPUT, "The body must be a JSON object.");
     }
     if (ll_failed(&status)) {
-        ll_problem(response, request, &status);
+        ll_http_problem(response, request, &status);
         return NULL;
     }
     return json;
@@ -85,11 +85,11 @@ void ll_api_problem(ll_http_response *response, const ll_http_request *request, 
     ll_status told = error->code == LL_INTERRUPTED ? ll_task_told(request->task, error->text) : *error;
     error = &told;
     if (error->code == LL_LIMIT)
-        ll_problem_later(response, request, 429, 1, error);
+        ll_http_problem_later(response, request, 429, 1, error);
     else if (error->code == LL_IO)
-        ll_problem_as(response, request, 507, error);
+        ll_http_problem_as(response, request, 507, error);
     else
-        ll_problem(response, request, error);
+        ll_http_problem(response, request, error);
 }
 
 ll_status ll_api_only(const cJSON *object, const char *const *names)

@@ -26,9 +26,9 @@ typedef struct ll_api {
     ll_store *store;
     ll_experiments *experiments;
     struct ll_tasks *tasks;
-    ll_jobs *jobs;                     /* advice that is being sought */
-    _Atomic(ll_door *) door;           /* set when it is open */
-    const char *scenarios, *documents; /* folders */
+    ll_jobs *jobs;                       /* advice that is being sought */
+    _Atomic(ll_web_server *) web_server; /* set when it is open */
+    const char *scenarios, *documents;   /* folders */
     atomic_int phase;
     ll_time started;
     ll_http_route *routes; /* the table with the configured body limit */
@@ -50,11 +50,11 @@ void ll_api_done(void *context, const ll_http_request *request, const ll_http_ro
 bool ll_api_started(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
 /* The session of the path's first parameter; NULL when a 404 or 503 was answered. */
-ll_hosted *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
+ll_session_entry *ll_api_session(ll_api *api, const ll_http_request *request, ll_http_response *response);
 
 /* Whether the request carries the owner's key, or that of `player` (>= 0). Answers 401 or 403 otherwise. */
-bool ll_api_permits(const ll_http_request *request, ll_http_response *response, const ll_hosted *hosted,
-                    int player);
+bool ll_api_permits(const ll_http_request *request, ll_http_response *response,
+                    const ll_session_entry *session_entry, int player);
 
 /* The key that the request carries; NULL when a 401 was answered that says `whose` it needs. */
 const char *ll_api_key(const ll_http_request *request, ll_http_response *response, const char *whose);

@@ -69,11 +69,11 @@ static ll_status input(void *context, ll_session *session, ll_time wall)
 }
 
 static void command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                    ll_hosted *hosted, ll_host_orders *orders, order *o)
+                    ll_session_entry *session_entry, ll_create_requests *orders, order *o)
 {
     orders->context = o;
     orders->task = request->task;
-    ll_status status = ll_host_command(api->host, hosted, orders);
+    ll_status status = ll_host_command(api->host, session_entry, orders);
     if (ll_failed(&status))
         ll_api_problem(response, request, &status);
     else
@@ -90,52 +90,52 @@ static bool moves(const cJSON *body)
 }
 
 static void owner_command(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                          ll_host_orders orders)
+                          ll_create_requests orders)
 {
-    ll_hosted *hosted = ll_api_session(api, request, response);
-    if (!hosted)
+    ll_session_entry *session_entry = ll_api_session(api, request, response);
+    if (!session_entry)
         return;
-    if (ll_api_permits(request, response, hosted, -1)) {
+    if (ll_api_permits(request, response, session_entry, -1)) {
         cJSON *body = ll_api_body(request, response);
         order o = {.body = body};
         if (body && !(moves(body) && ll_http_to_work(request, response)))
-            command(api, request, response, hosted, &orders, &o);
+            command(api, request, response, session_entry, &orders, &o);
         cJSON_Delete(body);
     }
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }
 
 void ll_patch_params(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    owner_command(context, request, response, (ll_host_orders){.change = patch});
+    owner_command(context, request, response, (ll_create_requests){.change = patch});
 }
 
 void ll_post_control(void *context, const ll_http_request *request, ll_http_response *response)
 {
     owner_command(context, request, response,
-                  (ll_host_orders){.change = control, .clock = true, .tell = tell_control});
+                  (ll_create_requests){.change = control, .clock = true, .tell = tell_control});
 }
 
 /* The body says which player it is for, hence whose key will do. Without any key nothing is read. */
 void ll_post_input(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_hosted *hosted = ll_api_session(context, request, response);
-    if (!hosted)
+    ll_session_entry *session_entry = ll_api_session(context, request, response);
+    if (!session_entry)
         return;
     cJSON *body = NULL;
     if (ll_http_header(request, "Authorization"))
         body = ll_api_body(request, response);
     else
-        ll_api_permits(request, response, hosted, 0);
+        ll_api_permits(request, response, session_entry, 0);
     if (body) {
         order o = {0};
-        ll_host_orders orders = {.change = input};
+        ll_create_requests orders = {.change = input};
         ll_status status = ll_action_parse(body, "", &o.player, &o.action);
         if (ll_failed(&status))
-            ll_problem(response, request, &status);
-        else if (ll_api_permits(request, response, hosted, o.player))
-            command(context, request, response, hosted, &orders, &o);
+            ll_http_problem(response, request, &status);
+        else if (ll_api_permits(request, response, session_entry, o.player))
+            command(context, request, response, session_entry, &orders, &o);
     }
     cJSON_Delete(body);
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }

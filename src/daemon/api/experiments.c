@@ -153,7 +153,7 @@ static bool permitted(const ll_api *api, const ll_http_request *request, ll_http
     if (ll_experiments_permits(record, key) || ll_api_is_operator(api, key))
         return true;
     ll_status error = ll_error(LL_FORBIDDEN, "This key does not belong to this experiment.");
-    ll_problem(response, request, &error);
+    ll_http_problem(response, request, &error);
     return false;
 }
 
@@ -363,7 +363,7 @@ static const ll_format *choose_format(const ll_http_request *request, ll_http_re
                               "format: must be one of csv, ndjson, json, parquet, sqlite; got `%.40s`.", name)
              : ll_error(LL_BAD_INPUT, "Results are text/csv, application/x-ndjson, application/json, "
                                       "application/vnd.apache.parquet or application/vnd.sqlite3.");
-    ll_problem_as(response, request, name ? 400 : 406, &error);
+    ll_http_problem_as(response, request, name ? 400 : 406, &error);
     return NULL;
 }
 

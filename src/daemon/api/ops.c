@@ -20,8 +20,8 @@ void ll_get_healthz(void *context, const ll_http_request *request, ll_http_respo
 
 static ll_status find_stuck(ll_api *api)
 {
-    ll_door *door = atomic_load(&api->door);
-    double control_s = door ? ll_door_get_stats(door).control_s : 0;
+    ll_web_server *web_server = atomic_load(&api->web_server);
+    double control_s = web_server ? ll_web_server_get_stats(web_server).control_s : 0;
     double work_s = ll_tasks_get_stats(api->tasks).longest_s;
     if (control_s > STUCK_S)
         return ll_error(LL_UNAVAILABLE, "A request that is short has not been answered for %.0f s.",
@@ -37,13 +37,13 @@ void ll_get_readyz(void *context, const ll_http_request *request, ll_http_respon
     int phase = atomic_load(&api->phase);
     ll_status stuck = phase == LL_API_READY ? find_stuck(api) : ll_ok();
     if (ll_failed(&stuck)) {
-        ll_problem_later(response, request, 503, 5, &stuck);
+        ll_http_problem_later(response, request, 503, 5, &stuck);
     } else if (phase == LL_API_READY) {
         ll_http_text(response, 200, "application/json", "{\"status\":\"ready\"}");
     } else {
         ll_status error = ll_error(LL_LIMIT, phase == LL_API_STARTING ? "The daemon is starting."
                                                                       : "The daemon is stopping.");
-        ll_problem_later(response, request, 503, 5, &error);
+        ll_http_problem_later(response, request, 503, 5, &error);
     }
     ll_http_set_header(response, "Cache-Control", "no-store");
 }
@@ -97,7 +97,7 @@ static void write_sessions(ll_http_response *r, const ll_host_stats *s)
     counter(r, "inputs_total", s->inputs, "Inputs taken from streams.");
 }
 
-static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_door_stats *d)
+static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_web_server_stats *d)
 {
     family(r, "refused_total", "counter", "What was refused, by the limit that did.");
     labelled(r, "refused_total", "limit", "sessions", s->refused_sessions);
@@ -116,7 +116,7 @@ static void write_refused(ll_http_response *r, const ll_host_stats *s, const ll_
     labelled(r, "refused_total", "limit", "viewer_policy", d->ws.closed_policy);
 }
 
-static void write_door(ll_http_response *r, const ll_door_stats *d)
+static void write_web_server(ll_http_response *r, const ll_web_server_stats *d)
 {
     gauge(r, "connections", (double)d->connections, "Open connections of every kind.");
     counter(r, "connections_total", d->accepted, "Connections accepted.");
@@ -132,7 +132,7 @@ static void write_door(ll_http_response *r, const ll_door_stats *d)
     counter(r, "messages_received_total", d->ws.messages, "Messages of viewers, acknowledgements included.");
 }
 
-static void write_tasks(ll_http_response *r, ll_api *api, const ll_door_stats *d)
+static void write_tasks(ll_http_response *r, ll_api *api, const ll_web_server_stats *d)
 {
     ll_tasks_stats t = ll_tasks_get_stats(api->tasks);
     gauge(r, "control_requests", (double)d->control, "Short requests that wait or are in hand.");
@@ -164,10 +164,10 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
 {
     (void)request;
     ll_api *api = context;
-    ll_door *door = atomic_load(&api->door);
-    ll_door_stats d = {0};
-    if (door)
-        d = ll_door_get_stats(door);
+    ll_web_server *web_server = atomic_load(&api->web_server);
+    ll_web_server_stats d = {0};
+    if (web_server)
+        d = ll_web_server_get_stats(web_server);
     ll_host_stats s = ll_host_get_stats(api->host);
     ll_store_stats store = ll_store_get_stats(api->store);
     snprintf(response->type, sizeof response->type, "text/plain; version=0.0.4; charset=utf-8");
@@ -175,7 +175,7 @@ void ll_get_prometheus(void *context, const ll_http_request *request, ll_http_re
     labelled(response, "build_info", "version", ll_version, 1);
     gauge(response, "uptime_seconds", (double)(ll_host_now() - api->started) / 1e9, "Time since the start.");
     write_sessions(response, &s);
-    write_door(response, &d);
+    write_web_server(response, &d);
     write_requests(response, api);
     write_tasks(response, api, &d);
     write_refused(response, &s, &d);

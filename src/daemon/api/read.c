@@ -27,18 +27,18 @@ typedef ll_status finish(reader *r, ll_task *task, ll_http_response *response); 
 static finish finish_trace;
 static const char trace_type[] = "text/csv; charset=utf-8";
 
-static ll_status look(ll_hosted *hosted, const ll_http_request *request, ll_http_response *response,
-                      fill *write, reader *r)
+static ll_status look(ll_session_entry *session_entry, const ll_http_request *request,
+                      ll_http_response *response, fill *write, reader *r)
 {
     ll_session *session;
-    ll_status status = ll_hosted_enter(hosted, request->task, &session, NULL);
+    ll_status status = ll_session_entry_enter(session_entry, request->task, &session, NULL);
     if (ll_failed(&status))
         return status;
     if (!request->task && ll_session_get_info(session).awake_bytes > LIGHT_BYTES)
         status = ll_error(LL_INTERRUPTED, "the session is large");
     else
         status = write(session, request, response, r);
-    ll_hosted_leave(hosted);
+    ll_session_entry_leave(session_entry);
     return status;
 }
 
@@ -46,10 +46,10 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
                     finish *end)
 {
     reader r = {0};
-    ll_hosted *hosted = ll_api_session(api, request, response);
-    if (!hosted)
+    ll_session_entry *session_entry = ll_api_session(api, request, response);
+    if (!session_entry)
         return;
-    ll_status status = look(hosted, request, response, write, &r);
+    ll_status status = look(session_entry, request, response, write, &r);
     if (r.copy && request->head) {
         ll_http_no_body(response, end == finish_trace ? trace_type : "application/json");
         ll_session_destroy(r.copy);
@@ -66,7 +66,7 @@ static void reading(ll_api *api, const ll_http_request *request, ll_http_respons
         ll_http_clear(response);
         ll_api_problem(response, request, &status);
     }
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }
 
 /* A number of the query in [low, high]; absent: stays as it is. */

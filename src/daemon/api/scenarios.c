@@ -21,12 +21,12 @@ void ll_get_scenarios(void *context, const ll_http_request *request, ll_http_res
     if (brief && strcmp(brief, "true") != 0 && strcmp(brief, "false") != 0) {
         ll_status wrong =
             ll_field_error(LL_BAD_INPUT, "brief", "brief: must be true or false; got `%.40s`.", brief);
-        ll_problem(response, request, &wrong);
+        ll_http_problem(response, request, &wrong);
         return;
     }
     ll_status status = ll_scenario_list(api->scenarios, &list);
     if (ll_failed(&status)) {
-        ll_problem_as(response, request, 503, &status);
+        ll_http_problem_as(response, request, 503, &status);
         return;
     }
     cJSON *json = cJSON_CreateObject(), *item;
@@ -45,7 +45,7 @@ void ll_get_scenario(void *context, const ll_http_request *request, ll_http_resp
     if (ll_failed(&status)) {
         if (status.code == LL_BAD_INPUT) /* an id with other letters names nothing */
             status.code = LL_NOT_FOUND;
-        ll_problem(response, request, &status);
+        ll_http_problem(response, request, &status);
         return;
     }
     ll_http_json(response, 200, json);
@@ -58,7 +58,7 @@ void ll_get_schema(void *context, const ll_http_request *request, ll_http_respon
     cJSON *json = NULL;
     ll_status status = ll_scenario_schema(ll_http_query(request, "kind"), &json);
     if (ll_failed(&status)) {
-        ll_problem(response, request, &status);
+        ll_http_problem(response, request, &status);
         return;
     }
     ll_http_json(response, 200, json);
@@ -91,7 +91,7 @@ void ll_get_experiment_library(void *context, const ll_http_request *request, ll
     cJSON *list = NULL;
     ll_status status = ll_scenario_list_experiments(api->scenarios, &list);
     if (ll_failed(&status)) {
-        ll_problem_as(response, request, 503, &status);
+        ll_http_problem_as(response, request, 503, &status);
         return;
     }
     cJSON *json = cJSON_CreateObject();
@@ -108,7 +108,7 @@ static void send_document(const ll_api *api, const char *name, const ll_http_req
     FILE *file = fopen(path, "rbe");
     if (!file) {
         ll_status error = ll_error(LL_NOT_FOUND, "%s is not installed: %s.", name, strerror(errno));
-        ll_problem(response, request, &error);
+        ll_http_problem(response, request, &error);
         return;
     }
     size_t got;

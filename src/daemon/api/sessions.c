@@ -60,7 +60,7 @@ static ll_status read_scenario(const ll_api *api, const cJSON *body, cJSON **sce
     return status;
 }
 
-static ll_status read_options(const cJSON *body, ll_host_order *order)
+static ll_status read_options(const cJSON *body, ll_create_request *order)
 {
     const cJSON *seed = cJSON_GetObjectItemCaseSensitive(body, "seed");
     const cJSON *paused = cJSON_GetObjectItemCaseSensitive(body, "paused");
@@ -89,15 +89,15 @@ static ll_status read_options(const cJSON *body, ll_host_order *order)
 static cJSON *describe_made(const ll_host_made *made)
 {
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_hosted_id(made->hosted));
-    cJSON_AddStringToObject(json, "code", ll_hosted_code(made->hosted));
+    cJSON_AddStringToObject(json, "id", ll_session_entry_id(made->session_entry));
+    cJSON_AddStringToObject(json, "code", ll_session_entry_code(made->session_entry));
     cJSON_AddStringToObject(json, "owner_key", made->owner_key);
     cJSON *keys = cJSON_AddArrayToObject(json, "player_keys");
     for (int i = 0; i < made->players; i++)
         cJSON_AddItemToArray(keys, cJSON_CreateString(made->player_keys[i]));
     cJSON_AddStringToObject(json, "status", ll_session_status_names[made->status]);
     cJSON_AddNumberToObject(json, "tick", (double)made->tick);
-    ll_api_links(json, ll_hosted_id(made->hosted));
+    ll_api_links(json, ll_session_entry_id(made->session_entry));
     return json;
 }
 
@@ -114,11 +114,11 @@ static void answer_made(ll_http_response *response, const char *text)
 }
 
 static char *make(ll_api *api, const ll_http_request *request, ll_http_response *response,
-                  const ll_host_order *order)
+                  const ll_create_request *order)
 {
     if (atomic_load(&api->phase) == LL_API_DRAINING) {
         ll_status stopping = ll_error(LL_LIMIT, "The daemon is stopping.");
-        ll_problem_later(response, request, 503, 10, &stopping);
+        ll_http_problem_later(response, request, 503, 10, &stopping);
         return NULL;
     }
     if (!ll_api_started(api, request, response))
@@ -127,7 +127,7 @@ static char *make(ll_api *api, const ll_http_request *request, ll_http_response 
     ll_status status = ll_host_make(api->host, order, &made);
     if (ll_failed(&status)) {
         if (made.full) /* the daemon's state; too many by one client is that one's rate */
-            ll_problem_later(response, request, 503, 60, &status);
+            ll_http_problem_later(response, request, 503, 60, &status);
         else
             ll_api_problem(response, request, &status);
         return NULL;
@@ -135,7 +135,7 @@ static char *make(ll_api *api, const ll_http_request *request, ll_http_response 
     cJSON *json = describe_made(&made);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
-    ll_hosted_release(made.hosted);
+    ll_session_entry_release(made.session_entry);
     if (text)
         answer_made(response, text);
     return text;
@@ -148,7 +148,7 @@ static char *make_new(ll_api *api, const ll_http_request *request, ll_http_respo
     if (!body)
         return NULL;
     ll_workload *workload = NULL;
-    ll_host_order order = {.seed = -1, .peer = request->peer, .task = request->task};
+    ll_create_request order = {.seed = -1, .peer = request->peer, .task = request->task};
     ll_status status = ll_api_only(body, names);
     if (!ll_failed(&status))
         status = read_options(body, &order);
@@ -194,12 +194,12 @@ void ll_post_sessions(void *context, const ll_http_request *request, ll_http_res
     case LL_REPEAT_BUSY:
         error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
                                "The first request with this Idempotency-Key is still being answered.");
-        ll_problem(response, request, &error);
+        ll_http_problem(response, request, &error);
         break;
     case LL_REPEAT_OTHER:
         error = ll_field_error(LL_CONFLICT, "Idempotency-Key",
                                "This Idempotency-Key was used with another body.");
-        ll_problem_as(response, request, 422, &error);
+        ll_http_problem_as(response, request, 422, &error);
         break;
     }
     free(text);
@@ -209,16 +209,16 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
 {
     static const char *const names[] = {"paused", "speed", NULL};
     ll_api *api = context;
-    ll_hosted *origin = ll_api_session(api, request, response);
+    ll_session_entry *origin = ll_api_session(api, request, response);
     if (!origin)
         return;
     if (!ll_api_may_create(api, request, response)) {
-        ll_hosted_release(origin);
+        ll_session_entry_release(origin);
         return;
     }
     cJSON *body = request->body_size > 0 ? ll_api_body(request, response) : cJSON_CreateObject();
     if (body) {
-        ll_host_order order = {
+        ll_create_request order = {
             .origin = origin, .seed = -1, .paused = true, .peer = request->peer, .task = request->task};
         ll_status status = ll_api_only(body, names);
         if (!ll_failed(&status))
@@ -229,7 +229,7 @@ void ll_post_fork(void *context, const ll_http_request *request, ll_http_respons
             free(make(api, request, response, &order));
         cJSON_Delete(body);
     }
-    ll_hosted_release(origin);
+    ll_session_entry_release(origin);
 }
 
 /* ---- one session ---- */
@@ -245,12 +245,12 @@ static cJSON *describe_error(const ll_session *session)
     return json;
 }
 
-static cJSON *describe(ll_session *session, const ll_hosted *hosted, bool parked)
+static cJSON *describe(ll_session *session, const ll_session_entry *session_entry, bool parked)
 {
     ll_session_info info = ll_session_get_info(session);
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_hosted_id(hosted));
-    cJSON_AddStringToObject(json, "code", ll_hosted_code(hosted));
+    cJSON_AddStringToObject(json, "id", ll_session_entry_id(session_entry));
+    cJSON_AddStringToObject(json, "code", ll_session_entry_code(session_entry));
     cJSON_AddStringToObject(json, "title", info.title ? info.title : "");
     cJSON_AddStringToObject(json, "kind", info.kind);
     cJSON_AddStringToObject(json, "status", ll_api_status_name(&info));
@@ -265,49 +265,49 @@ static cJSON *describe(ll_session *session, const ll_hosted *hosted, bool parked
     cJSON_AddItemToObject(json, "seed", ll_param_number((double)info.seed));
     cJSON_AddNumberToObject(json, "params_version", info.params_version);
     cJSON_AddNumberToObject(json, "generation", info.generation);
-    cJSON_AddNumberToObject(json, "viewers", ll_hosted_viewers(hosted));
+    cJSON_AddNumberToObject(json, "viewers", ll_session_entry_viewers(session_entry));
     cJSON_AddNumberToObject(json, "timeline_skipped", info.timeline_skipped);
     cJSON_AddItemToObject(json, "params", ll_session_params(session));
     cJSON_AddItemToObject(json, "cost", ll_session_cost(session));
     cJSON_AddItemToObject(json, "error", describe_error(session));
     cJSON_AddItemToObject(json, "notices", ll_session_notices(session));
-    ll_api_links(json, ll_hosted_id(hosted));
+    ll_api_links(json, ll_session_entry_id(session_entry));
     return json;
 }
 
 void ll_get_session(void *context, const ll_http_request *request, ll_http_response *response)
 {
-    ll_hosted *hosted = ll_api_session(context, request, response);
-    if (!hosted)
+    ll_session_entry *session_entry = ll_api_session(context, request, response);
+    if (!session_entry)
         return;
     ll_session *session;
     bool parked;
-    ll_status status = ll_hosted_enter(hosted, request->task, &session, &parked);
+    ll_status status = ll_session_entry_enter(session_entry, request->task, &session, &parked);
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
     } else {
-        cJSON *json = describe(session, hosted, parked);
-        ll_hosted_leave(hosted);
+        cJSON *json = describe(session, session_entry, parked);
+        ll_session_entry_leave(session_entry);
         ll_http_json(response, 200, json);
         cJSON_Delete(json);
     }
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }
 
 void ll_delete_session(void *context, const ll_http_request *request, ll_http_response *response)
 {
     ll_api *api = context;
-    ll_hosted *hosted = ll_api_session(api, request, response);
-    if (!hosted)
+    ll_session_entry *session_entry = ll_api_session(api, request, response);
+    if (!session_entry)
         return;
-    if (ll_api_permits(request, response, hosted, -1)) {
-        ll_status status = ll_host_delete(api->host, hosted, request->task);
+    if (ll_api_permits(request, response, session_entry, -1)) {
+        ll_status status = ll_host_delete(api->host, session_entry, request->task);
         if (ll_failed(&status))
             ll_api_problem(response, request, &status);
         else
             response->status = 204;
     }
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }
 
 void ll_get_code(void *context, const ll_http_request *request, ll_http_response *response)
@@ -318,17 +318,18 @@ void ll_get_code(void *context, const ll_http_request *request, ll_http_response
         return;
     if (!ll_host_allows_lookup(api->host, request->peer))
         status = ll_error(LL_LIMIT, "Too many codes were looked up from this address.");
-    ll_hosted *hosted = ll_failed(&status) ? NULL : ll_host_find_code(api->host, request->parameter[0]);
-    if (!hosted && !ll_failed(&status))
+    ll_session_entry *session_entry =
+        ll_failed(&status) ? NULL : ll_host_find_code(api->host, request->parameter[0]);
+    if (!session_entry && !ll_failed(&status))
         status = ll_error(LL_NOT_FOUND, "There is no session with this code.");
     if (ll_failed(&status)) {
         ll_api_problem(response, request, &status);
         return;
     }
     cJSON *json = cJSON_CreateObject();
-    cJSON_AddStringToObject(json, "id", ll_hosted_id(hosted));
-    ll_api_links(json, ll_hosted_id(hosted));
+    cJSON_AddStringToObject(json, "id", ll_session_entry_id(session_entry));
+    ll_api_links(json, ll_session_entry_id(session_entry));
     ll_http_json(response, 200, json);
     cJSON_Delete(json);
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }

@@ -8,21 +8,22 @@
 #include "daemon/hosting/hosted.h"
 
 /* In pieces, the session locked at both ends; false when it was ended. */
-static bool keep_up(ll_hosted *hosted, ll_task *task)
+static bool keep_up(ll_session_entry *session_entry, ll_task *task)
 {
-    while (!hosted->deleted && hosted->session && ll_viewers_any(hosted) && ll_hosted_is_heavy(hosted)) {
-        if (!ll_session_get_info(hosted->session).parked)
-            ll_viewers_apply(hosted, ll_host_now());
-        int64_t due = ll_hosted_work(hosted, task, 0);
+    while (!session_entry->deleted && session_entry->session && ll_viewers_any(session_entry) &&
+           ll_session_entry_is_heavy(session_entry)) {
+        if (!ll_session_get_info(session_entry->session).parked)
+            ll_viewers_apply(session_entry, ll_host_now());
+        int64_t due = ll_hosted_work(session_entry, task, 0);
         if (due < 0)
             break;
-        ll_hosted_note(hosted);
-        ll_hosted_notify(hosted);
+        ll_session_entry_note(session_entry);
+        ll_session_entry_notify(session_entry);
         if (due == 0)
             break;
-        pthread_mutex_unlock(&hosted->lock);
+        pthread_mutex_unlock(&session_entry->lock);
         bool more = ll_task_go_on(task);
-        pthread_mutex_lock(&hosted->lock);
+        pthread_mutex_lock(&session_entry->lock);
         if (!more)
             return false;
     }
@@ -31,34 +32,35 @@ static bool keep_up(ll_hosted *hosted, ll_task *task)
 
 static void carry(void *context, ll_task *task)
 {
-    ll_hosted *hosted = context;
+    ll_session_entry *session_entry = context;
     ll_session *session;
-    ll_status status = ll_hosted_enter(hosted, task, &session, NULL);
+    ll_status status = ll_session_entry_enter(session_entry, task, &session, NULL);
     if (!ll_failed(&status)) {
-        keep_up(hosted, task);
-        atomic_store(&hosted->carried, false); /* before the notice: the worker may want it again at once */
-        if (hosted->session && !hosted->deleted)
-            ll_hosted_note(hosted);
-        pthread_mutex_unlock(&hosted->lock);
-        ll_hosted_notify(hosted);
+        keep_up(session_entry, task);
+        atomic_store(&session_entry->carried,
+                     false); /* before the notice: the worker may want it again at once */
+        if (session_entry->session && !session_entry->deleted)
+            ll_session_entry_note(session_entry);
+        pthread_mutex_unlock(&session_entry->lock);
+        ll_session_entry_notify(session_entry);
     } else {
-        atomic_store(&hosted->carried, false);
+        atomic_store(&session_entry->carried, false);
         if (status.code != LL_INTERRUPTED)
-            ll_viewers_dismiss(hosted, status.text);
+            ll_viewers_dismiss(session_entry, status.text);
     }
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }
 
-void ll_hosted_carry(ll_hosted *hosted)
+void ll_session_entry_carry(ll_session_entry *session_entry)
 {
-    ll_task_order order = {.client = "the daemon", .own = true, .run = carry, .context = hosted};
-    if (atomic_exchange(&hosted->carried, true))
+    ll_task_order order = {.client = "the daemon", .own = true, .run = carry, .context = session_entry};
+    if (atomic_exchange(&session_entry->carried, true))
         return;
-    memcpy(order.session, hosted->id, sizeof hosted->id);
-    ll_hosted_retain(hosted);
-    ll_status status = ll_tasks_add(hosted->host->tasks, &order, NULL);
+    memcpy(order.session, session_entry->id, sizeof session_entry->id);
+    ll_session_entry_retain(session_entry);
+    ll_status status = ll_tasks_add(session_entry->host->tasks, &order, NULL);
     if (!ll_failed(&status))
         return;
-    atomic_store(&hosted->carried, false);
-    ll_hosted_release(hosted);
+    atomic_store(&session_entry->carried, false);
+    ll_session_entry_release(session_entry);
 }

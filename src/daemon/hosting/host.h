@@ -1,11 +1,10 @@
 /* Hosting: all sessions of the daemon, the threads that pace them, and who may change them.
  *
- * A session is found by its id and held by a counted reference (ll_host_find ... ll_hosted_release). Its
- * engine object is used between ll_hosted_enter and ll_hosted_leave only, which lock it, load it from the
- * store when it was not used since the start, and bring it to the present. A session is locked for a few
- * milliseconds at a time. Changes go through
- * ll_host_command, which also keeps the rules of durability: a command is applied only when the store works,
- * and answered only when its line is stored.
+ * A session is found by its id and held by a counted reference (ll_host_find ... ll_session_entry_release).
+ * Its engine object is used between ll_session_entry_enter and ll_session_entry_leave only, which lock it,
+ * load it from the store when it was not used since the start, and bring it to the present. A session is
+ * locked for a few milliseconds at a time. Changes go through ll_host_command, which also keeps the rules of
+ * durability: a command is applied only when the store works, and answered only when its line is stored.
  *
  * Each session belongs to one worker thread, which steps it at 60 Hz of wall time while somebody looks,
  * encodes each frame once and publishes it. A session that nobody looks at is parked after `park_after_s` and
@@ -56,7 +55,7 @@ typedef struct ll_host_config {
 extern const ll_param_table ll_host_table;
 
 typedef struct ll_host ll_host;
-typedef struct ll_hosted ll_hosted;
+typedef struct ll_session_entry ll_session_entry;
 
 typedef struct ll_host_stats {
     int64_t sessions;                                  /* all */
@@ -94,7 +93,7 @@ ll_host_stats ll_host_get_stats(ll_host *host);
 /* ---- sessions ---- */
 
 typedef struct ll_host_made {
-    ll_hosted *hosted; /* a reference of the caller's */
+    ll_session_entry *session_entry; /* a reference of the caller's */
     char owner_key[LL_KEY_LENGTH + 1];
     char player_keys[LL_PLAYERS_MAX][LL_KEY_LENGTH + 1];
     int players;
@@ -103,26 +102,26 @@ typedef struct ll_host_made {
     bool full; /* refused because there are as many sessions as there may be */
 } ll_host_made;
 
-typedef struct ll_host_order {
+typedef struct ll_create_request {
     const struct cJSON *scenario;       /* or */
-    ll_hosted *origin;                  /* whose log is forked */
+    ll_session_entry *origin;           /* whose log is forked */
     int64_t seed;                       /* < 0: the scenario's */
     const struct ll_workload *workload; /* that its log begins with; NULL: none */
     bool paused;
     double speed;         /* 0: as it is (1, or the origin's) */
     const char *peer;     /* who asks, for the rate */
     struct ll_task *task; /* for a large session, and for a fork, which may have to wake its origin */
-} ll_host_order;
+} ll_create_request;
 
 /* Makes a session, stored when this returns. LL_LIMIT (too many), LL_IO (the store fails), or what the engine
  * says. */
-ll_status ll_host_make(ll_host *host, const ll_host_order *order, ll_host_made *made);
+ll_status ll_host_make(ll_host *host, const ll_create_request *order, ll_host_made *made);
 
-ll_hosted *ll_host_find(ll_host *host, const char *id); /* NULL when there is none */
-ll_hosted *ll_host_find_code(ll_host *host, const char *code);
-void ll_hosted_release(ll_hosted *hosted);
+ll_session_entry *ll_host_find(ll_host *host, const char *id); /* NULL when there is none */
+ll_session_entry *ll_host_find_code(ll_host *host, const char *code);
+void ll_session_entry_release(ll_session_entry *session_entry);
 
-ll_status ll_host_delete(ll_host *host, ll_hosted *hosted, struct ll_task *task);
+ll_status ll_host_delete(ll_host *host, ll_session_entry *session_entry, struct ll_task *task);
 bool ll_host_allows_lookup(ll_host *host, const char *peer);
 bool ll_host_allows_creation(ll_host *host,
                              const char *peer); /* of an experiment; ll_host_make asks itself */
@@ -141,20 +140,21 @@ typedef struct ll_host_entry {
 /* Those with a serial above `after`, in their order, at most `most`. Caller frees `*entries`. */
 ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **entries, int *count);
 
-const char *ll_hosted_id(const ll_hosted *hosted);
-const char *ll_hosted_code(const ll_hosted *hosted);
-int ll_hosted_viewers(const ll_hosted *hosted);
+const char *ll_session_entry_id(const ll_session_entry *session_entry);
+const char *ll_session_entry_code(const ll_session_entry *session_entry);
+int ll_session_entry_viewers(const ll_session_entry *session_entry);
 
 /* Whose key it is: LL_ROLE_OWNER (the operator's too), a player's number, or LL_ROLE_NONE. */
 enum { LL_ROLE_NONE = -2, LL_ROLE_OWNER = -1 };
-int ll_hosted_role(const ll_hosted *hosted, const char *key, size_t length);
+int ll_session_entry_role(const ll_session_entry *session_entry, const char *key, size_t length);
 
 /* Locks the session, wakes it, brings it to the present and gives it. On an error nothing is locked.
  * `was_parked` may be NULL. One that is behind by more than a quarter of a second of computing, or on its
  * way, is given as it is: nobody waits for one that cannot keep its speed. Without a task whatever would take
  * more than a few milliseconds is LL_INTERRUPTED at once, with a task when that was ended. */
-ll_status ll_hosted_enter(ll_hosted *hosted, struct ll_task *task, ll_session **session, bool *was_parked);
-void ll_hosted_leave(ll_hosted *hosted);
+ll_status ll_session_entry_enter(ll_session_entry *session_entry, struct ll_task *task, ll_session **session,
+                                 bool *was_parked);
+void ll_session_entry_leave(ll_session_entry *session_entry);
 
 /* Counts what a request holds beside the sessions; LL_NO_MEMORY when there is no room for it. */
 ll_status ll_host_reserve(ll_host *host, int64_t bytes);
@@ -165,11 +165,11 @@ void ll_host_give_back(ll_host *host, int64_t bytes);
  * of that, with the session locked again. */
 typedef ll_status ll_host_change(void *context, ll_session *session, ll_time wall);
 typedef void ll_host_tell(void *context, ll_session *session);
-typedef struct ll_host_orders {
+typedef struct ll_create_requests {
     ll_host_change *change;
     ll_host_tell *tell;
     void *context;
     struct ll_task *task;
     bool clock; /* it only moves the clock */
-} ll_host_orders;
-ll_status ll_host_command(ll_host *host, ll_hosted *hosted, const ll_host_orders *orders);
+} ll_create_requests;
+ll_status ll_host_command(ll_host *host, ll_session_entry *session_entry, const ll_create_requests *orders);

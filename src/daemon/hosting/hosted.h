@@ -38,7 +38,7 @@ typedef struct ll_reply {
     char id[40]; /* for the error when the store fails */
 } ll_reply;
 
-struct ll_hosted {
+struct ll_session_entry {
     ll_host *host;
     char id[LL_ID_LENGTH + 1], code[LL_CODE_LENGTH + 1];
     int64_t created_ms, serial;
@@ -50,14 +50,14 @@ struct ll_hosted {
     _Atomic ll_time touched; /* last request or viewer */
     _Atomic int status;      /* ll_session_status as last seen, or -1: not in memory; for the statistics */
     atomic_bool parked;
-    _Atomic int64_t log_bytes;            /* of its stored lines */
-    _Atomic int64_t *share;               /* of its maker's; NULL: nobody knows any more who that was */
-    atomic_bool pending;                  /* something to do for the worker */
-    ll_hosted *next_by_id, *next_by_code; /* host.lock */
-    bool active;                          /* worker.lock: in the worker's list */
-    _Atomic ll_time rests_until;          /* its worker looks at it then, or when something is pending */
-    atomic_bool carried;                  /* a task of the daemon's own runs it */
-    _Atomic uint32_t stops;               /* counts what makes a tick that is being made of no use */
+    _Atomic int64_t log_bytes; /* of its stored lines */
+    _Atomic int64_t *share;    /* of its maker's; NULL: nobody knows any more who that was */
+    atomic_bool pending;       /* something to do for the worker */
+    ll_session_entry *next_by_id, *next_by_code; /* host.lock */
+    bool active;                                 /* worker.lock: in the worker's list */
+    _Atomic ll_time rests_until; /* its worker looks at it then, or when something is pending */
+    atomic_bool carried;         /* a task of the daemon's own runs it */
+    _Atomic uint32_t stops;      /* counts what makes a tick that is being made of no use */
 
     pthread_mutex_t lock; /* all below, and the calls that publish */
     ll_session *session;  /* NULL while unloaded */
@@ -92,7 +92,7 @@ typedef struct ll_worker {
     bool started;
     pthread_mutex_t lock;
     pthread_cond_t wake;
-    ll_hosted **active; /* each with a reference */
+    ll_session_entry **active; /* each with a reference */
     int count, capacity;
     bool stopping;
 } ll_worker;
@@ -107,15 +107,15 @@ struct ll_host {
     ll_worker *workers;
     int worker_count;
     ll_tasks *tasks;
-    ll_rates *creations, *lookups;
+    ll_rate_limits *creations, *lookups;
 
-    pthread_t caretaker;
-    bool caretaker_started;
+    pthread_t reaper;
+    bool reaper_started;
 
     pthread_mutex_t lock; /* the registry */
     pthread_cond_t stop;
     bool stopping;
-    ll_hosted *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
+    ll_session_entry *by_id[LL_HOST_BUCKETS], *by_code[LL_HOST_BUCKETS];
     int64_t sessions, serials;
     unsigned next_place; /* spreads sessions over workers and slots */
 
@@ -133,50 +133,57 @@ struct ll_host {
 
 /* ---- inbox.c ---- */
 
-bool ll_viewers_any(ll_hosted *hosted);
-void ll_viewers_dismiss(ll_hosted *hosted, const char *reason); /* closes them all */
-void ll_viewers_forget(ll_hosted *hosted);                      /* at the end */
+bool ll_viewers_any(ll_session_entry *session_entry);
+void ll_viewers_dismiss(ll_session_entry *session_entry, const char *reason); /* closes them all */
+void ll_viewers_forget(ll_session_entry *session_entry);                      /* at the end */
 
 /* ---- notify.c ---- */
 
-void ll_hosted_retain(ll_hosted *hosted);
-void ll_hosted_notify(ll_hosted *hosted); /* the worker looks at it in its next slot; any thread */
+void ll_session_entry_retain(ll_session_entry *session_entry);
+void ll_session_entry_notify(
+    ll_session_entry *session_entry); /* the worker looks at it in its next slot; any thread */
 
 /* ---- host.c ---- */
 
-ll_status ll_host_storable(ll_host *host);                              /* LL_IO while the store fails */
-ll_hosted *ll_hosted_new(ll_host *host);                                /* one reference; not registered */
-void ll_hosted_count_log(ll_hosted *hosted, int64_t bytes);             /* of its lines, more or fewer */
-void ll_hosted_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
-void ll_hosted_save(ll_hosted *hosted);                                 /* queues the row; locked */
-ll_status ll_hosted_load(ll_hosted *hosted);                            /* locked */
-void ll_hosted_count_memory(ll_hosted *hosted, int64_t bytes);
-void ll_hosted_note(ll_hosted *hosted); /* status and memory for the statistics; locked */
+ll_status ll_host_storable(ll_host *host);             /* LL_IO while the store fails */
+ll_session_entry *ll_session_entry_new(ll_host *host); /* one reference; not registered */
+void ll_session_entry_count_log(ll_session_entry *session_entry,
+                                int64_t bytes); /* of its lines, more or fewer */
+void ll_session_entry_on_line(void *context, const char *line, size_t length); /* an ll_log_line */
+void ll_session_entry_save(ll_session_entry *session_entry);                   /* queues the row; locked */
+ll_status ll_session_entry_load(ll_session_entry *session_entry);              /* locked */
+void ll_session_entry_count_memory(ll_session_entry *session_entry, int64_t bytes);
+void ll_session_entry_note(
+    ll_session_entry *session_entry); /* status and memory for the statistics; locked */
 /* LL_NO_MEMORY when the other sessions leave too little for this one awake; else it is counted. Locked. */
-ll_status ll_hosted_fits(ll_hosted *hosted);
-bool ll_hosted_is_heavy(const ll_hosted *hosted); /* a tick is, or may be, too long for a worker; locked */
+ll_status ll_session_entry_fits(ll_session_entry *session_entry);
+bool ll_session_entry_is_heavy(
+    const ll_session_entry *session_entry); /* a tick is, or may be, too long for a worker; locked */
 /* Locks within a few milliseconds, or with a task's patience. LL_INTERRUPTED: not. */
-ll_status ll_hosted_lock(ll_hosted *hosted, ll_task *task);
+ll_status ll_session_entry_lock(ll_session_entry *session_entry, ll_task *task);
 /* Runs at most `max_ms` worth of ticks that are due at `wall`. Returns how many still are. Locked. One that
  * takes far longer than those before it is broken off; the session is then half awake, and heavy. */
-int64_t ll_hosted_advance(ll_hosted *hosted, ll_time wall, double max_ms);
+int64_t ll_session_entry_advance(ll_session_entry *session_entry, ll_time wall, double max_ms);
 /* The same for a task, up to now: a tick of a heavy session is made while it is unlocked, of a copy, and as
  * the task has its turns, and given up after `most_ms` (0: never). Whoever needs it, changes or deletes it
  * meanwhile does not wait. Returns -1 when it is gone; locked also then. */
-int64_t ll_hosted_work(ll_hosted *hosted, ll_task *task, double most_ms);
+int64_t ll_hosted_work(ll_session_entry *session_entry, ll_task *task, double most_ms);
 /* Calls `change`; what it makes anew, as the whole run of a motion, is left to tasks when it takes long. */
-ll_status ll_hosted_change(ll_hosted *hosted, const ll_host_orders *orders, ll_session *session);
+ll_status ll_hosted_change(ll_session_entry *session_entry, const ll_create_requests *orders,
+                           ll_session *session);
 /* Before a change: a tick that is being made is given a moment to be finished, and then given up. Locked. */
-void ll_hosted_stop_work(ll_hosted *hosted);
+void ll_hosted_stop_work(ll_session_entry *session_entry);
 
 /* ---- registry.c ---- */
 
-bool ll_host_register(ll_host *host, ll_hosted *hosted); /* gives it a code if it has none; false when full */
-void ll_host_unregister(ll_host *host, ll_hosted *hosted);
+bool ll_host_register(ll_host *host,
+                      ll_session_entry *session_entry); /* gives it a code if it has none; false when full */
+void ll_host_unregister(ll_host *host, ll_session_entry *session_entry);
 
 /* ---- command.c ---- */
 
-bool ll_host_discard(ll_host *host, ll_hosted *hosted, uint64_t *ticket); /* false when it was done before */
+bool ll_host_discard(ll_host *host, ll_session_entry *session_entry,
+                     uint64_t *ticket); /* false when it was done before */
 
 /* ---- worker.c ---- */
 
@@ -188,10 +195,10 @@ void ll_worker_stop(ll_worker *worker);
 
 /* Any thread. A task wakes the session, brings it to the present, and stays with it while it is heavy and
  * watched; its worker is notified whenever there is something new. */
-void ll_hosted_carry(ll_hosted *hosted);
+void ll_session_entry_carry(ll_session_entry *session_entry);
 
 /* ---- viewers.c ---- */
 
-void ll_viewers_greet(ll_hosted *hosted);               /* hellos to those who wait; locked */
-void ll_viewers_apply(ll_hosted *hosted, ll_time wall); /* their inputs; locked */
-void ll_host_send_replies(void *host);                  /* those that are durable; the store's hook */
+void ll_viewers_greet(ll_session_entry *session_entry);               /* hellos to those who wait; locked */
+void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall); /* their inputs; locked */
+void ll_host_send_replies(void *host); /* those that are durable; the store's hook */

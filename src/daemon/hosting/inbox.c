@@ -3,33 +3,33 @@
 
 #include "daemon/hosting/hosted.h"
 
-bool ll_viewers_any(ll_hosted *hosted)
+bool ll_viewers_any(ll_session_entry *session_entry)
 {
-    pthread_mutex_lock(&hosted->inbox_lock);
-    bool any = hosted->viewers != NULL;
-    pthread_mutex_unlock(&hosted->inbox_lock);
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    bool any = session_entry->viewers != NULL;
+    pthread_mutex_unlock(&session_entry->inbox_lock);
     return any;
 }
 
-void ll_viewers_dismiss(ll_hosted *hosted, const char *reason)
+void ll_viewers_dismiss(ll_session_entry *session_entry, const char *reason)
 {
-    pthread_mutex_lock(&hosted->inbox_lock);
-    for (ll_viewer *v = hosted->viewers; v; v = v->next)
-        ll_ws_close(hosted->host->ws, v->id, LL_WS_TRY_LATER, reason);
-    pthread_mutex_unlock(&hosted->inbox_lock);
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    for (ll_viewer *v = session_entry->viewers; v; v = v->next)
+        ll_ws_close(session_entry->host->ws, v->id, LL_WS_TRY_LATER, reason);
+    pthread_mutex_unlock(&session_entry->inbox_lock);
 }
 
-void ll_viewers_forget(ll_hosted *hosted)
+void ll_viewers_forget(ll_session_entry *session_entry)
 {
-    while (hosted->viewers) {
-        ll_viewer *viewer = hosted->viewers;
-        hosted->viewers = viewer->next;
+    while (session_entry->viewers) {
+        ll_viewer *viewer = session_entry->viewers;
+        session_entry->viewers = viewer->next;
         free(viewer);
     }
-    while (hosted->inputs) {
-        ll_stream_input *input = hosted->inputs;
-        hosted->inputs = input->next;
+    while (session_entry->inputs) {
+        ll_stream_input *input = session_entry->inputs;
+        session_entry->inputs = input->next;
         free(input);
     }
-    hosted->inputs_end = &hosted->inputs;
+    session_entry->inputs_end = &session_entry->inputs;
 }

@@ -9,17 +9,18 @@
 #include "daemon/hosting/hosted.h"
 #include "daemon/support/log.h"
 
-static ll_hosted *expired(ll_host *host, ll_time before)
+static ll_session_entry *expired(ll_host *host, ll_time before)
 {
-    ll_hosted *old = NULL;
+    ll_session_entry *old = NULL;
     for (int i = 0; i < LL_HOST_BUCKETS && !old; i++) {
-        for (ll_hosted *hosted = host->by_id[i]; hosted && !old; hosted = hosted->next_by_id) {
-            if (atomic_load(&hosted->touched) < before && ll_hosted_viewers(hosted) == 0)
-                old = hosted;
+        for (ll_session_entry *session_entry = host->by_id[i]; session_entry && !old;
+             session_entry = session_entry->next_by_id) {
+            if (atomic_load(&session_entry->touched) < before && ll_session_entry_viewers(session_entry) == 0)
+                old = session_entry;
         }
     }
     if (old)
-        ll_hosted_retain(old);
+        ll_session_entry_retain(old);
     return old;
 }
 
@@ -28,12 +29,12 @@ static void expire(ll_host *host)
     ll_time before = ll_host_now() - (ll_time)(host->config.session_ttl_s * 1e9);
     for (;;) {
         pthread_mutex_lock(&host->lock);
-        ll_hosted *old = host->stopping ? NULL : expired(host, before);
+        ll_session_entry *old = host->stopping ? NULL : expired(host, before);
         pthread_mutex_unlock(&host->lock);
         if (!old)
             return;
         ll_status status = ll_host_delete(host, old, NULL);
-        ll_hosted_release(old);
+        ll_session_entry_release(old);
         if (ll_failed(&status))
             return; /* the store fails: another time */
         atomic_fetch_add(&host->expired, 1);
@@ -69,24 +70,24 @@ static void add_stored(void *context, const ll_stored *stored)
                      (long long)stored->number);
         return;
     }
-    ll_hosted *hosted = ll_hosted_new(host);
-    if (!hosted)
+    ll_session_entry *session_entry = ll_session_entry_new(host);
+    if (!session_entry)
         return;
-    hosted->stored = *stored;
-    hosted->lines = stored->lines;
-    ll_hosted_count_log(hosted, stored->log_bytes);
-    hosted->created_ms = stored->created_ms;
-    hosted->key_count = stored->key_count;
-    memcpy(hosted->keys, stored->keys, sizeof hosted->keys);
-    memcpy(hosted->id, stored->id, sizeof hosted->id);
-    memcpy(hosted->code, stored->code, sizeof hosted->code);
+    session_entry->stored = *stored;
+    session_entry->lines = stored->lines;
+    ll_session_entry_count_log(session_entry, stored->log_bytes);
+    session_entry->created_ms = stored->created_ms;
+    session_entry->key_count = stored->key_count;
+    memcpy(session_entry->keys, stored->keys, sizeof session_entry->keys);
+    memcpy(session_entry->id, stored->id, sizeof session_entry->id);
+    memcpy(session_entry->code, stored->code, sizeof session_entry->code);
     struct timespec now;
     clock_gettime(CLOCK_REALTIME, &now);
     int64_t idle_ms = (int64_t)now.tv_sec * 1000 - stored->seen_ms;
-    atomic_store(&hosted->touched, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
-    if (!ll_host_register(host, hosted))
+    atomic_store(&session_entry->touched, host->started - (idle_ms > 0 ? idle_ms : 0) * LL_MS);
+    if (!ll_host_register(host, session_entry))
         ll_log_write("warn", "stored session left out", "There are more than --max-sessions.");
-    ll_hosted_release(hosted);
+    ll_session_entry_release(session_entry);
 }
 
 /* What the machine has, or the container when that is less. */
@@ -130,8 +131,10 @@ ll_status ll_host_create(const ll_host_config *config, ll_store *store, ll_tasks
     host->workers = calloc((size_t)host->worker_count, sizeof *host->workers);
     for (int i = 0; host->workers && i < host->worker_count; i++)
         ll_worker_init(host, &host->workers[i], i);
-    host->creations = ll_rates_new(config->max_new_sessions_per_min / 60, config->max_new_sessions_per_min);
-    host->lookups = ll_rates_new(config->max_code_lookups_per_min / 60, config->max_code_lookups_per_min);
+    host->creations =
+        ll_rate_limits_new(config->max_new_sessions_per_min / 60, config->max_new_sessions_per_min);
+    host->lookups =
+        ll_rate_limits_new(config->max_code_lookups_per_min / 60, config->max_code_lookups_per_min);
     ll_status status = host->workers && host->creations && host->lookups
                            ? ll_store_list(store, add_stored, host)
                            : ll_error(LL_NO_MEMORY, "There is no memory for hosting.");
@@ -148,9 +151,11 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
 {
     host->ws = ws;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
-            ll_hosted_retain(hosted); /* the stream's */
-            ll_status status = ll_ws_stream_open(ws, LL_STREAM_SESSION, hosted->id, hosted, &hosted->stream);
+        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+             session_entry = session_entry->next_by_id) {
+            ll_session_entry_retain(session_entry); /* the stream's */
+            ll_status status = ll_ws_stream_open(ws, LL_STREAM_SESSION, session_entry->id, session_entry,
+                                                 &session_entry->stream);
             if (ll_failed(&status))
                 return status;
         }
@@ -160,9 +165,9 @@ ll_status ll_host_start(ll_host *host, ll_ws *ws)
         if (ll_failed(&status))
             return status;
     }
-    host->caretaker_started = pthread_create(&host->caretaker, NULL, take_care, host) == 0;
-    return host->caretaker_started ? ll_ok()
-                                   : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
+    host->reaper_started = pthread_create(&host->reaper, NULL, take_care, host) == 0;
+    return host->reaper_started ? ll_ok()
+                                : ll_error(LL_NO_MEMORY, "The caretaker's thread cannot be started.");
 }
 
 void ll_host_stop(ll_host *host)
@@ -171,9 +176,9 @@ void ll_host_stop(ll_host *host)
     host->stopping = true;
     pthread_cond_broadcast(&host->stop);
     pthread_mutex_unlock(&host->lock);
-    if (host->caretaker_started)
-        pthread_join(host->caretaker, NULL);
-    host->caretaker_started = false;
+    if (host->reaper_started)
+        pthread_join(host->reaper, NULL);
+    host->reaper_started = false;
     for (int i = 0; i < host->worker_count; i++)
         ll_worker_stop(&host->workers[i]);
 }
@@ -184,14 +189,15 @@ uint64_t ll_host_save(ll_host *host, bool wait)
     if (!wait)
         pthread_mutex_lock(&host->lock); /* others may be at the registry still */
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
+        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+             session_entry = session_entry->next_by_id) {
             if (wait)
-                pthread_mutex_lock(&hosted->lock);
-            else if (pthread_mutex_trylock(&hosted->lock) != 0)
+                pthread_mutex_lock(&session_entry->lock);
+            else if (pthread_mutex_trylock(&session_entry->lock) != 0)
                 continue;
-            ll_hosted_save(hosted);
-            last = hosted->ticket > last ? hosted->ticket : last;
-            pthread_mutex_unlock(&hosted->lock);
+            ll_session_entry_save(session_entry);
+            last = session_entry->ticket > last ? session_entry->ticket : last;
+            pthread_mutex_unlock(&session_entry->lock);
         }
     }
     if (!wait)
@@ -205,12 +211,13 @@ void ll_host_free(ll_host *host)
         return;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
         while (host->by_id[i]) {
-            ll_hosted *hosted = host->by_id[i];
-            host->by_id[i] = hosted->next_by_id;
-            bool streamed = hosted->stream != NULL; /* its reference: the door was closed with all streams */
-            ll_hosted_release(hosted);
+            ll_session_entry *session_entry = host->by_id[i];
+            host->by_id[i] = session_entry->next_by_id;
+            bool streamed =
+                session_entry->stream != NULL; /* its reference: the door was closed with all streams */
+            ll_session_entry_release(session_entry);
             if (streamed)
-                ll_hosted_release(hosted);
+                ll_session_entry_release(session_entry);
         }
     }
     while (host->replies) {
@@ -219,8 +226,8 @@ void ll_host_free(ll_host *host)
         free(reply->good);
         free(reply);
     }
-    ll_rates_free(host->creations);
-    ll_rates_free(host->lookups);
+    ll_rate_limits_free(host->creations);
+    ll_rate_limits_free(host->lookups);
     free(host->workers);
     pthread_mutex_destroy(&host->lock);
     pthread_mutex_destroy(&host->replies_lock);
@@ -235,15 +242,15 @@ const ll_host_config *ll_host_get_config(const ll_host *host)
 
 bool ll_host_allows_lookup(ll_host *host, const char *peer)
 {
-    bool allowed = ll_rates_take(host->lookups, peer, ll_host_now());
+    bool allowed = ll_rate_limits_take(host->lookups, peer, ll_host_now());
     if (!allowed)
         atomic_fetch_add(&host->refused_lookups, 1);
     return allowed;
 }
 
-static void count(ll_host_stats *stats, ll_hosted *hosted)
+static void count(ll_host_stats *stats, ll_session_entry *session_entry)
 {
-    int status = atomic_load(&hosted->status);
+    int status = atomic_load(&session_entry->status);
     int64_t *const by_status[] = {[LL_SESSION_PAUSED] = &stats->paused,
                                   [LL_SESSION_PLAYING] = &stats->playing,
                                   [LL_SESSION_ENDED] = &stats->ended,
@@ -252,7 +259,7 @@ static void count(ll_host_stats *stats, ll_hosted *hosted)
         stats->unloaded++;
     else
         (*by_status[status])++;
-    if (status >= 0 && atomic_load(&hosted->parked))
+    if (status >= 0 && atomic_load(&session_entry->parked))
         stats->parked++;
 }
 
@@ -280,8 +287,9 @@ ll_host_stats ll_host_get_stats(ll_host *host)
     pthread_mutex_lock(&host->lock);
     stats.sessions = host->sessions;
     for (int i = 0; i < LL_HOST_BUCKETS; i++) {
-        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id)
-            count(&stats, hosted);
+        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+             session_entry = session_entry->next_by_id)
+            count(&stats, session_entry);
     }
     pthread_mutex_unlock(&host->lock);
     return stats;

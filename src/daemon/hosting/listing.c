@@ -10,18 +10,18 @@ static int by_serial(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static void fill(ll_host_entry *entry, ll_hosted *hosted, ll_time now)
+static void fill(ll_host_entry *entry, ll_session_entry *session_entry, ll_time now)
 {
-    *entry = (ll_host_entry){.serial = hosted->serial,
-                             .status = atomic_load(&hosted->status),
-                             .parked = atomic_load(&hosted->parked),
-                             .viewers = ll_hosted_viewers(hosted),
-                             .created_ms = hosted->created_ms,
-                             .log_bytes = atomic_load(&hosted->log_bytes)};
-    ll_time touched = atomic_load(&hosted->touched);
+    *entry = (ll_host_entry){.serial = session_entry->serial,
+                             .status = atomic_load(&session_entry->status),
+                             .parked = atomic_load(&session_entry->parked),
+                             .viewers = ll_session_entry_viewers(session_entry),
+                             .created_ms = session_entry->created_ms,
+                             .log_bytes = atomic_load(&session_entry->log_bytes)};
+    ll_time touched = atomic_load(&session_entry->touched);
     entry->idle_s = now > touched ? ll_to_s(now - touched) : 0;
-    memcpy(entry->id, hosted->id, sizeof entry->id);
-    memcpy(entry->code, hosted->code, sizeof entry->code);
+    memcpy(entry->id, session_entry->id, sizeof entry->id);
+    memcpy(entry->code, session_entry->code, sizeof entry->code);
 }
 
 ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **entries, int *count)
@@ -31,9 +31,10 @@ ll_status ll_host_list(ll_host *host, int64_t after, int most, ll_host_entry **e
     pthread_mutex_lock(&host->lock);
     ll_host_entry *all = malloc((size_t)(host->sessions + 1) * sizeof *all);
     for (int i = 0; all && i < LL_HOST_BUCKETS; i++) {
-        for (ll_hosted *hosted = host->by_id[i]; hosted; hosted = hosted->next_by_id) {
-            if (hosted->serial > after)
-                fill(&all[found++], hosted, now);
+        for (ll_session_entry *session_entry = host->by_id[i]; session_entry;
+             session_entry = session_entry->next_by_id) {
+            if (session_entry->serial > after)
+                fill(&all[found++], session_entry, now);
         }
     }
     pthread_mutex_unlock(&host->lock);

@@ -3,29 +3,29 @@
 
 #include "daemon/hosting/hosted.h"
 
-void ll_hosted_retain(ll_hosted *hosted)
+void ll_session_entry_retain(ll_session_entry *session_entry)
 {
-    atomic_fetch_add(&hosted->references, 1);
+    atomic_fetch_add(&session_entry->references, 1);
 }
 
-void ll_hosted_notify(ll_hosted *hosted)
+void ll_session_entry_notify(ll_session_entry *session_entry)
 {
-    ll_worker *worker = &hosted->host->workers[hosted->worker];
-    atomic_store(&hosted->pending, true);
+    ll_worker *worker = &session_entry->host->workers[session_entry->worker];
+    atomic_store(&session_entry->pending, true);
     pthread_mutex_lock(&worker->lock);
-    if (!hosted->active && !worker->stopping) {
+    if (!session_entry->active && !worker->stopping) {
         if (worker->count == worker->capacity) {
             int capacity = worker->capacity ? worker->capacity * 2 : 64;
-            ll_hosted **bigger = realloc(worker->active, (size_t)capacity * sizeof *bigger);
+            ll_session_entry **bigger = realloc(worker->active, (size_t)capacity * sizeof *bigger);
             if (bigger) {
                 worker->active = bigger;
                 worker->capacity = capacity;
             }
         }
         if (worker->count < worker->capacity) {
-            ll_hosted_retain(hosted);
-            hosted->active = true;
-            worker->active[worker->count++] = hosted;
+            ll_session_entry_retain(session_entry);
+            session_entry->active = true;
+            worker->active[worker->count++] = session_entry;
             if (worker->count == 1)
                 pthread_cond_signal(&worker->wake);
         }

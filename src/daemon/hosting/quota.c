@@ -56,16 +56,16 @@ static ll_status share_full(ll_host *host, _Atomic int64_t *share, int64_t more)
                     (double)now / mebi, (double)most / mebi);
 }
 
-ll_status ll_quota_line(ll_hosted *hosted, bool clock)
+ll_status ll_quota_line(ll_session_entry *session_entry, bool clock)
 {
-    ll_host *host = hosted->host;
-    int64_t most = bytes_of(host->config.max_log_mib), now = atomic_load(&hosted->log_bytes);
+    ll_host *host = session_entry->host;
+    int64_t most = bytes_of(host->config.max_log_mib), now = atomic_load(&session_entry->log_bytes);
     if (now >= most + (clock ? CLOCK_BYTES : 0)) {
         atomic_fetch_add(&host->refused_logs, 1);
         return ll_error(LL_IO, "The log of this session has %.1f MiB, which is the limit (max_log_mib).",
                         (double)now / mebi);
     }
-    ll_status status = clock ? ll_ok() : share_full(host, hosted->share, 0);
+    ll_status status = clock ? ll_ok() : share_full(host, session_entry->share, 0);
     return clock || ll_failed(&status) ? status : all_full(host, 0);
 }
 
@@ -77,7 +77,7 @@ ll_status ll_quota_make(ll_host *host, const char *client, int64_t bytes)
     if (ll_failed(&status))
         return status;
     double sessions = 1 + (double)(bytes / LL_QUOTA_FORK_BYTES), most = host->config.max_new_sessions_per_min;
-    if (ll_rates_take_many(host->creations, client, sessions, ll_host_now()))
+    if (ll_rate_limits_take_many(host->creations, client, sessions, ll_host_now()))
         return status;
     atomic_fetch_add(&host->refused_creations, 1);
     return sessions > 1 ? ll_error(LL_LIMIT,

@@ -6,7 +6,7 @@
 /* LL_IO (507) when the log of this session, those of its maker, or those of all, are as long as they may be.
  * `clock`: of what only moves the clock, for which a little is kept back, so that a session with a full log
  * can still be paused. Locked. */
-ll_status ll_quota_line(ll_hosted *hosted, bool clock);
+ll_status ll_quota_line(ll_session_entry *session_entry, bool clock);
 
 /* Where the bytes of the logs of a client's sessions are summed. */
 _Atomic int64_t *ll_quota_share(ll_host *host, const char *client);

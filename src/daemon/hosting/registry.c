@@ -15,91 +15,92 @@ static unsigned bucket_of(const char *text)
     return (unsigned)(ll_hash(0, text, strlen(text)) % LL_HOST_BUCKETS);
 }
 
-static ll_hosted *find_code(ll_host *host, const char *code)
+static ll_session_entry *find_code(ll_host *host, const char *code)
 {
-    ll_hosted *hosted = host->by_code[bucket_of(code)];
-    while (hosted && strcmp(hosted->code, code) != 0)
-        hosted = hosted->next_by_code;
-    return hosted;
+    ll_session_entry *session_entry = host->by_code[bucket_of(code)];
+    while (session_entry && strcmp(session_entry->code, code) != 0)
+        session_entry = session_entry->next_by_code;
+    return session_entry;
 }
 
-ll_hosted *ll_host_find(ll_host *host, const char *id)
+ll_session_entry *ll_host_find(ll_host *host, const char *id)
 {
     if (!ll_is_id(id))
         return NULL;
     pthread_mutex_lock(&host->lock);
-    ll_hosted *hosted = host->by_id[bucket_of(id)];
-    while (hosted && strcmp(hosted->id, id) != 0)
-        hosted = hosted->next_by_id;
-    if (hosted)
-        ll_hosted_retain(hosted);
+    ll_session_entry *session_entry = host->by_id[bucket_of(id)];
+    while (session_entry && strcmp(session_entry->id, id) != 0)
+        session_entry = session_entry->next_by_id;
+    if (session_entry)
+        ll_session_entry_retain(session_entry);
     pthread_mutex_unlock(&host->lock);
-    return hosted;
+    return session_entry;
 }
 
-ll_hosted *ll_host_find_code(ll_host *host, const char *code)
+ll_session_entry *ll_host_find_code(ll_host *host, const char *code)
 {
     if (!ll_is_code(code))
         return NULL;
     pthread_mutex_lock(&host->lock);
-    ll_hosted *hosted = find_code(host, code);
-    if (hosted)
-        ll_hosted_retain(hosted);
+    ll_session_entry *session_entry = find_code(host, code);
+    if (session_entry)
+        ll_session_entry_retain(session_entry);
     pthread_mutex_unlock(&host->lock);
-    return hosted;
+    return session_entry;
 }
 
-static bool choose_code(ll_host *host, ll_hosted *hosted)
+static bool choose_code(ll_host *host, ll_session_entry *session_entry)
 {
     for (int attempt = 0; attempt < 1000; attempt++) {
-        if (!ll_new_code(hosted->code))
+        if (!ll_new_code(session_entry->code))
             return false;
-        if (!find_code(host, hosted->code))
+        if (!find_code(host, session_entry->code))
             return true;
     }
     return false;
 }
 
-bool ll_host_register(ll_host *host, ll_hosted *hosted)
+bool ll_host_register(ll_host *host, ll_session_entry *session_entry)
 {
     pthread_mutex_lock(&host->lock);
-    bool room = host->sessions < host->config.max_sessions && (hosted->code[0] || choose_code(host, hosted));
+    bool room = host->sessions < host->config.max_sessions &&
+                (session_entry->code[0] || choose_code(host, session_entry));
     if (room) {
-        ll_hosted_retain(hosted);
-        ll_hosted **by_id = &host->by_id[bucket_of(hosted->id)],
-                  **by_code = &host->by_code[bucket_of(hosted->code)];
-        hosted->next_by_id = *by_id;
-        *by_id = hosted;
-        hosted->next_by_code = *by_code;
-        *by_code = hosted;
+        ll_session_entry_retain(session_entry);
+        ll_session_entry **by_id = &host->by_id[bucket_of(session_entry->id)],
+                         **by_code = &host->by_code[bucket_of(session_entry->code)];
+        session_entry->next_by_id = *by_id;
+        *by_id = session_entry;
+        session_entry->next_by_code = *by_code;
+        *by_code = session_entry;
         unsigned place = host->next_place++;
-        hosted->worker = (int)(place % (unsigned)host->worker_count);
-        hosted->slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
+        session_entry->worker = (int)(place % (unsigned)host->worker_count);
+        session_entry->slot = (int)(place / (unsigned)host->worker_count % LL_SLOTS);
         host->sessions++;
-        hosted->serial = ++host->serials;
+        session_entry->serial = ++host->serials;
     }
     pthread_mutex_unlock(&host->lock);
     return room;
 }
 
-void ll_host_unregister(ll_host *host, ll_hosted *hosted)
+void ll_host_unregister(ll_host *host, ll_session_entry *session_entry)
 {
     bool found = false;
     pthread_mutex_lock(&host->lock);
-    ll_hosted **link = &host->by_id[bucket_of(hosted->id)];
-    while (*link && *link != hosted)
+    ll_session_entry **link = &host->by_id[bucket_of(session_entry->id)];
+    while (*link && *link != session_entry)
         link = &(*link)->next_by_id;
     if (*link) {
-        *link = hosted->next_by_id;
-        link = &host->by_code[bucket_of(hosted->code)];
-        while (*link && *link != hosted)
+        *link = session_entry->next_by_id;
+        link = &host->by_code[bucket_of(session_entry->code)];
+        while (*link && *link != session_entry)
             link = &(*link)->next_by_code;
         if (*link)
-            *link = hosted->next_by_code;
+            *link = session_entry->next_by_code;
         host->sessions--;
         found = true;
     }
     pthread_mutex_unlock(&host->lock);
     if (found)
-        ll_hosted_release(hosted);
+        ll_session_entry_release(session_entry);
 }

@@ -38,13 +38,13 @@ static cJSON *answer(const char *type, const char *reply_id)
 
 static int http_status(const ll_status *error)
 {
-    return error->code == LL_IO ? 507 : error->code == LL_LIMIT ? 429 : ll_problem_http_status(error->code);
+    return error->code == LL_IO ? 507 : error->code == LL_LIMIT ? 429 : ll_http_problem_status(error->code);
 }
 
 static void send_error(ll_host *host, ll_ws_viewer viewer, const char *reply_id, const ll_status *error)
 {
     cJSON *json = answer("error", reply_id);
-    cJSON_AddItemToObject(json, "problem", ll_problem_json(http_status(error), error, NULL));
+    cJSON_AddItemToObject(json, "problem", ll_http_problem_json(http_status(error), error, NULL));
     send_json(host, viewer, json);
 }
 
@@ -88,9 +88,10 @@ void ll_host_send_replies(void *context)
     }
 }
 
-static void reply_when_stored(ll_hosted *hosted, ll_ws_viewer viewer, const char *reply_id, cJSON *json)
+static void reply_when_stored(ll_session_entry *session_entry, ll_ws_viewer viewer, const char *reply_id,
+                              cJSON *json)
 {
-    ll_host *host = hosted->host;
+    ll_host *host = session_entry->host;
     ll_reply *reply = calloc(1, sizeof *reply);
     char *text = cJSON_PrintUnformatted(json);
     cJSON_Delete(json);
@@ -99,7 +100,7 @@ static void reply_when_stored(ll_hosted *hosted, ll_ws_viewer viewer, const char
         free(text);
         return;
     }
-    *reply = (ll_reply){.ticket = hosted->ticket, .viewer = viewer, .good = text};
+    *reply = (ll_reply){.ticket = session_entry->ticket, .viewer = viewer, .good = text};
     snprintf(reply->id, sizeof reply->id, "%s", reply_id);
     pthread_mutex_lock(&host->replies_lock);
     *host->replies_end = reply;
@@ -110,74 +111,75 @@ static void reply_when_stored(ll_hosted *hosted, ll_ws_viewer viewer, const char
 
 /* ---- the worker's part; the session is locked ---- */
 
-static void greet(ll_hosted *hosted, ll_ws_viewer viewer, ll_frame_format format)
+static void greet(ll_session_entry *session_entry, ll_ws_viewer viewer, ll_frame_format format)
 {
-    char *hello = ll_frame_hello(hosted->session, hosted->id, format);
+    char *hello = ll_frame_hello(session_entry->session, session_entry->id, format);
     if (hello)
-        ll_ws_hello(hosted->host->ws, viewer, hello, strlen(hello));
+        ll_ws_hello(session_entry->host->ws, viewer, hello, strlen(hello));
     else
-        ll_ws_close(hosted->host->ws, viewer, LL_WS_TRY_LATER, "no memory");
+        ll_ws_close(session_entry->host->ws, viewer, LL_WS_TRY_LATER, "no memory");
     free(hello);
 }
 
-void ll_viewers_greet(ll_hosted *hosted)
+void ll_viewers_greet(ll_session_entry *session_entry)
 {
     for (;;) {
         ll_ws_viewer id = 0;
         ll_frame_format format = LL_FRAME_JSON;
-        pthread_mutex_lock(&hosted->inbox_lock);
-        for (ll_viewer *v = hosted->viewers; v && !id; v = v->next) {
+        pthread_mutex_lock(&session_entry->inbox_lock);
+        for (ll_viewer *v = session_entry->viewers; v && !id; v = v->next) {
             if (v->greeted)
                 continue;
             v->greeted = true;
             id = v->id;
             format = v->format;
         }
-        pthread_mutex_unlock(&hosted->inbox_lock);
+        pthread_mutex_unlock(&session_entry->inbox_lock);
         if (!id)
             return;
-        greet(hosted, id, format);
+        greet(session_entry, id, format);
     }
 }
 
-static ll_status apply_input(ll_hosted *hosted, ll_time wall, const ll_stream_input *input)
+static ll_status apply_input(ll_session_entry *session_entry, ll_time wall, const ll_stream_input *input)
 {
-    ll_host *host = hosted->host;
+    ll_host *host = session_entry->host;
     ll_status status = ll_host_storable(host);
     if (ll_failed(&status))
         return status;
     double rate = host->config.max_commands_per_s;
-    if (!ll_bucket_take(&hosted->commands, rate, rate * 2, wall)) {
+    if (!ll_bucket_take(&session_entry->commands, rate, rate * 2, wall)) {
         atomic_fetch_add(&host->refused_commands, 1);
         return ll_error(LL_LIMIT, "This session takes at most %g commands a second.", rate);
     }
-    status = ll_quota_line(hosted, false);
+    status = ll_quota_line(session_entry, false);
     if (ll_failed(&status))
         return status;
-    return ll_session_input(hosted->session, wall, input->player, &input->action);
+    return ll_session_input(session_entry->session, wall, input->player, &input->action);
 }
 
-void ll_viewers_apply(ll_hosted *hosted, ll_time wall)
+void ll_viewers_apply(ll_session_entry *session_entry, ll_time wall)
 {
-    pthread_mutex_lock(&hosted->inbox_lock);
-    ll_stream_input *input = hosted->inputs;
-    hosted->inputs = NULL;
-    hosted->inputs_end = &hosted->inputs;
-    pthread_mutex_unlock(&hosted->inbox_lock);
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    ll_stream_input *input = session_entry->inputs;
+    session_entry->inputs = NULL;
+    session_entry->inputs_end = &session_entry->inputs;
+    pthread_mutex_unlock(&session_entry->inbox_lock);
     while (input) {
         ll_stream_input *next = input->next;
-        ll_status status = apply_input(hosted, wall, input);
+        ll_status status = apply_input(session_entry, wall, input);
         if (ll_failed(&status)) {
-            send_error(hosted->host, input->viewer, input->reply_id, &status);
+            send_error(session_entry->host, input->viewer, input->reply_id, &status);
         } else {
-            atomic_fetch_add(&hosted->host->inputs, 1);
-            if (hosted->rewound)
-                ll_hosted_save(hosted);
+            atomic_fetch_add(&session_entry->host->inputs, 1);
+            if (session_entry->rewound)
+                ll_session_entry_save(session_entry);
             if (input->reply_id[0]) {
                 cJSON *json = answer("reply", input->reply_id);
                 cJSON_AddTrueToObject(json, "ok");
-                cJSON_AddNumberToObject(json, "tick", (double)ll_session_get_info(hosted->session).tick);
-                reply_when_stored(hosted, input->viewer, input->reply_id, json);
+                cJSON_AddNumberToObject(json, "tick",
+                                        (double)ll_session_get_info(session_entry->session).tick);
+                reply_when_stored(session_entry, input->viewer, input->reply_id, json);
             }
         }
         free(input);
@@ -188,21 +190,21 @@ void ll_viewers_apply(ll_hosted *hosted, ll_time wall)
 /* ---- messages, on the stream's thread ---- */
 
 typedef struct message {
-    ll_hosted *hosted;
+    ll_session_entry *session_entry;
     ll_ws_viewer viewer;
     const cJSON *json;
     char reply_id[40];
 } message;
 
-static int role_of(ll_hosted *hosted, ll_ws_viewer id)
+static int role_of(ll_session_entry *session_entry, ll_ws_viewer id)
 {
     int role = LL_ROLE_NONE;
-    pthread_mutex_lock(&hosted->inbox_lock);
-    for (ll_viewer *v = hosted->viewers; v; v = v->next) {
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    for (ll_viewer *v = session_entry->viewers; v; v = v->next) {
         if (v->id == id)
             role = v->role;
     }
-    pthread_mutex_unlock(&hosted->inbox_lock);
+    pthread_mutex_unlock(&session_entry->inbox_lock);
     return role;
 }
 
@@ -210,21 +212,21 @@ static ll_status take_auth(message *m, const cJSON *value)
 {
     if (!cJSON_IsString(value))
         return ll_field_error(LL_BAD_INPUT, "auth", "auth: must be a key (text).");
-    int role = ll_hosted_role(m->hosted, value->valuestring, strlen(value->valuestring));
+    int role = ll_session_entry_role(m->session_entry, value->valuestring, strlen(value->valuestring));
     if (role == LL_ROLE_NONE)
         return ll_field_error(LL_FORBIDDEN, "auth", "This key does not belong to this session.");
-    pthread_mutex_lock(&m->hosted->inbox_lock);
-    for (ll_viewer *v = m->hosted->viewers; v; v = v->next) {
+    pthread_mutex_lock(&m->session_entry->inbox_lock);
+    for (ll_viewer *v = m->session_entry->viewers; v; v = v->next) {
         if (v->id == m->viewer)
             v->role = role;
     }
-    pthread_mutex_unlock(&m->hosted->inbox_lock);
+    pthread_mutex_unlock(&m->session_entry->inbox_lock);
     cJSON *json = answer("reply", m->reply_id);
     cJSON_AddTrueToObject(json, "ok");
     cJSON_AddStringToObject(json, "role", role == LL_ROLE_OWNER ? "owner" : "player");
     if (role != LL_ROLE_OWNER)
         cJSON_AddNumberToObject(json, "player", role);
-    send_json(m->hosted->host, m->viewer, json);
+    send_json(m->session_entry->host, m->viewer, json);
     return ll_ok();
 }
 
@@ -235,7 +237,7 @@ static ll_status take_input(message *m, const cJSON *value)
     ll_status status = ll_action_parse(value, "input", &player, &action);
     if (ll_failed(&status))
         return status;
-    int role = role_of(m->hosted, m->viewer);
+    int role = role_of(m->session_entry, m->viewer);
     if (role != LL_ROLE_OWNER && role != player)
         return ll_field_error(LL_FORBIDDEN, "input.player",
                               "Say {\"auth\":KEY} with the owner's or player %d's key first.", player);
@@ -244,11 +246,11 @@ static ll_status take_input(message *m, const cJSON *value)
         return ll_error(LL_NO_MEMORY, "There is no memory for the input.");
     *input = (ll_stream_input){.viewer = m->viewer, .player = player, .action = action};
     memcpy(input->reply_id, m->reply_id, sizeof input->reply_id);
-    pthread_mutex_lock(&m->hosted->inbox_lock);
-    *m->hosted->inputs_end = input;
-    m->hosted->inputs_end = &input->next;
-    pthread_mutex_unlock(&m->hosted->inbox_lock);
-    ll_hosted_notify(m->hosted);
+    pthread_mutex_lock(&m->session_entry->inbox_lock);
+    *m->session_entry->inputs_end = input;
+    m->session_entry->inputs_end = &input->next;
+    pthread_mutex_unlock(&m->session_entry->inbox_lock);
+    ll_session_entry_notify(m->session_entry);
     return ll_ok();
 }
 
@@ -261,7 +263,7 @@ static ll_status take_ping(message *m, const cJSON *value)
     char wall[24];
     snprintf(wall, sizeof wall, "%lld", (long long)ll_host_now());
     cJSON_AddRawToObject(json, "wall_ns", wall);
-    send_json(m->hosted->host, m->viewer, json);
+    send_json(m->session_entry->host, m->viewer, json);
     return ll_ok();
 }
 
@@ -302,14 +304,14 @@ static ll_status take_subscribe(message *m, const cJSON *value)
         if (ll_failed(&status))
             return status;
     }
-    ll_ws_subscribe(m->hosted->host->ws, m->viewer, &subscription);
+    ll_ws_subscribe(m->session_entry->host->ws, m->viewer, &subscription);
     cJSON *json = answer("reply", m->reply_id);
     cJSON_AddTrueToObject(json, "ok");
     cJSON *rates = cJSON_AddObjectToObject(json, "subscribed");
     for (int c = 0; c < LL_CHANNELS; c++)
         if (subscription.every[c] > 0)
             cJSON_AddNumberToObject(rates, ll_channels[c].name, (double)LL_FRAME_HZ / subscription.every[c]);
-    send_json(m->hosted->host, m->viewer, json);
+    send_json(m->session_entry->host, m->viewer, json);
     return ll_ok();
 }
 
@@ -370,7 +372,7 @@ static ll_status take_message(message *m)
 static void on_message(void *context, void *session, ll_ws_viewer viewer, const char *text, size_t length)
 {
     ll_host *host = context;
-    message m = {.hosted = session, .viewer = viewer};
+    message m = {.session_entry = session, .viewer = viewer};
     cJSON *json = NULL;
     ll_status status = ll_json_parse(text, length, &json);
     m.json = json;
@@ -386,50 +388,50 @@ static void on_message(void *context, void *session, ll_ws_viewer viewer, const 
 static void on_opened(void *context, void *session, ll_ws_viewer id, ll_frame_format format)
 {
     ll_host *host = context;
-    ll_hosted *hosted = session;
+    ll_session_entry *session_entry = session;
     ll_viewer *viewer = calloc(1, sizeof *viewer);
     if (!viewer) {
         ll_ws_close(host->ws, id, LL_WS_TRY_LATER, "no memory");
         return;
     }
     *viewer = (ll_viewer){.id = id, .format = format, .role = LL_ROLE_NONE};
-    pthread_mutex_lock(&hosted->inbox_lock);
-    viewer->next = hosted->viewers;
-    hosted->viewers = viewer;
-    pthread_mutex_unlock(&hosted->inbox_lock);
-    atomic_store(&hosted->touched, ll_host_now());
-    ll_hosted_notify(hosted);
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    viewer->next = session_entry->viewers;
+    session_entry->viewers = viewer;
+    pthread_mutex_unlock(&session_entry->inbox_lock);
+    atomic_store(&session_entry->touched, ll_host_now());
+    ll_session_entry_notify(session_entry);
 }
 
 static void on_closed(void *context, void *session, ll_ws_viewer id)
 {
     (void)context;
-    ll_hosted *hosted = session;
+    ll_session_entry *session_entry = session;
     ll_viewer *gone = NULL;
-    pthread_mutex_lock(&hosted->inbox_lock);
-    for (ll_viewer **link = &hosted->viewers; *link; link = &(*link)->next) {
+    pthread_mutex_lock(&session_entry->inbox_lock);
+    for (ll_viewer **link = &session_entry->viewers; *link; link = &(*link)->next) {
         if ((*link)->id == id) {
             gone = *link;
             *link = gone->next;
             break;
         }
     }
-    pthread_mutex_unlock(&hosted->inbox_lock);
+    pthread_mutex_unlock(&session_entry->inbox_lock);
     free(gone);
-    atomic_store(&hosted->touched, ll_host_now());
-    ll_hosted_notify(hosted);
+    atomic_store(&session_entry->touched, ll_host_now());
+    ll_session_entry_notify(session_entry);
 }
 
 static void on_wanted(void *context, void *session)
 {
     (void)context;
-    ll_hosted_notify(session);
+    ll_session_entry_notify(session);
 }
 
 static void on_released(void *context, void *session)
 {
     (void)context;
-    ll_hosted_release(session);
+    ll_session_entry_release(session);
 }
 
 ll_ws_hooks ll_host_hooks(ll_host *host)

@@ -32,49 +32,52 @@ static int64_t slot_at(ll_time t)
 /* ---- frames ---- */
 
 /* Takes what viewers want of the present tick, and leaves the session as it is. */
-static bool take(ll_hosted *hosted, uint32_t generation, ll_record_request *request)
+static bool take(ll_session_entry *session_entry, uint32_t generation, ll_record_request *request)
 {
     ll_frame *frame;
-    if (generation != hosted->published_generation)
-        ll_frame_state_clear(&hosted->last);
+    if (generation != session_entry->published_generation)
+        ll_frame_state_clear(&session_entry->last);
     request->wall_ns = (uint64_t)ll_host_now();
-    ll_status status = ll_frame_take(hosted->session, request, hosted->seq + 1, &hosted->last, &frame);
+    ll_status status =
+        ll_frame_take(session_entry->session, request, session_entry->seq + 1, &session_entry->last, &frame);
     if (ll_failed(&status))
         return false;
-    ll_ws_publish(hosted->stream, frame);
+    ll_ws_publish(session_entry->stream, frame);
     ll_frame_release(frame);
-    hosted->seq++;
+    session_entry->seq++;
     return true;
 }
 
 /* One frame if somebody looks and there is something new or asked for. */
-static bool publish(ll_hosted *hosted, bool asked)
+static bool publish(ll_session_entry *session_entry, bool asked)
 {
-    ll_session_info info = ll_session_get_info(hosted->session);
+    ll_session_info info = ll_session_get_info(session_entry->session);
     bool playing = info.status == LL_SESSION_PLAYING;
     ll_record_request request = {0};
-    ll_ws_wants(hosted->stream, hosted->seq + 1, info.generation, !playing, &request);
+    ll_ws_wants(session_entry->stream, session_entry->seq + 1, info.generation, !playing, &request);
     int viewers = (int)request.viewers;
-    bool news = playing || info.tick != hosted->published_tick || info.status != hosted->published_status ||
-                info.params_version != hosted->published_params ||
-                info.generation != hosted->published_generation || viewers != hosted->published_viewers;
-    bool wait = hosted->behind && hosted->tick_ns < chunk_ms * 1e6 &&
-                hosted->wall - hosted->published_wall < behind_frame_ns;
+    bool news = playing || info.tick != session_entry->published_tick ||
+                info.status != session_entry->published_status ||
+                info.params_version != session_entry->published_params ||
+                info.generation != session_entry->published_generation ||
+                viewers != session_entry->published_viewers;
+    bool wait = session_entry->behind && session_entry->tick_ns < chunk_ms * 1e6 &&
+                session_entry->wall - session_entry->published_wall < behind_frame_ns;
     if (!(asked || news) || wait || viewers == 0)
         return false;
     if (request.channels == 0) {
-        hosted->seq++; /* of slower viewers it is not the turn */
+        session_entry->seq++; /* of slower viewers it is not the turn */
         return false;
     }
-    if (!take(hosted, info.generation, &request))
+    if (!take(session_entry, info.generation, &request))
         return false;
-    hosted->published_tick = info.tick;
-    hosted->published_status = info.status;
-    hosted->published_params = info.params_version;
-    hosted->published_generation = info.generation;
-    hosted->published_viewers = viewers;
-    hosted->published_wall = hosted->wall;
-    atomic_fetch_add_explicit(&hosted->host->frames, 1, memory_order_relaxed);
+    session_entry->published_tick = info.tick;
+    session_entry->published_status = info.status;
+    session_entry->published_params = info.params_version;
+    session_entry->published_generation = info.generation;
+    session_entry->published_viewers = viewers;
+    session_entry->published_wall = session_entry->wall;
+    atomic_fetch_add_explicit(&session_entry->host->frames, 1, memory_order_relaxed);
     return true;
 }
 
@@ -92,56 +95,57 @@ static ll_time park_after(ll_host *host)
 }
 
 /* One that is parked has nothing to wait for: who wakes it notifies. */
-static verdict unobserved(ll_hosted *hosted)
+static verdict unobserved(ll_session_entry *session_entry)
 {
-    if (!hosted->session || ll_session_get_info(hosted->session).parked)
+    if (!session_entry->session || ll_session_get_info(session_entry->session).parked)
         return LET_GO;
     ll_time now = ll_host_now();
-    if (now - atomic_load(&hosted->touched) < park_after(hosted->host)) {
-        atomic_store(&hosted->rests_until, hosted->behind ? now : now + unobserved_ns);
+    if (now - atomic_load(&session_entry->touched) < park_after(session_entry->host)) {
+        atomic_store(&session_entry->rests_until, session_entry->behind ? now : now + unobserved_ns);
         return KEEP;
     }
-    if (ll_session_get_info(hosted->session).seeking)
+    if (ll_session_get_info(session_entry->session).seeking)
         return KEEP; /* whoever asked for it takes it there */
-    ll_hosted_save(hosted);
-    ll_frame_state_clear(&hosted->last);
-    ll_session_park(hosted->session);
-    ll_hosted_note(hosted);
+    ll_session_entry_save(session_entry);
+    ll_frame_state_clear(&session_entry->last);
+    ll_session_park(session_entry->session);
+    ll_session_entry_note(session_entry);
     return LET_GO;
 }
 
-static verdict serve_locked(ll_hosted *hosted, ll_time deadline)
+static verdict serve_locked(ll_session_entry *session_entry, ll_time deadline)
 {
-    bool asked =
-        atomic_exchange(&hosted->pending, false); /* of one that is deleted, too: else it is never let go */
-    atomic_store(&hosted->rests_until, 0);
-    if (hosted->deleted)
+    bool asked = atomic_exchange(&session_entry->pending,
+                                 false); /* of one that is deleted, too: else it is never let go */
+    atomic_store(&session_entry->rests_until, 0);
+    if (session_entry->deleted)
         return LET_GO;
-    if (!ll_viewers_any(hosted))
-        return unobserved(hosted);
-    if (!hosted->session || ll_session_get_info(hosted->session).parked) {
-        ll_hosted_carry(hosted);
-        return LET_GO;
-    }
-    atomic_store(&hosted->touched, ll_host_now());
-    ll_viewers_greet(hosted);
-    if (!hosted->ahead) /* else whoever makes the tick does, behind it */
-        ll_viewers_apply(hosted, deadline > hosted->wall ? deadline : hosted->wall);
-    if (!ll_hosted_is_heavy(hosted) && !hosted->ahead)
-        ll_hosted_advance(hosted, deadline, chunk_ms);
-    else if (ll_session_due(hosted->session, deadline) > 0)
-        ll_hosted_carry(hosted);
-    if (ll_session_get_info(hosted->session).parked) { /* a tick or a change took too long */
-        ll_hosted_carry(hosted);
+    if (!ll_viewers_any(session_entry))
+        return unobserved(session_entry);
+    if (!session_entry->session || ll_session_get_info(session_entry->session).parked) {
+        ll_session_entry_carry(session_entry);
         return LET_GO;
     }
-    bool sent = publish(hosted, asked);
-    ll_session_status status = ll_session_get_info(hosted->session).status;
-    if (hosted->wall - hosted->saved_wall > (ll_time)(hosted->host->config.save_every_s * 1e9) &&
+    atomic_store(&session_entry->touched, ll_host_now());
+    ll_viewers_greet(session_entry);
+    if (!session_entry->ahead) /* else whoever makes the tick does, behind it */
+        ll_viewers_apply(session_entry, deadline > session_entry->wall ? deadline : session_entry->wall);
+    if (!ll_session_entry_is_heavy(session_entry) && !session_entry->ahead)
+        ll_session_entry_advance(session_entry, deadline, chunk_ms);
+    else if (ll_session_due(session_entry->session, deadline) > 0)
+        ll_session_entry_carry(session_entry);
+    if (ll_session_get_info(session_entry->session).parked) { /* a tick or a change took too long */
+        ll_session_entry_carry(session_entry);
+        return LET_GO;
+    }
+    bool sent = publish(session_entry, asked);
+    ll_session_status status = ll_session_get_info(session_entry->session).status;
+    if (session_entry->wall - session_entry->saved_wall >
+            (ll_time)(session_entry->host->config.save_every_s * 1e9) &&
         status == LL_SESSION_PLAYING)
-        ll_hosted_save(hosted);
-    ll_hosted_note(hosted);
-    if (status != LL_SESSION_PLAYING && !hosted->behind)
+        ll_session_entry_save(session_entry);
+    ll_session_entry_note(session_entry);
+    if (status != LL_SESSION_PLAYING && !session_entry->behind)
         return LET_GO; /* until something changes */
     return sent ? KEEP_SENT : KEEP;
 }
@@ -149,27 +153,27 @@ static verdict serve_locked(ll_hosted *hosted, ll_time deadline)
 /* ---- the list of active sessions ---- */
 
 /* Unless it was nudged in the meantime. */
-static void let_go(ll_worker *worker, ll_hosted *hosted)
+static void let_go(ll_worker *worker, ll_session_entry *session_entry)
 {
     bool gone = false;
     pthread_mutex_lock(&worker->lock);
-    if (hosted->active && !atomic_load(&hosted->pending)) {
+    if (session_entry->active && !atomic_load(&session_entry->pending)) {
         for (int i = 0; i < worker->count; i++) {
-            if (worker->active[i] == hosted) {
+            if (worker->active[i] == session_entry) {
                 worker->active[i] = worker->active[--worker->count];
                 break;
             }
         }
-        hosted->active = false;
+        session_entry->active = false;
         gone = true;
     }
     pthread_mutex_unlock(&worker->lock);
     if (gone)
-        ll_hosted_release(hosted);
+        ll_session_entry_release(session_entry);
 }
 
 typedef struct round {
-    ll_hosted **members; /* of the slot; each with a reference */
+    ll_session_entry **members; /* of the slot; each with a reference */
     int count, capacity;
 } round;
 
@@ -180,19 +184,19 @@ static void gather(ll_worker *worker, round *r, int slot)
     ll_time now = ll_host_now();
     pthread_mutex_lock(&worker->lock);
     if (r->capacity < worker->count) {
-        ll_hosted **bigger = realloc(r->members, (size_t)worker->capacity * sizeof *bigger);
+        ll_session_entry **bigger = realloc(r->members, (size_t)worker->capacity * sizeof *bigger);
         if (bigger) {
             r->members = bigger;
             r->capacity = worker->capacity;
         }
     }
     for (int i = 0; i < worker->count && r->count < r->capacity; i++) {
-        ll_hosted *hosted = worker->active[i];
-        bool rests = atomic_load(&hosted->rests_until) > now && !atomic_load(&hosted->pending);
-        if (rests || (slot >= 0 && hosted->slot != slot))
+        ll_session_entry *session_entry = worker->active[i];
+        bool rests = atomic_load(&session_entry->rests_until) > now && !atomic_load(&session_entry->pending);
+        if (rests || (slot >= 0 && session_entry->slot != slot))
             continue;
-        ll_hosted_retain(hosted);
-        r->members[r->count++] = hosted;
+        ll_session_entry_retain(session_entry);
+        r->members[r->count++] = session_entry;
     }
     pthread_mutex_unlock(&worker->lock);
 }
@@ -202,19 +206,19 @@ static void serve_slot(ll_worker *worker, round *r, int slot, ll_time deadline)
     bool sent = false;
     gather(worker, r, slot);
     for (int i = 0; i < r->count; i++) {
-        ll_hosted *hosted = r->members[i];
+        ll_session_entry *session_entry = r->members[i];
         /* Whoever computes for it holds the lock for some milliseconds: its session misses a frame, no other
          * does. */
-        if (pthread_mutex_trylock(&hosted->lock) == 0) {
-            verdict v = serve_locked(hosted, deadline);
-            pthread_mutex_unlock(&hosted->lock);
+        if (pthread_mutex_trylock(&session_entry->lock) == 0) {
+            verdict v = serve_locked(session_entry, deadline);
+            pthread_mutex_unlock(&session_entry->lock);
             sent = sent || v == KEEP_SENT;
             if (v == LET_GO) {
                 sent = true; /* it may have published its last frame */
-                let_go(worker, hosted);
+                let_go(worker, session_entry);
             }
         }
-        ll_hosted_release(hosted);
+        ll_session_entry_release(session_entry);
     }
     if (sent)
         ll_ws_flush(worker->host->ws);
@@ -228,14 +232,15 @@ static void catch_up(ll_worker *worker, round *r, ll_time end)
         more = false;
         gather(worker, r, -1);
         for (int i = 0; i < r->count; i++) {
-            ll_hosted *hosted = r->members[i];
-            if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&hosted->lock) == 0) {
-                if (hosted->behind && hosted->session && !hosted->deleted && !hosted->ahead &&
-                    !ll_hosted_is_heavy(hosted) && !ll_session_get_info(hosted->session).parked)
-                    more = ll_hosted_advance(hosted, hosted->wall, chunk_ms) > 0 || more;
-                pthread_mutex_unlock(&hosted->lock);
+            ll_session_entry *session_entry = r->members[i];
+            if (ll_host_now() + LL_MS < end && pthread_mutex_trylock(&session_entry->lock) == 0) {
+                if (session_entry->behind && session_entry->session && !session_entry->deleted &&
+                    !session_entry->ahead && !ll_session_entry_is_heavy(session_entry) &&
+                    !ll_session_get_info(session_entry->session).parked)
+                    more = ll_session_entry_advance(session_entry, session_entry->wall, chunk_ms) > 0 || more;
+                pthread_mutex_unlock(&session_entry->lock);
             }
-            ll_hosted_release(hosted);
+            ll_session_entry_release(session_entry);
         }
     }
 }
@@ -308,7 +313,7 @@ void ll_worker_stop(ll_worker *worker)
         worker->active[i]->active = false;
     pthread_mutex_unlock(&worker->lock);
     for (int i = 0; i < worker->count; i++)
-        ll_hosted_release(worker->active[i]);
+        ll_session_entry_release(worker->active[i]);
     worker->count = worker->capacity = 0;
     free(worker->active);
     worker->active = NULL;

@@ -76,7 +76,7 @@ static void forget_connection(http_connection *watched)
         watched->next->previous = watched->previous;
     }
     pthread_mutex_unlock(&http->watch_lock);
-    ll_gate_leave(http->gate, &watched->pass);
+    ll_connection_limiter_leave(http->connection_limiter, &watched->pass);
     free(watched);
 }
 
@@ -255,7 +255,7 @@ static void refuse_target(http_connection *watched, const char *fault)
 {
     char answer[640];
     ll_status error = ll_error(LL_BAD_INPUT, "%s", fault);
-    cJSON *json = ll_problem_json(400, &error, NULL);
+    cJSON *json = ll_http_problem_json(400, &error, NULL);
     char *body = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
     cJSON_Delete(json);
     watched->faulty = true;
@@ -385,7 +385,7 @@ static void discard_log(void *closure, const char *format, va_list arguments)
 
 static struct MHD_Daemon *start_daemon(ll_http *http)
 {
-    const ll_door_config *config = &http->config;
+    const ll_web_server_config *config = &http->config;
     unsigned threads = (unsigned)config->http_threads;
     /* Connections are counted by the gate; here the limit must never bite, as the library closes without a
      * word. Each thread gets an equal part of it. */
@@ -407,8 +407,9 @@ static struct MHD_Daemon *start_daemon(ll_http *http)
                             NULL, MHD_OPTION_ARRAY, options, MHD_OPTION_END);
 }
 
-ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, const ll_allow *allow,
-                        const ll_proxies *proxies, ll_gate *gate, ll_ws *ws, ll_http **result)
+ll_status ll_http_start(const ll_web_server_config *config, const ll_http_app *app, const ll_allow *allow,
+                        const ll_proxies *proxies, ll_connection_limiter *connection_limiter, ll_ws *ws,
+                        ll_http **result)
 {
     ll_http *http = calloc(1, sizeof *http);
     if (http == NULL) {
@@ -418,7 +419,7 @@ ll_status ll_http_start(const ll_door_config *config, const ll_http_app *app, co
     http->app = *app;
     http->allow = *allow;
     http->proxies = proxies;
-    http->gate = gate;
+    http->connection_limiter = connection_limiter;
     http->ws = ws;
     pthread_mutex_init(&http->watch_lock, NULL);
     pthread_mutex_init(&http->job_lock, NULL);

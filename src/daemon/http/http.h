@@ -130,16 +130,16 @@ typedef struct ll_http_app {
 /* ---- for the door only ---- */
 
 typedef struct ll_http ll_http;
-struct ll_door_config;
-struct ll_gate;
+struct ll_web_server_config;
+struct ll_connection_limiter;
 struct ll_allow;
 struct ll_proxies;
 struct ll_ws;
 struct sockaddr;
 
-ll_status ll_http_start(const struct ll_door_config *config, const ll_http_app *app,
-                        const struct ll_allow *allow, const struct ll_proxies *proxies, struct ll_gate *gate,
-                        struct ll_ws *ws, ll_http **http);
+ll_status ll_http_start(const struct ll_web_server_config *config, const ll_http_app *app,
+                        const struct ll_allow *allow, const struct ll_proxies *proxies,
+                        struct ll_connection_limiter *connection_limiter, struct ll_ws *ws, ll_http **http);
 
 /* Hands a connection over: the HTTP side owns `fd` from here on, whatever is returned. Any thread. */
 bool ll_http_adopt(ll_http *http, int fd, const struct sockaddr *address, unsigned address_size);

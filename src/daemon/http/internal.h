@@ -23,7 +23,7 @@ typedef struct http_connection {
     ll_http *http;
     struct http_connection *next, *previous;
     int fd;
-    ll_gate_pass pass;
+    ll_connection_limiter_pass pass;
     char peer[48];
     bool faulty;                 /* its request was answered before its head was read */
     bool proxied;                /* a trusted proxy's */
@@ -71,11 +71,11 @@ typedef struct http_exchange {
 
 struct ll_http {
     struct MHD_Daemon *daemon;
-    ll_door_config config;
+    ll_web_server_config config;
     ll_http_app app;
     ll_allow allow;
     const ll_proxies *proxies;
-    ll_gate *gate;
+    ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     atomic_ullong requests, cut, request_serial, refused_answers, upgrades;
     atomic_llong answer_bytes; /* of large answers that are being sent */

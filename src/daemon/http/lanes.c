@@ -71,7 +71,7 @@ static void *control_main(void *argument)
             if (!ll_failed(&status)) {
                 continue;
             }
-            ll_problem(&exchange->response, &exchange->request, &status);
+            ll_http_problem(&exchange->response, &exchange->request, &status);
         }
         ll_http_compress(exchange);
         MHD_resume_connection(exchange->connection);
@@ -126,7 +126,7 @@ static void work(void *context, ll_task *task)
         ll_http_compress(exchange);
     } else {
         ll_status error = ll_task_told(task, "nothing was begun");
-        ll_problem(&exchange->response, &exchange->request, &error);
+        ll_http_problem(&exchange->response, &exchange->request, &error);
     }
     exchange->request.task = NULL;
     pthread_mutex_lock(&http->watch_lock); /* from here on nobody ends it */

@@ -5,10 +5,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-void ll_problem_as(ll_http_response *response, const ll_http_request *request, int status,
-                   const ll_status *error)
+void ll_http_problem_as(ll_http_response *response, const ll_http_request *request, int status,
+                        const ll_status *error)
 {
-    cJSON *problem = ll_problem_json(status, error, request != NULL ? request->path : NULL);
+    cJSON *problem = ll_http_problem_json(status, error, request != NULL ? request->path : NULL);
     ll_http_json(response, status, problem);
     cJSON_Delete(problem);
     if (!response->failed) {
@@ -16,21 +16,21 @@ void ll_problem_as(ll_http_response *response, const ll_http_request *request, i
     }
 }
 
-void ll_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
+void ll_http_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error)
 {
-    int status = ll_problem_http_status(error->code);
+    int status = ll_http_problem_status(error->code);
     if (status == 429 || status == 503) {
-        ll_problem_later(response, request, status, 5, error);
+        ll_http_problem_later(response, request, status, 5, error);
     } else {
-        ll_problem_as(response, request, status, error);
+        ll_http_problem_as(response, request, status, error);
     }
 }
 
-void ll_problem_later(ll_http_response *response, const ll_http_request *request, int status,
-                      int retry_after_s, const ll_status *error)
+void ll_http_problem_later(ll_http_response *response, const ll_http_request *request, int status,
+                           int retry_after_s, const ll_status *error)
 {
     char seconds[16];
     snprintf(seconds, sizeof seconds, "%d", retry_after_s);
-    ll_problem_as(response, request, status, error);
+    ll_http_problem_as(response, request, status, error);
     ll_http_set_header(response, "Retry-After", seconds);
 }

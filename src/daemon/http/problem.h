@@ -9,12 +9,12 @@
 
 /* Turns the response into a problem document. The HTTP status follows from the code, `errors` names the
  * field. */
-void ll_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
+void ll_http_problem(ll_http_response *response, const ll_http_request *request, const ll_status *error);
 
 /* The same with an HTTP status of its own; `error` gives field and sentence. */
-void ll_problem_as(ll_http_response *response, const ll_http_request *request, int status,
-                   const ll_status *error);
+void ll_http_problem_as(ll_http_response *response, const ll_http_request *request, int status,
+                        const ll_status *error);
 
 /* 429 and 503 with Retry-After. */
-void ll_problem_later(ll_http_response *response, const ll_http_request *request, int status,
-                      int retry_after_s, const ll_status *error);
+void ll_http_problem_later(ll_http_response *response, const ll_http_request *request, int status,
+                           int retry_after_s, const ll_status *error);

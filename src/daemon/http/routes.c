@@ -198,10 +198,10 @@ static void begin_stream(http_exchange *exchange, const char *version)
             return;
         }
         error = ll_error(LL_LIMIT, "no room for another upgrade on a kept connection");
-        ll_problem_later(&exchange->response, request, 503, 5, &error);
+        ll_http_problem_later(&exchange->response, request, 503, 5, &error);
         return;
     }
-    ll_problem_as(&exchange->response, request, status, &error);
+    ll_http_problem_as(&exchange->response, request, status, &error);
     if (status == 426) {
         ll_http_set_header(&exchange->response, "Upgrade", "websocket");
         ll_http_set_header(&exchange->response, "Sec-WebSocket-Version", "13");
@@ -402,7 +402,7 @@ bool ll_http_handle(http_exchange *exchange)
         status = ll_error(LL_UNAVAILABLE, "too many requests are waiting already");
     }
     if (ll_failed(&status)) {
-        ll_problem(&exchange->response, &exchange->request, &status);
+        ll_http_problem(&exchange->response, &exchange->request, &status);
         exchange->phase = HTTP_READY;
         MHD_resume_connection(exchange->connection);
     }

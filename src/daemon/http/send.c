@@ -27,7 +27,7 @@ void ll_http_refuse(http_exchange *exchange, int status, ll_code code, const cha
     va_start(arguments, format);
     vsnprintf(error.text, sizeof error.text, format, arguments);
     va_end(arguments);
-    ll_problem_as(&exchange->response, &exchange->request, status, &error);
+    ll_http_problem_as(&exchange->response, &exchange->request, status, &error);
 }
 
 /* A reader and its context, freed by the library with the response. */
@@ -231,7 +231,7 @@ enum MHD_Result ll_http_send(http_exchange *exchange)
     if (exchange->response.failed) {
         ll_http_clear(&exchange->response);
         ll_status error = ll_error(LL_NO_MEMORY, "the daemon has no memory for this answer");
-        ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
+        ll_http_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
     }
     if (!count_answer(exchange)) {
         ll_status error = ll_error(LL_NO_MEMORY,
@@ -240,7 +240,7 @@ enum MHD_Result ll_http_send(http_exchange *exchange)
                                    (double)atomic_load(&exchange->http->answer_bytes) / 1048576.0,
                                    (double)answer_size(&exchange->response) / 1048576.0);
         ll_http_clear(&exchange->response);
-        ll_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
+        ll_http_problem_later(&exchange->response, &exchange->request, 503, 5, &error);
     }
     struct MHD_Response *made = make(exchange);
     if (made == NULL) {

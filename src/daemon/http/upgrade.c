@@ -31,7 +31,8 @@ static void on_upgrade(void *closure, struct MHD_Connection *connection, void *c
     setsockopt(socket, IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
     atomic_fetch_add(&offer->http->upgrades, 1);
     /* Not counted by the gate: the connection is, and stays the library's. */
-    ll_ws_adopt(offer->http->ws, &offer->upgrade, &lent, extra, extra_size, &(ll_gate_pass){.valid = false});
+    ll_ws_adopt(offer->http->ws, &offer->upgrade, &lent, extra, extra_size,
+                &(ll_connection_limiter_pass){.valid = false});
 }
 
 struct MHD_Response *ll_http_offer_upgrade(ll_http *http, const ll_upgrade *upgrade, http_offer **offer)

@@ -182,7 +182,7 @@ static void on_message(void *context, void *session, ll_ws_viewer id, const char
                                              "paused, resumed and cancelled by POST to its `control`.");
     cJSON *json = cJSON_CreateObject();
     cJSON_AddStringToObject(json, "type", "error");
-    cJSON_AddItemToObject(json, "problem", ll_problem_json(400, &error, NULL));
+    cJSON_AddItemToObject(json, "problem", ll_http_problem_json(400, &error, NULL));
     char *answer = cJSON_PrintUnformatted(json);
     if (answer)
         ll_ws_send(p->ws, id, answer, strlen(answer));

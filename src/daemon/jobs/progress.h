@@ -25,5 +25,5 @@ void ll_progress_add(ll_progress *progress, const char *id);
 /* It was deleted: its viewers are told, and its stream is gone. */
 void ll_progress_remove(ll_progress *progress, const char *id);
 
-void ll_progress_stop(ll_progress *progress); /* when no hook runs any more: after ll_door_drain */
+void ll_progress_stop(ll_progress *progress); /* when no hook runs any more: after ll_web_server_drain */
 void ll_progress_free(ll_progress *progress); /* NULL is fine */

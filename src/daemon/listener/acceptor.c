@@ -34,7 +34,7 @@ typedef struct arrival {
     struct arrival *next, *previous;
     struct arrival_list *list;
     int fd;
-    ll_gate_pass pass;
+    ll_connection_limiter_pass pass;
     struct sockaddr_storage address;
     socklen_t address_size;
     int64_t deadline_ns;
@@ -46,10 +46,10 @@ typedef struct arrival_list {
 } arrival_list;
 
 struct ll_acceptor {
-    ll_door_config config;
+    ll_web_server_config config;
     ll_allow allow;
     const ll_proxies *proxies;
-    ll_gate *gate;
+    ll_connection_limiter *connection_limiter;
     ll_http *http;
     ll_ws *ws;
     int listener, epoll, event;
@@ -97,7 +97,7 @@ static void drop(ll_acceptor *acceptor, arrival *a)
 {
     take(a);
     close(a->fd); /* which takes it out of epoll: nobody else has the socket */
-    ll_gate_leave(acceptor->gate, &a->pass);
+    ll_connection_limiter_leave(acceptor->connection_limiter, &a->pass);
     free(a);
 }
 
@@ -106,7 +106,7 @@ static void send_problem(int fd, int status, const char *field, const char *deta
 {
     char answer[1024];
     ll_status error = ll_field_error(LL_BAD_INPUT, field, "%s", detail);
-    cJSON *json = ll_problem_json(status, &error, NULL);
+    cJSON *json = ll_http_problem_json(status, &error, NULL);
     char *body = json != NULL ? cJSON_PrintUnformatted(json) : NULL;
     cJSON_Delete(json);
     if (body == NULL) {
@@ -158,7 +158,7 @@ static void hand_over(ll_acceptor *acceptor, arrival *a, const ll_upgrade *upgra
     if (upgrade == NULL) {
         /* The gate's count goes along: the HTTP side leaves it when the connection ends. */
         if (!ll_http_adopt(acceptor->http, gone.fd, (struct sockaddr *)&gone.address, gone.address_size)) {
-            ll_gate_leave(acceptor->gate, &gone.pass);
+            ll_connection_limiter_leave(acceptor->connection_limiter, &gone.pass);
         }
         return;
     }
@@ -167,7 +167,7 @@ static void hand_over(ll_acceptor *acceptor, arrival *a, const ll_upgrade *upgra
         ll_ws_adopt(acceptor->ws, upgrade, &(ll_ws_socket){.fd = gone.fd}, NULL, 0, &gone.pass);
     } else {
         close(gone.fd);
-        ll_gate_leave(acceptor->gate, &gone.pass);
+        ll_connection_limiter_leave(acceptor->connection_limiter, &gone.pass);
     }
 }
 
@@ -239,10 +239,10 @@ static void prepare(int fd)
     setsockopt(fd, IPPROTO_TCP, TCP_NOTSENT_LOWAT, &notsent, sizeof notsent);
 }
 
-static void refuse_at_gate(ll_acceptor *acceptor, int fd, ll_gate_answer answer)
+static void refuse_at_connection_limiter(ll_acceptor *acceptor, int fd, ll_connection_limiter_answer answer)
 {
     char detail[120];
-    bool total = answer == LL_GATE_FULL;
+    bool total = answer == LL_CONNECTION_LIMITER_FULL;
     atomic_fetch_add(total ? &acceptor->refused_total : &acceptor->refused_per_ip, 1);
     snprintf(detail, sizeof detail,
              total ? "%lld connections are open already (max_connections)"
@@ -257,16 +257,16 @@ static void refuse_at_gate(ll_acceptor *acceptor, int fd, ll_gate_answer answer)
 static void admit(ll_acceptor *acceptor, int fd, const struct sockaddr_storage *address,
                   socklen_t address_size)
 {
-    ll_gate_pass pass = ll_proxies_pass(acceptor->proxies, (const struct sockaddr *)address);
-    ll_gate_answer answer = ll_gate_enter(acceptor->gate, &pass);
-    if (answer != LL_GATE_OPEN) {
-        refuse_at_gate(acceptor, fd, answer);
+    ll_connection_limiter_pass pass = ll_proxies_pass(acceptor->proxies, (const struct sockaddr *)address);
+    ll_connection_limiter_answer answer = ll_connection_limiter_enter(acceptor->connection_limiter, &pass);
+    if (answer != LL_CONNECTION_LIMITER_OPEN) {
+        refuse_at_connection_limiter(acceptor, fd, answer);
         return;
     }
     arrival *a = calloc(1, sizeof *a);
     if (a == NULL) {
         close(fd);
-        ll_gate_leave(acceptor->gate, &pass);
+        ll_connection_limiter_leave(acceptor->connection_limiter, &pass);
         return;
     }
     prepare(fd);
@@ -472,7 +472,7 @@ static void read_address(ll_acceptor *acceptor)
     }
 }
 
-ll_status ll_acceptor_listen(const ll_door_config *config, int inherited, ll_acceptor **result)
+ll_status ll_acceptor_listen(const ll_web_server_config *config, int inherited, ll_acceptor **result)
 {
     ll_acceptor *acceptor = calloc(1, sizeof *acceptor + (size_t)config->max_head_bytes + 1);
     if (acceptor == NULL) {
@@ -502,11 +502,11 @@ ll_status ll_acceptor_listen(const ll_door_config *config, int inherited, ll_acc
 }
 
 ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const ll_proxies *proxies,
-                            ll_gate *gate, ll_http *http, ll_ws *ws)
+                            ll_connection_limiter *connection_limiter, ll_http *http, ll_ws *ws)
 {
     acceptor->allow = *allow;
     acceptor->proxies = proxies;
-    acceptor->gate = gate;
+    acceptor->connection_limiter = connection_limiter;
     acceptor->http = http;
     acceptor->ws = ws;
     acceptor->started = pthread_create(&acceptor->thread, NULL, acceptor_main, acceptor) == 0;

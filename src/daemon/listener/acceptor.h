@@ -15,7 +15,7 @@
 #include "daemon/stream/ws.h"
 
 typedef struct ll_acceptor ll_acceptor;
-struct ll_door_config;
+struct ll_web_server_config;
 
 typedef struct ll_acceptor_counts {
     uint64_t accepted, refused_total, refused_per_ip, refused_head;
@@ -23,10 +23,11 @@ typedef struct ll_acceptor_counts {
 
 /* Binds and listens (so that the port is known), without accepting yet. `inherited` >= 0 is a socket that
  * listens already. */
-ll_status ll_acceptor_listen(const struct ll_door_config *config, int inherited, ll_acceptor **acceptor);
+ll_status ll_acceptor_listen(const struct ll_web_server_config *config, int inherited,
+                             ll_acceptor **acceptor);
 struct ll_proxies;
 ll_status ll_acceptor_start(ll_acceptor *acceptor, const ll_allow *allow, const struct ll_proxies *proxies,
-                            ll_gate *gate, ll_http *http, ll_ws *ws);
+                            ll_connection_limiter *connection_limiter, ll_http *http, ll_ws *ws);
 
 const char *ll_acceptor_address(const ll_acceptor *acceptor);
 uint16_t ll_acceptor_port(const ll_acceptor *acceptor);

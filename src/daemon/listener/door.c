@@ -11,13 +11,13 @@
 #include "daemon/net/proxies.h"
 #include "daemon/net/upgrade.h"
 
-struct ll_door {
-    ll_door_config config;
+struct ll_web_server {
+    ll_web_server_config config;
     ll_allow allow; /* texts of `config` */
     ll_proxies proxies;
-    ll_door_log *log;
+    ll_web_server_log *log;
     void *log_context;
-    ll_gate *gate;
+    ll_connection_limiter *connection_limiter;
     ll_ws *ws;
     ll_http *http;
     ll_acceptor *acceptor;
@@ -25,7 +25,7 @@ struct ll_door {
 };
 
 /* Not raised to what some containers give, a thousand million: libraries size tables by it. */
-static void set_descriptor_limit(const ll_door_config *config)
+static void set_descriptor_limit(const ll_web_server_config *config)
 {
     struct rlimit limit;
     rlim_t wanted = (rlim_t)config->max_connections + 1024;
@@ -48,81 +48,87 @@ static int inherited_listener(void)
     return meant ? 3 : -1;
 }
 
-static ll_status start(ll_door *door, const ll_http_app *app, const ll_ws_hooks *hooks)
+static ll_status start(ll_web_server *web_server, const ll_http_app *app, const ll_ws_hooks *hooks)
 {
-    const ll_door_config *config = &door->config;
-    ll_status status = ll_proxies_parse(config->trusted_proxy, &door->proxies);
+    const ll_web_server_config *config = &web_server->config;
+    ll_status status = ll_proxies_parse(config->trusted_proxy, &web_server->proxies);
     if (ll_failed(&status)) {
         return status;
     }
-    status = ll_acceptor_listen(config, inherited_listener(), &door->acceptor);
+    status = ll_acceptor_listen(config, inherited_listener(), &web_server->acceptor);
     if (ll_failed(&status)) {
         return status;
     }
-    door->gate = ll_gate_new((int)config->max_connections, (int)config->max_connections_per_ip);
-    if (door->gate == NULL) {
+    web_server->connection_limiter =
+        ll_connection_limiter_new((int)config->max_connections, (int)config->max_connections_per_ip);
+    if (web_server->connection_limiter == NULL) {
         return ll_error(LL_NO_MEMORY, "no memory for %d connections", (int)config->max_connections);
     }
-    status = ll_ws_start(config, hooks, door->gate, &door->ws);
+    status = ll_ws_start(config, hooks, web_server->connection_limiter, &web_server->ws);
     if (ll_failed(&status)) {
         return status;
     }
-    status = ll_http_start(config, app, &door->allow, &door->proxies, door->gate, door->ws, &door->http);
+    status = ll_http_start(config, app, &web_server->allow, &web_server->proxies,
+                           web_server->connection_limiter, web_server->ws, &web_server->http);
     if (ll_failed(&status)) {
         return status;
     }
-    return ll_acceptor_start(door->acceptor, &door->allow, &door->proxies, door->gate, door->http, door->ws);
+    return ll_acceptor_start(web_server->acceptor, &web_server->allow, &web_server->proxies,
+                             web_server->connection_limiter, web_server->http, web_server->ws);
 }
 
-ll_status ll_door_open(const ll_door_config *config, const ll_http_app *app, const ll_ws_hooks *hooks,
-                       ll_door_log *log, void *log_context, ll_door **result)
+ll_status ll_web_server_open(const ll_web_server_config *config, const ll_http_app *app,
+                             const ll_ws_hooks *hooks, ll_web_server_log *log, void *log_context,
+                             ll_web_server **result)
 {
-    ll_door *door = calloc(1, sizeof *door);
-    if (door == NULL) {
+    ll_web_server *web_server = calloc(1, sizeof *web_server);
+    if (web_server == NULL) {
         return ll_error(LL_NO_MEMORY, "no memory for the front door");
     }
-    door->config = *config;
-    door->allow = (ll_allow){.hosts = door->config.allow_host, .origins = door->config.allow_origin};
-    door->log = log;
-    door->log_context = log_context;
+    web_server->config = *config;
+    web_server->allow =
+        (ll_allow){.hosts = web_server->config.allow_host, .origins = web_server->config.allow_origin};
+    web_server->log = log;
+    web_server->log_context = log_context;
     set_descriptor_limit(config);
-    ll_status status = start(door, app, hooks);
+    ll_status status = start(web_server, app, hooks);
     if (ll_failed(&status)) {
-        ll_door_close(door);
+        ll_web_server_close(web_server);
         return status;
     }
     if (log != NULL) {
         log(log_context, "info", "the front door is open");
     }
-    *result = door;
+    *result = web_server;
     return status;
 }
 
-uint16_t ll_door_port(const ll_door *door)
+uint16_t ll_web_server_port(const ll_web_server *web_server)
 {
-    return ll_acceptor_port(door->acceptor);
+    return ll_acceptor_port(web_server->acceptor);
 }
 
-const char *ll_door_address(const ll_door *door)
+const char *ll_web_server_address(const ll_web_server *web_server)
 {
-    return ll_acceptor_address(door->acceptor);
+    return ll_acceptor_address(web_server->acceptor);
 }
 
-ll_ws *ll_door_ws(ll_door *door)
+ll_ws *ll_web_server_ws(ll_web_server *web_server)
 {
-    return door->ws;
+    return web_server->ws;
 }
 
-ll_door_stats ll_door_get_stats(ll_door *door)
+ll_web_server_stats ll_web_server_get_stats(ll_web_server *web_server)
 {
-    ll_acceptor_counts counts = ll_acceptor_get_counts(door->acceptor);
-    ll_door_stats stats = {.accepted = counts.accepted,
-                           .refused_total = counts.refused_total,
-                           .refused_per_ip = counts.refused_per_ip,
-                           .refused_head = counts.refused_head,
-                           .connections = (uint64_t)ll_gate_count(door->gate),
-                           .ws = ll_ws_get_stats(door->ws)};
-    ll_http_counted counted = ll_http_counts(door->http);
+    ll_acceptor_counts counts = ll_acceptor_get_counts(web_server->acceptor);
+    ll_web_server_stats stats = {.accepted = counts.accepted,
+                                 .refused_total = counts.refused_total,
+                                 .refused_per_ip = counts.refused_per_ip,
+                                 .refused_head = counts.refused_head,
+                                 .connections =
+                                     (uint64_t)ll_connection_limiter_count(web_server->connection_limiter),
+                                 .ws = ll_ws_get_stats(web_server->ws)};
+    ll_http_counted counted = ll_http_counts(web_server->http);
     stats.requests = counted.requests;
     stats.cut = counted.cut;
     stats.bridged = counted.upgrades;
@@ -133,39 +139,39 @@ ll_door_stats ll_door_get_stats(ll_door *door)
     return stats;
 }
 
-void ll_door_drain(ll_door *door)
+void ll_web_server_drain(ll_web_server *web_server)
 {
-    if (door->drained) {
+    if (web_server->drained) {
         return;
     }
-    door->drained = true;
-    if (door->acceptor != NULL) {
-        ll_acceptor_close_listener(door->acceptor);
+    web_server->drained = true;
+    if (web_server->acceptor != NULL) {
+        ll_acceptor_close_listener(web_server->acceptor);
     }
-    if (door->ws != NULL) {
-        ll_ws_drain(door->ws, door->config.drain_s);
+    if (web_server->ws != NULL) {
+        ll_ws_drain(web_server->ws, web_server->config.drain_s);
     }
-    if (door->log != NULL) {
-        door->log(door->log_context, "info", "the front door is closed; viewers have left");
+    if (web_server->log != NULL) {
+        web_server->log(web_server->log_context, "info", "the front door is closed; viewers have left");
     }
 }
 
-void ll_door_close(ll_door *door)
+void ll_web_server_close(ll_web_server *web_server)
 {
-    if (door == NULL) {
+    if (web_server == NULL) {
         return;
     }
-    ll_door_drain(door);
+    ll_web_server_drain(web_server);
     /* Its thread watches HTTP connections; nothing may arrive at a side that is gone. */
-    if (door->acceptor != NULL) {
-        ll_acceptor_stop(door->acceptor);
+    if (web_server->acceptor != NULL) {
+        ll_acceptor_stop(web_server->acceptor);
     }
-    if (door->http != NULL) {
-        ll_http_stop(door->http);
+    if (web_server->http != NULL) {
+        ll_http_stop(web_server->http);
     }
-    if (door->ws != NULL) {
-        ll_ws_free(door->ws);
+    if (web_server->ws != NULL) {
+        ll_ws_free(web_server->ws);
     }
-    ll_gate_free(door->gate);
-    free(door);
+    ll_connection_limiter_free(web_server->connection_limiter);
+    free(web_server);
 }

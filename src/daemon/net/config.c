@@ -2,18 +2,18 @@
 
 #define TEXT(name_, default_, help_)                                                                         \
     {                                                                                                        \
-        .name = #name_, .type = LL_PARAM_TEXT, .offset = offsetof(ll_door_config, name_),                    \
-        .max = sizeof(((ll_door_config *)0)->name_) - 1, .text = default_, .help = help_                     \
+        .name = #name_, .type = LL_PARAM_TEXT, .offset = offsetof(ll_web_server_config, name_),              \
+        .max = sizeof(((ll_web_server_config *)0)->name_) - 1, .text = default_, .help = help_               \
     }
 #define COUNT(name_, min_, max_, default_, unit_, help_)                                                     \
     {                                                                                                        \
-        .name = #name_, .type = LL_PARAM_INT, .offset = offsetof(ll_door_config, name_), .min = min_,        \
-        .max = max_, .standard = default_, .unit = unit_, .help = help_                                      \
+        .name = #name_, .type = LL_PARAM_INT, .offset = offsetof(ll_web_server_config, name_), .min = min_,  \
+        .max = max_, .default_value = default_, .unit = unit_, .help = help_                                 \
     }
 #define REAL(name_, min_, max_, default_, unit_, help_)                                                      \
     {                                                                                                        \
-        .name = #name_, .type = LL_PARAM_REAL, .offset = offsetof(ll_door_config, name_), .min = min_,       \
-        .max = max_, .standard = default_, .unit = unit_, .help = help_                                      \
+        .name = #name_, .type = LL_PARAM_REAL, .offset = offsetof(ll_web_server_config, name_), .min = min_, \
+        .max = max_, .default_value = default_, .unit = unit_, .help = help_                                 \
     }
 
 static const ll_param rows[] = {
@@ -55,10 +55,10 @@ static const ll_param rows[] = {
     REAL(drain_s, 0, 60, 3, "s", "Time for viewers to say goodbye when the daemon stops."),
 };
 
-const ll_param_table ll_door_table = {
+const ll_param_table ll_web_server_table = {
     .name = "door",
     .help = "The one port of the daemon and its limits.",
     .rows = rows,
     .count = sizeof rows / sizeof *rows,
-    .size = sizeof(ll_door_config),
+    .size = sizeof(ll_web_server_config),
 };

@@ -3,8 +3,9 @@
 
 #include "param/param.h"
 
-/* Every setting is a row of ll_door_table: `max_connections` is `--max-connections` on the command line. */
-typedef struct ll_door_config {
+/* Every setting is a row of ll_web_server_table: `max_connections` is `--max-connections` on the command
+ * line. */
+typedef struct ll_web_server_config {
     char listen[128];         /* ADDR:PORT, [ADDR6]:PORT; port 0 picks a free one */
     char www[512];            /* folder of the page; empty: no page */
     char allow_origin[1024];  /* comma separated: https://lab.example */
@@ -28,6 +29,6 @@ typedef struct ll_door_config {
     double hello_timeout_s;    /* a viewer that hosting gave no hello by then is closed */
     double ack_timeout_s;      /* of a viewer that acknowledged before */
     double drain_s;            /* at the end: viewers may take that long to say goodbye */
-} ll_door_config;
+} ll_web_server_config;
 
-extern const ll_param_table ll_door_table;
+extern const ll_param_table ll_web_server_table;

@@ -11,46 +11,47 @@
 
 /* Open addressing over addresses with at least one connection. At most `max_total` are in use, of at least
  * twice as many places. */
-typedef struct gate_place {
+typedef struct connection_limiter_place {
     uint8_t address[16];
     int count; /* 0: free */
-} gate_place;
+} connection_limiter_place;
 
-struct ll_gate {
+struct ll_connection_limiter {
     pthread_mutex_t lock;
     int total, max_total, max_per_ip;
     uint32_t mask;
-    gate_place place[];
+    connection_limiter_place place[];
 };
 
-ll_gate *ll_gate_new(int max_total, int max_per_ip)
+ll_connection_limiter *ll_connection_limiter_new(int max_total, int max_per_ip)
 {
     uint32_t places = 64;
     while (places < 2 * (uint32_t)max_total) {
         places *= 2;
     }
-    ll_gate *gate = calloc(1, sizeof *gate + places * sizeof(gate_place));
-    if (gate == NULL) {
+    ll_connection_limiter *connection_limiter =
+        calloc(1, sizeof *connection_limiter + places * sizeof(connection_limiter_place));
+    if (connection_limiter == NULL) {
         return NULL;
     }
-    pthread_mutex_init(&gate->lock, NULL);
-    gate->max_total = max_total;
-    gate->max_per_ip = max_per_ip;
-    gate->mask = places - 1;
-    return gate;
+    pthread_mutex_init(&connection_limiter->lock, NULL);
+    connection_limiter->max_total = max_total;
+    connection_limiter->max_per_ip = max_per_ip;
+    connection_limiter->mask = places - 1;
+    return connection_limiter;
 }
 
-void ll_gate_free(ll_gate *gate)
+void ll_connection_limiter_free(ll_connection_limiter *connection_limiter)
 {
-    if (gate != NULL) {
-        pthread_mutex_destroy(&gate->lock);
-        free(gate);
+    if (connection_limiter != NULL) {
+        pthread_mutex_destroy(&connection_limiter->lock);
+        free(connection_limiter);
     }
 }
 
-ll_gate_pass ll_gate_pass_of(const struct sockaddr *address)
+ll_connection_limiter_pass ll_connection_limiter_pass_of(const struct sockaddr *address)
 {
-    ll_gate_pass pass = {.valid = true};
+    ll_connection_limiter_pass pass = {.valid = true};
     if (address != NULL && address->sa_family == AF_INET) {
         const struct sockaddr_in *in = (const void *)address;
         pass.address[10] = pass.address[11] = 0xff;
@@ -64,78 +65,83 @@ ll_gate_pass ll_gate_pass_of(const struct sockaddr *address)
     return pass;
 }
 
-static uint32_t home_of(const ll_gate *gate, const uint8_t address[16])
+static uint32_t home_of(const ll_connection_limiter *connection_limiter, const uint8_t address[16])
 {
-    return (uint32_t)ll_hash(0, address, 16) & gate->mask;
+    return (uint32_t)ll_hash(0, address, 16) & connection_limiter->mask;
 }
 
 /* The place of the address, or the free one where it belongs. */
-static uint32_t find(const ll_gate *gate, const uint8_t address[16])
+static uint32_t find(const ll_connection_limiter *connection_limiter, const uint8_t address[16])
 {
-    uint32_t at = home_of(gate, address);
-    while (gate->place[at].count > 0 && memcmp(gate->place[at].address, address, 16) != 0) {
-        at = (at + 1) & gate->mask;
+    uint32_t at = home_of(connection_limiter, address);
+    while (connection_limiter->place[at].count > 0 &&
+           memcmp(connection_limiter->place[at].address, address, 16) != 0) {
+        at = (at + 1) & connection_limiter->mask;
     }
     return at;
 }
 
 /* Closes the hole at `hole` by moving back what was pushed beyond it (Knuth 6.4, algorithm R). */
-static void remove_at(ll_gate *gate, uint32_t hole)
+static void remove_at(ll_connection_limiter *connection_limiter, uint32_t hole)
 {
-    for (uint32_t at = (hole + 1) & gate->mask; gate->place[at].count > 0; at = (at + 1) & gate->mask) {
-        uint32_t home = home_of(gate, gate->place[at].address);
-        if (((at - home) & gate->mask) >= ((at - hole) & gate->mask)) {
-            gate->place[hole] = gate->place[at];
+    for (uint32_t at = (hole + 1) & connection_limiter->mask; connection_limiter->place[at].count > 0;
+         at = (at + 1) & connection_limiter->mask) {
+        uint32_t home = home_of(connection_limiter, connection_limiter->place[at].address);
+        if (((at - home) & connection_limiter->mask) >= ((at - hole) & connection_limiter->mask)) {
+            connection_limiter->place[hole] = connection_limiter->place[at];
             hole = at;
         }
     }
-    gate->place[hole].count = 0;
+    connection_limiter->place[hole].count = 0;
 }
 
-ll_gate_answer ll_gate_enter(ll_gate *gate, const ll_gate_pass *pass)
+ll_connection_limiter_answer ll_connection_limiter_enter(ll_connection_limiter *connection_limiter,
+                                                         const ll_connection_limiter_pass *pass)
 {
     if (!pass->valid) {
-        return LL_GATE_OPEN;
+        return LL_CONNECTION_LIMITER_OPEN;
     }
-    ll_gate_answer answer = LL_GATE_OPEN;
-    pthread_mutex_lock(&gate->lock);
-    gate_place *place = pass->many ? NULL : &gate->place[find(gate, pass->address)];
-    if (gate->total >= gate->max_total) {
-        answer = LL_GATE_FULL;
+    ll_connection_limiter_answer answer = LL_CONNECTION_LIMITER_OPEN;
+    pthread_mutex_lock(&connection_limiter->lock);
+    connection_limiter_place *place =
+        pass->many ? NULL : &connection_limiter->place[find(connection_limiter, pass->address)];
+    if (connection_limiter->total >= connection_limiter->max_total) {
+        answer = LL_CONNECTION_LIMITER_FULL;
     } else if (place == NULL) {
-        gate->total++;
-    } else if (place->count >= gate->max_per_ip) {
-        answer = LL_GATE_FULL_FOR_IP;
+        connection_limiter->total++;
+    } else if (place->count >= connection_limiter->max_per_ip) {
+        answer = LL_CONNECTION_LIMITER_FULL_FOR_IP;
     } else {
         memcpy(place->address, pass->address, 16);
         place->count++;
-        gate->total++;
+        connection_limiter->total++;
     }
-    pthread_mutex_unlock(&gate->lock);
+    pthread_mutex_unlock(&connection_limiter->lock);
     return answer;
 }
 
-void ll_gate_leave(ll_gate *gate, const ll_gate_pass *pass)
+void ll_connection_limiter_leave(ll_connection_limiter *connection_limiter,
+                                 const ll_connection_limiter_pass *pass)
 {
     if (!pass->valid) {
         return;
     }
-    pthread_mutex_lock(&gate->lock);
-    gate->total--;
+    pthread_mutex_lock(&connection_limiter->lock);
+    connection_limiter->total--;
     if (!pass->many) {
-        uint32_t at = find(gate, pass->address);
-        LL_ASSERT(gate->place[at].count > 0);
-        if (--gate->place[at].count == 0) {
-            remove_at(gate, at);
+        uint32_t at = find(connection_limiter, pass->address);
+        LL_ASSERT(connection_limiter->place[at].count > 0);
+        if (--connection_limiter->place[at].count == 0) {
+            remove_at(connection_limiter, at);
         }
     }
-    pthread_mutex_unlock(&gate->lock);
+    pthread_mutex_unlock(&connection_limiter->lock);
 }
 
-int ll_gate_count(ll_gate *gate)
+int ll_connection_limiter_count(ll_connection_limiter *connection_limiter)
 {
-    pthread_mutex_lock(&gate->lock);
-    int total = gate->total;
-    pthread_mutex_unlock(&gate->lock);
+    pthread_mutex_lock(&connection_limiter->lock);
+    int total = connection_limiter->total;
+    pthread_mutex_unlock(&connection_limiter->lock);
     return total;
 }

@@ -7,21 +7,27 @@
 #include <stdint.h>
 
 struct sockaddr;
-typedef struct ll_gate ll_gate;
+typedef struct ll_connection_limiter ll_connection_limiter;
 
 /* An IPv6 address; a mapped one for IPv4. IPv6 peers count by their /64, which is what one customer gets. */
-typedef struct ll_gate_pass {
+typedef struct ll_connection_limiter_pass {
     uint8_t address[16];
     bool valid; /* false: counted nowhere */
     bool many;  /* of a trusted proxy: counted in total only */
-} ll_gate_pass;
+} ll_connection_limiter_pass;
 
-typedef enum ll_gate_answer { LL_GATE_OPEN, LL_GATE_FULL, LL_GATE_FULL_FOR_IP } ll_gate_answer;
+typedef enum ll_connection_limiter_answer {
+    LL_CONNECTION_LIMITER_OPEN,
+    LL_CONNECTION_LIMITER_FULL,
+    LL_CONNECTION_LIMITER_FULL_FOR_IP
+} ll_connection_limiter_answer;
 
-ll_gate *ll_gate_new(int max_total, int max_per_ip); /* NULL without memory */
-void ll_gate_free(ll_gate *gate);
+ll_connection_limiter *ll_connection_limiter_new(int max_total, int max_per_ip); /* NULL without memory */
+void ll_connection_limiter_free(ll_connection_limiter *connection_limiter);
 
-ll_gate_pass ll_gate_pass_of(const struct sockaddr *address);
-ll_gate_answer ll_gate_enter(ll_gate *gate, const ll_gate_pass *pass);
-void ll_gate_leave(ll_gate *gate, const ll_gate_pass *pass);
-int ll_gate_count(ll_gate *gate);
+ll_connection_limiter_pass ll_connection_limiter_pass_of(const struct sockaddr *address);
+ll_connection_limiter_answer ll_connection_limiter_enter(ll_connection_limiter *connection_limiter,
+                                                         const ll_connection_limiter_pass *pass);
+void ll_connection_limiter_leave(ll_connection_limiter *connection_limiter,
+                                 const ll_connection_limiter_pass *pass);
+int ll_connection_limiter_count(ll_connection_limiter *connection_limiter);

@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <string.h>
 
-int ll_problem_http_status(ll_code code)
+int ll_http_problem_status(ll_code code)
 {
     switch (code) {
     case LL_OK:
@@ -74,7 +74,7 @@ const char *ll_http_reason(int status)
     return "Error";
 }
 
-cJSON *ll_problem_json(int status, const ll_status *error, const char *instance)
+cJSON *ll_http_problem_json(int status, const ll_status *error, const char *instance)
 {
     cJSON *problem = cJSON_CreateObject();
     bool whole = cJSON_AddStringToObject(problem, "type", "about:blank") != NULL &&

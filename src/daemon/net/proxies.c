@@ -143,10 +143,10 @@ void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char pe
     }
 }
 
-ll_gate_pass ll_proxies_pass(const ll_proxies *proxies, const struct sockaddr *from)
+ll_connection_limiter_pass ll_proxies_pass(const ll_proxies *proxies, const struct sockaddr *from)
 {
     uint8_t address[16];
-    ll_gate_pass pass = ll_gate_pass_of(from);
+    ll_connection_limiter_pass pass = ll_connection_limiter_pass_of(from);
     ll_proxies_address(from, address);
     pass.many = ll_proxies_trust(proxies, address);
     return pass;

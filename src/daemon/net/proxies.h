@@ -33,4 +33,4 @@ void ll_proxies_address(const struct sockaddr *from, uint8_t address[16]);
 void ll_proxies_client(const ll_proxies *proxies, const char *forwarded, char peer[LL_PEER_TEXT]);
 
 /* How the gate counts a connection from there: those of a trusted proxy in total only. */
-ll_gate_pass ll_proxies_pass(const ll_proxies *proxies, const struct sockaddr *from);
+ll_connection_limiter_pass ll_proxies_pass(const ll_proxies *proxies, const struct sockaddr *from);

@@ -25,7 +25,7 @@
 #define LAST_RESORT_S 0.7 /* after the time that viewers may take */
 
 typedef struct daemon_parts {
-    ll_door_config door_config;
+    ll_web_server_config web_server_config;
     ll_host_config host_config;
     ll_access_config access_config;
     ll_access access;
@@ -34,7 +34,7 @@ typedef struct daemon_parts {
     ll_host *host;
     ll_experiments *experiments;
     ll_api api;
-    ll_door *door;
+    ll_web_server *web_server;
     sigset_t signals;
     atomic_flag saving; /* who ends the daemon: the usual way or the last resort */
 } daemon_parts;
@@ -51,7 +51,7 @@ static int complain(const ll_status *status, int exit_status)
 static void default_folder(char *folder, size_t size, const char *name)
 {
     if (!folder[0])
-        ll_beside_program(name, folder, size);
+        ll_program_sibling(name, folder, size);
 }
 
 static bool default_data(char *folder, size_t size)
@@ -111,7 +111,7 @@ static void prepare_process(sigset_t *signals)
 
 /* ---- running ---- */
 
-static void log_door(void *context, const char *level, const char *message)
+static void log_web_server(void *context, const char *level, const char *message)
 {
     (void)context;
     ll_log_write(level, "front door", "%s", message);
@@ -143,13 +143,13 @@ static ll_status start(daemon_parts *d)
         .done = ll_api_done,
     };
     ll_ws_hooks hooks = ll_host_hooks(d->host);
-    status = ll_door_open(&d->door_config, &app, &hooks, log_door, NULL, &d->door);
+    status = ll_web_server_open(&d->web_server_config, &app, &hooks, log_web_server, NULL, &d->web_server);
     if (ll_failed(&status))
         return status;
-    atomic_store(&d->api.door, d->door);
-    status = ll_experiments_show(d->experiments, ll_door_ws(d->door));
+    atomic_store(&d->api.web_server, d->web_server);
+    status = ll_experiments_show(d->experiments, ll_web_server_ws(d->web_server));
     if (!ll_failed(&status))
-        status = ll_host_start(d->host, ll_door_ws(d->door));
+        status = ll_host_start(d->host, ll_web_server_ws(d->web_server));
     if (!ll_failed(&status))
         atomic_store(&d->api.phase, LL_API_READY);
     return status;
@@ -171,7 +171,7 @@ static void *exit_at_once(void *argument)
 static void *end_in_time(void *argument)
 {
     daemon_parts *d = argument;
-    double left = d->door_config.drain_s + LAST_RESORT_S;
+    double left = d->web_server_config.drain_s + LAST_RESORT_S;
     struct timespec wait = {(time_t)left, (long)((left - floor(left)) * 1e9)};
     nanosleep(&wait, NULL);
     if (atomic_flag_test_and_set(&d->saving))
@@ -206,12 +206,12 @@ static ll_status stop(daemon_parts *d)
     if (d->tasks)
         ll_tasks_drain(d->tasks);
     ll_experiments_ask_to_end(d->experiments);
-    if (d->door)
-        ll_door_drain(d->door);
+    if (d->web_server)
+        ll_web_server_drain(d->web_server);
     if (d->host)
         ll_host_stop(d->host);
     ll_experiments_stop(d->experiments);
-    ll_door_close(d->door);
+    ll_web_server_close(d->web_server);
     ll_tasks_free(d->tasks);
     ll_experiments_close(d->experiments);
     if (atomic_flag_test_and_set(&d->saving))
@@ -229,10 +229,10 @@ int ll_serve(const ll_serve_config *config)
     daemon_parts *d = calloc(1, sizeof *d);
     if (!d)
         return 1;
-    d->door_config = config->door;
+    d->web_server_config = config->web_server;
     d->host_config = config->host;
     d->access_config = config->access;
-    default_folder(d->door_config.www, sizeof d->door_config.www, "www");
+    default_folder(d->web_server_config.www, sizeof d->web_server_config.www, "www");
     default_folder(d->host_config.scenarios, sizeof d->host_config.scenarios, "scenarios");
     default_folder(d->host_config.api, sizeof d->host_config.api, "api");
     prepare_process(&d->signals);
@@ -242,7 +242,7 @@ int ll_serve(const ll_serve_config *config)
         free(d);
         return complain(&status, status.code == LL_BAD_INPUT ? 2 : 1);
     }
-    printf("laglab listening on http://%s/\n", ll_door_address(d->door));
+    printf("laglab listening on http://%s/\n", ll_web_server_address(d->web_server));
     fflush(stdout);
     wait_for_end(d);
     status = stop(d);

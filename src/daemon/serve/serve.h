@@ -6,7 +6,7 @@
 #include "daemon/support/access.h"
 
 typedef struct ll_serve_config {
-    ll_door_config door;
+    ll_web_server_config web_server;
     ll_host_config host;
     ll_access_config access;
 } ll_serve_config;

@@ -37,7 +37,7 @@ typedef struct ws_mail {
     ll_ws_stream *stream;
     int code;            /* of a close */
     ll_ws_socket socket; /* of an adoption; what was begun is the text */
-    ll_gate_pass pass;
+    ll_connection_limiter_pass pass;
     ll_upgrade upgrade;
     ll_ws_subscription subscription;
     size_t size;
@@ -91,7 +91,7 @@ struct ws_viewer {
     ll_ws_socket socket;
     uint32_t events; /* that epoll looks for */
     ws_viewer *next_dead;
-    ll_gate_pass pass;
+    ll_connection_limiter_pass pass;
     ll_upgrade upgrade;
     ll_ws_stream *stream;
     ws_viewer *next, *previous; /* of the stream */
@@ -172,9 +172,9 @@ struct ws_thread {
 };
 
 struct ll_ws {
-    ll_door_config config;
+    ll_web_server_config config;
     ll_ws_hooks hooks[LL_STREAM_KINDS];
-    ll_gate *gate;
+    ll_connection_limiter *connection_limiter;
     pthread_mutex_t registry_lock;
     ll_ws_stream *bucket[WS_BUCKETS];
     atomic_int stream_count;

@@ -56,7 +56,7 @@ static void destroy_viewer(ws_viewer *viewer)
         thread->slot[viewer->handle & 0xffff] = NULL;
     }
     ll_ws_socket_free(viewer);
-    ll_gate_leave(thread->ws->gate, &viewer->pass);
+    ll_connection_limiter_leave(thread->ws->connection_limiter, &viewer->pass);
     thread->sockets--;
     free(viewer);
 }
@@ -77,7 +77,7 @@ static void adopt(ws_thread *thread, ws_mail *mail)
     ws_viewer *viewer = calloc(1, sizeof *viewer);
     if (viewer == NULL) {
         ll_ws_release(&mail->socket);
-        ll_gate_leave(thread->ws->gate, &mail->pass);
+        ll_connection_limiter_leave(thread->ws->connection_limiter, &mail->pass);
         return;
     }
     viewer->thread = thread;
@@ -246,7 +246,7 @@ static void finish(ws_thread *thread)
         next = mail->next;
         if (mail->kind == WS_MAIL_ADOPT) {
             ll_ws_release(&mail->socket);
-            ll_gate_leave(thread->ws->gate, &mail->pass);
+            ll_connection_limiter_leave(thread->ws->connection_limiter, &mail->pass);
         } else if (mail->kind == WS_MAIL_CLOSE_STREAM) {
             mail->stream->closing = true;
             ll_ws_stream_release_if_done(mail->stream);

@@ -300,7 +300,7 @@ static void look_for_life(ws_viewer *viewer)
 
 void ll_ws_viewer_sweep(ws_viewer *viewer)
 {
-    const ll_door_config *config = &viewer->thread->ws->config;
+    const ll_web_server_config *config = &viewer->thread->ws->config;
     int64_t now = viewer->thread->now_ns;
     if (viewer->dead) {
         return;

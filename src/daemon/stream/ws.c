@@ -134,7 +134,7 @@ void ll_ws_flush(ll_ws *ws)
 /* ---- the door's ---- */
 
 void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const ll_gate_pass *pass)
+                 size_t begun_size, const ll_connection_limiter_pass *pass)
 {
     ws_thread *thread = ll_ws_thread_of(ws, upgrade->id);
     ws_mail *mail = ll_ws_mail_new(WS_MAIL_ADOPT, begun, begun_size);
@@ -148,7 +148,7 @@ void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socke
     }
     free(mail);
     ll_ws_release(socket);
-    ll_gate_leave(ws->gate, pass);
+    ll_connection_limiter_leave(ws->connection_limiter, pass);
 }
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws)
@@ -180,7 +180,8 @@ static bool start_thread(ll_ws *ws, int index)
     return thread->started;
 }
 
-ll_status ll_ws_start(const ll_door_config *config, const ll_ws_hooks *hooks, ll_gate *gate, ll_ws **result)
+ll_status ll_ws_start(const ll_web_server_config *config, const ll_ws_hooks *hooks,
+                      ll_connection_limiter *connection_limiter, ll_ws **result)
 {
     int threads = (int)config->stream_threads;
     ll_ws *ws = calloc(1, sizeof *ws + (size_t)threads * sizeof(ws_thread));
@@ -189,7 +190,7 @@ ll_status ll_ws_start(const ll_door_config *config, const ll_ws_hooks *hooks, ll
     }
     ws->config = *config;
     ws->hooks[LL_STREAM_SESSION] = *hooks;
-    ws->gate = gate;
+    ws->connection_limiter = connection_limiter;
     ws->threads = threads;
     pthread_mutex_init(&ws->registry_lock, NULL);
     for (int i = 0; i < threads; i++) {

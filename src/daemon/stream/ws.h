@@ -123,12 +123,12 @@ void ll_ws_close(ll_ws *ws, ll_ws_viewer viewer, int code, const char *reason);
 
 /* ---- for the door only ---- */
 
-struct ll_door_config;
-struct ll_gate;
-struct ll_gate_pass;
+struct ll_web_server_config;
+struct ll_connection_limiter;
+struct ll_connection_limiter_pass;
 
-ll_status ll_ws_start(const struct ll_door_config *config, const ll_ws_hooks *hooks, struct ll_gate *gate,
-                      ll_ws **ws);
+ll_status ll_ws_start(const struct ll_web_server_config *config, const ll_ws_hooks *hooks,
+                      struct ll_connection_limiter *connection_limiter, ll_ws **ws);
 bool ll_ws_knows(ll_ws *ws, const ll_upgrade *upgrade);
 
 /* A socket whose upgrade request was valid and has been read. */
@@ -142,7 +142,7 @@ typedef struct ll_ws_socket {
 /* Hands it over, with the `begun` bytes that were read behind its request (copied). Socket and `pass` belong
  * to the streams from here on. */
 void ll_ws_adopt(ll_ws *ws, const ll_upgrade *upgrade, const ll_ws_socket *socket, const void *begun,
-                 size_t begun_size, const struct ll_gate_pass *pass);
+                 size_t begun_size, const struct ll_connection_limiter_pass *pass);
 
 ll_ws_stats ll_ws_get_stats(ll_ws *ws);
 void ll_ws_drain(ll_ws *ws, double seconds); /* 1001 to all, joins the threads */

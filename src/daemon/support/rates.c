@@ -8,7 +8,7 @@
 
 enum { BUCKETS = 4096 };
 
-struct ll_rates {
+struct ll_rate_limits {
     double per_s, burst;
     pthread_mutex_t lock;
     ll_bucket bucket[BUCKETS];
@@ -37,9 +37,9 @@ bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now)
     return ll_bucket_take_many(bucket, 1, per_s, burst, now);
 }
 
-ll_rates *ll_rates_new(double per_s, double burst)
+ll_rate_limits *ll_rate_limits_new(double per_s, double burst)
 {
-    ll_rates *rates = calloc(1, sizeof *rates);
+    ll_rate_limits *rates = calloc(1, sizeof *rates);
     if (!rates)
         return NULL;
     rates->per_s = per_s;
@@ -48,7 +48,7 @@ ll_rates *ll_rates_new(double per_s, double burst)
     return rates;
 }
 
-void ll_rates_free(ll_rates *rates)
+void ll_rate_limits_free(ll_rate_limits *rates)
 {
     if (!rates)
         return;
@@ -56,12 +56,12 @@ void ll_rates_free(ll_rates *rates)
     free(rates);
 }
 
-bool ll_rates_take(ll_rates *rates, const char *name, ll_time now)
+bool ll_rate_limits_take(ll_rate_limits *rates, const char *name, ll_time now)
 {
-    return ll_rates_take_many(rates, name, 1, now);
+    return ll_rate_limits_take_many(rates, name, 1, now);
 }
 
-bool ll_rates_take_many(ll_rates *rates, const char *name, double many, ll_time now)
+bool ll_rate_limits_take_many(ll_rate_limits *rates, const char *name, double many, ll_time now)
 {
     uint64_t hash = ll_hash(0, name, strlen(name));
     pthread_mutex_lock(&rates->lock);

@@ -1,7 +1,7 @@
 /* Token buckets: how often something may happen, with a burst.
  *
- * ll_bucket is one, guarded by its owner. ll_rates holds one per name (an address) in a table of fixed size:
- * names whose hashes meet share a bucket, so that strangers cannot make it grow. Time is an argument
+ * ll_bucket is one, guarded by its owner. ll_rate_limits holds one per name (an address) in a table of fixed
+ * size: names whose hashes meet share a bucket, so that strangers cannot make it grow. Time is an argument
  * (monotonic ns). */
 #pragma once
 
@@ -18,10 +18,10 @@ typedef struct ll_bucket {
 bool ll_bucket_take_many(ll_bucket *bucket, double many, double per_s, double burst, ll_time now);
 bool ll_bucket_take(ll_bucket *bucket, double per_s, double burst, ll_time now);
 
-typedef struct ll_rates ll_rates;
+typedef struct ll_rate_limits ll_rate_limits;
 
-ll_rates *ll_rates_new(double per_s, double burst); /* NULL without memory */
-void ll_rates_free(ll_rates *rates);
+ll_rate_limits *ll_rate_limits_new(double per_s, double burst); /* NULL without memory */
+void ll_rate_limits_free(ll_rate_limits *rates);
 /* Takes `many` at once, at most the burst. Any thread. */
-bool ll_rates_take_many(ll_rates *rates, const char *name, double many, ll_time now);
-bool ll_rates_take(ll_rates *rates, const char *name, ll_time now); /* any thread */
+bool ll_rate_limits_take_many(ll_rate_limits *rates, const char *name, double many, ll_time now);
+bool ll_rate_limits_take(ll_rate_limits *rates, const char *name, ll_time now); /* any thread */

@@ -65,16 +65,17 @@ static double worst_error(const ll_advise_search *s)
     double worst = s->order->max_error;
     for (int p = 0; p < s->points; p++)
         worst = fmax(worst, s->trials[p].own[ERROR].mean);
-    return ll_log(worst) + FAILED;
+    return ll_detmath_log(worst) + FAILED;
 }
 
 static void tell(ll_advise_search *s, int point)
 {
     const ll_trial *t = &s->trials[point];
-    double limit = ll_log(s->order->max_error), values[2];
+    double limit = ll_detmath_log(s->order->max_error), values[2];
     double seen = ll_advise_pooled(t).mean * (1 + MARGIN * s->scatter);
-    double error = t->runs == 0 ? worst_error(s) : ll_log(fmax(seen, TINY)) + ll_advise_shift(s, t, ERROR);
-    values[COST] = ll_log(fmax(t->own[COST].mean, TINY)) + ll_advise_shift(s, t, COST);
+    double error =
+        t->runs == 0 ? worst_error(s) : ll_detmath_log(fmax(seen, TINY)) + ll_advise_shift(s, t, ERROR);
+    values[COST] = ll_detmath_log(fmax(t->own[COST].mean, TINY)) + ll_advise_shift(s, t, COST);
     values[ERROR] = fmin(fmax(error, limit - FAR), limit + FAR);
     if (t->runs == 0) { /* it failed: its cost says nothing */
         double deviation[2], mean[2];
@@ -140,10 +141,10 @@ static double promise(const ll_advise_search *s, int point)
 {
     double mean[2], deviation[2];
     ll_surrogate_expect(s->surrogate, point, mean, deviation);
-    double chance = ll_normal_cdf((ll_log(s->order->max_error) - mean[ERROR]) / deviation[ERROR]);
+    double chance = ll_normal_cdf((ll_detmath_log(s->order->max_error) - mean[ERROR]) / deviation[ERROR]);
     if (s->best < 0)
-        return chance * ll_exp(-0.02 * (mean[COST] - ll_log(TINY)));
-    double saved = ll_log(fmax(s->trials[s->best].own[COST].mean, TINY)) - mean[COST],
+        return chance * ll_exp(-0.02 * (mean[COST] - ll_detmath_log(TINY)));
+    double saved = ll_detmath_log(fmax(s->trials[s->best].own[COST].mean, TINY)) - mean[COST],
            z = saved / deviation[COST];
     return chance * (saved * ll_normal_cdf(z) + deviation[COST] * density(z));
 }
@@ -257,14 +258,14 @@ static double saving(const ll_trial *t, const ll_trial *against, double variance
 static int worthiest(const ll_advise_search *s, int shown)
 {
     int found = -1;
-    double most = 0, none = ll_log(2 * dearest(s));
+    double most = 0, none = ll_detmath_log(2 * dearest(s));
     double variance = shown < 0 ? 0 : variance_of_costs(s, &s->trials[shown]);
     for (int p = 0; p < s->points; p++) {
         const ll_trial *t = &s->trials[p];
         if (t->state != HOLDS && t->state != UNCLEAR)
             continue;
-        double saved =
-            shown < 0 ? none - ll_log(fmax(t->own[COST].mean, TINY)) : saving(t, &s->trials[shown], variance);
+        double saved = shown < 0 ? none - ll_detmath_log(fmax(t->own[COST].mean, TINY))
+                                 : saving(t, &s->trials[shown], variance);
         double value = saved * ll_advise_chance(s, t) / ll_advise_price(s, t);
         bool same = found >= 0 && fabs(value - most) <= TINY * most;
         if (same ? ll_advise_beats(t, &s->trials[found]) : value > most) {
@@ -375,7 +376,7 @@ static ll_status look(ll_advise_search *s, bool *proven)
     return status.code == LL_LIMIT ? ll_ok() : status;
 }
 
-ll_status ll_advise_check(const ll_advice_order *order)
+ll_status ll_advise_check(const ll_advise_request *order)
 {
     const ll_experiment *e = order->experiment;
     if (!(order->max_error > 0 && isfinite(order->max_error)))
@@ -393,7 +394,7 @@ ll_status ll_advise_check(const ll_advice_order *order)
     return ll_ok();
 }
 
-int64_t ll_advise_runs(const ll_advice_order *order)
+int64_t ll_advise_runs(const ll_advise_request *order)
 {
     const ll_experiment *e = order->experiment;
     if (order->most_runs > 0)
@@ -403,7 +404,7 @@ int64_t ll_advise_runs(const ll_advice_order *order)
     return (part > LEAST_RUNS ? part : LEAST_RUNS) + (matter ? 2 * LL_ADVISE_FRESH_MOST : 0);
 }
 
-ll_status ll_advise(const ll_advice_order *order, cJSON **answer)
+ll_status ll_advise(const ll_advise_request *order, cJSON **answer)
 {
     const ll_experiment *e = order->experiment;
     ll_status status = ll_advise_check(order);

@@ -19,17 +19,17 @@
 
 #include "experiment/spec/experiment.h"
 
-typedef struct ll_advice_order {
+typedef struct ll_advise_request {
     const ll_experiment *experiment; /* error and cost are its two metrics of the trade; not sampled */
     double max_error;
     int64_t
         most_runs; /* 0: a fifth of all, at least 40; where seeds matter as many again and 1024 fresh ones */
     const ll_interrupt *interrupt; /* NULL: it is never broken off; else LL_INTERRUPTED */
     _Atomic int64_t *runs;         /* NULL, or where it counts the runs as they are done */
-} ll_advice_order;
+} ll_advise_request;
 
-ll_status ll_advise_check(const ll_advice_order *order); /* what can be told before any run */
-int64_t ll_advise_runs(const ll_advice_order *order);    /* that it may do */
+ll_status ll_advise_check(const ll_advise_request *order); /* what can be told before any run */
+int64_t ll_advise_runs(const ll_advise_request *order);    /* that it may do */
 
 /* The answer as JSON:
  * {"holds","optimum","max_error","error_metric","cost_metric","advice":{...},"nearest":{...},"front":[...],
@@ -37,4 +37,4 @@ int64_t ll_advise_runs(const ll_advice_order *order);    /* that it may do */
  * error. Each setting has "point","set","error","error_ci95","cost","runs", and the advice
  * "verified" with "runs","error","error_ci95" over fresh seeds. `optimum` is `proven`, or `best found`: more
  * runs might find a cheaper one. Caller deletes. */
-ll_status ll_advise(const ll_advice_order *order, struct cJSON **answer);
+ll_status ll_advise(const ll_advise_request *order, struct cJSON **answer);

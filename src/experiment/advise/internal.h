@@ -38,7 +38,7 @@ typedef struct ll_trial {
 } ll_trial;
 
 typedef struct ll_advise_search {
-    const ll_advice_order *order;
+    const ll_advise_request *order;
     const ll_experiment *experiment;
     ll_experiment fresh; /* the same with more repeats: their seeds are those behind the experiment's */
     ll_surrogate *surrogate;

@@ -15,7 +15,7 @@ enum { REPEATS = 3 };
 
 #define LONG_NS 200000000 /* a run of more than so long is not repeated */
 
-const ll_ladder ll_ladders[] = {
+const ll_refinement_series ll_ladders[] = {
     {"fluid/cavity", "duration_s=20", "solver.advection", "semi_lagrangian,maccormack,central", "params.n",
      "16,32,64", "error_max", "visits", 0},
     {"fluid/cavity", "duration_s=5,params.n=32,solver.tolerance=0", "solver.pressure",
@@ -86,27 +86,30 @@ static ll_status put_value(ll_scenario *scenario, const char *path, const char *
 }
 
 /* What the ladder wants, then what was asked for, then the rung; rules hold for all of it together. */
-static ll_status set_all(const ll_ladder_order *order, const ll_rung *rung, ll_scenario *scenario)
+static ll_status set_all(const ll_refinement_request *order, const ll_refinement_level *refinement_level,
+                         ll_scenario *scenario)
 {
     char pair[96];
-    const ll_ladder *ladder = rung->ladder;
+    const ll_refinement_series *refinement_series = refinement_level->refinement_series;
     const ll_param_table *table = scenario->kind->table;
     ll_status status = ll_ok();
-    for (const char *list = ladder->fixed; !ll_failed(&status) && next_item(&list, pair, sizeof pair);)
+    for (const char *list = refinement_series->fixed;
+         !ll_failed(&status) && next_item(&list, pair, sizeof pair);)
         status = put_pair(scenario, pair);
     if (!ll_failed(&status))
         status = ll_param_put(table, scenario->config, order->sets, order->set_count);
     if (!ll_failed(&status) && order->duration)
         status = put_value(scenario, "duration_s", order->duration);
     if (!ll_failed(&status))
-        status = put_value(scenario, ladder->series, rung->series);
+        status = put_value(scenario, refinement_series->series, refinement_level->series);
     if (!ll_failed(&status))
-        status = put_value(scenario, ladder->setting, rung->setting);
+        status = put_value(scenario, refinement_series->setting, refinement_level->setting);
     return ll_failed(&status) ? status : ll_param_check(table, scenario->config);
 }
 
-static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, int seed,
-                           const ll_sim_kind **kind, ll_session **session)
+static ll_status open_refinement_level(const ll_refinement_request *order,
+                                       const ll_refinement_level *refinement_level, int seed,
+                                       const ll_sim_kind **kind, ll_session **session)
 {
     ll_scenario scenario = {0};
     ll_status status = ll_scenario_parse(order->scenario, &scenario);
@@ -117,7 +120,7 @@ static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, in
     void *before = malloc(size);
     if (before) {
         memcpy(before, scenario.config, size);
-        status = set_all(order, rung, &scenario);
+        status = set_all(order, refinement_level, &scenario);
     } else {
         status = ll_error(LL_NO_MEMORY, "no memory for a scenario");
     }
@@ -133,16 +136,16 @@ static ll_status open_rung(const ll_ladder_order *order, const ll_rung *rung, in
 }
 
 /* Adds a run's numbers to the rung's, whose error and counter are sums meanwhile. */
-static void read_metrics(ll_session *session, const ll_sim_kind *kind, ll_rung *rung, double *errors,
-                         ll_interval_order *order)
+static void read_metrics(ll_session *session, const ll_sim_kind *kind, ll_refinement_level *refinement_level,
+                         double *errors, ll_interval_order *order)
 {
     cJSON *report = ll_session_metrics(session);
     const cJSON *metrics = cJSON_GetObjectItemCaseSensitive(report, "metrics");
-    double error = fabs(ll_metric_value(metrics, rung->ladder->error));
-    order->scale = ll_metric_scale_of(kind, metrics, rung->ladder->error);
+    double error = fabs(ll_metric_value(metrics, refinement_level->refinement_series->error));
+    order->scale = ll_metric_scale_of(kind, metrics, refinement_level->refinement_series->error);
     if (isfinite(error))
-        errors[rung->seeds++] = error;
-    rung->counter += ll_metric_value(metrics, rung->ladder->counter);
+        errors[refinement_level->seeds++] = error;
+    refinement_level->counter += ll_metric_value(metrics, refinement_level->refinement_series->counter);
     cJSON_Delete(report);
 }
 
@@ -153,104 +156,110 @@ static int by_size(const void *a, const void *b)
 }
 
 typedef struct samples {
-    int64_t took[LL_LADDER_SEEDS_MAX];
-    double errors[LL_LADDER_SEEDS_MAX];
+    int64_t took[LL_REFINEMENT_SERIES_SEEDS_MAX];
+    double errors[LL_REFINEMENT_SERIES_SEEDS_MAX];
     int runs;
     ll_interval_order order;
 } samples;
 
 /* One run, with the seed that is so far from the scenario's. */
-static ll_status run_once(const ll_ladder_order *order, int seed, bool counts, ll_rung *rung, samples *s)
+static ll_status run_once(const ll_refinement_request *order, int seed, bool counts,
+                          ll_refinement_level *refinement_level, samples *s)
 {
     ll_session *session = NULL;
     const ll_sim_kind *kind = NULL;
-    ll_status status = open_rung(order, rung, seed, &kind, &session);
+    ll_status status = open_refinement_level(order, refinement_level, seed, &kind, &session);
     if (ll_failed(&status))
         return status;
     int64_t from = order->now_ns();
     status = ll_session_run_to(session, ll_session_get_info(session).end_tick);
     s->took[s->runs++] = order->now_ns() - from;
-    rung->diverged = status.code == LL_DIVERGED;
+    refinement_level->diverged = status.code == LL_DIVERGED;
     if (!ll_failed(&status) && counts)
-        read_metrics(session, kind, rung, s->errors, &s->order);
+        read_metrics(session, kind, refinement_level, s->errors, &s->order);
     ll_session_destroy(session);
-    return rung->diverged ? ll_ok() : status;
+    return refinement_level->diverged ? ll_ok() : status;
 }
 
 /* From sums to means. */
-static void finish(ll_rung *rung, samples *s)
+static void finish(ll_refinement_level *refinement_level, samples *s)
 {
     ll_resampler resampler = {0};
     s->order.values = s->errors;
-    s->order.n = rung->seeds;
+    s->order.n = refinement_level->seeds;
     s->order.error = 0.05;
-    rung->error = rung->error_low = rung->error_high = NAN;
-    if (rung->diverged) {
-        rung->counter = NAN;
-        rung->seeds = 0;
+    refinement_level->error = refinement_level->error_low = refinement_level->error_high = NAN;
+    if (refinement_level->diverged) {
+        refinement_level->counter = NAN;
+        refinement_level->seeds = 0;
     }
-    if (rung->seeds > 0 && !rung->diverged) {
+    if (refinement_level->seeds > 0 && !refinement_level->diverged) {
         ll_summary summary = ll_summarise(&s->order, s->errors, &resampler);
-        rung->error = summary.mean;
-        rung->error_low = summary.of_mean.low;
-        rung->error_high = summary.of_mean.high;
+        refinement_level->error = summary.mean;
+        refinement_level->error_low = summary.of_mean.low;
+        refinement_level->error_high = summary.of_mean.high;
     }
     ll_resampler_free(&resampler);
     qsort(s->took, (size_t)s->runs, sizeof *s->took, by_size);
-    rung->cpu_min_s = (double)s->took[0] * 1e-9;
-    rung->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
+    refinement_level->cpu_min_s = (double)s->took[0] * 1e-9;
+    refinement_level->cpu_median_s = (double)s->took[s->runs / 2] * 1e-9;
 }
 
 /* Every seed once, or the same run again for its time. */
-static ll_status measure(const ll_ladder_order *order, ll_rung *rung)
+static ll_status measure(const ll_refinement_request *order, ll_refinement_level *refinement_level)
 {
     samples *s = calloc(1, sizeof *s);
-    int seeds = rung->ladder->seeds == 0 ? 0 : order->seeds > 0 ? order->seeds : rung->ladder->seeds;
+    int seeds = refinement_level->refinement_series->seeds == 0 ? 0
+                : order->seeds > 0                              ? order->seeds
+                                                                : refinement_level->refinement_series->seeds;
     ll_status status = s ? ll_ok() : ll_error(LL_NO_MEMORY, "no memory for a rung");
-    rung->order = NAN;
-    rung->error = rung->counter = 0;
-    rung->seeds = 0;
-    rung->diverged = false;
-    for (int n = 0; !ll_failed(&status) && !rung->diverged && n < (seeds ? seeds : REPEATS); n++)
+    refinement_level->order = NAN;
+    refinement_level->error = refinement_level->counter = 0;
+    refinement_level->seeds = 0;
+    refinement_level->diverged = false;
+    for (int n = 0; !ll_failed(&status) && !refinement_level->diverged && n < (seeds ? seeds : REPEATS); n++)
         if (seeds > 0)
-            status = run_once(order, n, true, rung, s);
+            status = run_once(order, n, true, refinement_level, s);
         else if (n == 0 || s->took[0] < LONG_NS)
-            status = run_once(order, 0, n == 0, rung, s);
+            status = run_once(order, 0, n == 0, refinement_level, s);
     if (!ll_failed(&status)) {
-        rung->counter /= seeds > 0 ? seeds : 1;
-        finish(rung, s);
+        refinement_level->counter /= seeds > 0 ? seeds : 1;
+        finish(refinement_level, s);
     }
     free(s);
     return status;
 }
 
-static bool next_series(ll_climb *c)
+static bool next_series(ll_refinement_run *c)
 {
     do
-        if (!next_item(&c->series, c->rung.series, sizeof c->rung.series))
+        if (!next_item(&c->series, c->refinement_level.series, sizeof c->refinement_level.series))
             return false;
-    while (!ll_listed(c->order->methods, c->rung.series));
-    c->settings = c->rung.ladder->setting_values;
-    c->rung.error = NAN;
+    while (!ll_listed(c->order->methods, c->refinement_level.series));
+    c->settings = c->refinement_level.refinement_series->setting_values;
+    c->refinement_level.error = NAN;
     return true;
 }
 
-ll_climb ll_ladder_start(const ll_ladder *ladder, const ll_ladder_order *order)
+ll_refinement_run ll_refinement_series_start(const ll_refinement_series *refinement_series,
+                                             const ll_refinement_request *order)
 {
-    return (ll_climb){
-        .order = order, .series = ladder->series_values, .settings = "", .rung = {.ladder = ladder}};
+    return (ll_refinement_run){.order = order,
+                               .series = refinement_series->series_values,
+                               .settings = "",
+                               .refinement_level = {.refinement_series = refinement_series}};
 }
 
-bool ll_ladder_next(ll_climb *c, ll_status *status)
+bool ll_refinement_series_next(ll_refinement_run *c, ll_status *status)
 {
-    ll_rung *rung = &c->rung, before;
+    ll_refinement_level *refinement_level = &c->refinement_level, before;
     if (*c->settings == '\0' && !next_series(c))
         return false;
-    before = *rung;
-    next_item(&c->settings, rung->setting, sizeof rung->setting);
-    *status = measure(c->order, rung);
-    if (rung->error > 0 && before.error > 0)
-        rung->order = -log(rung->error / before.error) /
-                      log(strtod(rung->setting, NULL) / strtod(before.setting, NULL));
+    before = *refinement_level;
+    next_item(&c->settings, refinement_level->setting, sizeof refinement_level->setting);
+    *status = measure(c->order, refinement_level);
+    if (refinement_level->error > 0 && before.error > 0)
+        refinement_level->order = -log(refinement_level->error / before.error) /
+                                  log(strtod(refinement_level->setting, NULL) / strtod(before.setting, NULL));
     return !ll_failed(status);
 }

@@ -13,8 +13,8 @@ enum { TIMES = 1024, REPEATS = 7, STEPS_MAX = 1 << 20 };
 #define SLACK 1e-9        /* a step that ends within this part of itself before the end ends there */
 
 /* What one ladder needs: a run, the solution beside it, and what is not known of that. */
-typedef struct bench {
-    const ll_precision_order *order;
+typedef struct worker_slot {
+    const ll_work_precision_request *order;
     ll_ode ode;
     double duration;
     double start[LL_ODE_DIM_MAX];
@@ -24,16 +24,16 @@ typedef struct bench {
     ll_ode_measure doubt;       /* by how much two references differ */
     double predictable_s;       /* until when that is little; the duration: all along */
     ll_ode_scale whole;         /* of the solution, as far as it is predictable */
-} bench;
+} worker_slot;
 
-static ll_status start_reference(const bench *b, int which, ll_ode_run *run)
+static ll_status start_reference(const worker_slot *b, int which, ll_ode_run *run)
 {
     ll_ode_control control = ll_ode_reference_control(b->duration);
     return ll_ode_start(run, ll_ode_reference_method(b->order->problem, which), &b->ode, &control, b->start);
 }
 
 /* Reference `which` at `t`, which only goes forward. */
-static void reference_at(const bench *b, ll_ode_run *run, int which, double t, double *y)
+static void reference_at(const worker_slot *b, ll_ode_run *run, int which, double t, double *y)
 {
     const ll_ode_method *method = ll_ode_reference_method(b->order->problem, which);
     if (run->t < t)
@@ -41,7 +41,7 @@ static void reference_at(const bench *b, ll_ode_run *run, int which, double t, d
     ll_ode_sample(run, method, &b->ode, t, y);
 }
 
-static void solution_at(const bench *b, double t, double *y)
+static void solution_at(const worker_slot *b, double t, double *y)
 {
     if (b->formula)
         b->order->problem->exact(b->order->params, t, y);
@@ -50,7 +50,7 @@ static void solution_at(const bench *b, double t, double *y)
 }
 
 /* Compares both references over the last step of the first; false where they part. */
-static bool compare(bench *b, ll_ode_run *second)
+static bool compare(worker_slot *b, ll_ode_run *second)
 {
     const ll_ode_method *method = ll_ode_reference_method(b->order->problem, 0);
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], other[LL_ODE_DIM_MAX];
@@ -72,7 +72,7 @@ static bool compare(bench *b, ll_ode_run *second)
 }
 
 /* By formula, else what two references differ by. */
-static ll_status solve(bench *b)
+static ll_status solve(worker_slot *b)
 {
     const ll_ode_problem *p = b->order->problem;
     double y[LL_ODE_DIM_MAX];
@@ -103,14 +103,14 @@ static ll_status solve(bench *b)
     return status;
 }
 
-static ll_status start(bench *b, const ll_ode_method *method, double setting)
+static ll_status start(worker_slot *b, const ll_ode_method *method, double setting)
 {
     ll_ode_control control = {
         .t_end = b->duration, .dt = setting, .tolerance = setting, .max_steps = 100 * (int64_t)STEPS_MAX};
     return ll_ode_start(b->run, method, &b->ode, &control, b->start);
 }
 
-static void forget(ll_precision *r)
+static void forget(ll_work_precision *r)
 {
     r->e_final = r->e_max = r->e_l2 = r->drift_final = r->drift_max = r->drift_per_s = NAN;
     r->e_final_weighted = r->e_max_weighted = r->e_l2_weighted = NAN;
@@ -123,13 +123,13 @@ static double above(double error, double doubt)
     return doubt == 0 || error > doubt ? error : NAN;
 }
 
-static double weighted(const bench *b, const ll_ode_measure *m, int row)
+static double weighted(const worker_slot *b, const ll_ode_measure *m, int row)
 {
     return above(ll_ode_measure_weighted(m, b->each, &b->ode, row),
                  ll_ode_measure_weighted(&b->doubt, b->doubt_each, &b->ode, row));
 }
 
-static void errors(const bench *b, const ll_ode_measure *m, ll_precision *r)
+static void errors(const worker_slot *b, const ll_ode_measure *m, ll_work_precision *r)
 {
     bool all = b->predictable_s >= b->duration;
     r->e_final = all ? above(m->error, b->doubt.error) : NAN;
@@ -147,7 +147,7 @@ static void errors(const bench *b, const ll_ode_measure *m, ll_precision *r)
 }
 
 /* The step that the run has made last, up to the duration. */
-static void measure_step(bench *b, const ll_ode_method *method, ll_ode_measure *m)
+static void measure_step(worker_slot *b, const ll_ode_method *method, ll_ode_measure *m)
 {
     double at[LL_ODE_POINTS], y[LL_ODE_DIM_MAX], wanted[LL_ODE_DIM_MAX], from = m->t;
     int points = ll_ode_measure_points(b->run, method, at);
@@ -168,7 +168,7 @@ static void measure_step(bench *b, const ll_ode_method *method, ll_ode_measure *
 }
 
 /* The run, held against the solution over all of its steps. */
-static ll_status measure(bench *b, const ll_ode_method *method, ll_precision *r)
+static ll_status measure(worker_slot *b, const ll_ode_method *method, ll_work_precision *r)
 {
     ll_ode_measure m;
     ll_ode_measure_start(&m, b->each, b->order->problem, &b->ode, b->start);
@@ -197,7 +197,7 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-static ll_status time_it(bench *b, const ll_ode_method *method, double setting, ll_precision *r)
+static ll_status time_it(worker_slot *b, const ll_ode_method *method, double setting, ll_work_precision *r)
 {
     int64_t took[REPEATS];
     int n = 0;
@@ -215,9 +215,10 @@ static ll_status time_it(bench *b, const ll_ode_method *method, double setting, 
     return ll_ok();
 }
 
-static ll_status rung(bench *b, const ll_ode_method *method, double setting, ll_precision *r)
+static ll_status refinement_level(worker_slot *b, const ll_ode_method *method, double setting,
+                                  ll_work_precision *r)
 {
-    *r = (ll_precision){.setting = setting, .order = NAN};
+    *r = (ll_work_precision){.setting = setting, .order = NAN};
     ll_status status = time_it(b, method, setting, r);
     if (!ll_failed(&status))
         status = start(b, method, setting);
@@ -226,10 +227,11 @@ static ll_status rung(bench *b, const ll_ode_method *method, double setting, ll_
     return status;
 }
 
-static ll_status open_bench(bench *b, const ll_precision_order *order, const ll_ode_method *method)
+static ll_status open_worker_slot(worker_slot *b, const ll_work_precision_request *order,
+                                  const ll_ode_method *method)
 {
-    *b =
-        (bench){.order = order, .duration = order->duration > 0 ? order->duration : order->problem->duration};
+    *b = (worker_slot){.order = order,
+                       .duration = order->duration > 0 ? order->duration : order->problem->duration};
     order->problem->system(order->params, &b->ode);
     ll_status status = ll_ode_method_fits(method, &b->ode);
     if (ll_failed(&status))
@@ -245,7 +247,7 @@ static ll_status open_bench(bench *b, const ll_precision_order *order, const ll_
                : ll_error(LL_NO_MEMORY, "no memory to measure a method");
 }
 
-static void close_bench(bench *b)
+static void close_worker_slot(worker_slot *b)
 {
     free(b->run);
     free(b->solution);
@@ -253,51 +255,51 @@ static void close_bench(bench *b)
     free(b->doubt_each);
 }
 
-ll_status ll_precision_rung(const ll_precision_order *order, const ll_ode_method *method, double setting,
-                            ll_precision *out)
+ll_status ll_work_precision_level(const ll_work_precision_request *order, const ll_ode_method *method,
+                                  double setting, ll_work_precision *out)
 {
-    bench b;
-    ll_status status = open_bench(&b, order, method);
+    worker_slot b;
+    ll_status status = open_worker_slot(&b, order, method);
     if (!ll_failed(&status))
-        status = rung(&b, method, setting, out);
-    close_bench(&b);
+        status = refinement_level(&b, method, setting, out);
+    close_worker_slot(&b);
     return status;
 }
 
 /* Above what is not known of the solution and what rounding makes of so many steps, and below a tenth of the
  * solution's size: an order can be told. */
-static bool is_well_known(const ll_precision *r)
+static bool is_well_known(const ll_work_precision *r)
 {
     double rounding = 16 * DBL_EPSILON * r->size * sqrt((double)r->counters.steps);
     return r->e_max > 4 * r->uncertainty && r->e_max > rounding && r->e_max < r->size / 10;
 }
 
 /* Shorter steps tell no more: rounding has the say, or the solution is not known better. */
-static bool is_over(const ll_precision *r)
+static bool is_over(const ll_work_precision *r)
 {
     bool unknown = r->status == LL_RUN_OK && isnan(r->e_max);
     return unknown ? isnan(r[-1].e_max) && r[-1].status == LL_RUN_OK
                    : r->e_max > r[-1].e_max && r[-1].e_max < 1e-9;
 }
 
-ll_status ll_precision_ladder(const ll_precision_order *order, const ll_ode_method *method,
-                              ll_precision *rungs, int *count)
+ll_status ll_work_precision_series(const ll_work_precision_request *order, const ll_ode_method *method,
+                                   ll_work_precision *refinement_levels, int *count)
 {
-    bench b;
+    worker_slot b;
     int n = 0;
-    ll_status status = open_bench(&b, order, method);
+    ll_status status = open_worker_slot(&b, order, method);
     double setting = method->adaptive ? 1e-2 : b.duration / 16, factor = method->adaptive ? 0.1 : 0.5;
     double least = method->adaptive ? 0.9e-14 : b.duration / STEPS_MAX;
-    for (; !ll_failed(&status) && n < LL_PRECISION_RUNGS_MAX && setting >= least; setting *= factor) {
-        ll_precision *r = &rungs[n];
-        status = rung(&b, method, setting, r);
+    for (; !ll_failed(&status) && n < LL_WORK_PRECISION_LEVELS_MAX && setting >= least; setting *= factor) {
+        ll_work_precision *r = &refinement_levels[n];
+        status = refinement_level(&b, method, setting, r);
         if (n > 0 && is_well_known(r) && is_well_known(r - 1))
             r->order = log(r->e_max / r[-1].e_max) / log(factor);
         n += !ll_failed(&status);
         if (n > 2 && !method->adaptive && is_over(r))
             break;
     }
-    close_bench(&b);
+    close_worker_slot(&b);
     *count = n;
     return status;
 }

@@ -253,7 +253,7 @@ double ll_advise_shift(const ll_advise_search *s, const ll_trial *t, int output)
         const ll_trial *other = &s->trials[p];
         double all = other->own[output].mean, first;
         if (other->runs == repeats && all > 0 && (first = mean_of(&other->own_values, t->runs, output)) > 0) {
-            sum += ll_log(all / first);
+            sum += ll_detmath_log(all / first);
             n++;
         }
     }

@@ -8,62 +8,62 @@
 
 enum { SERIES_MAX = 64 };
 
-struct ll_ladder_page {
-    ll_drawn_rung *rungs;
+struct ll_refinement_series_page {
+    ll_drawn_level *refinement_levels;
     int count, room;
     bool short_of_memory;
 };
 
-ll_ladder_page *ll_ladder_page_make(void)
+ll_refinement_series_page *ll_refinement_series_page_make(void)
 {
-    return calloc(1, sizeof(ll_ladder_page));
+    return calloc(1, sizeof(ll_refinement_series_page));
 }
 
-void ll_ladder_page_free(ll_ladder_page *page)
+void ll_refinement_series_page_free(ll_refinement_series_page *page)
 {
     if (page)
-        free(page->rungs);
+        free(page->refinement_levels);
     free(page);
 }
 
-void ll_ladder_page_add(ll_ladder_page *page, const ll_drawn_rung *rung)
+void ll_refinement_series_page_add(ll_refinement_series_page *page, const ll_drawn_level *refinement_level)
 {
     if (!page)
         return;
     if (page->count == page->room) {
         int room = page->room ? 2 * page->room : 64;
-        ll_drawn_rung *more = realloc(page->rungs, (size_t)room * sizeof *more);
+        ll_drawn_level *more = realloc(page->refinement_levels, (size_t)room * sizeof *more);
         page->short_of_memory |= more == NULL;
         if (!more)
             return;
-        page->rungs = more;
+        page->refinement_levels = more;
         page->room = room;
     }
-    page->rungs[page->count++] = *rung;
+    page->refinement_levels[page->count++] = *refinement_level;
 }
 
 /* ---- one ladder ---- */
 
-typedef struct ladder {
-    const ll_ladder_page *page;
+typedef struct refinement_series {
+    const ll_refinement_series_page *page;
     int first, count; /* rungs follow each other */
     const char *series[SERIES_MAX];
     int series_count;
     ll_plot_point *points; /* room for all rungs */
     const char *where;
     FILE *file;
-} ladder;
+} refinement_series;
 
 static void tell(const void *context, int64_t point, FILE *file)
 {
-    const ll_drawn_rung *r = &((const ll_ladder_page *)context)->rungs[point];
+    const ll_drawn_level *r = &((const ll_refinement_series_page *)context)->refinement_levels[point];
     ll_html_text(r->series, file);
     fputs(", ", file);
     ll_html_text(r->setting, file);
     fprintf(file, " %.6g", r->value);
 }
 
-static int series_of(ladder *l, const char *name)
+static int series_of(refinement_series *l, const char *name)
 {
     int k = 0;
     while (k < l->series_count && strcmp(l->series[k], name) != 0)
@@ -92,11 +92,11 @@ static void mark_front(ll_plot_point *points, int count)
         }
 }
 
-static ll_status write_plot(ladder *l, bool counted, const char *title)
+static ll_status write_plot(refinement_series *l, bool counted, const char *title)
 {
-    const ll_drawn_rung *first = &l->page->rungs[l->first];
+    const ll_drawn_level *first = &l->page->refinement_levels[l->first];
     for (int i = 0; i < l->count; i++) {
-        const ll_drawn_rung *r = &first[i];
+        const ll_drawn_level *r = &first[i];
         l->points[i] = (ll_plot_point){.x = fabs(counted ? r->count : r->cpu_s),
                                        .y = r->y,
                                        .low = r->low,
@@ -126,9 +126,9 @@ static ll_status write_plot(ladder *l, bool counted, const char *title)
                          l->file);
 }
 
-static ll_status write_ladder(ladder *l)
+static ll_status write_refinement_series(refinement_series *l)
 {
-    const ll_drawn_rung *first = &l->page->rungs[l->first];
+    const ll_drawn_level *first = &l->page->refinement_levels[l->first];
     fputs("<h2>", l->file);
     ll_html_text(first->title, l->file);
     fputs(" by ", l->file);
@@ -140,24 +140,26 @@ static ll_status write_ladder(ladder *l)
 
 /* ---- the page ---- */
 
-static ll_status write_ladders(ll_ladder_page *page, const char *where, FILE *file)
+static ll_status write_ladders(ll_refinement_series_page *page, const char *where, FILE *file)
 {
     ll_status status = ll_ok();
     ll_plot_point *points = malloc((size_t)page->count * sizeof *points + 1);
     if (!points)
         return ll_error(LL_NO_MEMORY, "no memory for plots");
     for (int i = 0; i < page->count && !ll_failed(&status);) {
-        ladder l = {.page = page, .first = i, .points = points, .where = where, .file = file};
-        while (i < page->count && page->rungs[i].ladder == page->rungs[l.first].ladder)
+        refinement_series l = {.page = page, .first = i, .points = points, .where = where, .file = file};
+        while (i < page->count && page->refinement_levels[i].refinement_series ==
+                                      page->refinement_levels[l.first].refinement_series)
             i++;
         l.count = i - l.first;
-        status = write_ladder(&l);
+        status = write_refinement_series(&l);
     }
     free(points);
     return status;
 }
 
-ll_status ll_ladder_page_write(ll_ladder_page *page, const char *title, const char *command, const char *path)
+ll_status ll_refinement_series_page_write(ll_refinement_series_page *page, const char *title,
+                                          const char *command, const char *path)
 {
     char where[400];
     FILE *file = page->short_of_memory ? NULL : fopen(path, "wb");

@@ -19,7 +19,7 @@
 enum { THREADS_MAX = 256, LOOK_EVERY_S = 1, RETRY_EVERY_S = 1, PATIENCE_S = 120 };
 
 /* What a thread works on. */
-typedef struct bench {
+typedef struct worker_slot {
     struct ll_workers *workers;
     pthread_t thread;
     ll_experiment *experiment;
@@ -31,12 +31,12 @@ typedef struct bench {
     /* Of the workers' lock: */
     ll_lease lease; /* chunk < 0: none */
     double renew_at;
-} bench;
+} worker_slot;
 
 struct ll_workers {
     ll_workers_order order;
     char owner[LL_OWNER_MAX + 1];
-    bench benches[THREADS_MAX];
+    worker_slot benches[THREADS_MAX];
     int count;
     pthread_t keeper; /* of the leases */
     _Atomic int64_t runs;
@@ -189,7 +189,7 @@ static uint64_t calls_so_far(ll_workers *w)
 
 /* ---- leases ---- */
 
-static void hold(bench *b, const ll_lease *lease)
+static void hold(worker_slot *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     pthread_mutex_lock(&w->lock);
@@ -199,18 +199,18 @@ static void hold(bench *b, const ll_lease *lease)
     pthread_mutex_unlock(&w->lock);
 }
 
-static void let_go(bench *b)
+static void let_go(worker_slot *b)
 {
     pthread_mutex_lock(&b->workers->lock);
     b->lease.chunk = -1;
     pthread_mutex_unlock(&b->workers->lock);
 }
 
-static bench *next_to_renew(ll_workers *w)
+static worker_slot *next_to_renew(ll_workers *w)
 {
-    bench *next = NULL;
+    worker_slot *next = NULL;
     for (int i = 0; i < w->count; i++) {
-        bench *b = &w->benches[i];
+        worker_slot *b = &w->benches[i];
         if (b->lease.chunk >= 0 && !atomic_load(&b->drop) && (!next || b->renew_at < next->renew_at))
             next = b;
     }
@@ -218,7 +218,7 @@ static bench *next_to_renew(ll_workers *w)
 }
 
 /* With the lock, which it leaves while the store is asked. */
-static void renew(ll_workers *w, bench *b)
+static void renew(ll_workers *w, worker_slot *b)
 {
     ll_lease lease = b->lease;
     pthread_mutex_unlock(&w->lock);
@@ -239,7 +239,7 @@ static void *keep_leases(void *context)
     pthread_setname_np(pthread_self(), "leases");
     pthread_mutex_lock(&w->lock);
     while (!w->over) {
-        bench *b = next_to_renew(w);
+        worker_slot *b = next_to_renew(w);
         double now = seconds(), look = w->order.lease_s / 4;
         if (b && b->renew_at <= now)
             renew(w, b);
@@ -275,7 +275,7 @@ static ll_status read_specification(ll_workers *w, const char *id, char **text)
     return status;
 }
 
-static ll_status load(bench *b, const char *id)
+static ll_status load(worker_slot *b, const char *id)
 {
     char *text = NULL;
     cJSON *json = NULL;
@@ -295,7 +295,7 @@ static ll_status load(bench *b, const char *id)
     return status;
 }
 
-static ll_status hand_in(bench *b, const ll_lease *lease)
+static ll_status hand_in(worker_slot *b, const ll_lease *lease)
 {
     ll_status status;
     double since = 0;
@@ -309,7 +309,7 @@ static ll_status hand_in(bench *b, const ll_lease *lease)
 
 static bool is_wanted(void *context)
 {
-    const bench *b = context;
+    const worker_slot *b = context;
     return !atomic_load_explicit(&b->drop, memory_order_relaxed);
 }
 
@@ -321,8 +321,8 @@ static int64_t now_ns(void)
 }
 
 /* A run, or what stands in its place where its point has enough. */
-static ll_status run_or_skip(bench *b, const ll_lease *lease, int64_t run, const ll_interrupt *interrupt,
-                             bool *enough)
+static ll_status run_or_skip(worker_slot *b, const ll_lease *lease, int64_t run,
+                             const ll_interrupt *interrupt, bool *enough)
 {
     ll_row *row = &b->rows[run - lease->from];
     int64_t repeat = run % b->experiment->head.repeats;
@@ -338,7 +338,7 @@ static ll_status run_or_skip(bench *b, const ll_lease *lease, int64_t run, const
 }
 
 /* LL_CONFLICT, LL_INTERRUPTED: it is no longer this worker's, or not wanted. */
-static ll_status run_chunk(bench *b, const ll_lease *lease)
+static ll_status run_chunk(worker_slot *b, const ll_lease *lease)
 {
     ll_workers *w = b->workers;
     ll_interrupt interrupt = {is_wanted, now_ns, b};
@@ -414,7 +414,7 @@ static ll_status claim(ll_workers *w, ll_lease *lease)
 }
 
 /* A claim, and what came of it. `found`: there was something. */
-static ll_status work_once(bench *b, bool *found)
+static ll_status work_once(worker_slot *b, bool *found)
 {
     ll_lease lease;
     ll_workers *w = b->workers;
@@ -435,7 +435,7 @@ static ll_status work_once(bench *b, bool *found)
 
 static void *work(void *context)
 {
-    bench *b = context;
+    worker_slot *b = context;
     pthread_setname_np(pthread_self(), "run");
     ll_workers *w = b->workers;
     if (w->order.nice > 0) /* of this thread alone, on Linux */
@@ -505,7 +505,7 @@ ll_status ll_workers_start(const ll_workers_order *order, ll_workers **workers)
     bool kept = pthread_create(&w->keeper, NULL, keep_leases, w) == 0;
     pthread_mutex_lock(&w->lock); /* the keeper reads the count */
     while (kept && w->count < wanted && w->count < THREADS_MAX) {
-        bench *b = &w->benches[w->count];
+        worker_slot *b = &w->benches[w->count];
         atomic_fetch_add(&w->alive, 1);
         if (pthread_create(&b->thread, NULL, work, b) != 0) {
             atomic_fetch_sub(&w->alive, 1);

@@ -45,7 +45,7 @@ static const ll_param rows[] = {
      .offset = offsetof(settings, count),
      .min = 1,
      .max = LL_AXIS_VALUES_MAX,
-     .standard = 1,
+     .default_value = 1,
      .help = "How many values a range has, both ends among them."},
     {.name = "scale",
      .type = LL_PARAM_CHOICE,
@@ -111,7 +111,7 @@ void ll_axis_column(const char *path, const char *unit, char *name, int size)
 
 static double between(const ll_axis *a, double from, double to, double position)
 {
-    return a->scale ? from * ll_exp(ll_log(to / from) * position) : from + (to - from) * position;
+    return a->scale ? from * ll_exp(ll_detmath_log(to / from) * position) : from + (to - from) * position;
 }
 
 /* Each whole number has as much of the range as the others: of a linear range the same width, of a

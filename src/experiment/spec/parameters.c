@@ -25,7 +25,7 @@ static const ll_param sample_rows[] = {
      .offset = SAMPLE(count),
      .min = 1,
      .max = LL_EXPERIMENT_RUNS_MAX,
-     .standard = 64,
+     .default_value = 64,
      .help = "How many points, of saltelli base samples, each of as many points as there are dimensions and "
              "two; powers "
              "of two suit Sobol' sequences and saltelli."},
@@ -33,7 +33,7 @@ static const ll_param sample_rows[] = {
      .type = LL_PARAM_INT,
      .offset = SAMPLE(seed),
      .max = 9007199254740991,
-     .standard = 1,
+     .default_value = 1,
      .help = "Of the draws; of a Sobol' sequence's shift."},
 };
 
@@ -60,7 +60,7 @@ static const ll_param stop_rows[] = {
      .offset = STOP(every_s),
      .min = 0.01,
      .max = 3600,
-     .standard = 1,
+     .default_value = 1,
      .unit = "s",
      .help = "How often that is looked at, in virtual time."},
 };
@@ -94,7 +94,7 @@ static const ll_param until_rows[] = {
      .offset = UNTIL(least),
      .min = LL_INTERVAL_LEAST,
      .max = 100000,
-     .standard = 10,
+     .default_value = 10,
      .help = "Runs before the first look; there is another whenever there are twice as many."},
 };
 
@@ -115,7 +115,7 @@ static const ll_param head_rows[] = {
      .help = "The metric that is to be small; empty: the first."},
     {ROW(cost), .type = LL_PARAM_TEXT, .max = LL_EXPERIMENT_PATH_MAX,
      .help = "The metric that this is paid with; empty: the second, if there is one."},
-    {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .standard = 1,
+    {ROW(repeats), .type = LL_PARAM_INT, .min = 1, .max = 100000, .default_value = 1,
      .help = "Runs of each point, with seeds that count up from the scenario's."},
     {ROW(interval), .type = LL_PARAM_CHOICE, .choices = intervals,
      .help = "How intervals of means are made: auto chooses by what the values are, t is Student's for all "

@@ -19,7 +19,7 @@ static double log_gamma(double x)
     double sum = c[0], t = x + 6.5;
     for (int i = 1; i < 9; i++)
         sum += c[i] / (x - 1 + i);
-    return 0.91893853320467274 + (x - 0.5) * ll_log(t) - t + ll_log(sum);
+    return 0.91893853320467274 + (x - 0.5) * ll_detmath_log(t) - t + ll_detmath_log(sum);
 }
 
 static double away_from_0(double x)
@@ -55,7 +55,8 @@ double ll_beta_cdf(double x, double a, double b)
         return 0;
     if (x >= 1)
         return 1;
-    double front = ll_exp(log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a * ll_log(x) + b * ll_log(1 - x));
+    double front = ll_exp(log_gamma(a + b) - log_gamma(a) - log_gamma(b) + a * ll_detmath_log(x) +
+                          b * ll_detmath_log(1 - x));
     if (x < (a + 1) / (a + b + 2))
         return front * beta_fraction(x, a, b) / a;
     return 1 - front * beta_fraction(1 - x, b, a) / b;
@@ -67,7 +68,7 @@ double ll_gamma_cdf(double x, double a)
     LL_ASSERT(a > 0);
     if (!(x > 0))
         return 0;
-    double front = ll_exp(a * ll_log(x) - x - log_gamma(a));
+    double front = ll_exp(a * ll_detmath_log(x) - x - log_gamma(a));
     if (x < a + 1) {
         double term = 1 / a, sum = term;
         for (int k = 1; k < TERMS_MAX && term > EXACT * sum; k++) {

@@ -6,19 +6,19 @@
 #define LL_GRID_REAL(member, least, most, normal, text)                                                      \
     {                                                                                                        \
         .name = #member, .type = LL_PARAM_REAL, .offset = offsetof(ll_grid_solver, member), .min = least,    \
-        .max = most, .standard = normal, .live = true, .help = text                                          \
+        .max = most, .default_value = normal, .live = true, .help = text                                     \
     }
 
 #define LL_GRID_INT(member, least, most, normal, text)                                                       \
     {                                                                                                        \
         .name = #member, .type = LL_PARAM_INT, .offset = offsetof(ll_grid_solver, member), .min = least,     \
-        .max = most, .standard = normal, .live = true, .help = text                                          \
+        .max = most, .default_value = normal, .live = true, .help = text                                     \
     }
 
 #define LL_GRID_CHOICE(member, names, normal, text)                                                          \
     {                                                                                                        \
         .name = #member, .type = LL_PARAM_CHOICE, .offset = offsetof(ll_grid_solver, member),                \
-        .choices = names, .standard = normal, .live = true, .help = text                                     \
+        .choices = names, .default_value = normal, .live = true, .help = text                                \
     }
 
 #define LL_GRID_ROWS(advection_, splitting_, pressure_, tolerance_, cfl_)                                    \
@@ -27,13 +27,13 @@
         {.name = "clamp",                                                                                    \
          .type = LL_PARAM_BOOL,                                                                              \
          .offset = offsetof(ll_grid_solver, clamp),                                                          \
-         .standard = 1,                                                                                      \
+         .default_value = 1,                                                                                 \
          .live = true,                                                                                       \
          .help = "Clamp maccormack and bfecc to the values that they interpolate."},                         \
         {.name = "keep_mass",                                                                                \
          .type = LL_PARAM_BOOL,                                                                              \
          .offset = offsetof(ll_grid_solver, keep_mass),                                                      \
-         .standard = 1,                                                                                      \
+         .default_value = 1,                                                                                 \
          .live = true,                                                                                       \
          .help = "Conserve the dye's mass: spread the gain or loss of advection over values that have "      \
                  "room within their bounds."},                                                               \
@@ -58,7 +58,7 @@ extern const char *const ll_splitting_names[LL_SPLITTINGS + 1];
 #define LL_GRID_CELLS(type_, normal)                                                                         \
     {                                                                                                        \
         .name = "n", .type = LL_PARAM_INT, .offset = offsetof(type_, n), .min = 8, .max = 8192,              \
-        .standard = normal, .help = "Cells per side; even."                                                  \
+        .default_value = normal, .help = "Cells per side; even."                                             \
     }
 
 /* A scene's table of settings. */

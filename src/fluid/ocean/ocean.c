@@ -19,7 +19,7 @@ const char *ll_ocean_method_help(ll_ocean_method_kind kind)
 
 static const ll_param rows[] = {
     LL_OCEAN_ROW(method, "method", .type = LL_PARAM_CHOICE, .choices = ll_ocean_method_names,
-                 .standard = LL_OCEAN_SPECTRUM, .help = "Method for the surface."),
+                 .default_value = LL_OCEAN_SPECTRUM, .help = "Method for the surface."),
     LL_OCEAN_REAL(choppiness, "choppiness", 0, 1.5, 1, NULL, "Scale of the horizontal displacement."),
     LL_OCEAN_ROWS(256, 0),
 };

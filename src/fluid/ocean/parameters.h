@@ -8,10 +8,10 @@
         .name = name_, .offset = offsetof(ll_ocean_setup, member), __VA_ARGS__                               \
     }
 #define LL_OCEAN_REAL(member, name_, low, high, value, of, text)                                             \
-    LL_OCEAN_ROW(member, name_, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value,           \
+    LL_OCEAN_ROW(member, name_, .type = LL_PARAM_REAL, .min = low, .max = high, .default_value = value,      \
                  .unit = of, .help = text)
 #define LL_OCEAN_WHOLE(member, low, high, value, text)                                                       \
-    LL_OCEAN_ROW(member, #member, .type = LL_PARAM_INT, .min = low, .max = high, .standard = value,          \
+    LL_OCEAN_ROW(member, #member, .type = LL_PARAM_INT, .min = low, .max = high, .default_value = value,     \
                  .help = text)
 
 #define LL_OCEAN_ROWS(n_, loop_)                                                                             \

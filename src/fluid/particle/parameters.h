@@ -8,17 +8,18 @@
         .name = #member, .offset = offsetof(ll_particle_params, member), .live = true, __VA_ARGS__           \
     }
 #define LL_PARTICLE_REAL(member, low, high, value, of, text)                                                 \
-    LL_PARTICLE_ROW(member, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value, .unit = of,   \
-                    .help = text)
+    LL_PARTICLE_ROW(member, .type = LL_PARAM_REAL, .min = low, .max = high, .default_value = value,          \
+                    .unit = of, .help = text)
 #define LL_PARTICLE_WHOLE(member, low, high, value, text)                                                    \
-    LL_PARTICLE_ROW(member, .type = LL_PARAM_INT, .min = low, .max = high, .standard = value, .help = text)
+    LL_PARTICLE_ROW(member, .type = LL_PARAM_INT, .min = low, .max = high, .default_value = value,           \
+                    .help = text)
 #define LL_PARTICLE_SWITCH(member, value, text)                                                              \
-    LL_PARTICLE_ROW(member, .type = LL_PARAM_BOOL, .standard = value, .help = text)
+    LL_PARTICLE_ROW(member, .type = LL_PARAM_BOOL, .default_value = value, .help = text)
 
 #define LL_PARTICLE_ROWS(method_, gravity_x_, gravity_y_, density_, sound_speed_, artificial_, viscosity_,   \
                          no_slip_, cfl_, iterations_, smoothing_)                                            \
     LL_PARTICLE_ROW(method, .type = LL_PARAM_CHOICE, .choices = ll_particle_method_names,                    \
-                    .standard = method_, .help = "Pressure method."),                                        \
+                    .default_value = method_, .help = "Pressure method."),                                   \
         LL_PARTICLE_REAL(gravity_x, -1000, 1000, gravity_x_, "m/s^2",                                        \
                          "Gravity, or any force on all of the fluid, to the right."),                        \
         LL_PARTICLE_REAL(gravity_y, -1000, 1000, gravity_y_, "m/s^2", "Gravity upwards."),                   \

@@ -143,7 +143,7 @@ static void set_motion(const ll_particles *p, int32_t i, const ll_particle_fill 
     ll_particle_values(p, LL_PARTICLE_U)[i] = f->u - f->strain * rx;
     ll_particle_values(p, LL_PARTICLE_V)[i] = f->v + f->strain * ry;
     ll_particle_values(p, LL_PARTICLE_DENSITY)[i] =
-        p->params.density * ll_exp(ll_log(1 - 7 * p->params.gravity_y * above / (c * c)) / 7);
+        p->params.density * ll_exp(ll_detmath_log(1 - 7 * p->params.gravity_y * above / (c * c)) / 7);
     ll_particle_values(p, LL_PARTICLE_PRESSURE_FACTOR)[i] = -p->params.gravity_y * above / p->params.density;
 }
 

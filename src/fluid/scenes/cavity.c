@@ -18,7 +18,7 @@ static const ll_param param_rows[] = {
      .offset = offsetof(params, re),
      .min = 1,
      .max = 1e5,
-     .standard = 1000,
+     .default_value = 1000,
      .help = "Reynolds number of the box."},
     LL_GRID_CELLS(params, 64),
 };

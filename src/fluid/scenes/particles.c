@@ -110,7 +110,7 @@ static int poiseuille_numbers(const void *block, ll_fluid_number *out)
          .offset = offsetof(params, size),                                                                   \
          .min = 8,                                                                                           \
          .max = 1000,                                                                                        \
-         .standard = standard_,                                                                              \
+         .default_value = standard_,                                                                         \
          .help = "Particles along the scene's own length."},                                                 \
     };                                                                                                       \
     const ll_param_table ll_fluid_##name_##_params = {                                                       \

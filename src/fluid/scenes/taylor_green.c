@@ -20,7 +20,7 @@ static const ll_param param_rows[] = {
      .type = LL_PARAM_REAL,
      .offset = offsetof(params, viscosity),
      .max = 1,
-     .standard = 0.01,
+     .default_value = 0.01,
      .unit = "m^2/s",
      .help = "Kinematic viscosity."},
     {.name = "mean_x_mps",
@@ -28,7 +28,7 @@ static const ll_param param_rows[] = {
      .offset = offsetof(params, mean_x),
      .min = -10,
      .max = 10,
-     .standard = 1,
+     .default_value = 1,
      .unit = "m/s",
      .help = "Mean flow to the right."},
     {.name = "mean_y_mps",
@@ -36,7 +36,7 @@ static const ll_param param_rows[] = {
      .offset = offsetof(params, mean_y),
      .min = -10,
      .max = 10,
-     .standard = 1,
+     .default_value = 1,
      .unit = "m/s",
      .help = "Mean flow upwards."},
 };
@@ -127,7 +127,7 @@ static int numbers(const void *block, ll_fluid_number *out)
     out[0] = (ll_fluid_number){"error_l2", error_l2(g, &p, decay)};
     out[1] = (ll_fluid_number){"decay_error", energy / (first * decay * decay) - 1};
     out[2] = (ll_fluid_number){"numerical_viscosity_m2ps",
-                               t > 0 ? -ll_log(energy / first) / (4 * t) - p.viscosity : 0};
+                               t > 0 ? -ll_detmath_log(energy / first) / (4 * t) - p.viscosity : 0};
     return 3;
 }
 

@@ -65,12 +65,12 @@ ll_flight ll_flight_chord(const ll_flight *flight, double s0, double s1);
 
 typedef enum ll_met { LL_MET_NOTHING, LL_MET_BODY, LL_MET_COVER, LL_MET_BOUNDS } ll_met;
 
-typedef struct ll_meeting {
+typedef struct ll_flight_hit {
     double s; /* of the flight */
     ll_met met;
     int body;
-} ll_meeting;
+} ll_flight_hit;
 
 /* First hit of a flight from `s0` to `s1`, while the bodies move linearly from `before` to `after`. */
-ll_meeting ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *flight, double s0, double s1,
-                           const ll_point *before, const ll_point *after);
+ll_flight_hit ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *flight, double s0,
+                              double s1, const ll_point *before, const ll_point *after);

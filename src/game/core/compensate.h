@@ -27,7 +27,7 @@ typedef enum ll_trace { LL_TRACE_PARABOLA, LL_TRACE_STRAIGHT } ll_trace;
 
 extern const char *const ll_trace_names[];
 
-struct ll_judgement; /* game/core/weapons.h */
+struct ll_hit_result; /* game/core/weapons.h */
 
 /* What a server's step may rewind to. */
 typedef struct ll_past {
@@ -35,7 +35,7 @@ typedef struct ll_past {
     const ll_compensation *rules;
     ll_time measured[LL_PLAYERS_MAX]; /* age of the newest snapshot that each player had */
     ll_time buffer;                   /* an honest client may draw this much before its newest snapshot */
-    void (*witness)(void *context, const struct ll_judgement *judgement);
+    void (*witness)(void *context, const struct ll_hit_result *hit_result);
     void *context;
 } ll_past;
 
@@ -71,7 +71,8 @@ typedef struct ll_shell_family {
     bool rewinds;    /* the past part is tested against past bodies, else against present ones */
     bool claims;     /* the client reports the hits of its projectiles; the server does not test them */
     /* Sets the start of the flight, at or before shot->now. Returns what it hit until then. */
-    ll_meeting (*launch)(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start);
+    ll_flight_hit (*launch)(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
+                            ll_time *start);
 } ll_shell_family;
 
 extern const ll_rifle_policy *const ll_rifle_policies[];
@@ -86,8 +87,8 @@ void ll_bodies_at(const ll_arena *arena, const ll_history *history, ll_time time
 
 /* Flight and bodies together, record by record, between two times; `start`: time at which the flight
  * began. */
-ll_meeting ll_flight_through(const ll_arena *arena, const ll_history *history, int shooter,
-                             const ll_flight *flight, ll_time start, ll_time from, ll_time to);
+ll_flight_hit ll_flight_through(const ll_arena *arena, const ll_history *history, int shooter,
+                                const ll_flight *flight, ll_time start, ll_time from, ll_time to);
 
 /* The first `s` seconds of a flight as the rules test it: the flight or its chord. */
 ll_flight ll_traced(const ll_past *past, const ll_flight *flight, double s);

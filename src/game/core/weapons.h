@@ -20,11 +20,11 @@ typedef struct ll_shell {
 } ll_shell;
 
 /* State of one player's weapons in a world. */
-typedef struct ll_arms {
+typedef struct ll_weapon_state {
     int32_t shots[LL_WEAPONS], hits[LL_WEAPONS];
     ll_time ready[LL_WEAPONS];  /* earlier presses are void */
     ll_shell shells[LL_SHELLS]; /* by number modulo the ring */
-} ll_arms;
+} ll_weapon_state;
 
 #pragma GCC diagnostic pop
 
@@ -35,7 +35,7 @@ typedef struct ll_aim {
 typedef struct ll_weapons {
     void (*arena)(const ll_game_env *env, int players, ll_arena *arena);
     ll_aim (*aim)(const ll_world *world, const ll_game_env *env, int player, const ll_action *action);
-    const ll_arms *(*arms)(const ll_world *world, int player);
+    const ll_weapon_state *(*arms)(const ll_world *world, int player);
 } ll_weapons;
 
 /* What a client claims to hit with an input: a body or LL_NOBODY; for a cannon, with the projectile that the
@@ -61,16 +61,16 @@ static inline void ll_set_tag(ll_action *action, int64_t tag)
     action->buttons = (action->buttons & 0xffffff) | (uint32_t)(tag & 255) << 24;
 }
 
-typedef enum ll_judged {
-    LL_JUDGED_VOID,   /* a press before the weapon was ready */
-    LL_JUDGED_RIFLE,  /* a hitscan shot */
-    LL_JUDGED_LAUNCH, /* a projectile was launched */
-    LL_JUDGED_IMPACT, /* a projectile ended */
-} ll_judged;
+typedef enum ll_hit_result_kind {
+    LL_HIT_RESULT_VOID,    /* a press before the weapon was ready */
+    LL_HIT_RESULT_HITSCAN, /* a hitscan shot */
+    LL_HIT_RESULT_LAUNCH,  /* a projectile was launched */
+    LL_HIT_RESULT_IMPACT,  /* a projectile ended */
+} ll_hit_result_kind;
 
 /* Reported to an observer. */
-typedef struct ll_judgement {
-    ll_judged kind;
+typedef struct ll_hit_result {
+    ll_hit_result_kind kind;
     int32_t shooter;
     uint32_t number;      /* of the shooter's shots with the weapon */
     int32_t body;         /* that is hit, or LL_NOBODY */
@@ -79,13 +79,13 @@ typedef struct ll_judgement {
     ll_time start, end;   /* of the flight; `end` at an impact */
     ll_point at;          /* of the impact */
     double trace_error_m; /* at a launch: largest distance between the tested path and the parabola */
-} ll_judgement;
+} ll_hit_result;
 
 /* Fires the weapons of `action` in the step that ends at `now`; the field's present is the world before it,
  * at time `before`. */
-void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action, ll_aim aim,
-                     ll_time before, ll_time now);
+void ll_weapons_fire(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_action *action,
+                     ll_aim aim, ll_time before, ll_time now);
 
 /* Flies a player's projectiles over a step in which the bodies move from the field's present to `after`. */
-void ll_weapons_fly(ll_arms *arms, const ll_field *field, int shooter, const ll_point *after, ll_time before,
-                    ll_time now);
+void ll_weapons_fly(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_point *after,
+                    ll_time before, ll_time now);

@@ -14,7 +14,7 @@ static const ll_param rows[] = {
      .offset = offsetof(gambetta_params, speed),
      .min = 0.01,
      .max = 1000,
-     .standard = 2,
+     .default_value = 2,
      .unit = "m/s",
      .help = "Speed while a key is pressed."},
     {.name = "width_m",
@@ -22,7 +22,7 @@ static const ll_param rows[] = {
      .offset = offsetof(gambetta_params, width),
      .min = 1,
      .max = 1000,
-     .standard = 10,
+     .default_value = 10,
      .unit = "m",
      .help = "Width of a view."},
 };

@@ -17,7 +17,7 @@
 
 typedef struct shooter_tail {
     ll_time time; /* of the world, by the server's clock */
-    ll_arms arms[];
+    ll_weapon_state arms[];
 } shooter_tail;
 
 static const char *const weapons_names[] = {"both", "rifle", "cannon", NULL};
@@ -27,7 +27,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, strafe),
      .max = 100,
-     .standard = 5,
+     .default_value = 5,
      .unit = "m/s",
      .help = "Speed of a player's lift."},
     {.name = "player_radius_m",
@@ -35,20 +35,20 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, player_radius),
      .min = 0.05,
      .max = 2,
-     .standard = 0.6,
+     .default_value = 0.6,
      .unit = "m",
      .help = "Radius of a player's circle."},
     {.name = "targets",
      .type = LL_PARAM_INT,
      .offset = offsetof(ll_shooter_params, targets),
      .max = 16,
-     .standard = 6,
+     .default_value = 6,
      .help = "Number of targets in the yard."},
     {.name = "target_speed_mps",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, target_speed),
      .max = 100,
-     .standard = 6,
+     .default_value = 6,
      .unit = "m/s",
      .help = "Speed of the targets."},
     {.name = "target_radius_m",
@@ -56,7 +56,7 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, target_radius),
      .min = 0.05,
      .max = 2,
-     .standard = 0.6,
+     .default_value = 0.6,
      .unit = "m",
      .help = "Radius of a target's circle."},
     {.name = "target_turn_s",
@@ -64,7 +64,7 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, turn),
      .min = 0.2,
      .max = 3600,
-     .standard = 1.5,
+     .default_value = 1.5,
      .unit = "s",
      .help = "Mean time between random turns of a target, besides those at its ends."},
     {.name = "weapons",
@@ -77,7 +77,7 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, rifle_interval),
      .min = 0.1,
      .max = 60,
-     .standard = 0.25,
+     .default_value = 0.25,
      .unit = "s",
      .help = "Time between two shots of a rifle."},
     {.name = "cannon_interval_s",
@@ -85,7 +85,7 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, cannon_interval),
      .min = 0.5,
      .max = 60,
-     .standard = 1.5,
+     .default_value = 1.5,
      .unit = "s",
      .help = "Time between two shots of a cannon."},
     {.name = "shell_speed_mps",
@@ -93,7 +93,7 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, shell_speed),
      .min = 1,
      .max = 1000,
-     .standard = 35,
+     .default_value = 35,
      .unit = "m/s",
      .help = "Muzzle speed of a projectile."},
     {.name = "gravity_mps2",
@@ -101,14 +101,14 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_shooter_params, gravity),
      .min = 0.1,
      .max = 100,
-     .standard = 9.81,
+     .default_value = 9.81,
      .unit = "m/s2",
      .help = "Gravity on projectiles, downwards."},
     {.name = "spread",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_shooter_params, spread),
      .max = 10,
-     .standard = 1.5,
+     .default_value = 1.5,
      .help = "Largest random aiming error of scripts, in radii of the target; `steady` aims at the centre."},
 };
 
@@ -122,7 +122,7 @@ static ll_extent extent(const void *params, int players)
 {
     const ll_shooter_params *p = params;
     return (ll_extent){players + (int)p->targets,
-                       (int)(sizeof(shooter_tail) + (size_t)players * sizeof(ll_arms))};
+                       (int)(sizeof(shooter_tail) + (size_t)players * sizeof(ll_weapon_state))};
 }
 
 static void prepare(ll_game_env *env, const void *params)
@@ -188,7 +188,7 @@ static void init(ll_world *world, const ll_game_env *env, const int32_t *lanes)
         place_target(&world->entity[i], i - world->players, ll_shooter_params_of(env)->target_speed);
     shooter_tail *t = ll_world_tail(world);
     for (int i = 0; i < world->players; i++)
-        t->arms[i] = (ll_arms){0};
+        t->arms[i] = (ll_weapon_state){0};
 }
 
 static void step_own(ll_world *world, const ll_game_env *env, int player, const ll_action *action)
@@ -232,7 +232,7 @@ static void step(ll_world *world, const ll_game_env *env, const ll_action *actio
     t->time = now;
 }
 
-static const ll_arms *arms(const ll_world *world, int player)
+static const ll_weapon_state *arms(const ll_world *world, int player)
 {
     const shooter_tail *t = ll_world_tail_const(world);
     return &t->arms[player];
@@ -240,7 +240,7 @@ static const ll_arms *arms(const ll_world *world, int player)
 
 static void describe(const ll_world *world, const ll_game_env *env, int player, double *values)
 {
-    const ll_arms *a = arms(world, player);
+    const ll_weapon_state *a = arms(world, player);
     (void)env;
     values[0] = a->shots[LL_RIFLE];
     values[1] = a->hits[LL_RIFLE];

@@ -273,23 +273,23 @@ static double leaves(const ll_flight *f, double s0, double s1, const ll_box *bou
     return falls >= s0 && falls < first ? falls : first;
 }
 
-ll_meeting ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *flight, double s0, double s1,
-                           const ll_point *before, const ll_point *after)
+ll_flight_hit ll_arena_flight(const ll_arena *arena, int shooter, const ll_flight *flight, double s0,
+                              double s1, const ll_point *before, const ll_point *after)
 {
-    ll_meeting first = {NEVER, LL_MET_NOTHING, LL_NOBODY};
+    ll_flight_hit first = {NEVER, LL_MET_NOTHING, LL_NOBODY};
     stretch t = stretch_of(flight, s0, s1);
     for (int i = 0; i < arena->bodies; i++) {
         double s = meets_body(&t, before[i], after[i], ll_arena_radius(arena, i));
         if (s < first.s && ll_arena_enemies(arena, shooter, i))
-            first = (ll_meeting){s, LL_MET_BODY, i};
+            first = (ll_flight_hit){s, LL_MET_BODY, i};
     }
     for (int i = 0; i < arena->covers; i++) {
         double s = meets_box(flight, s0, s1, &arena->cover[i]);
         if (s < first.s)
-            first = (ll_meeting){s, LL_MET_COVER, LL_NOBODY};
+            first = (ll_flight_hit){s, LL_MET_COVER, LL_NOBODY};
     }
     double s = leaves(flight, s0, s1, &arena->bounds);
     if (s < first.s)
-        first = (ll_meeting){s, LL_MET_BOUNDS, LL_NOBODY};
+        first = (ll_flight_hit){s, LL_MET_BOUNDS, LL_NOBODY};
     return first;
 }

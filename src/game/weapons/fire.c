@@ -2,10 +2,10 @@
 
 #include "base/detmath.h"
 
-static void tell(const ll_field *field, const ll_judgement *judgement)
+static void tell(const ll_field *field, const ll_hit_result *hit_result)
 {
     if (field->past && field->past->witness)
-        field->past->witness(field->past->context, judgement);
+        field->past->witness(field->past->context, hit_result);
 }
 
 /* The shooter's view time, limited by the rules, for an input of the step that ends at `now`. The view's age
@@ -39,18 +39,18 @@ static bool looks_back(const ll_field *field, int weapon)
     return weapon == LL_RIFLE ? policy_of(field)->rewinds : family_of(field)->looks_back;
 }
 
-static void fire_rifle(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+static void fire_rifle(ll_weapon_state *arms, const ll_field *field, const ll_shot *shot)
 {
     const ll_rifle_policy *policy = policy_of(field);
     int body = policy->judge(field, shot);
     arms->shots[LL_RIFLE]++;
     arms->hits[LL_RIFLE] += body != LL_NOBODY;
-    tell(field, &(ll_judgement){.kind = LL_JUDGED_RIFLE,
-                                .shooter = shot->shooter,
-                                .number = (uint32_t)arms->shots[LL_RIFLE],
-                                .body = body,
-                                .shot = shot,
-                                .looked = policy->rewinds ? shot->seen : shot->now});
+    tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_HITSCAN,
+                                 .shooter = shot->shooter,
+                                 .number = (uint32_t)arms->shots[LL_RIFLE],
+                                 .body = body,
+                                 .shot = shot,
+                                 .looked = policy->rewinds ? shot->seen : shot->now});
 }
 
 static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
@@ -59,21 +59,21 @@ static ll_flight flight_of(const ll_shell *shell, const ll_arena *arena)
 }
 
 /* `looked`: time of the bodies that the projectile hit; LL_NEVER: that of its end. */
-static void strike(ll_arms *arms, ll_shell *shell, const ll_field *field, int shooter, ll_meeting m,
-                   ll_time looked)
+static void strike(ll_weapon_state *arms, ll_shell *shell, const ll_field *field, int shooter,
+                   ll_flight_hit m, ll_time looked)
 {
     ll_flight flight = flight_of(shell, field->arena);
     shell->end = shell->start + (ll_time)(m.s * 1e9 + 0.5);
     shell->body = (int16_t)m.body;
     arms->hits[LL_CANNON] += m.body != LL_NOBODY;
-    tell(field, &(ll_judgement){.kind = LL_JUDGED_IMPACT,
-                                .shooter = shooter,
-                                .number = shell->number,
-                                .body = m.body,
-                                .looked = looked == LL_NEVER ? shell->end : looked,
-                                .start = shell->start,
-                                .end = shell->end,
-                                .at = ll_flight_at(&flight, m.s)});
+    tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_IMPACT,
+                                 .shooter = shooter,
+                                 .number = shell->number,
+                                 .body = m.body,
+                                 .looked = looked == LL_NEVER ? shell->end : looked,
+                                 .start = shell->start,
+                                 .end = shell->end,
+                                 .at = ll_flight_at(&flight, m.s)});
 }
 
 /* Distance between the tested path at the launch and the parabola, in the middle, where it is largest. */
@@ -84,7 +84,7 @@ static double trace_error(const ll_field *field, const ll_flight *flight, double
     return ll_sqrt((a.x - b.x) * (a.x - b.x) + (a.y - b.y) * (a.y - b.y));
 }
 
-static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *shot)
+static void fire_cannon(ll_weapon_state *arms, const ll_field *field, const ll_shot *shot)
 {
     const ll_shell_family *family = family_of(field);
     uint32_t number = (uint32_t)arms->shots[LL_CANNON] + 1;
@@ -100,27 +100,27 @@ static void fire_cannon(ll_arms *arms, const ll_field *field, const ll_shot *sho
                         .tag = shot->tag};
     ll_flight flight = flight_of(shell, field->arena);
     arms->shots[LL_CANNON]++;
-    ll_meeting m = family->launch(field, shot, &flight, &shell->start);
+    ll_flight_hit m = family->launch(field, shot, &flight, &shell->start);
     tell(field,
-         &(ll_judgement){.kind = LL_JUDGED_LAUNCH,
-                         .shooter = shot->shooter,
-                         .number = number,
-                         .body = LL_NOBODY,
-                         .shot = shot,
-                         .start = shell->start,
-                         .trace_error_m = trace_error(field, &flight, ll_to_s(shot->now - shell->start))});
+         &(ll_hit_result){.kind = LL_HIT_RESULT_LAUNCH,
+                          .shooter = shot->shooter,
+                          .number = number,
+                          .body = LL_NOBODY,
+                          .shot = shot,
+                          .start = shell->start,
+                          .trace_error_m = trace_error(field, &flight, ll_to_s(shot->now - shell->start))});
     if (m.met != LL_MET_NOTHING)
         strike(arms, shell, field, shot->shooter, m, family->rewinds ? LL_NEVER : shot->now);
 }
 
 /* With client authority: the projectile that the client names has hit what it reports. */
-static void take_claim(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action,
+static void take_claim(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_action *action,
                        ll_time now)
 {
     int body = ll_claim(action, LL_CANNON);
     for (int i = 0; i < LL_SHELLS && ll_arena_enemies(field->arena, shooter, body); i++) {
         ll_shell *shell = &arms->shells[i];
-        ll_meeting m = {ll_to_s(now - shell->start), LL_MET_BODY, body};
+        ll_flight_hit m = {ll_to_s(now - shell->start), LL_MET_BODY, body};
         if (shell->number > 0 && shell->end == LL_NEVER && shell->tag == ll_tag(action))
             strike(arms, shell, field, shooter, m, now);
     }
@@ -130,20 +130,21 @@ static void take_claim(ll_arms *arms, const ll_field *field, int shooter, const 
     1000 /* ns: steps are on whole nanoseconds, so that a number of them may be shorter than an interval */
 
 /* Whether the weapon is ready; if so, reloading starts. */
-static bool load(ll_arms *arms, const ll_field *field, int shooter, int weapon, ll_time now)
+static bool load(ll_weapon_state *arms, const ll_field *field, int shooter, int weapon, ll_time now)
 {
     if (now + SLOP < arms->ready[weapon]) {
-        tell(field, &(ll_judgement){.kind = LL_JUDGED_VOID, .shooter = shooter, .body = LL_NOBODY});
+        tell(field, &(ll_hit_result){.kind = LL_HIT_RESULT_VOID, .shooter = shooter, .body = LL_NOBODY});
         return false;
     }
     arms->ready[weapon] = now + (ll_time)(field->arena->interval_s[weapon] * 1e9);
     return true;
 }
 
-void ll_weapons_fire(ll_arms *arms, const ll_field *field, int shooter, const ll_action *action, ll_aim aim,
-                     ll_time before, ll_time now)
+void ll_weapons_fire(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_action *action,
+                     ll_aim aim, ll_time before, ll_time now)
 {
-    static void (*const fire[])(ll_arms *, const ll_field *, const ll_shot *) = {fire_rifle, fire_cannon};
+    static void (*const fire[])(ll_weapon_state *, const ll_field *, const ll_shot *) = {fire_rifle,
+                                                                                         fire_cannon};
     if (family_of(field)->claims)
         take_claim(arms, field, shooter, action, before);
     for (int w = 0; w < LL_WEAPONS; w++) {
@@ -174,19 +175,19 @@ static bool unclaimed(const ll_field *field, const ll_flight *flight, double s)
     return s > CLAIM_GRACE_S && (p.x < b->x_min || p.x > b->x_max || p.y < b->y_min);
 }
 
-static ll_meeting meet(const ll_field *field, int shooter, const ll_flight *flight, double s0, double s1,
-                       const ll_point *after)
+static ll_flight_hit meet(const ll_field *field, int shooter, const ll_flight *flight, double s0, double s1,
+                          const ll_point *after)
 {
     if (!field->past || field->past->rules->shell_trace == LL_TRACE_PARABOLA)
         return ll_arena_flight(field->arena, shooter, flight, s0, s1, field->present, after);
     ll_flight chord = ll_flight_chord(flight, s0, s1);
-    ll_meeting m = ll_arena_flight(field->arena, shooter, &chord, 0, s1 - s0, field->present, after);
+    ll_flight_hit m = ll_arena_flight(field->arena, shooter, &chord, 0, s1 - s0, field->present, after);
     m.s += s0;
     return m;
 }
 
-void ll_weapons_fly(ll_arms *arms, const ll_field *field, int shooter, const ll_point *after, ll_time before,
-                    ll_time now)
+void ll_weapons_fly(ll_weapon_state *arms, const ll_field *field, int shooter, const ll_point *after,
+                    ll_time before, ll_time now)
 {
     for (int i = 0; i < LL_SHELLS; i++) {
         ll_shell *shell = &arms->shells[i];
@@ -194,7 +195,7 @@ void ll_weapons_fly(ll_arms *arms, const ll_field *field, int shooter, const ll_
             continue;
         ll_flight flight = flight_of(shell, field->arena);
         double s0 = ll_to_s(before - shell->start), s1 = ll_to_s(now - shell->start);
-        ll_meeting m = {s1, LL_MET_NOTHING, LL_NOBODY};
+        ll_flight_hit m = {s1, LL_MET_NOTHING, LL_NOBODY};
         if (!family_of(field)->claims)
             m = meet(field, shooter, &flight, s0, s1, after);
         else if (unclaimed(field, &flight, s1))

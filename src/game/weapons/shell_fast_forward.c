@@ -4,7 +4,8 @@
  * part of a flight. */
 #include "game/weapons/policies.h"
 
-static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
+static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
+                            ll_time *start)
 {
     *start = shot->seen;
     double s = ll_to_s(shot->now - shot->seen);

@@ -2,11 +2,12 @@
  * view is behind by its age. Cost: none beyond the flight. */
 #include "game/weapons/policies.h"
 
-static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
+static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
+                            ll_time *start)
 {
     (void)field, (void)flight;
     *start = shot->now;
-    return (ll_meeting){0, LL_MET_NOTHING, LL_NOBODY};
+    return (ll_flight_hit){0, LL_MET_NOTHING, LL_NOBODY};
 }
 
 const ll_shell_family ll_shell_none = {

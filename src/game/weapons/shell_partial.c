@@ -2,7 +2,8 @@
  * its muzzle. An older view is compensated in part. Cost: one part of a flight. */
 #include "game/weapons/policies.h"
 
-static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
+static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
+                            ll_time *start)
 {
     ll_time furthest = shot->now - ll_ms(field->past->rules->shell_forward_ms);
     ll_shot near = *shot;

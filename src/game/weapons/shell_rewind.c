@@ -3,7 +3,8 @@
  * of a server without lag. Cost: one part of a flight per record. */
 #include "game/weapons/policies.h"
 
-static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
+static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
+                            ll_time *start)
 {
     *start = shot->seen;
     ll_flight traced = ll_traced(field->past, flight, ll_to_s(shot->now - shot->seen));

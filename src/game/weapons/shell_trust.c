@@ -2,7 +2,8 @@
  * dishonest client hits anything. Cost: none. */
 #include "game/weapons/policies.h"
 
-static ll_meeting launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight, ll_time *start)
+static ll_flight_hit launch(const ll_field *field, const ll_shot *shot, const ll_flight *flight,
+                            ll_time *start)
 {
     return ll_shell_none.launch(field, shot, flight, start);
 }

@@ -14,8 +14,8 @@ void ll_bodies_at(const ll_arena *arena, const ll_history *history, ll_time time
         ll_history_at(history, moment, i, &bodies[i].x, &bodies[i].y);
 }
 
-ll_meeting ll_flight_through(const ll_arena *arena, const ll_history *history, int shooter,
-                             const ll_flight *flight, ll_time start, ll_time from, ll_time to)
+ll_flight_hit ll_flight_through(const ll_arena *arena, const ll_history *history, int shooter,
+                                const ll_flight *flight, ll_time start, ll_time from, ll_time to)
 {
     ll_point bodies[2][LL_BODIES_MAX];
     int side = 0;
@@ -25,14 +25,14 @@ ll_meeting ll_flight_through(const ll_arena *arena, const ll_history *history, i
         if (next > to)
             next = to;
         ll_bodies_at(arena, history, next, bodies[!side]);
-        ll_meeting m = ll_arena_flight(arena, shooter, flight, ll_to_s(from - start), ll_to_s(next - start),
-                                       bodies[side], bodies[!side]);
+        ll_flight_hit m = ll_arena_flight(arena, shooter, flight, ll_to_s(from - start),
+                                          ll_to_s(next - start), bodies[side], bodies[!side]);
         if (m.met != LL_MET_NOTHING)
             return m;
         from = next;
         side = !side;
     }
-    return (ll_meeting){ll_to_s(to - start), LL_MET_NOTHING, LL_NOBODY};
+    return (ll_flight_hit){ll_to_s(to - start), LL_MET_NOTHING, LL_NOBODY};
 }
 
 ll_flight ll_traced(const ll_past *past, const ll_flight *flight, double s)

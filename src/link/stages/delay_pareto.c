@@ -10,7 +10,7 @@
 
 static double variate(double u)
 {
-    return (ll_exp(ll_log(1 - u * C) * (-1.0 / 3)) - MEAN) / SD;
+    return (ll_exp(ll_detmath_log(1 - u * C) * (-1.0 / 3)) - MEAN) / SD;
 }
 
 /* Inverse of corr = sum of c_k^2 deviate_corr^k, with c_k the coefficients of the variate in normalised

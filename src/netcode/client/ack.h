@@ -5,7 +5,7 @@
 
 struct ll_client;
 struct ll_client_setup;
-struct ll_received;
+struct ll_snapshot_entry;
 
 typedef struct ll_ack {
     const char *name;
@@ -16,7 +16,7 @@ typedef struct ll_ack {
      * closed.
      */
     void (*take)(struct ll_client *client, const struct ll_client_setup *setup,
-                 const struct ll_received *state, ll_time now);
+                 const struct ll_snapshot_entry *state, ll_time now);
 } ll_ack;
 
 extern const ll_ack ll_ack_high_water;

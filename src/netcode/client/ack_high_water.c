@@ -5,7 +5,7 @@
 #include "netcode/client/ack.h"
 #include "netcode/state/client.h"
 
-static void take(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
     uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
     for (uint32_t seq = c->acked + 1; seq <= upto; seq++)

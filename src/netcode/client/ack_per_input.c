@@ -17,7 +17,7 @@ static bool applied(const ll_client *c, uint32_t seq)
 }
 
 /* By step: up to the acknowledged all is decided. */
-static void take_decided(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+static void take_decided(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
     uint32_t upto = state->acked < c->seq ? state->acked : c->seq;
     for (uint32_t seq = c->acked + 1; seq <= upto; seq++)
@@ -29,7 +29,8 @@ static void take_decided(ll_client *c, const ll_client_setup *s, const ll_receiv
 #define OVERTAKEN 64 /* by so many applied ones an input is no longer waited for */
 
 /* As they come: what the state does not include is open, unless it is too old to be waited for. */
-static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state,
+                              ll_time now)
 {
     uint32_t newest = c->verdict.newest < c->seq ? c->verdict.newest : c->seq;
     uint32_t first = newest >= OVERTAKEN ? newest - OVERTAKEN + 1 : 1;
@@ -38,7 +39,7 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_r
             ll_client_close(c, s, seq, applied(c, seq) ? LL_INPUT_APPLIED : LL_INPUT_SKIPPED, state, now);
     c->acked = first - 1;
     for (uint32_t seq = first; seq <= c->seq; seq++) {
-        ll_pending *p = ll_client_pending(c, seq);
+        ll_pending_input *p = ll_client_pending(c, seq);
         if (p->seq != seq)
             continue; /* too old for the ring */
         if (applied(c, seq))
@@ -50,13 +51,13 @@ static void take_as_they_came(ll_client *c, const ll_client_setup *s, const ll_r
         c->acked++;
 }
 
-static void take(ll_client *c, const ll_client_setup *s, const ll_received *state, ll_time now)
+static void take(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, ll_time now)
 {
     if (!(c->parts & LL_PART_APPLIED)) { /* the server has not heard yet that more than a number is wanted */
-        c->verdict = (ll_verdict_part){state->applied, LL_VERDICT_WORDS_MAX};
+        c->verdict = (ll_input_result_part){state->applied, LL_INPUT_RESULT_WORDS_MAX};
         memset(c->verdicts, 0xff, sizeof c->verdicts);
     }
-    if (s->sync->drains)
+    if (s->sync->applies_on_arrival)
         take_as_they_came(c, s, state, now);
     else
         take_decided(c, s, state, now);

@@ -16,7 +16,7 @@ typedef struct slack {
 
 static slack slack_of(const ll_agreement *a, int entity)
 {
-    const ll_grid *then = &a->begun, *now = &a->state;
+    const ll_quantization *then = &a->begun, *now = &a->state;
     double drift_s = a->drift_s < LL_DRIFT_MAX_S ? a->drift_s : LL_DRIFT_MAX_S;
     if (entity == a->exact)
         return (slack){0};

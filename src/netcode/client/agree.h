@@ -14,10 +14,10 @@
 
 typedef struct ll_agreement {
     double tolerance_m;
-    double horizon_s; /* from the state to the end of what is drawn by it */
-    double drift_s;   /* from the state that the prediction began with to this one */
-    ll_grid begun;    /* that the others lay on in the state that it began with; all 0: none */
-    ll_grid state;    /* and in this one */
+    double horizon_s;      /* from the state to the end of what is drawn by it */
+    double drift_s;        /* from the state that the prediction began with to this one */
+    ll_quantization begun; /* that the others lay on in the state that it began with; all 0: none */
+    ll_quantization state; /* and in this one */
     int exact; /* the entity that no rounding reached: the own one until others may touch it; -1: none */
 } ll_agreement;
 

@@ -24,14 +24,14 @@ void ll_client_forget_inputs(ll_client *c, const ll_client_setup *s, uint16_t ep
     c->gap = -1;
     c->gap_deviation = c->late = 0;
     c->offset_quarter = c->heard = -1;
-    if (s->sync->drains)
+    if (s->sync->applies_on_arrival)
         c->tick = 0;
 }
 
 void ll_client_join(ll_client *c, const ll_client_setup *s, uint16_t epoch, int64_t step, int64_t first,
                     const void *world, ll_time now)
 {
-    ll_instruments_meet(s->instruments);
+    ll_client_metrics_resync(s->client_metrics);
     ll_client_forget_inputs(c, s, epoch, now);
     if (s->sync->waits) /* its inputs go on where the server is */
         c->tick = c->confirmed = step;
@@ -91,7 +91,7 @@ uint8_t ll_client_offset(const ll_client *c, const ll_client_setup *s)
 
 void ll_client_align(ll_client *c, const ll_client_setup *s, bool always, ll_time now)
 {
-    if (!s->sync->leads || c->tick_due == LL_NEVER)
+    if (!s->sync->client_runs_ahead || c->tick_due == LL_NEVER)
         return; /* or the game has not begun */
     ll_time at = c->tick_due != LL_NEVER && c->tick_due > now ? c->tick_due : now;
     int64_t tick = step_reached(c, s, at) + s->config->slack_ticks - 1, error = tick - c->tick;

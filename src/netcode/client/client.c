@@ -20,10 +20,10 @@ static size_t round8(size_t n)
  * in their place. */
 size_t ll_client_size(ll_extent extent)
 {
-    size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_received) + world);
+    size_t world = ll_extent_size(extent), states = LL_STATE_RING * (sizeof(ll_snapshot_entry) + world);
     size_t peer = ll_peer_size(extent.entities < LL_PLAYERS_MAX ? extent.entities : LL_PLAYERS_MAX, world);
     return round8(sizeof(ll_client)) + 4 * world +
-           (size_t)extent.entities * (sizeof(ll_mark) + sizeof(ll_view_error)) +
+           (size_t)extent.entities * (sizeof(ll_draw_info) + sizeof(ll_view_error)) +
            (peer > states ? peer : states);
 }
 
@@ -37,7 +37,7 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     c->checked_offset = c->predicted_offset + c->world_size;
     c->shown_offset = c->checked_offset + c->world_size;
     c->marks_offset = c->shown_offset + c->world_size;
-    c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_mark);
+    c->errors_offset = c->marks_offset + start->entities * (int64_t)sizeof(ll_draw_info);
     c->states_offset = c->errors_offset + start->entities * (int64_t)sizeof(ll_view_error);
     ll_connection_init(&c->connection, -LL_LOBBY);
     c->tick_due = c->display_due = LL_NEVER;
@@ -45,7 +45,7 @@ void ll_client_init(ll_client *c, int self, const ll_world *start)
     memcpy(ll_client_latest(c), start, (size_t)c->world_size);
     memcpy(ll_client_predicted(c), start, (size_t)c->world_size);
     memcpy(ll_client_checked(c), start, (size_t)c->world_size);
-    memcpy(ll_client_shown(c), start, (size_t)c->world_size);
+    memcpy(ll_client_rendered(c), start, (size_t)c->world_size);
 }
 
 #define PHASE_STREAM 0x7068617365 /* `phase`; one per player */
@@ -103,9 +103,9 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
     memset(c->told, 0, sizeof c->told);
     c->view_step = -1;
     memcpy(ll_client_latest(c), world, (size_t)c->world_size);
-    memcpy(ll_client_shown(c), world, (size_t)c->world_size);
+    memcpy(ll_client_rendered(c), world, (size_t)c->world_size);
     for (int i = 0; i < world->entities; i++) {
-        ll_client_marks(c)[i] = (ll_mark){.time = now};
+        ll_client_draw_infos(c)[i] = (ll_draw_info){.time = now};
         ll_client_errors(c)[i] = (ll_view_error){0};
     }
     ll_client_align(c, s, true, now);
@@ -119,7 +119,7 @@ void ll_client_start(ll_client *c, const ll_client_setup *s, uint16_t epoch, ll_
 /* Keeps the client as far ahead as the server says that its inputs need: at once when they come too late, and
  * slowly, by the least of two seconds, when they come earlier than wanted. Waits for the effect before it
  * looks again. */
-static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
+static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_snapshot_message *m, ll_time now)
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
@@ -152,7 +152,7 @@ static void follow_slack(ll_client *c, const ll_client_setup *s, const ll_state_
 
 /* Where the server waits for inputs: those of this client that always come before they are needed only lie
  * there. As many are left out as the least early one of half a second was early. */
-static void drain_surplus(ll_client *c, const ll_state_message *m, ll_time now)
+static void drain_surplus(ll_client *c, const ll_snapshot_message *m, ll_time now)
 {
     if (m->slack == LL_SLACK_UNKNOWN || m->slack_seq < c->settle)
         return;
@@ -170,23 +170,23 @@ static void drain_surplus(ll_client *c, const ll_state_message *m, ll_time now)
 }
 
 /* Bytes between the message of a state and its world; more than `size` when they are not there. */
-static int parts_size(const ll_client *c, const ll_state_message *m, const char *packet, int size)
+static int parts_size(const ll_client *c, const ll_snapshot_message *m, const char *packet, int size)
 {
-    int others = ll_client_shown_const(c)->players - 1;
+    int others = ll_client_rendered_const(c)->players - 1;
     int bytes = m->head.count & LL_PART_AXES ? others * (int)sizeof(ll_axes) : 0;
-    ll_verdict_part part;
+    ll_input_result_part part;
     if (!(m->head.count & LL_PART_APPLIED))
         return bytes;
     if ((int)sizeof *m + bytes + (int)sizeof part > size)
         return size;
     memcpy(&part, packet + sizeof *m + bytes, sizeof part);
-    if (part.words > LL_VERDICT_WORDS_MAX)
+    if (part.words > LL_INPUT_RESULT_WORDS_MAX)
         return size;
     return bytes + (int)sizeof part + (int)(part.words * sizeof(uint32_t));
 }
 
 /* What stands there. */
-static void take_parts(ll_client *c, const ll_state_message *m, const char *at)
+static void take_parts(ll_client *c, const ll_snapshot_message *m, const char *at)
 {
     int players = ll_client_latest(c)->players;
     c->parts = m->head.count;
@@ -207,13 +207,13 @@ static void take_parts(ll_client *c, const ll_state_message *m, const char *at)
 static int unreadable(ll_client *c)
 {
     c->unreadable++;
-    return LL_OUTCOME_UNREADABLE;
+    return LL_OUTCOME_UNDECODABLE;
 }
 
 static int receive_state(ll_client *c, const ll_client_setup *s, const char *packet, int size, ll_time now)
 {
     _Alignas(8) char bytes[LL_GAME_WORLD_MAX];
-    ll_state_message m;
+    ll_snapshot_message m;
     if (size < (int)sizeof m)
         return unreadable(c);
     memcpy(&m, packet, sizeof m);
@@ -227,10 +227,10 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
     ll_status status = ll_client_decode(c, &m, packet + start, size - start, (ll_world *)(void *)bytes);
     if (ll_failed(&status))
         return unreadable(c);
-    ll_received *r = ll_client_state(c, c->newest++);
-    *r = (ll_received){m.tick, m.time, now, m.head.seq, m.applied, ll_codec_at(m.codec)->gridded, 0};
+    ll_snapshot_entry *r = ll_client_state(c, c->newest++);
+    *r = (ll_snapshot_entry){m.tick, m.time, now, m.head.seq, m.applied, ll_codec_at(m.codec)->gridded, 0};
     take_parts(c, &m, packet + sizeof m);
-    memcpy(ll_received_world(r), bytes, (size_t)c->world_size);
+    memcpy(ll_snapshot_entry_world(r), bytes, (size_t)c->world_size);
     c->newest_tick = m.tick;
     c->confirmed = m.tick;
     c->update_hz = (double)m.update_hz;
@@ -239,10 +239,10 @@ static int receive_state(ll_client *c, const ll_client_setup *s, const char *pac
         c->tick_due = now;
     if (s->sync->waits && !s->sync->answers)
         drain_surplus(c, &m, now);
-    if (!s->sync->leads || !ll_cheat_minds(s))
+    if (!s->sync->client_runs_ahead || !ll_cheat_minds(s))
         return LL_OUTCOME_APPLIED;
     if (s->config->time_dilation)
-        ll_dilate_follow(c, s, &m, now);
+        ll_dilate_time_follow(c, s, &m, now);
     else
         follow_slack(c, s, &m, now);
     return LL_OUTCOME_APPLIED;
@@ -255,7 +255,7 @@ int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet
     memcpy(&head, packet, sizeof head);
     if (head.epoch != c->epoch)
         return LL_OUTCOME_STALE;
-    if (head.type == LL_MESSAGE_STATE)
+    if (head.type == LL_MESSAGE_SNAPSHOT)
         return receive_state(c, s, packet, size, now);
     c->refused++; /* the server put another input in its place: the next state corrects the prediction */
     return LL_OUTCOME_REFUSED;
@@ -263,14 +263,14 @@ int ll_client_receive(ll_client *c, const ll_client_setup *s, const void *packet
 
 static void take_newest_state(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_received *state = ll_client_state(c, c->newest - 1);
+    ll_snapshot_entry *state = ll_client_state(c, c->newest - 1);
     uint32_t acked = c->acked;
     c->fresh = c->newest;
     ll_acks[s->config->ack]->take(c, s, state, now);
     bool stands = s->config->prediction && ll_prediction_stands(c, s, state, acked);
     c->latest_time = state->time;
     c->latest_tick = state->tick;
-    memcpy(ll_client_latest(c), ll_received_world(state), (size_t)c->world_size);
+    memcpy(ll_client_latest(c), ll_snapshot_entry_world(state), (size_t)c->world_size);
     if (s->config->prediction)
         ll_reconcile(c, s, stands, now);
 }
@@ -284,12 +284,12 @@ static const ll_world *picture_of(ll_client *c, const ll_client_setup *s, ll_wor
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0, i = c->newest - 1;
     *seen = c->view_time;
     if (s->config->cheat != LL_CHEAT_VIEW_TIME || c->newest == 0)
-        return ll_client_shown(c);
+        return ll_client_rendered(c);
     while (i > oldest && ll_client_state(c, i)->time > c->view_time - FAKED_VIEW)
         i--;
     *seen = ll_client_state(c, i)->time;
-    memcpy(old, ll_received_world(ll_client_state(c, i)), (size_t)c->world_size);
-    old->entity[c->self] = ll_client_shown(c)->entity[c->self];
+    memcpy(old, ll_snapshot_entry_world(ll_client_state(c, i)), (size_t)c->world_size);
+    old->entity[c->self] = ll_client_rendered(c)->entity[c->self];
     return old;
 }
 
@@ -326,8 +326,8 @@ ll_time ll_client_touched(const ll_client *c, const ll_client_setup *s, ll_time 
 
 void ll_client_miss(const ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_client_control(c, s, ll_client_shown_const(c), now);
-    ll_instruments_missed(s->instruments, &s->instruments->controls, now);
+    ll_client_control(c, s, ll_client_rendered_const(c), now);
+    ll_client_metrics_missed(s->client_metrics, &s->client_metrics->controls, now);
 }
 
 ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const ll_world *seen, ll_time t)
@@ -336,9 +336,9 @@ ll_action ll_client_control(const ll_client *c, const ll_client_setup *s, const 
     ll_action a = c->held;
     if (config->control == LL_CONTROL_SCRIPT)
         a = s->game->drive(seen, s->env, s->seed, c->self, (ll_script)config->script, t);
-    s->instruments->controls = a;
+    s->client_metrics->controls = a;
     const ll_action honest = for_its_time(c, s, a);
-    ll_twin_controls(&s->instruments->twin, &honest);
+    ll_twin_controls(&s->client_metrics->twin, &honest);
     ll_cheat_action(c, s, &a);
     return for_its_time(c, s, a);
 }
@@ -361,26 +361,26 @@ static int64_t room_of(const ll_client *c, const ll_client_setup *s, ll_time now
 
 static int inputs_due(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time now)
 {
-    ll_ledger *ledger = &s->instruments->ledger;
-    bool counts = now >= s->instruments->from;
+    ll_input_history *input_history = &s->client_metrics->input_history;
+    bool counts = now >= s->client_metrics->from;
     int n = 1 + ll_cheat_extra(c, s);
-    if (!s->sync->drains)
+    if (!s->sync->applies_on_arrival)
         n += (int)c->skipped;
     if (!s->sync->sends_idle && action->axis[0] == 0 && action->axis[1] == 0 && action->buttons == 0) {
-        ll_changes_idle(&s->instruments->changes);
+        ll_changes_idle(&s->client_metrics->changes);
         return 0;
     }
     if (c->debt > 0) {
         c->debt--;
-        ledger->doubled += counts;
+        input_history->doubled += counts;
         n++;
     } else if (c->debt < 0) {
         c->debt++;
-        ledger->left_out += counts;
+        input_history->left_out += counts;
         n--;
     }
     if (counts)
-        ll_gauge_add(&ledger->scale, c->scale);
+        ll_running_stats_add(&input_history->scale, c->scale);
     int64_t room = s->sync->waits ? room_of(c, s, now) : n;
     return (int)(n < room ? n : room > 0 ? room : 0);
 }
@@ -398,31 +398,33 @@ static void note_input(const ll_client *c, const ll_client_setup *s, const ll_ac
         controls.axis[0] = (float)(controls.axis[0] / ticks_pressed(c));
         controls.axis[1] = (float)(controls.axis[1] / ticks_pressed(c));
     }
-    ll_instruments_input(s->instruments, c->seq, s->sync->drains ? LL_NEVER : c->tick, &controls,
-                         ll_client_touched(c, s, now), now);
+    ll_client_metrics_input(s->client_metrics, c->seq, s->sync->applies_on_arrival ? LL_NEVER : c->tick,
+                            &controls, ll_client_touched(c, s, now), now);
 }
 
 static void make_input(ll_client *c, const ll_client_setup *s, const ll_action *action, ll_time seen,
                        ll_time now)
 {
-    ll_pending *p = ll_client_pending(c, ++c->seq);
+    ll_pending_input *p = ll_client_pending(c, ++c->seq);
     c->tick++;
     if (c->seq - c->acked > LL_PENDING_RING)
         c->acked = c->seq - LL_PENDING_RING; /* the oldest gives way */
     note_input(c, s, action, now);
-    *p = (ll_pending){.seq = c->seq, .made = now, .action = *action};
-    p->action.view_age_ns = age_ns((s->sync->drains ? now : ll_client_step_time(c, c->tick)) - seen);
-    if (s->gunner)
-        ll_gunner_input(c, s, p, seen, now);
+    *p = (ll_pending_input){.seq = c->seq, .made = now, .action = *action};
+    p->action.view_age_ns =
+        age_ns((s->sync->applies_on_arrival ? now : ll_client_step_time(c, c->tick)) - seen);
+    if (s->weapon_prediction)
+        ll_weapon_prediction_input(c, s, p, seen, now);
     if (s->config->prediction)
-        ll_predict_due(c, s);
+        ll_predict_pending_inputs(c, s);
 }
 
 /* How many steps before `tick` that of the newest state is that the client holds; 0: it holds none. */
 static uint16_t lead_of(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
     int64_t lead = tick - c->newest_tick;
-    return c->newest == 0 || s->sync->drains || lead < 0 || lead > UINT16_MAX ? 0 : (uint16_t)lead;
+    return c->newest == 0 || s->sync->applies_on_arrival || lead < 0 || lead > UINT16_MAX ? 0
+                                                                                          : (uint16_t)lead;
 }
 
 static int put_inputs(const ll_client *c, const ll_client_setup *s, uint32_t first, uint32_t count,
@@ -465,7 +467,7 @@ static bool sends_now(const ll_client *c, const ll_client_setup *s)
 /* Whether the oldest input that is open would have its answer if it had come. */
 static bool overdue(const ll_client *c, ll_time now)
 {
-    const ll_pending *oldest = &c->pending[(c->acked + 1) & (LL_PENDING_RING - 1)];
+    const ll_pending_input *oldest = &c->pending[(c->acked + 1) & (LL_PENDING_RING - 1)];
     return now - oldest->made > ll_clock_sync_round_trip(&c->connection.clock) + QUIET * c->period;
 }
 
@@ -513,14 +515,14 @@ static bool draws_by_time(const ll_client *c, const ll_client_setup *s)
 static void draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     const ll_world *latest = ll_client_latest(c);
-    ll_world *shown = ll_client_shown(c);
-    ll_mark *marks = ll_client_marks(c);
+    ll_world *shown = ll_client_rendered(c);
+    ll_draw_info *marks = ll_client_draw_infos(c);
     bool by_time = draws_by_time(c, s);
     for (int i = 0; i < latest->entities; i++) {
         if (by_time && i != c->self)
             continue;
         shown->entity[i] = latest->entity[i];
-        marks[i] = (ll_mark){.time = c->latest_time};
+        marks[i] = (ll_draw_info){.time = c->latest_time};
     }
     memcpy(ll_world_tail(shown), ll_world_tail_const(latest), (size_t)latest->tail);
     if (by_time) {
@@ -547,7 +549,7 @@ static void take(ll_client *c, const ll_client_setup *s, ll_time now)
         take_newest_state(c, s, now);
     uint8_t predicting = (uint8_t)(s->config->prediction ? 1 + s->config->prediction_scope : 0);
     if (predicting != 0 && predicting != c->predicting)
-        ll_predict_again(c, s);
+        ll_resimulate(c, s);
     c->predicting = predicting;
 }
 
@@ -556,7 +558,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     ll_client_begin_tick(c, now);
     take(c, s, now);
     if (!ll_connection_plays(&c->connection)) {
-        c->tick += s->sync->leads; /* the clock goes on */
+        c->tick += s->sync->client_runs_ahead; /* the clock goes on */
         ll_client_miss(c, s, now);
         return 0;
     }
@@ -567,7 +569,7 @@ int ll_client_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pa
     int made = inputs_due(c, s, &action, now);
     for (int i = 0; i < made; i++)
         make_input(c, s, &action, seen, now);
-    ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
     return compose(c, s, now, packet);
 }
 
@@ -576,8 +578,8 @@ void ll_client_display(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_client_begin_display(c, now);
     take(c, s, now);
     draw(c, s, now);
-    if (s->gunner)
-        ll_gunner_frame(c, s);
+    if (s->weapon_prediction)
+        ll_weapon_prediction_frame(c, s);
 }
 
 void ll_client_set_due(ll_client *c, const ll_client_setup *s)
@@ -597,7 +599,7 @@ void ll_client_set_due(ll_client *c, const ll_client_setup *s)
 void ll_client_set_timer(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double late_ms = s->config->timer_jitter_ms;
-    ll_dilate(c);
+    ll_dilate_time(c);
     c->tick_due = machine_time(s, &c->clock, c->frame);
     c->skipped = 0;
     if (s->sync->answers)

@@ -12,12 +12,12 @@ static const ll_world *baseline_of(ll_client *c, int64_t tick)
         return NULL;
     for (int64_t i = c->newest - 1; i >= oldest; i--)
         if (ll_client_state(c, i)->tick == tick)
-            return ll_received_world(ll_client_state(c, i));
+            return ll_snapshot_entry_world(ll_client_state(c, i));
     return NULL;
 }
 
 /* A grid counts from the state on that brings it; a state from before it that comes late changes nothing. */
-static void take_grid(ll_client *c, const ll_grid *grid, int64_t tick)
+static void take_grid(ll_client *c, const ll_quantization *grid, int64_t tick)
 {
     bool other = memcmp(grid, &c->grid, sizeof *grid) != 0;
     if (c->grid_tick != LL_NEVER && (!other || tick < c->grid_tick))
@@ -26,11 +26,11 @@ static void take_grid(ll_client *c, const ll_grid *grid, int64_t tick)
     c->grid_tick = tick;
 }
 
-ll_status ll_client_decode(ll_client *c, const ll_state_message *m, const void *bytes, int size,
+ll_status ll_client_decode(ll_client *c, const ll_snapshot_message *m, const void *bytes, int size,
                            ll_world *world)
 {
     const ll_codec *codec = ll_codec_at(m->codec);
-    ll_grid grid = c->grid;
+    ll_quantization grid = c->grid;
     ll_incoming in = {.world = world, .self = c->self, .grid = &grid};
     ll_bit_reader r = {.bytes = bytes, .size = 8 * (int64_t)size};
     if (!codec)

@@ -12,15 +12,15 @@
 #define REST 100 /* of a tick: so little is shifted at once */
 
 /* How long before the end of its step, by a clock that runs like the server's, an input was made. */
-static ll_time lead(const ll_client *c, const ll_pending *p)
+static ll_time lead(const ll_client *c, const ll_pending_input *p)
 {
     int64_t tick = c->tick - (int64_t)(c->seq - p->seq);
     return ll_tick_time(tick, c->clock.freq) - p->made;
 }
 
-void ll_dilate_follow(ll_client *c, const ll_client_setup *s, const ll_state_message *m, ll_time now)
+void ll_dilate_time_follow(ll_client *c, const ll_client_setup *s, const ll_snapshot_message *m, ll_time now)
 {
-    const ll_pending *told = ll_client_pending(c, m->slack_seq), *newest = ll_client_pending(c, c->seq);
+    const ll_pending_input *told = ll_client_pending(c, m->slack_seq), *newest = ll_client_pending(c, c->seq);
     if (m->slack == LL_SLACK_UNKNOWN || told->seq != m->slack_seq || newest->seq != c->seq)
         return;
     ll_time want = s->config->slack_ticks * c->period, change = 0;
@@ -45,7 +45,7 @@ void ll_dilate_follow(ll_client *c, const ll_client_setup *s, const ll_state_mes
     c->shift -= beyond / c->period * c->period;
 }
 
-void ll_dilate(ll_client *c)
+void ll_dilate_time(ll_client *c)
 {
     if (c->shift == 0) {
         c->scale = 1;

@@ -5,14 +5,14 @@
 #include "netcode/state/client.h"
 #include "netcode/metrics/shots.h"
 
-void ll_gunner_start(const ll_client *c, const ll_client_setup *s)
+void ll_weapon_prediction_start(const ll_client *c, const ll_client_setup *s)
 {
-    ll_gunner *gunner = s->gunner;
-    const ll_world *shown = ll_client_shown_const(c);
-    memset(gunner, 0, sizeof *gunner);
-    s->game->weapons->arena(s->env, shown->players, &gunner->arena);
-    ll_bodies_now(&gunner->arena, shown, gunner->drawn);
-    gunner->drawn_time = c->view_time;
+    ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
+    const ll_world *shown = ll_client_rendered_const(c);
+    memset(weapon_prediction, 0, sizeof *weapon_prediction);
+    s->game->weapons->arena(s->env, shown->players, &weapon_prediction->arena);
+    ll_bodies_now(&weapon_prediction->arena, shown, weapon_prediction->drawn);
+    weapon_prediction->drawn_time = c->view_time;
 }
 
 /* So many steps are an interval at least. */
@@ -32,29 +32,29 @@ static int anybody(const ll_arena *arena, int self)
     return body < arena->bodies ? body : LL_NOBODY;
 }
 
-static void fire_cannon(ll_gunner *gunner, int64_t tick, ll_aim aim)
+static void fire_cannon(ll_weapon_prediction *weapon_prediction, int64_t tick, ll_aim aim)
 {
-    const ll_arena *arena = &gunner->arena;
-    ll_gunner_shell *shell = &gunner->shells[++gunner->fired % LL_SHELLS];
+    const ll_arena *arena = &weapon_prediction->arena;
+    ll_weapon_prediction_shell *shell = &weapon_prediction->shells[++weapon_prediction->fired % LL_SHELLS];
     double speed = arena->shell_speed;
     shell->flight = (ll_flight){aim.from, {speed * aim.direction.x, speed * aim.direction.y}, arena->gravity};
-    shell->start = gunner->drawn_time;
+    shell->start = weapon_prediction->drawn_time;
     shell->tick = tick;
-    shell->state = LL_GUNNER_FLYING;
+    shell->state = LL_WEAPON_PREDICTION_FLYING;
     shell->body = LL_NOBODY;
 }
 
 /* Claims the oldest hit of a shell that was not claimed yet. */
-static void claim_shell(ll_gunner *gunner, ll_action *a)
+static void claim_shell(ll_weapon_prediction *weapon_prediction, ll_action *a)
 {
-    int64_t first = gunner->fired >= LL_SHELLS ? gunner->fired - LL_SHELLS + 1 : 1;
-    for (int64_t number = first; number <= gunner->fired; number++) {
-        ll_gunner_shell *shell = &gunner->shells[number % LL_SHELLS];
-        if (shell->state != LL_GUNNER_HIT)
+    int64_t first = weapon_prediction->fired >= LL_SHELLS ? weapon_prediction->fired - LL_SHELLS + 1 : 1;
+    for (int64_t number = first; number <= weapon_prediction->fired; number++) {
+        ll_weapon_prediction_shell *shell = &weapon_prediction->shells[number % LL_SHELLS];
+        if (shell->state != LL_WEAPON_PREDICTION_HIT)
             continue;
         ll_set_claim(a, LL_CANNON, shell->body);
         ll_set_tag(a, number);
-        shell->state = LL_GUNNER_ENDED;
+        shell->state = LL_WEAPON_PREDICTION_ENDED;
         return;
     }
 }
@@ -62,30 +62,32 @@ static void claim_shell(ll_gunner *gunner, ll_action *a)
 /* Whether a press counts. */
 static bool may_fire(const ll_client_setup *s, int weapon, int64_t tick)
 {
-    const ll_gunner *gunner = s->gunner;
-    bool full = gunner->shells[(gunner->fired + 1) % LL_SHELLS].state != LL_GUNNER_ENDED;
-    if (gunner->arena.interval_s[weapon] == 0 || (weapon == LL_CANNON && full))
+    const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
+    bool full = weapon_prediction->shells[(weapon_prediction->fired + 1) % LL_SHELLS].state !=
+                LL_WEAPON_PREDICTION_ENDED;
+    if (weapon_prediction->arena.interval_s[weapon] == 0 || (weapon == LL_CANNON && full))
         return false;
-    return tick >= gunner->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
+    return tick >= weapon_prediction->ready[weapon] || s->config->cheat == LL_CHEAT_FIRE_RATE;
 }
 
 /* Returns whom a rifle hits in the picture. */
 static int fire(const ll_client *c, const ll_client_setup *s, int weapon, ll_aim aim, ll_action *a)
 {
-    ll_gunner *gunner = s->gunner;
-    const ll_arena *arena = &gunner->arena;
-    gunner->ready[weapon] = c->tick + steps_of(arena->interval_s[weapon], c->clock.freq);
+    ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
+    const ll_arena *arena = &weapon_prediction->arena;
+    weapon_prediction->ready[weapon] = c->tick + steps_of(arena->interval_s[weapon], c->clock.freq);
     if (weapon == LL_CANNON) {
-        fire_cannon(gunner, c->tick, aim);
-        ll_set_tag(a, gunner->fired);
+        fire_cannon(weapon_prediction, c->tick, aim);
+        ll_set_tag(a, weapon_prediction->fired);
         return LL_NOBODY;
     }
-    int body = ll_arena_ray(arena, c->self, aim.from, aim.direction, gunner->drawn);
+    int body = ll_arena_ray(arena, c->self, aim.from, aim.direction, weapon_prediction->drawn);
     ll_set_claim(a, LL_RIFLE, s->config->cheat == LL_CHEAT_CLAIM ? anybody(arena, c->self) : body);
     return body;
 }
 
-void ll_gunner_input(ll_client *c, const ll_client_setup *s, ll_pending *input, ll_time seen, ll_time now)
+void ll_weapon_prediction_input(ll_client *c, const ll_client_setup *s, ll_pending_input *input, ll_time seen,
+                                ll_time now)
 {
     ll_action *a = &input->action;
     a->buttons &= LL_BUTTONS;
@@ -97,35 +99,39 @@ void ll_gunner_input(ll_client *c, const ll_client_setup *s, ll_pending *input, 
             a->buttons &= ~button;
             continue;
         }
-        ll_aim aim = s->game->weapons->aim(ll_client_shown(c), s->env, c->self, a);
+        ll_aim aim = s->game->weapons->aim(ll_client_rendered(c), s->env, c->self, a);
         ll_press press = {c->tick, now, seen, aim, fire(c, s, w, aim, a)};
-        ll_shots_press(s->shots, c->self, (ll_weapon)w, &press, s->gunner->drawn);
+        ll_shots_press(s->shots, c->self, (ll_weapon)w, &press, s->weapon_prediction->drawn);
     }
     if (!(a->buttons & LL_BUTTON_CANNON))
-        claim_shell(s->gunner, a);
+        claim_shell(s->weapon_prediction, a);
 }
 
 /* Between the last picture and this one, `drawn`. */
-static void fly(ll_gunner_shell *shell, const ll_client *c, const ll_client_setup *s, const ll_point *drawn)
+static void fly(ll_weapon_prediction_shell *shell, const ll_client *c, const ll_client_setup *s,
+                const ll_point *drawn)
 {
-    const ll_gunner *gunner = s->gunner;
-    double from = ll_to_s(gunner->drawn_time - shell->start), to = ll_to_s(c->view_time - shell->start);
-    ll_meeting m = ll_arena_flight(&gunner->arena, c->self, &shell->flight, from, to, gunner->drawn, drawn);
+    const ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
+    double from = ll_to_s(weapon_prediction->drawn_time - shell->start),
+           to = ll_to_s(c->view_time - shell->start);
+    ll_flight_hit m = ll_arena_flight(&weapon_prediction->arena, c->self, &shell->flight, from, to,
+                                      weapon_prediction->drawn, drawn);
     if (m.met == LL_MET_NOTHING)
         return;
     shell->body = m.body;
-    shell->state = m.body == LL_NOBODY ? LL_GUNNER_ENDED : LL_GUNNER_HIT;
+    shell->state = m.body == LL_NOBODY ? LL_WEAPON_PREDICTION_ENDED : LL_WEAPON_PREDICTION_HIT;
     ll_shots_seen(s->shots, c->self, shell->tick, m.body);
 }
 
-void ll_gunner_frame(const ll_client *c, const ll_client_setup *s)
+void ll_weapon_prediction_frame(const ll_client *c, const ll_client_setup *s)
 {
-    ll_gunner *gunner = s->gunner;
+    ll_weapon_prediction *weapon_prediction = s->weapon_prediction;
     ll_point drawn[LL_BODIES_MAX];
-    ll_bodies_now(&gunner->arena, ll_client_shown_const(c), drawn);
+    ll_bodies_now(&weapon_prediction->arena, ll_client_rendered_const(c), drawn);
     for (int i = 0; i < LL_SHELLS; i++)
-        if (gunner->shells[i].state == LL_GUNNER_FLYING && c->view_time > gunner->drawn_time)
-            fly(&gunner->shells[i], c, s, drawn);
-    memcpy(gunner->drawn, drawn, (size_t)gunner->arena.bodies * sizeof drawn[0]);
-    gunner->drawn_time = c->view_time;
+        if (weapon_prediction->shells[i].state == LL_WEAPON_PREDICTION_FLYING &&
+            c->view_time > weapon_prediction->drawn_time)
+            fly(&weapon_prediction->shells[i], c, s, drawn);
+    memcpy(weapon_prediction->drawn, drawn, (size_t)weapon_prediction->arena.bodies * sizeof drawn[0]);
+    weapon_prediction->drawn_time = c->view_time;
 }

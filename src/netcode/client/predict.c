@@ -14,7 +14,7 @@
 #include "netcode/state/client.h"
 #include "netcode/client/scope.h"
 
-static const ll_scope *scope_of(const ll_client_setup *s)
+static const ll_prediction_scope *scope_of(const ll_client_setup *s)
 {
     return ll_scopes[s->config->prediction_scope];
 }
@@ -32,10 +32,10 @@ static void step(ll_client *c, const ll_client_setup *s, ll_world *world, const 
 }
 
 /* The next step, by input `seq`; by none where the clock has snapped beyond it. */
-static ll_pending *predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
+static ll_pending_input *predict_input(ll_client *c, const ll_client_setup *s, uint32_t seq)
 {
     const ll_action none = {0};
-    ll_pending *input = ll_client_pending(c, seq);
+    ll_pending_input *input = ll_client_pending(c, seq);
     bool made = input->seq == seq;
     step(c, s, ll_client_predicted(c), made ? &input->action : &none, ++c->predicted_tick);
     if (made)
@@ -47,7 +47,7 @@ static ll_pending *predict_input(ll_client *c, const ll_client_setup *s, uint32_
  * they come they have no ticks: those that are open count. */
 static double horizon_from(const ll_client *c, const ll_client_setup *s, int64_t tick)
 {
-    int64_t ahead = s->sync->drains ? (int64_t)c->seq - c->acked : c->tick - tick;
+    int64_t ahead = s->sync->applies_on_arrival ? (int64_t)c->seq - c->acked : c->tick - tick;
     double horizon_s = (double)(ahead + 1) * s->env->dt;
     return c->update_hz > 0 ? horizon_s + 1 / c->update_hz : horizon_s;
 }
@@ -61,7 +61,7 @@ static ll_entity_set choose(const ll_client *c, const ll_client_setup *s, const 
 }
 
 /* The prediction is known to have been as a state is, of `tick` and on `grid`. */
-static void mark_begun(ll_client *c, int64_t tick, const ll_grid *grid)
+static void mark_begun(ll_client *c, int64_t tick, const ll_quantization *grid)
 {
     c->begun_tick = tick;
     c->begun_acked = c->acked;
@@ -69,15 +69,16 @@ static void mark_begun(ll_client *c, int64_t tick, const ll_grid *grid)
     c->touched = 0;
 }
 
-static ll_grid grid_of(const ll_client *c, const ll_received *state)
+static ll_quantization grid_of(const ll_client *c, const ll_snapshot_entry *state)
 {
-    return state->gridded ? c->grid : (ll_grid){0};
+    return state->gridded ? c->grid : (ll_quantization){0};
 }
 
 /* The predicted world is the latest state. */
 static void begin(ll_client *c, const ll_client_setup *s)
 {
-    ll_grid grid = c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_grid){0};
+    ll_quantization grid =
+        c->newest > 0 ? grid_of(c, ll_client_state(c, c->newest - 1)) : (ll_quantization){0};
     memcpy(ll_client_predicted(c), ll_client_latest(c), (size_t)c->world_size);
     memcpy(ll_client_checked(c), ll_client_latest(c), (size_t)c->world_size);
     memcpy(c->guessed, c->told, sizeof c->guessed);
@@ -90,12 +91,12 @@ static void begin(ll_client *c, const ll_client_setup *s)
  * newest, but not before the latest state. */
 static uint32_t newest_due(const ll_client *c, const ll_client_setup *s)
 {
-    uint32_t delay = s->sync->drains ? 0 : (uint32_t)s->config->input_delay_ticks;
+    uint32_t delay = s->sync->applies_on_arrival ? 0 : (uint32_t)s->config->input_delay_ticks;
     uint32_t due = c->seq > delay ? c->seq - delay : 0;
     return due > c->acked ? due : c->acked;
 }
 
-void ll_predict_due(ll_client *c, const ll_client_setup *s)
+void ll_predict_pending_inputs(ll_client *c, const ll_client_setup *s)
 {
     for (uint32_t due = newest_due(c, s); c->played < due;) {
         c->played++;
@@ -109,7 +110,7 @@ static void apply_by_step(ll_client *c, const ll_client_setup *s)
     const ll_action none = {0};
     int64_t newest = c->tick - (int64_t)(c->seq - c->played);
     while (c->predicted_tick < newest) {
-        ll_pending *input = ll_client_input_at(c, c->predicted_tick + 1);
+        ll_pending_input *input = ll_client_input_at(c, c->predicted_tick + 1);
         step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
         if (input)
             input->x = ll_client_predicted(c)->entity[c->self].x;
@@ -122,20 +123,20 @@ static void apply_by_step(ll_client *c, const ll_client_setup *s)
  */
 static bool none_overtook(ll_client *c, const ll_client_setup *s)
 {
-    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
+    for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
         if (!ll_client_is_open(c, seq))
             return false;
     return true;
 }
 
-void ll_predict_again(ll_client *c, const ll_client_setup *s)
+void ll_resimulate(ll_client *c, const ll_client_setup *s)
 {
     begin(c, s);
     c->played = newest_due(c, s);
     c->gaps = !none_overtook(c, s);
-    if (!s->sync->drains)
+    if (!s->sync->applies_on_arrival)
         apply_by_step(c, s);
-    for (uint32_t seq = c->acked + 1; s->sync->drains && seq <= c->played; seq++)
+    for (uint32_t seq = c->acked + 1; s->sync->applies_on_arrival && seq <= c->played; seq++)
         if (ll_client_is_open(c, seq))
             predict_input(c, s, seq);
 }
@@ -149,12 +150,12 @@ static void forget(ll_client *c, const ll_client_setup *s)
 
 static void replay(ll_client *c, const ll_client_setup *s, ll_time now)
 {
-    ll_ledger *ledger = &s->instruments->ledger;
-    ll_predict_again(c, s);
-    if (now < s->instruments->from)
+    ll_input_history *input_history = &s->client_metrics->input_history;
+    ll_resimulate(c, s);
+    if (now < s->client_metrics->from)
         return;
-    ledger->replays++;
-    ledger->replayed += c->played - c->acked;
+    input_history->replays++;
+    input_history->replayed += c->played - c->acked;
 }
 
 static bool guessed_right(const ll_client *c, const ll_client_setup *s, int players)
@@ -167,15 +168,16 @@ static bool guessed_right(const ll_client *c, const ll_client_setup *s, int play
 
 /* Steps the checked world on to `state`, by what the prediction was made with. False when it was not made
  * with one input a step, or `acked`, what had been acknowledged before, tells that. */
-static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+static bool check_upto(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state, uint32_t acked)
 {
     const ll_action none = {0};
-    int64_t steps = s->sync->drains ? (int64_t)c->acked - acked : state->tick - c->latest_tick;
+    int64_t steps = s->sync->applies_on_arrival ? (int64_t)c->acked - acked : state->tick - c->latest_tick;
     if (steps < 0 || steps > LL_PENDING_RING)
         return false;
     for (int64_t k = 1; k <= steps; k++) {
-        const ll_pending *input = s->sync->drains ? ll_client_pending(c, acked + (uint32_t)k)
-                                                  : ll_client_input_at(c, c->latest_tick + k);
+        const ll_pending_input *input = s->sync->applies_on_arrival
+                                            ? ll_client_pending(c, acked + (uint32_t)k)
+                                            : ll_client_input_at(c, c->latest_tick + k);
         step(c, s, ll_client_checked(c), input ? &input->action : &none, c->latest_tick + k);
     }
     return true;
@@ -193,11 +195,14 @@ static bool touched(const ll_client *c, const ll_client_setup *s, const ll_world
     return memcmp(&set, &alone, sizeof set) != 0;
 }
 
-static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked, const ll_received *state)
+static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *checked,
+                   const ll_snapshot_entry *state)
 {
-    int64_t ticks = s->sync->drains ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
+    int64_t ticks =
+        s->sync->applies_on_arrival ? (int64_t)c->acked - c->begun_acked : state->tick - c->begun_tick;
     if (scope_of(s)->guesses && (c->begun_grid.m > 0 || state->gridded))
-        c->touched |= touched(c, s, checked, s->sync->drains ? ticks : state->tick - c->latest_tick);
+        c->touched |=
+            touched(c, s, checked, s->sync->applies_on_arrival ? ticks : state->tick - c->latest_tick);
     ll_agreement agreement = {.tolerance_m = s->config->reconciliation_tolerance_m,
                               .horizon_s = horizon_from(c, s, state->tick),
                               .drift_s = (double)ticks * s->env->dt,
@@ -209,11 +214,12 @@ static bool agrees(ll_client *c, const ll_client_setup *s, const ll_world *check
 
 /* Whether the prediction stands before `state`, which is about to become the latest. `acked` is what had been
  * acknowledged before it. */
-bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_received *state, uint32_t acked)
+bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_snapshot_entry *state,
+                          uint32_t acked)
 {
     const ll_world *truth = (const ll_world *)(state + 1);
     ll_world *checked = ll_client_checked(c);
-    ll_grid grid = grid_of(c, state);
+    ll_quantization grid = grid_of(c, state);
     if (c->predicting != mark_of(s) || !s->config->reconciliation || !scope_of(s)->closed(s->game) ||
         !guessed_right(c, s, truth->players) || c->gaps || !none_overtook(c, s) ||
         !check_upto(c, s, state, acked))
@@ -232,7 +238,7 @@ bool ll_prediction_stands(ll_client *c, const ll_client_setup *s, const ll_recei
  * where inputs belong to steps that is known all the same. */
 static uint32_t newest_over(const ll_client *c, const ll_client_setup *s)
 {
-    int64_t seq = s->sync->drains ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
+    int64_t seq = s->sync->applies_on_arrival ? 0 : (int64_t)c->seq - (c->tick - c->latest_tick);
     return seq > (int64_t)c->acked && seq <= (int64_t)c->seq ? (uint32_t)seq : c->acked;
 }
 
@@ -243,10 +249,10 @@ static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked,
     int64_t inputs = (int64_t)last - acked, steps = c->latest_tick - tick;
     if (!s->config->reconciliation)
         return LL_CAUSE_OTHER;
-    ll_cause cause = ll_ledger_blame(&s->instruments->ledger, acked + 1, last);
+    ll_cause cause = ll_input_history_blame(&s->client_metrics->input_history, acked + 1, last);
     if (cause != LL_CAUSE_OTHER)
         return cause;
-    if (!s->sync->drains && acked > 0 && steps > inputs)
+    if (!s->sync->applies_on_arrival && acked > 0 && steps > inputs)
         return LL_CAUSE_LATE; /* there was none to be applied */
     return touched(c, s, ll_client_latest(c), steps) ? LL_CAUSE_CONTACT : LL_CAUSE_OTHER;
 }
@@ -254,13 +260,13 @@ static ll_cause cause_of(ll_client *c, const ll_client_setup *s, uint32_t acked,
 void ll_note_correction(const ll_client *c, const ll_client_setup *s, ll_cause cause, double moved,
                         ll_time now)
 {
-    ll_instruments *in = s->instruments;
+    ll_client_metrics *in = s->client_metrics;
     double size = moved < 0 ? -moved : moved;
     if (!(size >= 0))
         return; /* out of all bounds: the next display ends the session */
     ll_measure(in, LL_METRIC_CORRECTION, now, size);
     if (now >= in->from)
-        ll_ledger_correction(&in->ledger, cause, size);
+        ll_input_history_correction(&in->input_history, cause, size);
     in->corrections += now >= in->from;
     in->last_correction = moved;
     if (s->recorder)
@@ -295,8 +301,8 @@ static double correct(ll_client *c, const ll_entity_set *set, const ll_entity *b
 static void reach_state(ll_client *c, const ll_client_setup *s)
 {
     const ll_action none = {0};
-    while (!s->sync->drains && c->predicted_tick < c->latest_tick) {
-        const ll_pending *input = ll_client_input_at(c, c->predicted_tick + 1);
+    while (!s->sync->applies_on_arrival && c->predicted_tick < c->latest_tick) {
+        const ll_pending_input *input = ll_client_input_at(c, c->predicted_tick + 1);
         step(c, s, ll_client_predicted(c), input ? &input->action : &none, ++c->predicted_tick);
     }
     if (c->played < c->acked)
@@ -333,7 +339,8 @@ void ll_draw_predicted(ll_client *c, ll_time now)
     for (int i = 0; i < world->entities; i++) {
         if (!ll_entity_set_has(&c->predicted, i))
             continue;
-        ll_client_shown(c)->entity[i] = world->entity[i];
-        ll_client_marks(c)[i] = (ll_mark){.time = i == c->self ? now : present, .flags = LL_SHOWN_PREDICTED};
+        ll_client_rendered(c)->entity[i] = world->entity[i];
+        ll_client_draw_infos(c)[i] =
+            (ll_draw_info){.time = i == c->self ? now : present, .flags = LL_RENDERED_PREDICTED};
     }
 }

@@ -6,7 +6,7 @@
 
 #include "game/core/game.h"
 
-typedef struct ll_scope {
+typedef struct ll_prediction_scope {
     const char *name;
     const char *help;
     bool guesses; /* others are stepped too: states must tell their controls */
@@ -21,11 +21,12 @@ typedef struct ll_scope {
     /* One step of what was chosen, to `now`. `actions` has one for each player. */
     void (*step)(const ll_game *game, const ll_game_env *env, ll_world *world, const ll_action *actions,
                  ll_time now, int self, const ll_entity_set *set);
-} ll_scope;
+} ll_prediction_scope;
 
-extern const ll_scope ll_scope_own;
-extern const ll_scope ll_scope_contacts;
-extern const ll_scope ll_scope_all;
+extern const ll_prediction_scope ll_prediction_scope_own;
+extern const ll_prediction_scope ll_prediction_scope_contacts;
+extern const ll_prediction_scope ll_prediction_scope_all;
 
-extern const ll_scope *const ll_scopes[]; /* NULL-terminated; the index is the choice `prediction_scope` */
-extern const char *const ll_scope_names[];
+extern const ll_prediction_scope
+    *const ll_scopes[]; /* NULL-terminated; the index is the choice `prediction_scope` */
+extern const char *const ll_prediction_scope_names[];

@@ -28,7 +28,7 @@ static void step(const ll_game *game, const ll_game_env *env, ll_world *world, c
     game->step(world, env, actions, now, NULL);
 }
 
-const ll_scope ll_scope_all = {
+const ll_prediction_scope ll_prediction_scope_all = {
     .name = "all",
     .help = "The whole world.",
     .guesses = true,

@@ -24,7 +24,7 @@ static void step(const ll_game *game, const ll_game_env *env, ll_world *world, c
         game->step_own(world, env, self, &actions[self]);
 }
 
-const ll_scope ll_scope_contacts = {
+const ll_prediction_scope ll_prediction_scope_contacts = {
     .name = "contacts",
     .help = "The own entity and whatever may touch it.",
     .guesses = true,

@@ -25,7 +25,7 @@ static void step(const ll_game *game, const ll_game_env *env, ll_world *world, c
     game->step_own(world, env, self, &actions[self]);
 }
 
-const ll_scope ll_scope_own = {
+const ll_prediction_scope ll_prediction_scope_own = {
     .name = "own",
     .help = "The own entity alone.",
     .choose = choose,

@@ -1,6 +1,7 @@
 #include "netcode/client/scope.h"
 
-const ll_scope *const ll_scopes[] = {&ll_scope_own, &ll_scope_contacts, &ll_scope_all, NULL};
+const ll_prediction_scope *const ll_scopes[] = {&ll_prediction_scope_own, &ll_prediction_scope_contacts,
+                                                &ll_prediction_scope_all, NULL};
 
 /* In the order of ll_scopes; a test holds them against each other. */
-const char *const ll_scope_names[] = {"own", "contacts", "all", NULL};
+const char *const ll_prediction_scope_names[] = {"own", "contacts", "all", NULL};

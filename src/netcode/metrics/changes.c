@@ -96,7 +96,8 @@ void ll_changes_meet(ll_changes *c)
 }
 
 /* What was shown before the verdict counts now. */
-static void decide(ll_changes *c, ll_change *change, ll_histogram *latency, const ll_ledger_input *input)
+static void decide(ll_changes *c, ll_change *change, ll_histogram *latency,
+                   const ll_input_history_entry *input)
 {
     if (input && input->verdict == LL_INPUT_IS_OPEN)
         return;
@@ -111,12 +112,12 @@ static void decide(ll_changes *c, ll_change *change, ll_histogram *latency, cons
             add(change, latency, which);
 }
 
-void ll_changes_decide(ll_changes *c, ll_histogram *latency, ll_ledger *ledger)
+void ll_changes_decide(ll_changes *c, ll_histogram *latency, ll_input_history *input_history)
 {
     for (int64_t i = c->first; i < c->made; i++) {
         ll_change *change = change_at(c, i);
         if (!change->decided)
-            decide(c, change, latency, ll_ledger_find(ledger, change->seq));
+            decide(c, change, latency, ll_input_history_find(input_history, change->seq));
     }
     pass_complete(c);
 }
@@ -138,15 +139,16 @@ void ll_changes_shown(ll_changes *c, ll_histogram *latency, const ll_included *i
 }
 
 /* A client may hear of an input, and draw its tick, before the server has made it. */
-void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_ledger *ledger, int other, int64_t tick,
-                     ll_time now)
+void ll_changes_seen(ll_changes *c, ll_histogram *latency, ll_input_history *input_history, int other,
+                     int64_t tick, ll_time now)
 {
     uint32_t bit = UINT32_C(1) << other;
     for (int64_t i = c->first; i < c->made; i++) {
         ll_change *change = change_at(c, i);
         if ((change->seen & bit) || change->tick > tick)
             continue;
-        if (!change->decided && !(ll_ledger_marks(ledger, change->seq) & LL_LEDGER_IN_TIME))
+        if (!change->decided &&
+            !(ll_input_history_marks(input_history, change->seq) & LL_INPUT_HISTORY_IN_TIME))
             continue;
         ll_histogram_add(&latency[LL_LATENCY_SEEN], ll_to_ms(now - change->made));
         change->seen |= bit;

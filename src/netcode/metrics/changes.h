@@ -32,7 +32,7 @@ typedef struct ll_change {
     int64_t tick;    /* of the server: applies it; LL_NEVER: not known yet */
     uint32_t seq;    /* UINT32_MAX: of an epoch that is over */
     uint32_t seen;   /* bit p: by player p */
-    uint8_t decided; /* 0, or its ll_input_verdict */
+    uint8_t decided; /* 0, or its ll_input_result_kind */
     uint8_t counted; /* bit: ll_latency */
     uint8_t reserved[6];
 } ll_change;
@@ -66,15 +66,15 @@ void ll_changes_missed(ll_changes *changes, ll_histogram *latency, const ll_acti
 void ll_changes_idle(ll_changes *changes); /* no control is touched, and no input made */
 
 /* Verdicts have been given. */
-void ll_changes_decide(ll_changes *changes, ll_histogram *latency, ll_ledger *ledger);
+void ll_changes_decide(ll_changes *changes, ll_histogram *latency, ll_input_history *input_history);
 
 /* A new epoch, after all verdicts of the old one: numbers and controls begin anew. */
 void ll_changes_meet(ll_changes *changes);
 
 /* A display of the player's own screen, or of that of player `other` with all steps up to `tick`. */
 void ll_changes_shown(ll_changes *changes, ll_histogram *latency, const ll_included *included, ll_time now);
-void ll_changes_seen(ll_changes *changes, ll_histogram *latency, ll_ledger *ledger, int other, int64_t tick,
-                     ll_time now);
+void ll_changes_seen(ll_changes *changes, ll_histogram *latency, ll_input_history *input_history, int other,
+                     int64_t tick, ll_time now);
 
 static inline bool ll_changes_waiting(const ll_changes *changes)
 {

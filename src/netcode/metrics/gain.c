@@ -2,13 +2,13 @@
 
 #include "base/detmath.h"
 
-void ll_gain_watch(ll_gain *g, const ll_entity *e)
+void ll_cheat_gain_watch(ll_cheat_gain *g, const ll_entity *e)
 {
-    *g = (ll_gain){.x = e->x, .y = e->y, .most = g->most, .rested = e->vx == 0 && e->vy == 0};
+    *g = (ll_cheat_gain){.x = e->x, .y = e->y, .most = g->most, .rested = e->vx == 0 && e->vy == 0};
 }
 
-void ll_gain_step(ll_gain *g, const ll_game *game, const ll_game_env *env, const ll_entity *e,
-                  double elapsed_s)
+void ll_cheat_gain_step(ll_cheat_gain *g, const ll_game *game, const ll_game_env *env, const ll_entity *e,
+                        double elapsed_s)
 {
     if (!game->farthest)
         return;

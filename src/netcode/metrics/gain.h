@@ -12,7 +12,7 @@
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
-typedef struct ll_gain {
+typedef struct ll_cheat_gain {
     double x, y;    /* at the last step */
     double since_s; /* the step before the first movement */
     double covered; /* m, since then */
@@ -21,13 +21,13 @@ typedef struct ll_gain {
     uint8_t rested; /* it was at rest when it was first seen */
     uint8_t moved;
     uint8_t reserved[6];
-} ll_gain;
+} ll_cheat_gain;
 
 #pragma GCC diagnostic pop
 
 /* The entity of a player that does not cheat, or before the first step: from here on it is measured. */
-void ll_gain_watch(ll_gain *gain, const ll_entity *entity);
+void ll_cheat_gain_watch(ll_cheat_gain *gain, const ll_entity *entity);
 
 /* The entity of a player that cheats after a step of the server's that stands for `elapsed_s`. */
-void ll_gain_step(ll_gain *gain, const ll_game *game, const ll_game_env *env, const ll_entity *entity,
-                  double elapsed_s);
+void ll_cheat_gain_step(ll_cheat_gain *gain, const ll_game *game, const ll_game_env *env,
+                        const ll_entity *entity, double elapsed_s);

@@ -30,73 +30,73 @@ const ll_metric_row ll_metric_rows[LL_METRICS] = {
     [LL_METRIC_UNACKED] = {"unacked", "M2b: inputs that wait for an acknowledgement", 1},
 };
 
-size_t ll_instruments_size(int entities)
+size_t ll_client_metrics_size(int entities)
 {
-    return sizeof(ll_instruments) + (size_t)entities * sizeof(ll_track);
+    return sizeof(ll_client_metrics) + (size_t)entities * sizeof(ll_track);
 }
 
-void ll_instruments_init(ll_instruments *in, int entities, ll_time from)
+void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from)
 {
-    memset(in, 0, ll_instruments_size(entities));
+    memset(in, 0, ll_client_metrics_size(entities));
     in->entities = entities;
     in->from = from;
     for (int i = 0; i < LL_METRICS; i++)
         ll_histogram_init(&in->histogram[i], ll_metric_rows[i].unit);
     ll_histogram_init(&in->animation_error, 0.1);
-    ll_ledger_meet(&in->ledger);
+    ll_input_history_meet(&in->input_history);
 }
 
 /* ---- what others tell ---- */
 
-void ll_instruments_acknowledged(ll_instruments *in, uint32_t seq, int64_t tick, ll_time made, ll_time told,
-                                 ll_time now)
+void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t tick, ll_time made,
+                                    ll_time told, ll_time now)
 {
-    if (ll_ledger_includes(&in->ledger, seq, tick))
+    if (ll_input_history_includes(&in->input_history, seq, tick))
         ll_measure(in, LL_METRIC_ACK_RTT, now, ll_to_ms(told - made));
 }
 
 #define VISIBLE_SHARE 0.1 /* of the way that it went by itself */
 
-void ll_instruments_moved(ll_instruments *in, double moved, double step)
+void ll_client_metrics_moved(ll_client_metrics *in, double moved, double step)
 {
     double least = VISIBLE_SHARE * step > in->pixel_m ? VISIBLE_SHARE * step : in->pixel_m;
     if (moved > least && moved > in->visible_m)
         in->visible_m = moved;
 }
 
-static void decide_changes(ll_instruments *in)
+static void decide_changes(ll_client_metrics *in)
 {
     if (ll_changes_waiting(&in->changes))
-        ll_changes_decide(&in->changes, in->histogram, &in->ledger);
+        ll_changes_decide(&in->changes, in->histogram, &in->input_history);
 }
 
-void ll_instruments_never(ll_instruments *in, uint32_t first, uint32_t last)
+void ll_client_metrics_never(ll_client_metrics *in, uint32_t first, uint32_t last)
 {
-    ll_ledger_never(&in->ledger, first, last);
+    ll_input_history_never(&in->input_history, first, last);
     decide_changes(in);
 }
 
-void ll_instruments_stepped(ll_instruments *in, int self, const ll_stepped *s, ll_time now)
+void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped *s, ll_time now)
 {
     const ll_entity *real = &s->world->entity[self];
-    int64_t key = s->drains ? s->acked : s->step;
-    if (s->drains)
-        ll_ledger_drained(&in->ledger, s->step, s->unsent_from, now);
+    int64_t key = s->applies_on_arrival ? s->acked : s->step;
+    if (s->applies_on_arrival)
+        ll_input_history_drained(&in->input_history, s->step, s->unsent_from, now);
     else
-        ll_ledger_stepped(&in->ledger, s->step);
+        ll_input_history_stepped(&in->input_history, s->step);
     decide_changes(in);
-    ll_pictures_made(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x, real->y, now,
-                     in->from);
-    if (s->drains)
-        ll_pictures_skip(&in->pictures, key);
+    ll_rendered_views_made(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], key, real->x, real->y,
+                           now, in->from);
+    if (s->applies_on_arrival)
+        ll_rendered_views_skip(&in->pictures, key);
 }
 
-void ll_instruments_meet(ll_instruments *in)
+void ll_client_metrics_resync(ll_client_metrics *in)
 {
     for (int i = 0; i < in->entities; i++)
         in->track[i].awaited.when = 0;
-    ll_instruments_never(in, 1, in->ledger.newest);
-    ll_ledger_meet(&in->ledger);
+    ll_client_metrics_never(in, 1, in->input_history.newest);
+    ll_input_history_meet(&in->input_history);
     ll_changes_meet(&in->changes);
-    ll_pictures_void(&in->pictures, in->from);
+    ll_rendered_views_void(&in->pictures, in->from);
 }

@@ -64,9 +64,9 @@ typedef struct ll_awaited {
 
 /* What is kept per entity. */
 typedef struct ll_track {
-    ll_smoothness smooth;         /* of the others */
-    ll_excursion server, clients; /* M7: against the truth; against the other clients' pictures */
-    ll_awaited awaited;           /* M5 of what is drawn ahead of the server */
+    ll_smoothness smooth;                  /* of the others */
+    ll_divergence_episode server, clients; /* M7: against the truth; against the other clients' pictures */
+    ll_awaited awaited;                    /* M5 of what is drawn ahead of the server */
 } ll_track;
 
 /* M12 and M14 of a client that steps a world of its own (deterministic, rollback). */
@@ -78,7 +78,7 @@ typedef struct ll_stepping {
     int64_t sync_tests, sync_test_mismatches;
 } ll_stepping;
 
-typedef struct ll_instruments {
+typedef struct ll_client_metrics {
     ll_time from;
     ll_time measured; /* the length of all frames from then on */
     ll_histogram histogram[LL_METRICS];
@@ -86,9 +86,9 @@ typedef struct ll_instruments {
     int64_t frames, held_frames, extrapolated_frames;
     int64_t underruns;                /* M9: times that the buffer ran dry */
     int64_t overruns;                 /* M9: times that it was so full that the drawn time jumped */
-    ll_gauge depth;                   /* M9: states newer than what is drawn */
-    ll_gauge delay_ms;                /* M9: drawn time behind the newest that could be known */
-    ll_gauge time_scale;              /* M9: drawn time per time */
+    ll_running_stats depth;           /* M9: states newer than what is drawn */
+    ll_running_stats delay_ms;        /* M9: drawn time behind the newest that could be known */
+    ll_running_stats time_scale;      /* M9: drawn time per time */
     ll_inconsistency server, clients; /* M7, over all entities */
     /* M13, by ll_message: payload; how many; in so many packets; with all headers */
     int64_t bytes[LL_MESSAGES], messages[LL_MESSAGES], packets[LL_MESSAGES], wire_bytes[LL_MESSAGES];
@@ -96,26 +96,26 @@ typedef struct ll_instruments {
     double own_lead, remote_error, view_age, age_of_information; /* the last, signed, for views */
     double last_correction;
     int64_t corrections;
-    double pixel_m;               /* of the screen on which visible corrections are told */
-    double visible_m;             /* the farthest that one moved since the last display; 0: none did */
-    ll_gauge visible_m_all;       /* M6c: displays with a visible correction */
-    ll_histogram animation_error; /* M8: pixels, or m where `pixel_m` is 0 */
-    ll_ledger ledger;
+    double pixel_m;                 /* of the screen on which visible corrections are told */
+    double visible_m;               /* the farthest that one moved since the last display; 0: none did */
+    ll_running_stats visible_m_all; /* M6c: displays with a visible correction */
+    ll_histogram animation_error;   /* M8: pixels, or m where `pixel_m` is 0 */
+    ll_input_history input_history;
     ll_changes changes;
-    ll_pictures pictures;   /* of the own entity */
-    ll_gain gain;           /* M15 */
-    ll_twin twin;           /* M15 */
-    int64_t false_refusals; /* M15: of a client that does not cheat */
-    ll_action controls;     /* that drove the player in its last frame, before any cheat */
-    ll_track track[];       /* per entity */
-} ll_instruments;
+    ll_rendered_views pictures; /* of the own entity */
+    ll_cheat_gain gain;         /* M15 */
+    ll_twin twin;               /* M15 */
+    int64_t false_refusals;     /* M15: of a client that does not cheat */
+    ll_action controls;         /* that drove the player in its last frame, before any cheat */
+    ll_track track[];           /* per entity */
+} ll_client_metrics;
 
 #pragma GCC diagnostic pop
 
-size_t ll_instruments_size(int entities);
-void ll_instruments_init(ll_instruments *in, int entities, ll_time from);
+size_t ll_client_metrics_size(int entities);
+void ll_client_metrics_init(ll_client_metrics *in, int entities, ll_time from);
 
-static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now, double value)
+static inline void ll_measure(ll_client_metrics *in, ll_metric metric, ll_time now, double value)
 {
     if (now >= in->from)
         ll_histogram_add(&in->histogram[metric], value);
@@ -124,44 +124,44 @@ static inline void ll_measure(ll_instruments *in, ll_metric metric, ll_time now,
 /* ---- what the actors tell ---- */
 
 /* A client made an input for the server's step `tick` (LL_NEVER: applied as it comes) with these controls. */
-static inline void ll_instruments_input(ll_instruments *in, uint32_t seq, int64_t tick,
-                                        const ll_action *controls, ll_time touched, ll_time now)
+static inline void ll_client_metrics_input(ll_client_metrics *in, uint32_t seq, int64_t tick,
+                                           const ll_action *controls, ll_time touched, ll_time now)
 {
-    ll_ledger_made(&in->ledger, seq, tick);
+    ll_input_history_made(&in->input_history, seq, tick);
     ll_changes_made(&in->changes, in->histogram, controls, seq, tick, now >= in->from, touched);
 }
 
 /* The player is not connected: no input is made of its controls. */
-static inline void ll_instruments_missed(ll_instruments *in, const ll_action *controls, ll_time now)
+static inline void ll_client_metrics_missed(ll_client_metrics *in, const ll_action *controls, ll_time now)
 {
     ll_changes_missed(&in->changes, in->histogram, controls, now >= in->from);
 }
 
 /* M2: `told`: a state after step `tick`, or a relay of that step, tells a client that its input was applied.
  * It counts if it was. */
-void ll_instruments_acknowledged(ll_instruments *in, uint32_t seq, int64_t tick, ll_time made, ll_time told,
-                                 ll_time now);
+void ll_client_metrics_acknowledged(ll_client_metrics *in, uint32_t seq, int64_t tick, ll_time made,
+                                    ll_time told, ll_time now);
 
 /* M6c: a correction moved what is drawn by `moved` m, while it went `step` m by its own speed. */
-void ll_instruments_moved(ll_instruments *in, double moved, double step);
+void ll_client_metrics_moved(ll_client_metrics *in, double moved, double step);
 
 /* Open ones of inputs `first` to `last` will never be applied: their client has dropped them, or the server
  * will take no more of it. */
-void ll_instruments_never(ll_instruments *in, uint32_t first, uint32_t last);
+void ll_client_metrics_never(ll_client_metrics *in, uint32_t first, uint32_t last);
 
 /* ---- what the observer sees ---- */
 
-/* The server has made a step, or with `drains` an update in which it applied all that had come, up to input
- * `acked`; the client of these instruments sends inputs before `unsent_from` no more. */
+/* The server has made a step, or with `applies_on_arrival` an update in which it applied all that had come,
+ * up to input `acked`; the client of these instruments sends inputs before `unsent_from` no more. */
 typedef struct ll_stepped {
     const ll_world *world;
     const ll_history *history;
     int64_t step;
     uint32_t acked, unsent_from;
-    bool drains;
+    bool applies_on_arrival;
 } ll_stepped;
 
-void ll_instruments_stepped(ll_instruments *in, int self, const ll_stepped *stepped, ll_time now);
+void ll_client_metrics_stepped(ll_client_metrics *in, int self, const ll_stepped *stepped, ll_time now);
 
 /* The server and the clients start anew: what was awaited does not come. */
-void ll_instruments_meet(ll_instruments *in);
+void ll_client_metrics_resync(ll_client_metrics *in);

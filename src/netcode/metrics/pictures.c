@@ -2,27 +2,27 @@
 
 #include "base/detmath.h"
 
-static ll_picture *kept(ll_pictures *p, int64_t key)
+static ll_rendered_view *kept(ll_rendered_views *p, int64_t key)
 {
-    return &p->ring[key & (LL_PICTURES_RING - 1)];
+    return &p->ring[key & (LL_RENDERED_VIEWS_RING - 1)];
 }
 
-static void drop(ll_pictures *p, ll_picture *picture, ll_time from)
+static void drop(ll_rendered_views *p, ll_rendered_view *picture, ll_time from)
 {
     p->voided += picture->key != 0 && picture->shown >= from;
     picture->key = 0;
 }
 
-void ll_pictures_keep(ll_pictures *p, const ll_picture *picture, ll_time from)
+void ll_rendered_views_keep(ll_rendered_views *p, const ll_rendered_view *picture, ll_time from)
 {
-    ll_picture *slot = kept(p, picture->key);
+    ll_rendered_view *slot = kept(p, picture->key);
     if (slot->key != picture->key)
         drop(p, slot, from);
     *slot = *picture;
 }
 
-void ll_pictures_compare(ll_pictures *p, ll_histogram *errors, const ll_picture *picture, double x, double y,
-                         ll_time made, ll_time from)
+void ll_rendered_views_compare(ll_rendered_views *p, ll_histogram *errors, const ll_rendered_view *picture,
+                               double x, double y, ll_time made, ll_time from)
 {
     double dx = picture->x - x, dy = picture->y - y;
     p->error_m = dx == 0 && dy == 0 ? 0 : ll_sqrt(dx * dx + dy * dy);
@@ -30,31 +30,31 @@ void ll_pictures_compare(ll_pictures *p, ll_histogram *errors, const ll_picture 
     if (picture->shown < from)
         return;
     ll_histogram_add(errors, p->error_m);
-    ll_gauge_add(&p->leads_ms, p->lead_ms);
+    ll_running_stats_add(&p->leads_ms, p->lead_ms);
 }
 
-void ll_pictures_made(ll_pictures *p, ll_histogram *errors, int64_t key, double x, double y, ll_time made,
-                      ll_time from)
+void ll_rendered_views_made(ll_rendered_views *p, ll_histogram *errors, int64_t key, double x, double y,
+                            ll_time made, ll_time from)
 {
-    ll_picture *picture = kept(p, key);
+    ll_rendered_view *picture = kept(p, key);
     if (key == 0 || picture->key != key)
         return;
     picture->key = 0;
-    ll_pictures_compare(p, errors, picture, x, y, made, from);
+    ll_rendered_views_compare(p, errors, picture, x, y, made, from);
 }
 
-void ll_pictures_skip(ll_pictures *p, int64_t key)
+void ll_rendered_views_skip(ll_rendered_views *p, int64_t key)
 {
-    int64_t first = key - p->skipped < LL_PICTURES_RING ? p->skipped : key - LL_PICTURES_RING;
+    int64_t first = key - p->skipped < LL_RENDERED_VIEWS_RING ? p->skipped : key - LL_RENDERED_VIEWS_RING;
     for (int64_t k = first; k < key; k++)
         if (kept(p, k)->key == k)
             kept(p, k)->key = 0;
     p->skipped = key;
 }
 
-void ll_pictures_void(ll_pictures *p, ll_time from)
+void ll_rendered_views_void(ll_rendered_views *p, ll_time from)
 {
     p->skipped = 0;
-    for (int i = 0; i < LL_PICTURES_RING; i++)
+    for (int i = 0; i < LL_RENDERED_VIEWS_RING; i++)
         drop(p, &p->ring[i], from);
 }

@@ -11,43 +11,45 @@
 #include "base/vtime.h"
 #include "netcode/protocol/gauge.h"
 
-#define LL_PICTURES_RING 256 /* ticks that a picture may be ahead; one that is overwritten is void */
+#define LL_RENDERED_VIEWS_RING 256 /* ticks that a picture may be ahead; one that is overwritten is void */
 
 #pragma GCC diagnostic push
 #pragma GCC diagnostic error "-Wpadded" /* the block is hashed: no byte may be left to chance */
 
-typedef struct ll_picture {
+typedef struct ll_rendered_view {
     int64_t key;   /* tick, or where inputs are applied as they come the number of an input; 0: none */
     ll_time shown; /* the display */
     double x, y;
-} ll_picture;
+} ll_rendered_view;
 
-typedef struct ll_pictures {
-    int64_t voided;    /* of those that count */
-    double error_m;    /* of the picture that was compared last */
-    double lead_ms;    /* of the same: server time of its tick - time of its display */
-    ll_gauge leads_ms; /* of all */
-    ll_picture truth;  /* that was compared with last; `shown`: when the server was there */
-    int64_t skipped;   /* keys before this one are not kept */
-    ll_picture ring[LL_PICTURES_RING];
-} ll_pictures;
+typedef struct ll_rendered_views {
+    int64_t voided;            /* of those that count */
+    double error_m;            /* of the picture that was compared last */
+    double lead_ms;            /* of the same: server time of its tick - time of its display */
+    ll_running_stats leads_ms; /* of all */
+    ll_rendered_view truth;    /* that was compared with last; `shown`: when the server was there */
+    int64_t skipped;           /* keys before this one are not kept */
+    ll_rendered_view ring[LL_RENDERED_VIEWS_RING];
+} ll_rendered_views;
 
 #pragma GCC diagnostic pop
 
 /* Errors go into `errors`, in m, of displays from `from` on. */
 
-void ll_pictures_keep(ll_pictures *pictures, const ll_picture *picture,
-                      ll_time from); /* ahead of the server */
+void ll_rendered_views_keep(ll_rendered_views *pictures, const ll_rendered_view *picture,
+                            ll_time from); /* ahead of the server */
 
 /* The truth was at (x, y) at the server's time `made`. */
-void ll_pictures_compare(ll_pictures *pictures, ll_histogram *errors, const ll_picture *picture, double x,
-                         double y, ll_time made, ll_time from);
+void ll_rendered_views_compare(ll_rendered_views *pictures, ll_histogram *errors,
+                               const ll_rendered_view *picture, double x, double y, ll_time made,
+                               ll_time from);
 
 /* The same of the picture that is kept of `key`, if there is one. */
-void ll_pictures_made(ll_pictures *pictures, ll_histogram *errors, int64_t key, double x, double y,
-                      ll_time made, ll_time from);
+void ll_rendered_views_made(ll_rendered_views *pictures, ll_histogram *errors, int64_t key, double x,
+                            double y, ll_time made, ll_time from);
 
 /* Pictures of keys before `key` cannot be compared: there was no state of just that. */
-void ll_pictures_skip(ll_pictures *pictures, int64_t key);
+void ll_rendered_views_skip(ll_rendered_views *pictures, int64_t key);
 
-void ll_pictures_void(ll_pictures *pictures, ll_time from); /* what is kept is of ticks that will not be */
+void ll_rendered_views_void(ll_rendered_views *pictures,
+                            ll_time from); /* what is kept is of ticks that will not be */

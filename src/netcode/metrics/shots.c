@@ -18,7 +18,7 @@ static size_t seen_size(int players, int bodies)
 
 size_t ll_shots_size(int players, int bodies)
 {
-    return sizeof(ll_shots) + (size_t)players * sizeof(ll_marksman) + seen_size(players, bodies);
+    return sizeof(ll_shots) + (size_t)players * sizeof(ll_shot_stats) + seen_size(players, bodies);
 }
 
 void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
@@ -27,7 +27,7 @@ void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
     shots->from = from;
     shots->arena = *arena;
     for (int i = 0; i < arena->players; i++) {
-        ll_marksman *m = &shots->marksman[i];
+        ll_shot_stats *m = &shots->shot_stats[i];
         for (int w = 0; w < LL_WEAPONS; w++)
             m->last[w] = -1;
         ll_histogram_init(&m->rollback, 0.001);
@@ -41,11 +41,11 @@ void ll_shots_init(ll_shots *shots, const ll_arena *arena, ll_time from)
 
 static const seen_body *seen_of(const ll_shots *shots, int player, int64_t index)
 {
-    const seen_body *all = (const seen_body *)&shots->marksman[shots->arena.players];
+    const seen_body *all = (const seen_body *)&shots->shot_stats[shots->arena.players];
     return all + (player * LL_SHOTS_KEPT + (index & (LL_SHOTS_KEPT - 1))) * shots->arena.bodies;
 }
 
-static ll_shot_record *record_at(ll_marksman *m, int64_t index)
+static ll_shot_record *record_at(ll_shot_stats *m, int64_t index)
 {
     return &m->records[index & (LL_SHOTS_KEPT - 1)];
 }
@@ -86,10 +86,10 @@ static void speak(ll_shots *shots, int player, ll_shot_record *r, ll_judge judge
     r->body[judge] = (int16_t)body;
     r->spoken |= (uint8_t)(1 << judge);
     if (r->spoken == ALL_JUDGES && r->pressed >= shots->from)
-        count(&shots->marksman[player].tally[r->weapon], shots, r);
+        count(&shots->shot_stats[player].tally[r->weapon], shots, r);
 }
 
-static ll_shot_record *find(ll_marksman *m, int weapon, int64_t tick)
+static ll_shot_record *find(ll_shot_stats *m, int weapon, int64_t tick)
 {
     for (int i = 0; i < LL_SHOTS_KEPT; i++)
         if (m->records[i].tick == tick && m->records[i].weapon == weapon)
@@ -99,7 +99,7 @@ static ll_shot_record *find(ll_marksman *m, int weapon, int64_t tick)
 
 void ll_shots_press(ll_shots *shots, int player, ll_weapon weapon, const ll_press *p, const ll_point *bodies)
 {
-    ll_marksman *m = &shots->marksman[player];
+    ll_shot_stats *m = &shots->shot_stats[player];
     seen_body *seen = (seen_body *)seen_of(shots, player, m->presses);
     ll_shot_record *r = record_at(m, m->presses++);
     *r = (ll_shot_record){
@@ -114,13 +114,13 @@ void ll_shots_press(ll_shots *shots, int player, ll_weapon weapon, const ll_pres
 
 void ll_shots_seen(ll_shots *shots, int player, int64_t tick, int body)
 {
-    ll_shot_record *r = find(&shots->marksman[player], LL_CANNON, tick);
+    ll_shot_record *r = find(&shots->shot_stats[player], LL_CANNON, tick);
     if (r)
         speak(shots, player, r, LL_JUDGE_VIEW, body);
 }
 
 /* The server has taken the shot. */
-static void take(ll_marksman *m, ll_shot_record *r, const ll_judgement *j)
+static void take(ll_shot_stats *m, ll_shot_record *r, const ll_hit_result *j)
 {
     m->last[r->weapon] = (int64_t)(r - m->records);
     r->judged = j->shot->now;
@@ -131,7 +131,7 @@ static void take(ll_marksman *m, ll_shot_record *r, const ll_judgement *j)
                   (j->shot->clamped ? LL_SHOT_CLAMPED : 0) | (j->shot->distrusted ? LL_SHOT_DISTRUSTED : 0));
 }
 
-static void measure_rollback(const ll_shots *shots, ll_marksman *m, const ll_shot_record *r, int body,
+static void measure_rollback(const ll_shots *shots, ll_shot_stats *m, const ll_shot_record *r, int body,
                              const ll_history *history, const ll_point *present)
 {
     ll_point then[LL_BODIES_MAX];
@@ -147,10 +147,10 @@ static bool behind_cover(const ll_shots *shots, const ll_sight *victim, int shoo
     return !ll_arena_sees(&shots->arena, (ll_point){own->x, own->y}, (ll_point){other->x, other->y});
 }
 
-static void judge_rifle(ll_shots *shots, const ll_judgement *j, ll_shot_record *r, const ll_history *history,
+static void judge_rifle(ll_shots *shots, const ll_hit_result *j, ll_shot_record *r, const ll_history *history,
                         const ll_point *present, const ll_sight *victim)
 {
-    ll_marksman *m = &shots->marksman[j->shooter];
+    ll_shot_stats *m = &shots->shot_stats[j->shooter];
     const ll_arena *arena = &shots->arena;
     ll_point then[LL_BODIES_MAX];
     take(m, r, j);
@@ -169,7 +169,7 @@ static void judge_rifle(ll_shots *shots, const ll_judgement *j, ll_shot_record *
     speak(shots, j->shooter, r, LL_JUDGE_SERVER, j->body);
 }
 
-static void judge_launch(const ll_shots *shots, ll_marksman *m, const ll_judgement *j, ll_shot_record *r)
+static void judge_launch(const ll_shots *shots, ll_shot_stats *m, const ll_hit_result *j, ll_shot_record *r)
 {
     take(m, r, j);
     r->looked = j->start;
@@ -180,7 +180,7 @@ static void judge_launch(const ll_shots *shots, ll_marksman *m, const ll_judgeme
     ll_histogram_add(&m->trace_error, j->trace_error_m);
 }
 
-static ll_shot_record *find_shell(ll_marksman *m, uint32_t number)
+static ll_shot_record *find_shell(ll_shot_stats *m, uint32_t number)
 {
     for (int i = 0; i < LL_SHOTS_KEPT; i++) {
         ll_shot_record *r = &m->records[i];
@@ -190,10 +190,10 @@ static ll_shot_record *find_shell(ll_marksman *m, uint32_t number)
     return NULL;
 }
 
-static void judge_impact(ll_shots *shots, const ll_judgement *j, const ll_history *history,
+static void judge_impact(ll_shots *shots, const ll_hit_result *j, const ll_history *history,
                          const ll_point *present)
 {
-    ll_marksman *m = &shots->marksman[j->shooter];
+    ll_shot_stats *m = &shots->shot_stats[j->shooter];
     ll_shot_record *r = find_shell(m, j->number);
     if (!r)
         return;
@@ -204,20 +204,20 @@ static void judge_impact(ll_shots *shots, const ll_judgement *j, const ll_histor
     speak(shots, j->shooter, r, LL_JUDGE_SERVER, j->body);
 }
 
-void ll_shots_judge(ll_shots *shots, const ll_judgement *j, int64_t tick, const ll_history *history,
+void ll_shots_judge(ll_shots *shots, const ll_hit_result *j, int64_t tick, const ll_history *history,
                     const ll_world *world, const ll_sight *victim)
 {
-    ll_marksman *m = &shots->marksman[j->shooter];
+    ll_shot_stats *m = &shots->shot_stats[j->shooter];
     ll_point present[LL_BODIES_MAX];
     ll_bodies_now(&shots->arena, world, present);
-    if (j->kind == LL_JUDGED_IMPACT) {
+    if (j->kind == LL_HIT_RESULT_IMPACT) {
         judge_impact(shots, j, history, present);
         return;
     }
-    ll_shot_record *r = find(m, j->kind == LL_JUDGED_RIFLE ? LL_RIFLE : LL_CANNON, tick);
-    if (r && j->kind == LL_JUDGED_RIFLE)
+    ll_shot_record *r = find(m, j->kind == LL_HIT_RESULT_HITSCAN ? LL_RIFLE : LL_CANNON, tick);
+    if (r && j->kind == LL_HIT_RESULT_HITSCAN)
         judge_rifle(shots, j, r, history, present, victim);
-    else if (r && j->kind == LL_JUDGED_LAUNCH)
+    else if (r && j->kind == LL_HIT_RESULT_LAUNCH)
         judge_launch(shots, m, j, r);
 }
 
@@ -238,7 +238,7 @@ static void shadow(ll_shots *shots, int player, ll_shot_record *r, ll_judge judg
     const ll_arena *arena = &shots->arena;
     double speed = arena->shell_speed;
     ll_flight flight = {from, {speed * r->aim.direction.x, speed * r->aim.direction.y}, arena->gravity};
-    ll_meeting m;
+    ll_flight_hit m;
     if (r->spoken >> judge & 1 || start >= step->end)
         return;
     if (start > step->begin)
@@ -261,7 +261,7 @@ static void step_record(ll_shots *shots, int player, ll_shot_record *r, const sl
         return;
     if (r->tick <= step->tick && !(r->flags & LL_SHOT_TAKEN)) {
         r->flags |= LL_SHOT_LOST;
-        shots->marksman[player].tally[r->weapon].lost += r->pressed >= shots->from;
+        shots->shot_stats[player].tally[r->weapon].lost += r->pressed >= shots->from;
         return;
     }
     if (r->weapon != LL_CANNON)
@@ -278,7 +278,7 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history)
     ll_bodies_at(&shots->arena, history, step.begin, step.before);
     ll_bodies_at(&shots->arena, history, step.end, step.after);
     for (int i = 0; i < shots->arena.players; i++) {
-        ll_marksman *m = &shots->marksman[i];
+        ll_shot_stats *m = &shots->shot_stats[i];
         if (m->settled < m->presses - LL_SHOTS_KEPT)
             m->settled = m->presses - LL_SHOTS_KEPT;
         for (int64_t k = m->settled; k < m->presses; k++)
@@ -294,7 +294,7 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history)
 /* The line opened for both: who of them moved saw it first, or had to. */
 static void match(ll_shots *shots, int a, int b)
 {
-    ll_marksman *m = &shots->marksman[a], *n = &shots->marksman[b];
+    ll_shot_stats *m = &shots->shot_stats[a], *n = &shots->shot_stats[b];
     ll_time advantage = n->opened[a] - m->opened[b];
     if (!(m->peeking >> b & 1) || !(n->awaiting >> a & 1) || advantage > PEEK_WINDOW ||
         -advantage > PEEK_WINDOW)
@@ -307,7 +307,7 @@ static void match(ll_shots *shots, int a, int b)
 
 static void notice(ll_shots *shots, int self, int other, bool sees, ll_time now)
 {
-    ll_marksman *m = &shots->marksman[self];
+    ll_shot_stats *m = &shots->shot_stats[self];
     uint32_t bit = UINT32_C(1) << other;
     if (sees == ((m->sees & bit) != 0))
         return;
@@ -324,7 +324,7 @@ void ll_shots_frame(ll_shots *shots, const ll_sight *sight, ll_time now)
     int self = sight->self;
     const ll_entity *own = &sight->shown->entity[self];
     if (own->vx != 0 || own->vy != 0)
-        shots->marksman[self].moved = now;
+        shots->shot_stats[self].moved = now;
     for (int i = 0; i < shots->arena.players; i++) {
         const ll_entity *e = &sight->shown->entity[i];
         if (ll_arena_enemies(&shots->arena, self, i))
@@ -341,7 +341,7 @@ static double ranked(const ll_histogram *below, const ll_histogram *from_zero, i
     return ll_histogram_quantile(from_zero, (double)(rank - below->count) / (double)from_zero->count);
 }
 
-ll_summary ll_shots_peeks(const ll_marksman *m)
+ll_summary ll_shots_peeks(const ll_shot_stats *m)
 {
     static const double shares[] = {0.5, 0.95, 0.99, 1};
     const ll_histogram *from_zero = &m->peek[0], *below = &m->peek[1];
@@ -363,7 +363,7 @@ ll_summary ll_shots_peeks(const ll_marksman *m)
 const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon weapon,
                                     const float (**seen)[2])
 {
-    const ll_marksman *m = &shots->marksman[player];
+    const ll_shot_stats *m = &shots->shot_stats[player];
     int64_t last = m->last[weapon];
     if (last < 0 || m->records[last].weapon != (int32_t)weapon || !(m->records[last].flags & LL_SHOT_TAKEN))
         return NULL; /* none, or its place in the ring is another's */

@@ -56,7 +56,7 @@ typedef struct ll_shot_tally {
 } ll_shot_tally;
 
 /* What is kept of one player. */
-typedef struct ll_marksman {
+typedef struct ll_shot_stats {
     int64_t presses;          /* the ring's next index */
     int64_t settled;          /* nothing is left to do for those before */
     int64_t last[LL_WEAPONS]; /* index of the newest that the server took; -1 */
@@ -71,14 +71,14 @@ typedef struct ll_marksman {
     uint32_t awaiting;      /* bits: it opened for one that had stood for a second, and is not matched yet */
     uint32_t reserved;
     ll_shot_record records[LL_SHOTS_KEPT];
-} ll_marksman;
+} ll_shot_stats;
 
 typedef struct ll_shots {
     ll_time from; /* what was pressed before does not count */
     ll_time stepped;
     ll_arena arena;
-    ll_marksman
-        marksman[]; /* per player; then the bodies as seen: per player and record, {float x, y} each */
+    ll_shot_stats
+        shot_stats[]; /* per player; then the bodies as seen: per player and record, {float x, y} each */
 } ll_shots;
 
 #pragma GCC diagnostic pop
@@ -107,7 +107,7 @@ typedef struct ll_sight {
 
 /* From the server's step `tick`, whose world before it is `world`. `victim` is what the client of the player
  * that was hit draws; NULL when it was none. */
-void ll_shots_judge(ll_shots *shots, const ll_judgement *judgement, int64_t tick, const ll_history *history,
+void ll_shots_judge(ll_shots *shots, const ll_hit_result *judgement, int64_t tick, const ll_history *history,
                     const ll_world *world, const ll_sight *victim);
 
 /* After the server's step `tick`, whose world the history has. */
@@ -119,7 +119,7 @@ void ll_shots_step(ll_shots *shots, int64_t tick, const ll_history *history);
 void ll_shots_frame(ll_shots *shots, const ll_sight *sight, ll_time now);
 
 /* Peeker's advantage of a player, with its sign, ms. */
-ll_summary ll_shots_peeks(const ll_marksman *marksman);
+ll_summary ll_shots_peeks(const ll_shot_stats *shot_stats);
 
 /* The newest shot of `player` that the server took, and the bodies as it saw them; NULL: none. */
 const ll_shot_record *ll_shots_last(const ll_shots *shots, int player, ll_weapon weapon,

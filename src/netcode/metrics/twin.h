@@ -51,6 +51,7 @@ void ll_twin_frame_once(ll_twin *twin, int64_t tick, ll_time due);
 /* The entity of a player that does not cheat, or before the first step: the twin is there too, at `now`. */
 void ll_twin_watch(ll_twin *twin, const ll_entity *entity, ll_time now);
 
-/* The server has made `step` at `now`, and `player` cheats. `drains`: inputs count as they come. */
+/* The server has made `step` at `now`, and `player` cheats. `applies_on_arrival`: inputs count as they come.
+ */
 void ll_twin_step(ll_twin *twin, const ll_game *game, const ll_game_env *env, const ll_world *world,
                   int player, bool drains, int64_t step, ll_time now);

@@ -16,7 +16,7 @@ static double magnitude(double x)
     return x < 0 ? -x : x;
 }
 
-static void measure_own(ll_instruments *in, const ll_entity *own, const ll_entity *real, int self,
+static void measure_own(ll_client_metrics *in, const ll_entity *own, const ll_entity *real, int self,
                         ll_time elapsed, bool counts)
 {
     double lead = distance(own->x, own->y, real->x, real->y);
@@ -40,41 +40,41 @@ static int64_t own_tick(const ll_client *c, const ll_truth *t)
 
 /* Where inputs are applied as they come, a predicted picture is of the input that was played last. The state
  * after that one is the server's newest, or still to come. */
-static void measure_own_played(ll_instruments *in, const ll_client *c, const ll_truth *t,
-                               const ll_picture *drawn)
+static void measure_own_played(ll_client_metrics *in, const ll_client *c, const ll_truth *t,
+                               const ll_rendered_view *drawn)
 {
     const ll_entity *real = &t->world->entity[c->self];
     if (t->acked == c->played)
-        ll_pictures_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn, real->x,
-                            real->y, ll_history_newest(t->history), in->from);
+        ll_rendered_views_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], drawn, real->x,
+                                  real->y, ll_history_newest(t->history), in->from);
     else if (c->played > t->acked)
-        ll_pictures_keep(&in->pictures, drawn, in->from);
+        ll_rendered_views_keep(&in->pictures, drawn, in->from);
 }
 
-static void measure_own_picture(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now)
+static void measure_own_view(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
 {
-    const ll_entity *own = &ll_client_shown_const(c)->entity[c->self];
-    ll_picture drawn = {own_tick(c, t), now, own->x, own->y};
+    const ll_entity *own = &ll_client_rendered_const(c)->entity[c->self];
+    ll_rendered_view drawn = {own_tick(c, t), now, own->x, own->y};
     double x, y;
-    if (t->drains && predicts(c, t)) {
+    if (t->applies_on_arrival && predicts(c, t)) {
         drawn.key = c->played;
         measure_own_played(in, c, t, &drawn);
         return;
     }
     if (drawn.key >= t->history->count) {
-        ll_pictures_keep(&in->pictures, &drawn, in->from);
+        ll_rendered_views_keep(&in->pictures, &drawn, in->from);
         return;
     }
-    ll_picture *truth = &in->pictures.truth;
+    ll_rendered_view *truth = &in->pictures.truth;
     bool known = drawn.key > t->history->count - LL_HISTORY_STEPS;
     if (!known && drawn.key != truth->key)
         return; /* nobody knows any more where it was then */
     if (known) {
         ll_history_at(t->history, ll_history_step(drawn.key), c->self, &x, &y);
-        *truth = (ll_picture){drawn.key, ll_history_time(t->history, drawn.key), x, y};
+        *truth = (ll_rendered_view){drawn.key, ll_history_time(t->history, drawn.key), x, y};
     }
-    ll_pictures_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn, truth->x,
-                        truth->y, truth->shown, in->from);
+    ll_rendered_views_compare(&in->pictures, &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR], &drawn, truth->x,
+                              truth->y, truth->shown, in->from);
 }
 
 /* The newest tick of which the client has all that it will ever have. */
@@ -83,7 +83,8 @@ static int64_t sure_tick(const ll_client *c, const ll_truth *t)
     return t->peers ? ll_client_peer(c)->confirmed : c->latest_tick;
 }
 
-static void measure_age(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now, bool counts)
+static void measure_age(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now,
+                        bool counts)
 {
     ll_time newest = c->latest_time;
     if (t->peers) /* it may be sure of a tick that the server has not made */
@@ -94,7 +95,7 @@ static void measure_age(ll_instruments *in, const ll_client *c, const ll_truth *
                          in->age_of_information > 0 ? in->age_of_information : 0);
 }
 
-static void measure_changes(ll_instruments *in, const ll_client *c, const ll_truth *t, ll_time now)
+static void measure_changes(ll_client_metrics *in, const ll_client *c, const ll_truth *t, ll_time now)
 {
     if (!ll_changes_waiting(&in->changes))
         return;
@@ -104,29 +105,29 @@ static void measure_changes(ll_instruments *in, const ll_client *c, const ll_tru
     ll_changes_shown(&in->changes, in->histogram, &included, now + t->device);
 }
 
-static void measure_visible(ll_instruments *in)
+static void measure_visible(ll_client_metrics *in)
 {
     if (in->visible_m > 0)
-        ll_gauge_add(&in->visible_m_all, in->visible_m);
+        ll_running_stats_add(&in->visible_m_all, in->visible_m);
 }
 
-static void measure_buffer(ll_instruments *in, const ll_client *c, ll_time now)
+static void measure_buffer(ll_client_metrics *in, const ll_client *c, ll_time now)
 {
     in->held_frames += c->held_now;
     in->extrapolated_frames += c->extrapolated;
     if (c->view_state == LL_VIEW_NEWEST)
         return;
     ll_histogram_add(&in->histogram[LL_METRIC_BUFFER], c->buffer_ms > 0 ? c->buffer_ms : 0);
-    ll_gauge_add(&in->depth, (double)c->depth);
-    ll_gauge_add(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
-    ll_gauge_add(&in->time_scale, c->time_scale);
+    ll_running_stats_add(&in->depth, (double)c->depth);
+    ll_running_stats_add(&in->delay_ms, ll_to_ms(now + c->offset - c->render));
+    ll_running_stats_add(&in->time_scale, c->time_scale);
 }
 
 /* What is drawn is of a time, or, where a client steps a world of its own, of a step: that is told as a
  * negative number, step 0 as -1. */
 static int64_t when_of(const ll_client *c, int entity)
 {
-    return c->view_step >= 0 ? -1 - c->view_step : ll_client_marks_const(c)[entity].time;
+    return c->view_step >= 0 ? -1 - c->view_step : ll_client_draw_infos_const(c)[entity].time;
 }
 
 static int64_t step_of(int64_t when)
@@ -149,12 +150,12 @@ static ll_time drawn_time(const ll_client *c, int entity, const ll_history *hist
 {
     int64_t when = when_of(c, entity);
     if (when >= 0)
-        return ll_client_marks_const(c)[entity].time;
+        return ll_client_draw_infos_const(c)[entity].time;
     return has_been(history, when, now) ? ll_history_time(history, step_of(when)) : now;
 }
 
 /* M5 of what is drawn ahead of the server. */
-static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn, int64_t when,
+static void measure_ahead(ll_client_metrics *in, int entity, const ll_entity *drawn, int64_t when,
                           const ll_history *history, ll_time now)
 {
     ll_awaited *a = &in->track[entity].awaited;
@@ -168,22 +169,22 @@ static void measure_ahead(ll_instruments *in, int entity, const ll_entity *drawn
         *a = (ll_awaited){when, drawn->x, drawn->y};
 }
 
-static void measure_motion(ll_instruments *in, ll_track *track, const ll_entity *drawn, const ll_entity *real,
-                           double dt)
+static void measure_motion(ll_client_metrics *in, ll_track *track, const ll_entity *drawn,
+                           const ll_entity *real, double dt)
 {
     double off = ll_smoothness_add(&track->smooth, drawn, real->x, real->y, dt);
     if (off >= 0)
         ll_histogram_add(&in->animation_error, in->pixel_m > 0 ? off / in->pixel_m : off);
 }
 
-void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_truth *truth, ll_time now)
+void ll_client_metrics_frame(ll_client_metrics *in, const ll_client *c, const ll_truth *truth, ll_time now)
 {
-    const ll_world *shown = ll_client_shown_const(c), *world = truth->world;
+    const ll_world *shown = ll_client_rendered_const(c), *world = truth->world;
     const ll_history *history = truth->history;
     bool counts = now >= in->from;
     ll_moment moment = {0};
     int64_t found = LL_NEVER;
-    measure_own_picture(in, c, truth, now);
+    measure_own_view(in, c, truth, now);
     measure_age(in, c, truth, now, counts);
     measure_changes(in, c, truth, now);
     measure_own(in, &shown->entity[c->self], &world->entity[c->self], c->self, c->elapsed, counts);
@@ -228,16 +229,17 @@ void ll_instruments_frame(ll_instruments *in, const ll_client *c, const ll_truth
 static int64_t drawn_tick(const ll_client *by, int entity, const ll_truth *t)
 {
     return t->peers ? by->view_step
-                    : ll_history_find(t->history, ll_client_marks_const(by)[entity].time).before;
+                    : ll_history_find(t->history, ll_client_draw_infos_const(by)[entity].time).before;
 }
 
-void ll_instruments_seen(ll_instruments *in, int self, const ll_client *by, const ll_truth *t, ll_time now)
+void ll_client_metrics_seen(ll_client_metrics *in, int self, const ll_client *by, const ll_truth *t,
+                            ll_time now)
 {
     if (!ll_changes_waiting(&in->changes))
         return;
     int64_t heard = t->peers ? ll_client_peer(by)->player[self].known : by->latest_tick;
     int64_t drawn = drawn_tick(by, self, t);
-    ll_changes_seen(&in->changes, in->histogram, &in->ledger, by->self, heard < drawn ? heard : drawn,
+    ll_changes_seen(&in->changes, in->histogram, &in->input_history, by->self, heard < drawn ? heard : drawn,
                     now + t->device);
 }
 
@@ -253,7 +255,7 @@ static bool agree(const ll_entity *const *shown, int count, int e)
         y0 = other->y < y0 ? other->y : y0;
         y1 = other->y > y1 ? other->y : y1;
     }
-    return (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0) <= LL_EXCURSION_M * LL_EXCURSION_M;
+    return (x1 - x0) * (x1 - x0) + (y1 - y0) * (y1 - y0) <= LL_DIVERGENCE_EPISODE_M * LL_DIVERGENCE_EPISODE_M;
 }
 
 static void farthest_others(const ll_entity *const *shown, int count, int e, double *squares)
@@ -269,19 +271,19 @@ static void farthest_others(const ll_entity *const *shown, int count, int e, dou
     }
 }
 
-void ll_instruments_between(ll_instruments *const *in, const ll_client *const *clients, int count,
-                            ll_time now, ll_time elapsed)
+void ll_client_metrics_between(ll_client_metrics *const *in, const ll_client *const *clients, int count,
+                               ll_time now, ll_time elapsed)
 {
     const ll_entity *shown[LL_PLAYERS_MAX];
     if (now < in[0]->from)
         return;
     for (int i = 0; i < count; i++)
-        shown[i] = ll_client_shown_const(clients[i])->entity;
+        shown[i] = ll_client_rendered_const(clients[i])->entity;
     for (int e = 0; e < in[0]->entities; e++) {
         double squares[LL_PLAYERS_MAX];
         if (agree(shown, count, e)) {
             for (int i = 0; i < count; i++)
-                in[i]->track[e].clients = (ll_excursion){0};
+                in[i]->track[e].clients = (ll_divergence_episode){0};
             continue;
         }
         farthest_others(shown, count, e, squares);

@@ -50,7 +50,7 @@ static void slip_now_and_then(ll_world *world, int player, int64_t tick)
     slip(values[draw >> 62]);
 }
 
-const ll_hardware ll_hardwares[] = {
+const ll_float_mode ll_hardwares[] = {
     {.name = "exact", .help = "the server's arithmetic"},
     {.name = "float", .help = "positions and speeds are stored as floats", .after = store_floats},
     {.name = "fma", .help = "a multiply and an add are rounded once", .fused = true},
@@ -63,7 +63,7 @@ const char *const ll_hardware_names[] = {"exact", "float", "fma", "ulp", NULL};
 void ll_hardware_step(const ll_client_setup *s, int player, ll_world *world, const ll_action *actions,
                       int64_t tick, ll_time now)
 {
-    const ll_hardware *hardware = &ll_hardwares[s->config->hardware];
+    const ll_float_mode *hardware = &ll_hardwares[s->config->hardware];
     if (hardware->fused) {
         ll_game_env env = *s->env;
         env.fused = 1;

@@ -8,7 +8,7 @@
 
 struct ll_client_setup;
 
-typedef struct ll_hardware {
+typedef struct ll_float_mode {
     const char *name;
     const char *help;
     bool fused; /* multiply-adds of the games' integrators are rounded once */
@@ -16,9 +16,9 @@ typedef struct ll_hardware {
     /* What the machine does to a world after a step; NULL: nothing. A function of its arguments alone, so
      * that a step that is made again gives the same. */
     void (*after)(ll_world *world, int player, int64_t tick);
-} ll_hardware;
+} ll_float_mode;
 
-extern const ll_hardware ll_hardwares[];
+extern const ll_float_mode ll_hardwares[];
 extern const char *const ll_hardware_names[]; /* NULL-terminated; the index is the choice `hardware` */
 
 /* Makes step `tick`, of virtual time `now`, on the machine of `player`. */

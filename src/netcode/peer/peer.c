@@ -44,9 +44,9 @@ void ll_peer_start(ll_client *c, const ll_client_setup *s, int64_t step, int64_t
 static void take_steps(ll_client *c, const ll_client_setup *s, int64_t tick, ll_time now)
 {
     for (int64_t k = c->latest_tick + 1; k <= tick; k++) {
-        const ll_pending *p = ll_client_input_at(c, k);
+        const ll_pending_input *p = ll_client_input_at(c, k);
         if (p)
-            ll_instruments_acknowledged(s->instruments, p->seq, k, p->made, now, now);
+            ll_client_metrics_acknowledged(s->client_metrics, p->seq, k, p->made, now, now);
     }
 }
 
@@ -166,12 +166,13 @@ static void make_inputs(ll_client *c, const ll_client_setup *s, int64_t newest, 
     while (c->tick < newest) {
         bool early = c->tick < peer->start + s->config->input_delay_ticks;
         ll_action a = early ? (ll_action){0} : control(c, s, c->tick + 1);
-        ll_pending *p = ll_client_pending(c, ++c->seq);
-        *p = (ll_pending){.seq = c->seq, .made = now, .action = a};
-        ll_instruments_input(s->instruments, c->seq, c->tick + 1, &a, ll_client_touched(c, s, now), now);
+        ll_pending_input *p = ll_client_pending(c, ++c->seq);
+        *p = (ll_pending_input){.seq = c->seq, .made = now, .action = a};
+        ll_client_metrics_input(s->client_metrics, c->seq, c->tick + 1, &a, ll_client_touched(c, s, now),
+                                now);
         peer->player[c->self].known = ++c->tick;
-        if (s->gunner)
-            ll_gunner_input(c, s, p, c->view_time, now);
+        if (s->weapon_prediction)
+            ll_weapon_prediction_input(c, s, p, c->view_time, now);
         p->action.buttons &= LL_BUTTONS; /* nobody takes a claim, and it would depend on what is drawn */
         *ll_peer_input(peer, c->self, c->tick) = (ll_controls){{a.axis[0], a.axis[1]}, p->action.buttons};
     }
@@ -189,9 +190,9 @@ static uint32_t missing(const ll_peer *peer, int players, int64_t guesses)
 static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    ll_stepping *n = &s->instruments->stepping;
+    ll_stepping *n = &s->client_metrics->stepping;
     uint32_t before = peer->waiting;
-    bool counts = now >= s->instruments->from;
+    bool counts = now >= s->client_metrics->from;
     if (waiting != 0 && before == 0)
         peer->stalled_since = now;
     if (waiting == 0 && before != 0 && s->recorder)
@@ -207,7 +208,7 @@ static void stall(ll_client *c, const ll_client_setup *s, uint32_t waiting, ll_t
         return;
     n->stalls += before == 0;
     n->stalled_frames++;
-    for (int p = 0; p < ll_client_shown(c)->players; p++)
+    for (int p = 0; p < ll_client_rendered(c)->players; p++)
         n->waited_frames[p] += (int32_t)(waiting >> p & 1);
 }
 
@@ -218,7 +219,7 @@ static void keep_pace(ll_client *c)
     double most = 0;
     if ((c->frame - peer->paced) % FAIR_EVERY != 0)
         return;
-    for (int p = 0; p < ll_client_shown(c)->players; p++) {
+    for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         double lead = (peer->player[p].ahead - peer->player[p].behind) / 2;
         if (p != c->self && peer->player[p].at >= 0 && lead > most)
             most = lead;
@@ -244,7 +245,7 @@ static void end_hold(ll_client *c, const ll_client_setup *s, ll_time now)
     peer->paced = c->frame - 1;
     peer->rest = 0;
     begin_round(peer);
-    for (int p = 0; p < ll_client_shown(c)->players; p++) {
+    for (int p = 0; p < ll_client_rendered(c)->players; p++) {
         peer->player[p].at = -1;
         peer->player[p].ahead = peer->player[p].behind = 0;
     }
@@ -261,7 +262,7 @@ static void time_round(ll_client *c, const ll_client_setup *s, ll_time now)
         peer->since = now;
     if (peer->spread != 0 || many == 1)
         return; /* or there are none in a row */
-    for (int p = 0; p < ll_client_shown(c)->players; p++)
+    for (int p = 0; p < ll_client_rendered(c)->players; p++)
         if (p != c->self && peer->player[p].known < known)
             known = peer->player[p].known;
     if (known == LL_NEVER || known <= peer->began)
@@ -284,14 +285,14 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_peer *peer = ll_client_peer(c);
     if (peer->hold != 0 && peer->tick >= peer->hold) {
         stall(c, s, 0, now);
-        s->instruments->stepping.rested_frames += now >= s->instruments->from;
+        s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
         return false;
     }
-    stall(c, s, missing(peer, ll_client_shown(c)->players, guesses_max(s)), now);
+    stall(c, s, missing(peer, ll_client_rendered(c)->players, guesses_max(s)), now);
     if (peer->waiting != 0)
         return false;
     if (spreads(c, now)) {
-        s->instruments->stepping.rested_frames += now >= s->instruments->from;
+        s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
         return false;
     }
     if (peer->hold == 0)
@@ -301,9 +302,9 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
         return true;
     }
     peer->rest--;
-    for (int p = 0; p < ll_client_shown(c)->players; p++)
+    for (int p = 0; p < ll_client_rendered(c)->players; p++)
         peer->player[p].ahead -= 1; /* at once, not when the means have followed */
-    s->instruments->stepping.rested_frames += now >= s->instruments->from;
+    s->client_metrics->stepping.rested_frames += now >= s->client_metrics->from;
     return false;
 }
 
@@ -312,7 +313,7 @@ static bool may_step(ll_client *c, const ll_client_setup *s, ll_time now)
 static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     ll_peer *peer = ll_client_peer(c);
-    int players = ll_client_shown(c)->players;
+    int players = ll_client_rendered(c)->players;
     while (peer->tick < peer->hold && missing(peer, players, guesses_max(s)) == 0) {
         ll_peer_step(c, s);
         ll_peer_confirm(c); /* worlds that are not hashed are not kept for long */
@@ -323,12 +324,12 @@ static void hasten(ll_client *c, const ll_client_setup *s, ll_time now)
 static void draw(ll_client *c, ll_time now)
 {
     const ll_peer *peer = ll_client_peer(c);
-    ll_mark *marks = ll_client_marks(c);
+    ll_draw_info *marks = ll_client_draw_infos(c);
     bool certain = peer->tick == peer->confirmed;
     ll_time time = c->latest_time + (peer->tick - c->latest_tick) * c->period;
-    ll_mark mark = {certain && time < now ? time : now, certain ? 0 : LL_SHOWN_PREDICTED, 0};
-    memcpy(ll_client_shown(c), ll_peer_world(c, peer->tick), (size_t)c->world_size);
-    for (int i = 0; i < ll_client_shown(c)->entities; i++)
+    ll_draw_info mark = {certain && time < now ? time : now, certain ? 0 : LL_RENDERED_PREDICTED, 0};
+    memcpy(ll_client_rendered(c), ll_peer_world(c, peer->tick), (size_t)c->world_size);
+    for (int i = 0; i < ll_client_rendered(c)->entities; i++)
         marks[i] = mark;
     c->view_step = peer->tick;
     c->view_time = mark.time;
@@ -339,14 +340,14 @@ static void draw(ll_client *c, ll_time now)
 static int compose(const ll_client *c, void *packet)
 {
     const ll_peer *peer = ll_client_peer(c);
-    int players = ll_client_shown_const(c)->players, runs = 0;
+    int players = ll_client_rendered_const(c)->players, runs = 0;
     int64_t first = peer->first + c->acked + 1, tick = first;
     ll_peer_message *m = packet;
-    ll_heard *heard = (ll_heard *)(m + 1);
+    ll_peer_ack *heard = (ll_peer_ack *)(m + 1);
     ll_input_run *run = (ll_input_run *)(heard + players);
     for (int p = 0; p < players; p++) {
         const ll_peer_player *from = &peer->player[p];
-        heard[p] = (ll_heard){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
+        heard[p] = (ll_peer_ack){(int32_t)from->known, from->at < 0 ? 0 : (int32_t)(peer->tick - from->at)};
     }
     for (; tick <= c->tick; tick++) { /* the pending inputs reach further back than the ring */
         const ll_action *a = &c->pending[(tick - peer->first) & (LL_PENDING_RING - 1)].action;
@@ -393,7 +394,7 @@ int ll_peer_tick(ll_client *c, const ll_client_setup *s, ll_time now, void *pack
     }
     ll_peer_confirm(c);
     ll_peer_sync_test(c, s, now);
-    ll_measure(s->instruments, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
+    ll_measure(s->client_metrics, LL_METRIC_UNACKED, now, (double)(c->seq - c->acked));
     return compose(c, packet);
 }
 
@@ -402,6 +403,6 @@ void ll_peer_display(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_client_begin_display(c, now);
     draw(c, now);
     ll_smooth_draw(c, s, now);
-    if (s->gunner)
-        ll_gunner_frame(c, s);
+    if (s->weapon_prediction)
+        ll_weapon_prediction_frame(c, s);
 }

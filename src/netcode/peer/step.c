@@ -70,8 +70,8 @@ void ll_peer_roll_back(ll_client *c, const ll_client_setup *s, ll_time now)
     peer->wrong = LL_NEVER;
     correct(c, s, before, ll_peer_world(c, peer->tick), now);
 
-    ll_stepping *n = &s->instruments->stepping;
-    if (now >= s->instruments->from) {
+    ll_stepping *n = &s->client_metrics->stepping;
+    if (now >= s->client_metrics->from) {
         n->rollbacks++;
         n->rollback_ticks += ticks;
         n->rollback_ticks_max = ticks > n->rollback_ticks_max ? ticks : n->rollback_ticks_max;
@@ -89,7 +89,7 @@ void ll_peer_confirm(ll_client *c)
 {
     ll_peer *peer = ll_client_peer(c);
     int64_t certain = peer->tick;
-    for (int p = 0; p < ll_client_shown(c)->players; p++)
+    for (int p = 0; p < ll_client_rendered(c)->players; p++)
         certain = peer->player[p].known < certain ? peer->player[p].known : certain;
     while (peer->confirmed < certain) {
         int64_t tick = ++peer->confirmed;
@@ -104,13 +104,13 @@ void ll_peer_sync_test(ll_client *c, const ll_client_setup *s, ll_time now)
     ll_peer *peer = ll_client_peer(c);
     int64_t back = s->rules->sync_test_ticks, first = peer->tick - back;
     ll_world *world = ll_client_predicted(c);
-    bool counts = now >= s->instruments->from;
+    bool counts = now >= s->client_metrics->from;
     if (back == 0 || first < peer->start)
         return;
     memcpy(world, ll_peer_world(c, first), (size_t)c->world_size);
     for (int64_t tick = first + 1; tick <= peer->tick; tick++)
         step(c, s, world, tick);
-    s->instruments->stepping.sync_tests += counts;
-    s->instruments->stepping.sync_test_mismatches +=
+    s->client_metrics->stepping.sync_tests += counts;
+    s->client_metrics->stepping.sync_test_mismatches +=
         counts && ll_world_hash(world) != ll_world_hash(ll_peer_world(c, peer->tick));
 }

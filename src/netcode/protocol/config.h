@@ -90,4 +90,4 @@ extern const ll_param_table ll_player_table;
 
 /* Reconciliation on turns prediction on; prediction off turns reconciliation off. `before` is the
  * configuration before the change, so that the row that was touched wins. */
-void ll_player_settle(ll_player_config *now, const ll_player_config *before);
+void ll_player_apply_dependencies(ll_player_config *now, const ll_player_config *before);

@@ -22,23 +22,23 @@ typedef struct ll_event {
 
 typedef enum ll_outcome {
     LL_OUTCOME_APPLIED = 0,
-    LL_OUTCOME_REFUSED = 1,    /* by a rule of the server */
-    LL_OUTCOME_STALE = 2,      /* a snapshot older than the last one */
-    LL_OUTCOME_LATE = 3,       /* an input that arrived after its step */
-    LL_OUTCOME_UNREADABLE = 4, /* a snapshot that could not be decoded */
+    LL_OUTCOME_REFUSED = 1,     /* by a rule of the server */
+    LL_OUTCOME_STALE = 2,       /* a snapshot older than the last one */
+    LL_OUTCOME_LATE = 3,        /* an input that arrived after its step */
+    LL_OUTCOME_UNDECODABLE = 4, /* a snapshot that could not be decoded */
 } ll_outcome;
 
 typedef enum ll_event_type {
-    LL_EVENT_INPUT = 1,    /* `player` sent an input packet */
-    LL_EVENT_STATE = 2,    /* a snapshot was sent to `player` */
-    LL_EVENT_REFUSAL = 3,  /* a refusal was sent to `player` */
-    LL_EVENT_RELAY = 4,    /* other players' inputs were sent to `player` */
-    LL_EVENT_CONNECT = 5,  /* `player` asked to connect */
-    LL_EVENT_ACCEPT = 6,   /* the server accepted */
-    LL_EVENT_PING = 7,     /* `player` asked for the server's time */
-    LL_EVENT_PONG = 8,     /* the server answered, or sent a keep-alive */
-    LL_EVENT_VERDICT = 16, /* the server applied or refused input `number` of `player` */
-    LL_EVENT_APPLIED = 17, /* `player` applied snapshot `number` */
+    LL_EVENT_INPUT = 1,         /* `player` sent an input packet */
+    LL_EVENT_SNAPSHOT = 2,      /* a snapshot was sent to `player` */
+    LL_EVENT_REFUSAL = 3,       /* a refusal was sent to `player` */
+    LL_EVENT_RELAY = 4,         /* other players' inputs were sent to `player` */
+    LL_EVENT_CONNECT = 5,       /* `player` asked to connect */
+    LL_EVENT_ACCEPT = 6,        /* the server accepted */
+    LL_EVENT_PING = 7,          /* `player` asked for the server's time */
+    LL_EVENT_PONG = 8,          /* the server answered, or sent a keep-alive */
+    LL_EVENT_INPUT_RESULT = 16, /* the server applied or refused input `number` of `player` */
+    LL_EVENT_APPLIED = 17,      /* `player` applied snapshot `number` */
     LL_EVENT_CORRECTION =
         18,              /* reconciliation with snapshot `number` moved `player`'s own entity by `value` m */
     LL_EVENT_STEP = 19,  /* the server made step `number` */

@@ -13,7 +13,7 @@ static int32_t steps(double value, float step, bool *fits)
     return (int32_t)(n + (n < 0 ? -0.5 : 0.5));
 }
 
-ll_cell ll_cell_of(const ll_entity *e, const ll_grid *grid)
+ll_cell ll_cell_of(const ll_entity *e, const ll_quantization *grid)
 {
     bool fits = true;
     ll_cell cell = {
@@ -28,7 +28,7 @@ ll_cell ll_cell_of(const ll_entity *e, const ll_grid *grid)
     return fits ? cell : (ll_cell){.x = LL_OFF_GRID};
 }
 
-ll_entity ll_cell_entity(const ll_cell *cell, const ll_grid *grid)
+ll_entity ll_cell_entity(const ll_cell *cell, const ll_quantization *grid)
 {
     return (ll_entity){
         .x = cell->x * (double)grid->m,

@@ -10,9 +10,9 @@
 #include "game/core/game.h"
 
 /* The steps, in the precision in which they travel. */
-typedef struct ll_grid {
+typedef struct ll_quantization {
     float m, mps, rad, radps;
-} ll_grid;
+} ll_quantization;
 
 /* An entity in steps. `x` is LL_OFF_GRID for one with a member that is not finite or 2^31 steps and more from
  * zero: it travels to the bit. */
@@ -23,8 +23,9 @@ typedef struct ll_cell {
 
 #define LL_OFF_GRID INT32_MIN
 
-ll_cell ll_cell_of(const ll_entity *entity, const ll_grid *grid); /* the nearest: at most half a step off */
-ll_entity ll_cell_entity(const ll_cell *cell, const ll_grid *grid);
+ll_cell ll_cell_of(const ll_entity *entity,
+                   const ll_quantization *grid); /* the nearest: at most half a step off */
+ll_entity ll_cell_entity(const ll_cell *cell, const ll_quantization *grid);
 
 static inline bool ll_cell_fits(const ll_cell *cell)
 {

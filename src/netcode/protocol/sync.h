@@ -10,16 +10,17 @@ struct ll_past;
 struct ll_server;
 struct ll_client;
 struct ll_client_setup;
-struct ll_verdict;
+struct ll_input_result;
 struct ll_desync;
 
-typedef struct ll_sync {
+typedef struct ll_sync_mode {
     const char *name;
     const char *help;
     bool server_steps_at_update_hz; /* otherwise at tick_hz */
     bool client_steps_at_update_hz; /* otherwise at tick_hz */
-    bool leads;     /* clients run ahead, so that an input arrives for the step that it is meant for */
-    bool drains;    /* the server applies inputs as they have come, not by their step */
+    bool
+        client_runs_ahead; /* clients run ahead, so that an input arrives for the step that it is meant for */
+    bool applies_on_arrival; /* the server applies inputs as they have come, not by their step */
     double press_s; /* an input counts for the time that a key was down, at most so long; 0: for a tick */
     bool waits; /* the server does not go on without an input: clients repeat all that is open, and are told
                    the newest state again when they lack it */
@@ -41,17 +42,17 @@ typedef struct ll_sync {
 
     /* The server takes a packet of `player`. Gives a verdict for each input that was not a repetition, at
      * most LL_INPUTS_MAX, and returns how many. */
-    int (*take)(struct ll_server *server, const struct ll_sync *sync, int player, const void *packet,
-                ll_time now, struct ll_verdict *verdicts);
+    int (*take)(struct ll_server *server, const struct ll_sync_mode *sync, int player, const void *packet,
+                ll_time now, struct ll_input_result *verdicts);
 
     /* Stands in for players who are not connected; called when one is dropped. NULL: steps see to it. */
     void (*stand_in)(struct ll_server *server, ll_time now);
 
     /* `player` has been let in, with the world of a game that is under way; NULL: nothing. */
-    void (*join)(struct ll_server *server, const struct ll_sync *sync, int player, ll_time now);
+    void (*join)(struct ll_server *server, const struct ll_sync_mode *sync, int player, ll_time now);
 
     /* Writes the server's message of an update to `player` and returns its size. */
-    int (*compose)(struct ll_server *server, const struct ll_sync *sync, int player, void *packet);
+    int (*compose)(struct ll_server *server, const struct ll_sync_mode *sync, int player, void *packet);
 
     /* What a client sets up beside the common, at step `step` of `world`; its inputs begin behind step
      * `first`. NULL: nothing. */
@@ -77,14 +78,14 @@ typedef struct ll_sync {
      * clients have no world of their own. */
     void (*observe)(struct ll_desync *desync, const struct ll_client *client,
                     const struct ll_client_setup *setup, const struct ll_server *server);
-} ll_sync;
+} ll_sync_mode;
 
-extern const ll_sync ll_sync_free;
-extern const ll_sync ll_sync_lockstep;
-extern const ll_sync ll_sync_lockstep_pipelined;
-extern const ll_sync ll_sync_gambetta;
-extern const ll_sync ll_sync_deterministic;
-extern const ll_sync ll_sync_rollback;
+extern const ll_sync_mode ll_sync_free;
+extern const ll_sync_mode ll_sync_lockstep;
+extern const ll_sync_mode ll_sync_lockstep_pipelined;
+extern const ll_sync_mode ll_sync_gambetta;
+extern const ll_sync_mode ll_sync_deterministic;
+extern const ll_sync_mode ll_sync_rollback;
 
-extern const ll_sync *const ll_syncs[]; /* NULL-terminated; the index is the choice `sync` */
-extern const char *const ll_sync_names[];
+extern const ll_sync_mode *const ll_syncs[]; /* NULL-terminated; the index is the choice `sync` */
+extern const char *const ll_sync_mode_names[];

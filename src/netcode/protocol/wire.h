@@ -12,7 +12,7 @@
 
 typedef enum ll_message {
     LL_MESSAGE_INPUT = 1,
-    LL_MESSAGE_STATE = 2,
+    LL_MESSAGE_SNAPSHOT = 2,
     LL_MESSAGE_REFUSAL = 3,
     LL_MESSAGE_RELAY = 4,   /* the inputs of others */
     LL_MESSAGE_CONNECT = 5, /* from a client that is not connected */
@@ -57,7 +57,7 @@ typedef struct ll_answer_message {
 /* What a state may hold between its message and the world, in this order. */
 typedef enum ll_part {
     LL_PART_AXES = 1,    /* an ll_axes for each player but the receiver */
-    LL_PART_APPLIED = 2, /* an ll_verdict_part and its words */
+    LL_PART_APPLIED = 2, /* an ll_input_result_part and its words */
 } ll_part;
 
 /* Inputs with sequence numbers seq, seq + 1, ...; the first is meant for the server's step `tick`. */
@@ -83,14 +83,14 @@ typedef struct ll_axes {
 
 /* Which of the receiver's last inputs were really applied: bit i of the words that follow stands for input
  * newest - i. As many words as it takes back to the newest state that the client is known to have. */
-typedef struct ll_verdict_part {
+typedef struct ll_input_result_part {
     uint32_t newest, words;
-} ll_verdict_part;
+} ll_input_result_part;
 
-#define LL_VERDICT_WORDS_MAX 16
+#define LL_INPUT_RESULT_WORDS_MAX 16
 
 /* Its parts follow, and then the world, encoded. */
-typedef struct ll_state_message {
+typedef struct ll_snapshot_message {
     ll_message_head head;
     int64_t tick; /* the server's step that this is the state after */
     ll_time time; /* when, by the server's clock */
@@ -101,7 +101,7 @@ typedef struct ll_state_message {
     uint16_t codec;     /* index into ll_codecs */
     uint16_t baseline;  /* how many ticks before `tick` the state was that this is told against; 0: none */
     uint32_t reserved;
-} ll_state_message;
+} ll_snapshot_message;
 
 #define LL_SLACK_UNKNOWN INT32_MAX
 
@@ -117,15 +117,16 @@ typedef struct ll_input_run {
 } ll_input_run;
 
 /* What a client knows of a player. */
-typedef struct ll_heard {
+typedef struct ll_peer_ack {
     int32_t known; /* has its inputs up to this tick */
     int32_t ahead; /* is so many ticks ahead of it */
-} ll_heard;
+} ll_peer_ack;
 
 #define LL_WAY_GAP (UINT32_C(1) << 31)
 
 /* From a client: all inputs that are not acknowledged, head.count of them, and the hashes of its world after
- * ticks hashed, hashed + 1, ... that are not. An ll_heard per player, runs and hashes (uint32_t) follow. */
+ * ticks hashed, hashed + 1, ... that are not. An ll_peer_ack per player, runs and hashes (uint32_t) follow.
+ */
 typedef struct ll_peer_message {
     ll_message_head head;
     int32_t tick;   /* that the first input is for */
@@ -174,7 +175,7 @@ static inline int ll_input_message_size(int count)
 /* The longest packet of each kind among so many players. */
 static inline int ll_peer_message_max(int players)
 {
-    return (int)(sizeof(ll_peer_message) + (size_t)players * sizeof(ll_heard) +
+    return (int)(sizeof(ll_peer_message) + (size_t)players * sizeof(ll_peer_ack) +
                  LL_RUNS_MAX * sizeof(ll_input_run) + LL_HASHES_MAX * sizeof(uint32_t));
 }
 

@@ -7,11 +7,12 @@
 static int answer(const ll_server *server, int player, ll_message type, const ll_request_message *request,
                   bool with_world, ll_time now, void *reply)
 {
-    const ll_seat *seat = &server->seats[player];
-    ll_answer_message m = {.head = {.type = (uint8_t)type, .epoch = seat->connected ? seat->epoch : 0},
-                           .received = now,
-                           .tick = server->step,
-                           .first = seat->first};
+    const ll_client_slot *client_slot = &server->seats[player];
+    ll_answer_message m = {
+        .head = {.type = (uint8_t)type, .epoch = client_slot->connected ? client_slot->epoch : 0},
+        .received = now,
+        .tick = server->step,
+        .first = client_slot->first};
     int size = (int)sizeof m;
     if (request) {
         m.head.count = LL_ANSWER_ECHO;
@@ -32,29 +33,29 @@ static int answer(const ll_server *server, int player, ll_message type, const ll
 static void let_in(ll_server *server, bool with_world, int player, const ll_request_message *request,
                    ll_time now)
 {
-    ll_seat *seat = &server->seats[player];
-    int64_t first = with_world && seat->newest > server->step ? seat->newest : server->step;
+    ll_client_slot *client_slot = &server->seats[player];
+    int64_t first = with_world && client_slot->newest > server->step ? client_slot->newest : server->step;
     if (!with_world)
-        ll_seat_clear(seat);
-    ll_seat_open(seat, server->client_freq, server->step, now);
-    seat->epoch = server->epoch = ll_server_next_epoch(server);
-    seat->first = first;
-    seat->newest = with_world ? first : seat->newest;
-    seat->peer.relayed = first;
-    seat->attempt = request->head.seq;
-    seat->connected = 1;
-    seat->seen = now;
-    seat->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
-    seat->joins++;
+        ll_client_slot_clear(client_slot);
+    ll_client_slot_open(client_slot, server->client_freq, server->step, now);
+    client_slot->epoch = server->epoch = ll_server_next_epoch(server);
+    client_slot->first = first;
+    client_slot->newest = with_world ? first : client_slot->newest;
+    client_slot->peer.relayed = first;
+    client_slot->attempt = request->head.seq;
+    client_slot->connected = 1;
+    client_slot->seen = now;
+    client_slot->heard = now + (now - request->seen); /* it can tell of this answer as long after it */
+    client_slot->joins++;
 }
 
 static ll_admitted take_connect(ll_server *server, bool with_world, int player,
                                 const ll_request_message *request, ll_time now, void *reply)
 {
-    ll_seat *seat = &server->seats[player];
+    ll_client_slot *client_slot = &server->seats[player];
     bool fresh = request->seen != LL_NEVER && now - request->seen <= LL_FRESH;
-    bool again = seat->connected && seat->attempt == request->head.seq;
-    bool old = request->head.seq < seat->attempt; /* overtaken: its client has gone on */
+    bool again = client_slot->connected && client_slot->attempt == request->head.seq;
+    bool old = request->head.seq < client_slot->attempt; /* overtaken: its client has gone on */
     ll_admitted done = {.joined = fresh && !again && !old};
     if (done.joined)
         let_in(server, with_world, player, request, now);
@@ -66,7 +67,7 @@ static ll_admitted take_connect(ll_server *server, bool with_world, int player,
 ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player, const void *packet,
                                  ll_time now, void *reply)
 {
-    ll_seat *seat = &server->seats[player];
+    ll_client_slot *client_slot = &server->seats[player];
     ll_message_head head;
     ll_request_message request;
     memcpy(&head, packet, sizeof head);
@@ -75,15 +76,15 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
         memcpy(&request, packet, sizeof request);
     if (head.type == LL_MESSAGE_CONNECT)
         return take_connect(server, with_world, player, &request, now, reply);
-    if (!asks && seat->connected)
-        return (ll_admitted){.game = head.epoch == seat->epoch};
+    if (!asks && client_slot->connected)
+        return (ll_admitted){.game = head.epoch == client_slot->epoch};
     if (head.type == LL_MESSAGE_PING)
-        seat->offset = head.count;
-    if (asks && request.seen != LL_NEVER && request.seen > seat->seen) {
-        seat->seen = request.seen;
-        seat->heard = now;
+        client_slot->offset = head.count;
+    if (asks && request.seen != LL_NEVER && request.seen > client_slot->seen) {
+        client_slot->seen = request.seen;
+        client_slot->heard = now;
     }
-    if (!asks && now - seat->told < LL_KEEP_ALIVE)
+    if (!asks && now - client_slot->told < LL_KEEP_ALIVE)
         return (ll_admitted){.reply = 0}; /* it is told already that it is not connected */
     return (ll_admitted){
         .reply = answer(server, player, LL_MESSAGE_PONG, asks ? &request : NULL, false, now, reply)};
@@ -91,19 +92,19 @@ ll_admitted ll_admission_receive(ll_server *server, bool with_world, int player,
 
 bool ll_admission_tend(ll_server *server, int player, ll_time timeout, ll_time now)
 {
-    ll_seat *seat = &server->seats[player];
-    if (!seat->connected || timeout == LL_NEVER || now - seat->heard <= timeout)
+    ll_client_slot *client_slot = &server->seats[player];
+    if (!client_slot->connected || timeout == LL_NEVER || now - client_slot->heard <= timeout)
         return false;
-    seat->connected = 0;
-    seat->drops++;
-    seat->held = (ll_action){0};
+    client_slot->connected = 0;
+    client_slot->drops++;
+    client_slot->held = (ll_action){0};
     return true;
 }
 
 int ll_admission_keep_alive(ll_server *server, int player, ll_time now, void *packet)
 {
-    const ll_seat *seat = &server->seats[player];
-    if (!seat->connected || now - seat->told < LL_KEEP_ALIVE)
+    const ll_client_slot *client_slot = &server->seats[player];
+    if (!client_slot->connected || now - client_slot->told < LL_KEEP_ALIVE)
         return 0;
     return answer(server, player, LL_MESSAGE_PONG, NULL, false, now, packet);
 }

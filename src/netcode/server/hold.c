@@ -1,8 +1,8 @@
 #include "netcode/server/hold.h"
 
-static int64_t newest(const ll_server *server, const ll_seat *seat)
+static int64_t newest(const ll_server *server, const ll_client_slot *client_slot)
 {
-    return seat->newest < 0 ? server->clock.k0 : seat->newest;
+    return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
 }
 
 static ll_time way_of(const ll_peer_message *m)
@@ -11,7 +11,8 @@ static ll_time way_of(const ll_peer_message *m)
 }
 
 /* Whether the player's packets had stopped before this one. The first is under way since the game began. */
-static bool stopped(const ll_server *server, const ll_refereed *peer, const ll_peer_message *m, ll_time now)
+static bool stopped(const ll_server *server, const ll_peer_status *peer, const ll_peer_message *m,
+                    ll_time now)
 {
     ll_time since = now - peer->came - (peer->way == 0 ? way_of(m) : 0);
     return since > 2 * ll_tick_time(1, server->client_freq) + LL_HOLD_GAP;
@@ -22,13 +23,13 @@ static bool stopped(const ll_server *server, const ll_refereed *peer, const ll_p
 /* The newest tick that a client may have made an input for before it hears of a hold: of the others it knows
  * no more than relays have told, it guesses as far as it may, and its inputs are ahead of its tick by its
  * delay. Who is let in right now knows what it has begun with: the next relay tells it of the hold too. */
-static int64_t reach(const ll_server *server, const ll_sync *sync, int player, int newcomer)
+static int64_t reach(const ll_server *server, const ll_sync_mode *sync, int player, int newcomer)
 {
-    const ll_seat *seat = &server->seats[player];
-    int64_t own = newest(server, seat), known = LL_NEVER;
-    int64_t delay = seat->peer.at >= 0 && own > seat->peer.at ? own - seat->peer.at : 1;
+    const ll_client_slot *client_slot = &server->seats[player];
+    int64_t own = newest(server, client_slot), known = LL_NEVER;
+    int64_t delay = client_slot->peer.at >= 0 && own > client_slot->peer.at ? own - client_slot->peer.at : 1;
     for (int p = 0; p < server->players; p++) {
-        int64_t told = server->seats[p].peer.relayed, heard = seat->peer.heard[p].known;
+        int64_t told = server->seats[p].peer.relayed, heard = client_slot->peer.heard[p].known;
         told = heard > told || player == newcomer ? heard : told;
         if (p != player && told < known)
             known = told;
@@ -45,7 +46,7 @@ typedef struct all {
     int64_t reach, newest, oldest;
 } all;
 
-static all of_all(const ll_server *server, const ll_sync *sync, int newcomer)
+static all of_all(const ll_server *server, const ll_sync_mode *sync, int newcomer)
 {
     all a = {.oldest = LL_NEVER};
     for (int p = 0; p < server->players; p++) {
@@ -64,7 +65,7 @@ static all of_all(const ll_server *server, const ll_sync *sync, int newcomer)
 static bool all_are_there(const ll_server *server)
 {
     for (int p = 0; p < server->players; p++) {
-        const ll_refereed *peer = &server->seats[p].peer;
+        const ll_peer_status *peer = &server->seats[p].peer;
         if (!server->seats[p].connected)
             continue;
         if (peer->at < 0 || newest(server, &server->seats[p]) != server->hold)
@@ -82,7 +83,7 @@ static int64_t next_start(const ll_server *server)
     ll_freq ticks = server->clock.freq, updates = server->updates.freq;
     ll_time longest = 0;
     for (int p = 0; p < server->players; p++) {
-        const ll_refereed *peer = &server->seats[p].peer;
+        const ll_peer_status *peer = &server->seats[p].peer;
         ll_time ready = peer->way + (peer->at < server->hold ? ll_tick_time(1, ticks) : 0);
         if (server->seats[p].connected && ready > longest)
             longest = ready;
@@ -101,7 +102,7 @@ static void decide(ll_server *server)
     server->resume = next_start(server);
     server->even = server->clock.epoch + ll_tick_time(server->resume, server->clock.freq) + LL_HOLD_EVERY;
     for (int p = 0; p < server->players; p++) {
-        ll_refereed *peer = &server->seats[p].peer;
+        ll_peer_status *peer = &server->seats[p].peer;
         peer->at = -1;
         for (int other = 0; other < server->players; other++)
             peer->heard[other].ahead = 0;
@@ -109,7 +110,7 @@ static void decide(ll_server *server)
 }
 
 /* Begins a hold, goes on with it or ends it. */
-static void look(ll_server *server, const ll_sync *sync, int newcomer, ll_time now)
+static void look(ll_server *server, const ll_sync_mode *sync, int newcomer, ll_time now)
 {
     if (server->hold == 0 && (!server->uneven || now < server->even))
         return;
@@ -135,9 +136,10 @@ static void look(ll_server *server, const ll_sync *sync, int newcomer, ll_time n
         decide(server);
 }
 
-void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll_peer_message *m, ll_time now)
+void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, const ll_peer_message *m,
+                    ll_time now)
 {
-    ll_refereed *peer = &server->seats[player].peer;
+    ll_peer_status *peer = &server->seats[player].peer;
     if (!ll_hold_waits(server, m->tick + m->head.count - 1))
         server->uneven |= (m->way & LL_WAY_GAP) != 0 || stopped(server, peer, m, now);
     peer->way = way_of(m);
@@ -145,7 +147,7 @@ void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll
     look(server, sync, NOBODY, now);
 }
 
-void ll_hold_join(ll_server *server, const ll_sync *sync, int player, ll_time now)
+void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now)
 {
     server->uneven = 1;
     server->even = now; /* it does not wait for the next hold's time */

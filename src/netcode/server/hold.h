@@ -14,11 +14,11 @@
 #include "netcode/server/server.h"
 
 /* A packet of `player` has been taken. */
-void ll_hold_follow(ll_server *server, const ll_sync *sync, int player, const ll_peer_message *message,
+void ll_hold_follow(ll_server *server, const ll_sync_mode *sync, int player, const ll_peer_message *message,
                     ll_time now);
 
 /* `player` has been let into a game that is under way. */
-void ll_hold_join(ll_server *server, const ll_sync *sync, int player, ll_time now);
+void ll_hold_join(ll_server *server, const ll_sync_mode *sync, int player, ll_time now);
 
 /* Whether a player whose newest input is for `tick` is yet to go on. */
 static inline bool ll_hold_waits(const ll_server *server, int64_t tick)

@@ -5,33 +5,34 @@
 #define RHYTHM_KEPT (4 * LL_SECOND)
 #define RHYTHM_BLUR 256 /* steps may be so small a part of an interval late: links have jitter */
 
-static const ll_input_slot *slot_of(const ll_seat *seat, int64_t k)
+static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t k)
 {
-    return &seat->slots[k & (LL_INPUT_RING - 1)];
+    return &client_slot->slots[k & (LL_INPUT_RING - 1)];
 }
 
 /* When the player's inputs come, since the game began: those of the ticks of the clock that it began with.
  * Within an interval that is seen; how many intervals it is the client tells. */
-static ll_time offset_of(const ll_server *server, const ll_seat *seat)
+static ll_time offset_of(const ll_server *server, const ll_client_slot *client_slot)
 {
-    ll_time came = slot_of(seat, seat->newest)->came - server->clock.epoch;
+    ll_time came = slot_of(client_slot, client_slot->newest)->came - server->clock.epoch;
     int64_t whole = ll_tick_at(came > 0 ? came : 0, server->clock.freq);
-    return came - ll_tick_time(whole, server->clock.freq) + ll_tick_time(seat->offset, server->clock.freq);
+    return came - ll_tick_time(whole, server->clock.freq) +
+           ll_tick_time(client_slot->offset, server->clock.freq);
 }
 
 /* Whose inputs came last at the start: that of the farthest, its clock's ticks included. */
-static const ll_seat *farthest(const ll_server *server)
+static const ll_client_slot *farthest(const ll_server *server)
 {
-    const ll_seat *last = NULL;
+    const ll_client_slot *last = NULL;
     ll_time most = -1;
     for (int i = 0; i < server->players; i++) {
-        const ll_seat *seat = &server->seats[i];
-        if (!seat->connected || seat->newest < 0)
+        const ll_client_slot *client_slot = &server->seats[i];
+        if (!client_slot->connected || client_slot->newest < 0)
             continue;
-        ll_time offset = offset_of(server, seat);
+        ll_time offset = offset_of(server, client_slot);
         if (offset > most) {
             most = offset;
-            last = seat;
+            last = client_slot;
         }
     }
     return last;
@@ -43,7 +44,7 @@ static const ll_seat *farthest(const ll_server *server)
 static ll_time in_rhythm(const ll_server *server, ll_time due)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq), blur = interval / RHYTHM_BLUR;
-    const ll_seat *last = farthest(server);
+    const ll_client_slot *last = farthest(server);
     if (last == NULL || slot_of(last, server->step + 1)->came + interval == due)
         return due;
     ll_time beyond = (due - slot_of(last, last->newest)->came) % interval, behind = blur / 2;
@@ -59,9 +60,9 @@ static ll_time natural_due(const ll_server *server)
     int64_t k = server->step + 1;
     ll_time ready = LL_NEVER;
     for (int i = 0; i < server->players; i++) {
-        const ll_seat *seat = &server->seats[i];
-        const ll_input_slot *slot = slot_of(seat, k);
-        if (!seat->connected)
+        const ll_client_slot *client_slot = &server->seats[i];
+        const ll_input_slot *slot = slot_of(client_slot, k);
+        if (!client_slot->connected)
             continue;
         if (slot->tick != k)
             return LL_NEVER;
@@ -93,13 +94,13 @@ ll_time ll_lockstep_due_in_rhythm(const ll_server *server)
 
 /* Whether the player's input for step k came after an outage: long after the one before it, or together with
  * those of so long a time. */
-static bool came_late(const ll_server *server, const ll_seat *seat, int64_t k)
+static bool came_late(const ll_server *server, const ll_client_slot *client_slot, int64_t k)
 {
     ll_time interval = ll_tick_time(1, server->clock.freq);
     int64_t many = (RHYTHM_GAP + interval - 1) / interval;
-    const ll_input_slot *slot = slot_of(seat, k), *before = slot_of(seat, k - 1);
-    const ll_input_slot *behind = slot_of(seat, k + (many < RHYTHM_MANY ? many : RHYTHM_MANY));
-    if (before->tick != k - 1 && seat->peer.came > server->clock.epoch)
+    const ll_input_slot *slot = slot_of(client_slot, k), *before = slot_of(client_slot, k - 1);
+    const ll_input_slot *behind = slot_of(client_slot, k + (many < RHYTHM_MANY ? many : RHYTHM_MANY));
+    if (before->tick != k - 1 && client_slot->peer.came > server->clock.epoch)
         return true; /* the player has joined again */
     if (behind->tick > k && behind->came == slot->came)
         return true;
@@ -109,12 +110,12 @@ static bool came_late(const ll_server *server, const ll_seat *seat, int64_t k)
 /* Step k waited for the last of its inputs. */
 static void stall(ll_server *server, int64_t k, ll_time waited)
 {
-    ll_seat *last = NULL;
+    ll_client_slot *last = NULL;
     server->stalled += waited;
     for (int i = 0; i < server->players; i++) {
-        ll_seat *seat = &server->seats[i];
-        if (seat->connected && (!last || slot_of(seat, k)->came > slot_of(last, k)->came))
-            last = seat;
+        ll_client_slot *client_slot = &server->seats[i];
+        if (client_slot->connected && (!last || slot_of(client_slot, k)->came > slot_of(last, k)->came))
+            last = client_slot;
     }
     if (last)
         last->waited += waited;
@@ -129,14 +130,14 @@ void ll_lockstep_step(ll_server *server, const ll_game *game, const ll_game_env 
     if (now - server->stepped > interval)
         stall(server, k, now - server->stepped - interval);
     for (int i = 0; i < server->players; i++) {
-        ll_seat *seat = &server->seats[i];
-        const ll_input_slot *slot = slot_of(seat, k);
-        actions[i] = seat->connected ? ll_server_action(server, i, k) : (ll_action){0};
-        if (!seat->connected)
+        ll_client_slot *client_slot = &server->seats[i];
+        const ll_input_slot *slot = slot_of(client_slot, k);
+        actions[i] = client_slot->connected ? ll_server_action(server, i, k) : (ll_action){0};
+        if (!client_slot->connected)
             continue;
-        seat->acked = slot->seq;
+        client_slot->acked = slot->seq;
         ll_server_measure(past, i, slot, now);
-        ll_seat_done(seat, slot->seq, !ll_seat_replaced(seat, k));
+        ll_client_slot_done(client_slot, slot->seq, !ll_client_slot_replaced(client_slot, k));
     }
     game->step(ll_server_world(server), env, actions, now, past);
     server->stepped = now;
@@ -148,8 +149,8 @@ void ll_lockstep_step_in_rhythm(ll_server *server, const ll_game *game, const ll
     ll_time interval = ll_tick_time(1, server->clock.freq);
     bool waited = now - server->stepped > interval + interval / RHYTHM_BLUR;
     for (int i = 0; i < server->players && waited; i++) {
-        const ll_seat *seat = &server->seats[i];
-        if (seat->connected && came_late(server, seat, server->step + 1))
+        const ll_client_slot *client_slot = &server->seats[i];
+        if (client_slot->connected && came_late(server, client_slot, server->step + 1))
             server->even = now + RHYTHM_KEPT;
     }
     ll_lockstep_step(server, game, env, past, now);

@@ -3,21 +3,21 @@
 #include "netcode/protocol/world_hash.h"
 #include "netcode/server/hold.h"
 
-static const ll_input_slot *slot_of(const ll_seat *seat, int64_t tick)
+static const ll_input_slot *slot_of(const ll_client_slot *client_slot, int64_t tick)
 {
-    return &seat->slots[tick & (LL_INPUT_RING - 1)];
+    return &client_slot->slots[tick & (LL_INPUT_RING - 1)];
 }
 
 /* The inputs of a player come without a gap; those up to here have come. */
-static int64_t known(const ll_server *server, const ll_seat *seat)
+static int64_t known(const ll_server *server, const ll_client_slot *client_slot)
 {
-    return seat->newest < 0 ? server->clock.k0 : seat->newest;
+    return client_slot->newest < 0 ? server->clock.k0 : client_slot->newest;
 }
 
 /* ---- steps ---- */
 
 /* Whole ticks come by several packets: the last of them makes the step due. */
-ll_time ll_referee_due(const ll_server *server)
+ll_time ll_relay_server_due(const ll_server *server)
 {
     int64_t k = server->step + 1;
     ll_time due = server->stepped;
@@ -33,8 +33,8 @@ ll_time ll_referee_due(const ll_server *server)
 /* Every client steps with nothing to look back into, and so does the referee: shots meet the present. */
 static const ll_compensation no_compensation;
 
-void ll_referee_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
-                     ll_time now)
+void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
+                          ll_time now)
 {
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
@@ -42,12 +42,12 @@ void ll_referee_step(ll_server *server, const ll_game *game, const ll_game_env *
     if (now - server->stepped > interval)
         server->stalled += now - server->stepped - interval;
     for (int i = 0; i < server->players; i++) {
-        ll_seat *seat = &server->seats[i];
-        actions[i] = seat->held = slot_of(seat, k)->action;
-        if (k <= seat->first)
+        ll_client_slot *client_slot = &server->seats[i];
+        actions[i] = client_slot->held = slot_of(client_slot, k)->action;
+        if (k <= client_slot->first)
             continue; /* not the player's own */
-        seat->acked = (uint32_t)(k - seat->first);
-        ll_seat_done(seat, seat->acked, !ll_seat_replaced(seat, k));
+        client_slot->acked = (uint32_t)(k - client_slot->first);
+        ll_client_slot_done(client_slot, client_slot->acked, !ll_client_slot_replaced(client_slot, k));
     }
     if (past)
         past->rules = &no_compensation;
@@ -59,7 +59,8 @@ void ll_referee_step(ll_server *server, const ll_game *game, const ll_game_env *
 
 /* ---- packets ---- */
 
-static void hear(const ll_server *server, ll_refereed *peer, const ll_peer_message *m, const ll_heard *heard)
+static void hear(const ll_server *server, ll_peer_status *peer, const ll_peer_message *m,
+                 const ll_peer_ack *heard)
 {
     bool paced = !ll_hold_waits(server, m->tick + m->head.count - 1);
     for (int p = 0; p < server->players; p++) {
@@ -74,7 +75,7 @@ static void hear(const ll_server *server, ll_refereed *peer, const ll_peer_messa
 
 /* In order. A client may know all inputs of a tick before the referee has them all: that hash comes again.
  * One that comes so late that the server's own is gone is taken for equal. */
-static void compare(ll_server *server, ll_refereed *peer, int64_t first, const uint32_t *hashes,
+static void compare(ll_server *server, ll_peer_status *peer, int64_t first, const uint32_t *hashes,
                     int64_t count)
 {
     int64_t end = first + count <= server->step ? first + count : server->step + 1;
@@ -87,96 +88,97 @@ static void compare(ll_server *server, ll_refereed *peer, int64_t first, const u
 }
 
 /* Those that are not known go to the server's common way, as one message; what is beyond it comes again. */
-static void unpack(ll_server *server, ll_seat *seat, const ll_peer_message *m, const ll_input_run *runs,
-                   ll_input_message *inputs)
+static void unpack(ll_server *server, ll_client_slot *client_slot, const ll_peer_message *m,
+                   const ll_input_run *runs, ll_input_message *inputs)
 {
-    int64_t tick = m->tick, next = known(server, seat) + 1;
+    int64_t tick = m->tick, next = known(server, client_slot) + 1;
     int count = 0;
     for (uint32_t r = 0; r < m->runs; r++)
         for (uint32_t i = 0; i < runs[r].count; i++, tick++) {
             const ll_controls *input = &runs[r].input;
             if (tick < next)
-                seat->duplicate++;
+                client_slot->duplicate++;
             else if (tick == next + count && count < LL_INPUTS_MAX)
                 inputs->inputs[count++] = (ll_action){{input->axis[0], input->axis[1]}, input->buttons, 0};
         }
-    inputs->head =
-        (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch, (uint32_t)(next - seat->first)};
+    inputs->head = (ll_message_head){LL_MESSAGE_INPUT, (uint8_t)count, m->head.epoch,
+                                     (uint32_t)(next - client_slot->first)};
     inputs->tick = (int32_t)next;
     inputs->fresh = (uint8_t)count;
 }
 
-int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
-                    ll_verdict verdicts[LL_INPUTS_MAX])
+int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
+                         ll_time now, ll_input_result verdicts[LL_INPUTS_MAX])
 {
     const ll_peer_message *m = packet;
     if (m->head.epoch != server->seats[player].epoch)
         return 0;
-    const ll_heard *heard = (const ll_heard *)(m + 1);
+    const ll_peer_ack *heard = (const ll_peer_ack *)(m + 1);
     const ll_input_run *runs = (const ll_input_run *)(heard + server->players);
-    ll_seat *seat = &server->seats[player];
+    ll_client_slot *client_slot = &server->seats[player];
     ll_input_message inputs = {.wants = 0}; /* of states, which nobody gets here */
-    hear(server, &seat->peer, m, heard);
-    compare(server, &seat->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
-    unpack(server, seat, m, runs, &inputs);
+    hear(server, &client_slot->peer, m, heard);
+    compare(server, &client_slot->peer, m->hashed, (const uint32_t *)(runs + m->runs), m->hashes);
+    unpack(server, client_slot, m, runs, &inputs);
     /* An input is for its own tick alone, however many come at once: after an outage all that were open do.
      */
-    seat->allowance = (ll_allowance){ll_rate_burst(server->client_freq), now};
+    client_slot->allowance = (ll_rate_limiter){ll_rate_burst(server->client_freq), now};
     int judged = ll_server_receive(server, sync, player, &inputs, now, verdicts);
-    ll_referee_fill(server, now);
+    ll_relay_server_fill(server, now);
     ll_hold_follow(server, sync, player, m, now);
     return judged;
 }
 
-void ll_referee_fill(ll_server *server, ll_time now)
+void ll_relay_server_fill(ll_server *server, ll_time now)
 {
     int64_t upto = server->step;
     for (int i = 0; i < server->players; i++)
         if (server->seats[i].connected && server->seats[i].newest > upto)
             upto = server->seats[i].newest;
     for (int i = 0; i < server->players; i++) {
-        ll_seat *seat = &server->seats[i];
-        int64_t tick = known(server, seat);
-        for (; !seat->connected && tick < upto; seat->newest = ++tick)
-            seat->slots[(tick + 1) & (LL_INPUT_RING - 1)] = (ll_input_slot){.tick = tick + 1, .came = now};
+        ll_client_slot *client_slot = &server->seats[i];
+        int64_t tick = known(server, client_slot);
+        for (; !client_slot->connected && tick < upto; client_slot->newest = ++tick)
+            client_slot->slots[(tick + 1) & (LL_INPUT_RING - 1)] =
+                (ll_input_slot){.tick = tick + 1, .came = now};
     }
 }
 
 /* What `player` has not acknowledged of the inputs of `other`. */
 static char *write_part(ll_server *server, int player, int other, char *at)
 {
-    ll_seat *seat = &server->seats[other];
+    ll_client_slot *client_slot = &server->seats[other];
     int64_t first = server->seats[player].peer.heard[other].known + 1;
     ll_relay_part *part = (ll_relay_part *)(void *)at;
     ll_input_run *runs = (ll_input_run *)(part + 1);
     int count = 0;
-    for (int64_t tick = first; tick <= known(server, seat); tick++) {
-        const ll_action *a = &slot_of(seat, tick)->action;
+    for (int64_t tick = first; tick <= known(server, client_slot); tick++) {
+        const ll_action *a = &slot_of(client_slot, tick)->action;
         if (!ll_run_add(runs, &count, &(ll_controls){{a->axis[0], a->axis[1]}, a->buttons}))
             break;
     }
     *part = (ll_relay_part){.tick = (int32_t)first,
-                            .at = seat->peer.at,
-                            .ahead = seat->peer.heard[player].ahead,
+                            .at = client_slot->peer.at,
+                            .ahead = client_slot->peer.heard[player].ahead,
                             .player = (uint16_t)other,
                             .runs = (uint16_t)count};
-    seat->peer.relayed = known(server, seat);
+    client_slot->peer.relayed = known(server, client_slot);
     return (char *)(runs + count);
 }
 
-int ll_referee_compose(ll_server *server, const ll_sync *sync, int player, void *packet)
+int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet)
 {
     (void)sync;
-    const ll_seat *seat = &server->seats[player];
+    const ll_client_slot *client_slot = &server->seats[player];
     ll_relay_message *m = packet;
     *m = (ll_relay_message){.head = {.type = LL_MESSAGE_RELAY,
                                      .count = (uint8_t)(server->players - 1),
-                                     .epoch = seat->epoch,
-                                     .seq = (uint32_t)(known(server, seat) - seat->first)},
+                                     .epoch = client_slot->epoch,
+                                     .seq = (uint32_t)(known(server, client_slot) - client_slot->first)},
                             .tick = (int32_t)server->step,
                             .hold = (int32_t)server->hold,
                             .time = server->stepped,
-                            .hashed = (int32_t)seat->peer.hashed,
+                            .hashed = (int32_t)client_slot->peer.hashed,
                             .resume = (int32_t)server->resume};
     char *at = (char *)(m + 1);
     for (int other = 0; other < server->players; other++)

@@ -5,12 +5,12 @@
 
 #include "netcode/server/server.h"
 
-ll_time ll_referee_due(const ll_server *server);
-void ll_referee_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
-                     ll_time now);
-int ll_referee_take(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
-                    ll_verdict verdicts[LL_INPUTS_MAX]);
-int ll_referee_compose(ll_server *server, const ll_sync *sync, int player, void *packet);
+ll_time ll_relay_server_due(const ll_server *server);
+void ll_relay_server_step(ll_server *server, const ll_game *game, const ll_game_env *env, ll_past *past,
+                          ll_time now);
+int ll_relay_server_take(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
+                         ll_time now, ll_input_result verdicts[LL_INPUTS_MAX]);
+int ll_relay_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
 
 /* Neutral inputs for who is not connected, as far as those of the others reach. */
-void ll_referee_fill(ll_server *server, ll_time now);
+void ll_relay_server_fill(ll_server *server, ll_time now);

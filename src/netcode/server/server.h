@@ -17,7 +17,7 @@
 
 #define LL_TEND_EVERY (LL_SECOND / 10) /* connections are looked after so often */
 
-#define LL_VERDICT_WORDS (LL_INPUT_RING / 32)
+#define LL_INPUT_RESULT_WORDS (LL_INPUT_RING / 32)
 
 #define LL_HASH_RING 64 /* hashes of the server's world kept, by step */
 
@@ -33,19 +33,19 @@ typedef struct ll_input_slot {
 } ll_input_slot;
 
 /* What the referee of the peer-to-peer syncs knows of one player's client. */
-typedef struct ll_refereed {
+typedef struct ll_peer_status {
     int32_t at; /* its tick; -1: not heard of */
     int32_t reserved;
     ll_time way;  /* to its client, as that measured it; 0: none of its packets has come */
     ll_time came; /* when the last of them came; before, when its epoch began */
-    ll_heard heard[LL_PLAYERS_MAX];
+    ll_peer_ack heard[LL_PLAYERS_MAX];
     int64_t relayed; /* its newest input when relays left last: nobody knows of a later one */
     int64_t hashed;  /* its hashes up to this tick have been compared */
     int64_t desync;  /* the first that differed; -1: none */
-} ll_refereed;
+} ll_peer_status;
 
 /* What the server knows of one player. */
-typedef struct ll_seat {
+typedef struct ll_client_slot {
     ll_input_slot slots[LL_INPUT_RING]; /* indexed by tick modulo the ring */
     ll_action held;                     /* the last that was applied as it came, or stood in for a refused */
     ll_axes used;                       /* in the last step, whatever stood in */
@@ -54,9 +54,9 @@ typedef struct ll_seat {
     uint32_t processed;                 /* the newest that was really applied; 0: none */
     uint32_t decided;                   /* the newest of which there is a verdict */
     uint32_t slack_seq;
-    uint32_t wants;                      /* ll_part */
-    uint32_t repeats;                    /* packets without a new input since the last state was sent */
-    uint32_t verdicts[LL_VERDICT_WORDS]; /* a bit for each input, by number: it was applied as it came */
+    uint32_t wants;                           /* ll_part */
+    uint32_t repeats;                         /* packets without a new input since the last state was sent */
+    uint32_t verdicts[LL_INPUT_RESULT_WORDS]; /* a bit for each input, by number: it was applied as it came */
     uint64_t
         replaced[LL_INPUT_RING / 64]; /* a bit for each slot: it holds what stands in for a refused input */
     int64_t seq_minus_tick;
@@ -65,8 +65,8 @@ typedef struct ll_seat {
     int64_t full;     /* tick of the last that was too long for a grid: none up to it is a baseline */
     int32_t slack;    /* least since the last update */
     int32_t last_slack;
-    ll_allowance allowance;
-    ll_time_account account;
+    ll_rate_limiter allowance;
+    ll_time_budget account;
     double
         budget_used;  /* the most of the time budget that was in use, as a share: above 1 it was overdrawn */
     ll_time seen;     /* the newest of the server's answers that the player is known to have */
@@ -82,8 +82,8 @@ typedef struct ll_seat {
     int64_t accepted, duplicate, late, starved;
     int64_t refused[LL_RULES];
     ll_snapshot_cost sent;
-    ll_refereed peer;
-} ll_seat;
+    ll_peer_status peer;
+} ll_client_slot;
 
 typedef struct ll_server {
     ll_clock clock; /* of steps */
@@ -102,7 +102,7 @@ typedef struct ll_server {
     int32_t starved;       /* index into ll_starves */
     int32_t starved_ticks; /* that repeat_n repeats for */
     double starved_tau_ms; /* that decay takes */
-    ll_grid grid;          /* that the codec rounds to */
+    ll_quantization grid;  /* that the codec rounds to */
     ll_time from;          /* what snapshots cost counts from then on */
     int32_t rollback;      /* rollback: how far clients may step on by guesses */
     uint32_t uneven;       /* deterministic and rollback: a hold is to follow */
@@ -110,7 +110,7 @@ typedef struct ll_server {
     ll_time even; /* lockstep_pipelined: steps before then keep to the rhythm of one player; deterministic and
                      rollback: no hold before then */
     uint32_t hashes[LL_HASH_RING]; /* deterministic and rollback: of the world after a step */
-    ll_seat seats[];               /* one per player; then the world; then the baselines */
+    ll_client_slot seats[];        /* one per player; then the world; then the baselines */
 } ll_server;
 
 #pragma GCC diagnostic pop
@@ -137,10 +137,10 @@ static inline const ll_world *ll_server_world_const(const ll_server *server)
     return (const ll_world *)&server->seats[server->players];
 }
 
-static inline ll_baselines *ll_server_baselines(const ll_server *server)
+static inline ll_baseline_history *ll_server_baseline_history(const ll_server *server)
 {
     const ll_world *world = ll_server_world_const(server);
-    return (ll_baselines *)((char *)world + ll_world_size(world));
+    return (ll_baseline_history *)((char *)world + ll_world_size(world));
 }
 
 /* 0 is no epoch: who is in none is not connected. */
@@ -154,39 +154,39 @@ void ll_server_start(ll_server *server, ll_freq step_freq, ll_freq update_freq, 
                      ll_time now);
 
 /* Forgets all inputs that have come. */
-void ll_seat_clear(ll_seat *seat);
+void ll_client_slot_clear(ll_client_slot *client_slot);
 
 /* For a player who begins anew behind `step`; inputs that have come, counters and the connection stay. */
-void ll_seat_open(ll_seat *seat, ll_freq client_freq, int64_t step, ll_time now);
+void ll_client_slot_open(ll_client_slot *client_slot, ll_freq client_freq, int64_t step, ll_time now);
 
 /* What `player` does in step `step`: its input, or what stands in where none has come. */
 ll_action ll_server_action(ll_server *server, int player, int64_t step);
 
 /* Notes that the server is done with an input, and whether it was applied as it came. */
-void ll_seat_done(ll_seat *seat, uint32_t seq, bool applied);
+void ll_client_slot_done(ll_client_slot *client_slot, uint32_t seq, bool applied);
 
-static inline bool ll_seat_replaced(const ll_seat *seat, int64_t tick)
+static inline bool ll_client_slot_replaced(const ll_client_slot *client_slot, int64_t tick)
 {
-    return seat->replaced[(tick & (LL_INPUT_RING - 1)) >> 6] >> (tick & 63) & 1;
+    return client_slot->replaced[(tick & (LL_INPUT_RING - 1)) >> 6] >> (tick & 63) & 1;
 }
 
 /* What became of one input. */
-typedef struct ll_verdict {
+typedef struct ll_input_result {
     uint32_t seq;
     uint8_t outcome; /* ll_event outcome: 0 applied 1 refused 3 late */
     uint8_t rule;
     int16_t slack; /* how many steps early it came; negative: late */
-} ll_verdict;
+} ll_input_result;
 
 /* Takes the inputs of an ll_input_message. Gives a verdict for each that was not a repetition and returns how
  * many. A refused input is replaced, as `refused` has it, so that nobody waits for it. */
-int ll_server_receive(ll_server *server, const ll_sync *sync, int player, const void *packet, ll_time now,
-                      ll_verdict verdicts[LL_INPUTS_MAX]);
+int ll_server_receive(ll_server *server, const ll_sync_mode *sync, int player, const void *packet,
+                      ll_time now, ll_input_result verdicts[LL_INPUTS_MAX]);
 
 /* Tells `past` how old the newest state was that `player` had, at `now`, when it made the input of `slot`. */
 void ll_server_measure(ll_past *past, int player, const ll_input_slot *slot, ll_time now);
 
 /* Writes the message of an update to `player` and returns its size, at most ll_server_message_max. Where the
  * client has no baseline, delta becomes quantised; what would be longer than full is full. */
-int ll_server_compose(ll_server *server, const ll_sync *sync, int player, void *packet);
+int ll_server_compose(ll_server *server, const ll_sync_mode *sync, int player, void *packet);
 int ll_server_message_max(ll_extent extent, int players);

@@ -19,7 +19,7 @@ static double magnitude(float axis)
     return axis < 0 ? -(double)axis : (double)axis;
 }
 
-static double ticks_with(const ll_time_account *account, const ll_action *action, ll_freq client_freq,
+static double ticks_with(const ll_time_budget *account, const ll_action *action, ll_freq client_freq,
                          ll_time now)
 {
     double left = account->ticks - (double)(now - account->at) * (double)client_freq / 1e12;
@@ -27,19 +27,19 @@ static double ticks_with(const ll_time_account *account, const ll_action *action
     return (left > 0 ? left : 0) + (longest > 1 ? longest : 1);
 }
 
-double ll_time_use(const ll_time_account *account, const ll_action *action, ll_freq client_freq, ll_time now)
+double ll_time_use(const ll_time_budget *account, const ll_action *action, ll_freq client_freq, ll_time now)
 {
     return ticks_with(account, action, client_freq, now) / ll_rate_burst(client_freq);
 }
 
-void ll_time_spend(ll_time_account *account, const ll_action *action, ll_freq client_freq, ll_time now)
+void ll_time_spend(ll_time_budget *account, const ll_action *action, ll_freq client_freq, ll_time now)
 {
     account->ticks = ticks_with(account, action, client_freq, now);
     account->at = now;
 }
 
-ll_rule ll_validate(const ll_action *action, double budget_use, ll_allowance *allowance, ll_freq client_freq,
-                    ll_time now)
+ll_rule ll_validate(const ll_action *action, double budget_use, ll_rate_limiter *allowance,
+                    ll_freq client_freq, ll_time now)
 {
     if (!within(action->axis[0]) || !within(action->axis[1]))
         return LL_RULE_MAGNITUDE;

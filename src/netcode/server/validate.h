@@ -30,26 +30,26 @@ typedef enum ll_rule {
 extern const char *const ll_rule_names[LL_RULES];
 
 /* A bucket that fills with time: the long-run rate that a client may send at. */
-typedef struct ll_allowance {
+typedef struct ll_rate_limiter {
     double tokens;
     ll_time filled;
-} ll_allowance;
+} ll_rate_limiter;
 
 /* The tokens of a full bucket. */
 double ll_rate_burst(ll_freq client_freq);
 
 /* Input time against time that passed, where inputs count as they come (Source's budget of user commands): so
  * many ticks more have been processed than passed. At most a full bucket, so that a link may stall. */
-typedef struct ll_time_account {
+typedef struct ll_time_budget {
     double ticks; /* at `at`; it runs down to 0 with time */
     ll_time at;
-} ll_time_account;
+} ll_time_budget;
 
 /* The share of the budget that would be in use with this input too, which lasts a tick or as long as it says.
  */
-double ll_time_use(const ll_time_account *account, const ll_action *action, ll_freq client_freq, ll_time now);
-void ll_time_spend(ll_time_account *account, const ll_action *action, ll_freq client_freq, ll_time now);
+double ll_time_use(const ll_time_budget *account, const ll_action *action, ll_freq client_freq, ll_time now);
+void ll_time_spend(ll_time_budget *account, const ll_action *action, ll_freq client_freq, ll_time now);
 
 /* `budget_use`: the share of the time budget that would be in use; above 1 is refused. */
-ll_rule ll_validate(const ll_action *action, double budget_use, ll_allowance *allowance, ll_freq client_freq,
-                    ll_time now);
+ll_rule ll_validate(const ll_action *action, double budget_use, ll_rate_limiter *allowance,
+                    ll_freq client_freq, ll_time now);

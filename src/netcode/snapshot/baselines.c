@@ -10,29 +10,29 @@ static size_t record_size(int entities)
     return sizeof(ll_baseline) + (size_t)entities * sizeof(ll_cell);
 }
 
-size_t ll_baselines_size(ll_extent extent)
+size_t ll_baseline_history_size(ll_extent extent)
 {
-    return sizeof(ll_baselines) + LL_BASELINES * record_size(extent.entities) + (size_t)extent.tail;
+    return sizeof(ll_baseline_history) + LL_BASELINES * record_size(extent.entities) + (size_t)extent.tail;
 }
 
-void ll_baselines_init(ll_baselines *b, ll_extent extent)
+void ll_baseline_history_init(ll_baseline_history *b, ll_extent extent)
 {
-    memset(b, 0, ll_baselines_size(extent));
+    memset(b, 0, ll_baseline_history_size(extent));
     b->entities = extent.entities;
     b->tail = extent.tail;
 }
 
-void ll_baselines_clear(ll_baselines *b)
+void ll_baseline_history_clear(ll_baseline_history *b)
 {
     b->count = 0;
 }
 
-static ll_baseline *record_at(const ll_baselines *b, int64_t i)
+static ll_baseline *record_at(const ll_baseline_history *b, int64_t i)
 {
     return (ll_baseline *)((char *)(b + 1) + (size_t)(i & (LL_BASELINES - 1)) * record_size(b->entities));
 }
 
-static char *tail_of(const ll_baselines *b)
+static char *tail_of(const ll_baseline_history *b)
 {
     return (char *)(b + 1) + LL_BASELINES * record_size(b->entities);
 }
@@ -41,7 +41,8 @@ static char *tail_of(const ll_baselines *b)
 
 #define PARTS 64 /* of a step */
 
-static void measure(ll_rounding *rounding, const ll_grid *grid, const ll_entity *e, const ll_cell *cell)
+static void measure(ll_rounding *rounding, const ll_quantization *grid, const ll_entity *e,
+                    const ll_cell *cell)
 {
     ll_entity sent = ll_cell_entity(cell, grid);
     double dx = sent.x - e->x, dy = sent.y - e->y, error = ll_sqrt(dx * dx + dy * dy);
@@ -53,7 +54,7 @@ static void measure(ll_rounding *rounding, const ll_grid *grid, const ll_entity 
     rounding->bucket[part < LL_ROUNDING_BUCKETS ? part : LL_ROUNDING_BUCKETS - 1]++;
 }
 
-static double quantile(const ll_baselines *b, double q)
+static double quantile(const ll_baseline_history *b, double q)
 {
     const ll_rounding *r = &b->rounding;
     int64_t seen = 0;
@@ -66,7 +67,7 @@ static double quantile(const ll_baselines *b, double q)
     return r->max;
 }
 
-ll_summary ll_rounding_summary(const ll_baselines *b)
+ll_summary ll_rounding_summary(const ll_baseline_history *b)
 {
     const ll_rounding *r = &b->rounding;
     if (r->count == 0)
@@ -84,12 +85,12 @@ ll_summary ll_rounding_summary(const ll_baselines *b)
 
 /* ---- the ring ---- */
 
-static bool same_grid(const ll_grid *a, const ll_grid *b)
+static bool same_grid(const ll_quantization *a, const ll_quantization *b)
 {
     return a->m == b->m && a->mps == b->mps && a->rad == b->rad && a->radps == b->radps;
 }
 
-static void take_tail(ll_baselines *b, const ll_world *world)
+static void take_tail(ll_baseline_history *b, const ll_world *world)
 {
     if (memcmp(tail_of(b), ll_world_tail_const(world), (size_t)b->tail) == 0)
         return;
@@ -97,11 +98,11 @@ static void take_tail(ll_baselines *b, const ll_world *world)
     b->tail_version++;
 }
 
-const ll_baseline *ll_baselines_take(ll_baselines *b, const ll_world *world, int64_t tick,
-                                     const ll_grid *grid, bool counts)
+const ll_baseline *ll_baseline_history_take(ll_baseline_history *b, const ll_world *world, int64_t tick,
+                                            const ll_quantization *grid, bool counts)
 {
     if (!same_grid(&b->grid, grid))
-        ll_baselines_clear(b);
+        ll_baseline_history_clear(b);
     if (b->count > 0 && record_at(b, b->count - 1)->tick == tick)
         return record_at(b, b->count - 1);
     b->grid = *grid;
@@ -118,7 +119,7 @@ const ll_baseline *ll_baselines_take(ll_baselines *b, const ll_world *world, int
 }
 
 /* The first is passed over: a client may hold the world of that tick on the grid before. */
-const ll_baseline *ll_baselines_find(const ll_baselines *b, int64_t tick)
+const ll_baseline *ll_baseline_history_find(const ll_baseline_history *b, int64_t tick)
 {
     for (int64_t i = b->count - 1; i > 0 && i >= b->count - LL_BASELINES; i--)
         if (record_at(b, i)->tick == tick)

@@ -24,15 +24,15 @@ typedef struct ll_rounding {
     uint32_t bucket[LL_ROUNDING_BUCKETS];
 } ll_rounding;
 
-typedef struct ll_baselines {
+typedef struct ll_baseline_history {
     int32_t entities, tail;
-    ll_grid grid;
+    ll_quantization grid;
     int64_t count;         /* taken since the grid last changed */
     uint32_t tail_version; /* of the tail that was taken last, which follows the ring */
     uint32_t reserved;
     ll_rounding rounding;
     /* then LL_BASELINES records of {ll_baseline; ll_cell [entities]}, then the tail */
-} ll_baselines;
+} ll_baseline_history;
 
 typedef struct ll_baseline {
     int64_t tick;
@@ -43,15 +43,16 @@ typedef struct ll_baseline {
 
 #pragma GCC diagnostic pop
 
-size_t ll_baselines_size(ll_extent extent); /* a multiple of 8 */
-void ll_baselines_init(ll_baselines *b, ll_extent extent);
-void ll_baselines_clear(ll_baselines *b);
+size_t ll_baseline_history_size(ll_extent extent); /* a multiple of 8 */
+void ll_baseline_history_init(ll_baseline_history *b, ll_extent extent);
+void ll_baseline_history_clear(ll_baseline_history *b);
 
 /* Takes the world after step `tick`, unless it has it, and returns it on the grid. Another grid starts the
  * ring anew. `counts`: what rounding adds is measured. */
-const ll_baseline *ll_baselines_take(ll_baselines *b, const ll_world *world, int64_t tick,
-                                     const ll_grid *grid, bool counts);
-const ll_baseline *ll_baselines_find(const ll_baselines *b, int64_t tick); /* NULL: not there, or no longer */
+const ll_baseline *ll_baseline_history_take(ll_baseline_history *b, const ll_world *world, int64_t tick,
+                                            const ll_quantization *grid, bool counts);
+const ll_baseline *ll_baseline_history_find(const ll_baseline_history *b,
+                                            int64_t tick); /* NULL: not there, or no longer */
 
 ll_summary
-ll_rounding_summary(const ll_baselines *b); /* m; quantiles to a 64th of a step of the present grid */
+ll_rounding_summary(const ll_baseline_history *b); /* m; quantiles to a 64th of a step of the present grid */

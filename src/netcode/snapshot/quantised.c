@@ -5,7 +5,7 @@
 
 #include "netcode/snapshot/snapshot.h"
 
-static void put_grid(ll_bit_writer *w, const ll_grid *grid)
+static void put_grid(ll_bit_writer *w, const ll_quantization *grid)
 {
     const float steps[] = {grid->m, grid->mps, grid->rad, grid->radps};
     for (int i = 0; i < 4; i++) {
@@ -15,7 +15,7 @@ static void put_grid(ll_bit_writer *w, const ll_grid *grid)
     }
 }
 
-static ll_status get_grid(ll_bit_reader *r, ll_grid *grid)
+static ll_status get_grid(ll_bit_reader *r, ll_quantization *grid)
 {
     float steps[4];
     for (int i = 0; i < 4; i++) {
@@ -25,7 +25,7 @@ static ll_status get_grid(ll_bit_reader *r, ll_grid *grid)
             return ll_error(LL_BAD_INPUT, "a step of a grid must be 1e-06 to 1e+06; got %g",
                             (double)steps[i]);
     }
-    *grid = (ll_grid){steps[0], steps[1], steps[2], steps[3]};
+    *grid = (ll_quantization){steps[0], steps[1], steps[2], steps[3]};
     return ll_ok();
 }
 

@@ -11,18 +11,18 @@
 /* What an encoder is given. */
 typedef struct ll_outgoing {
     const ll_world *world;
-    int self;                /* the receiver's own entity */
-    bool same_tail;          /* the tail is the baseline's */
-    const ll_grid *grid;     /* these three are for codecs with a grid */
-    const ll_cell *cells;    /* the world's entities on it */
-    const ll_cell *baseline; /* entities that the receiver holds, on the same grid; NULL: none */
+    int self;                    /* the receiver's own entity */
+    bool same_tail;              /* the tail is the baseline's */
+    const ll_quantization *grid; /* these three are for codecs with a grid */
+    const ll_cell *cells;        /* the world's entities on it */
+    const ll_cell *baseline;     /* entities that the receiver holds, on the same grid; NULL: none */
 } ll_outgoing;
 
 /* What a decoder is given. */
 typedef struct ll_incoming {
     ll_world *world; /* to be filled; its header is set */
     int self;
-    ll_grid *grid;            /* of the baseline; a codec that brings a grid sets it */
+    ll_quantization *grid;    /* of the baseline; a codec that brings a grid sets it */
     const ll_world *baseline; /* NULL: none */
 } ll_incoming;
 

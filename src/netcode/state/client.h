@@ -31,7 +31,7 @@ typedef enum ll_input_state {
 } ll_input_state;
 
 /* An input that was made. */
-typedef struct ll_pending {
+typedef struct ll_pending_input {
     uint32_t seq;
     uint8_t state; /* ll_input_state */
     uint8_t told;  /* it was closed once */
@@ -39,10 +39,10 @@ typedef struct ll_pending {
     ll_time made;
     double x; /* where it put the own entity, as predicted last */
     ll_action action;
-} ll_pending;
+} ll_pending_input;
 
 /* A state as received; its world follows in the ring. */
-typedef struct ll_received {
+typedef struct ll_snapshot_entry {
     int64_t tick;
     ll_time time;     /* server's clock */
     ll_time arrived;  /* client's clock */
@@ -50,14 +50,14 @@ typedef struct ll_received {
     uint32_t applied; /* the newest that was really applied */
     uint32_t gridded; /* others lie on the client's grid */
     uint32_t reserved;
-} ll_received;
+} ll_snapshot_entry;
 
-typedef enum ll_shown_flag {
-    LL_SHOWN_PREDICTED = 2,
-    LL_SHOWN_INTERPOLATED = 4,
-    LL_SHOWN_HELD = 8,          /* for want of a state */
-    LL_SHOWN_EXTRAPOLATED = 32, /* beyond the newest state */
-} ll_shown_flag;
+typedef enum ll_rendered_flag {
+    LL_RENDERED_PREDICTED = 2,
+    LL_RENDERED_INTERPOLATED = 4,
+    LL_RENDERED_HELD = 8,          /* for want of a state */
+    LL_RENDERED_EXTRAPOLATED = 32, /* beyond the newest state */
+} ll_rendered_flag;
 
 /* How the others are drawn. */
 typedef enum ll_view_state {
@@ -70,11 +70,11 @@ typedef enum ll_view_state {
 } ll_view_state;
 
 /* How an entity is drawn. */
-typedef struct ll_mark {
+typedef struct ll_draw_info {
     ll_time time;   /* of the server's clock: what is drawn is of that time */
-    uint32_t flags; /* ll_shown_flag */
+    uint32_t flags; /* ll_rendered_flag */
     uint32_t reserved;
-} ll_mark;
+} ll_draw_info;
 
 /* What is drawn - what is right: decays (netcode/view/smoothing.c). */
 typedef struct ll_view_error {
@@ -124,19 +124,19 @@ typedef struct ll_client {
     int64_t met;         /* the server's step when the game began, or began anew */
     ll_time met_at;      /* and when that was */
     int64_t stale, unreadable;
-    ll_grid grid;        /* of the states from `grid_tick` on */
-    int64_t grid_tick;   /* LL_NEVER: none yet */
-    ll_time latest_time; /* server's clock, of the state that was taken last */
+    ll_quantization grid; /* of the states from `grid_tick` on */
+    int64_t grid_tick;    /* LL_NEVER: none yet */
+    ll_time latest_time;  /* server's clock, of the state that was taken last */
     int64_t latest_tick;
     double update_hz;
-    ll_action told[LL_PLAYERS_MAX];          /* others' controls at the newest state; zeroes until it tells */
-    int64_t view_step;                       /* the step whose world is drawn; -1: the marks tell the times */
-    uint32_t verdicts[LL_VERDICT_WORDS_MAX]; /* of the newest state, where it tells */
-    ll_verdict_part verdict;
+    ll_action told[LL_PLAYERS_MAX]; /* others' controls at the newest state; zeroes until it tells */
+    int64_t view_step;              /* the step whose world is drawn; -1: the marks tell the times */
+    uint32_t verdicts[LL_INPUT_RESULT_WORDS_MAX]; /* of the newest state, where it tells */
+    ll_input_result_part verdict;
     uint32_t parts, reserved4; /* ll_part of the newest state */
     int64_t world_size;
-    /* from the start of this struct: worlds, and a ll_mark and a ll_view_error per entity for the one that is
-     * shown */
+    /* from the start of this struct: worlds, and a ll_draw_info and a ll_view_error per entity for the one
+     * that is shown */
     int64_t states_offset, latest_offset, predicted_offset, checked_offset, shown_offset, marks_offset,
         errors_offset;
 
@@ -147,7 +147,7 @@ typedef struct ll_client {
     ll_entity_set predicted;           /* what of it is stepped */
     ll_action guessed[LL_PLAYERS_MAX]; /* others' controls that it is stepped with */
     int64_t begun_tick;                /* of the last state that it began with, or was equal to the bit */
-    ll_grid begun_grid;                /* that the others lay on in that state; all 0: none */
+    ll_quantization begun_grid;        /* that the others lay on in that state; all 0: none */
     uint32_t begun_acked;              /* the newest input in that state */
     uint32_t touched;                  /* others may have acted on the own entity since */
 
@@ -175,7 +175,7 @@ typedef struct ll_client {
     int64_t depth;        /* states newer than what is drawn */
     int64_t drawn_newest; /* of the states, how many had come when it was drawn */
 
-    ll_pending pending[LL_PENDING_RING];
+    ll_pending_input pending[LL_PENDING_RING];
 } ll_client;
 
 #pragma GCC diagnostic pop
@@ -185,12 +185,12 @@ typedef struct ll_client {
 typedef struct ll_client_setup {
     const ll_game *game;
     const ll_game_env *env;
-    const ll_sync *sync;
+    const ll_sync_mode *sync;
     const ll_player_config *config;
-    ll_instruments *instruments;
+    ll_client_metrics *client_metrics;
     const ll_recorder *recorder;
-    const ll_server_config *rules; /* what everybody has agreed on */
-    ll_gunner *gunner;             /* NULL in a game without weapons */
+    const ll_server_config *rules;           /* what everybody has agreed on */
+    ll_weapon_prediction *weapon_prediction; /* NULL in a game without weapons */
     struct ll_shots *shots;
     uint64_t seed;        /* the session's */
     ll_freq display_freq; /* of displays where they are not with the ticks */
@@ -282,14 +282,14 @@ ll_time ll_client_touched(const ll_client *client, const ll_client_setup *setup,
 /* A tick of a client that does not play: its player's controls have no effect. */
 void ll_client_miss(const ll_client *client, const ll_client_setup *setup, ll_time now);
 
-static inline ll_received *ll_client_state(ll_client *c, int64_t index)
+static inline ll_snapshot_entry *ll_client_state(ll_client *c, int64_t index)
 {
-    return (ll_received *)((char *)c + c->states_offset +
-                           (index & (LL_STATE_RING - 1)) *
-                               (int64_t)(sizeof(ll_received) + (size_t)c->world_size));
+    return (ll_snapshot_entry *)((char *)c + c->states_offset +
+                                 (index & (LL_STATE_RING - 1)) *
+                                     (int64_t)(sizeof(ll_snapshot_entry) + (size_t)c->world_size));
 }
 
-static inline ll_world *ll_received_world(ll_received *r)
+static inline ll_world *ll_snapshot_entry_world(ll_snapshot_entry *r)
 {
     return (ll_world *)(r + 1);
 }
@@ -312,24 +312,24 @@ static inline ll_world *ll_client_checked(ll_client *c)
 }
 
 /* What the client draws. */
-static inline ll_world *ll_client_shown(ll_client *c)
+static inline ll_world *ll_client_rendered(ll_client *c)
 {
     return (ll_world *)((char *)c + c->shown_offset);
 }
 
-static inline const ll_world *ll_client_shown_const(const ll_client *c)
+static inline const ll_world *ll_client_rendered_const(const ll_client *c)
 {
     return (const ll_world *)((const char *)c + c->shown_offset);
 }
 
-static inline ll_mark *ll_client_marks(ll_client *c)
+static inline ll_draw_info *ll_client_draw_infos(ll_client *c)
 {
-    return (ll_mark *)((char *)c + c->marks_offset);
+    return (ll_draw_info *)((char *)c + c->marks_offset);
 }
 
-static inline const ll_mark *ll_client_marks_const(const ll_client *c)
+static inline const ll_draw_info *ll_client_draw_infos_const(const ll_client *c)
 {
-    return (const ll_mark *)((const char *)c + c->marks_offset);
+    return (const ll_draw_info *)((const char *)c + c->marks_offset);
 }
 
 /* First of a tick, of every sync's. */
@@ -361,7 +361,7 @@ static inline ll_time ll_client_step_time(const ll_client *c, int64_t tick)
            ll_tick_time(c->latest_tick - c->met, c->clock.freq);
 }
 
-static inline ll_pending *ll_client_pending(ll_client *c, uint32_t seq)
+static inline ll_pending_input *ll_client_pending(ll_client *c, uint32_t seq)
 {
     return &c->pending[seq & (LL_PENDING_RING - 1)];
 }
@@ -373,7 +373,7 @@ static inline bool ll_client_is_open(ll_client *c, uint32_t seq)
 
 /* The input for the server's step `tick`, where inputs belong to steps; NULL: none was made, or it is no
  * longer kept. */
-static inline ll_pending *ll_client_input_at(ll_client *c, int64_t tick)
+static inline ll_pending_input *ll_client_input_at(ll_client *c, int64_t tick)
 {
     int64_t seq = tick - (c->tick - (int64_t)c->seq);
     bool kept = seq >= 1 && seq <= (int64_t)c->seq && ll_client_pending(c, (uint32_t)seq)->seq == seq;
@@ -382,22 +382,21 @@ static inline ll_pending *ll_client_input_at(ll_client *c, int64_t tick)
 
 /* `state` tells that input `seq` was applied or never will be. */
 void ll_client_close(ll_client *client, const ll_client_setup *setup, uint32_t seq, ll_input_state how,
-                     const ll_received *state, ll_time now);
+                     const ll_snapshot_entry *state, ll_time now);
 
 /* decode.c: the world of a state, in `size` bytes; `world` is of no use on an error */
-ll_status ll_client_decode(ll_client *client, const ll_state_message *message, const void *bytes, int size,
+ll_status ll_client_decode(ll_client *client, const ll_snapshot_message *message, const void *bytes, int size,
                            ll_world *world);
 
 /* dilate.c: following the slack by the length of frames */
-void ll_dilate_follow(ll_client *client, const ll_client_setup *setup, const ll_state_message *message,
-                      ll_time now);
-void ll_dilate(ll_client *client); /* moves the next frame */
+void ll_dilate_time_follow(ll_client *client, const ll_client_setup *setup,
+                           const ll_snapshot_message *message, ll_time now);
+void ll_dilate_time(ll_client *client); /* moves the next frame */
 
 /* predict.c: what is in the prediction's scope */
-void ll_predict_due(ll_client *client, const ll_client_setup *setup); /* the inputs that are due */
-void ll_predict_again(ll_client *client,
-                      const ll_client_setup *setup); /* the latest state, and what is open */
-bool ll_prediction_stands(ll_client *client, const ll_client_setup *setup, const ll_received *state,
+void ll_predict_pending_inputs(ll_client *client, const ll_client_setup *setup); /* the inputs that are due */
+void ll_resimulate(ll_client *client, const ll_client_setup *setup); /* the latest state, and what is open */
+bool ll_prediction_stands(ll_client *client, const ll_client_setup *setup, const ll_snapshot_entry *state,
                           uint32_t acked);
 void ll_reconcile(ll_client *client, const ll_client_setup *setup, bool stands, ll_time now);
 void ll_draw_predicted(ll_client *client, ll_time now);
@@ -406,9 +405,10 @@ void ll_note_correction(const ll_client *client, const ll_client_setup *setup, l
 
 /* interpolate.c: the entities of others */
 void ll_interpolate_heard(ll_client *client,
-                          const ll_received *state); /* a state came: follow the server's clock */
+                          const ll_snapshot_entry *state); /* a state came: follow the server's clock */
 void ll_interpolate_server_time(ll_client *client, const ll_client_setup *setup, ll_time now);
-void ll_blend(ll_client *client, const ll_received *a, const ll_received *b, double alpha); /* linear */
+void ll_blend(ll_client *client, const ll_snapshot_entry *a, const ll_snapshot_entry *b,
+              double alpha); /* linear */
 
 /* extrapolate.c: `from` after `dt` seconds of its own */
 void ll_extrapolate(const ll_client_setup *setup, const ll_entity *from, double dt, ll_entity *out);

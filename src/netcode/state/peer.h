@@ -80,7 +80,7 @@ static inline ll_peer *ll_client_peer(const ll_client *c)
 static inline ll_world *ll_peer_world(const ll_client *c, int64_t tick)
 {
     const ll_peer *peer = ll_client_peer(c);
-    return (ll_world *)((char *)&peer->player[ll_client_shown_const(c)->players] +
+    return (ll_world *)((char *)&peer->player[ll_client_rendered_const(c)->players] +
                         (tick & (LL_PEER_RING - 1)) * c->world_size);
 }
 

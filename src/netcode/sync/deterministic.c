@@ -6,18 +6,18 @@
 #include "netcode/server/referee.h"
 #include "netcode/state/peer.h"
 
-const ll_sync ll_sync_deterministic = {
+const ll_sync_mode ll_sync_deterministic = {
     .name = "deterministic",
     .help = "Only inputs travel; every client makes a tick when it has all inputs for it.",
     .sends_idle = true,
     .tells_refusals = true,
     .steps_by_inputs = true,
-    .due = ll_referee_due,
-    .step = ll_referee_step,
-    .take = ll_referee_take,
-    .stand_in = ll_referee_fill,
+    .due = ll_relay_server_due,
+    .step = ll_relay_server_step,
+    .take = ll_relay_server_take,
+    .stand_in = ll_relay_server_fill,
     .join = ll_hold_join,
-    .compose = ll_referee_compose,
+    .compose = ll_relay_server_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,
     .tick = ll_peer_tick,

@@ -14,26 +14,28 @@ static void step(ll_server *server, const ll_game *game, const ll_game_env *env,
     ll_action actions[LL_PLAYERS_MAX];
     int64_t k = ++server->step;
     for (int i = 0; i < server->players; i++) {
-        ll_seat *seat = &server->seats[i];
-        const ll_input_slot *slot = &seat->slots[k & (LL_INPUT_RING - 1)];
-        bool begun = seat->connected && seat->newest >= 0 && k + seat->seq_minus_tick > 0;
+        ll_client_slot *client_slot = &server->seats[i];
+        const ll_input_slot *slot = &client_slot->slots[k & (LL_INPUT_RING - 1)];
+        bool begun =
+            client_slot->connected && client_slot->newest >= 0 && k + client_slot->seq_minus_tick > 0;
         actions[i] = ll_server_action(server, i, k);
         if (slot->tick != k && begun)
-            seat->starved++;
+            client_slot->starved++;
         ll_server_measure(past, i, slot, now);
         if (!begun)
             continue;
-        seat->acked = (uint32_t)(k + seat->seq_minus_tick);
-        ll_seat_done(seat, seat->acked, slot->tick == k && !ll_seat_replaced(seat, k));
+        client_slot->acked = (uint32_t)(k + client_slot->seq_minus_tick);
+        ll_client_slot_done(client_slot, client_slot->acked,
+                            slot->tick == k && !ll_client_slot_replaced(client_slot, k));
     }
     game->step(ll_server_world(server), env, actions, now, past);
     server->stepped = now;
 }
 
-const ll_sync ll_sync_free = {
+const ll_sync_mode ll_sync_free = {
     .name = "free",
     .help = "The server steps on its own clock; clients run ahead of it.",
-    .leads = true,
+    .client_runs_ahead = true,
     .sends_idle = true,
     .tells_refusals = true,
     .drops_stale = true,

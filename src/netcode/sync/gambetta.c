@@ -17,16 +17,16 @@ static ll_time due(const ll_server *server)
  * its moves add up. */
 static void drain(ll_server *server, int player, const ll_game *game, const ll_game_env *env)
 {
-    ll_seat *seat = &server->seats[player];
-    int64_t first = seat->newest - LL_INPUT_RING + 1;
-    for (int64_t tick = first < 1 ? 1 : first; tick <= seat->newest; tick++) {
-        ll_input_slot *slot = &seat->slots[tick & (LL_INPUT_RING - 1)];
+    ll_client_slot *client_slot = &server->seats[player];
+    int64_t first = client_slot->newest - LL_INPUT_RING + 1;
+    for (int64_t tick = first < 1 ? 1 : first; tick <= client_slot->newest; tick++) {
+        ll_input_slot *slot = &client_slot->slots[tick & (LL_INPUT_RING - 1)];
         if (slot->tick != tick || slot->came < 0)
             continue;
         game->step_own(ll_server_world(server), env, player, &slot->action);
         slot->came = -1;
-        seat->acked = slot->seq;
-        ll_seat_done(seat, slot->seq, true);
+        client_slot->acked = slot->seq;
+        ll_client_slot_done(client_slot, slot->seq, true);
     }
 }
 
@@ -48,10 +48,11 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     int64_t i = c->newest - 1;
     while (i > oldest && ll_client_state(c, i)->arrived > render)
         i--;
-    const ll_received *a = ll_client_state(c, i), *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
+    const ll_snapshot_entry *a = ll_client_state(c, i),
+                            *b = i + 1 < c->newest ? ll_client_state(c, i + 1) : NULL;
     bool held =
         b == NULL || a->arrived > render; /* nothing brackets: the demo leaves the entity where it is */
-    ll_mark *marks = ll_client_marks(c);
+    ll_draw_info *marks = ll_client_draw_infos(c);
     int entities = ll_client_latest(c)->entities;
     if (!held) {
         ll_time span = b->arrived - a->arrived;
@@ -64,23 +65,23 @@ static void interpolate(ll_client *c, const ll_client_setup *s, ll_time now)
     } else {
         for (int p = 0; p < entities; p++)
             if (p != c->self)
-                marks[p].flags = LL_SHOWN_HELD;
+                marks[p].flags = LL_RENDERED_HELD;
     }
     c->view_state = held ? LL_VIEW_STARVED : LL_VIEW_NORMAL;
     c->time_scale = held ? 0 : 1;
     c->delay = now - render;
     c->depth = c->newest - 1 - i;
-    if (held && !c->held_now && now >= s->instruments->from)
-        s->instruments->underruns++;
+    if (held && !c->held_now && now >= s->client_metrics->from)
+        s->client_metrics->underruns++;
     c->held_now = held;
     c->buffer_ms = ll_to_ms(ll_client_state(c, c->newest - 1)->arrived - render);
 }
 
-const ll_sync ll_sync_gambetta = {
+const ll_sync_mode ll_sync_gambetta = {
     .name = "gambetta",
     .help = "The live demo's rules: a queue that is drained at each update, receive times, silent refusals.",
     .server_steps_at_update_hz = true,
-    .drains = true,
+    .applies_on_arrival = true,
     .press_s = 1.0 / 40,
     .due = due,
     .step = step,

@@ -5,7 +5,7 @@
 #include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
 
-const ll_sync ll_sync_lockstep = {
+const ll_sync_mode ll_sync_lockstep = {
     .name = "lockstep",
     .help = "Stop and wait, as the paper writes it: a client sends an input and waits for the state before "
             "the next.",

@@ -5,7 +5,7 @@
 #include "netcode/state/client.h"
 #include "netcode/server/lockstep.h"
 
-const ll_sync ll_sync_lockstep_pipelined = {
+const ll_sync_mode ll_sync_lockstep_pipelined = {
     .name = "lockstep_pipelined",
     .help = "The server waits for every player's input, which clients send without waiting for its states.",
     .server_steps_at_update_hz = true,

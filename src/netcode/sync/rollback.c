@@ -5,7 +5,7 @@
 #include "netcode/server/referee.h"
 #include "netcode/state/peer.h"
 
-const ll_sync ll_sync_rollback = {
+const ll_sync_mode ll_sync_rollback = {
     .name = "rollback",
     .help =
         "Only inputs travel; every client guesses those that are missing, and goes back when it was wrong.",
@@ -13,12 +13,12 @@ const ll_sync ll_sync_rollback = {
     .sends_idle = true,
     .tells_refusals = true,
     .steps_by_inputs = true,
-    .due = ll_referee_due,
-    .step = ll_referee_step,
-    .take = ll_referee_take,
-    .stand_in = ll_referee_fill,
+    .due = ll_relay_server_due,
+    .step = ll_relay_server_step,
+    .take = ll_relay_server_take,
+    .stand_in = ll_relay_server_fill,
     .join = ll_hold_join,
-    .compose = ll_referee_compose,
+    .compose = ll_relay_server_compose,
     .start = ll_peer_start,
     .receive = ll_peer_receive,
     .tick = ll_peer_tick,

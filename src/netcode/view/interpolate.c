@@ -8,7 +8,7 @@
 
 #define GAIN 0.25 /* of the averages of gaps and lateness, as Netcode for Entities has it */
 
-static void average_gaps(ll_client *c, const ll_received *state, ll_time sample)
+static void average_gaps(ll_client *c, const ll_snapshot_entry *state, ll_time sample)
 {
     c->late += GAIN * ((double)(c->offset - sample) - c->late);
     if (c->heard >= 0) {
@@ -22,7 +22,7 @@ static void average_gaps(ll_client *c, const ll_received *state, ll_time sample)
     c->heard = state->arrived;
 }
 
-void ll_interpolate_heard(ll_client *c, const ll_received *state)
+void ll_interpolate_heard(ll_client *c, const ll_snapshot_entry *state)
 {
     ll_time sample = state->time - state->arrived;
     int64_t quarter = state->arrived / (LL_SECOND / 4);
@@ -50,7 +50,7 @@ void ll_interpolate_heard(ll_client *c, const ll_received *state)
  */
 typedef struct place {
     int64_t index; /* of `a` */
-    const ll_received *a, *b;
+    const ll_snapshot_entry *a, *b;
     double alpha, span_s; /* of the way from a to b, and its length */
     double beyond_s;      /* behind the newest */
 } place;
@@ -71,7 +71,7 @@ static place find(ll_client *c, ll_time time)
     return p;
 }
 
-static const ll_entity *entity_of(const ll_received *state, int i)
+static const ll_entity *entity_of(const ll_snapshot_entry *state, int i)
 {
     return &((const ll_world *)(state + 1))->entity[i];
 }
@@ -92,15 +92,15 @@ static void pose(const ll_client_setup *s, const place *p, int i, ll_entity *out
         between(ll_interpolations[s->config->interpolation_method], p, i, out);
 }
 
-void ll_blend(ll_client *c, const ll_received *a, const ll_received *b, double alpha)
+void ll_blend(ll_client *c, const ll_snapshot_entry *a, const ll_snapshot_entry *b, double alpha)
 {
     const place p = {.a = a, .b = b, .alpha = alpha};
     c->alpha = alpha;
-    for (int i = 0; i < ll_client_shown(c)->entities; i++) {
+    for (int i = 0; i < ll_client_rendered(c)->entities; i++) {
         if (i == c->self)
             continue;
-        between(&ll_interpolation_linear, &p, i, &ll_client_shown(c)->entity[i]);
-        ll_client_marks(c)[i].flags = LL_SHOWN_INTERPOLATED;
+        between(&ll_interpolation_linear, &p, i, &ll_client_rendered(c)->entity[i]);
+        ll_client_draw_infos(c)[i].flags = LL_RENDERED_INTERPOLATED;
     }
 }
 
@@ -112,10 +112,10 @@ static void correct_extrapolation(ll_client *c, const ll_client_setup *s)
     if (c->drawn_newest == c->newest || !c->has_render || !c->extrapolated)
         return;
     const place p = find(c, c->render);
-    for (int i = 0; i < ll_client_shown(c)->entities; i++) {
+    for (int i = 0; i < ll_client_rendered(c)->entities; i++) {
         const ll_view_error *e = &ll_client_errors(c)[i];
-        ll_entity drawn = ll_client_shown(c)->entity[i], right;
-        if (!(ll_client_marks(c)[i].flags & LL_SHOWN_EXTRAPOLATED))
+        ll_entity drawn = ll_client_rendered(c)->entity[i], right;
+        if (!(ll_client_draw_infos(c)[i].flags & LL_RENDERED_EXTRAPOLATED))
             continue; /* the own, or predicted */
         pose(s, &p, i, &right);
         drawn.x -= e->x;
@@ -164,25 +164,25 @@ static void take_stock(ll_client *c, const ll_client_setup *s, ll_view_state mov
                               : c->extrapolated ? LL_VIEW_EXTRAPOLATING
                                                 : moved);
     c->drawn_newest = c->newest;
-    if (now >= s->instruments->from) {
-        s->instruments->underruns += c->dry && !was_dry;
-        s->instruments->overruns += jumped && !c->held_now;
+    if (now >= s->client_metrics->from) {
+        s->client_metrics->underruns += c->dry && !was_dry;
+        s->client_metrics->overruns += jumped && !c->held_now;
     }
 }
 
 static void draw_others(ll_client *c, const ll_client_setup *s)
 {
     const place p = find(c, c->render);
-    ll_world *shown = ll_client_shown(c);
-    ll_mark mark = {.time = p.a->time > c->render ? p.a->time : c->render,
-                    .flags = c->extrapolated ? LL_SHOWN_EXTRAPOLATED : LL_SHOWN_INTERPOLATED};
+    ll_world *shown = ll_client_rendered(c);
+    ll_draw_info mark = {.time = p.a->time > c->render ? p.a->time : c->render,
+                         .flags = c->extrapolated ? LL_RENDERED_EXTRAPOLATED : LL_RENDERED_INTERPOLATED};
     if (c->held_now)
-        mark.flags |= LL_SHOWN_HELD;
+        mark.flags |= LL_RENDERED_HELD;
     for (int i = 0; i < shown->entities; i++) {
         if (i == c->self)
             continue;
         pose(s, &p, i, &shown->entity[i]);
-        ll_client_marks(c)[i] = mark;
+        ll_client_draw_infos(c)[i] = mark;
     }
     c->alpha = p.alpha;
     c->depth = c->newest - 1 - p.index;

@@ -34,7 +34,7 @@ static double speed_of(const ll_entity *e)
 void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
 {
     double worst = 0, keep = 0;
-    ll_world *shown = ll_client_shown(c);
+    ll_world *shown = ll_client_rendered(c);
     if (c->erring && s->config->correction == LL_CORRECTION_SMOOTH)
         keep = ll_exp(-ll_to_ms(c->elapsed) / s->config->correction_half_life_ms * LN2);
     bool erring = false;
@@ -42,8 +42,8 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
         ll_view_error *e = &ll_client_errors(c)[i];
         double size = ll_sqrt(e->x * e->x + e->y * e->y), left = size > LL_SMOOTH_MAX_M ? 0 : keep;
         worst = size * (1 - left) > worst ? size * (1 - left) : worst;
-        ll_instruments_moved(s->instruments, size * (1 - left),
-                             speed_of(&shown->entity[i]) * ll_to_s(c->elapsed));
+        ll_client_metrics_moved(s->client_metrics, size * (1 - left),
+                                speed_of(&shown->entity[i]) * ll_to_s(c->elapsed));
         *e = (ll_view_error){e->x * left, e->y * left, e->angle * left};
         if (!seen(e)) {
             *e = (ll_view_error){0};
@@ -55,5 +55,5 @@ void ll_smooth_draw(ll_client *c, const ll_client_setup *s, ll_time now)
         erring = true;
     }
     c->erring = erring;
-    ll_measure(s->instruments, LL_METRIC_POP, now, worst);
+    ll_measure(s->client_metrics, LL_METRIC_POP, now, worst);
 }

@@ -28,7 +28,7 @@ extern const ll_param_table ll_ode_free_fall_table, ll_ode_jerk_table, ll_ode_fo
 #define LL_ODE_PARAM(type_, member_, unit_, min_, max_, standard_, help_)                                    \
     {                                                                                                        \
         .name = #member_, .type = LL_PARAM_REAL, .offset = offsetof(type_, member_), .min = (min_),          \
-        .max = (max_), .standard = (standard_), .unit = (unit_), .live = true, .help = (help_)               \
+        .max = (max_), .default_value = (standard_), .unit = (unit_), .live = true, .help = (help_)          \
     }
 
 #define LL_ODE_TABLE(table_, name_, help_, rows_, type_)                                                     \

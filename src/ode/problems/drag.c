@@ -60,12 +60,12 @@ static bool vertical_exact(const void *p, double t, double *y)
     }
     double angle = ll_ode_atan(-c->v0 / vt), apex = angle * vt / c->g, left = angle - c->g * t / vt;
     if (t < apex) { /* upwards: v = -vt tan */
-        y[0] = -ll_log(ll_cos(left) / ll_cos(angle)) / c->kd;
+        y[0] = -ll_detmath_log(ll_cos(left) / ll_cos(angle)) / c->kd;
         y[1] = -vt * ll_sin(left) / ll_cos(left);
         return true;
     }
     falling(c, t - apex, 0, &s, &y[1]);
-    y[0] = s + ll_log(ll_cos(angle)) / c->kd;
+    y[0] = s + ll_detmath_log(ll_cos(angle)) / c->kd;
     return true;
 }
 

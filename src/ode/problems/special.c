@@ -45,7 +45,7 @@ double ll_ode_tanh(double x)
 
 double ll_ode_atanh(double x)
 {
-    return ll_log((1 + x) / (1 - x)) / 2;
+    return ll_detmath_log((1 + x) / (1 - x)) / 2;
 }
 
 double ll_ode_log_cosh(double x)
@@ -57,7 +57,7 @@ double ll_ode_log_cosh(double x)
             sum = 1.0 / n + t * t * sum;
         return 2 * t * sum;
     }
-    return z + ll_log((1 + ll_exp(-2 * z)) / 2);
+    return z + ll_detmath_log((1 + ll_exp(-2 * z)) / 2);
 }
 
 enum { LEVELS = 8 };

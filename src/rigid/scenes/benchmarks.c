@@ -39,7 +39,7 @@ const ll_scene ll_scene_smash = {
     .name = "smash",
     .title = "Smash",
     .help = "A block of 8 m hits 1.5 size x size boxes of 40 cm at `speed` m/s, without gravity (Box2D).",
-    .standard = {.size = 80, .speed = 40, .friction = 0.6},
+    .default_value = {.size = 80, .speed = 40, .friction = 0.6},
     .limits = smash_limits,
     .params = weightless,
     .build = smash};
@@ -79,7 +79,7 @@ const ll_scene ll_scene_tumbler = {
     .name = "tumbler",
     .title = "Tumbler",
     .help = "size x size boxes in a square drum that a motor rotates at `speed` rad/s (Box2D: 45).",
-    .standard = {.size = 45, .speed = 0.436, .friction = 0.6},
+    .default_value = {.size = 45, .speed = 0.436, .friction = 0.6},
     .limits = drum_limits,
     .build = tumbler};
 
@@ -117,7 +117,7 @@ const ll_scene ll_scene_washer = {
     .name = "washer",
     .title = "Washer",
     .help = "size x size boxes in a round drum with blades that rotates at `speed` rad/s (Box2D: 90).",
-    .standard = {.size = 90, .speed = 0.436, .friction = 0.6},
+    .default_value = {.size = 90, .speed = 0.436, .friction = 0.6},
     .limits = drum_limits,
     .build = washer};
 
@@ -178,7 +178,7 @@ const ll_scene ll_scene_spinner = {.name = "spinner",
                                    .title = "Spinner",
                                    .help = "size capsules, balls and boxes in a ring, initially overlapping, "
                                            "stirred by a rod of 40 m (Box2D: 6,076).",
-                                   .standard = {.size = 6076, .speed = 5, .friction = 0.1},
+                                   .default_value = {.size = 6076, .speed = 5, .friction = 0.1},
                                    .limits = spinner_limits,
                                    .params = swept,
                                    .build = spinner};
@@ -222,7 +222,7 @@ const ll_scene ll_scene_junkyard = {
     .name = "junkyard",
     .title = "Junkyard",
     .help = "size x size pentagons and a pusher of `speed` m/s (Box2D: 8,000 pentagons).",
-    .standard = {.size = 89, .speed = 5, .friction = 0.6},
+    .default_value = {.size = 89, .speed = 5, .friction = 0.6},
     .limits = drum_limits,
     .build = junkyard,
     .drive = junkyard_drive};
@@ -251,7 +251,7 @@ static ll_status compounds(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_compounds = {.name = "compounds",
                                      .title = "Compounds",
                                      .help = "size x size bodies of two triangles each (Box2D: 3,000).",
-                                     .standard = {.size = 55, .friction = 0.6},
+                                     .default_value = {.size = 55, .friction = 0.6},
                                      .limits = compound_limits,
                                      .build = compounds};
 
@@ -366,7 +366,7 @@ const ll_scene ll_scene_rain = {
     .title = "Rain of ragdolls",
     .help = "A ragdoll of 11 bodies every 8 steps; beyond size of them, the oldest is removed. From 1,000 "
             "on, 25 at a time, onto five floors of boxes (Box2D: 1,000).",
-    .standard = {.size = 200, .friction = 0.6},
+    .default_value = {.size = 200, .friction = 0.6},
     .limits = rain_limits,
     .build = rain,
     .drive = rain_drive};

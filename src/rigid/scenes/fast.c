@@ -59,7 +59,7 @@ static ll_status bullets_loose(ll_rigid *w, const ll_scene_args *a)
                           .title = "Bullets " how,                                                           \
                           .help = "size balls of r = 5 cm at speed m/s against walls of 5 cm " how           \
                                   ", each at another phase of a step.",                                      \
-                          .standard = {.size = 200, .speed = 100, .offset = 5, .friction = 0},               \
+                          .default_value = {.size = 200, .speed = 100, .offset = 5, .friction = 0},          \
                           .limits = fast_limits,                                                             \
                           .params = swept_and_weightless,                                                    \
                           .build = builder}
@@ -85,7 +85,7 @@ const ll_scene ll_scene_skinny_box = {
     .name = "skinny_box",
     .title = "Skinny box",
     .help = "size boxes of 1 cm that rotate at 50 rad/s and fall at speed m/s (Box2D).",
-    .standard = {.size = 4, .speed = 100, .friction = 0.6},
+    .default_value = {.size = 4, .speed = 100, .friction = 0.6},
     .limits = fast_limits,
     .params = swept,
     .build = skinny_box};
@@ -112,7 +112,7 @@ const ll_scene ll_scene_drop = {
     .name = "drop",
     .title = "Drop",
     .help = "size small bodies that fall at speed m/s onto a floor without thickness (Box2D).",
-    .standard = {.size = 30, .speed = 200, .friction = 0.6},
+    .default_value = {.size = 30, .speed = 200, .friction = 0.6},
     .limits = fast_limits,
     .params = swept,
     .build = drop};
@@ -139,7 +139,7 @@ const ll_scene ll_scene_pinball = {.name = "pinball",
                                    .title = "Pinball",
                                    .help =
                                        "size balls at speed m/s between bumpers of restitution 1 (Box2D).",
-                                   .standard = {.size = 4, .speed = 60, .friction = 0},
+                                   .default_value = {.size = 4, .speed = 60, .friction = 0},
                                    .limits = fast_limits,
                                    .params = swept,
                                    .build = pinball};
@@ -166,7 +166,7 @@ const ll_scene ll_scene_ghost_bumps = {
     .title = "Ghost bumps",
     .help = "A box, a ball and a capsule that slide at speed m/s over the seams of a chain "
             "(Box2D chain slide, ghost bumps).",
-    .standard = {.size = 1, .speed = 10, .friction = 0},
+    .default_value = {.size = 1, .speed = 10, .friction = 0},
     .limits = fast_limits,
     .build = ghost_bumps};
 
@@ -187,7 +187,7 @@ const ll_scene ll_scene_wedge = {.name = "wedge",
                                  .title = "Wedge",
                                  .help =
                                      "size bullets driven at speed m/s into a corner that narrows (Box2D).",
-                                 .standard = {.size = 2, .speed = 200, .friction = 0.2},
+                                 .default_value = {.size = 2, .speed = 200, .friction = 0.2},
                                  .limits = fast_limits,
                                  .params = swept,
                                  .build = wedge};
@@ -210,7 +210,7 @@ const ll_scene ll_scene_pixel_imperfect = {
     .name = "pixel_imperfect",
     .title = "Pixel imperfect",
     .help = "A box that falls at speed m/s into a shaft with a pixel of play (Box2D).",
-    .standard = {.size = 1, .speed = 10, .friction = 0},
+    .default_value = {.size = 1, .speed = 10, .friction = 0},
     .limits = fast_limits,
     .params = swept,
     .build = pixel_imperfect};
@@ -231,7 +231,7 @@ static ll_status sliver(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_sliver = {.name = "sliver",
                                   .title = "Slivers",
                                   .help = "size triangles of 2 m and 2 cm that fall on each other (Box2D).",
-                                  .standard = {.size = 12, .friction = 0.6},
+                                  .default_value = {.size = 12, .friction = 0.6},
                                   .limits = fast_limits,
                                   .params = swept,
                                   .build = sliver};

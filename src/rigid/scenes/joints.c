@@ -41,7 +41,7 @@ const ll_scene ll_scene_ball_chain = {
     .name = "ball_chain",
     .title = "Ball and chain",
     .help = "A ball of ratio times a link's mass on a chain of size links (solver2d, Box2D).",
-    .standard = {.size = 40, .ratio = 670, .friction = 0.6},
+    .default_value = {.size = 40, .ratio = 670, .friction = 0.6},
     .limits = chain_limits,
     .build = ball_chain};
 
@@ -57,7 +57,7 @@ const ll_scene ll_scene_stretched_chain = {
     .name = "stretched_chain",
     .title = "Stretched chain",
     .help = "size links placed ratio times as far apart as their joints allow (solver2d).",
-    .standard = {.size = 40, .ratio = 2, .friction = 0.6},
+    .default_value = {.size = 40, .ratio = 2, .friction = 0.6},
     .limits = chain_limits,
     .build = stretched_chain};
 
@@ -97,7 +97,7 @@ const ll_scene ll_scene_joint_grid = {
     .name = "joint_grid",
     .title = "Grid of joints",
     .help = "size x size balls, jointed to their neighbours (Box2D joint_grid: 100).",
-    .standard = {.size = 100, .friction = 0.6},
+    .default_value = {.size = 100, .friction = 0.6},
     .limits = grid_limits,
     .build = joint_grid};
 
@@ -123,7 +123,7 @@ const ll_scene ll_scene_bridge = {
     .name = "bridge",
     .title = "Bridge",
     .help = "size planks jointed into a suspension bridge, and three boxes on it (Box2D: 160).",
-    .standard = {.size = 160, .friction = 0.6},
+    .default_value = {.size = 160, .friction = 0.6},
     .limits = chain_limits,
     .build = bridge};
 
@@ -146,7 +146,7 @@ const ll_scene ll_scene_cantilever = {.name = "cantilever",
                                       .title = "Cantilever",
                                       .help =
                                           "size parts welded into a beam that is fixed at one end (Box2D).",
-                                      .standard = {.size = 8, .friction = 0.6},
+                                      .default_value = {.size = 8, .friction = 0.6},
                                       .limits = chain_limits,
                                       .build = cantilever};
 
@@ -187,7 +187,7 @@ static ll_status scissor_lift(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_scissor_lift = {.name = "scissor_lift",
                                         .title = "Scissor lift",
                                         .help = "size pairs of crossed bars: closed loops of joints (Box2D).",
-                                        .standard = {.size = 3, .friction = 0.6},
+                                        .default_value = {.size = 3, .friction = 0.6},
                                         .limits = chain_limits,
                                         .build = scissor_lift};
 
@@ -219,7 +219,7 @@ const ll_scene ll_scene_cart = {
     .name = "cart",
     .title = "Cart",
     .help = "A load of ratio times the density of its two driven wheels, at 2.2 g (Box2D).",
-    .standard = {.size = 1, .ratio = 20, .speed = 2, .friction = 0.9},
+    .default_value = {.size = 1, .ratio = 20, .speed = 2, .friction = 0.9},
     .limits = chain_limits,
     .params = ccd_mass_ratio,
     .build = cart};
@@ -247,7 +247,7 @@ const ll_scene ll_scene_unstable_prismatic = {
     .name = "unstable_prismatic",
     .title = "Unstable prismatic",
     .help = "Two prismatic joints on one revolute joint with limits: an open issue of Box2D.",
-    .standard = {.size = 1, .friction = 0.6},
+    .default_value = {.size = 1, .friction = 0.6},
     .limits = chain_limits,
     .build = unstable_prismatic};
 
@@ -272,6 +272,6 @@ const ll_scene ll_scene_windmill = {
     .name = "windmill",
     .title = "Windmill",
     .help = "A motor of speed rad/s and unlimited torque, and boxes in its way (Box2D).",
-    .standard = {.size = 1, .speed = 2, .friction = 0.6},
+    .default_value = {.size = 1, .speed = 2, .friction = 0.6},
     .limits = chain_limits,
     .build = windmill};

@@ -35,7 +35,7 @@ const ll_scene ll_scene_column = {
     .help = "size boxes of 1 m, one on the other; the topmost ratio times as heavy. With an offset (m) they "
             "are set alternately to the left and right and dropped from 10 cm (Box2D vertical stack; "
             "Rapier's tall column has 80).",
-    .standard = {.size = 20, .ratio = 1, .friction = 0.6},
+    .default_value = {.size = 20, .ratio = 1, .friction = 0.6},
     .fall = column_fall,
     .limits = column_limits,
     .build = column};
@@ -67,7 +67,7 @@ const ll_scene ll_scene_pyramid = {.name = "pyramid",
                                    .title = "Pyramid",
                                    .help = "Boxes of 1 m, size of them in the lowest row: 20, 40 and 100 "
                                            "make 210, 820 and 5,050 (Box2D large_pyramid).",
-                                   .standard = {.size = 20, .friction = 0.6},
+                                   .default_value = {.size = 20, .friction = 0.6},
                                    .limits = pyramid_limits,
                                    .build = pyramid};
 
@@ -90,7 +90,7 @@ const ll_scene ll_scene_many_pyramids = {
     .name = "many_pyramids",
     .title = "Many pyramids",
     .help = "size pyramids of 55 boxes; 400 make 22,000 (Box2D many_pyramids).",
-    .standard = {.size = 400, .friction = 0.6},
+    .default_value = {.size = 400, .friction = 0.6},
     .limits = many_limits,
     .build = many_pyramids};
 
@@ -106,7 +106,7 @@ const ll_scene ll_scene_tiny_pyramid = {
     .name = "tiny_pyramid",
     .title = "Tiny pyramid",
     .help = "Boxes of 5 cm, size in the lowest row: the contact margin is a tenth of a box (Box2D).",
-    .standard = {.size = 30, .friction = 0.6},
+    .default_value = {.size = 30, .friction = 0.6},
     .limits = pyramid_limits,
     .build = tiny_pyramid};
 
@@ -138,7 +138,7 @@ const ll_scene ll_scene_heavy_on_two = {.name = "heavy_on_two",
                                         .title = "Heavy on two",
                                         .help = "A box of ratio times the mass on two boxes of 1 m, dropped "
                                                 "from offset (m) above (Box2D high mass ratio 2).",
-                                        .standard = {.ratio = 400, .offset = 0, .friction = 0.6},
+                                        .default_value = {.ratio = 400, .offset = 0, .friction = 0.6},
                                         .fall = heavy_fall,
                                         .limits = few_limits,
                                         .build = heavy_on_two};
@@ -176,7 +176,7 @@ const ll_scene ll_scene_heavy_tops = {.name = "heavy_tops",
                                       .help = "Three pyramids of 2 m boxes, size in the lowest row; tops of "
                                               "1, 2 and 3 times ratio in density fall 2 m "
                                               "(Box2D high mass ratio 1).",
-                                      .standard = {.size = 10, .ratio = 100, .friction = 0.6},
+                                      .default_value = {.size = 10, .ratio = 100, .friction = 0.6},
                                       .fall = tops_fall,
                                       .limits = heavy_tops_limits,
                                       .build = heavy_tops};
@@ -197,7 +197,7 @@ const ll_scene ll_scene_inverse_pyramid = {.name = "inverse_pyramid",
                                            .title = "Inverse pyramid",
                                            .help = "size boxes, each twice as wide as the one below: six "
                                                    "make a mass ratio of 1,024 (Rapier inv_pyramid2).",
-                                           .standard = {.size = 6, .friction = 0.6},
+                                           .default_value = {.size = 6, .friction = 0.6},
                                            .limits = few_limits,
                                            .build = inverse_pyramid};
 
@@ -219,7 +219,7 @@ const ll_scene ll_scene_heavy_on_triangles = {
     .name = "heavy_on_triangles",
     .title = "Heavy on triangles",
     .help = "A box of ratio times the mass on the tips of two triangles (Box2D high mass ratio 3).",
-    .standard = {.ratio = 400, .friction = 0.6},
+    .default_value = {.ratio = 400, .friction = 0.6},
     .fall = heavy_fall,
     .limits = few_limits,
     .build = heavy_on_triangles};
@@ -246,7 +246,7 @@ const ll_scene ll_scene_tilted_stack = {
     .name = "tilted_stack",
     .title = "Tilted stack",
     .help = "size columns of size boxes, each row offset (m) to the right (Box2D).",
-    .standard = {.size = 10, .offset = 0.2, .friction = 0.3},
+    .default_value = {.size = 10, .offset = 0.2, .friction = 0.3},
     .limits = square_limits,
     .build = tilted_stack};
 
@@ -266,7 +266,7 @@ const ll_scene ll_scene_overlap = {
     .name = "overlap",
     .title = "Overlap recovery",
     .help = "A pyramid of size rows whose boxes initially overlap by the fraction ratio (Box2D, Rapier).",
-    .standard = {.size = 4, .ratio = 0.25, .friction = 0.6},
+    .default_value = {.size = 4, .ratio = 0.25, .friction = 0.6},
     .limits = square_limits,
     .build = overlap};
 
@@ -287,7 +287,7 @@ static ll_status total_overlap(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_total_overlap = {.name = "total_overlap",
                                          .title = "Total overlap",
                                          .help = "size boxes at one position (Rapier debug_total_overlap2).",
-                                         .standard = {.size = 16, .friction = 0.6},
+                                         .default_value = {.size = 16, .friction = 0.6},
                                          .limits = total_limits,
                                          .build = total_overlap};
 
@@ -318,7 +318,7 @@ const ll_scene ll_scene_confined = {
     .title = "Confined",
     .help =
         "size x size balls of 1 m in a box that fits four fifths as many per side, without gravity (Box2D).",
-    .standard = {.size = 25, .friction = 0.1},
+    .default_value = {.size = 25, .friction = 0.1},
     .limits = square_limits,
     .params = weightless,
     .build = confined};
@@ -341,7 +341,7 @@ const ll_scene ll_scene_circle_stack = {
     .name = "circle_stack",
     .title = "Stack of balls",
     .help = "size bouncing balls in a column, each heavier than the one below (Box2D).",
-    .standard = {.size = 10, .friction = 0.6},
+    .default_value = {.size = 10, .friction = 0.6},
     .limits = few_limits,
     .build = circle_stack};
 
@@ -367,7 +367,7 @@ const ll_scene ll_scene_warm_start = {
     .title = "Stored energy",
     .help = "Three balls; the topmost, ratio times as dense, is removed after 2 s. How high the others jump "
             "shows the energy that the contacts stored (solver2d warm-start energy).",
-    .standard = {.ratio = 100, .friction = 0.6},
+    .default_value = {.ratio = 100, .friction = 0.6},
     .limits = few_limits,
     .build = warm_start,
     .drive = warm_start_drive};
@@ -406,7 +406,7 @@ static ll_status rush_drive(ll_rigid *w, const ll_scene_args *a, int64_t step)
 const ll_scene ll_scene_rush = {.name = "rush",
                                 .title = "Rush",
                                 .help = "size x size balls attracted to one point by speed m/s^2 (solver2d).",
-                                .standard = {.size = 20, .speed = 20, .friction = 0.1},
+                                .default_value = {.size = 20, .speed = 20, .friction = 0.1},
                                 .limits = square_limits,
                                 .params = weightless,
                                 .build = rush,
@@ -431,6 +431,6 @@ const ll_scene ll_scene_far_pyramid = {.name = "far_pyramid",
                                        .title = "Far pyramid",
                                        .help = "A pyramid of size rows at (offset, -0.8 offset) m: shows the "
                                                "loss of digits there (solver2d, Box2D).",
-                                       .standard = {.size = 10, .offset = 1e5, .friction = 0.6},
+                                       .default_value = {.size = 10, .offset = 1e5, .friction = 0.6},
                                        .limits = square_limits,
                                        .build = far_pyramid};

@@ -20,7 +20,7 @@ extern const ll_param_table ll_scene_args_table;
 typedef struct ll_scene {
     const char *name, *title;
     const char *help; /* contents, difficulty, source */
-    ll_scene_args standard;
+    ll_scene_args default_value;
     double (*fall)(const ll_scene_args *args); /* m that bodies fall before they rest; NULL: 0 */
     void (*limits)(const ll_scene_args *args, ll_rigid_limits *limits); /* other than `broad` and `volumes` */
     void (*params)(const ll_scene_args *args, ll_rigid_params *params); /* changed parameters; NULL: none */

@@ -47,7 +47,7 @@ static double either(double given, double standard)
 
 ll_scene_args ll_scene_args_of(const ll_scene *scene, const ll_scene_args *given)
 {
-    const ll_scene_args *s = &scene->standard;
+    const ll_scene_args *s = &scene->default_value;
     return (ll_scene_args){.size = given->size != 0 ? given->size : s->size,
                            .ratio = either(given->ratio, s->ratio),
                            .offset = either(given->offset, s->offset),

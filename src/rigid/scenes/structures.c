@@ -39,7 +39,7 @@ const ll_scene ll_scene_card_house = {
     .name = "card_house",
     .title = "House of cards",
     .help = "size levels of cards of 40 cm and 2 mm that lean by 25 degrees (Box2D, Rapier).",
-    .standard = {.size = 5, .friction = 0.7},
+    .default_value = {.size = 5, .friction = 0.7},
     .limits = some_limits,
     .build = card_house};
 
@@ -70,7 +70,7 @@ static ll_status arch(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_arch = {.name = "arch",
                                 .title = "Arch",
                                 .help = "17 stones without mortar and four blocks on the keystone (Box2D).",
-                                .standard = {.size = 1, .friction = 0.6},
+                                .default_value = {.size = 1, .friction = 0.6},
                                 .limits = some_limits,
                                 .build = arch};
 
@@ -92,7 +92,7 @@ static ll_status domino(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_domino = {.name = "domino",
                                   .title = "Dominoes",
                                   .help = "size dominoes 1 m apart, and a push (Box2D double domino).",
-                                  .standard = {.size = 15, .friction = 0.6},
+                                  .default_value = {.size = 15, .friction = 0.6},
                                   .limits = some_limits,
                                   .build = domino};
 
@@ -115,7 +115,7 @@ static ll_status ramps(ll_rigid *w, const ll_scene_args *a)
 const ll_scene ll_scene_ramps = {.name = "ramps",
                                  .title = "Friction ramps",
                                  .help = "Boxes of friction 0.75, 0.5, 0.35, 0.1 and 0 on ramps (Box2D).",
-                                 .standard = {.size = 1, .friction = 0.2},
+                                 .default_value = {.size = 1, .friction = 0.2},
                                  .limits = some_limits,
                                  .build = ramps};
 
@@ -158,7 +158,7 @@ const ll_scene ll_scene_rugged_wall = {
     .title = "Rugged wall",
     .help = "The paper's rugged wall of size teeth, and bodies thrown at it with speed m/s: exact, or with "
             "bounding volumes (parameter volume).",
-    .standard = {.size = 30, .speed = 15, .friction = 0.4},
+    .default_value = {.size = 30, .speed = 15, .friction = 0.4},
     .limits = some_limits,
     .build = rugged_wall};
 
@@ -182,7 +182,7 @@ const ll_scene ll_scene_collapsing_stack = {
     .title = "Collapsing stack",
     .help = "The paper's stack of size blocks. With the solver impulse its own contacts make it collapse; "
             "with the others it stands.",
-    .standard = {.size = 10, .friction = 0.6},
+    .default_value = {.size = 10, .friction = 0.6},
     .limits = some_limits,
     .params = beginner,
     .build = collapsing_stack};
@@ -207,7 +207,7 @@ const ll_scene ll_scene_figure_5 = {
     .name = "figure_5",
     .title = "Figure 5: bounding volumes",
     .help = "Two rectangles that rotate at speed rad/s, and the AABB, sphere and OBB around them.",
-    .standard = {.size = 1, .speed = 0.5, .friction = 0.6},
+    .default_value = {.size = 1, .speed = 0.5, .friction = 0.6},
     .limits = some_limits,
     .params = weightless,
     .build = figure_5};

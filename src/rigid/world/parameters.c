@@ -8,12 +8,13 @@ static const char *const simd_names[] = {"auto", "scalar", "sse2", "avx2", NULL}
         .name = #field, .offset = offsetof(ll_rigid_params, field), .live = true, __VA_ARGS__                \
     }
 #define REAL(field, low, high, value, of, text)                                                              \
-    ROW(field, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value, .unit = of, .help = text)
+    ROW(field, .type = LL_PARAM_REAL, .min = low, .max = high, .default_value = value, .unit = of,           \
+        .help = text)
 #define WHOLE(field, low, high, value, text)                                                                 \
-    ROW(field, .type = LL_PARAM_INT, .min = low, .max = high, .standard = value, .help = text)
+    ROW(field, .type = LL_PARAM_INT, .min = low, .max = high, .default_value = value, .help = text)
 #define CHOICE(field, names, value, text)                                                                    \
-    ROW(field, .type = LL_PARAM_CHOICE, .choices = names, .standard = value, .help = text)
-#define SWITCH(field, value, text) ROW(field, .type = LL_PARAM_BOOL, .standard = value, .help = text)
+    ROW(field, .type = LL_PARAM_CHOICE, .choices = names, .default_value = value, .help = text)
+#define SWITCH(field, value, text) ROW(field, .type = LL_PARAM_BOOL, .default_value = value, .help = text)
 
 static const ll_param rows[] = {
     REAL(gravity_x, -1000, 1000, 0, "m/s^2", "Gravity to the right."),
@@ -22,7 +23,7 @@ static const ll_param rows[] = {
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_rigid_params, solver),
      .choices = ll_rigid_solver_names,
-     .standard = LL_SOLVER_SOFT_STEP,
+     .default_value = LL_SOLVER_SOFT_STEP,
      .live = true,
      .help = "Contact solver."},
     CHOICE(continuous, continuous_names, LL_CONTINUOUS_OFF,

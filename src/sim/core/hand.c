@@ -1,6 +1,6 @@
 #include "sim/core/hand.h"
 
-ll_status ll_hand_accepts(int player, const ll_action *action, const char *does)
+ll_status ll_pointer_drag_accepts(int player, const ll_action *action, const char *does)
 {
     if (player != 0)
         return ll_field_error(LL_BAD_INPUT, "player", "player: must be 0, who %s; got %d", does, player);

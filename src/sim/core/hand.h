@@ -5,4 +5,4 @@
 #include "input/action.h"
 
 /* Refuses other players and axes beyond [-1, 1]. `does`: `drags`, `stirs`. */
-ll_status ll_hand_accepts(int player, const ll_action *action, const char *does);
+ll_status ll_pointer_drag_accepts(int player, const ll_action *action, const char *does);

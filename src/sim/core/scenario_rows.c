@@ -38,7 +38,7 @@ static const ll_param activity_rows[] = {
      .offset = offsetof(ll_activity, min),
      .min = -1e12,
      .max = 1e12,
-     .standard = 1,
+     .default_value = 1,
      .help = "It must be at least so much."},
 };
 

@@ -35,14 +35,14 @@ extern const ll_param_table ll_timeline_table, ll_activity_table;
          .offset = offsetof(ll_scenario_head, duration_s),                                                   \
          .min = 0.01,                                                                                        \
          .max = LL_DURATION_MAX_S,                                                                           \
-         .standard = 30,                                                                                     \
+         .default_value = 30,                                                                                \
          .unit = "s",                                                                                        \
          .help = "How long it runs."},                                                                       \
         {.name = "seed",                                                                                     \
          .type = LL_PARAM_INT,                                                                               \
          .offset = offsetof(ll_scenario_head, seed),                                                         \
          .max = 9007199254740991,                                                                            \
-         .standard = 1,                                                                                      \
+         .default_value = 1,                                                                                 \
          .help = "Of all random draws."},                                                                    \
         {.name = "timeline",                                                                                 \
          .type = LL_PARAM_ARRAY,                                                                             \

@@ -51,31 +51,31 @@ typedef struct ll_scenario_head {
     ll_activity activity[LL_ACTIVITY_MAX];
 } ll_scenario_head;
 
-enum { LL_METER_PARTS = 30 };
+enum { LL_STEP_PROFILER_PARTS = 30 };
 
 /* What parts of a step cost, by the caller's clock: the engine reads none, and its state holds nothing of it.
  */
-typedef struct ll_meter {
+typedef struct ll_step_profiler {
     int64_t (*now_ns)(void);
-    int64_t ns[LL_METER_PARTS]; /* in the kind's own order */
-    ll_time metered;            /* virtual time that they are of */
-} ll_meter;
+    int64_t ns[LL_STEP_PROFILER_PARTS]; /* in the kind's own order */
+    ll_time metered;                    /* virtual time that they are of */
+} ll_step_profiler;
 
 /* Without a meter nothing is read. */
-static inline int64_t ll_meter_start(const ll_meter *meter)
+static inline int64_t ll_step_profiler_start(const ll_step_profiler *step_profiler)
 {
-    return meter ? meter->now_ns() : 0;
+    return step_profiler ? step_profiler->now_ns() : 0;
 }
 
-static inline void ll_meter_add(ll_meter *meter, int part, int64_t from)
+static inline void ll_step_profiler_add(ll_step_profiler *step_profiler, int part, int64_t from)
 {
-    if (meter)
-        meter->ns[part] += meter->now_ns() - from;
+    if (step_profiler)
+        step_profiler->ns[part] += step_profiler->now_ns() - from;
 }
 
-static inline double ll_meter_ns_per_s(const ll_meter *meter, int part)
+static inline double ll_step_profiler_ns_per_s(const ll_step_profiler *step_profiler, int part)
 {
-    return meter->metered > 0 ? (double)meter->ns[part] / ll_to_s(meter->metered) : 0;
+    return step_profiler->metered > 0 ? (double)step_profiler->ns[part] / ll_to_s(step_profiler->metered) : 0;
 }
 
 typedef struct ll_sim_kind {
@@ -94,11 +94,12 @@ typedef struct ll_sim_kind {
     /* Where a few seeds give the same metrics, all do: nothing rare is drawn. */
     bool no_rare_events;
 
-    /* Runs every event up to and including `until`; `meter` may be NULL. LL_DIVERGED names the tick and the
-     * entity of the first value that is not finite; the block then stays at that tick. Inside of a tick that
-     * may take long `interrupt` is asked, NULL never breaks off: after LL_INTERRUPTED the block is spoilt. */
-    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
-                         const ll_interrupt *interrupt);
+    /* Runs every event up to and including `until`; `step_profiler` may be NULL. LL_DIVERGED names the tick
+     * and the entity of the first value that is not finite; the block then stays at that tick. Inside of a
+     * tick that may take long `interrupt` is asked, NULL never breaks off: after LL_INTERRUPTED the block is
+     * spoilt. */
+    ll_status (*advance)(void *block, ll_time until, const ll_recorder *recorder,
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt);
     /* The time that a block stands at, also one that has failed. NULL: it is advanced by one tick at a time,
      * so that a failure's tick is known; others by many. */
     ll_time (*stands_at)(const void *block);
@@ -126,7 +127,7 @@ typedef struct ll_sim_kind {
     const char *const *signed_metrics;
 
     /* Adds to `cost` what the meter of `advance` says of each part. NULL: the kind meters none. */
-    void (*costs)(const void *config, const ll_meter *meter, struct cJSON *cost);
+    void (*costs)(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 
     /* Runs the scenario's parts one by one and adds what each costs to `metrics`, by the caller's clock.
      * NULL: it has no parts. */

@@ -53,7 +53,7 @@ static void drag_force(ll_fluid_sim *s)
 static ll_status accepts(const void *config, int player, const ll_action *action)
 {
     (void)config;
-    return ll_hand_accepts(player, action, "stirs");
+    return ll_pointer_drag_accepts(player, action, "stirs");
 }
 
 static void point(ll_fluid_sim *s, const ll_action *action)
@@ -110,17 +110,17 @@ static ll_status advance_one(ll_fluid_sim *s, ll_time until, ll_pace *pace)
 }
 
 /* The first fluid stops its session; one beside it only itself. */
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
-                         const ll_interrupt *interrupt)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
     ll_status first = ll_ok();
     ll_pace pace = ll_pace_by(interrupt);
     int i = 0;
     (void)recorder;
     for (ll_fluid_sim *s = block; s != NULL && !ll_failed(&first); s = ll_fluid_sim_next(s), i++) {
-        ll_time from = ll_meter_start(meter);
+        ll_time from = ll_step_profiler_start(step_profiler);
         ll_status status = advance_one(s, until, &pace);
-        ll_meter_add(meter, i, from);
+        ll_step_profiler_add(step_profiler, i, from);
         if (i == 0 || pace.broken)
             first = status;
     }

@@ -98,13 +98,13 @@ cJSON *ll_fluid_sim_metrics(const void *block)
     return ll_beside_told(block, count_of(block), metrics_of);
 }
 
-void ll_fluid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
+void ll_fluid_sim_costs(const void *config, const ll_step_profiler *step_profiler, cJSON *cost)
 {
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
     for (int i = 0; i <= ((const ll_fluid_config *)config)->beside_count; i++) {
         cJSON *part = cJSON_CreateObject();
         cJSON_AddItemToObject(cJSON_AddObjectToObject(part, "all"), "ns_per_sim_s",
-                              number_json(ll_meter_ns_per_s(meter, i)));
+                              number_json(ll_step_profiler_ns_per_s(step_profiler, i)));
         cJSON_AddItemToArray(parts, part);
     }
 }

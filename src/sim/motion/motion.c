@@ -124,8 +124,8 @@ static void advance_one(ll_motion *m, const ll_ode *ode, int i, double t, bool l
     draw(m, ode, i, last ? run->t : ll_motion_moment(&m->config, t)); /* at the end what is told is drawn */
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
-                         const ll_interrupt *interrupt)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
     ll_motion *m = block;
     ll_pace pace = ll_pace_by(interrupt);
@@ -133,7 +133,7 @@ static ll_status advance(void *block, ll_time until, const ll_recorder *recorder
     ll_ode ode = ll_motion_system(&m->config);
     int64_t last = ll_tick_at((ll_time)(m->config.head.duration_s * 1e9 + 0.5), freq);
     (void)recorder;
-    (void)meter;
+    (void)step_profiler;
     for (int64_t tick = ll_tick_at(m->now, freq) + 1; ll_tick_time(tick, freq) <= until && ll_goes_on(&pace);
          tick++) {
         m->now = ll_tick_time(tick, freq);

@@ -25,14 +25,14 @@ static const ll_param rows[] = {
      .offset = offsetof(ll_netgame_config, tick_hz),
      .min = 10,
      .max = 128,
-     .standard = 60,
+     .default_value = 60,
      .unit = "Hz",
      .help = "Steps per second of the clients, and of the server where it does not step by update_hz."},
     {.name = "warmup_s",
      .type = LL_PARAM_REAL,
      .offset = offsetof(ll_netgame_config, warmup_s),
      .max = 3600,
-     .standard = 2,
+     .default_value = 2,
      .unit = "s",
      .help = "Metrics count from here on."},
     {.name = "server",
@@ -72,10 +72,10 @@ static ll_status check(const void *object, const char *path)
             return send_too_seldom(i, send_hz, least);
     }
     for (int i = 0; i < c->player_count; i++) {
-        const ll_scope *scope = ll_scopes[c->players[i].prediction_scope];
+        const ll_prediction_scope *scope = ll_scopes[c->players[i].prediction_scope];
         char field[48];
         snprintf(field, sizeof field, "players.%d.prediction_scope", i);
-        if (scope->guesses && ll_syncs[c->server.sync]->drains)
+        if (scope->guesses && ll_syncs[c->server.sync]->applies_on_arrival)
             return ll_field_error(LL_BAD_INPUT, field,
                                   "%s: must be own where server.sync is %s, in which there is no step to "
                                   "predict others by; got %s",
@@ -88,7 +88,7 @@ static ll_status check(const void *object, const char *path)
             ll_syncs[c->server.sync]->name, c->tick_hz, c->server.update_hz);
     const ll_game *game = ll_games[c->game];
     bool more = game->weapons || game->extent(c->params, c->player_count).entities > c->player_count;
-    if (ll_syncs[c->server.sync]->drains && more)
+    if (ll_syncs[c->server.sync]->applies_on_arrival && more)
         return ll_field_error(
             LL_BAD_INPUT, "server.sync",
             "in %s the server only applies inputs as they come: the game %s needs steps, in "

@@ -20,13 +20,13 @@ static double clock_error_ms(const ll_netgame *g, int player)
 void ll_netgame_connection_metrics(const ll_netgame *g, int player, cJSON *metrics)
 {
     const ll_connection *n = &ll_netgame_client(g, player)->connection;
-    const ll_seat *seat = &ll_netgame_server(g)->seats[player];
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[player];
     cJSON *o = cJSON_AddObjectToObject(metrics, "connection");
     cJSON_AddStringToObject(o, "state", ll_connection_state_names[n->state]);
-    cJSON_AddBoolToObject(o, "connected", seat->connected);
+    cJSON_AddBoolToObject(o, "connected", client_slot->connected);
     ll_netgame_number(o, "joins", (double)n->joins);
     ll_netgame_number(o, "time_outs", (double)n->time_outs);
-    ll_netgame_number(o, "drops", (double)seat->drops);
+    ll_netgame_number(o, "drops", (double)client_slot->drops);
     cJSON *seconds = cJSON_AddObjectToObject(o, "seconds");
     for (int state = 0; state < LL_CONNECTION_STATES; state++)
         ll_netgame_number(seconds, ll_connection_state_names[state], in_state_s(g, n, state));

@@ -76,12 +76,12 @@ static uint8_t flags_of(const ll_netgame *g, int i)
 static view player_view(const ll_netgame *g, int i)
 {
     const ll_client *c = ll_netgame_client(g, i);
-    const ll_instruments *in = ll_netgame_instruments(g, i);
-    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[i];
     return (view){.view = (uint8_t)(i + 1),
                   .flags = flags_of(g, i),
                   .connection = (uint8_t)c->connection.state,
-                  .connected = seat->connected,
+                  .connected = client_slot->connected,
                   .input_seq = c->seq,
                   .acked_seq = c->acked,
                   .unacked = c->seq - c->acked,
@@ -90,10 +90,11 @@ static view player_view(const ll_netgame *g, int i)
                   .own_lead_m = (float)in->own_lead,
                   .remote_error_m = (float)in->remote_error,
                   .buffer_ms = (float)c->buffer_ms,
-                  .slack_ticks = seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)seat->last_slack,
+                  .slack_ticks =
+                      client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (float)client_slot->last_slack,
                   .corrections = (uint32_t)in->corrections,
                   .correction_m = (float)in->last_correction,
-                  .refused = (uint32_t)in->ledger.count[LL_INPUT_WAS_REFUSED],
+                  .refused = (uint32_t)in->input_history.count[LL_INPUT_WAS_REFUSED],
                   .alpha = (float)c->alpha,
                   .shown_s = ll_to_s(c->view_time)};
 }
@@ -156,8 +157,8 @@ static void fill_entities(const ll_netgame *g, ll_row_set *rows)
     ll_row_set_put(rows, &entity_record, all, world->entities);
     for (int p = 0; p < g->config.player_count; p++) {
         const ll_client *c = ll_netgame_client(g, p);
-        const ll_world *shown = ll_client_shown_const(c);
-        const ll_mark *marks = ll_client_marks_const(c);
+        const ll_world *shown = ll_client_rendered_const(c);
+        const ll_draw_info *marks = ll_client_draw_infos_const(c);
         for (int i = 0; i < shown->entities; i++)
             all[i] = entity_of(p + 1, i, &shown->entity[i], g->now - marks[i].time, marks[i].flags);
         ll_row_set_put(rows, &entity_record, all, shown->entities);

@@ -41,14 +41,14 @@ const ll_record ll_netgame_input_history_record = {
 static uint8_t state_of(const ll_netgame *g, int player, uint32_t seq)
 {
     ll_client *c = ll_netgame_client(g, player);
-    uint8_t fate = ll_ledger_marks(&ll_netgame_instruments(g, player)->ledger, seq);
+    uint8_t fate = ll_input_history_marks(&ll_netgame_client_metrics(g, player)->input_history, seq);
     if (seq > c->acked && ll_client_is_open(c, seq))
         return RUNG_OPEN;
-    if (fate & LL_LEDGER_REFUSED)
+    if (fate & LL_INPUT_HISTORY_REFUSED)
         return RUNG_REFUSED;
-    if (fate & LL_LEDGER_IN_TIME)
+    if (fate & LL_INPUT_HISTORY_IN_TIME)
         return RUNG_ACKNOWLEDGED;
-    return fate & (LL_LEDGER_LATE | LL_LEDGER_WENT) ? RUNG_LATE : RUNG_LOST;
+    return fate & (LL_INPUT_HISTORY_LATE | LL_INPUT_HISTORY_WENT) ? RUNG_LATE : RUNG_LOST;
 }
 
 /* The states that the client still has tell where the server had it after the inputs that they acknowledge.
@@ -57,14 +57,14 @@ static void confirm(ll_client *c, rung *rungs, int count)
 {
     int64_t oldest = c->newest > LL_STATE_RING ? c->newest - LL_STATE_RING : 0;
     for (int64_t i = oldest; count > 0 && i < c->newest; i++) {
-        ll_received *state = ll_client_state(c, i);
+        ll_snapshot_entry *state = ll_client_state(c, i);
         uint32_t at = state->acked - rungs[0].seq;
         if (state->acked < rungs[0].seq || at >= (uint32_t)count || rungs[at].state == RUNG_OPEN)
             continue;
-        rungs[at].server_x = (float)ll_received_world(state)->entity[c->self].x;
+        rungs[at].server_x = (float)ll_snapshot_entry_world(state)->entity[c->self].x;
         if (rungs[at].predicted_x == rungs[at].predicted_x)
-            rungs[at].correction_m =
-                (float)(ll_received_world(state)->entity[c->self].x - ll_client_pending(c, state->acked)->x);
+            rungs[at].correction_m = (float)(ll_snapshot_entry_world(state)->entity[c->self].x -
+                                             ll_client_pending(c, state->acked)->x);
     }
 }
 
@@ -77,7 +77,7 @@ static int list(const ll_netgame *g, int player, rung *rungs)
         return 0;
     for (int i = 0; i < count; i++) {
         uint32_t seq = c->seq - (uint32_t)(count - 1 - i);
-        const ll_pending *p = ll_client_pending(c, seq);
+        const ll_pending_input *p = ll_client_pending(c, seq);
         bool played = seq <= c->played;
         rungs[i] = (rung){.player = (uint8_t)player,
                           .state = state_of(g, player, seq),

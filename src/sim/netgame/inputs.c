@@ -15,38 +15,39 @@ static double per_second(int64_t count, double seconds)
 }
 
 /* M9 of the inputs, beside what the report counts from the start. */
-static void inputs(cJSON *o, const ll_ledger *ledger, const ll_seat *seat, double seconds)
+static void inputs(cJSON *o, const ll_input_history *input_history, const ll_client_slot *client_slot,
+                   double seconds)
 {
     cJSON *verdicts = cJSON_AddObjectToObject(o, "verdicts");
-    number(verdicts, "made", (double)ledger->made);
+    number(verdicts, "made", (double)input_history->made);
     for (int i = 0; i < LL_INPUT_VERDICTS; i++)
-        number(verdicts, ll_input_verdict_names[i], (double)ledger->count[i]);
-    number(o, "late_per_s", per_second(ledger->late, seconds));
-    number(o, "starved_per_s", per_second(seat->starved - ledger->starved_before, seconds));
-    number(o, "doubled", (double)ledger->doubled);
-    number(o, "left_out", (double)ledger->left_out);
-    ll_netgame_gauge(o, "slack", &ledger->slack, 1);
-    ll_netgame_gauge(o, "scale", &ledger->scale, 1);
+        number(verdicts, ll_input_result_names[i], (double)input_history->count[i]);
+    number(o, "late_per_s", per_second(input_history->late, seconds));
+    number(o, "starved_per_s", per_second(client_slot->starved - input_history->starved_before, seconds));
+    number(o, "doubled", (double)input_history->doubled);
+    number(o, "left_out", (double)input_history->left_out);
+    ll_netgame_running_stats(o, "slack", &input_history->slack, 1);
+    ll_netgame_running_stats(o, "scale", &input_history->scale, 1);
 }
 
 void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
 {
-    const ll_instruments *in = ll_netgame_instruments(g, player);
-    const ll_ledger *ledger = &in->ledger;
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, player);
+    const ll_input_history *input_history = &in->input_history;
     double seconds = ll_to_s(g->now - in->from);
     cJSON *causes = cJSON_AddObjectToObject(o, "corrections_by_cause");
     for (int i = 0; i < LL_CAUSES; i++) {
-        double count = (double)ledger->corrections[i].count;
+        double count = (double)input_history->corrections[i].count;
         cJSON *cause = cJSON_AddObjectToObject(causes, ll_cause_names[i]);
         number(cause, "count", count);
-        number(cause, "per_s", per_second(ledger->corrections[i].count, seconds));
-        number(cause, "mean_m", ll_netgame_ratio(ledger->corrections[i].sum, count));
-        number(cause, "max_m", count > 0 ? ledger->corrections[i].max : NAN);
+        number(cause, "per_s", per_second(input_history->corrections[i].count, seconds));
+        number(cause, "mean_m", ll_netgame_ratio(input_history->corrections[i].sum, count));
+        number(cause, "max_m", count > 0 ? input_history->corrections[i].max : NAN);
     }
     cJSON *replay = cJSON_AddObjectToObject(o, "replay");
-    number(replay, "replays_per_s", per_second(ledger->replays, seconds));
-    number(replay, "inputs_per_s", per_second(ledger->replayed, seconds));
-    inputs(cJSON_GetObjectItem(o, "inputs"), ledger, &ll_netgame_server(g)->seats[player], seconds);
+    number(replay, "replays_per_s", per_second(input_history->replays, seconds));
+    number(replay, "inputs_per_s", per_second(input_history->replayed, seconds));
+    inputs(cJSON_GetObjectItem(o, "inputs"), input_history, &ll_netgame_server(g)->seats[player], seconds);
     cJSON *validation = cJSON_AddObjectToObject(o, "validation");
     number(validation, "false_refusals", (double)in->false_refusals);
     number(validation, "budget_used", ll_netgame_server(g)->seats[player].budget_used);
@@ -58,7 +59,7 @@ void ll_netgame_inputs_metrics(const ll_netgame *g, int player, cJSON *o)
         cJSON_AddNullToObject(validation, "twin_gain_m");
     }
     cJSON *acks = cJSON_AddObjectToObject(o, "acks");
-    number(acks, "applied_per_s", per_second(ledger->applied, seconds));
-    number(acks, "skipped_per_s", per_second(ledger->skipped, seconds));
-    number(acks, "wrong_per_s", per_second(ledger->wrong, seconds));
+    number(acks, "applied_per_s", per_second(input_history->applied, seconds));
+    number(acks, "skipped_per_s", per_second(input_history->skipped, seconds));
+    number(acks, "wrong_per_s", per_second(input_history->wrong, seconds));
 }

@@ -34,7 +34,7 @@ const ll_record ll_netgame_measure_record = {
 
 static measure measure_of(const ll_netgame *g, int i)
 {
-    const ll_instruments *in = ll_netgame_instruments(g, i);
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
     const ll_histogram *error = &in->histogram[LL_METRIC_OWN_TIMELINE_ERROR],
                        *latency = &in->histogram[LL_METRIC_INPUT_LATENCY];
     return (measure){.player = (uint8_t)i,

@@ -93,12 +93,12 @@ static int64_t lay_out(ll_netgame *g, const ll_netgame_config *c)
         end += (int64_t)ll_link_size(down_slots(c), down_arena(c));
         at->at[i].dejitter = end;
         end += (int64_t)ll_dejitter_size(DEJITTER_PACKETS);
-        at->at[i].instruments = end;
-        end += (int64_t)ll_instruments_size(world.entities);
+        at->at[i].client_metrics = end;
+        end += (int64_t)ll_client_metrics_size(world.entities);
         at->at[i].desync = end;
         end += (int64_t)ll_desync_size(ll_extent_size(world));
-        at->at[i].gunner = armed ? end : 0;
-        end += armed ? (int64_t)sizeof(ll_gunner) : 0;
+        at->at[i].weapon_prediction = armed ? end : 0;
+        end += armed ? (int64_t)sizeof(ll_weapon_prediction) : 0;
     }
     return end;
 }
@@ -117,7 +117,7 @@ static ll_freq rate(const ll_netgame *g, bool at_update_hz)
 
 static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *recorder)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     const ll_player_config *player = &g->config.players[i];
     ll_freq ticks = rate(g, sync->client_steps_at_update_hz), displays = rate(g, false);
     if (player->display_hz > 0)
@@ -128,17 +128,17 @@ static ll_client_setup setup(const ll_netgame *g, int i, const ll_recorder *reco
                              .sync = sync,
                              .config = player,
                              .display_freq = together ? 0 : displays,
-                             .instruments = ll_netgame_instruments(g, i),
+                             .client_metrics = ll_netgame_client_metrics(g, i),
                              .recorder = recorder,
                              .rules = &g->config.server,
-                             .gunner = ll_netgame_gunner(g, i),
+                             .weapon_prediction = ll_netgame_weapon_prediction(g, i),
                              .shots = ll_netgame_shots(g),
                              .seed = (uint64_t)g->config.head.seed};
 }
 
 static void start_server(ll_netgame *g, ll_time now)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_freq client_freq = rate(g, sync->client_steps_at_update_hz);
     g->env.dt = 1000.0 / (double)client_freq;
     g->env.dt_ns = ll_tick_time(1, client_freq);
@@ -158,10 +158,10 @@ static void begin(ll_netgame *g, ll_time now)
         ll_client_start(ll_netgame_client(g, i), &s, server->epoch, server->client_freq, server->step,
                         ll_server_world(server), now);
         ll_desync_start(ll_netgame_desync(g, i), server->step);
-        ll_instruments_meet(ll_netgame_instruments(g, i));
-        ll_twin_meet(&ll_netgame_instruments(g, i)->twin, ll_netgame_client(g, i)->tick);
-        if (s.gunner)
-            ll_gunner_start(ll_netgame_client(g, i), &s);
+        ll_client_metrics_resync(ll_netgame_client_metrics(g, i));
+        ll_twin_meet(&ll_netgame_client_metrics(g, i)->twin, ll_netgame_client(g, i)->tick);
+        if (s.weapon_prediction)
+            ll_weapon_prediction_start(ll_netgame_client(g, i), &s);
     }
 }
 
@@ -170,7 +170,7 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
 
 static void see_through_screen(ll_netgame *g, int player)
 {
-    ll_instruments *in = ll_netgame_instruments(g, player);
+    ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     ll_game_scene scene = ll_netgame_game(g)->scene(&g->env, g->config.player_count);
     in->pixel_m = (scene.x_max - scene.x_min) / SCREEN_PX;
     in->changes.others = ((UINT32_C(1) << g->config.player_count) - 1) & ~(UINT32_C(1) << player);
@@ -207,10 +207,11 @@ static ll_status init(void *block, const void *config)
         ll_link_init(ll_netgame_up(g, i), up_slots(c), up_arena(c), (uint64_t)c->head.seed, stream);
         ll_link_init(ll_netgame_down(g, i), down_slots(c), down_arena(c), (uint64_t)c->head.seed, stream + 1);
         ll_dejitter_init(ll_netgame_dejitter(g, i), DEJITTER_PACKETS);
-        ll_instruments_init(ll_netgame_instruments(g, i), world->entities, (ll_time)(c->warmup_s * 1e9));
-        ll_gain_watch(&ll_netgame_instruments(g, i)->gain, &world->entity[i]);
+        ll_client_metrics_init(ll_netgame_client_metrics(g, i), world->entities,
+                               (ll_time)(c->warmup_s * 1e9));
+        ll_cheat_gain_watch(&ll_netgame_client_metrics(g, i)->gain, &world->entity[i]);
         see_through_screen(g, i);
-        ll_twin_watch(&ll_netgame_instruments(g, i)->twin, &world->entity[i], 0);
+        ll_twin_watch(&ll_netgame_client_metrics(g, i)->twin, &world->entity[i], 0);
     }
     ll_arena arena;
     if (arena_of(c, &arena))
@@ -236,7 +237,7 @@ static void settle(void *config, const void *before)
     ll_netgame_config *c = config;
     const ll_netgame_config *b = before;
     for (int i = 0; i < c->player_count; i++) {
-        ll_player_settle(&c->players[i], &b->players[i]);
+        ll_player_apply_dependencies(&c->players[i], &b->players[i]);
         if (c->players[i].name[0] == '\0')
             c->players[i].name[0] = (char)('A' + i);
     }
@@ -283,7 +284,7 @@ static void step_armed(ll_netgame *g)
 /* False when the world has diverged; `entity` tells whose place or speed is not finite. */
 static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     ll_time before = server->stepped;
     if (ll_netgame_shots(g))
@@ -293,8 +294,8 @@ static bool server_steps(ll_netgame *g, const ll_recorder *r, int *entity)
     if (!finite_world(ll_server_world(server), entity))
         return false;
     ll_netgame_watch_players(g, g->now - before);
-    for (int i = 0; i < server->players && g->now < ll_netgame_instruments(g, i)->from; i++)
-        ll_netgame_instruments(g, i)->ledger.starved_before = server->seats[i].starved;
+    for (int i = 0; i < server->players && g->now < ll_netgame_client_metrics(g, i)->from; i++)
+        ll_netgame_client_metrics(g, i)->input_history.starved_before = server->seats[i].starved;
     ll_history_add(ll_netgame_history(g), g->now, ll_server_world(server));
     ll_netgame_observe_step(g);
     if (ll_netgame_shots(g))
@@ -328,13 +329,13 @@ static ll_status client_displays(ll_netgame *g, int player, const ll_client_setu
     ll_client *client = ll_netgame_client(g, player);
     s->sync->display(client, s, g->now);
     ll_client_set_display(client, s);
-    if (!finite_world(ll_client_shown_const(client), &entity))
+    if (!finite_world(ll_client_rendered_const(client), &entity))
         return not_finite(g, entity);
     ll_netgame_observe_display(g, player);
     if (s->shots)
-        ll_shots_frame(s->shots, &(ll_sight){ll_client_shown_const(client), player}, g->now);
+        ll_shots_frame(s->shots, &(ll_sight){ll_client_rendered_const(client), player}, g->now);
     if (player == g->config.player_count - 1)
-        ll_netgame_compare_pictures(g, client->elapsed);
+        ll_netgame_compare_views(g, client->elapsed);
     return ll_ok();
 }
 
@@ -397,7 +398,7 @@ static turn earlier(turn a, turn b)
 
 static turn server_turn(const ll_netgame *g)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
     turn next = earlier(turn_of(sync->due(server), ACTOR_STEP), turn_of(server->tend, ACTOR_TEND));
     if (sync->server_steps_at_update_hz)
@@ -432,7 +433,7 @@ static void renew_all(stretch *now, const ll_netgame *g)
 /* After a turn of `player`, or of the server: -1. */
 static void renew(stretch *now, const ll_netgame *g, int player, actor done)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     if (player >= 0) {
         now->player[player] = player_turn(g, player);
         if (done == ACTOR_UP && sync->steps_by_inputs)
@@ -511,11 +512,11 @@ static ll_status run_until(ll_netgame *g, ll_time until, const ll_recorder *r, l
     return ll_ok();
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_meter *meter,
+static ll_status advance(void *block, ll_time until, const ll_recorder *r, ll_step_profiler *step_profiler,
                          const ll_interrupt *interrupt)
 {
     ll_pace pace = ll_pace_by(interrupt);
-    (void)meter;
+    (void)step_profiler;
     return run_until(block, until, r, &pace);
 }
 
@@ -533,7 +534,7 @@ static void change(void *block, const void *config, ll_time now)
     ll_netgame_watch_cheats_begin(g, config);
     memcpy(&g->config, config, config_size(config));
     ll_server_configure(ll_netgame_server(g), &g->config.server);
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     bool other_rate = before.update_hz != g->config.server.update_hz;
     if (before.sync != g->config.server.sync || (other_rate && sync->server_steps_at_update_hz)) {
         begin(g, now);
@@ -568,7 +569,7 @@ static void input(void *block, int player, const ll_action *action)
 
 static ll_action controls(const void *block, int player)
 {
-    return ll_netgame_instruments(block, player)->controls;
+    return ll_netgame_client_metrics(block, player)->controls;
 }
 
 static uint64_t hash(const void *block)

@@ -34,7 +34,7 @@ typedef struct ll_netgame {
     int64_t server, history;
     int64_t shots; /* 0 in a game without weapons */
     struct {
-        int64_t client, up, down, dejitter, instruments, desync, gunner;
+        int64_t client, up, down, dejitter, client_metrics, desync, weapon_prediction;
     } at[LL_PLAYERS_MAX];
     ll_netgame_config config; /* the last: a block ends it behind the players that there are */
 } ll_netgame;
@@ -69,9 +69,9 @@ static inline ll_dejitter *ll_netgame_dejitter(const ll_netgame *g, int i)
     return (ll_dejitter *)((char *)g + g->at[i].dejitter);
 }
 
-static inline ll_instruments *ll_netgame_instruments(const ll_netgame *g, int i)
+static inline ll_client_metrics *ll_netgame_client_metrics(const ll_netgame *g, int i)
 {
-    return (ll_instruments *)((char *)g + g->at[i].instruments);
+    return (ll_client_metrics *)((char *)g + g->at[i].client_metrics);
 }
 
 static inline ll_desync *ll_netgame_desync(const ll_netgame *g, int i)
@@ -84,9 +84,10 @@ static inline ll_shots *ll_netgame_shots(const ll_netgame *g)
     return g->shots != 0 ? (ll_shots *)((char *)g + g->shots) : NULL;
 }
 
-static inline ll_gunner *ll_netgame_gunner(const ll_netgame *g, int i)
+static inline ll_weapon_prediction *ll_netgame_weapon_prediction(const ll_netgame *g, int i)
 {
-    return g->at[i].gunner != 0 ? (ll_gunner *)((char *)g + g->at[i].gunner) : NULL;
+    return g->at[i].weapon_prediction != 0 ? (ll_weapon_prediction *)((char *)g + g->at[i].weapon_prediction)
+                                           : NULL;
 }
 
 static inline int ll_netgame_entities(const ll_netgame *g)
@@ -99,7 +100,7 @@ static inline const ll_game *ll_netgame_game(const ll_netgame *g)
     return ll_games[g->config.game];
 }
 
-static inline const ll_sync *ll_netgame_sync(const ll_netgame *g)
+static inline const ll_sync_mode *ll_netgame_sync(const ll_netgame *g)
 {
     return ll_syncs[g->config.server.sync];
 }
@@ -127,7 +128,8 @@ void ll_netgame_number(struct cJSON *object, const char *name, double value);
 double ll_netgame_ratio(double part, double whole); /* NaN when `whole` is 0 */
 
 /* A gauge as mean, min, max and count, `scale` times as large. */
-void ll_netgame_gauge(struct cJSON *object, const char *name, const ll_gauge *gauge, double scale);
+void ll_netgame_running_stats(struct cJSON *object, const char *name, const ll_running_stats *gauge,
+                              double scale);
 
 /* playout.c: the players' de-jitter buffers. Holds back a packet that has come; false when it goes to
  * the client at once. Plays out the next one that is due: its size. */

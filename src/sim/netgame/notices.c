@@ -36,7 +36,7 @@ cJSON *ll_netgame_notices(const void *config)
 
 static int64_t count_of(const ll_netgame *g, int player, ll_metric metric)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(g, player)->histogram[metric]).count;
+    return ll_histogram_summary(&ll_netgame_client_metrics(g, player)->histogram[metric]).count;
 }
 
 static bool never_joined(const ll_netgame *g, int player)
@@ -46,7 +46,7 @@ static bool never_joined(const ll_netgame *g, int player)
 
 static bool touched_nothing(const ll_netgame *g, int player)
 {
-    return !never_joined(g, player) && ll_netgame_instruments(g, player)->changes.made == 0 &&
+    return !never_joined(g, player) && ll_netgame_client_metrics(g, player)->changes.made == 0 &&
            count_of(g, player, LL_METRIC_INPUT_LATENCY) == 0;
 }
 

@@ -4,18 +4,18 @@
 #include "sim/netgame/parts.h"
 
 /* A shot was judged in the step that the server is making. */
-void ll_netgame_witness(void *context, const ll_judgement *j)
+void ll_netgame_witness(void *context, const ll_hit_result *j)
 {
     ll_netgame *g = context;
     ll_server *server = ll_netgame_server(g);
     int64_t *refused = server->seats[j->shooter].refused;
     bool on_player = j->body != LL_NOBODY && j->body < server->players;
     bool rules = !ll_netgame_sync(g)->observe; /* a referee refuses nothing */
-    refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_JUDGED_VOID;
+    refused[LL_RULE_FIRE_RATE] += rules && j->kind == LL_HIT_RESULT_VOID;
     refused[LL_RULE_REWIND] += rules && j->shot && j->shot->distrusted;
     ll_sight victim = {.self = j->body};
     if (on_player)
-        victim.shown = ll_client_shown_const(ll_netgame_client(g, j->body));
+        victim.shown = ll_client_rendered_const(ll_netgame_client(g, j->body));
     ll_shots_judge(ll_netgame_shots(g), j, server->step, ll_netgame_history(g), ll_server_world(server),
                    on_player ? &victim : NULL);
 }
@@ -25,13 +25,13 @@ void ll_netgame_witness(void *context, const ll_judgement *j)
 void ll_netgame_watch_players(ll_netgame *g, ll_time since)
 {
     const ll_world *world = ll_server_world(ll_netgame_server(g));
-    bool drains = ll_netgame_sync(g)->drains;
+    bool drains = ll_netgame_sync(g)->applies_on_arrival;
     double elapsed_s = drains ? ll_to_s(since) : g->env.dt;
     for (int i = 0; i < world->players; i++) {
         if (g->config.players[i].cheat == LL_CHEAT_NONE)
             continue;
-        ll_instruments *in = ll_netgame_instruments(g, i);
-        ll_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
+        ll_client_metrics *in = ll_netgame_client_metrics(g, i);
+        ll_cheat_gain_step(&in->gain, ll_netgame_game(g), &g->env, &world->entity[i], elapsed_s);
         ll_twin_step(&in->twin, ll_netgame_game(g), &g->env, world, i, drains, ll_netgame_server(g)->step,
                      g->now);
     }
@@ -41,10 +41,10 @@ void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next)
 {
     const ll_server *server = ll_netgame_server(g);
     for (int i = 0; i < g->config.player_count; i++) {
-        ll_instruments *in = ll_netgame_instruments(g, i);
+        ll_client_metrics *in = ll_netgame_client_metrics(g, i);
         if (g->config.players[i].cheat != LL_CHEAT_NONE || next->players[i].cheat == LL_CHEAT_NONE)
             continue;
-        ll_gain_watch(&in->gain, &ll_server_world_const(server)->entity[i]);
+        ll_cheat_gain_watch(&in->gain, &ll_server_world_const(server)->entity[i]);
         ll_twin_watch(&in->twin, &ll_server_world_const(server)->entity[i], server->stepped);
     }
 }
@@ -68,29 +68,29 @@ void ll_netgame_observe_step(ll_netgame *g)
                               .step = server->step,
                               .acked = server->seats[i].acked,
                               .unsent_from = unsent_from(g, i),
-                              .drains = ll_netgame_sync(g)->drains};
-        ll_instruments_stepped(ll_netgame_instruments(g, i), i, &stepped, g->now);
+                              .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival};
+        ll_client_metrics_stepped(ll_netgame_client_metrics(g, i), i, &stepped, g->now);
     }
 }
 
 /* Every client has drawn: their pictures are held against each other. */
-void ll_netgame_compare_pictures(ll_netgame *g, ll_time elapsed)
+void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed)
 {
-    ll_instruments *instruments[LL_PLAYERS_MAX];
+    ll_client_metrics *client_metrics[LL_PLAYERS_MAX];
     const ll_client *clients[LL_PLAYERS_MAX];
     int n = g->config.player_count;
     for (int i = 0; i < n; i++) {
-        instruments[i] = ll_netgame_instruments(g, i);
+        client_metrics[i] = ll_netgame_client_metrics(g, i);
         clients[i] = ll_netgame_client(g, i);
     }
-    ll_instruments_between(instruments, clients, n, g->now, elapsed);
+    ll_client_metrics_between(client_metrics, clients, n, g->now, elapsed);
 }
 
 /* What an honest client would have sent in this tick. */
 void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s)
 {
     ll_time due = g->now + ll_ms(s->config->lag_ms + s->config->link.up.delay_ms);
-    (ll_cheat_minds(s) ? ll_twin_frame : ll_twin_frame_once)(&s->instruments->twin,
+    (ll_cheat_minds(s) ? ll_twin_frame : ll_twin_frame_once)(&s->client_metrics->twin,
                                                              ll_netgame_client(g, player)->tick, due);
 }
 
@@ -103,10 +103,10 @@ void ll_netgame_observe_display(ll_netgame *g, int player)
                             .history = ll_netgame_history(g),
                             .device = ll_ms(g->config.players[player].display_device_ms),
                             .acked = server->seats[player].acked,
-                            .drains = ll_netgame_sync(g)->drains,
+                            .applies_on_arrival = ll_netgame_sync(g)->applies_on_arrival,
                             .peers = ll_netgame_sync(g)->observe != NULL};
-    ll_instruments_frame(ll_netgame_instruments(g, player), client, &truth, g->now);
+    ll_client_metrics_frame(ll_netgame_client_metrics(g, player), client, &truth, g->now);
     for (int i = 0; i < g->config.player_count; i++)
         if (i != player)
-            ll_instruments_seen(ll_netgame_instruments(g, i), i, client, &truth, g->now);
+            ll_client_metrics_seen(ll_netgame_client_metrics(g, i), i, client, &truth, g->now);
 }

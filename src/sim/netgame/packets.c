@@ -17,7 +17,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
         ll_netgame_client(g, player)->connection.sent = g->now;
     else
         ll_netgame_server(g)->seats[player].told = g->now;
-    ll_instruments *in = ll_netgame_instruments(g, player);
+    ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     if (g->now >= in->from) {
         int headers = LL_UDP_OVERHEAD + (s.fragments > 1 ? LL_FRAGMENT_HEADER : 0);
         in->bytes[head.type] += bytes;
@@ -27,15 +27,15 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
     }
     bool inputs = head.type == LL_MESSAGE_INPUT;
     if (inputs && s.fate == LL_FATE_DELIVERED)
-        ll_ledger_went(&in->ledger, head.seq, head.count, s.due);
+        ll_input_history_went(&in->input_history, head.seq, head.count, s.due);
     if (inputs && s.duplicated && s.copy_fate == LL_FATE_DELIVERED)
-        ll_ledger_went(&in->ledger, head.seq, head.count, s.copy_due);
+        ll_input_history_went(&in->input_history, head.seq, head.count, s.copy_due);
     if (!r)
         return;
     ll_event e = {.type = head.type, .player = (uint8_t)player, .fate = (uint8_t)s.fate, .begin = g->now};
     e.end = s.due;
     e.number = head.seq;
-    if (head.type == LL_MESSAGE_STATE || head.type == LL_MESSAGE_RELAY)
+    if (head.type == LL_MESSAGE_SNAPSHOT || head.type == LL_MESSAGE_RELAY)
         e.number = (uint32_t)ll_netgame_server(g)->step;
     else if (inputs)
         e.number += head.count - 1u; /* its newest */
@@ -50,7 +50,7 @@ void ll_netgame_send(ll_netgame *g, int player, bool up, const void *packet, int
 /* The server's message of an update to a player who is connected. */
 static void update_player(ll_netgame *g, int player, const ll_recorder *r)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char packet[LL_NETGAME_PACKET_MAX];
     server->seats[player].repeats = 0;
@@ -64,36 +64,36 @@ void ll_netgame_update(ll_netgame *g, const ll_recorder *r)
         update_player(g, i, r);
 }
 
-static void judged(ll_instruments *in, const ll_verdict *verdict, const ll_netgame *g)
+static void judged(ll_client_metrics *in, const ll_input_result *verdict, const ll_netgame *g)
 {
-    static const ll_ledger_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_LEDGER_IN_TIME,
-                                           [LL_OUTCOME_REFUSED] = LL_LEDGER_REFUSED,
-                                           [LL_OUTCOME_LATE] = LL_LEDGER_LATE};
-    ll_ledger *ledger = &in->ledger;
-    ll_ledger_judged(ledger, verdict->seq, marks[verdict->outcome]);
+    static const ll_input_history_mark marks[] = {[LL_OUTCOME_APPLIED] = LL_INPUT_HISTORY_IN_TIME,
+                                                  [LL_OUTCOME_REFUSED] = LL_INPUT_HISTORY_REFUSED,
+                                                  [LL_OUTCOME_LATE] = LL_INPUT_HISTORY_LATE};
+    ll_input_history *input_history = &in->input_history;
+    ll_input_history_judged(input_history, verdict->seq, marks[verdict->outcome]);
     if (g->now < in->from)
         return;
-    ledger->late += verdict->outcome == LL_OUTCOME_LATE;
-    if (ll_netgame_sync(g)->leads)
-        ll_gauge_add(&ledger->slack, verdict->slack);
+    input_history->late += verdict->outcome == LL_OUTCOME_LATE;
+    if (ll_netgame_sync(g)->client_runs_ahead)
+        ll_running_stats_add(&input_history->slack, verdict->slack);
 }
 
 static void server_takes(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
-    ll_verdict verdicts[LL_INPUTS_MAX];
-    const ll_sync *sync = ll_netgame_sync(g);
+    ll_input_result verdicts[LL_INPUTS_MAX];
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     int n = sync->take(server, sync, player, packet, g->now, verdicts);
     for (int i = 0; i < n; i++) {
-        judged(ll_netgame_instruments(g, player), &verdicts[i], g);
-        ll_netgame_record(r, (ll_event){.type = LL_EVENT_VERDICT,
+        judged(ll_netgame_client_metrics(g, player), &verdicts[i], g);
+        ll_netgame_record(r, (ll_event){.type = LL_EVENT_INPUT_RESULT,
                                         .player = (uint8_t)player,
                                         .outcome = verdicts[i].outcome,
                                         .begin = g->now,
                                         .end = g->now,
                                         .number = verdicts[i].seq});
         if (verdicts[i].outcome == LL_OUTCOME_REFUSED && g->config.players[player].cheat == LL_CHEAT_NONE)
-            ll_netgame_instruments(g, player)->false_refusals++;
+            ll_netgame_client_metrics(g, player)->false_refusals++;
         if (verdicts[i].outcome == LL_OUTCOME_REFUSED && sync->tells_refusals) {
             ll_message_head refusal = {LL_MESSAGE_REFUSAL, verdicts[i].rule, server->seats[player].epoch,
                                        verdicts[i].seq};
@@ -105,7 +105,7 @@ static void server_takes(ll_netgame *g, int player, const void *packet, const ll
 
 static void server_receives(ll_netgame *g, int player, const void *packet, const ll_recorder *r)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     _Alignas(8) char reply[LL_NETGAME_PACKET_MAX];
     bool with_world = sync->start != NULL && g->now >= 0; /* before, everybody has the world */
@@ -123,7 +123,7 @@ static void server_receives(ll_netgame *g, int player, const void *packet, const
 /* Looks after the connections: who is silent for too long is dropped, and others see it leave. */
 void ll_netgame_tend(ll_netgame *g, const ll_recorder *r)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     ll_server *server = ll_netgame_server(g);
     double timeout_s = g->config.server.timeout_s;
     ll_time timeout = timeout_s > 0 ? (ll_time)(timeout_s * 1e9) : LL_NEVER;
@@ -157,10 +157,10 @@ static void client_receives(ll_netgame *g, int player, const ll_client_setup *s,
     int outcome = s->sync->receive(client, s, packet, bytes, g->now);
     if (!r)
         return;
-    const ll_state_message *m = packet;
-    if (m->head.type != LL_MESSAGE_STATE)
+    const ll_snapshot_message *m = packet;
+    if (m->head.type != LL_MESSAGE_SNAPSHOT)
         return;
-    const ll_world *world = ll_received_world(ll_client_state(client, client->newest - 1));
+    const ll_world *world = ll_snapshot_entry_world(ll_client_state(client, client->newest - 1));
     ll_netgame_record(
         r, (ll_event){.type = LL_EVENT_APPLIED,
                       .player = (uint8_t)player,

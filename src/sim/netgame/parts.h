@@ -21,11 +21,11 @@ void ll_netgame_deliver_held(ll_netgame *g, int player,
                              const ll_client_setup *s); /* by the de-jitter buffer */
 
 /* observe.c: what only somebody can measure who sees everybody */
-void ll_netgame_witness(void *game, const ll_judgement *judgement); /* a shot was judged */
-void ll_netgame_watch_players(ll_netgame *g, ll_time since);        /* after a step: what cheats bring */
+void ll_netgame_witness(void *game, const ll_hit_result *judgement); /* a shot was judged */
+void ll_netgame_watch_players(ll_netgame *g, ll_time since);         /* after a step: what cheats bring */
 /* Before a change to `next`: who begins to cheat is measured from here on. */
 void ll_netgame_watch_cheats_begin(ll_netgame *g, const ll_netgame_config *next);
 void ll_netgame_observe_step(ll_netgame *g);
 void ll_netgame_watch_tick(ll_netgame *g, int player, const ll_client_setup *s);
 void ll_netgame_observe_display(ll_netgame *g, int player);
-void ll_netgame_compare_pictures(ll_netgame *g, ll_time elapsed);
+void ll_netgame_compare_views(ll_netgame *g, ll_time elapsed);

@@ -11,13 +11,13 @@ static void number(cJSON *object, const char *name, double value)
 
 static double per_s(const ll_netgame *g, int i, double count)
 {
-    double seconds = ll_to_s(g->now - ll_netgame_instruments(g, i)->from);
+    double seconds = ll_to_s(g->now - ll_netgame_client_metrics(g, i)->from);
     return ll_netgame_ratio(count, seconds > 0 ? seconds : 0);
 }
 
 static int64_t waited_frames(const ll_netgame *g, int i, int for_player)
 {
-    return ll_netgame_instruments(g, i)->stepping.waited_frames[for_player];
+    return ll_netgame_client_metrics(g, i)->stepping.waited_frames[for_player];
 }
 
 static double waited_s(const ll_netgame *g, int i, int for_player)
@@ -43,7 +43,7 @@ static void desync(cJSON *player, const ll_netgame *g, int i)
 
 void ll_netgame_peer_metrics(cJSON *player, const ll_netgame *g, int i)
 {
-    const ll_stepping *n = &ll_netgame_instruments(g, i)->stepping;
+    const ll_stepping *n = &ll_netgame_client_metrics(g, i)->stepping;
     cJSON *stalls = cJSON_AddObjectToObject(player, "stalls");
     number(stalls, "count", (double)n->stalls);
     number(stalls, "stalled_s", (double)n->stalled_frames * g->env.dt);
@@ -123,7 +123,7 @@ const ll_record ll_netgame_peer_record = {
 static peer peer_of(const ll_netgame *g, int i)
 {
     const ll_peer *world = ll_client_peer(ll_netgame_client(g, i));
-    const ll_stepping *n = &ll_netgame_instruments(g, i)->stepping;
+    const ll_stepping *n = &ll_netgame_client_metrics(g, i)->stepping;
     const ll_desync *d = ll_netgame_desync(g, i);
     return (peer){.player = (uint8_t)i,
                   .confirmed = world->confirmed,

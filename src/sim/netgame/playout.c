@@ -8,9 +8,9 @@ bool ll_netgame_hold(ll_netgame *g, int player, const void *packet, int bytes)
 {
     ll_dejitter *buffer = ll_netgame_dejitter(g, player);
     const ll_player_config *config = &g->config.players[player];
-    ll_state_message m;
+    ll_snapshot_message m;
     memcpy(&m, packet, sizeof m.head);
-    if (m.head.type != LL_MESSAGE_STATE ||
+    if (m.head.type != LL_MESSAGE_SNAPSHOT ||
         (config->dejitter == LL_DEJITTER_NONE && ll_dejitter_depth(buffer) == 0))
         return false;
     memcpy(&m, packet, sizeof m);

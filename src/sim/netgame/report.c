@@ -45,8 +45,8 @@ cJSON *ll_netgame_state(const void *block)
         number(p, "acked_seq", c->acked);
         number(p, "unacked", c->seq - c->acked);
         for (int k = 0; k < ll_netgame_entities(g); k++) {
-            cJSON *e = entity_json(&ll_client_shown_const(c)->entity[k]);
-            number(e, "age_ms", ll_to_ms(g->now - ll_client_marks_const(c)[k].time));
+            cJSON *e = entity_json(&ll_client_rendered_const(c)->entity[k]);
+            number(e, "age_ms", ll_to_ms(g->now - ll_client_draw_infos_const(c)[k].time));
             cJSON_AddItemToArray(shown, e);
         }
         cJSON_AddItemToObject(p, "entities", shown);
@@ -60,7 +60,7 @@ cJSON *ll_netgame_state(const void *block)
 }
 
 /* Since when rates count. */
-static double measured_s(const ll_netgame *g, const ll_instruments *in)
+static double measured_s(const ll_netgame *g, const ll_client_metrics *in)
 {
     return g->now > in->from ? ll_to_s(g->now - in->from) : 0;
 }
@@ -76,7 +76,7 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
                                                    "connect", "accept", "ping",  "pong"};
     static const bool ups[LL_MESSAGES] = {
         [LL_MESSAGE_INPUT] = true, [LL_MESSAGE_CONNECT] = true, [LL_MESSAGE_PING] = true};
-    const ll_instruments *in = ll_netgame_instruments(g, self);
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
     double seconds = measured_s(g, in), up = 0, down = 0;
     cJSON *o = cJSON_AddObjectToObject(player, "bandwidth");
     for (int type = LL_MESSAGE_INPUT; type < LL_MESSAGES; type++) {
@@ -94,17 +94,17 @@ static void bandwidth(cJSON *player, const ll_netgame *g, int self)
 
 static void snapshots(cJSON *player, const ll_netgame *g, int self)
 {
-    const ll_instruments *in = ll_netgame_instruments(g, self);
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, self);
     const ll_snapshot_cost *sent = &ll_netgame_server(g)->seats[self].sent;
-    double states = (double)in->messages[LL_MESSAGE_STATE], entities = (double)sent->entities;
-    size_t full = sizeof(ll_state_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
+    double states = (double)in->messages[LL_MESSAGE_SNAPSHOT], entities = (double)sent->entities;
+    size_t full = sizeof(ll_snapshot_message) + ll_world_size(ll_server_world_const(ll_netgame_server(g)));
     cJSON *o = cJSON_AddObjectToObject(player, "snapshot");
     number(o, "bits_per_entity", ratio((double)sent->entity_bits, entities));
     number(o, "tail_bits", ratio((double)sent->tail_bits, states));
     number(o, "unchanged_ratio", ratio((double)sent->unchanged, entities));
     number(o, "at_rest_ratio", ratio((double)sent->resting, entities));
     number(o, "whole_ratio", ratio((double)sent->whole, states));
-    number(o, "bytes_over_full", ratio((double)in->bytes[LL_MESSAGE_STATE], states * (double)full));
+    number(o, "bytes_over_full", ratio((double)in->bytes[LL_MESSAGE_SNAPSHOT], states * (double)full));
     number(o, "unreadable", (double)ll_netgame_client(g, self)->unreadable);
 }
 
@@ -160,7 +160,7 @@ static void link_report(cJSON *player, const char *name, const ll_link *link)
     number(o, "queue_drops", (double)s->queue_drops);
 }
 
-static void distributions(cJSON *o, const ll_instruments *in)
+static void distributions(cJSON *o, const ll_client_metrics *in)
 {
     for (int m = 0; m < LL_METRICS; m++) {
         ll_summary summary = ll_histogram_summary(&in->histogram[m]);
@@ -169,29 +169,29 @@ static void distributions(cJSON *o, const ll_instruments *in)
             number(cJSON_GetObjectItem(o, ll_metric_rows[m].name), "lost_ratio",
                    ratio((double)in->changes.lost[m], (double)summary.count));
     }
-    ll_netgame_gauge(o, "own_lead_ms", &in->pictures.leads_ms, 1);
+    ll_netgame_running_stats(o, "own_lead_ms", &in->pictures.leads_ms, 1);
     number(o, "own_pictures_void", (double)in->pictures.voided);
 }
 
 /* The display that corrections are seen on: 24 inches of 1920 pixels, from 0.6 m. */
 #define ARCMIN_PER_PX 1.59
 
-static void corrections(cJSON *o, const ll_instruments *in, double seconds)
+static void corrections(cJSON *o, const ll_client_metrics *in, double seconds)
 {
     double px = in->pixel_m > 0 ? 1 / in->pixel_m : NAN;
     number(o, "corrections", (double)in->corrections);
     number(o, "corrections_per_s", ratio((double)in->corrections, seconds));
     number(o, "visible_corrections", (double)in->visible_m_all.count);
     number(o, "visible_corrections_per_s", ratio((double)in->visible_m_all.count, seconds));
-    ll_netgame_gauge(o, "visible_correction_m", &in->visible_m_all, 1);
-    ll_netgame_gauge(o, "visible_correction_px", &in->visible_m_all, px);
-    ll_netgame_gauge(o, "visible_correction_arcmin", &in->visible_m_all, px * ARCMIN_PER_PX);
+    ll_netgame_running_stats(o, "visible_correction_m", &in->visible_m_all, 1);
+    ll_netgame_running_stats(o, "visible_correction_px", &in->visible_m_all, px);
+    ll_netgame_running_stats(o, "visible_correction_arcmin", &in->visible_m_all, px * ARCMIN_PER_PX);
 }
 
 static cJSON *player_metrics(const ll_netgame *g, int i)
 {
-    const ll_instruments *in = ll_netgame_instruments(g, i);
-    const ll_seat *seat = &ll_netgame_server(g)->seats[i];
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
+    const ll_client_slot *client_slot = &ll_netgame_server(g)->seats[i];
     cJSON *o = cJSON_CreateObject();
     cJSON_AddStringToObject(o, "name", g->config.players[i].name);
     distributions(o, in);
@@ -200,13 +200,14 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
     ll_netgame_peer_metrics(o, g, i);
     ll_netgame_connection_metrics(g, i, o);
     cJSON *inputs = cJSON_AddObjectToObject(o, "inputs");
-    number(inputs, "accepted", (double)seat->accepted);
-    number(inputs, "duplicate", (double)seat->duplicate);
-    number(inputs, "starved_steps", (double)seat->starved);
-    number(inputs, "slack_ticks", seat->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)seat->last_slack);
+    number(inputs, "accepted", (double)client_slot->accepted);
+    number(inputs, "duplicate", (double)client_slot->duplicate);
+    number(inputs, "starved_steps", (double)client_slot->starved);
+    number(inputs, "slack_ticks",
+           client_slot->last_slack == LL_SLACK_UNKNOWN ? NAN : (double)client_slot->last_slack);
     cJSON *refused = cJSON_AddObjectToObject(inputs, "refused");
     for (int rule = 1; rule < LL_RULES; rule++)
-        number(refused, ll_rule_names[rule], (double)seat->refused[rule]);
+        number(refused, ll_rule_names[rule], (double)client_slot->refused[rule]);
     ll_netgame_inputs_metrics(g, i, o);
     ll_netgame_shots_metrics(g, i, o);
     bandwidth(o, g, i);
@@ -225,7 +226,7 @@ static cJSON *player_metrics(const ll_netgame *g, int i)
 /* Of the wait that has not ended. */
 static ll_time stalling(const ll_netgame *g)
 {
-    const ll_sync *sync = ll_netgame_sync(g);
+    const ll_sync_mode *sync = ll_netgame_sync(g);
     const ll_server *server = ll_netgame_server(g);
     ll_time beyond = g->now - server->stepped - ll_tick_time(1, server->clock.freq);
     return (sync->waits || sync->observe) && beyond > 0 ? beyond : 0;
@@ -242,7 +243,7 @@ cJSON *ll_netgame_metrics(const void *block)
     number(s, "stalled_s", ll_to_s(server->stalled + stalling(g)));
     ll_netgame_slowest(s, g);
     cJSON_AddStringToObject(s, "snapshot", ll_codec_names[server->codec]);
-    ll_netgame_distribution(s, "rounding_m", ll_rounding_summary(ll_server_baselines(server)));
+    ll_netgame_distribution(s, "rounding_m", ll_rounding_summary(ll_server_baseline_history(server)));
     cJSON *players = cJSON_AddArrayToObject(metrics, "players");
     for (int i = 0; i < server->players; i++)
         cJSON_AddItemToArray(players, player_metrics(g, i));
@@ -355,9 +356,9 @@ int ll_netgame_trace_row(const void *block, double *values, int capacity)
     }
     for (int i = 0; i < server->players; i++) {
         const ll_client *c = ll_netgame_client(g, i);
-        const ll_instruments *in = ll_netgame_instruments(g, i);
-        values[n++] = ll_client_shown_const(c)->entity[i].x;
-        values[n++] = ll_client_shown_const(c)->entity[i].y;
+        const ll_client_metrics *in = ll_netgame_client_metrics(g, i);
+        values[n++] = ll_client_rendered_const(c)->entity[i].x;
+        values[n++] = ll_client_rendered_const(c)->entity[i].y;
         values[n++] = in->pictures.error_m;
         values[n++] = in->own_lead;
         values[n++] = in->pictures.lead_ms;

@@ -16,7 +16,7 @@ static void share(cJSON *object, const char *name, int64_t part, int64_t whole)
     number(object, name, ll_netgame_ratio((double)part, (double)whole));
 }
 
-static void peeks(cJSON *object, const ll_marksman *m)
+static void peeks(cJSON *object, const ll_shot_stats *m)
 {
     static const char *const names[] = {"mean", "rms", "p50", "p95", "p99", "max"};
     ll_summary s = ll_shots_peeks(m);
@@ -58,7 +58,7 @@ void ll_netgame_shots_metrics(const ll_netgame *g, int player, cJSON *metrics)
 {
     if (!ll_netgame_shots(g))
         return;
-    const ll_marksman *m = &ll_netgame_shots(g)->marksman[player];
+    const ll_shot_stats *m = &ll_netgame_shots(g)->shot_stats[player];
     cJSON *o = cJSON_AddObjectToObject(metrics, "shots");
     tally(o, "rifle", &m->tally[LL_RIFLE]);
     tally(o, "shell", &m->tally[LL_CANNON]);
@@ -268,7 +268,7 @@ static shell_row shell_at(int view, int player, uint32_t number, const ll_flight
 static int known_shells(const ll_netgame *g, int view, const ll_world *world, int player, ll_time time,
                         shell_row *out)
 {
-    const ll_arms *arms = ll_netgame_game(g)->weapons->arms(world, player);
+    const ll_weapon_state *arms = ll_netgame_game(g)->weapons->arms(world, player);
     int n = 0;
     for (int i = 0; i < LL_SHELLS; i++) {
         const ll_shell *shell = &arms->shells[i];
@@ -282,13 +282,15 @@ static int known_shells(const ll_netgame *g, int view, const ll_world *world, in
 /* The own ones are where the client has flown them. */
 static int own_shells(const ll_netgame *g, int player, shell_row *out)
 {
-    const ll_gunner *gunner = ll_netgame_gunner(g, player);
+    const ll_weapon_prediction *weapon_prediction = ll_netgame_weapon_prediction(g, player);
     int n = 0;
-    for (int64_t number = gunner->fired - LL_SHELLS + 1; number <= gunner->fired; number++) {
-        const ll_gunner_shell *shell = &gunner->shells[(number + LL_SHELLS) % LL_SHELLS];
-        if (number > 0 && shell->state == LL_GUNNER_FLYING)
+    for (int64_t number = weapon_prediction->fired - LL_SHELLS + 1; number <= weapon_prediction->fired;
+         number++) {
+        const ll_weapon_prediction_shell *shell =
+            &weapon_prediction->shells[(number + LL_SHELLS) % LL_SHELLS];
+        if (number > 0 && shell->state == LL_WEAPON_PREDICTION_FLYING)
             out[n++] = shell_at(player + 1, player, (uint32_t)number, &shell->flight,
-                                ll_to_s(gunner->drawn_time - shell->start));
+                                ll_to_s(weapon_prediction->drawn_time - shell->start));
     }
     return n;
 }
@@ -303,7 +305,7 @@ static int list_shells(const ll_netgame *g, shell_row *out)
         const ll_client *c = ll_netgame_client(g, v);
         for (int i = 0; i < players; i++)
             n += i == v ? own_shells(g, v, out + n)
-                        : known_shells(g, v + 1, ll_client_shown_const(c), i, c->view_time, out + n);
+                        : known_shells(g, v + 1, ll_client_rendered_const(c), i, c->view_time, out + n);
     }
     return n;
 }

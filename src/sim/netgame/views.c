@@ -17,7 +17,7 @@ static double ratio(double a, double b)
 }
 
 /* Over all entities of others together. */
-static void smoothness(cJSON *player, const ll_instruments *in)
+static void smoothness(cJSON *player, const ll_client_metrics *in)
 {
     ll_smoothness sum = {0};
     for (int i = 0; i < in->entities; i++) {
@@ -49,7 +49,7 @@ static void smoothness(cJSON *player, const ll_instruments *in)
     number(error, "count", (double)animation.count);
 }
 
-void ll_netgame_gauge(cJSON *object, const char *name, const ll_gauge *g, double scale)
+void ll_netgame_running_stats(cJSON *object, const char *name, const ll_running_stats *g, double scale)
 {
     cJSON *o = cJSON_AddObjectToObject(object, name);
     number(o, "mean", scale * ratio(g->sum, (double)g->count));
@@ -58,7 +58,7 @@ void ll_netgame_gauge(cJSON *object, const char *name, const ll_gauge *g, double
     number(o, "count", (double)g->count);
 }
 
-static void buffer(cJSON *player, const ll_instruments *in, const ll_client *client)
+static void buffer(cJSON *player, const ll_client_metrics *in, const ll_client *client)
 {
     cJSON *o = cJSON_AddObjectToObject(player, "buffer");
     number(o, "underruns", (double)in->underruns);
@@ -66,9 +66,9 @@ static void buffer(cJSON *player, const ll_instruments *in, const ll_client *cli
     number(o, "held_ratio", ratio((double)in->held_frames, (double)in->frames));
     number(o, "extrapolated_ratio", ratio((double)in->extrapolated_frames, (double)in->frames));
     number(o, "stale_states", (double)client->stale);
-    ll_netgame_gauge(o, "depth_states", &in->depth, 1);
-    ll_netgame_gauge(o, "delay_ms", &in->delay_ms, 1);
-    ll_netgame_gauge(o, "time_scale", &in->time_scale, 1);
+    ll_netgame_running_stats(o, "depth_states", &in->depth, 1);
+    ll_netgame_running_stats(o, "delay_ms", &in->delay_ms, 1);
+    ll_netgame_running_stats(o, "time_scale", &in->time_scale, 1);
 }
 
 /* Counted from the start, as the link's own. */
@@ -101,7 +101,7 @@ static void excursions(cJSON *object, const char *name, const ll_inconsistency *
 
 void ll_netgame_view_metrics(const ll_netgame *g, int player, cJSON *object)
 {
-    const ll_instruments *in = ll_netgame_instruments(g, player);
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     double seconds = ll_to_s(in->measured);
     smoothness(object, in);
     buffer(object, in, ll_netgame_client(g, player));
@@ -163,7 +163,7 @@ static ll_time drawn_time(const ll_client *c)
 static buffer_row buffer_of(const ll_netgame *g, int player)
 {
     const ll_client *c = ll_netgame_client(g, player);
-    const ll_instruments *in = ll_netgame_instruments(g, player);
+    const ll_client_metrics *in = ll_netgame_client_metrics(g, player);
     bool by_time = c->view_state != LL_VIEW_NEWEST;
     return (buffer_row){.player = (uint8_t)player,
                         .state = c->view_state,
@@ -220,7 +220,7 @@ static int list_buffered(const ll_netgame *g, int player, buffered_row *rows)
     ll_client *c = ll_netgame_client(g, player);
     int n = 0;
     for (int64_t i = c->newest - 1 - c->depth; c->newest > 0 && i < c->newest && n < BUFFERED_MAX; i++) {
-        const ll_received *state = ll_client_state(c, i);
+        const ll_snapshot_entry *state = ll_client_state(c, i);
         rows[n++] = (buffered_row){.player = (uint8_t)player,
                                    .tick = (uint32_t)state->tick,
                                    .time_s = ll_to_s(state->time),

@@ -15,15 +15,16 @@ static const char *const form_names[LL_FORMS + 1] = {"box",     "circle", "capsu
                                                      "segment", "chain",  NULL};
 
 #define REAL(field, low, high, value, of, text)                                                              \
-    ROW(ll_rigid_body, field, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value, .unit = of, \
-        .help = text)
+    ROW(ll_rigid_body, field, .type = LL_PARAM_REAL, .min = low, .max = high, .default_value = value,        \
+        .unit = of, .help = text)
 #define PAIR(field, low, high, x, y, of, text)                                                               \
     ROW(ll_rigid_body, field, .type = LL_PARAM_VECTOR, .min = low, .max = high, .vector = {x, y},            \
         .unit = of, .help = text)
 
 static const ll_param body_rows[] = {
     ROW(ll_rigid_body, type, .type = LL_PARAM_CHOICE, .choices = ll_body_type_names,
-        .standard = LL_BODY_DYNAMIC, .help = "Whether it moves by forces, by its velocity alone, or not."),
+        .default_value = LL_BODY_DYNAMIC,
+        .help = "Whether it moves by forces, by its velocity alone, or not."),
     {.name = "shape",
      .type = LL_PARAM_CHOICE,
      .offset = offsetof(ll_rigid_body, form),
@@ -31,7 +32,7 @@ static const ll_param body_rows[] = {
      .help = "Its shape: box and capsule of a size, circle of a radius, the others of points."},
     PAIR(size, 0, 1e6, 1, 1, "m", "Width and height of a box, length and thickness of a capsule."),
     REAL(radius, 0, 1e6, 0.5, "m", "Of a circle."),
-    ROW(ll_rigid_body, points, .type = LL_PARAM_POINTS, .max = LL_RIGID_POINTS_MAX, .standard = 1e6,
+    ROW(ll_rigid_body, points, .type = LL_PARAM_POINTS, .max = LL_RIGID_POINTS_MAX, .default_value = 1e6,
         .count_offset = offsetof(ll_rigid_body, point_count), .unit = "m",
         .help =
             "In the body's frame: 3 to 8 corners of a convex polygon, 2 ends of a segment, 4 or more of a "
@@ -67,7 +68,7 @@ static const ll_param_table body_table = {.name = "rigid_body",
 /* ---- joints ---- */
 
 #define REAL(field, low, high, value, of, text)                                                              \
-    ROW(ll_rigid_joint, field, .type = LL_PARAM_REAL, .min = low, .max = high, .standard = value,            \
+    ROW(ll_rigid_joint, field, .type = LL_PARAM_REAL, .min = low, .max = high, .default_value = value,       \
         .unit = of, .help = text)
 #define PAIR(field, x, y, of, text)                                                                          \
     ROW(ll_rigid_joint, field, .type = LL_PARAM_VECTOR, .min = -1e6, .max = 1e6, .vector = {x, y},           \
@@ -79,7 +80,7 @@ static const ll_param_table body_table = {.name = "rigid_body",
 
 static const ll_param joint_rows[] = {
     ROW(ll_rigid_joint, type, .type = LL_PARAM_CHOICE, .choices = ll_joint_type_names,
-        .standard = LL_JOINT_REVOLUTE, .help = "What it leaves free."),
+        .default_value = LL_JOINT_REVOLUTE, .help = "What it leaves free."),
     INDEX(a, "Index of the first body."),
     INDEX(b, "Index of the second body: the one that is driven or drawn."),
     PAIR(anchor_a, 0, 0, "m", "Where it holds the first body, in that body's frame."),
@@ -155,7 +156,7 @@ static const ll_param rows[] = {
           .help = "A ready scene; none: the bodies and joints that are listed."),
     SETUP(params, .type = LL_PARAM_OBJECT, .child = &ll_scene_args_table,
           .help = "What varies in the scene."),
-    SETUP(hz, .type = LL_PARAM_REAL, .min = 1, .max = 1000, .standard = 60, .unit = "Hz",
+    SETUP(hz, .type = LL_PARAM_REAL, .min = 1, .max = 1000, .default_value = 60, .unit = "Hz",
           .help = "Steps per second."),
     SETUP(gravity, .type = LL_PARAM_VECTOR, .min = -1000, .max = 1000, .vector = {0, -10}, .unit = "m/s^2",
           .live = true, .help = "To the right and upwards."),
@@ -165,7 +166,8 @@ static const ll_param rows[] = {
           .count_offset = offsetof(ll_rigid_config, setup.beside_count), .live = true, .begin = as_the_first,
           .help =
               "The same bodies side by side from the same start; each says how it differs from the first."),
-    SETUP(broad, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .standard = LL_BROAD_GRID, .live = true,
+    SETUP(broad, .type = LL_PARAM_CHOICE, .choices = ll_broad_names, .default_value = LL_BROAD_GRID,
+          .live = true,
           .help = "Which boxes overlap is found by all against all, sweep and prune, a grid or a tree; the "
                   "pairs are the same."),
     SETUP(compare_volumes, .type = LL_PARAM_BOOL, .live = true,
@@ -173,7 +175,7 @@ static const ll_param rows[] = {
               "Each step every bounding volume judges all pairs of the first 256 shapes: false and missed "
               "hits are counted."),
     SETUP(beyond_x, .type = LL_PARAM_REAL, .min = -LL_WORLD_MAX, .max = LL_WORLD_MAX,
-          .standard = LL_WORLD_MAX, .unit = "m", .live = true,
+          .default_value = LL_WORLD_MAX, .unit = "m", .live = true,
           .help = "Dynamic bodies whose centre is to the right count as passed."),
     ROW(ll_rigid_config, bodies, .type = LL_PARAM_ARRAY, .max = LL_RIGID_BODIES_MAX, .child = &body_table,
         .count_offset = offsetof(ll_rigid_config, body_count),

@@ -103,20 +103,20 @@ static void find_pairs(const ll_rigid *w, judged *j)
 
 /* Its cost is that of bringing the volumes to where the bodies are, and of the tests; shapes do not change.
  */
-static void test_pairs(judged *j, ll_volume volume, int64_t rounds, ll_meter *meter, int part)
+static void test_pairs(judged *j, ll_volume volume, int64_t rounds, ll_step_profiler *step_profiler, int part)
 {
     ll_bound made[MOST];
     ll_placed_bound at[MOST];
     for (int i = 0; i < j->shapes; i++)
         made[i] = ll_bound_make(volume, &j->shape[i].geometry);
-    int64_t from = ll_meter_start(meter);
+    int64_t from = ll_step_profiler_start(step_profiler);
     for (int64_t round = 0; round < rounds; round++) {
         for (int i = 0; i < j->shapes; i++)
             ll_bound_place(volume, &made[i], j->shape[i].pose, &at[i]);
         for (int i = 0; i < j->pairs; i++)
             j->hit[volume][i] = ll_bounds_meet(volume, &at[j->pair[i][0]], &at[j->pair[i][1]]);
     }
-    ll_meter_add(meter, part, from);
+    ll_step_profiler_add(step_profiler, part, from);
 }
 
 static void count_hits(const judged *j, ll_volume volume, ll_volume_record *record)
@@ -137,12 +137,13 @@ static void count_hits(const judged *j, ll_volume volume, ll_volume_record *reco
     }
 }
 
-static void compare_volumes(const ll_rigid *w, ll_rigid_record *r, ll_meter *meter, int first_part)
+static void compare_volumes(const ll_rigid *w, ll_rigid_record *r, ll_step_profiler *step_profiler,
+                            int first_part)
 {
     judged j;
     find_pairs(w, &j);
     for (int v = 0; v < LL_VOLUMES; v++) {
-        test_pairs(&j, (ll_volume)v, 1, meter, first_part + v);
+        test_pairs(&j, (ll_volume)v, 1, step_profiler, first_part + v);
         count_hits(&j, (ll_volume)v, &r->volume[v]);
     }
 }
@@ -151,7 +152,7 @@ double ll_rigid_sim_time_volume(const ll_rigid *w, ll_volume volume, int64_t (*n
 {
     enum { TESTS = 10000, REPEATS = 7 }; /* the least: what else runs only adds */
     judged j;
-    ll_meter meter = {.now_ns = now_ns};
+    ll_step_profiler step_profiler = {.now_ns = now_ns};
     find_pairs(w, &j);
     if (j.shapes < 2)
         return NAN;
@@ -161,9 +162,9 @@ double ll_rigid_sim_time_volume(const ll_rigid *w, ll_volume volume, int64_t (*n
     }
     int64_t rounds = 1 + TESTS / j.pairs, least = INT64_MAX;
     for (int i = 0; i < REPEATS; i++) {
-        meter.ns[0] = 0;
-        test_pairs(&j, volume, rounds, &meter, 0);
-        least = meter.ns[0] < least ? meter.ns[0] : least;
+        step_profiler.ns[0] = 0;
+        test_pairs(&j, volume, rounds, &step_profiler, 0);
+        least = step_profiler.ns[0] < least ? step_profiler.ns[0] : least;
     }
     return (double)least / (double)(rounds * j.pairs);
 }
@@ -195,7 +196,7 @@ static ll_status judge_energy(ll_rigid_sim *s, int i)
     return status;
 }
 
-ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i, ll_meter *meter)
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i, ll_step_profiler *step_profiler)
 {
     const ll_rigid *w = ll_rigid_sim_world(s, i);
     ll_rigid_record *r = &s->record[i];
@@ -218,6 +219,6 @@ ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int i, ll_meter *meter)
     r->drift_worst = larger(r->drift_worst, r->now.drift_max);
     r->energy_most = larger(r->energy_most, energy_of(&r->now) - r->energy_start);
     if (s->setup.compare_volumes)
-        compare_volumes(w, r, meter, i * LL_RIGID_PARTS + LL_PHASES + 1);
+        compare_volumes(w, r, step_profiler, i * LL_RIGID_PARTS + LL_PHASES + 1);
     return judge_energy(s, i);
 }

@@ -198,7 +198,7 @@ cJSON *ll_rigid_sim_metrics(const void *block)
 
 /* ---- cost ---- */
 
-void ll_rigid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
+void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profiler, cJSON *cost)
 {
     const ll_rigid_config *c = config;
     cJSON *parts = cJSON_AddArrayToObject(cost, "parts");
@@ -212,7 +212,7 @@ void ll_rigid_sim_costs(const void *config, const ll_meter *meter, cJSON *cost)
                      : k == LL_PHASES ? "all"
                                       : ll_rigid_phase_names[k]);
             number(cJSON_AddObjectToObject(part, name), "ns_per_sim_s",
-                   ll_meter_ns_per_s(meter, i * LL_RIGID_PARTS + k));
+                   ll_step_profiler_ns_per_s(step_profiler, i * LL_RIGID_PARTS + k));
         }
         cJSON_AddItemToArray(parts, part);
     }

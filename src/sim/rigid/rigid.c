@@ -77,7 +77,7 @@ static void drag(ll_rigid_sim *s, int i)
 static ll_status accepts(const void *config, int player, const ll_action *action)
 {
     (void)config;
-    return ll_hand_accepts(player, action, "drags");
+    return ll_pointer_drag_accepts(player, action, "drags");
 }
 
 static void input(void *block, int player, const ll_action *action)
@@ -121,7 +121,7 @@ ll_status ll_rigid_sim_step(ll_rigid_sim *s, int i, const ll_rigid_probe *probe)
 
 /* Reads the meter's clock where a phase ends. */
 typedef struct stopwatch {
-    ll_meter *meter;
+    ll_step_profiler *step_profiler;
     int64_t last;
     int first; /* part of the meter: a world's phases lie one behind the other */
 } stopwatch;
@@ -129,22 +129,22 @@ typedef struct stopwatch {
 static void ended(void *context, ll_rigid_phase phase)
 {
     stopwatch *watch = context;
-    ll_meter_add(watch->meter, watch->first + (int)phase, watch->last);
-    watch->last = ll_meter_start(watch->meter);
+    ll_step_profiler_add(watch->step_profiler, watch->first + (int)phase, watch->last);
+    watch->last = ll_step_profiler_start(watch->step_profiler);
 }
 
-static ll_status step_metered(ll_rigid_sim *s, int i, ll_meter *meter)
+static ll_status step_metered(ll_rigid_sim *s, int i, ll_step_profiler *step_profiler)
 {
-    int64_t from = ll_meter_start(meter);
-    stopwatch watch = {.meter = meter, .last = from, .first = i * LL_RIGID_PARTS};
+    int64_t from = ll_step_profiler_start(step_profiler);
+    stopwatch watch = {.step_profiler = step_profiler, .last = from, .first = i * LL_RIGID_PARTS};
     ll_rigid_probe probe = {ended, &watch};
-    ll_status status = ll_rigid_sim_step(s, i, meter ? &probe : NULL);
-    ll_meter_add(meter, i * LL_RIGID_PARTS + LL_PHASES, from);
+    ll_status status = ll_rigid_sim_step(s, i, step_profiler ? &probe : NULL);
+    ll_step_profiler_add(step_profiler, i * LL_RIGID_PARTS + LL_PHASES, from);
     return status;
 }
 
 /* The first world stops its session; one beside it only itself. */
-static ll_status step_all(ll_rigid_sim *s, ll_meter *meter, ll_pace *pace)
+static ll_status step_all(ll_rigid_sim *s, ll_step_profiler *step_profiler, ll_pace *pace)
 {
     for (int i = 0; i < ll_rigid_sim_worlds(&s->setup); i++) {
         if (!ll_goes_on(pace))
@@ -154,9 +154,9 @@ static ll_status step_all(ll_rigid_sim *s, ll_meter *meter, ll_pace *pace)
                 return ll_error(LL_DIVERGED, "%s", s->record[0].reason);
             continue;
         }
-        ll_status status = step_metered(s, i, meter);
+        ll_status status = step_metered(s, i, step_profiler);
         if (!ll_failed(&status))
-            status = ll_rigid_sim_measure(s, i, meter);
+            status = ll_rigid_sim_measure(s, i, step_profiler);
         if (ll_failed(&status) && i == 0)
             return ll_error(LL_DIVERGED, "%s", status.text);
     }
@@ -164,15 +164,15 @@ static ll_status step_all(ll_rigid_sim *s, ll_meter *meter, ll_pace *pace)
     return ll_ok();
 }
 
-static ll_status advance(void *block, ll_time until, const ll_recorder *recorder, ll_meter *meter,
-                         const ll_interrupt *interrupt)
+static ll_status advance(void *block, ll_time until, const ll_recorder *recorder,
+                         ll_step_profiler *step_profiler, const ll_interrupt *interrupt)
 {
     ll_rigid_sim *s = block;
     ll_pace pace = ll_pace_by(interrupt);
     ll_freq freq = ll_freq_from_hz(s->setup.hz);
     (void)recorder;
     for (int64_t tick = ll_tick_at(s->now, freq) + 1; ll_tick_time(tick, freq) <= until; tick++) {
-        ll_status status = step_all(s, meter, &pace);
+        ll_status status = step_all(s, step_profiler, &pace);
         if (ll_failed(&status))
             return status;
         s->now = ll_tick_time(tick, freq);

@@ -142,7 +142,8 @@ static inline const ll_scene *ll_rigid_sim_scene(const ll_rigid_setup *setup)
     return setup->scene > 0 ? ll_scenes[setup->scene - 1] : NULL;
 }
 
-_Static_assert(LL_SIDE_BY_SIDE_MAX *LL_RIGID_PARTS <= LL_METER_PARTS, "a meter has room for all worlds");
+_Static_assert(LL_SIDE_BY_SIDE_MAX *LL_RIGID_PARTS <= LL_STEP_PROFILER_PARTS,
+               "a meter has room for all worlds");
 
 /* ---- config.c ---- */
 
@@ -169,7 +170,7 @@ ll_status ll_rigid_sim_build(const ll_rigid_config *config, ll_rigid *world);
 
 void ll_rigid_sim_measure_start(ll_rigid_sim *s, int world);
 /* LL_DIVERGED, kept in the record, too: bodies have gained more than LL_BLOWN_UP times energy_scale. */
-ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world, ll_meter *meter);
+ll_status ll_rigid_sim_measure(ll_rigid_sim *s, int world, ll_step_profiler *step_profiler);
 /* ns for a pair of shapes, over those that are near each other now (where none are, over the last two): to
  * bring the volumes to their bodies' poses, and to test them. NAN of fewer than two shapes. */
 double ll_rigid_sim_time_volume(const ll_rigid *world, ll_volume volume, int64_t (*now_ns)(void));
@@ -179,7 +180,7 @@ double ll_rigid_sim_time_volume(const ll_rigid *world, ll_volume volume, int64_t
 struct cJSON *ll_rigid_sim_state(const void *block);
 struct cJSON *ll_rigid_sim_metrics(const void *block);
 extern const char *const ll_rigid_sim_signed_metrics[];
-void ll_rigid_sim_costs(const void *config, const ll_meter *meter, struct cJSON *cost);
+void ll_rigid_sim_costs(const void *config, const ll_step_profiler *step_profiler, struct cJSON *cost);
 void ll_rigid_sim_time_parts(const void *config, struct cJSON *metrics, int64_t (*now_ns)(void));
 struct cJSON *ll_rigid_sim_layout(const void *config);
 int ll_rigid_sim_trace_columns(const void *config, char (*names)[48], int capacity);

@@ -203,10 +203,10 @@ static void test_rude(void **state)
 static void expect_empty(void)
 {
     int64_t until = front_now() + INT64_C(3000000000);
-    while (ll_door_get_stats(f.door).connections > 0 && front_now() < until) {
+    while (ll_web_server_get_stats(f.web_server).connections > 0 && front_now() < until) {
         front_sleep(0.02);
     }
-    assert_int_equal(ll_door_get_stats(f.door).connections, 0);
+    assert_int_equal(ll_web_server_get_stats(f.web_server).connections, 0);
 }
 
 /* 600 of one address are let in, the others get the reason; when they leave, all clients may come again. */
@@ -237,7 +237,7 @@ static void test_limits(void **state)
     }
     free(fd);
     assert_int_equal(refused, COUNT - 600);
-    assert_int_equal(ll_door_get_stats(f.door).refused_per_ip, COUNT - 600);
+    assert_int_equal(ll_web_server_get_stats(f.web_server).refused_per_ip, COUNT - 600);
     expect_empty();
     expect_alive(1);
 }
@@ -278,21 +278,21 @@ static void test_listen(void **state)
     snprintf(second.config.listen, sizeof second.config.listen, "127.0.0.1:%u", f.port);
     ll_http_app app = {0};
     ll_ws_hooks hooks = {0};
-    ll_status status = ll_door_open(&second.config, &app, &hooks, NULL, NULL, &second.door);
+    ll_status status = ll_web_server_open(&second.config, &app, &hooks, NULL, NULL, &second.web_server);
     assert_int_equal(status.code, LL_IO);
     static const char *const wrong[] = {"127.0.0.1", "127.0.0.1:",   "127.0.0.1:99999",
                                         "::1:80",    "127.0.0.1:8x", "nowhere.invalid:1"};
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
         snprintf(second.config.listen, sizeof second.config.listen, "%s", wrong[i]);
-        status = ll_door_open(&second.config, &app, &hooks, NULL, NULL, &second.door);
+        status = ll_web_server_open(&second.config, &app, &hooks, NULL, NULL, &second.web_server);
         assert_int_equal(status.code, LL_BAD_INPUT);
         assert_string_equal(status.field, "listen");
     }
     snprintf(second.config.listen, sizeof second.config.listen, "[::1]:0");
-    status = ll_door_open(&second.config, &app, &hooks, NULL, NULL, &second.door);
+    status = ll_web_server_open(&second.config, &app, &hooks, NULL, NULL, &second.web_server);
     if (!ll_failed(&status)) { /* there may be no IPv6 here */
-        assert_memory_equal(ll_door_address(second.door), "[::1]:", 6);
-        ll_door_close(second.door);
+        assert_memory_equal(ll_web_server_address(second.web_server), "[::1]:", 6);
+        ll_web_server_close(second.web_server);
     }
 }
 

@@ -286,7 +286,7 @@ static void test_watchdog(void **state)
 {
     (void)state;
     char answer[4096];
-    uint64_t before = ll_door_get_stats(f.door).cut;
+    uint64_t before = ll_web_server_get_stats(f.web_server).cut;
     int fd = net_connect(f.port), body = net_connect(f.port), idle = net_connect(f.port);
     assert_int_equal(net_request(fd, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(net_request(idle, GET("/healthz"), answer, sizeof answer), 200);
@@ -301,7 +301,7 @@ static void test_watchdog(void **state)
     assert_true(net_closed(fd, 0.5));
     assert_true(net_closed(body, 0.5));
     assert_true(net_closed(idle, 2));
-    assert_true(ll_door_get_stats(f.door).cut >= before + 2);
+    assert_true(ll_web_server_get_stats(f.web_server).cut >= before + 2);
     close(fd);
     close(body);
     close(idle);

@@ -316,7 +316,7 @@ static void test_delete(void **state)
 static void test_kept(void **state)
 {
     (void)state;
-    uint64_t before = ll_door_get_stats(f.door).bridged;
+    uint64_t before = ll_web_server_get_stats(f.web_server).bridged;
     for (int i = 0; i < 200; i++) {
         int fd = net_connect(f.port);
         for (int k = 0; k < 3; k++) {
@@ -334,7 +334,7 @@ static void test_kept(void **state)
         assert_int_equal(viewer_close_code(fd, 5), 1000);
         close(fd);
     }
-    assert_int_equal(ll_door_get_stats(f.door).bridged - before, 200);
+    assert_int_equal(ll_web_server_get_stats(f.web_server).bridged - before, 200);
 }
 
 static void test_kept_refusals(void **state)
@@ -451,7 +451,7 @@ static void test_drain(void **state)
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
     /* Clients answer the close frame only after the drain, which must not wait for them beyond its time. */
     int64_t begin = front_now();
-    ll_door_drain(g.door);
+    ll_web_server_drain(g.web_server);
     assert_true((double)(front_now() - begin) < 3.5e9);
     assert_int_equal(net_request(kept, GET("/healthz"), answer, sizeof answer), 200);
     assert_int_equal(net_connect(g.port), -1);

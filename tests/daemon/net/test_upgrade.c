@@ -138,59 +138,63 @@ static void test_stream_paths(void **state)
     }
 }
 
-static ll_gate_pass pass_of(const char *address)
+static ll_connection_limiter_pass pass_of(const char *address)
 {
     struct sockaddr_in four = {.sin_family = AF_INET};
     struct sockaddr_in6 six = {.sin6_family = AF_INET6};
     if (inet_pton(AF_INET, address, &four.sin_addr) == 1) {
-        return ll_gate_pass_of((struct sockaddr *)&four);
+        return ll_connection_limiter_pass_of((struct sockaddr *)&four);
     }
     assert_int_equal(inet_pton(AF_INET6, address, &six.sin6_addr), 1);
-    return ll_gate_pass_of((struct sockaddr *)&six);
+    return ll_connection_limiter_pass_of((struct sockaddr *)&six);
 }
 
-static void test_gate(void **state)
+static void test_connection_limiter(void **state)
 {
     (void)state;
-    ll_gate *gate = ll_gate_new(5, 2);
-    ll_gate_pass a = pass_of("10.0.0.1"), b = pass_of("::ffff:10.0.0.1"), c = pass_of("2001:db8::1"),
-                 d = pass_of("2001:db8::2"), e = pass_of("2001:db8:0:1::1");
-    assert_int_equal(ll_gate_enter(gate, &a), LL_GATE_OPEN);
-    assert_int_equal(ll_gate_enter(gate, &b), LL_GATE_OPEN);
-    assert_int_equal(ll_gate_enter(gate, &a), LL_GATE_FULL_FOR_IP);
-    assert_int_equal(ll_gate_enter(gate, &c), LL_GATE_OPEN);
-    assert_int_equal(ll_gate_enter(gate, &d), LL_GATE_OPEN);
-    assert_int_equal(ll_gate_enter(gate, &c), LL_GATE_FULL_FOR_IP); /* the same /64 */
-    assert_int_equal(ll_gate_enter(gate, &e), LL_GATE_OPEN);
-    assert_int_equal(ll_gate_enter(gate, &e), LL_GATE_FULL);
-    assert_int_equal(ll_gate_enter(gate, &(ll_gate_pass){0}), LL_GATE_OPEN); /* counted nowhere */
-    ll_gate_leave(gate, &b);
-    assert_int_equal(ll_gate_enter(gate, &a), LL_GATE_OPEN);
-    assert_int_equal(ll_gate_count(gate), 5);
-    ll_gate_free(gate);
+    ll_connection_limiter *connection_limiter = ll_connection_limiter_new(5, 2);
+    ll_connection_limiter_pass a = pass_of("10.0.0.1"), b = pass_of("::ffff:10.0.0.1"),
+                               c = pass_of("2001:db8::1"), d = pass_of("2001:db8::2"),
+                               e = pass_of("2001:db8:0:1::1");
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &a), LL_CONNECTION_LIMITER_OPEN);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &b), LL_CONNECTION_LIMITER_OPEN);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &a), LL_CONNECTION_LIMITER_FULL_FOR_IP);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &c), LL_CONNECTION_LIMITER_OPEN);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &d), LL_CONNECTION_LIMITER_OPEN);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &c),
+                     LL_CONNECTION_LIMITER_FULL_FOR_IP); /* the same /64 */
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &e), LL_CONNECTION_LIMITER_OPEN);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &e), LL_CONNECTION_LIMITER_FULL);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &(ll_connection_limiter_pass){0}),
+                     LL_CONNECTION_LIMITER_OPEN); /* counted nowhere */
+    ll_connection_limiter_leave(connection_limiter, &b);
+    assert_int_equal(ll_connection_limiter_enter(connection_limiter, &a), LL_CONNECTION_LIMITER_OPEN);
+    assert_int_equal(ll_connection_limiter_count(connection_limiter), 5);
+    ll_connection_limiter_free(connection_limiter);
 }
 
 /* Many addresses that come and go in another order: the table finds each again. */
-static void test_gate_many(void **state)
+static void test_connection_limiter_many(void **state)
 {
     (void)state;
     enum { COUNT = 1000 };
-    ll_gate *gate = ll_gate_new(COUNT, 1);
+    ll_connection_limiter *connection_limiter = ll_connection_limiter_new(COUNT, 1);
     struct sockaddr_in address = {.sin_family = AF_INET};
     for (uint32_t round = 0; round < 3; round++) {
         for (uint32_t i = 0; i < COUNT; i++) {
             address.sin_addr.s_addr = htonl(0x0a000000 + i * 7 + round);
-            ll_gate_pass pass = ll_gate_pass_of((struct sockaddr *)&address);
-            assert_int_equal(ll_gate_enter(gate, &pass), LL_GATE_OPEN);
+            ll_connection_limiter_pass pass = ll_connection_limiter_pass_of((struct sockaddr *)&address);
+            assert_int_equal(ll_connection_limiter_enter(connection_limiter, &pass),
+                             LL_CONNECTION_LIMITER_OPEN);
         }
         for (uint32_t i = 0; i < COUNT; i++) {
             address.sin_addr.s_addr = htonl(0x0a000000 + i * 613 % COUNT * 7 + round);
-            ll_gate_pass pass = ll_gate_pass_of((struct sockaddr *)&address);
-            ll_gate_leave(gate, &pass);
+            ll_connection_limiter_pass pass = ll_connection_limiter_pass_of((struct sockaddr *)&address);
+            ll_connection_limiter_leave(connection_limiter, &pass);
         }
-        assert_int_equal(ll_gate_count(gate), 0);
+        assert_int_equal(ll_connection_limiter_count(connection_limiter), 0);
     }
-    ll_gate_free(gate);
+    ll_connection_limiter_free(connection_limiter);
 }
 
 int main(void)
@@ -201,8 +205,8 @@ int main(void)
         cmocka_unit_test(test_hosts),
         cmocka_unit_test(test_origins),
         cmocka_unit_test(test_stream_paths),
-        cmocka_unit_test(test_gate),
-        cmocka_unit_test(test_gate_many),
+        cmocka_unit_test(test_connection_limiter),
+        cmocka_unit_test(test_connection_limiter_many),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

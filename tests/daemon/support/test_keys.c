@@ -80,15 +80,15 @@ static void a_bucket_gives_its_rate_and_burst(void **state)
 static void rates_are_per_name(void **state)
 {
     (void)state;
-    ll_rates *rates = ll_rates_new(1, 2);
+    ll_rate_limits *rates = ll_rate_limits_new(1, 2);
     int a = 0, b = 0;
     for (int i = 0; i < 5; i++) {
-        a += ll_rates_take(rates, "192.0.2.1", LL_SECOND);
-        b += ll_rates_take(rates, "192.0.2.2", LL_SECOND);
+        a += ll_rate_limits_take(rates, "192.0.2.1", LL_SECOND);
+        b += ll_rate_limits_take(rates, "192.0.2.2", LL_SECOND);
     }
     assert_int_equal(a, 2);
     assert_int_equal(b, 2);
-    ll_rates_free(rates);
+    ll_rate_limits_free(rates);
 }
 
 int main(void)

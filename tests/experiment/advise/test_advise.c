@@ -192,7 +192,7 @@ static void it_finds_what_brute_force_finds(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         ll_experiment *e = experiment(cases[i].text);
         cJSON *answer;
-        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = cases[i].max_error}, &answer));
+        must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = cases[i].max_error}, &answer));
         double least = brute_force(e, cases[i].max_error),
                runs = cJSON_GetObjectItem(answer, "runs")->valuedouble;
         const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
@@ -229,7 +229,7 @@ static void it_says_whether_the_optimum_is_proven(void **state)
     double least = brute_force(e, 1e-2);
     for (int few = 0; few < 2; few++) {
         cJSON *answer;
-        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1e-2, .most_runs = few ? 12 : 200},
+        must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = 1e-2, .most_runs = few ? 12 : 200},
                        &answer));
         assert_string_equal(optimum(answer), few ? "best found" : "proven");
         const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
@@ -253,7 +253,7 @@ static void ties_go_to_the_least_error(void **state)
         "\"explicit_euler\",\"dt_s\":0.1}]},\"axes\":[{\"path\":\"params.g\",\"values\":[9,7,5,3,4,6,8]}],"
         "\"metrics\":[\"methods.0.e_final\",\"methods.0.evaluations\"]}");
     cJSON *answer;
-    must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1, .most_runs = 30}, &answer));
+    must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = 1, .most_runs = 30}, &answer));
     const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
     assert_int_equal(cJSON_GetObjectItem(advice, "point")->valueint, 3); /* g = 3: 0.45 m */
     assert_string_equal(optimum(answer), "proven");
@@ -284,7 +284,7 @@ static void costs_are_compared_over_the_same_seeds(void **state)
     for (double limit = 0.6; limit < 3; limit += 1.1) {
         cJSON *answer;
         double half, cost;
-        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = limit}, &answer));
+        must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = limit}, &answer));
         const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
         assert_false(cJSON_IsNull(advice));
         mean_error(e, cJSON_GetObjectItem(advice, "point")->valueint, 0, SEEDS, &half, &cost);
@@ -314,7 +314,7 @@ static void what_is_proven_is_the_optimum(void **state)
     for (double limit = 0.05; limit < 3; limit *= 1.5) {
         cJSON *answer;
         double half, cost = INFINITY;
-        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = limit, .most_runs = 2 * e->runs},
+        must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = limit, .most_runs = 2 * e->runs},
                        &answer));
         const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
         if (!cJSON_IsNull(advice))
@@ -339,7 +339,7 @@ static void few_runs_without_an_event_prove_no_rarity(void **state)
         "\"metrics\":[\"players.1.shots.rifle.false_misses\",\"players.1.bandwidth.down_bytes_per_s\"]}");
     for (int many = 0; many < 2; many++) {
         cJSON *answer;
-        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 0.3, .most_runs = many ? 400 : 22},
+        must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = 0.3, .most_runs = many ? 400 : 22},
                        &answer));
         const cJSON *advice = cJSON_GetObjectItem(answer, "advice");
         assert_int_equal(cJSON_IsNull(advice), !many);
@@ -358,7 +358,7 @@ static void it_says_when_none_holds_and_how_near_it_came(void **state)
     (void)state;
     ll_experiment *e = experiment(MOTION("kepler", "5"));
     cJSON *answer;
-    must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1e-14}, &answer));
+    must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = 1e-14}, &answer));
     assert_true(cJSON_IsFalse(cJSON_GetObjectItem(answer, "holds")));
     assert_true(cJSON_IsNull(cJSON_GetObjectItem(answer, "advice")));
     double nearest = cJSON_GetObjectItem(cJSON_GetObjectItem(answer, "nearest"), "error")->valuedouble;
@@ -374,7 +374,7 @@ static void it_answers_the_same_again(void **state)
     char *texts[2];
     for (int i = 0; i < 2; i++) {
         cJSON *answer;
-        must(ll_advise(&(ll_advice_order){.experiment = e, .max_error = 0.5}, &answer));
+        must(ll_advise(&(ll_advise_request){.experiment = e, .max_error = 0.5}, &answer));
         texts[i] = cJSON_Print(answer);
         cJSON_Delete(answer);
     }
@@ -389,9 +389,9 @@ static void bad_orders_are_told(void **state)
     (void)state;
     ll_experiment *e = experiment("{\"scenario\":\"race\",\"metrics\":[\"players.0.corrections\"]}");
     cJSON *answer;
-    ll_status status = ll_advise(&(ll_advice_order){.experiment = e, .max_error = 1}, &answer);
+    ll_status status = ll_advise(&(ll_advise_request){.experiment = e, .max_error = 1}, &answer);
     assert_true(status.code == LL_BAD_INPUT && strcmp(status.field, "cost") == 0);
-    status = ll_advise(&(ll_advice_order){.experiment = e, .max_error = -1}, &answer);
+    status = ll_advise(&(ll_advise_request){.experiment = e, .max_error = -1}, &answer);
     assert_true(status.code == LL_BAD_INPUT && strstr(status.text, "got -1"));
     ll_experiment_free(e);
 }

@@ -23,27 +23,28 @@ static int64_t counting_clock(void)
 }
 
 typedef struct notes {
-    ll_rung rungs[64];
+    ll_refinement_level refinement_levels[64];
     int count;
 } notes;
 
-static ll_status climb(const ll_ladder *ladder, const char *methods, const char *set, const char *duration,
-                       notes *n)
+static ll_status refinement_run(const ll_refinement_series *refinement_series, const char *methods,
+                                const char *set, const char *duration, notes *n)
 {
     cJSON *json = NULL;
-    ll_status status = ll_scenario_load("scenarios", ladder->scenario, &json);
+    ll_status status = ll_scenario_load("scenarios", refinement_series->scenario, &json);
     if (ll_failed(&status))
         fail_msg("%s", status.text);
-    ll_ladder_order order = {.scenario = json,
-                             .sets = &set,
-                             .set_count = set != NULL,
-                             .duration = duration,
-                             .methods = methods,
-                             .now_ns = counting_clock};
+    ll_refinement_request order = {.scenario = json,
+                                   .sets = &set,
+                                   .set_count = set != NULL,
+                                   .duration = duration,
+                                   .methods = methods,
+                                   .now_ns = counting_clock};
     *n = (notes){0};
-    for (ll_climb c = ll_ladder_start(ladder, &order); ll_ladder_next(&c, &status);) {
+    for (ll_refinement_run c = ll_refinement_series_start(refinement_series, &order);
+         ll_refinement_series_next(&c, &status);) {
         assert_true(n->count < 64);
-        n->rungs[n->count++] = c.rung;
+        n->refinement_levels[n->count++] = c.refinement_level;
     }
     cJSON_Delete(json);
     return status;
@@ -75,29 +76,30 @@ static double error_of(const char *id, int seed, const char *update_hz)
     return error;
 }
 
-static const ll_ladder vortices = {"fluid/taylor_green",
-                                   "duration_s=1,params.viscosity_m2ps=0.01",
-                                   "solver.advection",
-                                   "maccormack,central",
-                                   "params.n",
-                                   "16,32,64",
-                                   "error_l2",
-                                   "visits",
-                                   0};
+static const ll_refinement_series vortices = {"fluid/taylor_green",
+                                              "duration_s=1,params.viscosity_m2ps=0.01",
+                                              "solver.advection",
+                                              "maccormack,central",
+                                              "params.n",
+                                              "16,32,64",
+                                              "error_l2",
+                                              "visits",
+                                              0};
 
 static void central_differences_are_of_order_two(void **state)
 {
     (void)state;
     notes n;
-    ll_status status = climb(&vortices, "central", NULL, NULL, &n);
+    ll_status status = refinement_run(&vortices, "central", NULL, NULL, &n);
     assert_false(ll_failed(&status));
     assert_int_equal(n.count, 3);
-    assert_true(isnan(n.rungs[0].order));
+    assert_true(isnan(n.refinement_levels[0].order));
     for (int i = 0; i < 3; i++) {
-        assert_string_equal(n.rungs[i].series, "central");
-        assert_true(n.rungs[i].cpu_min_s == 0.001 && !n.rungs[i].diverged);
-        assert_true(i == 0 || fabs(n.rungs[i].order - 2) < 0.1);
-        assert_true(i == 0 || n.rungs[i].counter > 3.9 * n.rungs[i - 1].counter); /* four times the cells */
+        assert_string_equal(n.refinement_levels[i].series, "central");
+        assert_true(n.refinement_levels[i].cpu_min_s == 0.001 && !n.refinement_levels[i].diverged);
+        assert_true(i == 0 || fabs(n.refinement_levels[i].order - 2) < 0.1);
+        assert_true(i == 0 || n.refinement_levels[i].counter >
+                                  3.9 * n.refinement_levels[i - 1].counter); /* four times the cells */
     }
 }
 
@@ -105,52 +107,53 @@ static void what_is_set_goes_before_the_ladders_own(void **state)
 {
     (void)state;
     notes plain, other, brief;
-    climb(&vortices, "central", NULL, NULL, &plain);
-    climb(&vortices, "central", "params.viscosity_m2ps=0.1", NULL, &other);
-    climb(&vortices, "central", NULL, "0.5", &brief);
-    assert_true(other.rungs[0].error != plain.rungs[0].error);
-    assert_true(brief.rungs[0].error < plain.rungs[0].error);
+    refinement_run(&vortices, "central", NULL, NULL, &plain);
+    refinement_run(&vortices, "central", "params.viscosity_m2ps=0.1", NULL, &other);
+    refinement_run(&vortices, "central", NULL, "0.5", &brief);
+    assert_true(other.refinement_levels[0].error != plain.refinement_levels[0].error);
+    assert_true(brief.refinement_levels[0].error < plain.refinement_levels[0].error);
     notes n;
-    ll_status status = climb(&vortices, NULL, "params.viscosity_m2ps", NULL, &n);
+    ll_status status = refinement_run(&vortices, NULL, "params.viscosity_m2ps", NULL, &n);
     assert_int_equal(status.code, LL_BAD_INPUT);
-    status = climb(&vortices, NULL, "params.nothing=1", NULL, &n);
+    status = refinement_run(&vortices, NULL, "params.nothing=1", NULL, &n);
     assert_int_equal(status.code, LL_BAD_INPUT);
 }
 
 static void runs_that_diverge_are_rungs(void **state)
 {
     (void)state;
-    static const ll_ladder ladder = {"fluid/cavity",
-                                     "params.n=16,solver.tolerance=0",
-                                     "solver.pressure",
-                                     "sor",
-                                     "solver.sweeps",
-                                     "1,32",
-                                     "divergence_max",
-                                     "visits",
-                                     0};
+    static const ll_refinement_series refinement_series = {"fluid/cavity",
+                                                           "params.n=16,solver.tolerance=0",
+                                                           "solver.pressure",
+                                                           "sor",
+                                                           "solver.sweeps",
+                                                           "1,32",
+                                                           "divergence_max",
+                                                           "visits",
+                                                           0};
     notes n;
-    ll_status status = climb(&ladder, NULL, NULL, NULL, &n);
+    ll_status status = refinement_run(&refinement_series, NULL, NULL, NULL, &n);
     assert_false(ll_failed(&status));
     assert_int_equal(n.count, 2);
-    assert_true(n.rungs[0].diverged && isnan(n.rungs[0].error));
-    assert_true(!n.rungs[1].diverged && isnan(n.rungs[1].order));
+    assert_true(n.refinement_levels[0].diverged && isnan(n.refinement_levels[0].error));
+    assert_true(!n.refinement_levels[1].diverged && isnan(n.refinement_levels[1].order));
 }
 
 /* Every value is one of its scenario's, and what it is held by is told. */
-static void every_ladder_can_be_climbed(void **state)
+static void every_refinement_series_can_be_climbed(void **state)
 {
     (void)state;
-    for (const ll_ladder *l = ll_ladders; l->scenario; l++) {
+    for (const ll_refinement_series *l = ll_ladders; l->scenario; l++) {
         notes n;
-        ll_ladder brief = *l;
+        ll_refinement_series brief = *l;
         brief.seeds = l->seeds > 0 ? 2 : 0;
-        ll_status status = climb(&brief, NULL, NULL, l->seeds > 0 ? "10" : "0.04", &n);
+        ll_status status = refinement_run(&brief, NULL, NULL, l->seeds > 0 ? "10" : "0.04", &n);
         if (ll_failed(&status))
             fail_msg("%s by %s: %s", l->scenario, l->setting, status.text);
         assert_true(n.count >= 6);
         for (int i = 0; i < n.count; i++)
-            if (!n.rungs[i].diverged && !(n.rungs[i].error >= 0 && fabs(n.rungs[i].counter) >= 0))
+            if (!n.refinement_levels[i].diverged &&
+                !(n.refinement_levels[i].error >= 0 && fabs(n.refinement_levels[i].counter) >= 0))
                 fail_msg("%s by %s: no %s or %s", l->scenario, l->setting, l->error, l->counter);
     }
 }
@@ -161,24 +164,25 @@ static void rungs_of_netgames_are_means_over_seeds(void **state)
 {
     (void)state;
     enum { SEEDS = 11 };
-    static const ll_ladder ladder = {"contact",
-                                     "duration_s=6,players.0.link.up.jitter_ms=30",
-                                     "players.0.prediction",
-                                     "false,true",
-                                     "server.update_hz",
-                                     "10,30",
-                                     "players.0.remote_error_m.mean",
-                                     "players.0.bandwidth.down_bytes_per_s",
-                                     SEEDS};
+    static const ll_refinement_series refinement_series = {"contact",
+                                                           "duration_s=6,players.0.link.up.jitter_ms=30",
+                                                           "players.0.prediction",
+                                                           "false,true",
+                                                           "server.update_hz",
+                                                           "10,30",
+                                                           "players.0.remote_error_m.mean",
+                                                           "players.0.bandwidth.down_bytes_per_s",
+                                                           SEEDS};
     notes n;
-    must(climb(&ladder, "true", NULL, NULL, &n));
+    must(refinement_run(&refinement_series, "true", NULL, NULL, &n));
     assert_int_equal(n.count, 2);
-    assert_true(n.rungs[1].error < n.rungs[0].error && n.rungs[1].counter > n.rungs[0].counter);
+    assert_true(n.refinement_levels[1].error < n.refinement_levels[0].error &&
+                n.refinement_levels[1].counter > n.refinement_levels[0].counter);
     for (int i = 0; i < 2; i++) {
         double values[SEEDS], sum = 0;
         for (int k = 0; k < SEEDS; k++)
             sum += values[k] = error_of("contact", k, i ? "30" : "10");
-        const ll_rung *r = &n.rungs[i];
+        const ll_refinement_level *r = &n.refinement_levels[i];
         assert_int_equal(r->seeds, SEEDS);
         assert_true(fabs(r->error - sum / SEEDS) < 1e-12 * sum);
         ll_resampler resampler = {0};
@@ -196,15 +200,15 @@ static void curves_between_states_gain_more_by_updates_than_lines(void **state)
 {
     (void)state;
     notes linear, hermite;
-    const ll_ladder *l = ll_ladders;
+    const ll_refinement_series *l = ll_ladders;
     while (strcmp(l->scenario, "hermite") != 0)
         l++;
-    must(climb(l, "linear", NULL, NULL, &linear));
-    must(climb(l, "hermite", NULL, NULL, &hermite));
+    must(refinement_run(l, "linear", NULL, NULL, &linear));
+    must(refinement_run(l, "hermite", NULL, NULL, &hermite));
     assert_int_equal(linear.count, 5);
     for (int i = 1; i < 4; i++) {
-        assert_true(linear.rungs[i].order > 1.5 && linear.rungs[i].order < 2.5);
-        assert_true(hermite.rungs[i].error < linear.rungs[i].error / 2);
+        assert_true(linear.refinement_levels[i].order > 1.5 && linear.refinement_levels[i].order < 2.5);
+        assert_true(hermite.refinement_levels[i].error < linear.refinement_levels[i].error / 2);
     }
 }
 
@@ -214,7 +218,7 @@ int main(void)
         cmocka_unit_test(central_differences_are_of_order_two),
         cmocka_unit_test(what_is_set_goes_before_the_ladders_own),
         cmocka_unit_test(runs_that_diverge_are_rungs),
-        cmocka_unit_test(every_ladder_can_be_climbed),
+        cmocka_unit_test(every_refinement_series_can_be_climbed),
         cmocka_unit_test(rungs_of_netgames_are_means_over_seeds),
         cmocka_unit_test(curves_between_states_gain_more_by_updates_than_lines),
     };

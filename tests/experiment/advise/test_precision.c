@@ -18,12 +18,12 @@ static int64_t counting_clock(void)
     return ++ticks * 1000000;
 }
 
-static ll_precision_order order_of(const char *name, void *params)
+static ll_work_precision_request order_of(const char *name, void *params)
 {
     const ll_ode_problem *p = ll_ode_problem_find(name);
     assert_non_null(p);
     ll_param_defaults(p->params, params);
-    return (ll_precision_order){.problem = p, .params = params, .now_ns = counting_clock};
+    return (ll_work_precision_request){.problem = p, .params = params, .now_ns = counting_clock};
 }
 
 /* Euler on free fall is off by a t dt / 2 in the position: at 3 s by 15 dt. */
@@ -31,20 +31,24 @@ static void eulers_error_is_known(void **state)
 {
     (void)state;
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    ll_work_precision refinement_levels[LL_WORK_PRECISION_LEVELS_MAX];
     int count;
-    ll_precision_order order = order_of("free_fall", params);
-    ll_status status = ll_precision_ladder(&order, ll_ode_method_find("explicit_euler"), rungs, &count);
+    ll_work_precision_request order = order_of("free_fall", params);
+    ll_status status =
+        ll_work_precision_series(&order, ll_ode_method_find("explicit_euler"), refinement_levels, &count);
     assert_false(ll_failed(&status));
     assert_true(count >= 15);
     for (int k = 0; k < count; k++) {
         double dt = 3.0 / 16 / (1 << k);
-        assert_true(rungs[k].setting == dt && rungs[k].status == LL_RUN_OK);
-        assert_int_equal(rungs[k].counters.steps, 16 << k);
-        assert_true(fabs(rungs[k].e_final - 15 * dt) < 1e-9 && fabs(rungs[k].e_max - 15 * dt) < 1e-9);
-        assert_true(k == 0 ? rungs[k].order != rungs[k].order : fabs(rungs[k].order - 1) < 1e-4);
-        assert_true(fabs(rungs[k].cpu_min_s - 0.001) < 1e-12 && fabs(rungs[k].cpu_median_s - 0.001) < 1e-12);
-        assert_true(rungs[k].drift_max > 0); /* it falls behind: v is right, s is not */
+        assert_true(refinement_levels[k].setting == dt && refinement_levels[k].status == LL_RUN_OK);
+        assert_int_equal(refinement_levels[k].counters.steps, 16 << k);
+        assert_true(fabs(refinement_levels[k].e_final - 15 * dt) < 1e-9 &&
+                    fabs(refinement_levels[k].e_max - 15 * dt) < 1e-9);
+        assert_true(k == 0 ? refinement_levels[k].order != refinement_levels[k].order
+                           : fabs(refinement_levels[k].order - 1) < 1e-4);
+        assert_true(fabs(refinement_levels[k].cpu_min_s - 0.001) < 1e-12 &&
+                    fabs(refinement_levels[k].cpu_median_s - 0.001) < 1e-12);
+        assert_true(refinement_levels[k].drift_max > 0); /* it falls behind: v is right, s is not */
     }
 }
 
@@ -52,33 +56,35 @@ static void tolerances_go_down_by_tens(void **state)
 {
     (void)state;
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    ll_work_precision refinement_levels[LL_WORK_PRECISION_LEVELS_MAX];
     int count;
-    ll_precision_order order = order_of("kepler", params);
-    ll_status status = ll_precision_ladder(&order, ll_ode_method_find("dop853"), rungs, &count);
+    ll_work_precision_request order = order_of("kepler", params);
+    ll_status status =
+        ll_work_precision_series(&order, ll_ode_method_find("dop853"), refinement_levels, &count);
     assert_false(ll_failed(&status));
     assert_int_equal(count, 13);
     for (int k = 0; k < count; k++)
-        assert_true(fabs(rungs[k].setting / pow(10, -2 - k) - 1) < 1e-12);
-    assert_true(rungs[8].e_max < 1e-7 && rungs[12].e_max < 1e-11 && rungs[0].e_max > 1e-4);
-    assert_true(rungs[12].counters.evaluations > 3 * rungs[0].counters.evaluations);
+        assert_true(fabs(refinement_levels[k].setting / pow(10, -2 - k) - 1) < 1e-12);
+    assert_true(refinement_levels[8].e_max < 1e-7 && refinement_levels[12].e_max < 1e-11 &&
+                refinement_levels[0].e_max > 1e-4);
+    assert_true(refinement_levels[12].counters.evaluations > 3 * refinement_levels[0].counters.evaluations);
 }
 
 static void blow_ups_and_misfits_are_told(void **state)
 {
     (void)state;
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision r;
-    ll_precision_order order = order_of("stiff_pendulum", params);
-    ll_status status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 1.0 / 60, &r);
+    ll_work_precision r;
+    ll_work_precision_request order = order_of("stiff_pendulum", params);
+    ll_status status = ll_work_precision_level(&order, ll_ode_method_find("rk4"), 1.0 / 60, &r);
     assert_false(ll_failed(&status));
     assert_int_equal(r.status, LL_RUN_DIVERGED);
     assert_true(r.reason == LL_ODE_NOT_FINITE || r.reason == LL_ODE_BLEW_UP);
     assert_true(isnan(r.e_max) && isnan(r.e_final) && isnan(r.e_l2) && isnan(r.drift_max) &&
                 r.counters.steps > 0);
-    status = ll_precision_rung(&order, ll_ode_method_find("boris"), 0.01, &r);
+    status = ll_work_precision_level(&order, ll_ode_method_find("boris"), 0.01, &r);
     assert_int_equal(status.code, LL_BAD_INPUT);
-    status = ll_precision_rung(&order, ll_ode_method_find("rk4"), 0, &r);
+    status = ll_work_precision_level(&order, ll_ode_method_find("rk4"), 0, &r);
     assert_int_equal(status.code, LL_BAD_INPUT);
     assert_string_equal(status.field, "dt");
 }
@@ -89,34 +95,38 @@ static void finite_blow_ups_have_no_error_and_no_order(void **state)
 {
     (void)state;
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+    ll_work_precision refinement_levels[LL_WORK_PRECISION_LEVELS_MAX];
     int count, failed = 0;
-    ll_precision_order order = order_of("oscillator", params);
+    ll_work_precision_request order = order_of("oscillator", params);
     ll_status status = ll_param_set(order.problem->params, params, "omega", "6", false);
     assert_false(ll_failed(&status));
     order.duration = 40;
-    status = ll_precision_ladder(&order, ll_ode_method_find("velocity_verlet"), rungs, &count);
+    status =
+        ll_work_precision_series(&order, ll_ode_method_find("velocity_verlet"), refinement_levels, &count);
     assert_false(ll_failed(&status));
     for (int k = 0; k < count; k++) {
-        bool stable = 6 * rungs[k].setting < 2;
-        assert_int_equal(rungs[k].status, stable ? LL_RUN_OK : LL_RUN_DIVERGED);
-        assert_true(stable == isfinite(rungs[k].e_max) && stable == isfinite(rungs[k].drift_per_s));
-        bool small = k > 0 && rungs[k - 1].e_max < rungs[k].size / 10 && rungs[k].e_max < rungs[k].size / 10;
-        assert_true(isfinite(rungs[k].order) == small);
+        bool stable = 6 * refinement_levels[k].setting < 2;
+        assert_int_equal(refinement_levels[k].status, stable ? LL_RUN_OK : LL_RUN_DIVERGED);
+        assert_true(stable == isfinite(refinement_levels[k].e_max) &&
+                    stable == isfinite(refinement_levels[k].drift_per_s));
+        bool small = k > 0 && refinement_levels[k - 1].e_max < refinement_levels[k].size / 10 &&
+                     refinement_levels[k].e_max < refinement_levels[k].size / 10;
+        assert_true(isfinite(refinement_levels[k].order) == small);
         failed += !stable;
     }
     assert_int_equal(failed, 3); /* 2.5, 1.25 and 0.625 s */
 }
 
-static ll_precision rung_of(const char *problem, double duration, const char *method, double setting)
+static ll_work_precision refinement_level_of(const char *problem, double duration, const char *method,
+                                             double setting)
 {
     _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-    ll_precision r;
-    ll_precision_order order = order_of(problem, params);
+    ll_work_precision r;
+    ll_work_precision_request order = order_of(problem, params);
     if (order.problem->prepare)
         order.problem->prepare(params);
     order.duration = duration;
-    ll_status status = ll_precision_rung(&order, ll_ode_method_find(method), setting, &r);
+    ll_status status = ll_work_precision_level(&order, ll_ode_method_find(method), setting, &r);
     assert_false(ll_failed(&status));
     return r;
 }
@@ -126,13 +136,13 @@ static ll_precision rung_of(const char *problem, double duration, const char *me
 static void chaos_is_predictable_for_a_while(void **state)
 {
     (void)state;
-    ll_precision r = rung_of("double_pendulum", 40, "dop853", 1e-13);
+    ll_work_precision r = refinement_level_of("double_pendulum", 40, "dop853", 1e-13);
     assert_int_equal(r.status, LL_RUN_OK);
     assert_true(r.predictable_s > 10 && r.predictable_s < 35);
     assert_true(isnan(r.e_final) && r.uncertainty > 1e-9 && r.uncertainty < 0.1);
-    r = rung_of("double_pendulum", 4, "rk4", 0.01);
+    r = refinement_level_of("double_pendulum", 4, "rk4", 0.01);
     assert_true(isnan(r.predictable_s) && r.e_max > 1e-6 && r.uncertainty < 1e-9 && r.uncertainty > 0);
-    r = rung_of("oscillator", 40, "rk4", 0.1);
+    r = refinement_level_of("oscillator", 40, "rk4", 0.1);
     assert_true(isnan(r.predictable_s) && r.uncertainty == 0 && r.e_final > 0);
 }
 
@@ -142,7 +152,7 @@ static void errors_below_the_uncertainty_are_not_known(void **state)
     (void)state;
     int unknown = 0;
     for (double tolerance = 1e-9; tolerance > 5e-15; tolerance /= 10) {
-        ll_precision r = rung_of("pleiades", 2.5, "dop853", tolerance);
+        ll_work_precision r = refinement_level_of("pleiades", 2.5, "dop853", tolerance);
         assert_true(r.uncertainty > 1e-15 && (isnan(r.e_max) || r.e_max > r.uncertainty));
         unknown += isnan(r.e_max);
     }
@@ -157,26 +167,28 @@ static void orders_are_told_above_rounding(void **state)
     static const char *const methods[] = {"rk4", "yoshida6", "yoshida8", "ab4", "implicit_midpoint"};
     for (int k = 0; k < 5; k++) {
         _Alignas(8) char params[LL_ODE_PARAMS_MAX];
-        ll_precision rungs[LL_PRECISION_RUNGS_MAX];
+        ll_work_precision refinement_levels[LL_WORK_PRECISION_LEVELS_MAX];
         int count, told = 0;
-        ll_precision_order order = order_of("oscillator", params);
+        ll_work_precision_request order = order_of("oscillator", params);
         order.duration = 7;
         const ll_ode_method *method = ll_ode_method_find(methods[k]);
-        ll_status status = ll_precision_ladder(&order, method, rungs, &count);
+        ll_status status = ll_work_precision_series(&order, method, refinement_levels, &count);
         assert_false(ll_failed(&status));
         for (int n = 0; n < count; n++) {
-            if (isnan(rungs[n].order))
+            if (isnan(refinement_levels[n].order))
                 continue;
             told++;
-            if (rungs[n].e_max < 1e-3 && !(fabs(rungs[n].order - method->order) < 0.5))
-                fail_msg("%s: order %g at an error of %g", methods[k], rungs[n].order, rungs[n].e_max);
+            if (refinement_levels[n].e_max < 1e-3 &&
+                !(fabs(refinement_levels[n].order - method->order) < 0.5))
+                fail_msg("%s: order %g at an error of %g", methods[k], refinement_levels[n].order,
+                         refinement_levels[n].e_max);
         }
         assert_true(told >= 2);
     }
 }
 
 /* Both ways of measuring a method are one: the same figures of the same run. */
-static void a_rung_is_what_a_motion_tells(void **state)
+static void a_refinement_level_is_what_a_motion_tells(void **state)
 {
     (void)state;
     static const struct {
@@ -189,7 +201,8 @@ static void a_rung_is_what_a_motion_tells(void **state)
                  {"hires", "trapezoid", "dt_s", 0.25, 50}};
     for (size_t k = 0; k < sizeof cases / sizeof cases[0]; k++) {
         char text[512];
-        ll_precision r = rung_of(cases[k].problem, cases[k].duration, cases[k].method, cases[k].value);
+        ll_work_precision r =
+            refinement_level_of(cases[k].problem, cases[k].duration, cases[k].method, cases[k].value);
         snprintf(text, sizeof text,
                  "\"problem\":\"%s\",\"duration_s\":%.17g,\"methods\":[{\"method\":\"%s\",\"%s\":%.17g}]",
                  cases[k].problem, cases[k].duration, cases[k].method, cases[k].setting, cases[k].value);
@@ -225,7 +238,7 @@ int main(void)
         cmocka_unit_test(chaos_is_predictable_for_a_while),
         cmocka_unit_test(errors_below_the_uncertainty_are_not_known),
         cmocka_unit_test(orders_are_told_above_rounding),
-        cmocka_unit_test(a_rung_is_what_a_motion_tells),
+        cmocka_unit_test(a_refinement_level_is_what_a_motion_tells),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

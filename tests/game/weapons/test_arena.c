@@ -162,7 +162,7 @@ static void flight_meets_a_moving_body(void **state)
         ll_point before[] = {{0, 0}, {at.x - v.x * (hit - s0), at.y - v.y * (hit - s0)}};
         ll_point after[] = {{0, 0}, {at.x + v.x * (s1 - hit), at.y + v.y * (s1 - hit)}};
         double want = reference(&f, s0, s1, before[1], after[1], 0.6);
-        ll_meeting m = ll_arena_flight(&arena, 0, &f, s0, s1, before, after);
+        ll_flight_hit m = ll_arena_flight(&arena, 0, &f, s0, s1, before, after);
         if (want < 0) { /* a touch shorter than the steps of the reference is for neither to say */
             ll_point p = ll_flight_at(&f, m.s);
             double u = (m.s - s0) / (s1 - s0);
@@ -190,7 +190,7 @@ static void cuts_change_nothing(void **state)
         ll_point at = ll_flight_at(&f, hit), v = {uniform(6, i, -8, 8), uniform(7, i, -8, 8)};
         ll_point ends[2][2] = {{{0, 0}, {at.x - v.x * hit, at.y - v.y * hit}},
                                {{0, 0}, {at.x + v.x * (1 - hit), at.y + v.y * (1 - hit)}}};
-        ll_meeting whole = ll_arena_flight(&arena, 0, &f, 0, 1, ends[0], ends[1]), cut = {0};
+        ll_flight_hit whole = ll_arena_flight(&arena, 0, &f, 0, 1, ends[0], ends[1]), cut = {0};
         assert_int_equal(whole.met, LL_MET_BODY);
         for (double s = 0, t; cut.met == LL_MET_NOTHING; s = t) {
             t = fmin(s + uniform(11, i * 100 + (uint64_t)(s * 99), 0.001, 0.05), 1);
@@ -212,7 +212,7 @@ static void flight_ends_at_cover_and_ground(void **state)
     const ll_point self[] = {{0, 0}};
     double v = 30 * sqrt(0.5), fall = 2 * v / 9.81;
     ll_flight f = {{0, 0}, {v, v}, 9.81};
-    ll_meeting m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
+    ll_flight_hit m = ll_arena_flight(&arena, 0, &f, 0, 10, self, self);
     assert_int_equal(m.met, LL_MET_BOUNDS);
     assert_true(near(m.s, fall, 1e-12)); /* it rises above the upper edge and comes back */
     assert_true(near(ll_flight_at(&f, m.s).x, 30 * 30 / 9.81, 1e-10));

@@ -37,16 +37,16 @@ typedef struct range {
     ll_history *history;
     ll_world *world;
     ll_past past;
-    ll_arms arms;
+    ll_weapon_state arms;
     ll_point before[BODIES], after[BODIES];
     way *target;
     int64_t step; /* that was made last */
-    ll_judgement told[16];
+    ll_hit_result told[16];
     ll_shot shots[16];
     int count;
 } range;
 
-static void witness(void *context, const ll_judgement *j)
+static void witness(void *context, const ll_hit_result *j)
 {
     range *r = context;
     assert_true(r->count < 16);
@@ -226,8 +226,8 @@ static impact shell(way *target, int family, int trace, ll_aim aim, int64_t seen
     step_to(r, k, &a, aim);
     step_to(r, k + 400, NULL, aim);
     assert_int_equal(r->count, 2);
-    assert_int_equal(r->told[0].kind, LL_JUDGED_LAUNCH);
-    assert_int_equal(r->told[1].kind, LL_JUDGED_IMPACT);
+    assert_int_equal(r->told[0].kind, LL_HIT_RESULT_LAUNCH);
+    assert_int_equal(r->told[1].kind, LL_HIT_RESULT_IMPACT);
     assert_int_equal(r->arms.shots[LL_CANNON], 1);
     assert_int_equal(r->arms.hits[LL_CANNON], r->told[1].body != LL_NOBODY);
     impact i = {r->told[1].body, ll_to_s(r->told[1].end),   r->told[1].at.x,
@@ -386,7 +386,7 @@ static void claimed_shells_hit_what_the_client_says(void **state)
     assert_int_equal(r->count, 1);
     ll_set_claim(&claim, LL_CANNON, 1);
     step_to(r, 101, &claim, level());
-    assert_true(r->count == 2 && r->told[1].kind == LL_JUDGED_IMPACT && r->told[1].body == 1);
+    assert_true(r->count == 2 && r->told[1].kind == LL_HIT_RESULT_IMPACT && r->told[1].body == 1);
     step_to(r, 102, &claim, level()); /* no shell is left to claim for */
     assert_true(r->count == 2 && r->arms.hits[LL_CANNON] == 1);
     fire = press(r, LL_CANNON, 110, ll_tick_time(100, HZ));
@@ -420,7 +420,7 @@ static void a_press_before_the_weapon_is_ready_is_void(void **state)
     for (int64_t k = 1; k <= 120; k++) { /* every step: a rifle of 0.1 s fires in every sixth */
         ll_action a = press(r, LL_RIFLE, k, ll_tick_time(k - 1, HZ));
         step_to(r, k, &a, level());
-        assert_int_equal(r->told[0].kind, k % 6 == 1 ? LL_JUDGED_RIFLE : LL_JUDGED_VOID);
+        assert_int_equal(r->told[0].kind, k % 6 == 1 ? LL_HIT_RESULT_HITSCAN : LL_HIT_RESULT_VOID);
         assert_int_equal(r->arms.shots[LL_RIFLE], (k + 5) / 6);
         r->count = 0;
     }

@@ -132,7 +132,7 @@ static double variate(int distribution, double u)
 {
     const double a = 3.16712418331199e-05;
     double normal = ll_normal_quantile(a + u * (1 - 2 * a)) / 0.999464501807080;
-    double pareto = (ll_exp(ll_log(1 - u * 0.999) * (-1.0 / 3)) - 55.0 / 37) / 0.702182759825220524;
+    double pareto = (ll_exp(ll_detmath_log(1 - u * 0.999) * (-1.0 / 3)) - 55.0 / 37) / 0.702182759825220524;
     double values[] = {2 * u - 1, normal, pareto, (normal + 3 * pareto) / (4 * 0.957961055882941)};
     return values[distribution];
 }

@@ -18,11 +18,11 @@ static void lists_follow_the_table(void **state)
 
 /* ---- the server's bits ---- */
 
-#define TOLD (32 * LL_VERDICT_WORDS)
+#define TOLD (32 * LL_INPUT_RESULT_WORDS)
 
-static bool bit(const ll_seat *seat, uint32_t seq)
+static bool bit(const ll_client_slot *client_slot, uint32_t seq)
 {
-    return seat->verdicts[seq / 32 % LL_VERDICT_WORDS] >> seq % 32 & 1;
+    return client_slot->verdicts[seq / 32 % LL_INPUT_RESULT_WORDS] >> seq % 32 & 1;
 }
 
 /* In any order, with gaps: the bits of the last 512 are those of what was applied. */
@@ -30,7 +30,7 @@ static void bits_are_those_of_the_last_512(void **state)
 {
     (void)state;
     for (uint64_t seed = 0; seed < 30; seed++) {
-        ll_seat seat = {.acked = 0};
+        ll_client_slot client_slot = {.acked = 0};
         static bool applied[2600];
         memset(applied, 0, sizeof applied);
         uint32_t newest = 0, processed = 0;
@@ -44,27 +44,28 @@ static void bits_are_those_of_the_last_512(void **state)
             newest = seq > newest ? seq : newest;
             processed = yes && seq > processed ? seq : processed;
             applied[seq] = yes;
-            ll_seat_done(&seat, seq, yes);
-            assert_int_equal(seat.decided, newest);
-            assert_int_equal(seat.processed, processed);
+            ll_client_slot_done(&client_slot, seq, yes);
+            assert_int_equal(client_slot.decided, newest);
+            assert_int_equal(client_slot.processed, processed);
             for (uint32_t i = 0; i < TOLD && i < newest; i++)
-                assert_int_equal(bit(&seat, newest - i), applied[newest - i]);
+                assert_int_equal(bit(&client_slot, newest - i), applied[newest - i]);
         }
     }
 }
 
 /* What the state to player 0 tells: the bit of each input, newest first. */
-static ll_verdict_part told(ll_server *s, const ll_sync *sync, uint32_t words[LL_VERDICT_WORDS_MAX])
+static ll_input_result_part told(ll_server *s, const ll_sync_mode *sync,
+                                 uint32_t words[LL_INPUT_RESULT_WORDS_MAX])
 {
     char bytes[4096];
-    ll_state_message m;
-    ll_verdict_part part;
+    ll_snapshot_message m;
+    ll_input_result_part part;
     int size = ll_server_compose(s, sync, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.head.count, LL_PART_APPLIED);
     assert_int_equal(m.applied, s->seats[0].processed);
     memcpy(&part, bytes + sizeof m, sizeof part);
-    assert_true(part.words <= LL_VERDICT_WORDS_MAX);
+    assert_true(part.words <= LL_INPUT_RESULT_WORDS_MAX);
     memcpy(words, bytes + sizeof m + sizeof part, part.words * sizeof *words);
     assert_int_equal(size, sizeof m + sizeof part + part.words * sizeof *words +
                                ll_extent_size(toy_extent(NULL, s->players)));
@@ -78,19 +79,19 @@ static void verdicts_reach_back_to_the_state_that_is_known(void **state)
     (void)state;
     for (uint64_t k = 0; k < 300; k++) {
         ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-        uint32_t words[LL_VERDICT_WORDS_MAX];
+        uint32_t words[LL_INPUT_RESULT_WORDS_MAX];
         uint32_t decided = 1 + (uint32_t)(ll_rng_u64(k, 2, 0) % 2000);
         int64_t ahead = (int64_t)(ll_rng_u64(k, 2, 1) % 700), lead = (int64_t)(ll_rng_u64(k, 2, 2) % 20);
         bool applied[2001];
         for (uint32_t seq = 1; seq <= decided; seq++) {
             applied[seq] = ll_rng_unit(k, 3, seq) < 0.6;
-            ll_seat_done(&s->seats[0], seq, applied[seq]);
+            ll_client_slot_done(&s->seats[0], seq, applied[seq]);
         }
         s->seats[0].wants = LL_PART_APPLIED;
         s->step = decided + lead; /* inputs began at some step */
         s->seats[0].received = s->step > ahead ? s->step - ahead : 0;
         bool drains = k % 3 == 0;
-        ll_verdict_part part = told(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
+        ll_input_result_part part = told(s, drains ? &ll_sync_gambetta : &ll_sync_free, words);
         assert_int_equal(part.newest, decided);
         int64_t needed = drains || s->seats[0].received == 0 ? decided : s->step - s->seats[0].received;
         needed = needed > decided ? decided : needed > TOLD ? TOLD : needed;
@@ -109,7 +110,7 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     (void)state;
     const ll_game_env env = {.dt = 1.0 / 60};
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message a = inputs(1, 2, (double[]){0.5, 2}), late = inputs(3, 1, (double[]){0.5}),
                      c = inputs(5, 1, (double[]){0.5});
     ll_server_receive(s, &ll_sync_free, 0, &a, 0, v); /* 1 is good, 2 too large */
@@ -119,19 +120,19 @@ static void only_what_came_in_time_and_within_the_rules_is_set(void **state)
     ll_server_receive(s, &ll_sync_free, 0, &c, s->stepped, v);
     for (int k = 0; k < 2; k++)
         ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s));
-    const ll_seat *seat = &s->seats[0];
-    uint32_t words[LL_VERDICT_WORDS_MAX];
+    const ll_client_slot *client_slot = &s->seats[0];
+    uint32_t words[LL_INPUT_RESULT_WORDS_MAX];
     s->seats[0].wants = LL_PART_APPLIED;
-    assert_int_equal(seat->acked, 5);
-    assert_int_equal(seat->processed, 5);
-    assert_int_equal(seat->decided, 5);
-    ll_verdict_part part = told(s, &ll_sync_free, words);
+    assert_int_equal(client_slot->acked, 5);
+    assert_int_equal(client_slot->processed, 5);
+    assert_int_equal(client_slot->decided, 5);
+    ll_input_result_part part = told(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 5);
     assert_int_equal(part.words, 1);
     assert_int_equal(words[0], 0x11);                            /* 5 and 1 */
     ll_sync_free.step(s, &toy, &env, NULL, ll_sync_free.due(s)); /* 6 never comes either */
-    assert_int_equal(seat->acked, 6);                            /* its step is over, */
-    assert_int_equal(seat->processed, 5);                        /* but it was not applied */
+    assert_int_equal(client_slot->acked, 6);                     /* its step is over, */
+    assert_int_equal(client_slot->processed, 5);                 /* but it was not applied */
     part = told(s, &ll_sync_free, words);
     assert_int_equal(part.newest, 6);
     assert_int_equal(words[0], 0x22);
@@ -144,7 +145,7 @@ static int tell_packet(lone *l, packet p, uint32_t newest, uint64_t bits, ll_tim
 {
     char bytes[256];
     struct {
-        ll_verdict_part part;
+        ll_input_result_part part;
         uint32_t words[2];
     } applied = {{newest, 2}, {(uint32_t)bits, (uint32_t)(bits >> 32)}};
     size_t head = sizeof p.head, world = (size_t)size_of(&p) - head;
@@ -168,7 +169,7 @@ static int tell_going(lone *l, int64_t tick, uint32_t acked, uint64_t bits, doub
     return tell_packet(l, p, acked, bits, now);
 }
 
-static lone *new_predictor(const ll_sync *sync, int ack)
+static lone *new_predictor(const ll_sync_mode *sync, int ack)
 {
     lone *l = new_lone(1, &toy, sync);
     l->config.prediction = l->config.reconciliation = true;
@@ -200,10 +201,10 @@ static void skipped_inputs_are_not_taken_as_applied(void **state)
             assert_int_equal(ll_client_pending(l->client, seq)->state,
                              ack == 0 && seq <= 6 ? LL_INPUT_APPLIED : expected[seq - 1]);
         assert_int_equal(l->client->acked, 6);
-        assert_int_equal(l->instruments->histogram[LL_METRIC_ACK_RTT].count,
+        assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
                          4); /* whatever the client believes */
-        assert_int_equal(l->instruments->ledger.skipped, ack == 0 ? 0 : 2);
-        assert_true(ll_client_shown(l->client)->entity[0].x == 101);
+        assert_int_equal(l->client_metrics->input_history.skipped, ack == 0 ? 0 : 2);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 101);
         free_lone(l);
     }
 }
@@ -226,15 +227,15 @@ static void high_water_skips_what_is_over_and_was_not_applied(void **state)
                                                                    : seq <= 6 ? LL_INPUT_SKIPPED
                                                                               : LL_INPUT_OPEN);
     assert_int_equal(l->client->acked, 6);
-    assert_int_equal(l->instruments->ledger.skipped, 2);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 102); /* and 7 to 10 */
+    assert_int_equal(l->client_metrics->input_history.skipped, 2);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 102); /* and 7 to 10 */
     p = state_of(7, ll_tick_time(10, HZ(60)), 7, 1, (double[]){100.5});
     server_applies(l, 7, 7, 7);
     give(l, &p, ll_tick_time(10, HZ(60)));
     frame(l, ll_tick_time(10, HZ(60)), NULL);
     assert_int_equal(ll_client_pending(l->client, 6)->state, LL_INPUT_SKIPPED);
     assert_int_equal(ll_client_pending(l->client, 7)->state, LL_INPUT_APPLIED);
-    assert_int_equal(l->instruments->histogram[LL_METRIC_ACK_RTT].count, 5);
+    assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count, 5);
     free_lone(l);
 }
 
@@ -251,16 +252,17 @@ static void overtaken_inputs_stay_open(void **state)
         server_applies(l, 4, 5, 1);
         tell(l, 1, 5, 5, 0x1b /* 1, 2, 4, 5 */, 2, 6);
         frame(l, 6, NULL); /* makes 7 */
-        assert_true(ll_client_shown(l->client)->entity[0].x == (ack == 0 ? 3 : 3.5));
+        assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 3 : 3.5));
         server_applies(l, 3, 3, 2);
         server_applies(l, 6, 6, 2);
         tell(l, 2, 6, 6, 0x3f, 3, 7); /* the next update includes it */
         frame(l, 7, NULL);
-        assert_true(ll_client_shown(l->client)->entity[0].x == 4);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 4);
         tell(l, 1, 2, 2, 0x3, 1, 8); /* an old state: 1 and 2 alone */
         frame(l, 8, NULL);           /* makes 9 */
-        assert_true(ll_client_shown(l->client)->entity[0].x == (ack == 0 ? 2.5 : 4.5)); /* 3 to 6 are gone */
-        assert_int_equal(l->instruments->histogram[LL_METRIC_ACK_RTT].count,
+        assert_true(ll_client_rendered(l->client)->entity[0].x ==
+                    (ack == 0 ? 2.5 : 4.5)); /* 3 to 6 are gone */
+        assert_int_equal(l->client_metrics->histogram[LL_METRIC_ACK_RTT].count,
                          ack == 0 ? 5 : 6); /* each once; 3 was taken before it was there */
         free_lone(l);
     }
@@ -278,13 +280,13 @@ static void a_newer_state_brings_back_what_an_old_one_undid(void **state)
             frame(l, f, NULL);
         tell_going(l, 2, 8, 0xff, 2, 9);
         frame(l, 9, NULL); /* makes 10 */
-        assert_true(ll_client_shown(l->client)->entity[0].x == 2.5);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
         tell_going(l, 1, 5, 0x1f, 1.25, 10); /* an old state: 1 to 5 alone */
         frame(l, 10, NULL);                  /* makes 11 */
-        assert_true(ll_client_shown(l->client)->entity[0].x == (ack == 0 ? 2 : 2.75));
+        assert_true(ll_client_rendered(l->client)->entity[0].x == (ack == 0 ? 2 : 2.75));
         tell_going(l, 3, 9, 0x1ff, 2.25, 11);
         frame(l, 11, NULL); /* makes 12 */
-        assert_true(ll_client_shown(l->client)->entity[0].x == 3);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 3);
         free_lone(l);
     }
 }
@@ -302,14 +304,14 @@ static void lost_inputs_are_given_up_when_nothing_tells_of_them(void **state)
     assert_int_equal(ll_client_pending(l->client, 1)->state, LL_INPUT_SKIPPED);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_OPEN);
     assert_int_equal(l->client->acked, 1);
-    assert_true(ll_client_shown(l->client)->entity[0].x ==
+    assert_true(ll_client_rendered(l->client)->entity[0].x ==
                 64 * 0.5 - 0.5 + 0.5 + 16 * 0.5); /* and 2, 66 to 81 */
     tell(l, 2, 66, 66, ~UINT64_C(0), 64 * 0.5, 81);
     frame(l, 81, NULL);
     assert_int_equal(ll_client_pending(l->client, 2)->state, LL_INPUT_SKIPPED);
     assert_int_equal(l->client->acked, 66);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 64 * 0.5 + 16 * 0.5);
-    assert_int_equal(l->instruments->ledger.skipped, 2);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 64 * 0.5 + 16 * 0.5);
+    assert_int_equal(l->client_metrics->input_history.skipped, 2);
     free_lone(l);
 }
 
@@ -317,14 +319,14 @@ static void lost_inputs_are_given_up_when_nothing_tells_of_them(void **state)
 
 #define PREDICTING "players.0.prediction=true", "players.0.reconciliation=true", "warmup_s=0"
 
-static const ll_ledger *ledger(const scene *s)
+static const ll_input_history *input_history(const scene *s)
 {
-    return &ll_netgame_instruments(s->game, 0)->ledger;
+    return &ll_netgame_client_metrics(s->game, 0)->input_history;
 }
 
 static int64_t corrections(const scene *s)
 {
-    return ll_netgame_instruments(s->game, 0)->corrections;
+    return ll_netgame_client_metrics(s->game, 0)->corrections;
 }
 
 /* Where the server applies inputs as they come, packets that overtake each other make the high water wrong,
@@ -347,13 +349,13 @@ static void overtaking_is_harmless_with_a_bit_per_input(void **state)
                                         NULL};
             scene s = scene_open("gambetta", sets);
             scene_run(&s, 60, NULL);
-            assert_true(ledger(&s)->applied > 2000);
-            assert_int_equal(ledger(&s)->skipped, 0);
+            assert_true(input_history(&s)->applied > 2000);
+            assert_int_equal(input_history(&s)->skipped, 0);
             if (ack == 0) {
-                assert_true(ledger(&s)->wrong > 200);
+                assert_true(input_history(&s)->wrong > 200);
                 assert_true(corrections(&s) > 200);
             } else {
-                assert_int_equal(ledger(&s)->wrong, 0);
+                assert_int_equal(input_history(&s)->wrong, 0);
                 assert_int_equal(corrections(&s), 0);
             }
             scene_close(&s);
@@ -387,8 +389,8 @@ static void lost_inputs_are_known_as_such(void **state)
             hidden += gone[seq] && tick % 2 == 1 && !gone[seq + 1]; /* states are of even ticks */
         }
         assert_true(lost > 250 && hidden > 100);
-        assert_int_equal(ledger(&s)->wrong, ack == 0 ? hidden : 0);
-        assert_int_equal(ledger(&s)->skipped, ack == 0 ? lost - hidden : lost);
+        assert_int_equal(input_history(&s)->wrong, ack == 0 ? hidden : 0);
+        assert_int_equal(input_history(&s)->skipped, ack == 0 ? lost - hidden : lost);
         scene_close(&s);
         tape_free(&t);
     }
@@ -414,7 +416,7 @@ static scene run_wild(const char *const *sets, double seconds)
 static void must_be_all(const scene *s, ll_cause cause, int64_t count)
 {
     for (int i = 0; i < LL_CAUSES; i++)
-        assert_int_equal(ledger(s)->corrections[i].count, i == (int)cause ? count : 0);
+        assert_int_equal(input_history(s)->corrections[i].count, i == (int)cause ? count : 0);
     assert_int_equal(corrections(s), count);
 }
 
@@ -424,8 +426,8 @@ static void each_lost_input_is_a_correction_by_loss(void **state)
     const char *const sets[] = {WILD, "players.0.ack=per_input", "players.0.link.up.loss_pct=10",
                                 "players.0.redundancy=0", NULL};
     scene s = run_wild(sets, 30);
-    assert_true(ledger(&s)->skipped > 100);
-    must_be_all(&s, LL_CAUSE_LOSS, ledger(&s)->skipped);
+    assert_true(input_history(&s)->skipped > 100);
+    must_be_all(&s, LL_CAUSE_LOSS, input_history(&s)->skipped);
     scene_close(&s);
 }
 
@@ -444,7 +446,7 @@ static void the_first_inputs_may_be_lost(void **state)
             NULL};
         scene s = run_wild(sets, 2);
         must_be_all(&s, LL_CAUSE_LOSS, corrections(&s));
-        early += ledger(&s)->corrections[LL_CAUSE_LOSS].count;
+        early += input_history(&s)->corrections[LL_CAUSE_LOSS].count;
         scene_close(&s);
     }
     assert_true(early > 24 * 20);
@@ -461,9 +463,9 @@ static void each_late_input_is_a_correction_by_lateness(void **state)
                                 "players.0.redundancy=0",
                                 NULL};
     scene s = run_wild(sets, 120);
-    assert_true(ledger(&s)->skipped > 10);
-    must_be_all(&s, LL_CAUSE_LATE, ledger(&s)->skipped);
-    assert_true(ll_netgame_server(s.game)->seats[0].late >= ledger(&s)->skipped);
+    assert_true(input_history(&s)->skipped > 10);
+    must_be_all(&s, LL_CAUSE_LATE, input_history(&s)->skipped);
+    assert_true(ll_netgame_server(s.game)->seats[0].late >= input_history(&s)->skipped);
     scene_close(&s);
 }
 
@@ -472,8 +474,8 @@ static void each_refused_input_is_a_correction_by_refusal(void **state)
     (void)state;
     const char *const sets[] = {WILD, "players.0.ack=per_input", "players.0.cheat=magnitude", NULL};
     scene s = run_wild(sets, 30); /* a third of the inputs is beyond 1 when half as large again */
-    assert_in_range(ledger(&s)->skipped, 1500 / 4, 1500 / 2);
-    must_be_all(&s, LL_CAUSE_REFUSED, ledger(&s)->skipped);
+    assert_in_range(input_history(&s)->skipped, 1500 / 4, 1500 / 2);
+    must_be_all(&s, LL_CAUSE_REFUSED, input_history(&s)->skipped);
     scene_close(&s);
 }
 
@@ -499,7 +501,8 @@ static void no_correction_is_without_a_cause(void **state)
         scene s = scene_open(scenarios[i], sets);
         scene_run(&s, 40, NULL);
         for (int p = 0; p < s.game->config.player_count; p++)
-            assert_int_equal(ll_netgame_instruments(s.game, p)->ledger.corrections[LL_CAUSE_OTHER].count, 0);
+            assert_int_equal(
+                ll_netgame_client_metrics(s.game, p)->input_history.corrections[LL_CAUSE_OTHER].count, 0);
         scene_close(&s);
     }
 }

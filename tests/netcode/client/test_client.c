@@ -536,18 +536,21 @@ static void stale_states_are_dropped(void **state)
     assert_int_equal(give(l, &nine, 2 * LL_MS), LL_OUTCOME_STALE);
     assert_int_equal(l->client->stale, 2);
     frame(l, 3 * LL_MS, NULL);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 1 && ll_client_shown(l->client)->entity[1].x == 2);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 1 &&
+                ll_client_rendered(l->client)->entity[1].x == 2);
     assert_int_equal(give(l, &eleven, 4 * LL_MS), LL_OUTCOME_APPLIED);
     frame(l, 5 * LL_MS, NULL);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 5 && ll_client_shown(l->client)->entity[1].x == 6);
-    assert_int_equal(ll_client_marks(l->client)[1].time, 11);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 5 &&
+                ll_client_rendered(l->client)->entity[1].x == 6);
+    assert_int_equal(ll_client_draw_infos(l->client)[1].time, 11);
     free_lone(l);
     l = new_lone(2, &toy, &ll_sync_gambetta); /* the demo takes whatever comes last */
     start_lone(l, 60, 0, 0);
     assert_int_equal(give(l, &ten, LL_MS), LL_OUTCOME_APPLIED);
     assert_int_equal(give(l, &nine, 2 * LL_MS), LL_OUTCOME_APPLIED);
     frame(l, 3 * LL_MS, NULL);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 3 && ll_client_shown(l->client)->entity[1].x == 4);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 3 &&
+                ll_client_rendered(l->client)->entity[1].x == 4);
     free_lone(l);
 }
 
@@ -583,9 +586,9 @@ static void newest_state_is_drawn(void **state)
         packet p = state_of(k, k, (uint32_t)k, 1, (double[]){k * 0.5});
         assert_int_equal(give(l, &p, LL_SECOND), LL_OUTCOME_APPLIED);
     }
-    assert_true(ll_client_shown(l->client)->entity[0].x == 0);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 0);
     numbered_frame(l, 60, NULL);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 2.5);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
     assert_int_equal(l->client->acked, 5);
     free_lone(l);
 }

@@ -399,7 +399,7 @@ static void each_attempt_joins_once(void **state)
     (void)state;
     ll_server *server = new_door();
     reply r;
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message m = inputs(41, 3, (double[]){1, 1, 1});
     server->step = 40;
     uint16_t before = server->epoch;

@@ -19,7 +19,7 @@ static void time_is_shifted_exactly_and_within_a_tenth(void **state)
         int frames = 0;
         for (; c.shift != 0; frames++) {
             ll_time before = c.clock.epoch;
-            ll_dilate(&c);
+            ll_dilate_time(&c);
             ll_time frame = PERIOD + c.clock.epoch - before;
             assert_true(c.scale >= 0.9 - 1e-7 && c.scale <= 1.1 + 1e-7);
             assert_true(fabs(c.scale - (double)PERIOD / (double)frame) < 1e-12);
@@ -79,25 +79,25 @@ static void slack_is_kept_with_one_input_a_frame(void **state)
             snprintf(slack, sizeof slack, "players.0.slack_ticks=%d", want);
             const char *const sets[] = {before, slack, "players.0.time_dilation=true", "warmup_s=0", NULL};
             scene s = scene_open("race", sets);
-            const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
-            const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+            const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
             watch w = run_watching(&s, 5);
             assert_true(w.worst > 0.9999 && w.best < 1.0001 && w.doubled == 0); /* nothing to do */
-            assert_in_range(seat->last_slack, want, want + 1);
+            assert_in_range(client_slot->last_slack, want, want + 1);
             change_lag(&s, lags[i].after);
             bool rises = lags[i].after > lags[i].before;
             w = run_watching(&s, 5 + 2 * 2 * lags[i].after / 1000 + 3 + 3);
             assert_int_equal(w.doubled, 0);
             assert_true(w.worst >= 0.9 - 1e-6 && w.best <= 1.1 + 1e-6);
             if (rises)
-                assert_true(w.best > 1.01 && w.worst > 0.9999 && ledger->slack.max < want + 2);
+                assert_true(w.best > 1.01 && w.worst > 0.9999 && input_history->slack.max < want + 2);
             else
-                assert_true(w.worst < 0.99 && w.best < 1.0001 && seat->late == 0);
-            assert_in_range(seat->last_slack, want, want + 1);
-            int64_t late = seat->late;
+                assert_true(w.worst < 0.99 && w.best < 1.0001 && client_slot->late == 0);
+            assert_in_range(client_slot->last_slack, want, want + 1);
+            int64_t late = client_slot->late;
             w = run_watching(&s, s.game->now / 1e9 + 5);
-            assert_true(w.worst > 0.9999 && w.best < 1.0001 && seat->late == late); /* and stays */
-            assert_int_equal(ledger->doubled + ledger->left_out, 0);
+            assert_true(w.worst > 0.9999 && w.best < 1.0001 && client_slot->late == late); /* and stays */
+            assert_int_equal(input_history->doubled + input_history->left_out, 0);
             scene_close(&s);
         }
 }
@@ -108,12 +108,12 @@ static void what_is_beyond_ten_ticks_is_made_at_once(void **state)
     (void)state;
     const char *const sets[] = {"players.0.lag_ms=5", "players.0.time_dilation=true", "warmup_s=0", NULL};
     scene s = scene_open("race", sets);
-    const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+    const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
     scene_run(&s, 5, NULL);
     change_lag(&s, 505); /* 30 ticks more */
     scene_run(&s, 15, NULL);
-    assert_in_range(ledger->doubled, 18, 22);
-    assert_int_equal(ledger->left_out, 0);
+    assert_in_range(input_history->doubled, 18, 22);
+    assert_int_equal(input_history->left_out, 0);
     assert_in_range(ll_netgame_server(s.game)->seats[0].last_slack, 1, 2);
     scene_close(&s);
 }
@@ -124,17 +124,17 @@ static void without_dilation_inputs_are_doubled_and_left_out(void **state)
     (void)state;
     const char *const sets[] = {"players.0.lag_ms=50", "warmup_s=0", NULL};
     scene s = scene_open("race", sets);
-    const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+    const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
     run_watching(&s, 5);
     change_lag(&s, 130); /* 4.8 ticks */
     watch w = run_watching(&s, 15);
     assert_true(w.doubled >= 4 && w.worst > 0.9999 && w.best < 1.0001);
-    assert_in_range(ledger->doubled, 4, 5);
+    assert_in_range(input_history->doubled, 4, 5);
     assert_int_equal(ll_netgame_client(s.game, 0)->connection.clock.snaps, 0);
     change_lag(&s, 50);
     run_watching(&s, 25);
-    assert_in_range(ledger->left_out, 4, 5);
-    assert_true(ledger->scale.min == 1 && ledger->scale.max == 1);
+    assert_in_range(input_history->left_out, 4, 5);
+    assert_true(input_history->scale.min == 1 && input_history->scale.max == 1);
     scene_close(&s);
 }
 
@@ -148,28 +148,28 @@ static void beyond_100_ms_steps_are_left_out(void **state)
     for (size_t i = 0; i < sizeof rises / sizeof rises[0]; i++) {
         const char *const sets[] = {"players.0.lag_ms=50", "warmup_s=0", NULL};
         scene s = scene_open("race", sets);
-        const ll_ledger *ledger = &ll_netgame_instruments(s.game, 0)->ledger;
+        const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, 0)->input_history;
         const ll_client *c = ll_netgame_client(s.game, 0);
-        const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
         run_watching(&s, 5);
-        int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = ledger->made;
+        int64_t ahead = c->tick - c->frame, numbers = (int64_t)c->seq - c->frame, made = input_history->made;
         change_lag(&s, 50 + rises[i]);
         run_watching(&s, 5 + 2 * (0.05 + rises[i] / 1000) + 0.2); /* a round trip, and an update */
         double ticks = rises[i] * 60 / 1000;
-        assert_int_equal(ledger->doubled, 0);
+        assert_int_equal(input_history->doubled, 0);
         assert_true(c->connection.clock.snaps >= 1);
         assert_true(fabs((double)(c->tick - c->frame - ahead) - ticks) <= 1);
         assert_int_equal((int64_t)c->seq - c->frame - numbers, c->tick - c->frame - ahead); /* together */
         run_watching(&s, 15);
-        assert_true(ledger->made - made >= 598 && ledger->made - made <= 601); /* 10 s */
+        assert_true(input_history->made - made >= 598 && input_history->made - made <= 601); /* 10 s */
         assert_int_equal(c->connection.clock.snaps, 1);
-        assert_in_range(seat->last_slack, 1, 2);
-        int64_t late = seat->late;
+        assert_in_range(client_slot->last_slack, 1, 2);
+        int64_t late = client_slot->late;
         change_lag(&s, 50);
         run_watching(&s, 15 + 2 * 2 + 2 * (0.05 + rises[i] / 1000) + rises[i] / 1000 + 1);
-        assert_in_range(seat->last_slack, 1, 2);
-        assert_true(fabs((double)ledger->left_out - ticks) <= 1);
-        assert_int_equal(seat->late, late);
+        assert_in_range(client_slot->last_slack, 1, 2);
+        assert_true(fabs((double)input_history->left_out - ticks) <= 1);
+        assert_int_equal(client_slot->late, late);
         scene_close(&s);
     }
 }

@@ -68,7 +68,7 @@ static lone *new_racer(const ll_game *game, race_track *t)
 static void race_frame(lone *l, race_track *t, int k)
 {
     struct {
-        ll_state_message head;
+        ll_snapshot_message head;
         race_state world;
     } p;
     int old = k - DELAY;
@@ -86,7 +86,7 @@ static void race_frame(lone *l, race_track *t, int k)
 
 static const ll_entity *own(const lone *l)
 {
-    return &ll_client_shown(l->client)->entity[0];
+    return &ll_client_rendered(l->client)->entity[0];
 }
 
 /* Where no state says otherwise, the prediction is the truth of the time when the input counts, to the bit.
@@ -99,10 +99,10 @@ static void prediction_is_the_truth_to_come(void **state)
     for (int k = 1; k <= FRAMES; k++) {
         race_frame(l, t, k);
         assert_memory_equal(own(l), &world_of(&t->state[k])->entity[0], sizeof(ll_entity));
-        assert_int_equal(ll_client_marks(l->client)[0].flags, LL_SHOWN_PREDICTED);
-        assert_int_equal(ll_client_marks(l->client)[0].time, ll_tick_time(k - 1, HZ(60)));
+        assert_int_equal(ll_client_draw_infos(l->client)[0].flags, LL_RENDERED_PREDICTED);
+        assert_int_equal(ll_client_draw_infos(l->client)[0].time, ll_tick_time(k - 1, HZ(60)));
     }
-    assert_int_equal(l->instruments->corrections, 0);
+    assert_int_equal(l->client_metrics->corrections, 0);
     free_lone(l);
     free(t);
 }
@@ -120,9 +120,9 @@ static void shortcut_is_the_whole_replay(void **state)
         race_frame(a, t, k);
         race_frame(b, t, k);
         assert_memory_equal(own(a), own(b), sizeof(ll_entity));
-        assert_int_equal(a->instruments->corrections, b->instruments->corrections);
+        assert_int_equal(a->client_metrics->corrections, b->client_metrics->corrections);
     }
-    assert_true(a->instruments->corrections > 10);
+    assert_true(a->client_metrics->corrections > 10);
     free_lone(a);
     free_lone(b);
     free(t);
@@ -158,12 +158,12 @@ static void prediction_may_be_toggled(void **state)
         race_frame(b, t, k);
         if (b->config.prediction) {
             assert_memory_equal(own(a), own(b), sizeof(ll_entity));
-            assert_int_equal(ll_client_marks(b->client)[0].flags, LL_SHOWN_PREDICTED);
+            assert_int_equal(ll_client_draw_infos(b->client)[0].flags, LL_RENDERED_PREDICTED);
             continue;
         }
         int base = k > DELAY ? (k - DELAY) / 3 * 3 : 0;
         assert_memory_equal(own(b), &world_of(&t->state[base])->entity[0], sizeof(ll_entity));
-        assert_int_equal(ll_client_marks(b->client)[0].flags, 0);
+        assert_int_equal(ll_client_draw_infos(b->client)[0].flags, 0);
     }
     free_lone(a);
     free_lone(b);
@@ -204,14 +204,15 @@ static void acknowledged_beyond_what_was_sent(void **state)
         l->client->held = push(0.5);
         for (int f = 0; f < 5; f++)
             frame(l, f, NULL);
-        assert_true(ll_client_shown(l->client)->entity[0].x == 2.5);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 2.5);
         give(l, &p, 5);
         frame(l, 6, NULL);
         assert_int_equal(l->client->acked, 5);
         assert_int_equal(l->client->seq, 6);
-        assert_true(ll_client_shown(l->client)->entity[0].x == 100.5); /* the state and the one input since */
+        assert_true(ll_client_rendered(l->client)->entity[0].x ==
+                    100.5); /* the state and the one input since */
         frame(l, 7, NULL);
-        assert_true(ll_client_shown(l->client)->entity[0].x == 101);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 101);
         free_lone(l);
     }
 }
@@ -232,7 +233,7 @@ static void acknowledged_beyond_the_ring(void **state)
             frame(l, f, NULL);
         give(l, &p, 5);
         frame(l, 6, NULL);
-        assert_true(ll_client_shown(l->client)->entity[0].x == 2);
+        assert_true(ll_client_rendered(l->client)->entity[0].x == 2);
         free_lone(l);
     }
 }
@@ -256,7 +257,7 @@ static void a_state_includes_the_inputs_up_to_its_step(void **state)
             l->client->held = push(32);
             give(l, &p, 5);
             frame(l, 6, NULL); /* 1 + 2 + ... + 32 by then, without the first `tick` */
-            assert_true(ll_client_shown(l->client)->entity[0].x == 100 + 64 - (1 << tick));
+            assert_true(ll_client_rendered(l->client)->entity[0].x == 100 + 64 - (1 << tick));
             free_lone(l);
         }
 }

@@ -85,7 +85,7 @@ static void a_tolerance_is_held_until_the_horizon(void **state)
     }
 }
 
-static ll_entity rounded(const ll_entity *e, const ll_grid *grid)
+static ll_entity rounded(const ll_entity *e, const ll_quantization *grid)
 {
     ll_cell cell = ll_cell_of(e, grid);
     return ll_cell_entity(&cell, grid);
@@ -103,8 +103,8 @@ static void rounding_is_explained(void **state)
     (void)state;
     for (uint64_t seed = 1; seed <= 3000; seed++) {
         const float f = (float)ll_rng_unit(seed, 4, 0);
-        const ll_grid then = {0.002f + f, 0.02f + f, 0.005f, 0.05f},
-                      now = {0.01f, 0.3f * f + 0.01f, 0.1f, 0.01f};
+        const ll_quantization then = {0.002f + f, 0.02f + f, 0.005f, 0.05f},
+                              now = {0.01f, 0.3f * f + 0.01f, 0.1f, 0.01f};
         const double t = ll_rng_unit(seed, 4, 1) * LL_DRIFT_MAX_S;
         const ll_agreement a = {.horizon_s = 0.3, .drift_s = t, .begun = then, .state = now, .exact = 0};
         const ll_entity from = {draw(seed, 0, 900),
@@ -203,7 +203,7 @@ static lone *new_driver(course *t, double tolerance_m)
 static int drive(lone *l, course *t, int k, int delay, int third)
 {
     struct {
-        ll_state_message head;
+        ll_snapshot_message head;
         world_bytes world;
     } p;
     int old = k - delay;
@@ -248,7 +248,8 @@ static void own_entity_is_drawn_within_the_tolerance(void **state)
             int pushed = 0;
             for (int k = 1; k <= FRAMES; k++) {
                 int newest = drive(l, t, k, delay, third);
-                double error = fabs(ll_client_shown(l->client)->entity[0].x - at(&t->state[k])->entity[0].x);
+                double error =
+                    fabs(ll_client_rendered(l->client)->entity[0].x - at(&t->state[k])->entity[0].x);
                 pushed = t->push[k] != 0 ? k : pushed;
                 predicted_is_checked_and_open_inputs(l, t);
                 if (pushed > newest)
@@ -256,7 +257,7 @@ static void own_entity_is_drawn_within_the_tolerance(void **state)
                 assert_true(error <= tolerances[i]);
                 most[i] = error > most[i] ? error : most[i];
             }
-            replays[i] += l->instruments->ledger.replays;
+            replays[i] += l->client_metrics->input_history.replays;
             free_lone(l);
             free(t);
         }
@@ -275,10 +276,11 @@ static void errors_do_not_add_up_unseen(void **state)
         lone *l = new_driver(t, tolerances[i]);
         for (int k = 1; k <= FRAMES; k++) {
             int newest = drive(l, t, k, delay, third);
-            double error = at(&t->state[k])->entity[0].x - ll_client_shown(l->client)->entity[0].x;
+            double error = at(&t->state[k])->entity[0].x - ll_client_rendered(l->client)->entity[0].x;
             assert_true(fabs(error) <= tolerances[i] + bias * (k - newest) + 1e-9);
         }
-        assert_in_range(l->instruments->ledger.replays, (uintmax_t)(FRAMES * bias / tolerances[i] / 2),
+        assert_in_range(l->client_metrics->input_history.replays,
+                        (uintmax_t)(FRAMES * bias / tolerances[i] / 2),
                         (uintmax_t)(FRAMES * bias / tolerances[i] + 1));
         free_lone(l);
         free(t);
@@ -293,14 +295,14 @@ static void tolerance_may_change(void **state)
     lone *l = new_driver(t, 5);
     for (int k = 1; k <= 500; k++)
         drive(l, t, k, 4, 1);
-    assert_int_equal(l->instruments->ledger.replays, 0);
+    assert_int_equal(l->client_metrics->input_history.replays, 0);
     l->config.reconciliation_tolerance_m = 0;
     for (int k = 501; k <= FRAMES; k++) {
         drive(l, t, k, 4, 1);
         world_bytes expected = t->state[k - 4];
         for (int j = k - 3; j <= k; j++)
             ll_game_race.step_own(at(&expected), &t->env, 0, &t->actions[j]);
-        assert_memory_equal(&at(&expected)->entity[0], &ll_client_shown(l->client)->entity[0],
+        assert_memory_equal(&at(&expected)->entity[0], &ll_client_rendered(l->client)->entity[0],
                             sizeof(ll_entity));
     }
     free_lone(l);
@@ -336,9 +338,9 @@ static tally eight(const char *snapshot, const char *scope, const char *script, 
     scene_run(&s, RUN_S, NULL);
     tally sum = {0};
     for (int i = 0; i < 8; i++) {
-        ll_instruments *in = ll_netgame_instruments(s.game, i);
+        ll_client_metrics *in = ll_netgame_client_metrics(s.game, i);
         ll_summary error = ll_histogram_summary(&in->histogram[LL_METRIC_TIMELINE_ERROR]);
-        sum.replays += in->ledger.replays;
+        sum.replays += in->input_history.replays;
         sum.corrections += in->corrections;
         sum.timeline_rms = error.rms > sum.timeline_rms ? error.rms : sum.timeline_rms;
     }
@@ -388,7 +390,7 @@ static void rounding_is_handed_on_by_contacts(void **state)
 static void replay(ll_netgame *g, int player, ll_world *world)
 {
     ll_client *c = ll_netgame_client(g, player);
-    const ll_scope *scope = ll_scopes[g->config.players[player].prediction_scope];
+    const ll_prediction_scope *scope = ll_scopes[g->config.players[player].prediction_scope];
     ll_action actions[LL_PLAYERS_MAX];
     int64_t tick = c->latest_tick;
     memcpy(world, ll_client_latest(c), (size_t)c->world_size);
@@ -431,7 +433,7 @@ static void what_stands_is_what_a_replay_makes(void **state)
                 assert_true(c->acked == 0 || ll_same_in(world, ll_client_predicted(c), &c->predicted));
             }
             states += ll_netgame_client(s.game, 0)->newest;
-            replays += ll_netgame_instruments(s.game, 0)->ledger.replays;
+            replays += ll_netgame_client_metrics(s.game, 0)->input_history.replays;
             scene_close(&s);
         }
     assert_true(replays > 500 && replays < states * 3 / 4);

@@ -12,7 +12,7 @@
 
 typedef struct desk {
     ll_changes changes;
-    ll_ledger ledger;
+    ll_input_history input_history;
     ll_histogram latency[LL_LATENCIES];
 } desk;
 
@@ -21,7 +21,7 @@ static desk *new_desk(uint32_t others)
     desk *d = calloc(1, sizeof *d);
     for (int i = 0; i < LL_LATENCIES; i++)
         ll_histogram_init(&d->latency[i], 0.1);
-    ll_ledger_meet(&d->ledger);
+    ll_input_history_meet(&d->input_history);
     d->changes.others = others;
     return d;
 }
@@ -29,19 +29,19 @@ static desk *new_desk(uint32_t others)
 static void make(desk *d, uint32_t seq, int64_t tick, double x, uint32_t buttons, int ms)
 {
     ll_action a = {.axis = {(float)x, 0}, .buttons = buttons};
-    ll_ledger_made(&d->ledger, seq, tick);
+    ll_input_history_made(&d->input_history, seq, tick);
     ll_changes_made(&d->changes, d->latency, &a, seq, tick, true, ms * LL_MS);
 }
 
-static void come(desk *d, uint32_t seq, ll_ledger_mark mark)
+static void come(desk *d, uint32_t seq, ll_input_history_mark mark)
 {
-    ll_ledger_judged(&d->ledger, seq, mark);
+    ll_input_history_judged(&d->input_history, seq, mark);
 }
 
 static void step(desk *d, int64_t tick)
 {
-    ll_ledger_stepped(&d->ledger, tick);
-    ll_changes_decide(&d->changes, d->latency, &d->ledger);
+    ll_input_history_stepped(&d->input_history, tick);
+    ll_changes_decide(&d->changes, d->latency, &d->input_history);
 }
 
 static void show(desk *d, uint32_t seq, int64_t tick, int ms)
@@ -52,7 +52,7 @@ static void show(desk *d, uint32_t seq, int64_t tick, int ms)
 
 static void see(desk *d, int other, int64_t tick, int ms)
 {
-    ll_changes_seen(&d->changes, d->latency, &d->ledger, other, tick, ms * LL_MS);
+    ll_changes_seen(&d->changes, d->latency, &d->input_history, other, tick, ms * LL_MS);
 }
 
 static ll_summary of(const desk *d, ll_latency which)
@@ -67,7 +67,7 @@ static void only_changes_are_measured(void **state)
     desk *d = new_desk(2);
     for (uint32_t seq = 1; seq <= 8; seq++) {
         make(d, seq, 10 + seq, seq < 4 ? 1 : -1, seq >= 6, (int)seq * 10);
-        come(d, seq, LL_LEDGER_IN_TIME);
+        come(d, seq, LL_INPUT_HISTORY_IN_TIME);
     }
     assert_int_equal(d->changes.made, 3);
     show(d, 1, 0, 10); /* predicted at once */
@@ -100,20 +100,20 @@ static void inputs_that_are_never_applied_are_infinite(void **state)
         make(d, seq, seq, seq, 0, (int)seq);
         show(d, seq, 0, (int)seq);
     }
-    come(d, 1, LL_LEDGER_IN_TIME);
-    come(d, 2, LL_LEDGER_REFUSED);
+    come(d, 1, LL_INPUT_HISTORY_IN_TIME);
+    come(d, 2, LL_INPUT_HISTORY_REFUSED);
     step(d, 4); /* 3 and 4 have not come */
     assert_int_equal(of(d, LL_LATENCY_FELT).count, 4);
     assert_int_equal(of(d, LL_LATENCY_FELT).never, 3);
     assert_true(of(d, LL_LATENCY_FELT).mean == 0 && isinf(of(d, LL_LATENCY_FELT).p50));
     assert_int_equal(of(d, LL_LATENCY_SEEN).never, 6);
     assert_int_equal(d->changes.lost[LL_LATENCY_SEEN], 6);
-    come(d, 3, LL_LEDGER_LATE);
+    come(d, 3, LL_INPUT_HISTORY_LATE);
     step(d, 5);
-    assert_int_equal(d->ledger.count[LL_INPUT_CAME_LATE], 1);
-    assert_int_equal(d->ledger.count[LL_INPUT_WAS_LOST], 1);
-    assert_int_equal(d->ledger.count[LL_INPUT_WAS_REFUSED], 1);
-    assert_int_equal(d->ledger.count[LL_INPUT_WAS_APPLIED], 1);
+    assert_int_equal(d->input_history.count[LL_INPUT_CAME_LATE], 1);
+    assert_int_equal(d->input_history.count[LL_INPUT_WAS_LOST], 1);
+    assert_int_equal(d->input_history.count[LL_INPUT_WAS_REFUSED], 1);
+    assert_int_equal(d->input_history.count[LL_INPUT_WAS_APPLIED], 1);
     assert_int_equal(of(d, LL_LATENCY_FELT).count, 4); /* the verdict of a change is given once */
     free(d);
 }
@@ -124,13 +124,13 @@ static void a_new_epoch_voids_what_is_open(void **state)
     desk *d = new_desk(0);
     make(d, 1, 1, 1, 0, 0);
     make(d, 2, 2, -1, 0, 10);
-    come(d, 1, LL_LEDGER_IN_TIME);
+    come(d, 1, LL_INPUT_HISTORY_IN_TIME);
     step(d, 1);
-    ll_ledger_never(&d->ledger, 1, 2);
-    ll_changes_decide(&d->changes, d->latency, &d->ledger);
-    ll_ledger_meet(&d->ledger);
+    ll_input_history_never(&d->input_history, 1, 2);
+    ll_changes_decide(&d->changes, d->latency, &d->input_history);
+    ll_input_history_meet(&d->input_history);
     ll_changes_meet(&d->changes);
-    assert_true(d->ledger.made == 2 && d->ledger.count[LL_INPUT_WAS_LOST] == 1);
+    assert_true(d->input_history.made == 2 && d->input_history.count[LL_INPUT_WAS_LOST] == 1);
     make(d, 1, 2, 0, 0, 20); /* neutral: no change */
     make(d, 2, 3, -1, 0, 30);
     assert_int_equal(d->changes.made, 3);
@@ -148,19 +148,21 @@ static void drained_inputs_are_lost_when_nothing_is_on_its_way(void **state)
     desk *d = new_desk(0);
     for (uint32_t seq = 1; seq <= 4; seq++)
         make(d, seq, LL_NEVER, seq, 0, 0);
-    ll_ledger_went(&d->ledger, 1, 2, 50 * LL_MS);
-    come(d, 2, LL_LEDGER_IN_TIME);
-    ll_ledger_drained(&d->ledger, 1, 4, 40 * LL_MS); /* 2 came; 1 may; 3 never went; 4 will be sent again */
-    assert_int_equal(ll_ledger_find(&d->ledger, 1)->verdict, LL_INPUT_IS_OPEN);
-    assert_int_equal(ll_ledger_find(&d->ledger, 2)->verdict, LL_INPUT_WAS_APPLIED);
-    assert_int_equal(ll_ledger_find(&d->ledger, 3)->verdict, LL_INPUT_WAS_LOST);
-    assert_int_equal(ll_ledger_find(&d->ledger, 4)->verdict, LL_INPUT_IS_OPEN);
-    ll_ledger_drained(&d->ledger, 2, 4, 50 * LL_MS);
-    assert_int_equal(ll_ledger_find(&d->ledger, 1)->verdict, LL_INPUT_WAS_LOST);
-    come(d, 1, LL_LEDGER_IN_TIME); /* it was sent again all the same */
-    ll_ledger_drained(&d->ledger, 3, 4, 60 * LL_MS);
-    assert_int_equal(ll_ledger_find(&d->ledger, 1)->verdict, LL_INPUT_WAS_APPLIED);
-    assert_true(ll_ledger_includes(&d->ledger, 1, 3) && !ll_ledger_includes(&d->ledger, 1, 2));
+    ll_input_history_went(&d->input_history, 1, 2, 50 * LL_MS);
+    come(d, 2, LL_INPUT_HISTORY_IN_TIME);
+    ll_input_history_drained(&d->input_history, 1, 4,
+                             40 * LL_MS); /* 2 came; 1 may; 3 never went; 4 will be sent again */
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_IS_OPEN);
+    assert_int_equal(ll_input_history_find(&d->input_history, 2)->verdict, LL_INPUT_WAS_APPLIED);
+    assert_int_equal(ll_input_history_find(&d->input_history, 3)->verdict, LL_INPUT_WAS_LOST);
+    assert_int_equal(ll_input_history_find(&d->input_history, 4)->verdict, LL_INPUT_IS_OPEN);
+    ll_input_history_drained(&d->input_history, 2, 4, 50 * LL_MS);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_LOST);
+    come(d, 1, LL_INPUT_HISTORY_IN_TIME); /* it was sent again all the same */
+    ll_input_history_drained(&d->input_history, 3, 4, 60 * LL_MS);
+    assert_int_equal(ll_input_history_find(&d->input_history, 1)->verdict, LL_INPUT_WAS_APPLIED);
+    assert_true(ll_input_history_includes(&d->input_history, 1, 3) &&
+                !ll_input_history_includes(&d->input_history, 1, 2));
     free(d);
 }
 
@@ -171,7 +173,7 @@ static void changes_beyond_the_ring_are_given_up(void **state)
     desk *d = new_desk(0);
     for (uint32_t seq = 1; seq <= LL_CHANGES_RING + 3; seq++) {
         make(d, seq, seq, seq & 1 ? 1 : -1, 0, 0);
-        come(d, seq, LL_LEDGER_IN_TIME);
+        come(d, seq, LL_INPUT_HISTORY_IN_TIME);
         step(d, seq);
     }
     assert_true(of(d, LL_LATENCY_FELT).never == 3 && d->changes.lost[LL_LATENCY_FELT] == 0);

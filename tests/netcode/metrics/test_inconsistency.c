@@ -13,7 +13,7 @@ static bool near(double a, double b)
 static ll_inconsistency of(const double *distances, int count)
 {
     ll_inconsistency total = {0};
-    ll_excursion open = {0};
+    ll_divergence_episode open = {0};
     for (int i = 0; i < count; i++)
         ll_inconsistency_add(&total, &open, distances[i], STEP);
     return total;
@@ -52,7 +52,7 @@ static void pictures_are_held_against_the_farthest(void **state)
 {
     (void)state;
     lone *l[3];
-    ll_instruments *in[3];
+    ll_client_metrics *in[3];
     const ll_client *clients[3];
     const ll_entity places[3][3] = {{{.x = 0}, {.x = 0}, {.x = 7}},
                                     {{.y = 0.1}, {.x = 3, .y = 4}, {.x = 7}},
@@ -60,12 +60,12 @@ static void pictures_are_held_against_the_farthest(void **state)
     const double farthest[3] = {15 + 1, 20 + 1, 20 + 1};
     for (int i = 0; i < 3; i++) {
         l[i] = new_lone(3, &toy, &ll_sync_free);
-        in[i] = l[i]->instruments;
+        in[i] = l[i]->client_metrics;
         clients[i] = l[i]->client;
-        memcpy(ll_client_shown(l[i]->client)->entity, places[i], sizeof places[i]);
+        memcpy(ll_client_rendered(l[i]->client)->entity, places[i], sizeof places[i]);
     }
     for (int f = 0; f < 10; f++)
-        ll_instruments_between(in, clients, 3, f * STEP, STEP);
+        ll_client_metrics_between(in, clients, 3, f * STEP, STEP);
     for (int i = 0; i < 3; i++) {
         assert_true(near(in[i]->clients.sum, farthest[i] * 10 * 0.02));
         assert_int_equal(in[i]->clients.time, 2 * 10 * STEP); /* of two entities */
@@ -84,18 +84,18 @@ static void pictures_are_held_against_the_truth(void **state)
     ll_history *truth = malloc(ll_history_size(2));
     ll_history_init(truth, 2);
     ll_history_add(truth, 0, world);
-    ll_client_shown(l->client)->entity[0].x = 0.3;
-    ll_client_shown(l->client)->entity[1].y = -2;
+    ll_client_rendered(l->client)->entity[0].x = 0.3;
+    ll_client_rendered(l->client)->entity[1].y = -2;
     l->client->elapsed = STEP;
     for (int f = 0; f < 8; f++) {
         if (f == 6)
-            ll_client_shown(l->client)->entity[1].y = 0;
-        ll_instruments_frame(l->instruments, l->client, &(ll_truth){.world = world, .history = truth},
-                             f * STEP);
+            ll_client_rendered(l->client)->entity[1].y = 0;
+        ll_client_metrics_frame(l->client_metrics, l->client, &(ll_truth){.world = world, .history = truth},
+                                f * STEP);
     }
-    assert_true(near(l->instruments->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
-    assert_int_equal(l->instruments->server.time, 14 * STEP);
-    assert_int_equal(l->instruments->server.excursions, 2);
+    assert_true(near(l->client_metrics->server.sum, (8 * 0.3 + 6 * 2) * 0.02));
+    assert_int_equal(l->client_metrics->server.time, 14 * STEP);
+    assert_int_equal(l->client_metrics->server.excursions, 2);
     free(truth);
     free(world);
     free_lone(l);

@@ -4,7 +4,7 @@
 
 static ll_summary of(const lone *l, ll_metric metric)
 {
-    return ll_histogram_summary(&l->instruments->histogram[metric]);
+    return ll_histogram_summary(&l->client_metrics->histogram[metric]);
 }
 
 static bool near(double a, double b)
@@ -59,7 +59,7 @@ static void inputs_that_were_not_applied_have_no_round_trip(void **state)
     run_latencies(l, 1);
     assert_int_equal(of(l, LL_METRIC_ACK_RTT).count, 1);
     assert_true(of(l, LL_METRIC_ACK_RTT).mean == 65);
-    assert_int_equal(l->instruments->ledger.wrong, 2);
+    assert_int_equal(l->client_metrics->input_history.wrong, 2);
     free_lone(l);
 }
 
@@ -67,7 +67,7 @@ static void start_does_not_count(void **state)
 {
     (void)state;
     lone *l = new_lone(1, &toy, &ll_sync_free);
-    ll_instruments_init(l->instruments, 1, 100 * LL_MS);
+    ll_client_metrics_init(l->client_metrics, 1, 100 * LL_MS);
     run_latencies(l, 3);
     assert_int_equal(of(l, LL_METRIC_ACK_RTT).count, 1); /* told at 100 ms: the one of 40 ms */
     assert_true(of(l, LL_METRIC_ACK_RTT).mean == 50);
@@ -117,7 +117,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     frame(l, 5 * LL_MS, NULL);
     assert_true(of(l, LL_METRIC_CORRECTION).count == 1 && of(l, LL_METRIC_CORRECTION).max == 5);
     assert_true(of(l, LL_METRIC_POP).count == 6 && of(l, LL_METRIC_POP).max == 5);
-    assert_true(l->instruments->last_correction == 5 && l->instruments->corrections == 1);
+    assert_true(l->client_metrics->last_correction == 5 && l->client_metrics->corrections == 1);
     assert_int_equal(last.count, 1);
     assert_int_equal(last.event.type, LL_EVENT_CORRECTION);
     assert_int_equal(last.event.number, 3);
@@ -127,7 +127,7 @@ static void corrections_are_measured_at_the_same_input(void **state)
     back.entity[0].y = -4; /* 5 was predicted for input 4; it is 2: 3 to the left */
     give(l, &back, 6 * LL_MS);
     frame(l, 6 * LL_MS, NULL);
-    assert_true(l->instruments->last_correction == -3 && l->instruments->corrections == 2);
+    assert_true(l->client_metrics->last_correction == -3 && l->client_metrics->corrections == 2);
     assert_true(near(of(l, LL_METRIC_CORRECTION).mean, 4));
     assert_true(last.count == 2 && last.event.value == -3);
     free_lone(l);
@@ -149,8 +149,8 @@ static void views_are_held_against_the_truth(void **state)
     ll_history *truth = new_history(3);
     ll_world *world = new_world(3);
     const ll_truth real = {.world = world, .history = truth};
-    ll_world *shown = ll_client_shown(l->client);
-    ll_mark *marks = ll_client_marks(l->client);
+    ll_world *shown = ll_client_rendered(l->client);
+    ll_draw_info *marks = ll_client_draw_infos(l->client);
     start_lone(l, 60, 0, 0);
     ll_history_add(truth, 0, world);
     world->entity[1].x = 10;
@@ -163,14 +163,14 @@ static void views_are_held_against_the_truth(void **state)
     shown->entity[2] = (ll_entity){.x = -4, .y = 3}; /* of 50 ms, when the truth was the same; now -8, 6 */
     marks[0].time = 100 * LL_MS;
     marks[1].time = marks[2].time = 50 * LL_MS;
-    ll_instruments_frame(l->instruments, l->client, &real, 100 * LL_MS);
-    assert_true(l->instruments->own_lead == -5);
+    ll_client_metrics_frame(l->client_metrics, l->client, &real, 100 * LL_MS);
+    assert_true(l->client_metrics->own_lead == -5);
     assert_true(of(l, LL_METRIC_OWN_LEAD).count == 1 && of(l, LL_METRIC_OWN_LEAD).max == 5);
     assert_true(of(l, LL_METRIC_REMOTE_ERROR).count == 2 && of(l, LL_METRIC_REMOTE_ERROR).max == 5);
     assert_true(near(of(l, LL_METRIC_REMOTE_ERROR).mean, (3 + 5) / 2.0));
-    assert_true(l->instruments->remote_error == 5); /* the larger: -4 is to the right of -8 */
+    assert_true(l->client_metrics->remote_error == 5); /* the larger: -4 is to the right of -8 */
     assert_true(of(l, LL_METRIC_VIEW_AGE).count == 2 && of(l, LL_METRIC_VIEW_AGE).mean == 50);
-    assert_true(l->instruments->view_age == 50);
+    assert_true(l->client_metrics->view_age == 50);
     assert_true(of(l, LL_METRIC_TIMELINE_ERROR).count == 2 && near(of(l, LL_METRIC_TIMELINE_ERROR).max, 2));
     assert_true(near(of(l, LL_METRIC_TIMELINE_ERROR).mean, 1));
     assert_int_equal(of(l, LL_METRIC_BUFFER).count, 0); /* nothing is interpolated */
@@ -180,16 +180,16 @@ static void views_are_held_against_the_truth(void **state)
     l->client->buffer_ms = 12.5;
     l->client->view_state = LL_VIEW_STARVED;
     l->client->held_now = 1;
-    ll_instruments_frame(l->instruments, l->client, &real, 100 * LL_MS);
-    assert_true(l->instruments->remote_error == -8 && l->instruments->view_age == 80);
+    ll_client_metrics_frame(l->client_metrics, l->client, &real, 100 * LL_MS);
+    assert_true(l->client_metrics->remote_error == -8 && l->client_metrics->view_age == 80);
     assert_true(of(l, LL_METRIC_BUFFER).count == 1 && of(l, LL_METRIC_BUFFER).mean == 12.5);
-    assert_true(l->instruments->frames == 2 && l->instruments->held_frames == 1);
+    assert_true(l->client_metrics->frames == 2 && l->client_metrics->held_frames == 1);
 
-    ll_instruments_init(l->instruments, 3,
-                        200 * LL_MS); /* before its time nothing counts, but views are told */
-    ll_instruments_frame(l->instruments, l->client, &real, 199 * LL_MS);
-    assert_true(l->instruments->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
-    assert_true(l->instruments->own_lead == -5 && l->instruments->remote_error == -8);
+    ll_client_metrics_init(l->client_metrics, 3,
+                           200 * LL_MS); /* before its time nothing counts, but views are told */
+    ll_client_metrics_frame(l->client_metrics, l->client, &real, 199 * LL_MS);
+    assert_true(l->client_metrics->frames == 0 && of(l, LL_METRIC_VIEW_AGE).count == 0);
+    assert_true(l->client_metrics->own_lead == -5 && l->client_metrics->remote_error == -8);
     free(truth);
     free(world);
     free_lone(l);
@@ -216,11 +216,11 @@ static void smoothness_is_of_differences(void **state)
     ll_history_add(truth, 0, world);
     for (int i = 0; i < 8; i++) {
         world->entity[1] = (ll_entity){.x = -0.6 * truth_x[i], .y = 0.8 * truth_x[i]};
-        ll_client_shown(l->client)->entity[1] = (ll_entity){.x = -0.6 * x[i], .y = 0.8 * x[i]};
+        ll_client_rendered(l->client)->entity[1] = (ll_entity){.x = -0.6 * x[i], .y = 0.8 * x[i]};
         l->client->elapsed = LL_SECOND / 2;
-        ll_instruments_frame(l->instruments, l->client, &real, i * LL_SECOND / 2);
+        ll_client_metrics_frame(l->client_metrics, l->client, &real, i * LL_SECOND / 2);
     }
-    const ll_smoothness *s = &l->instruments->track[1].smooth;
+    const ll_smoothness *s = &l->client_metrics->track[1].smooth;
     assert_int_equal(s->frames, 5);
     assert_true(near(s->acceleration, 16 + 144 + 16 + 144 + 64));
     assert_true(near(s->jerk, 0 + 1024 + 256 + 1024 + 1600));
@@ -229,7 +229,7 @@ static void smoothness_is_of_differences(void **state)
     assert_int_equal(s->moving, 4);
     assert_int_equal(s->frozen, 1);    /* 6 to 6 while the truth went on; 7 to 7 stood as the truth did */
     assert_int_equal(s->reversals, 1); /* -1, 2 */
-    assert_int_equal(l->instruments->track[0].smooth.samples, 0); /* of the others only */
+    assert_int_equal(l->client_metrics->track[0].smooth.samples, 0); /* of the others only */
     free(truth);
     free(world);
     free_lone(l);
@@ -287,15 +287,15 @@ static void corrections_below_a_pixel_or_a_tenth_of_the_way_are_not_seen(void **
     const int count[] = {0, 1, 1, 2, 2};
     start_lone(l, 60, 0, 0);
     ll_history_add(truth, 0, world);
-    l->instruments->pixel_m = 0.2;
+    l->client_metrics->pixel_m = 0.2;
     for (int i = 0; i < 5; i++) {
-        ll_instruments_moved(l->instruments, moved[i], step[i]);
-        ll_instruments_frame(l->instruments, l->client, &real, i * LL_MS);
-        assert_int_equal(l->instruments->visible_m_all.count, count[i]);
+        ll_client_metrics_moved(l->client_metrics, moved[i], step[i]);
+        ll_client_metrics_frame(l->client_metrics, l->client, &real, i * LL_MS);
+        assert_int_equal(l->client_metrics->visible_m_all.count, count[i]);
     }
-    assert_true(near(l->instruments->visible_m_all.sum, 0.21 + 0.31));
-    ll_instruments_frame(l->instruments, l->client, &real, 5 * LL_MS); /* nothing moved since */
-    assert_int_equal(l->instruments->visible_m_all.count, 2);
+    assert_true(near(l->client_metrics->visible_m_all.sum, 0.21 + 0.31));
+    ll_client_metrics_frame(l->client_metrics, l->client, &real, 5 * LL_MS); /* nothing moved since */
+    assert_int_equal(l->client_metrics->visible_m_all.count, 2);
     free(truth);
     free(world);
     free_lone(l);

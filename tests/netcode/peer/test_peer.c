@@ -12,7 +12,7 @@
 /* A client's message, taken apart. */
 typedef struct sent {
     ll_peer_message head;
-    ll_heard heard[LL_PLAYERS_MAX];
+    ll_peer_ack heard[LL_PLAYERS_MAX];
     ll_input_run runs[LL_RUNS_MAX];
     uint32_t hashes[LL_HASHES_MAX];
     int inputs;
@@ -56,7 +56,7 @@ static void relay(lone *l, uint32_t acked, int64_t tick, int count, const double
                      LL_OUTCOME_APPLIED);
 }
 
-static lone *new_peer(const ll_sync *sync, int guesses)
+static lone *new_peer(const ll_sync_mode *sync, int guesses)
 {
     lone *l = new_lone(2, &toy, sync);
     l->rules.max_rollback_ticks = guesses;
@@ -66,7 +66,7 @@ static lone *new_peer(const ll_sync *sync, int guesses)
 
 static double x_of(const lone *l, int player)
 {
-    return ll_client_shown(l->client)->entity[player].x;
+    return ll_client_rendered(l->client)->entity[player].x;
 }
 
 static const ll_peer *peer_of(const lone *l)
@@ -117,7 +117,7 @@ static void deterministic_waits_for_each_input(void **state)
     assert_true(x_of(l, 0) == 2 && x_of(l, 1) == 30);
     frame_at(l, 7);
     assert_int_equal(peer_of(l)->tick, 2);
-    const ll_stepping *n = &l->instruments->stepping;
+    const ll_stepping *n = &l->client_metrics->stepping;
     assert_int_equal(n->stalls, 2);
     assert_int_equal(n->stalled_frames, 6);
     assert_int_equal(n->waited_frames[1], 6);
@@ -140,23 +140,23 @@ static void a_right_guess_costs_nothing_and_a_wrong_one_is_made_again(void **sta
 
     relay(l, 0, 2, 2, (const double[]){5, 5}, 3, 0);
     frame_at(l, 10);
-    assert_int_equal(l->instruments->stepping.rollbacks, 0);
+    assert_int_equal(l->client_metrics->stepping.rollbacks, 0);
     assert_int_equal(peer_of(l)->tick, 6);
 
     relay(l, 0, 2, 3, (const double[]){5, 5, 7}, 4, 0); /* tick 4 is 7, so 5 and 6 are guessed so too */
     frame_at(l, 11);
-    assert_int_equal(l->instruments->stepping.rollbacks, 1);
-    assert_int_equal(l->instruments->stepping.rollback_ticks, 3);
+    assert_int_equal(l->client_metrics->stepping.rollbacks, 1);
+    assert_int_equal(l->client_metrics->stepping.rollback_ticks, 3);
     assert_int_equal(peer_of(l)->tick, 7);
     assert_int_equal(peer_of(l)->confirmed, 4);
     assert_true(x_of(l, 0) == 7 && x_of(l, 1) == 15 + 7 + 7 + 7 + 7);
-    assert_true(ll_histogram_summary(&l->instruments->histogram[LL_METRIC_POP]).max ==
-                2 + 2 + 2);                           /* of tick 6 */
-    assert_int_equal(l->instruments->corrections, 0); /* the own entity is where it was */
+    assert_true(ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]).max ==
+                2 + 2 + 2);                              /* of tick 6 */
+    assert_int_equal(l->client_metrics->corrections, 0); /* the own entity is where it was */
 
     relay(l, 0, 2, 4, (const double[]){5, 5, 7, 7}, 5, 0); /* as guessed again */
     frame_at(l, 12);
-    assert_int_equal(l->instruments->stepping.rollbacks, 1);
+    assert_int_equal(l->client_metrics->stepping.rollbacks, 1);
     free_lone(l);
 }
 
@@ -226,8 +226,8 @@ static void sync_test_finds_a_forgotten_variable(void **state)
         forgotten = -8;
         for (int k = 0; k < 16; k++)
             frame_at(l, k);
-        assert_int_equal(l->instruments->stepping.sync_tests, 13); /* from the fourth tick on */
-        assert_true((l->instruments->stepping.sync_test_mismatches > 0) == (i == 1));
+        assert_int_equal(l->client_metrics->stepping.sync_tests, 13); /* from the fourth tick on */
+        assert_true((l->client_metrics->stepping.sync_test_mismatches > 0) == (i == 1));
         free_lone(l);
     }
 }
@@ -244,8 +244,8 @@ static void who_is_ahead_rests(void **state)
         relay(l, (uint32_t)(tick > 2 ? tick - 2 : 0), k / 2 * 2 + 1, 2, zero, k - 5, (int)(k - tick - 1));
         frame_at(l, k);
     }
-    assert_int_equal(l->instruments->stepping.rested_frames, 3);
-    assert_int_equal(l->instruments->stepping.stalls, 0);
+    assert_int_equal(l->client_metrics->stepping.rested_frames, 3);
+    assert_int_equal(l->client_metrics->stepping.stalls, 0);
     assert_int_equal(peer_of(l)->tick, 116);
     free_lone(l);
 }
@@ -253,19 +253,19 @@ static void who_is_ahead_rests(void **state)
 /* ---- the referee ---- */
 
 /* A message of a client of two: inputs from `tick` on, hashes from `hashed` on. */
-static void give_referee(ll_server *server, int player, int64_t tick, int count, const double *pushes,
-                         int64_t hashed, int hashes, const uint32_t *hash)
+static void give_relay_server(ll_server *server, int player, int64_t tick, int count, const double *pushes,
+                              int64_t hashed, int hashes, const uint32_t *hash)
 {
     struct {
         ll_peer_message head;
-        ll_heard heard[2];
+        ll_peer_ack heard[2];
         char rest[1024];
     } m = {.head = {.head = {LL_MESSAGE_INPUT, (uint8_t)count, 1, (uint32_t)tick},
                     .tick = tick,
                     .at = (int32_t)tick,
                     .hashed = (int32_t)hashed,
                     .hashes = (uint32_t)hashes}};
-    ll_verdict verdicts[LL_INPUTS_MAX];
+    ll_input_result verdicts[LL_INPUTS_MAX];
     ll_input_run *runs = (ll_input_run *)(void *)m.rest;
     int n = 0;
     for (int i = 0; i < count; i++)
@@ -273,15 +273,15 @@ static void give_referee(ll_server *server, int player, int64_t tick, int count,
     m.head.runs = (uint32_t)n;
     if (hashes > 0)
         memcpy(runs + n, hash, (size_t)hashes * sizeof *hash);
-    ll_referee_take(server, &ll_sync_rollback, player, &m, LL_MS, verdicts);
+    ll_relay_server_take(server, &ll_sync_rollback, player, &m, LL_MS, verdicts);
 }
 
 static int steps_due(ll_server *server)
 {
     int n = 0;
     ll_game_env env = {0};
-    while (ll_referee_due(server) != LL_NEVER) {
-        ll_referee_step(server, &toy, &env, NULL, LL_MS);
+    while (ll_relay_server_due(server) != LL_NEVER) {
+        ll_relay_server_step(server, &toy, &env, NULL, LL_MS);
         n++;
     }
     return n;
@@ -292,7 +292,7 @@ static ll_relay_part part_to(ll_server *server, int player, uint32_t *acked, ll_
     _Alignas(8) char bytes[2048];
     ll_relay_part part;
     ll_relay_message m;
-    int size = ll_referee_compose(server, &ll_sync_rollback, player, bytes);
+    int size = ll_relay_server_compose(server, &ll_sync_rollback, player, bytes);
     memcpy(&m, bytes, sizeof m);
     memcpy(&part, bytes + sizeof m, sizeof part);
     memcpy(runs, bytes + sizeof m + sizeof part, part.runs * sizeof runs[0]);
@@ -301,13 +301,13 @@ static ll_relay_part part_to(ll_server *server, int player, uint32_t *acked, ll_
     return part;
 }
 
-static void referee_steps_and_forwards(void **state)
+static void relay_server_steps_and_forwards(void **state)
 {
     (void)state;
     ll_server *server = new_server(2, &ll_sync_rollback, 50, 50);
     ll_input_run runs[LL_RUNS_MAX];
     uint32_t acked;
-    give_referee(server, 0, 1, 3, (const double[]){0.5, 0.5, 0.25}, 0, 0, NULL);
+    give_relay_server(server, 0, 1, 3, (const double[]){0.5, 0.5, 0.25}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 0);
     for (int i = 0; i < 3; i++) { /* again and again, until it is acknowledged */
         ll_relay_part part = part_to(server, 1, &acked, runs);
@@ -317,14 +317,14 @@ static void referee_steps_and_forwards(void **state)
         assert_int_equal(runs[0].count, 2);
         assert_int_equal(acked, 0);
     }
-    give_referee(server, 1, 1, 2, (const double[]){1, 1}, 0, 0, NULL);
+    give_relay_server(server, 1, 1, 2, (const double[]){1, 1}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 2);
     assert_true(ll_server_world(server)->entity[0].x == 1 && ll_server_world(server)->entity[1].x == 2);
     ll_relay_part part = part_to(server, 1, &acked, runs);
     assert_int_equal(acked, 2);
-    give_referee(server, 1, 3, 1, (const double[]){1}, 0, 0, NULL);
+    give_relay_server(server, 1, 3, 1, (const double[]){1}, 0, 0, NULL);
     assert_int_equal(server->seats[1].accepted, 3);
-    give_referee(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
+    give_relay_server(server, 1, 2, 2, (const double[]){1, 1}, 0, 0, NULL);
     assert_int_equal(server->seats[1].duplicate, 2);
     assert_int_equal(part.tick, 1); /* client 1 has not told that it has anything */
     free(server);
@@ -336,8 +336,8 @@ static void a_refused_input_is_replaced_for_everybody(void **state)
     ll_server *server = new_server(2, &ll_sync_rollback, 50, 50);
     ll_input_run runs[LL_RUNS_MAX];
     uint32_t acked;
-    give_referee(server, 0, 1, 3, (const double[]){0.5, 1.5, 0.25}, 0, 0, NULL);
-    give_referee(server, 1, 1, 3, (const double[]){0, 0, 0}, 0, 0, NULL);
+    give_relay_server(server, 0, 1, 3, (const double[]){0.5, 1.5, 0.25}, 0, 0, NULL);
+    give_relay_server(server, 1, 1, 3, (const double[]){0, 0, 0}, 0, 0, NULL);
     assert_int_equal(steps_due(server), 3);
     assert_int_equal(server->seats[0].refused[LL_RULE_MAGNITUDE], 1);
     part_to(server, 1, &acked, runs);
@@ -353,18 +353,19 @@ static void a_wrong_hash_is_caught_at_its_tick(void **state)
     ll_server *server = new_server(2, &ll_sync_rollback, 50, 50);
     double ones[8] = {1, 1, 1, 1, 1, 1, 1, 1};
     uint32_t hashes[8];
-    give_referee(server, 0, 1, 4, ones, 0, 0, NULL);
-    give_referee(server, 1, 1, 6, ones, 0, 0, NULL);
+    give_relay_server(server, 0, 1, 4, ones, 0, 0, NULL);
+    give_relay_server(server, 1, 1, 6, ones, 0, 0, NULL);
     assert_int_equal(steps_due(server), 4);
     for (int k = 0; k < 8; k++)
         hashes[k] = server->hashes[k];
-    give_referee(server, 0, 5, 0, NULL, 1, 4, &hashes[1]);
+    give_relay_server(server, 0, 5, 0, NULL, 1, 4, &hashes[1]);
     assert_int_equal(server->seats[0].peer.hashed, 4);
     assert_int_equal(server->seats[0].peer.desync, -1);
     hashes[3]++;
-    give_referee(server, 1, 7, 0, NULL, 1, 2, &hashes[1]);
+    give_relay_server(server, 1, 7, 0, NULL, 1, 2, &hashes[1]);
     assert_int_equal(server->seats[1].peer.desync, -1);
-    give_referee(server, 1, 7, 0, NULL, 1, 6, &hashes[1]); /* 5 and 6 are not stepped yet: not compared */
+    give_relay_server(server, 1, 7, 0, NULL, 1, 6,
+                      &hashes[1]); /* 5 and 6 are not stepped yet: not compared */
     assert_int_equal(server->seats[1].peer.hashed, 4);
     assert_int_equal(server->seats[1].peer.desync, 3);
     assert_int_equal(server->seats[0].peer.desync, -1);
@@ -410,7 +411,7 @@ static void each_hardware_does_as_it_says(void **state)
 static void floats_are_stored_in_every_field(void **state)
 {
     (void)state;
-    const ll_hardware *h = NULL;
+    const ll_float_mode *h = NULL;
     for (int i = 0; ll_hardware_names[i]; i++)
         h = strcmp(ll_hardware_names[i], "float") == 0 ? &ll_hardwares[i] : h;
     assert_non_null(h);
@@ -452,7 +453,7 @@ int main(void)
         cmocka_unit_test(input_delay_begins_with_nothing_and_may_change),
         cmocka_unit_test(sync_test_finds_a_forgotten_variable),
         cmocka_unit_test(who_is_ahead_rests),
-        cmocka_unit_test(referee_steps_and_forwards),
+        cmocka_unit_test(relay_server_steps_and_forwards),
         cmocka_unit_test(a_refused_input_is_replaced_for_everybody),
         cmocka_unit_test(a_wrong_hash_is_caught_at_its_tick),
         cmocka_unit_test(each_hardware_does_as_it_says),

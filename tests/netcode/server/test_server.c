@@ -3,10 +3,10 @@
 #include "netcode/toy.h"
 
 /* The head of what an update sends. */
-static ll_state_message state_to(ll_server *s, int player)
+static ll_snapshot_message state_to(ll_server *s, int player)
 {
     char bytes[4096];
-    ll_state_message m;
+    ll_snapshot_message m;
     assert_true(ll_server_compose(s, &ll_sync_free, player, bytes) <= (int)sizeof bytes);
     memcpy(&m, bytes, sizeof m);
     return m;
@@ -14,21 +14,21 @@ static ll_state_message state_to(ll_server *s, int player)
 
 static const ll_game_env env = {.dt = 1.0 / 60};
 
-static int take_at(ll_server *s, const ll_sync *sync, int player, const ll_input_message *m, ll_time now,
-                   ll_verdict verdicts[LL_INPUTS_MAX])
+static int take_at(ll_server *s, const ll_sync_mode *sync, int player, const ll_input_message *m, ll_time now,
+                   ll_input_result verdicts[LL_INPUTS_MAX])
 {
-    ll_verdict unused[LL_INPUTS_MAX];
+    ll_input_result unused[LL_INPUTS_MAX];
     return ll_server_receive(s, sync, player, m, now, verdicts != NULL ? verdicts : unused);
 }
 
-static int take(ll_server *s, const ll_sync *sync, const ll_input_message *m,
-                ll_verdict verdicts[LL_INPUTS_MAX])
+static int take(ll_server *s, const ll_sync_mode *sync, const ll_input_message *m,
+                ll_input_result verdicts[LL_INPUTS_MAX])
 {
     return take_at(s, sync, 0, m, s->stepped, verdicts);
 }
 
 /* Makes the step that is due, when it is. */
-static void step(ll_server *s, const ll_sync *sync)
+static void step(ll_server *s, const ll_sync_mode *sync)
 {
     ll_time due = sync->due(s);
     assert_true(due != LL_NEVER);
@@ -49,7 +49,7 @@ static void inputs_apply_at_their_step(void **state)
 {
     (void)state;
     ll_server *s = new_server(2, &ll_sync_free, 60, 60);
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message m = inputs(2, 3, (double[]){1, 0.5, -1}); /* for steps 2, 3 and 4 */
     configure(s, (const char *[]){"starved=repeat", NULL});
     assert_int_equal(take(s, &ll_sync_free, &m, v), 3);
@@ -99,7 +99,7 @@ static void repetitions_are_no_news(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message m = inputs(1, 2, (double[]){0.5, 0.25}), other = inputs(1, 3, (double[]){-1, -1, 1});
     assert_int_equal(take(s, &ll_sync_free, &m, v), 2);
     assert_int_equal(take(s, &ll_sync_free, &m, v), 0);
@@ -118,7 +118,7 @@ static void late_inputs_are_told_and_not_applied(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message first = inputs(1, 1, (double[]){0.5}), late = inputs(2, 4, (double[]){1, 1, 1, 1});
     configure(s, (const char *[]){"starved=repeat", NULL});
     take(s, &ll_sync_free, &first, v);
@@ -141,12 +141,12 @@ static void late_inputs_are_told_and_not_applied(void **state)
 /* "A refused input is replaced, as `refused` has it, so that nobody waits for it." `x`: after each step. */
 static void refused_inputs_are_replaced(const char *refused, const double x[5])
 {
-    const ll_sync *const syncs[] = {&ll_sync_free, &ll_sync_lockstep};
+    const ll_sync_mode *const syncs[] = {&ll_sync_free, &ll_sync_lockstep};
     for (size_t i = 0; i < 2; i++) {
         ll_server *s = new_server(1, syncs[i], 60, 60);
         if (refused)
             configure(s, (const char *[]){refused, NULL});
-        ll_verdict v[LL_INPUTS_MAX];
+        ll_input_result v[LL_INPUTS_MAX];
         ll_input_message m = inputs(1, 4, (double[]){0.5, 2, NAN, -0.25}),
                          again = inputs(5, 1, (double[]){-7});
         assert_int_equal(take(s, syncs[i], &m, v), 4);
@@ -184,7 +184,7 @@ static void what_was_sent_in_another_epoch_is_void(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
-    ll_seat before = s->seats[0];
+    ll_client_slot before = s->seats[0];
     ll_input_message m = inputs(1, 2, (double[]){1, 2});
     const uint16_t epochs[] = {0, 2, 65535};
     for (size_t i = 0; i < 3; i++) {
@@ -201,7 +201,7 @@ static void ticks_before_the_first_are_void(void **state)
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
     ll_input_message m = inputs(-3, 5, (double[]){1, 1, 1, 1, 1}),
                      far = inputs(INT32_MIN + 1, 1, (double[]){1});
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     assert_int_equal(take(s, &ll_sync_free, &m, v), 1);
     assert_int_equal(take(s, &ll_sync_free, &far, v), 0);
     step(s, &ll_sync_free);
@@ -269,7 +269,7 @@ static void slack_is_the_least_since_the_last_update(void **state)
         ll_input_message m = patterned(news[i].tick, 1);
         take(s, &ll_sync_free, &m, NULL);
     }
-    ll_state_message m = state_to(s, 0);
+    ll_snapshot_message m = state_to(s, 0);
     assert_int_equal(m.slack, 0);
     assert_int_equal(m.slack_seq, 1);
     assert_int_equal(state_to(s, 0).slack, LL_SLACK_UNKNOWN); /* nothing came since */
@@ -301,8 +301,8 @@ static void state_tells_step_time_and_rate(void **state)
     ll_server *s = new_server(1, &ll_sync_free, 60, 60);
     step(s, &ll_sync_free);
     step(s, &ll_sync_free);
-    ll_state_message m = state_to(s, 0);
-    assert_int_equal(m.head.type, LL_MESSAGE_STATE);
+    ll_snapshot_message m = state_to(s, 0);
+    assert_int_equal(m.head.type, LL_MESSAGE_SNAPSHOT);
     assert_int_equal(m.head.epoch, 1);
     assert_int_equal(m.tick, 2);
     assert_int_equal(m.time, 2 * LL_SECOND / 60);
@@ -318,7 +318,7 @@ static void controls_are_told_to_who_asks(void **state)
     ll_input_message ask = inputs(1, 1, (double[]){0.5}), other = inputs(1, 1, (double[]){-0.25});
     size_t world = ll_world_size(ll_server_world(s));
     char bytes[4096];
-    ll_state_message m;
+    ll_snapshot_message m;
     ll_axes told[2];
     ask.wants = LL_PART_AXES;
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
@@ -335,15 +335,15 @@ static void controls_are_told_to_who_asks(void **state)
     assert_memory_equal(bytes + sizeof m + sizeof told, ll_server_world(s), world);
     ask.wants = LL_PART_AXES | LL_PART_APPLIED; /* all that can be asked for */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
-    size_t all = sizeof m + sizeof told + sizeof(ll_verdict_part) + world;
+    size_t all = sizeof m + sizeof told + sizeof(ll_input_result_part) + world;
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
                      all + sizeof(uint32_t)); /* of one input */
     for (uint32_t seq = 2; seq <= 600;
          seq++) /* and more than is kept, with no state that the client is known to have */
-        ll_seat_done(&s->seats[1], seq, true);
+        ll_client_slot_done(&s->seats[1], seq, true);
     assert_int_equal(ll_server_compose(s, &ll_sync_free, 1, bytes),
-                     all + LL_VERDICT_WORDS_MAX * sizeof(uint32_t));
-    assert_int_equal(all + LL_VERDICT_WORDS_MAX * sizeof(uint32_t),
+                     all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t));
+    assert_int_equal(all + LL_INPUT_RESULT_WORDS_MAX * sizeof(uint32_t),
                      ll_server_message_max(toy_extent(NULL, 3), 3));
     ask.wants = 0; /* and no longer */
     take_at(s, &ll_sync_free, 1, &ask, 0, NULL);
@@ -385,7 +385,7 @@ static void clocks_start_again(void **state)
 static void lockstep_waits_for_everybody(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_lockstep;
+    const ll_sync_mode *sync = &ll_sync_lockstep;
     ll_server *s = new_server(2, sync, 10, 10);
     ll_input_message one = inputs(1, 1, (double[]){1}), two = inputs(2, 1, (double[]){0.5});
     assert_int_equal(sync->due(s), LL_NEVER);
@@ -413,7 +413,7 @@ static void lockstep_waits_for_everybody(void **state)
 static void lockstep_keeps_its_pace(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_lockstep_pipelined;
+    const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
     double x = 0;
     for (int64_t k = 1; k <= 3; k++) { /* some are there early */
@@ -441,7 +441,7 @@ static void lockstep_keeps_its_pace(void **state)
 static void lockstep_finds_its_rhythm_again(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_lockstep_pipelined;
+    const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
     s->seats[0].offset = 1; /* as their pings tell: the first of A would come after 120 ms, of B after 250 */
     s->seats[1].offset = 2;
@@ -469,7 +469,7 @@ static void lockstep_finds_its_rhythm_again(void **state)
 static void lockstep_makes_up_for_a_stall(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_lockstep_pipelined;
+    const ll_sync_mode *sync = &ll_sync_lockstep_pipelined;
     ll_server *s = new_server(2, sync, 10, 10);
     ll_input_message m = patterned(1, 16);
     take_at(s, sync, 0, &m, 0, NULL);
@@ -491,7 +491,7 @@ static void lockstep_makes_up_for_a_stall(void **state)
 static void lockstep_does_not_wait_for_who_is_gone(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_lockstep;
+    const ll_sync_mode *sync = &ll_sync_lockstep;
     ll_server *s = new_server(2, sync, 10, 10);
     ll_input_message one = inputs(1, 1, (double[]){1}), two = inputs(2, 2, (double[]){0.5, 0.5});
     take_at(s, sync, 0, &one, 0, NULL);
@@ -513,11 +513,11 @@ static void lockstep_does_not_wait_for_who_is_gone(void **state)
 static void gambetta_drains_what_has_come(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_gambetta;
+    const ll_sync_mode *sync = &ll_sync_gambetta;
     ll_server *s = new_server(2, sync, 3, 50);
     ll_input_message m = patterned(1, 5), later = patterned(7, 1), gap = patterned(6, 1),
                      wild = inputs(8, 1, (double[]){3});
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     assert_int_equal(take(s, sync, &m, v), 5);
     assert_int_equal(sync->due(s), LL_SECOND / 3);
     step(s, sync);
@@ -550,7 +550,7 @@ static void gambetta_drains_what_has_come(void **state)
 static void gambetta_drains_for_longer_than_the_ring(void **state)
 {
     (void)state;
-    const ll_sync *sync = &ll_sync_gambetta;
+    const ll_sync_mode *sync = &ll_sync_gambetta;
     ll_server *s = new_server(1, sync, 10, 50);
     double x = 0;
     for (int64_t first = 1; first < 1000; first += 5) {

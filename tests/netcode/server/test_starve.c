@@ -55,7 +55,7 @@ static void policies_are_what_they_say(void **state)
 static void server_starves_by_its_policy(const char *const *sets, double (*share)(int age))
 {
     ll_server *s = new_server(2, &ll_sync_free, 50, 50);
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message m = inputs(1, 4, (double[]){0.75, 0.75, 0.75, 0.75}),
                      back = inputs(41, 1, (double[]){-0.5});
     _Alignas(8) char state_packet[1024];
@@ -72,7 +72,7 @@ static void server_starves_by_its_policy(const char *const *sets, double (*share
         ll_sync_free.step(s, &toy, &(ll_game_env){0}, NULL, ll_tick_time(k, HZ(50)));
         assert_float_equal(ll_server_world(s)->entity[0].x, x, 1e-5);
         ll_server_compose(s, &ll_sync_free, 1, state_packet);
-        memcpy(&told, state_packet + sizeof(ll_state_message), sizeof told);
+        memcpy(&told, state_packet + sizeof(ll_snapshot_message), sizeof told);
         assert_float_equal(told.axis[0], axis, 1e-6);
     }
     assert_int_equal(s->seats[0].starved, 37);
@@ -121,7 +121,7 @@ static void starving_behind_a_refusal(void **state)
 {
     (void)state;
     ll_server *s = new_server(1, &ll_sync_free, 50, 50);
-    ll_verdict v[LL_INPUTS_MAX];
+    ll_input_result v[LL_INPUTS_MAX];
     ll_input_message m = inputs(1, 2, (double[]){1, 3});
     configure(s, (const char *[]){"starved=repeat", NULL});
     ll_server_receive(s, &ll_sync_free, 0, &m, 0, v);

@@ -8,7 +8,7 @@
 
 static ll_rule judge(double x, double y, double budget_use)
 {
-    ll_allowance full = {LL_RATE_BURST, 0};
+    ll_rate_limiter full = {LL_RATE_BURST, 0};
     ll_action a = {.axis = {(float)x, (float)y}};
     return ll_validate(&a, budget_use, &full, HZ(60), 0);
 }
@@ -36,7 +36,7 @@ static void budget_ends_before_its_number(void **state)
     for (int i = 0; i < 7; i++) {
         ll_server *server = new_server(1, &ll_sync_free, 60, 60);
         ll_input_message m = inputs(i < 3 ? good[i] : bad[i - 3], 1, (double[]){1});
-        ll_verdict v[LL_INPUTS_MAX];
+        ll_input_result v[LL_INPUTS_MAX];
         assert_int_equal(ll_server_receive(server, &ll_sync_free, 0, &m, 0, v), 1);
         assert_int_equal(v[0].rule, i < 3 ? LL_RULE_NONE : LL_RULE_BUDGET);
         assert_true(server->seats[0].budget_used <= 1);
@@ -48,7 +48,7 @@ static void budget_ends_before_its_number(void **state)
     assert_true(LL_INPUT_RING >= 2 * LL_BUDGET_TICKS);
 }
 
-static int64_t spend_all(ll_time_account *account, const ll_action *a, ll_freq freq, ll_time now)
+static int64_t spend_all(ll_time_budget *account, const ll_action *a, ll_freq freq, ll_time now)
 {
     int64_t taken = 0;
     for (; ll_time_use(account, a, freq, now) <= 1; taken++)
@@ -62,17 +62,17 @@ static void input_time_is_held_to_the_clock(void **state)
 {
     (void)state;
     const ll_action tick = push(1), nothing = push(0), longer = push(-1.25);
-    ll_time_account account = {0, 0};
+    ll_time_budget account = {0, 0};
     assert_int_equal(spend_all(&account, &tick, HZ(60), 0), 80);
     assert_int_equal(spend_all(&account, &tick, HZ(60), 0), 0);
     assert_int_equal(spend_all(&account, &tick, HZ(60), LL_SECOND / 5 + 1), 12); /* 0.2 s */
     assert_int_equal(spend_all(&account, &nothing, HZ(60), LL_SECOND / 5 + 17 * LL_MS), 1);
     assert_int_equal(spend_all(&account, &tick, HZ(60), 3600 * LL_SECOND), 80);
     assert_int_equal(spend_all(&account, &longer, HZ(60), 3602 * LL_SECOND), 64); /* 80 / 1.25 */
-    account = (ll_time_account){0, 0};
+    account = (ll_time_budget){0, 0};
     assert_int_equal(spend_all(&account, &tick, HZ(240), 0), 320); /* 4/3 s */
     int64_t taken = 0;
-    account = (ll_time_account){0, 0};
+    account = (ll_time_budget){0, 0};
     for (int64_t i = 0; i <= 600 * 1000; i++) /* as many as are let through, for ten minutes */
         taken += spend_all(&account, &tick, HZ(60), i * LL_MS);
     assert_in_range(taken, 80 + 600 * 60 - 1, 80 + 600 * 60);
@@ -84,7 +84,7 @@ static void honest_inputs_are_within_their_time(void **state)
 {
     (void)state;
     for (uint64_t seed = 1; seed <= 5; seed++) {
-        ll_time_account steady = {0, 0}, late = {0, 0}, stalled = {0, 0};
+        ll_time_budget steady = {0, 0}, late = {0, 0}, stalled = {0, 0};
         ll_time last = 0, now = 0;
         double most[3] = {0, 0, 0};
         for (int64_t k = 1; k < 6000; k++) {
@@ -108,7 +108,7 @@ static void honest_inputs_are_within_their_time(void **state)
     }
 }
 
-static int64_t take_all(ll_allowance *allowance, ll_freq freq, ll_time now)
+static int64_t take_all(ll_rate_limiter *allowance, ll_freq freq, ll_time now)
 {
     ll_action a = push(1);
     int64_t taken = 0;
@@ -122,7 +122,7 @@ static int64_t take_all(ll_allowance *allowance, ll_freq freq, ll_time now)
 static void bucket_fills_with_time(void **state)
 {
     (void)state;
-    ll_allowance bucket = {LL_RATE_BURST, 0};
+    ll_rate_limiter bucket = {LL_RATE_BURST, 0};
     assert_int_equal(take_all(&bucket, HZ(60), 0), 80);
     assert_int_equal(take_all(&bucket, HZ(60), 0), 0);
     assert_int_equal(take_all(&bucket, HZ(60), LL_SECOND / 5 + LL_MS), 27); /* 0.201 s x 135 / s = 27.135 */
@@ -137,7 +137,7 @@ static void bucket_fills_with_time(void **state)
 static void flood_is_held_to_the_rate(void **state)
 {
     (void)state;
-    ll_allowance bucket = {LL_RATE_BURST, 0};
+    ll_rate_limiter bucket = {LL_RATE_BURST, 0};
     ll_action a = push(1);
     int64_t taken = 0;
     for (int64_t i = 0; i <= 600 * 1000; i++) /* 1000 inputs a second for ten minutes */
@@ -148,7 +148,7 @@ static void flood_is_held_to_the_rate(void **state)
 static void refused_inputs_cost_nothing(void **state)
 {
     (void)state;
-    ll_allowance bucket = {1, 0};
+    ll_rate_limiter bucket = {1, 0};
     ll_action wild = push(2), good = push(1);
     for (int i = 0; i < 100; i++) {
         assert_int_equal(ll_validate(&wild, 1, &bucket, HZ(60), 0), LL_RULE_MAGNITUDE);
@@ -167,7 +167,7 @@ static void late_and_bunched_inputs_are_honest(void **state)
     for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
         ll_freq freq = ll_freq_from_hz(rates[r]);
         ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
-        ll_allowance bucket = server->seats[0].allowance;
+        ll_rate_limiter bucket = server->seats[0].allowance;
         ll_time held_until = 0;
         for (int64_t k = 0; k < (int64_t)(rates[r] * 300); k++) {
             ll_time sent = ll_tick_time(k, freq);
@@ -191,7 +191,7 @@ static void catching_up_is_honest(void **state)
     for (size_t r = 0; r < sizeof rates / sizeof rates[0]; r++) {
         ll_freq freq = ll_freq_from_hz(rates[r]);
         ll_server *server = new_server(1, &ll_sync_free, rates[r], rates[r]);
-        ll_allowance bucket = server->seats[0].allowance;
+        ll_rate_limiter bucket = server->seats[0].allowance;
         for (int64_t k = 0; k < (int64_t)(rates[r] * 60); k++)
             for (int i = 0; i < 2; i++)
                 assert_int_equal(ll_validate(&a, 1, &bucket, freq, ll_tick_time(k, freq)), LL_RULE_NONE);
@@ -214,7 +214,7 @@ static void honest_clients_catch_up_after_silence(void **state)
         config.players[0].link.down.loss_pct = 0;
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, 40, NULL);
-        assert_int_equal(ll_netgame_instruments(s.game, 0)->false_refusals, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->false_refusals, 0);
         scene_close(&s);
     }
 }
@@ -243,14 +243,14 @@ static void honest_clients_are_never_refused(void **state)
                 sets[2 + k] = links[i][k];
             scene s = scene_open("race", sets);
             scene_run(&s, 30, NULL);
-            ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+            ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
             bool waits = strcmp(links[i][0], "server.sync=lockstep") ==
                          0; /* for up to 1.5 s a step, and for what is lost */
-            assert_true(seat->accepted > (waits ? 10 : 20));
+            assert_true(client_slot->accepted > (waits ? 10 : 20));
             for (int rule = 0; rule < LL_RULES; rule++)
-                if (seat->refused[rule] != 0)
-                    fail_msg("%s %s: %d refused for %s", rates[r], links[i][0], (int)seat->refused[rule],
-                             ll_rule_names[rule]);
+                if (client_slot->refused[rule] != 0)
+                    fail_msg("%s %s: %d refused for %s", rates[r], links[i][0],
+                             (int)client_slot->refused[rule], ll_rule_names[rule]);
             scene_close(&s);
         }
 }
@@ -303,15 +303,15 @@ static void honest_clients_on_a_bad_link_are_never_refused(void **state)
                 scene s = scene_open("race", sets);
                 scene_run(&s, 60, NULL);
                 for (int p = 0; p < 2; p++) {
-                    const ll_seat *seat = &ll_netgame_server(s.game)->seats[p];
-                    assert_true(seat->accepted >
+                    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
+                    assert_true(client_slot->accepted >
                                 (k == 3 ? 60 : 1000)); /* stop and wait: a second each at most */
-                    assert_int_equal(ll_netgame_instruments(s.game, p)->false_refusals, 0);
+                    assert_int_equal(ll_netgame_client_metrics(s.game, p)->false_refusals, 0);
                     for (int rule = 0; rule < LL_RULES; rule++)
-                        assert_int_equal(seat->refused[rule], 0);
-                    assert_true(seat->budget_used > 0 && seat->budget_used < 0.5); /* by far */
-                    assert_true(k < 3 ||
-                                seat->budget_used == 1.0 * 2 / LL_BUDGET_TICKS); /* one ahead, always */
+                        assert_int_equal(client_slot->refused[rule], 0);
+                    assert_true(client_slot->budget_used > 0 && client_slot->budget_used < 0.5); /* by far */
+                    assert_true(k < 3 || client_slot->budget_used ==
+                                             1.0 * 2 / LL_BUDGET_TICKS); /* one ahead, always */
                 }
                 scene_close(&s);
             }
@@ -333,10 +333,10 @@ static void cheats_are_refused_by_their_rule(void **state)
         const char *const sets[] = {cheats[i].set, "players.0.script=steady", NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 60, NULL); /* a fifth more than time has passed is 256 ticks after 21 s */
-        const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+        const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
         for (int rule = 0; rule < LL_RULES; rule++)
-            assert_true((seat->refused[rule] > 0) == cheats[i].by[rule]);
-        assert_true(seat->accepted < 60 * 60 * 2 / 3); /* the rest was refused */
+            assert_true((client_slot->refused[rule] > 0) == cheats[i].by[rule]);
+        assert_true(client_slot->accepted < 60 * 60 * 2 / 3); /* the rest was refused */
         scene_close(&s);
     }
 }

@@ -34,13 +34,13 @@ typedef struct sent {
     ll_world *world;
     int ways;
     int codec[2];
-    ll_grid grid[2];
+    ll_quantization grid[2];
 } sent;
 
 typedef struct net {
     ll_server *server;
     ll_client *client[CLIENTS];
-    ll_instruments *instruments;
+    ll_client_metrics *client_metrics;
     ll_player_config config;
     ll_server_config rules;
     ll_game_env env;
@@ -56,24 +56,24 @@ static ll_link *new_link(uint64_t stream)
     return link;
 }
 
-static ll_client_setup setup_of(net *n, const ll_sync *sync)
+static ll_client_setup setup_of(net *n, const ll_sync_mode *sync)
 {
     return (ll_client_setup){.game = &toy,
                              .env = &n->env,
                              .sync = sync,
                              .config = &n->config,
                              .rules = &n->rules,
-                             .instruments = n->instruments};
+                             .client_metrics = n->client_metrics};
 }
 
-static net *new_net(const ll_sync *sync)
+static net *new_net(const ll_sync_mode *sync)
 {
     net *n = calloc(1, sizeof *n);
     n->server = malloc(ll_server_size(CLIENTS, extent));
     ll_server_init(n->server, CLIENTS, extent);
     ll_server_start(n->server, HZ(60), HZ(30), HZ(60), 0);
-    n->instruments = malloc(ll_instruments_size(ENTITIES));
-    ll_instruments_init(n->instruments, ENTITIES, 0);
+    n->client_metrics = malloc(ll_client_metrics_size(ENTITIES));
+    ll_client_metrics_init(n->client_metrics, ENTITIES, 0);
     ll_param_defaults(&ll_player_table, &n->config);
     ll_param_defaults(&ll_server_table, &n->rules);
     n->config.control = LL_CONTROL_PERSON;
@@ -102,7 +102,7 @@ static void free_net(net *n)
     for (int k = 0; k <= STEPS; k++)
         free(n->sent[k].world);
     free(n->sent);
-    free(n->instruments);
+    free(n->client_metrics);
     free(n->server);
     free(n);
 }
@@ -110,7 +110,7 @@ static void free_net(net *n)
 /* What client `self` must make of step `s`, sent in way `way`. */
 static bool is_what_was_sent(const ll_world *got, const sent *s, int way, int self)
 {
-    const ll_grid *grid = &s->grid[way];
+    const ll_quantization *grid = &s->grid[way];
     bool same = memcmp(ll_world_tail_const(got), ll_world_tail_const(s->world), TAIL) == 0;
     for (int i = 0; i < ENTITIES; i++) {
         ll_entity e = s->world->entity[i];
@@ -124,34 +124,34 @@ static bool is_what_was_sent(const ll_world *got, const sent *s, int way, int se
 
 static void check(net *n, int i)
 {
-    ll_received *r = ll_client_state(n->client[i], n->client[i]->newest - 1);
+    ll_snapshot_entry *r = ll_client_state(n->client[i], n->client[i]->newest - 1);
     const sent *s = &n->sent[r->tick];
     bool same = false;
     for (int way = 0; way < s->ways; way++)
-        same = same || is_what_was_sent(ll_received_world(r), s, way, i);
+        same = same || is_what_was_sent(ll_snapshot_entry_world(r), s, way, i);
     if (!same)
         fail_msg("client %d decoded step %lld as it was not sent", i, (long long)r->tick);
     n->applied++;
 }
 
-static void receive(net *n, const ll_sync *sync, int i, ll_time now)
+static void receive(net *n, const ll_sync_mode *sync, int i, ll_time now)
 {
     static _Alignas(8) char bytes[8192];
     ll_client_setup setup = setup_of(n, sync);
-    ll_verdict verdicts[LL_INPUTS_MAX];
+    ll_input_result verdicts[LL_INPUTS_MAX];
     ll_time sent_at, due;
     int size;
     while (ll_link_receive(n->up[i], now, bytes, (int)sizeof bytes, &sent_at, &due) >= 0)
         ll_server_receive(n->server, sync, i, bytes, now, verdicts);
     while ((size = ll_link_receive(n->down[i], now, bytes, (int)sizeof bytes, &sent_at, &due)) >= 0) {
         int outcome = ll_client_receive(n->client[i], &setup, bytes, size, now);
-        n->unreadable += outcome == LL_OUTCOME_UNREADABLE;
+        n->unreadable += outcome == LL_OUTCOME_UNDECODABLE;
         if (outcome == LL_OUTCOME_APPLIED)
             check(n, i);
     }
 }
 
-static void update(net *n, const ll_sync *sync, const ll_link_params *link, ll_time now)
+static void update(net *n, const ll_sync_mode *sync, const ll_link_params *link, ll_time now)
 {
     static _Alignas(8) char bytes[8192];
     sent *s = &n->sent[n->server->step];
@@ -161,8 +161,9 @@ static void update(net *n, const ll_sync *sync, const ll_link_params *link, ll_t
     s->codec[s->ways] = n->server->codec;
     s->grid[s->ways++] = n->server->grid;
     for (int i = 0; i < CLIENTS; i++) {
-        ll_seat *seat = &n->server->seats[i];
-        seat->acked = seat->newest < 0 ? 0 : (uint32_t)(seat->newest + seat->seq_minus_tick);
+        ll_client_slot *client_slot = &n->server->seats[i];
+        client_slot->acked =
+            client_slot->newest < 0 ? 0 : (uint32_t)(client_slot->newest + client_slot->seq_minus_tick);
         int size = ll_server_compose(n->server, sync, i, bytes);
         ll_link_send(n->down[i], link, 80, now, bytes, size);
     }
@@ -170,7 +171,7 @@ static void update(net *n, const ll_sync *sync, const ll_link_params *link, ll_t
 
 typedef void change_fn(ll_server *server, int64_t step);
 
-static net *run(const ll_sync *sync, const ll_link_params *link, change_fn *change)
+static net *run(const ll_sync_mode *sync, const ll_link_params *link, change_fn *change)
 {
     net *n = new_net(sync);
     ll_client_setup setup = setup_of(n, sync);
@@ -255,7 +256,7 @@ static void every_decoded_world_is_the_one_sent(void **state)
 static void changes_under_way_mix_nothing_up(void **state)
 {
     (void)state;
-    ll_sync careless = ll_sync_free;
+    ll_sync_mode careless = ll_sync_free;
     careless.drops_stale = false;
     const ll_link_params wild = {.jitter_ms = 500, .loss_pct = 5};
     const ll_link_params *const links[] = {&bad, &wild};
@@ -317,19 +318,20 @@ static void what_cannot_be_read_is_left(void **state)
     int size1 = compose(server, 1, first), size2 = compose(server, 2, second);
     server->seats[0].received = 2;
     int size3 = compose(server, 3, third);
-    ll_state_message m;
+    ll_snapshot_message m;
     memcpy(&m, third, sizeof m);
     assert_int_equal(m.baseline, 1);
     assert_int_equal(m.codec, ll_codec_index(&ll_codec_delta));
-    assert_int_equal(ll_client_receive(c, &setup, third, size3, 0), LL_OUTCOME_UNREADABLE); /* no baseline */
+    assert_int_equal(ll_client_receive(c, &setup, third, size3, 0), LL_OUTCOME_UNDECODABLE); /* no baseline */
     assert_int_equal(ll_client_receive(c, &setup, first, size1, 0), LL_OUTCOME_APPLIED);
-    assert_int_equal(ll_client_receive(c, &setup, third, size3, 0), LL_OUTCOME_UNREADABLE); /* not that one */
-    assert_int_equal(ll_client_receive(c, &setup, second, size2 - 1, 0), LL_OUTCOME_UNREADABLE);
+    assert_int_equal(ll_client_receive(c, &setup, third, size3, 0),
+                     LL_OUTCOME_UNDECODABLE); /* not that one */
+    assert_int_equal(ll_client_receive(c, &setup, second, size2 - 1, 0), LL_OUTCOME_UNDECODABLE);
     assert_int_equal(ll_client_receive(c, &setup, second, (int)sizeof(ll_message_head), 0),
-                     LL_OUTCOME_UNREADABLE);
-    second[offsetof(ll_state_message, codec)] = 17; /* no such codec */
-    assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_UNREADABLE);
-    second[offsetof(ll_state_message, codec)] = (char)ll_codec_index(&ll_codec_quantised);
+                     LL_OUTCOME_UNDECODABLE);
+    second[offsetof(ll_snapshot_message, codec)] = 17; /* no such codec */
+    assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_UNDECODABLE);
+    second[offsetof(ll_snapshot_message, codec)] = (char)ll_codec_index(&ll_codec_quantised);
     assert_int_equal(c->newest, 1);
     assert_int_equal(c->confirmed, 1);
     assert_int_equal(ll_client_receive(c, &setup, second, size2, 0), LL_OUTCOME_APPLIED);
@@ -346,7 +348,7 @@ static void a_false_acknowledgement_is_no_baseline(void **state)
     (void)state;
     static _Alignas(8) char bytes[8192];
     ll_server *server = one_server();
-    ll_state_message m;
+    ll_snapshot_message m;
     for (int64_t step = 1; step <= 100; step++)
         compose(server, step, bytes);
     const int64_t claims[] = {0, 1, 68, 69, 70, 99, 101, UINT32_MAX};
@@ -368,7 +370,7 @@ static void what_would_be_longer_is_full(void **state)
     (void)state;
     static _Alignas(8) char bytes[8192];
     ll_server *server = one_server();
-    ll_state_message m;
+    ll_snapshot_message m;
     compose(server, 1, bytes);
     compose(server, 2, bytes);
     for (int i = 0; i < ENTITIES; i++) {
@@ -379,7 +381,7 @@ static void what_would_be_longer_is_full(void **state)
     int size = ll_server_compose(server, &ll_sync_free, 0, bytes);
     memcpy(&m, bytes, sizeof m);
     assert_int_equal(m.codec, ll_codec_index(&ll_codec_full));
-    assert_int_equal(size, sizeof(ll_state_message) + ll_extent_size(extent));
+    assert_int_equal(size, sizeof(ll_snapshot_message) + ll_extent_size(extent));
     const struct {
         int64_t received;
         const ll_codec *codec;

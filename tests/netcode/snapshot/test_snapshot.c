@@ -16,7 +16,7 @@
 #define TAIL 24
 #define BYTES 8192
 
-static const ll_grid usual = {0.002f, 0.02f, 0.005f, 0.05f};
+static const ll_quantization usual = {0.002f, 0.02f, 0.005f, 0.05f};
 
 static ll_world *empty(int players, int entities, int tail)
 {
@@ -28,15 +28,15 @@ static ll_world *empty(int players, int entities, int tail)
     return p;
 }
 
-static void cells_of(const ll_world *p, const ll_grid *grid, ll_cell *cells)
+static void cells_of(const ll_world *p, const ll_quantization *grid, ll_cell *cells)
 {
     for (int i = 0; i < p->entities; i++)
         cells[i] = ll_cell_of(&p->entity[i], grid);
 }
 
 /* Encodes `now` for `self`, against `before` where it is given. Returns the bits. */
-static int64_t encode(const ll_codec *codec, const ll_world *now, const ll_world *before, const ll_grid *grid,
-                      int self, uint8_t *bytes, ll_snapshot_cost *cost)
+static int64_t encode(const ll_codec *codec, const ll_world *now, const ll_world *before,
+                      const ll_quantization *grid, int self, uint8_t *bytes, ll_snapshot_cost *cost)
 {
     static ll_cell cells[ENTITIES], baseline[ENTITIES];
     ll_bit_writer w = {.bytes = bytes, .capacity = 8 * BYTES};
@@ -54,7 +54,7 @@ static int64_t encode(const ll_codec *codec, const ll_world *now, const ll_world
 }
 
 static ll_status decode(const ll_codec *codec, const uint8_t *bytes, int64_t size, const ll_world *before,
-                        ll_grid grid, int self, ll_world *to)
+                        ll_quantization grid, int self, ll_world *to)
 {
     ll_bit_reader r = {.bytes = bytes, .size = 8 * size};
     ll_incoming in = {.world = to, .self = self, .grid = &grid, .baseline = before ? before : NULL};
@@ -111,7 +111,7 @@ static ll_world *by_hand(void)
     return p;
 }
 
-static const ll_grid coarse = {0.5f, 0.25f, 1, 2};
+static const ll_quantization coarse = {0.5f, 0.25f, 1, 2};
 
 static void check_bits(const uint8_t *bytes, int64_t count, const char *expected)
 {
@@ -268,7 +268,7 @@ static void check_member(double got, double true_value, float step)
         fail_msg("%.17g for %.17g is more than half of %g off", got, true_value, (double)step);
 }
 
-static void check_world(const ll_world *got, const ll_world *real, const ll_grid *grid, int self)
+static void check_world(const ll_world *got, const ll_world *real, const ll_quantization *grid, int self)
 {
     assert_memory_equal(got, real, sizeof(ll_world));
     for (int i = 0; i < real->entities; i++) {
@@ -309,11 +309,11 @@ static void full_comes_back_to_the_bit(void **state)
     }
 }
 
-static const ll_grid grids[] = {{0.002f, 0.02f, 0.005f, 0.05f},
-                                {1, 1, 1, 1},
-                                {10, 10, 1, 10},
-                                {0.001f, 0.0001f, 0.0001f, 0.0001f},
-                                {0.0625f, 3, 0.3f, 7}};
+static const ll_quantization grids[] = {{0.002f, 0.02f, 0.005f, 0.05f},
+                                        {1, 1, 1, 1},
+                                        {10, 10, 1, 10},
+                                        {0.001f, 0.0001f, 0.0001f, 0.0001f},
+                                        {0.0625f, 3, 0.3f, 7}};
 
 static void quantised_comes_back_within_half_a_step(void **state)
 {
@@ -326,7 +326,7 @@ static void quantised_comes_back_within_half_a_step(void **state)
             int self = (int)(seed % 4);
             int64_t count = encode(&ll_codec_quantised, p, NULL, &grids[g], self, bytes, &cost);
             assert_true(count < 8 * (int64_t)ll_world_size(p));
-            must(decode(&ll_codec_quantised, bytes, (count + 7) / 8, NULL, (ll_grid){0}, self, got));
+            must(decode(&ll_codec_quantised, bytes, (count + 7) / 8, NULL, (ll_quantization){0}, self, got));
             check_world(got, p, &grids[g], self);
             free(p);
             free(got);
@@ -343,7 +343,7 @@ static void delta_against_what_was_decoded_is_what_was_sent(void **state)
         ll_world *sent = random_world(g), *held = empty(4, ENTITIES, TAIL);
         int self = (int)(g % 4);
         int64_t count = encode(&ll_codec_quantised, sent, NULL, &grids[g], self, bytes, &cost);
-        must(decode(&ll_codec_quantised, bytes, (count + 7) / 8, NULL, (ll_grid){0}, self, held));
+        must(decode(&ll_codec_quantised, bytes, (count + 7) / 8, NULL, (ll_quantization){0}, self, held));
         for (uint64_t k = 1; k <= 50; k++) {
             ll_world *next = k % 10 ? moved(sent, k) : random_world(k), *got = empty(4, ENTITIES, TAIL);
             count = encode(&ll_codec_delta, next, sent, &grids[g], self, bytes, &cost);
@@ -381,11 +381,11 @@ static void what_is_not_on_the_grid_is_told_so(void **state)
     const double bad[] = {INFINITY, -INFINITY, NAN, 2147483647.0 * 0.5, -2147483647.0 * 0.5, 1e300};
     for (size_t i = 0; i < sizeof bad / sizeof bad[0]; i++) {
         ll_entity e = {.x = 1, .spin = bad[i]};
-        ll_cell cell = ll_cell_of(&e, &(ll_grid){0.5f, 0.5f, 0.5f, 0.5f});
+        ll_cell cell = ll_cell_of(&e, &(ll_quantization){0.5f, 0.5f, 0.5f, 0.5f});
         assert_false(ll_cell_fits(&cell));
     }
     ll_entity last = {.x = 2147483646.0 * 0.5};
-    ll_cell cell = ll_cell_of(&last, &(ll_grid){0.5f, 1, 1, 1});
+    ll_cell cell = ll_cell_of(&last, &(ll_quantization){0.5f, 1, 1, 1});
     assert_int_equal(cell.x, INT32_MAX - 1);
 }
 

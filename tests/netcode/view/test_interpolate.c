@@ -23,7 +23,7 @@ static void look_steady(view *v)
     if (v->now < LL_SECOND / 2)
         return;
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
-    assert_int_equal(ll_client_marks(v->l->client)[1].flags, LL_SHOWN_INTERPOLATED);
+    assert_int_equal(ll_client_draw_infos(v->l->client)[1].flags, LL_RENDERED_INTERPOLATED);
     is_between_its_states(v);
 }
 
@@ -32,7 +32,7 @@ static void steady_links_are_drawn_one_delay_back(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 10 * LL_SECOND, lag_50, look_steady);
-    assert_int_equal(v->l->instruments->underruns, 0);
+    assert_int_equal(v->l->client_metrics->underruns, 0);
     assert_true(v->taken > 290);
     free_view(v);
 }
@@ -64,7 +64,7 @@ static ll_time gap(int64_t k)
 
 static void look_dry(view *v)
 {
-    bool held = ll_client_marks(v->l->client)[1].flags & LL_SHOWN_HELD;
+    bool held = ll_client_draw_infos(v->l->client)[1].flags & LL_RENDERED_HELD;
     if (v->now < LL_SECOND / 2)
         return;
     assert_true(shown_time(v) <= newest_time(v));
@@ -85,7 +85,7 @@ static void dry_buffers_hold(void **state)
     (void)state;
     view *v = new_view(&ll_sync_free);
     run(v, 8 * LL_SECOND, gap, look_dry);
-    assert_int_equal(v->l->instruments->underruns, 1); /* one, however long it lasts */
+    assert_int_equal(v->l->client_metrics->underruns, 1); /* one, however long it lasts */
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }
@@ -261,10 +261,10 @@ static void oldest_of_a_full_buffer(void **state)
         give(l, &p, now);
         frame(l, now, NULL);
         int64_t oldest = k < LL_STATE_RING ? 0 : k - LL_STATE_RING + 1;
-        assert_int_equal(ll_client_marks(l->client)[1].time, ll_tick_time(oldest, HZ(60)));
-        assert_true(ll_client_shown(l->client)->entity[1].x == path(oldest));
-        assert_true(ll_client_marks(l->client)[1].time >= shown);
-        shown = ll_client_marks(l->client)[1].time;
+        assert_int_equal(ll_client_draw_infos(l->client)[1].time, ll_tick_time(oldest, HZ(60)));
+        assert_true(ll_client_rendered(l->client)->entity[1].x == path(oldest));
+        assert_true(ll_client_draw_infos(l->client)[1].time >= shown);
+        shown = ll_client_draw_infos(l->client)[1].time;
     }
     free_lone(l);
 }
@@ -291,9 +291,9 @@ static void flights_are_not_blended_across_their_ends(void **state)
         give(l, &a, LL_SECOND);
         give(l, &b, 2 * LL_SECOND);
         frame(l, 2 * LL_SECOND, NULL);
-        const ll_entity *e = &ll_client_shown(l->client)->entity[1];
+        const ll_entity *e = &ll_client_rendered(l->client)->entity[1];
         bool blended = flags == 0 || flags == 3;
-        assert_int_equal(ll_client_marks(l->client)[1].time, 1250 * LL_MS);
+        assert_int_equal(ll_client_draw_infos(l->client)[1].time, 1250 * LL_MS);
         assert_true(l->client->alpha == 0.25);
         assert_true(e->x == (blended ? 15 : 10) && e->y == (blended ? 2 : 1));
         assert_true(e->vx == (blended ? 125 : 100) && e->vy == (blended ? 3 : 2));
@@ -312,14 +312,14 @@ static void the_own_entity_is_not_touched(void **state)
     give(l, &a, 0);
     give(l, &b, LL_SECOND);
     frame(l, LL_SECOND, NULL);
-    assert_true(ll_client_shown(l->client)->entity[0].x == 2); /* the newest state */
-    assert_int_equal(ll_client_marks(l->client)[0].time, LL_SECOND);
-    assert_int_equal(ll_client_marks(l->client)[0].flags, 0);
+    assert_true(ll_client_rendered(l->client)->entity[0].x == 2); /* the newest state */
+    assert_int_equal(ll_client_draw_infos(l->client)[0].time, LL_SECOND);
+    assert_int_equal(ll_client_draw_infos(l->client)[0].flags, 0);
     l->config.interpolation = false;
     frame(l, LL_SECOND + 1, NULL);
-    assert_true(ll_client_shown(l->client)->entity[1].x == 20);
-    assert_int_equal(ll_client_marks(l->client)[1].time, LL_SECOND);
-    assert_int_equal(ll_client_marks(l->client)[1].flags, 0);
+    assert_true(ll_client_rendered(l->client)->entity[1].x == 20);
+    assert_int_equal(ll_client_draw_infos(l->client)[1].time, LL_SECOND);
+    assert_int_equal(ll_client_draw_infos(l->client)[1].flags, 0);
     free_lone(l);
 }
 
@@ -343,8 +343,8 @@ static void demo_interpolates_between_arrivals(void **state)
             give(l, &p, came[i]);
         }
         frame(l, now, NULL);
-        double drawn = ll_client_shown(l->client)->entity[1].x, ms = ll_to_ms(now - 100 * LL_MS);
-        bool held = ll_client_marks(l->client)[1].flags & LL_SHOWN_HELD;
+        double drawn = ll_client_rendered(l->client)->entity[1].x, ms = ll_to_ms(now - 100 * LL_MS);
+        bool held = ll_client_draw_infos(l->client)[1].flags & LL_RENDERED_HELD;
         if (now < 190 * LL_MS)
             continue; /* nothing to go between yet */
         /* x was chosen to be (came - 100) / 10: what is drawn grows evenly, but where nothing brackets. */
@@ -355,7 +355,7 @@ static void demo_interpolates_between_arrivals(void **state)
         last = drawn;
     }
     assert_int_equal(held_frames, 1 + 3 + 21); /* at 190, 290 to 310, 500 to 700 ms */
-    assert_int_equal(l->instruments->underruns, 3);
+    assert_int_equal(l->client_metrics->underruns, 3);
     free_lone(l);
 }
 

@@ -22,7 +22,7 @@ static lone *corrected(double hz, int correction, double to)
 
 static double drawn(const lone *l)
 {
-    return ll_client_shown(l->client)->entity[0].x;
+    return ll_client_rendered(l->client)->entity[0].x;
 }
 
 /* The error that was there in the last frame before the state is 2^(-t / half-life) of it t later, whatever
@@ -40,7 +40,7 @@ static void errors_halve_in_a_half_life(void **state)
             ll_time now = ll_tick_time(f, freq);
             frame(l, now, NULL);
             double want = 2 - 2 * exp2(-(ll_to_ms(now) - last_ms) / HALF_LIFE);
-            const ll_entity *e = &ll_client_shown(l->client)->entity[0];
+            const ll_entity *e = &ll_client_rendered(l->client)->entity[0];
             assert_true(fabs(e->x - want) < 1e-12 && fabs(e->y + want / 4) < 1e-12 &&
                         fabs(e->angle - want / 8) < 1e-12);
             assert_true(ll_client_predicted(l->client)->entity[0].x == 2); /* the state is right at once */
@@ -64,7 +64,7 @@ static void frames_may_be_uneven(void **state)
 
 static ll_summary pops(const lone *l)
 {
-    return ll_histogram_summary(&l->instruments->histogram[LL_METRIC_POP]);
+    return ll_histogram_summary(&l->client_metrics->histogram[LL_METRIC_POP]);
 }
 
 /* M6b: what a correction moves the picture by, frame for frame: all at once, or in parts whose sum is the
@@ -171,7 +171,7 @@ static double run_over_the_stop(int correction, ll_time until)
     v->l->config.correction_half_life_ms = HALF_LIFE;
     before = worst_step = last_error = 0;
     run(v, until, silent_over_the_stop, look_stop);
-    double pop = ll_histogram_summary(&v->l->instruments->histogram[LL_METRIC_POP]).max;
+    double pop = ll_histogram_summary(&v->l->client_metrics->histogram[LL_METRIC_POP]).max;
     free_view(v);
     return pop;
 }
@@ -212,7 +212,7 @@ static void right_extrapolations_are_not(void **state)
     v->l->config.extrapolation_ms = 1000;
     v->l->config.correction = LL_CORRECTION_SMOOTH;
     run(v, 30 * LL_SECOND, wild, NULL);
-    assert_true(v->l->instruments->underruns > 20);
+    assert_true(v->l->client_metrics->underruns > 20);
     assert_true(pops(v->l).max < 1e-9);
     free_view(v);
 }
@@ -227,7 +227,7 @@ static void ended_flights_are_not_smoothed(void **state)
     l->config.correction = LL_CORRECTION_SMOOTH;
     ll_smooth_correct(l->client, 1, &flying, &landed);
     frame(l, 0, NULL);
-    assert_true(ll_client_shown(l->client)->entity[1].x == 0 && pops(l).max == 0);
+    assert_true(ll_client_rendered(l->client)->entity[1].x == 0 && pops(l).max == 0);
     free_lone(l);
 }
 

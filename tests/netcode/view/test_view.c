@@ -162,10 +162,10 @@ static void look_silent(view *v)
         return;
     ll_time last = 2 * LL_SECOND, due = v->now - 50 * LL_MS - DELAY, reach = last + ll_ms(cap_ms);
     ll_time want = due < reach ? due : reach;
-    uint32_t flags = due <= last    ? LL_SHOWN_INTERPOLATED
-                     : due <= reach ? LL_SHOWN_EXTRAPOLATED
-                     : cap_ms > 0   ? LL_SHOWN_EXTRAPOLATED | LL_SHOWN_HELD
-                                    : LL_SHOWN_INTERPOLATED | LL_SHOWN_HELD;
+    uint32_t flags = due <= last    ? LL_RENDERED_INTERPOLATED
+                     : due <= reach ? LL_RENDERED_EXTRAPOLATED
+                     : cap_ms > 0   ? LL_RENDERED_EXTRAPOLATED | LL_RENDERED_HELD
+                                    : LL_RENDERED_INTERPOLATED | LL_RENDERED_HELD;
     if (due - last <= 2 && last - due <= 2)
         return; /* to a nanosecond */
     assert_true(about(shown_time(v), want));
@@ -190,7 +190,7 @@ static void extrapolation_ends_at_its_cap(void **state)
         run(v, 5 * LL_SECOND, silent_from_2s, look_silent);
         assert_true(fabs(extrapolated - cap_ms * 0.06) <= 1); /* 60 frames a second */
         assert_true(held > 60);
-        assert_int_equal(v->l->instruments->underruns, 1); /* one, whether it goes on or not */
+        assert_int_equal(v->l->client_metrics->underruns, 1); /* one, whether it goes on or not */
         free_view(v);
     }
 }
@@ -210,7 +210,8 @@ static void without_interpolation_others_are_drawn_at_present(void **state)
         run(v, 3 * LL_SECOND, lag_50, NULL);
         assert_true(about(shown_time(v), v->now - late[clock]));
         assert_true(fabs(other(v)->x - 20 * ll_to_s(v->now - late[clock])) < 1e-6);
-        assert_int_equal(v->l->instruments->underruns, 0); /* nothing is kept in stock that could run out */
+        assert_int_equal(v->l->client_metrics->underruns,
+                         0); /* nothing is kept in stock that could run out */
         v->l->config.extrapolation_ms = 0;
         run(v, 4 * LL_SECOND, lag_50, NULL);
         assert_true(shown_time(v) == newest_time(v));
@@ -230,7 +231,7 @@ static void demo_does_not_extrapolate(void **state)
         v->l->config.interpolation = interpolation;
         run(v, (3 + interpolation) * LL_SECOND, silent_from_2s, NULL);
         assert_true(other(v)->x <= 40);
-        assert_int_equal(shown_flags(v) & LL_SHOWN_EXTRAPOLATED, 0);
+        assert_int_equal(shown_flags(v) & LL_RENDERED_EXTRAPOLATED, 0);
     }
     free_view(v);
 }
@@ -284,7 +285,7 @@ static void adaptive_delay_converges(void **state)
     assert_true(about(before, LL_SECOND / RATE + 10 * LL_MS));
     run(v, 10 * LL_SECOND, lag_50, NULL);
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - LL_SECOND / RATE - 10 * LL_MS));
-    assert_int_equal(v->l->instruments->underruns, 0);
+    assert_int_equal(v->l->client_metrics->underruns, 0);
     free_view(v);
 }
 
@@ -333,7 +334,8 @@ static void adaptive_delay_follows_jitter(void **state)
     assert_true(fabs(late_sum / n - late) < 0.04 * JITTER);
     double mean = delay_sum / (double)delay_frames;
     assert_true(mean < want && mean > want - 2);
-    assert_true(v->l->instruments->underruns < 20); /* the worst case would need an interval + 2 J + margin */
+    assert_true(v->l->client_metrics->underruns <
+                20); /* the worst case would need an interval + 2 J + margin */
     free_view(v);
 }
 
@@ -369,7 +371,7 @@ static int faster, slower, even;
 static void look_scale(view *v)
 {
     double scale = v->l->client->time_scale;
-    if (v->now < LL_SECOND || shown_flags(v) & LL_SHOWN_HELD)
+    if (v->now < LL_SECOND || shown_flags(v) & LL_RENDERED_HELD)
         return;
     assert_true(fabs(scale - 1) < 1e-6 || fabs(scale - 1.02) < 1e-6 || fabs(scale - 0.96) < 1e-6);
     faster += scale > 1.01;
@@ -403,7 +405,7 @@ static void catch_up_has_three_speeds(void **state)
     assert_true(slower == 0 && even > 1200);
     ll_time error = v->now - 50 * LL_MS - DELAY - shown_time(v);
     assert_in_range(error, 0, LL_SECOND / RATE);
-    assert_int_equal(v->l->instruments->overruns, 0);
+    assert_int_equal(v->l->client_metrics->overruns, 0);
     free_view(v);
     v = new_view(&ll_sync_free);
     v->l->config.time_scale = 1;
@@ -427,7 +429,7 @@ static void catch_up_jumps_beyond_a_delay(void **state)
     view *v = new_view(&ll_sync_free);
     v->l->config.time_scale = 1;
     run(v, 6 * LL_SECOND, falls_by_120, NULL);
-    assert_int_equal(v->l->instruments->overruns, 1);
+    assert_int_equal(v->l->client_metrics->overruns, 1);
     assert_true(about(shown_time(v), v->now - 50 * LL_MS - DELAY));
     free_view(v);
 }

@@ -76,7 +76,7 @@ static void confined_balls_come_to_rest(void **state)
 
 static int64_t small_size(const ll_scene *scene)
 {
-    int64_t size = scene->standard.size;
+    int64_t size = scene->default_value.size;
     return size > 64 ? 16 : size;
 }
 

@@ -263,9 +263,9 @@ static void parts_are_metered_by_the_callers_clock(void **state)
                *plain = session_of(VORTICES ",\"beside\":[{}]}");
     cJSON *before = ll_session_cost(s);
     assert_null(cJSON_GetObjectItem(before, "parts"));
-    ll_session_meter(s, counted_ns);
+    ll_session_step_profiler(s, counted_ns);
     ok(ll_session_run_to(s, 60));
-    ll_session_meter(s, NULL);
+    ll_session_step_profiler(s, NULL);
     ok(ll_session_run_to(s, 120));
     ok(ll_session_run_to(plain, 120));
     cJSON *cost = ll_session_cost(s);

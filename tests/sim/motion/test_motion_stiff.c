@@ -88,14 +88,14 @@ static const struct {
     {{7, 0.27}, {4, 0.13}, {4, 0.13}},     {{10, 0.09}, {6, 0.09}, {6, 0.09}},
 };
 
-typedef struct rung {
+typedef struct refinement_level {
     double error; /* at T, of the worst component against its size; NAN: not ok */
     double told;  /* e_final_weighted */
-} rung;
+} refinement_level;
 
-static rung read_rung(const known *p, const cJSON *m)
+static refinement_level read_refinement_level(const known *p, const cJSON *m)
 {
-    rung r = {NAN, lab_number(m, "e_final_weighted")};
+    refinement_level r = {NAN, lab_number(m, "e_final_weighted")};
     const char *status = lab_status(m);
     bool ok = strcmp(status, "ok") == 0;
     assert_true(ok || strcmp(status, "failed") == 0 || strcmp(status, "diverged") == 0);
@@ -108,8 +108,8 @@ static rung read_rung(const known *p, const cJSON *m)
 }
 
 /* Several settings of a method side by side, as many as a motion takes. */
-static void climb(const known *p, const char *method, const char *setting, const double *values, int count,
-                  rung *rungs)
+static void refinement_run(const known *p, const char *method, const char *setting, const double *values,
+                           int count, refinement_level *refinement_levels)
 {
     for (int from = 0; from < count; from += AT_ONCE) {
         char text[1536];
@@ -123,14 +123,14 @@ static void climb(const known *p, const char *method, const char *setting, const
         snprintf(text + at, sizeof text - (size_t)at, "]");
         cJSON *metrics = lab_run(text);
         for (int k = 0; k < here; k++)
-            rungs[from + k] = read_rung(p, lab_method(metrics, k));
+            refinement_levels[from + k] = read_refinement_level(p, lab_method(metrics, k));
         cJSON_Delete(metrics);
     }
 }
 
 /* What is ok is within two fifths of a component's size (the lab's third is of the size that it saw), and
  * what is told is what it is. */
-static void near_or_failed(const known *p, const char *method, double value, const rung *r)
+static void near_or_failed(const known *p, const char *method, double value, const refinement_level *r)
 {
     if (isnan(r->error))
         return;
@@ -140,17 +140,18 @@ static void near_or_failed(const known *p, const char *method, double value, con
         fail_msg("%s, %s, %g: off by %g, told is %g", p->problem, method, value, r->error, r->told);
 }
 
-static void as_documented(const known *p, int k, int method, const rung *rungs)
+static void as_documented(const known *p, int k, int method, const refinement_level *refinement_levels)
 {
     int first = 0;
     if (k >= (int)(sizeof longest / sizeof longest[0]))
         return;
-    while (first < p->halvings && isnan(rungs[first].error))
+    while (first < p->halvings && isnan(refinement_levels[first].error))
         first++;
     first = first == p->halvings ? -1 : first;
-    if (first != longest[k][method].halved || (first >= 0 && !(rungs[first].error < longest[k][method].off)))
+    if (first != longest[k][method].halved ||
+        (first >= 0 && !(refinement_levels[first].error < longest[k][method].off)))
         fail_msg("%s, method %d: ok after %d halvings, off by %g", p->problem, method, first,
-                 first < 0 ? NAN : rungs[first].error);
+                 first < 0 ? NAN : refinement_levels[first].error);
 }
 
 static void steps_of_any_length_are_right_or_fail(void **state)
@@ -162,22 +163,24 @@ static void steps_of_any_length_are_right_or_fail(void **state)
         for (int j = 0; j < 3; j++) {
             const known *p = &problems[k];
             double steps[RUNGS];
-            rung rungs[RUNGS];
+            refinement_level refinement_levels[RUNGS];
             for (int n = 0; n < p->halvings; n++)
                 steps[n] = p->T / (2 << n);
-            climb(p, methods[j], "dt_s", steps, p->halvings, rungs);
+            refinement_run(p, methods[j], "dt_s", steps, p->halvings, refinement_levels);
             double order = ll_ode_method_find(methods[j])->order;
             for (int n = 0; n < p->halvings; n++) {
-                near_or_failed(p, methods[j], steps[n], &rungs[n]);
-                ok += !isnan(rungs[n].error);
-                failed += isnan(rungs[n].error);
+                near_or_failed(p, methods[j], steps[n], &refinement_levels[n]);
+                ok += !isnan(refinement_levels[n].error);
+                failed += isnan(refinement_levels[n].error);
                 /* A step that was short enough stays so, and half of it is not worse but for its sign. */
-                if (n > 0 && rungs[n - 1].error < 0.1 && !(rungs[n].error < 2 * rungs[n - 1].error + 1e-8))
-                    fail_msg("%s, %s: %g at %g, %g at %g", p->problem, methods[j], rungs[n - 1].error,
-                             steps[n - 1], rungs[n].error, steps[n]);
+                if (n > 0 && refinement_levels[n - 1].error < 0.1 &&
+                    !(refinement_levels[n].error < 2 * refinement_levels[n - 1].error + 1e-8))
+                    fail_msg("%s, %s: %g at %g, %g at %g", p->problem, methods[j],
+                             refinement_levels[n - 1].error, steps[n - 1], refinement_levels[n].error,
+                             steps[n]);
             }
-            as_documented(p, k, j, rungs);
-            const rung *last = &rungs[p->halvings - 1];
+            as_documented(p, k, j, refinement_levels);
+            const refinement_level *last = &refinement_levels[p->halvings - 1];
             double slope = log2(last[-2].error / last->error) / 2;
             if (last->error > 1e-9 && !(fabs(slope - order) < 0.15))
                 fail_msg("%s, %s: order %g at an error of %g", p->problem, methods[j], slope, last->error);
@@ -194,13 +197,13 @@ static void tolerances_of_any_size_are_right_or_fail(void **state)
     enum { COUNT = sizeof tolerances / sizeof tolerances[0] };
     for (int k = 0; k < PROBLEMS; k++)
         for (int j = 0; j < 5; j++) {
-            rung rungs[COUNT];
-            climb(&problems[k], methods[j], "tolerance", tolerances, COUNT, rungs);
+            refinement_level refinement_levels[COUNT];
+            refinement_run(&problems[k], methods[j], "tolerance", tolerances, COUNT, refinement_levels);
             for (int n = 0; n < COUNT; n++) {
-                near_or_failed(&problems[k], methods[j], tolerances[n], &rungs[n]);
-                if (tolerances[n] <= 1e-6 && !(rungs[n].error < 1e4 * tolerances[n]))
+                near_or_failed(&problems[k], methods[j], tolerances[n], &refinement_levels[n]);
+                if (tolerances[n] <= 1e-6 && !(refinement_levels[n].error < 1e4 * tolerances[n]))
                     fail_msg("%s, %s at %g: %g", problems[k].problem, methods[j], tolerances[n],
-                             rungs[n].error);
+                             refinement_levels[n].error);
             }
         }
 }

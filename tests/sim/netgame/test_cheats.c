@@ -21,11 +21,11 @@ static double gain_of(const double *x, int count, bool at_rest)
     ll_game_env env = {.dt = 0.02};
     ll_param_defaults(&ll_gambetta_table, env.params); /* 2 m/s */
     ll_entity e = {.x = x[0], .vx = at_rest ? 0 : 2};
-    ll_gain gain = {.most = 0};
-    ll_gain_watch(&gain, &e);
+    ll_cheat_gain gain = {.most = 0};
+    ll_cheat_gain_watch(&gain, &e);
     for (int i = 1; i < count; i++) {
         e.x = x[i];
-        ll_gain_step(&gain, &ll_game_gambetta, &env, &e, 0.5); /* a metre each */
+        ll_cheat_gain_step(&gain, &ll_game_gambetta, &env, &e, 0.5); /* a metre each */
     }
     return gain.most;
 }
@@ -64,14 +64,14 @@ static outcome run(const char *sync, const char *cheat, bool validation)
         NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, RUN_S, NULL);
-    const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
+    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
     for (int rule = 1; rule < LL_RULES; rule++)
-        o.refused += seat->refused[rule];
-    o.gain = ll_netgame_instruments(s.game, 0)->gain.most;
+        o.refused += client_slot->refused[rule];
+    o.gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
     o.way = ll_server_world(ll_netgame_server(s.game))->entity[0].x;
     o.told = ll_netgame_client(s.game, 0)->refused;
-    assert_int_equal(ll_netgame_instruments(s.game, 0)->false_refusals, 0);
-    assert_int_equal(ll_netgame_instruments(s.game, 1)->false_refusals, 0);
+    assert_int_equal(ll_netgame_client_metrics(s.game, 0)->false_refusals, 0);
+    assert_int_equal(ll_netgame_client_metrics(s.game, 1)->false_refusals, 0);
     scene_close(&s);
     return o;
 }
@@ -146,10 +146,10 @@ static void honest_players_gain_nothing(void **state)
     for (int k = 0; k < 3; k++) {
         const char *const sets[] = {syncs[k], "players.0.script=steady", "server.update_hz=30", NULL};
         scene s = scene_open("race", sets);
-        ll_gain gain = {.most = 0};
+        ll_cheat_gain gain = {.most = 0};
         ll_server *server = ll_netgame_server(s.game);
         const ll_entity *car = &ll_server_world(server)->entity[0];
-        ll_gain_watch(&gain, car);
+        ll_cheat_gain_watch(&gain, car);
         ll_time stepped = 0;
         for (int i = 1; i < 30 * 240; i++) { /* after every step */
             scene_run(&s, i / 240.0, NULL);
@@ -157,7 +157,7 @@ static void honest_players_gain_nothing(void **state)
                 continue;
             double elapsed = k == 2 ? ll_to_s(server->stepped - stepped) : s.game->env.dt;
             stepped = server->stepped;
-            ll_gain_step(&gain, &ll_game_race, &s.game->env, car, elapsed);
+            ll_cheat_gain_step(&gain, &ll_game_race, &s.game->env, car, elapsed);
         }
         assert_true(car->x > 300);
         assert_true(gain.most < (k == 2 ? 16.0 / 60 + 1e-6 : 1e-6)); /* a tick more or less in an update */
@@ -193,8 +193,8 @@ static void drive(const char *const *sets, const char *cheat, double from_s, cou
         if (i == (int)(from_s * 60))
             s.scenario.kind->change(s.game, &config, s.game->now);
     }
-    c->gain = ll_netgame_instruments(s.game, 0)->gain.most;
-    c->twin_gain = ll_netgame_instruments(s.game, 0)->twin.most;
+    c->gain = ll_netgame_client_metrics(s.game, 0)->gain.most;
+    c->twin_gain = ll_netgame_client_metrics(s.game, 0)->twin.most;
     c->refused = 0;
     for (int rule = 1; rule < LL_RULES; rule++)
         c->refused += ll_netgame_server(s.game)->seats[0].refused[rule];

@@ -35,12 +35,14 @@ static scene race(const char *format, ...)
 
 static ll_summary felt(const scene *s, int player)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[LL_METRIC_INPUT_LATENCY]);
+    return ll_histogram_summary(
+        &ll_netgame_client_metrics(s->game, player)->histogram[LL_METRIC_INPUT_LATENCY]);
 }
 
 static double acknowledged_ms(const scene *s, int player)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[LL_METRIC_ACK_RTT]).mean;
+    return ll_histogram_summary(&ll_netgame_client_metrics(s->game, player)->histogram[LL_METRIC_ACK_RTT])
+        .mean;
 }
 
 static int64_t refused(const scene *s, int player)
@@ -67,11 +69,11 @@ static void an_hour_of_drift_is_followed(void **state)
                        7 + i, ppm[i], -ppm[i]);
         scene_run(&s, 3600, NULL);
         for (int p = 0; p < 2; p++) {
-            const ll_instruments *in = ll_netgame_instruments(s.game, p);
+            const ll_client_metrics *in = ll_netgame_client_metrics(s.game, p);
             double slips = 3600 * 60 * 500e-6 + 1;
             assert_int_equal(refused(&s, p), 0);
-            assert_true(in->ledger.slack.min >= -1 && in->ledger.slack.max <= 3);
-            assert_true((double)in->ledger.count[LL_INPUT_CAME_LATE] <= slips);
+            assert_true(in->input_history.slack.min >= -1 && in->input_history.slack.max <= 3);
+            assert_true((double)in->input_history.count[LL_INPUT_CAME_LATE] <= slips);
             assert_true(fabs(ll_to_ms(ll_netgame_client(s.game, p)->connection.clock.offset +
                                       (ll_time)(3600e9 * (p == 0 ? ppm[i] : -ppm[i]) * 1e-6))) < 1);
             assert_int_equal(ll_netgame_client(s.game, p)->connection.time_outs, 0);
@@ -200,7 +202,8 @@ static void displays_and_sending_change_nothing_but_what_is_seen(void **state)
         world[k] = 0;
         for (int i = 0; i < 2; i++)
             world[k] = world[k] * 31 + (uint64_t)(w->entity[i].x * 1e9);
-        age[k] = ll_histogram_summary(&ll_netgame_instruments(s.game, 0)->histogram[LL_METRIC_VIEW_AGE]).mean;
+        age[k] =
+            ll_histogram_summary(&ll_netgame_client_metrics(s.game, 0)->histogram[LL_METRIC_VIEW_AGE]).mean;
         scene_close(&s);
         assert_true(world[k] == world[0]);
         static const double hz[] = {60, 240, 90, 31};
@@ -215,10 +218,11 @@ static void slow_senders_are_as_much_later(void **state)
                    "{\"lag_ms\":70,\"send_hz\":20},{\"lag_ms\":70}]}");
     scene_run(&s, 30, NULL);
     for (int p = 0; p < 2; p++) {
-        const ll_instruments *in = ll_netgame_instruments(s.game, p);
+        const ll_client_metrics *in = ll_netgame_client_metrics(s.game, p);
         double packets = (double)in->messages[LL_MESSAGE_INPUT] / 28;
         assert_true(fabs(packets - (p == 0 ? 20 : 60)) < 0.5);
-        assert_true(in->ledger.count[LL_INPUT_CAME_LATE] + in->ledger.count[LL_INPUT_WAS_LOST] < 12);
+        assert_true(in->input_history.count[LL_INPUT_CAME_LATE] + in->input_history.count[LL_INPUT_WAS_LOST] <
+                    12);
     }
     double more =
         acknowledged_ms(&s, 0) - acknowledged_ms(&s, 1); /* of three inputs in a packet the first waits */

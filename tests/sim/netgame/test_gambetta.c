@@ -39,7 +39,7 @@ static double frozen(const char *id, const char *rate, int seed, double *step)
                                 NULL};
     scene s = open_with(id, seed, sets);
     scene_run(&s, 60, NULL);
-    const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+    const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
     double share = (double)in->held_frames / (double)in->frames;
     *step = in->track[1].smooth.step_max;
     scene_close(&s);
@@ -94,7 +94,7 @@ static int stale_taken(const char *id, double *back)
     *back = 0;
     for (int f = 1; f < 100; f++) {
         scene_run(&s, 3.03 + f * 0.02, &r);
-        double x = ll_client_shown(ll_netgame_client(s.game, 0))->entity[1].x;
+        double x = ll_client_rendered(ll_netgame_client(s.game, 0))->entity[1].x;
         *back = fmax(*back, before - x);
         before = x;
     }
@@ -133,13 +133,14 @@ static double refused(const char *id, double jitter_ms, double *late)
     snprintf(jitter, sizeof jitter, "players.0.timer_jitter_ms=%g", jitter_ms);
     scene s = open_with(id, 1, sets);
     scene_run(&s, 120, NULL);
-    const ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
-    double all = (double)(seat->accepted + seat->late + seat->refused[LL_RULE_MAGNITUDE]);
-    double share = (double)seat->refused[LL_RULE_MAGNITUDE] / all;
-    *late = (double)seat->late / all;
+    const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+    double all =
+        (double)(client_slot->accepted + client_slot->late + client_slot->refused[LL_RULE_MAGNITUDE]);
+    double share = (double)client_slot->refused[LL_RULE_MAGNITUDE] / all;
+    *late = (double)client_slot->late / all;
     double every_ms = id == demo ? 20 + jitter_ms / 2 : 20; /* an input a frame, or one for each tick */
     assert_true(fabs(all - 120e3 / every_ms) < 60);
-    assert_true(seat->refused[LL_RULE_RATE] + seat->refused[LL_RULE_BUDGET] == 0);
+    assert_true(client_slot->refused[LL_RULE_RATE] + client_slot->refused[LL_RULE_BUDGET] == 0);
     scene_close(&s);
     return share;
 }
@@ -174,7 +175,7 @@ static int phantoms(const char *id, int seed, double *offset)
     s.scenario.kind->input(s.game, 0, &(ll_action){0});
     scene_run(&s, 6, NULL);
     ll_client *c = ll_netgame_client(s.game, 0);
-    *offset = ll_client_shown(c)->entity[0].x - ll_server_world(ll_netgame_server(s.game))->entity[0].x;
+    *offset = ll_client_rendered(c)->entity[0].x - ll_server_world(ll_netgame_server(s.game))->entity[0].x;
     int open = 0;
     for (uint32_t seq = c->acked + 1; seq <= c->seq; seq++)
         open += ll_client_pending(c, seq)->action.axis[0] != 0;

@@ -11,11 +11,11 @@
 #include "base/rng.h"
 #include "support/scene.h"
 
-typedef struct rung {
+typedef struct refinement_level {
     int player, state;
     uint32_t seq;
     double made_s, predicted_x, server_x, correction_m; /* NaN: not known */
-} rung;
+} refinement_level;
 
 enum { OPEN, ACKNOWLEDGED, REFUSED, LATE, LOST };
 
@@ -25,7 +25,7 @@ static const double step_m = 1.0 / (1 << LL_BITS_M);
 
 typedef struct history {
     int count;
-    rung rungs[RUNGS_MAX];
+    refinement_level refinement_levels[RUNGS_MAX];
 } history;
 
 static double value(const ll_rows *rows, int row, const char *name)
@@ -48,23 +48,23 @@ static void look(const scene *s, history *l)
     assert_true(rows->count <= RUNGS_MAX);
     l->count = rows->count;
     for (int i = 0; i < rows->count; i++)
-        l->rungs[i] = (rung){.player = (int)value(rows, i, "player"),
-                             .state = (int)value(rows, i, "state"),
-                             .seq = (uint32_t)value(rows, i, "seq"),
-                             .made_s = value(rows, i, "made_s"),
-                             .predicted_x = value(rows, i, "predicted_x"),
-                             .server_x = value(rows, i, "server_x"),
-                             .correction_m = value(rows, i, "correction_m")};
+        l->refinement_levels[i] = (refinement_level){.player = (int)value(rows, i, "player"),
+                                                     .state = (int)value(rows, i, "state"),
+                                                     .seq = (uint32_t)value(rows, i, "seq"),
+                                                     .made_s = value(rows, i, "made_s"),
+                                                     .predicted_x = value(rows, i, "predicted_x"),
+                                                     .server_x = value(rows, i, "server_x"),
+                                                     .correction_m = value(rows, i, "correction_m")};
     ll_row_set_free(&set);
 }
 
-static bool predicted(const rung *r)
+static bool predicted(const refinement_level *r)
 {
     return !isnan(r->predicted_x);
 }
 
 /* Where it was predicted and where the server had it are both known. */
-static bool compared(const rung *r)
+static bool compared(const refinement_level *r)
 {
     return predicted(r) && !isnan(r->server_x);
 }
@@ -87,11 +87,11 @@ static void clean_link(void **state)
         int open = 0, confirmed = 0;
         assert_int_equal(l.count, 32); /* B does not reconcile */
         for (int i = 0; i < l.count; i++) {
-            const rung *r = &l.rungs[i];
+            const refinement_level *r = &l.refinement_levels[i];
             assert_int_equal(r->player, 0);
             assert_int_equal(r->seq, c->seq - 31 + (uint32_t)i);
             assert_true(r->made_s <= now_s + 1e-6 && r->made_s > now_s - 0.6);
-            assert_true(i == 0 || fabs(r->made_s - l.rungs[i - 1].made_s - 1.0 / 60) < 1e-6);
+            assert_true(i == 0 || fabs(r->made_s - l.refinement_levels[i - 1].made_s - 1.0 / 60) < 1e-6);
             assert_true(predicted(r));
             assert_true((r->state == OPEN) == (r->seq > c->acked));
             assert_true(r->state == OPEN || r->state == ACKNOWLEDGED);
@@ -133,11 +133,11 @@ static void what_went_wrong(void **state)
             scene_run(&s, k / 50.0, NULL);
             look(&s, &l);
             for (int r = 0; r < l.count; r++) {
-                seen[l.rungs[r].state]++;
-                wrong += compared(&l.rungs[r]) && l.rungs[r].correction_m != 0;
-                if (compared(&l.rungs[r]))
-                    assert_true(fabs(l.rungs[r].server_x - l.rungs[r].predicted_x -
-                                     l.rungs[r].correction_m) <= 1.5 * step_m);
+                seen[l.refinement_levels[r].state]++;
+                wrong += compared(&l.refinement_levels[r]) && l.refinement_levels[r].correction_m != 0;
+                if (compared(&l.refinement_levels[r]))
+                    assert_true(fabs(l.refinement_levels[r].server_x - l.refinement_levels[r].predicted_x -
+                                     l.refinement_levels[r].correction_m) <= 1.5 * step_m);
             }
         }
         for (int k = REFUSED; k <= LOST; k++)

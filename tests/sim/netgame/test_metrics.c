@@ -43,7 +43,7 @@ static bool is_null(const cJSON *metrics, const char *path)
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+    return ll_histogram_summary(&ll_netgame_client_metrics(s->game, player)->histogram[metric]);
 }
 
 /* ---- a clean link ---- */
@@ -68,11 +68,11 @@ static void clean_pictures_are_true_at_their_tick(void **state)
             scene_run(&s, 12, NULL);
             ll_summary error = summary(&s, 0, LL_METRIC_OWN_TIMELINE_ERROR);
             assert_true(error.count > 10 && error.max == 0);
-            const ll_gauge *lead = &ll_netgame_instruments(s.game, 0)->pictures.leads_ms;
+            const ll_running_stats *lead = &ll_netgame_client_metrics(s.game, 0)->pictures.leads_ms;
             assert_int_equal(lead->count, error.count);
             if (i == 0) /* ahead of the server by prediction, and behind it without */
                 assert_true(k & 1 ? lead->min > lags[k / 2] : lead->max <= -lags[k / 2]);
-            assert_int_equal(ll_netgame_instruments(s.game, 0)->pictures.voided, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
             scene_close(&s);
         }
 }
@@ -96,9 +96,9 @@ static void pictures_of_ticks_that_are_never_made_are_void(void **state)
                                 "players.0.reconciliation=true", NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, 5, NULL);
-    assert_int_equal(ll_netgame_instruments(s.game, 0)->pictures.voided, 0);
-    ll_instruments_meet(ll_netgame_instruments(s.game, 0));
-    int64_t voided = ll_netgame_instruments(s.game, 0)->pictures.voided;
+    assert_int_equal(ll_netgame_client_metrics(s.game, 0)->pictures.voided, 0);
+    ll_client_metrics_resync(ll_netgame_client_metrics(s.game, 0));
+    int64_t voided = ll_netgame_client_metrics(s.game, 0)->pictures.voided;
     assert_true(voided >= 12 && voided <= 15); /* 200 ms and the slack, at 60 Hz */
     scene_close(&s);
 }
@@ -136,11 +136,11 @@ typedef struct diary {
     int64_t other_heard[TICKS];
 } diary;
 
-static void note_verdict(void *context, const void *row)
+static void note_input_result(void *context, const void *row)
 {
     const ll_event *e = row;
     diary *d = context;
-    if (e->type == LL_EVENT_VERDICT && e->player == 0 && e->number < INPUTS)
+    if (e->type == LL_EVENT_INPUT_RESULT && e->player == 0 && e->number < INPUTS)
         d->accepted[e->number] |= e->outcome == LL_OUTCOME_APPLIED;
 }
 
@@ -148,13 +148,14 @@ static void write_up(diary *d, const scene *s, int k)
 {
     ll_client *c = ll_netgame_client(s->game, 0), *other = ll_netgame_client(s->game, 1);
     const ll_server *server = ll_netgame_server(s->game);
-    const ll_entity *own = &ll_client_shown(c)->entity[0], *real = &ll_server_world_const(server)->entity[0];
+    const ll_entity *own = &ll_client_rendered(c)->entity[0],
+                    *real = &ll_server_world_const(server)->entity[0];
     d->drawn[k][0] = own->x, d->drawn[k][1] = own->y;
     d->real[server->step][0] = real->x, d->real[server->step][1] = real->y;
     d->of[k] = c->predicting ? c->predicted_tick : c->latest_tick;
     d->step[k] = server->step;
     d->latest[k] = c->latest_tick;
-    d->other_shows[k] = ll_to_ms(ll_client_marks(other)[0].time);
+    d->other_shows[k] = ll_to_ms(ll_client_draw_infos(other)[0].time);
     d->other_heard[k] = other->latest_tick;
     while (d->count < c->seq) {
         uint32_t seq = ++d->count;
@@ -166,7 +167,7 @@ static void write_up(diary *d, const scene *s, int k)
 }
 
 /* From tick FROM on: a display each, compared now, or as the last of its tick. */
-static void count_pictures(const diary *d, const ll_instruments *in)
+static void count_pictures(const diary *d, const ll_client_metrics *in)
 {
     int64_t count = 0, last = d->step[TICKS - 1];
     double sum = 0, most = 0, lead_ms = 0;
@@ -193,7 +194,7 @@ static void count_one(double *sum, int64_t *count, int64_t from, int64_t to)
     *sum += to < TICKS ? (double)(to - from) * 1000 / 60 : 0;
 }
 
-static void count_changes(const diary *d, const ll_instruments *in, bool predicts)
+static void count_changes(const diary *d, const ll_client_metrics *in, bool predicts)
 {
     double sum[3] = {0};
     int64_t count[3] = {0}, lost = 0;
@@ -226,8 +227,8 @@ static void count_again(const char *scenario, const char *const *sets)
 {
     scene s = scene_open(scenario, sets);
     diary *d = calloc(1, sizeof *d);
-    const ll_recorder recorder = {note_verdict, d};
-    const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+    const ll_recorder recorder = {note_input_result, d};
+    const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
     for (int k = 0; k < TICKS; k++) {
         ll_status status = ll_sim_netgame.advance(s.game, ll_tick_time(k, 60000), &recorder, NULL, NULL);
         assert_false(ll_failed(&status));
@@ -348,7 +349,7 @@ static void age_grows_through_a_blackout(void **state)
     for (int i = 0; i < 2; i++) {
         const char *const all[] = {syncs[i], sets[0], sets[1], sets[2], NULL};
         scene s = scene_open(i == 0 ? "race" : "gambetta", all);
-        const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+        const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
         scene_run(&s, 6, NULL);
         double before = in->age_of_information;
         scene_run(&s, 9, NULL);
@@ -369,7 +370,7 @@ static void hear(void *context, const void *row)
 {
     const ll_event *e = row;
     witness *w = context;
-    if (e->type != LL_EVENT_VERDICT || e->number >= SEQS)
+    if (e->type != LL_EVENT_INPUT_RESULT || e->number >= SEQS)
         return;
     w[e->player].outcome[e->number] |= (uint8_t)(e->outcome == LL_OUTCOME_APPLIED   ? 1
                                                  : e->outcome == LL_OUTCOME_REFUSED ? 2
@@ -384,7 +385,7 @@ static double draw(uint64_t seed, uint64_t what, double from, double to)
 /* The sum of verdicts at every tick, and by another way the verdicts at the end. */
 static void check_player(const scene *s, int player, const witness *w)
 {
-    const ll_ledger *ledger = &ll_netgame_instruments(s->game, player)->ledger;
+    const ll_input_history *input_history = &ll_netgame_client_metrics(s->game, player)->input_history;
     const ll_client *c = ll_netgame_client(s->game, player);
     int64_t late = 0, refused = 0, accepted = 0, never = 0;
     for (uint32_t seq = 1; seq <= c->seq; seq++) {
@@ -393,8 +394,8 @@ static void check_player(const scene *s, int player, const witness *w)
         accepted += w->outcome[seq] & 1;
         never += w->outcome[seq] == 0;
     }
-    const int64_t *n = ledger->count;
-    assert_int_equal(ledger->made, c->seq);
+    const int64_t *n = input_history->count;
+    assert_int_equal(input_history->made, c->seq);
     assert_int_equal(n[LL_INPUT_CAME_LATE], late);
     assert_true(n[LL_INPUT_WAS_APPLIED] <= accepted && n[LL_INPUT_WAS_REFUSED] <= refused);
     assert_int_equal(n[LL_INPUT_WAS_APPLIED] + n[LL_INPUT_WAS_REFUSED] + n[LL_INPUT_WAS_LOST] +
@@ -430,19 +431,19 @@ static void verdicts_balance_at_every_tick(void **state)
         for (int tick = 1; tick <= 600; tick++) {
             scene_run(&s, tick / 60.0, &recorder);
             for (int p = 0; p < 2; p++) {
-                const ll_ledger *ledger = &ll_netgame_instruments(s.game, p)->ledger;
+                const ll_input_history *input_history = &ll_netgame_client_metrics(s.game, p)->input_history;
                 int64_t sum = 0;
                 for (int v = 0; v < LL_INPUT_VERDICTS; v++) {
-                    assert_true(ledger->count[v] >= 0);
-                    sum += ledger->count[v];
+                    assert_true(input_history->count[v] >= 0);
+                    sum += input_history->count[v];
                 }
-                assert_int_equal(sum, ledger->made);
+                assert_int_equal(sum, input_history->made);
             }
         }
         for (int p = 0; p < 2; p++) {
             check_player(&s, p, &w[p]);
             for (int v = 0; v < LL_INPUT_VERDICTS; v++)
-                all[v] += ll_netgame_instruments(s.game, p)->ledger.count[v];
+                all[v] += ll_netgame_client_metrics(s.game, p)->input_history.count[v];
         }
         free(w);
         scene_close(&s);

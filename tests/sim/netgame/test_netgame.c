@@ -13,7 +13,7 @@
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+    return ll_histogram_summary(&ll_netgame_client_metrics(s->game, player)->histogram[metric]);
 }
 
 static double moved(const scene *s, int player)
@@ -35,7 +35,7 @@ static void clean_link_needs_no_correction(void **state)
         scene_run(&s, 40, NULL);
         assert_true(moved(&s, 0) > 200);
         for (int p = 0; p < 2; p++) {
-            assert_int_equal(ll_netgame_instruments(s.game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
             assert_true(summary(&s, p, LL_METRIC_INPUT_LATENCY).max == 0);
             assert_true(summary(&s, p, LL_METRIC_POP).count > 1000);
             assert_int_equal(ll_netgame_server(s.game)->seats[p].late, 0);
@@ -66,7 +66,7 @@ static void input_delay_trades_latency_for_corrections(void **state)
         scene_close(&u);
         assert_true(latency.count > 10 && fabs(latency.mean - 1000 * atof(delays[i]) / 60) < 1e-3 &&
                     latency.max - latency.mean < 1e-3);
-        assert_int_equal(ll_netgame_instruments(s.game, 0)->corrections, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, 0);
         lead[i] = summary(&s, 0, LL_METRIC_OWN_LEAD).mean;
         wrong[i] = summary(&t, 0, LL_METRIC_CORRECTION).mean;
         scene_close(&s);
@@ -83,8 +83,8 @@ static void contact_is_mispredicted_and_corrected(void **state)
     scene s = scene_open("contact", NULL);
     scene_run(&s, 40, NULL);
     assert_true(moved(&s, 0) > 100);
-    assert_true(ll_netgame_instruments(s.game, 0)->corrections > 10);
-    assert_true(ll_netgame_instruments(s.game, 1)->corrections > 10);
+    assert_true(ll_netgame_client_metrics(s.game, 0)->corrections > 10);
+    assert_true(ll_netgame_client_metrics(s.game, 1)->corrections > 10);
     scene_close(&s);
 }
 
@@ -125,11 +125,11 @@ static void prediction_alone_is_thrown_back(void **state)
     scene_run(&a, 20, NULL);
     scene_run(&b, 20, NULL);
     assert_true(summary(&a, 0, LL_METRIC_INPUT_LATENCY).max == 0);
-    assert_true(ll_netgame_instruments(a.game, 0)->corrections > 100);
+    assert_true(ll_netgame_client_metrics(a.game, 0)->corrections > 100);
     assert_true(summary(&a, 0, LL_METRIC_POP).max > 0.06); /* at least the start: 1/2 * 6 m/s2 * (0.15 s)^2 */
-    assert_true(ll_netgame_instruments(a.game, 0)->own_lead < 0);
-    assert_int_equal(ll_netgame_instruments(b.game, 0)->corrections, 0);
-    assert_true(ll_netgame_instruments(b.game, 0)->own_lead > 0);
+    assert_true(ll_netgame_client_metrics(a.game, 0)->own_lead < 0);
+    assert_int_equal(ll_netgame_client_metrics(b.game, 0)->corrections, 0);
+    assert_true(ll_netgame_client_metrics(b.game, 0)->own_lead > 0);
     scene_close(&a);
     scene_close(&b);
 }
@@ -146,7 +146,7 @@ static void interpolation_draws_the_true_path_later(void **state)
     assert_true(fabs(age.mean - (150 + 2000.0 / 30 + 10)) < 0.1 && age.max - age.mean < 0.1);
     assert_true(summary(&s, 0, LL_METRIC_TIMELINE_ERROR).max <
                 1e-5); /* constant speed: the chord is the path; times are whole ns */
-    double truth = moved(&s, 1), drawn = ll_client_shown(ll_netgame_client(s.game, 0))->entity[1].x;
+    double truth = moved(&s, 1), drawn = ll_client_rendered(ll_netgame_client(s.game, 0))->entity[1].x;
     assert_true(fabs(truth - drawn - 16 * age.mean / 1000) < 1e-3);
     scene_close(&s);
 }
@@ -173,8 +173,8 @@ static void jitter_below_the_margin_does_not_freeze(void **state)
     scene a = scene_open("gambetta_default", ours), b = scene_open("gambetta", demo);
     scene_run(&a, 120, NULL);
     scene_run(&b, 120, NULL);
-    assert_int_equal(ll_netgame_instruments(a.game, 0)->underruns, 0);
-    assert_true(ll_netgame_instruments(b.game, 0)->underruns > 20);
+    assert_int_equal(ll_netgame_client_metrics(a.game, 0)->underruns, 0);
+    assert_true(ll_netgame_client_metrics(b.game, 0)->underruns > 20);
     scene_close(&a);
     scene_close(&b);
 }
@@ -194,14 +194,14 @@ static void lag_may_change_while_it_runs(void **state)
         config.players[0].lag_ms = lags[i];
         s.scenario.kind->change(s.game, &config, s.game->now);
         scene_run(&s, t += 6, NULL);
-        ll_seat *seat = &ll_netgame_server(s.game)->seats[0];
-        int64_t late = seat->late, starved = seat->starved;
-        int64_t corrections = ll_netgame_instruments(s.game, 0)->corrections;
+        ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[0];
+        int64_t late = client_slot->late, starved = client_slot->starved;
+        int64_t corrections = ll_netgame_client_metrics(s.game, 0)->corrections;
         scene_run(&s, t += 2, NULL);
-        assert_int_equal(seat->late, late);
-        assert_int_equal(seat->starved, starved);
-        assert_int_equal(ll_netgame_instruments(s.game, 0)->corrections, corrections);
-        assert_true(seat->last_slack >= 1 && seat->last_slack <= 2);
+        assert_int_equal(client_slot->late, late);
+        assert_int_equal(client_slot->starved, starved);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, corrections);
+        assert_true(client_slot->last_slack >= 1 && client_slot->last_slack <= 2);
     }
     scene_close(&s);
 }
@@ -250,7 +250,7 @@ static void lockstep_survives_loss_and_jitter(void **state)
         ll_server *server = ll_netgame_server(s.game);
         assert_in_range(server->step, cases[i].least, cases[i].most);
         assert_true(server->stalled > LL_SECOND / 4);
-        assert_int_equal(ll_netgame_instruments(s.game, 0)->corrections, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, 0)->corrections, 0);
         scene_close(&s);
     }
 }
@@ -322,7 +322,7 @@ static void lockstep_recovers_from_any_outage(void **state)
         scene_run(&s, begin_s + length_s + 13, NULL);
         double steps = (double)(ll_netgame_server(s.game)->step - step);
         for (int p = 0; p < 2; p++)
-            assert_int_equal(ll_netgame_instruments(s.game, p)->false_refusals, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->false_refusals, 0);
         if (fabs(steps - steps_in(pipelined, 10)) > 1)
             fail_msg("%s, ways %d of players %d for %g s: %g steps in 10 s", sets[0], ways, players, length_s,
                      steps);
@@ -408,9 +408,9 @@ static void extremes_of_the_ranges_are_served(void **state)
         scene_run(&s, 60, NULL);
         assert_true(moved(&s, 0) > 100);
         for (int p = 0; p < 2; p++) {
-            const ll_seat *seat = &ll_netgame_server(s.game)->seats[p];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
             for (int rule = 1; rule < LL_RULES; rule++)
-                assert_int_equal(seat->refused[rule], 0);
+                assert_int_equal(client_slot->refused[rule], 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_down(s.game, p))->overflowed, 0);
             assert_true(summary(&s, p, LL_METRIC_TIMELINE_ERROR).max <
@@ -465,7 +465,7 @@ static void update_rate_is_kept(void **state)
         const char *const sets[] = {rates[i], NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 20, NULL);
-        double got = (double)ll_netgame_instruments(s.game, 0)->messages[LL_MESSAGE_STATE] /
+        double got = (double)ll_netgame_client_metrics(s.game, 0)->messages[LL_MESSAGE_SNAPSHOT] /
                      18; /* after the warm-up */
         assert_true(fabs(got - wanted[i]) <= 1.0 / 18 + 1e-9);
         scene_close(&s);
@@ -507,11 +507,11 @@ static void reconciliation_and_prediction_depend_on_each_other(void **state)
 {
     (void)state;
     ll_player_config before = {0}, now = {.reconciliation = true};
-    ll_player_settle(&now, &before);
+    ll_player_apply_dependencies(&now, &before);
     assert_true(now.prediction && now.reconciliation);
     before = now;
     now.prediction = false;
-    ll_player_settle(&now, &before);
+    ll_player_apply_dependencies(&now, &before);
     assert_false(now.prediction || now.reconciliation);
 }
 

@@ -29,7 +29,7 @@
 #define TICK_HZ 60
 
 typedef struct outage {
-    const ll_sync *sync;
+    const ll_sync_mode *sync;
     int players, who; /* -1: all */
     bool up, down;
     double update_hz, at_s, length_s, lag_ms[4];
@@ -102,14 +102,15 @@ static void write_scenario(outage *o, uint64_t n, bool disturbed)
         at, (size_t)(end - at),
         "{\"kind\":\"netgame\",\"game\":\"%s\",\"duration_s\":3600,\"seed\":%d,\"warmup_s\":0,"
         "\"params\":{%s},\"server\":{\"sync\":\"%s\",\"update_hz\":%g,\"snapshot\":\"%s\"},\"players\":[",
-        o->sync->drains ? "gambetta" : "race", (int)n, o->sync->drains ? "" : "\"laps\":10000", o->sync->name,
-        o->update_hz, codecs[(int)draw(n, 2, 0, 3)]);
+        o->sync->applies_on_arrival ? "gambetta" : "race", (int)n,
+        o->sync->applies_on_arrival ? "" : "\"laps\":10000", o->sync->name, o->update_hz,
+        codecs[(int)draw(n, 2, 0, 3)]);
     for (int i = 0; i < o->players; i++)
         at += write_player(o, n, i, disturbed, at, (size_t)(end - at));
     snprintf(at, (size_t)(end - at), "]}");
 }
 
-static outage draw_outage(const ll_sync *sync, uint64_t n)
+static outage draw_outage(const ll_sync_mode *sync, uint64_t n)
 {
     static const double rates[] = {10, 20, 30, 60};
     outage o = {
@@ -140,8 +141,8 @@ typedef struct sums {
 
 static sums sums_of(const scene *s, int player)
 {
-    const ll_instruments *in = ll_netgame_instruments(s->game, player);
-    sums now = {.applied = in->ledger.count[LL_INPUT_WAS_APPLIED]};
+    const ll_client_metrics *in = ll_netgame_client_metrics(s->game, player);
+    sums now = {.applied = in->input_history.count[LL_INPUT_WAS_APPLIED]};
     for (int v = 0; v < VALUES; v++) {
         now.sum[v] = in->histogram[metrics[v]].sum;
         now.count[v] = in->histogram[metrics[v]].count;
@@ -277,7 +278,7 @@ static void note_shifted(row *r, const outage *o, uint64_t n, const window *twin
         r->shifted += fabs(got[p].mean[FELT] - twin[p].mean[FELT]) > 0.1 * twin[p].mean[FELT] + 1e-6;
 }
 
-static bool try(row *r, const ll_sync *sync, uint64_t n)
+static bool try(row *r, const ll_sync_mode *sync, uint64_t n)
 {
     window got[4], twin[4];
     bool same = true;
@@ -338,7 +339,7 @@ static void everything_is_as_before(void **state)
         for (int i = 0; i < outages; i++)
             all = try(&r, ll_syncs[k], (uint64_t)(1000 * (k + 1) + i)) && all;
         all = all && alike(&r) && r.beyond[FELT] <= r.shifted + 3 * sqrt(2.0 * r.shifted);
-        print_row(ll_sync_names[k], &r);
+        print_row(ll_sync_mode_names[k], &r);
         if (ll_syncs[k]->answers)
             printf("  input latency at other phases: %d\n", r.shifted);
     }
@@ -429,7 +430,8 @@ static void what_is_predicted_is_felt_at_the_next_display(void **state)
         ll_recorder r = {on_input, &w};
         scene_run(&s, recovered_s(&o) + WINDOW_S, &r);
         for (int p = 0; p < o.players; p++) {
-            const ll_histogram *felt = &ll_netgame_instruments(s.game, p)->histogram[LL_METRIC_INPUT_LATENCY];
+            const ll_histogram *felt =
+                &ll_netgame_client_metrics(s.game, p)->histogram[LL_METRIC_INPUT_LATENCY];
             if (!s.game->config.players[p].prediction)
                 continue;
             bool open = felt->count == w.count[p] - 1; /* the last has no verdict yet */

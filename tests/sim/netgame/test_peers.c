@@ -118,7 +118,7 @@ static void honest_clients_agree(const char *id, const char *sync, const char *c
     for (int p = 0; p < s.game->config.player_count; p++) {
         assert_true(d.seen[1 + p] > d.seen[0] - 40);
         assert_int_equal(first_difference(&d, p), -1);
-        const ll_refereed *known = &ll_netgame_server(s.game)->seats[p].peer;
+        const ll_peer_status *known = &ll_netgame_server(s.game)->seats[p].peer;
         assert_int_equal(known->desync, -1);
         assert_true(known->hashed > d.seen[0] - 100);
         assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
@@ -172,17 +172,17 @@ static void extremes_of_the_ranges_agree(void **state)
         run(&d, 0, 120);
         assert_true(d.seen[0] > 600);
         for (int p = 0; p < 2; p++) {
-            const ll_seat *seat = &ll_netgame_server(s.game)->seats[p];
+            const ll_client_slot *client_slot = &ll_netgame_server(s.game)->seats[p];
             assert_int_equal(first_difference(&d, p), -1);
             assert_int_equal(ll_netgame_desync(s.game, p)->tick, -1);
             assert_true(ll_netgame_desync(s.game, p)->compared > d.seen[0] - 100);
-            assert_int_equal(seat->peer.desync, -1);
-            assert_true(seat->peer.hashed > d.seen[0] - 200);
-            assert_int_equal(ll_netgame_instruments(s.game, p)->stepping.sync_test_mismatches, 0);
+            assert_int_equal(client_slot->peer.desync, -1);
+            assert_true(client_slot->peer.hashed > d.seen[0] - 200);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->stepping.sync_test_mismatches, 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_up(s.game, p))->overflowed, 0);
             assert_int_equal(ll_link_get_stats(ll_netgame_down(s.game, p))->overflowed, 0);
             for (int rule = 1; rule < LL_RULES; rule++)
-                assert_int_equal(seat->refused[rule], 0);
+                assert_int_equal(client_slot->refused[rule], 0);
         }
         diary_free(&d);
         scene_close(&s);
@@ -246,7 +246,7 @@ static void live_changes_keep_everybody_in_step(void **state)
     assert_true(d.seen[0] > 2000);
     for (int p = 0; p < 2; p++) {
         assert_int_equal(first_difference(&d, p), -1);
-        assert_int_equal(ll_netgame_instruments(s.game, p)->stepping.sync_test_mismatches, 0);
+        assert_int_equal(ll_netgame_client_metrics(s.game, p)->stepping.sync_test_mismatches, 0);
     }
     diary_free(&d);
     scene_close(&s);
@@ -302,7 +302,7 @@ static void a_cheat_leaves_the_common_world_alone(void **state)
         scene s = scene_open("contact", sets);
         diary d = diary_of(&s, 0);
         run(&d, 0, 20);
-        const ll_seat *seats = ll_netgame_server(s.game)->seats;
+        const ll_client_slot *seats = ll_netgame_server(s.game)->seats;
         assert_int_equal(first_difference(&d, 0), -1);
         assert_int_equal(first_difference(&d, 1), 9); /* the first tick that it has an input for */
         assert_int_equal(ll_netgame_desync(s.game, 1)->tick, 9);
@@ -327,7 +327,7 @@ static void events_tell_what_the_counters_count(void **state)
     scene_run(&s, 16, &r);
     set_loss(&s, 1, 5);
     scene_run(&s, 30, &r);
-    const ll_stepping *n = &ll_netgame_instruments(s.game, 0)->stepping;
+    const ll_stepping *n = &ll_netgame_client_metrics(s.game, 0)->stepping;
     int64_t stalls = 0, rollbacks = 0, ticks = 0, desyncs = 0;
     double stalled_ms = 0;
     for (size_t i = 0; i < all.count; i++) {
@@ -413,8 +413,8 @@ static void lag_does_not_change_the_outcome(void **state)
         assert_memory_equal(x.hashes[0], y.hashes[0], 1201 * sizeof x.hashes[0][0]);
         diary_free(&x);
         diary_free(&y);
-        int64_t rollbacks = ll_netgame_instruments(b.game, 0)->stepping.rollbacks +
-                            ll_netgame_instruments(b.game, 1)->stepping.rollbacks;
+        int64_t rollbacks = ll_netgame_client_metrics(b.game, 0)->stepping.rollbacks +
+                            ll_netgame_client_metrics(b.game, 1)->stepping.rollbacks;
         assert_true((rollbacks > 4) == (i % 2 == 1));
         scene_close(&a);
         scene_close(&b);
@@ -464,7 +464,7 @@ static void what_is_drawn_in_deterministic_lockstep_is_as_old_as_what_is_known(v
     for (int k = 0; k < 600; k++) {
         scene_run(&s, k / 60.0, NULL);
         for (int p = 0; p < 2; p++) {
-            const ll_instruments *in = ll_netgame_instruments(s.game, p);
+            const ll_client_metrics *in = ll_netgame_client_metrics(s.game, p);
             assert_true(in->view_age == in->age_of_information);
             ahead += peer_of(&s, p)->tick > ll_netgame_server(s.game)->step;
             at_start += peer_of(&s, p)->tick == 0 && in->view_age > 0;
@@ -492,7 +492,7 @@ static void a_dead_link_stalls_everybody_until_it_is_back(void **state)
                                     NULL};
         scene s = scene_open("race", sets);
         ll_server *server = ll_netgame_server(s.game);
-        const ll_stepping *n = &ll_netgame_instruments(s.game, 0)->stepping;
+        const ll_stepping *n = &ll_netgame_client_metrics(s.game, 0)->stepping;
         scene_run(&s, 5, NULL);
         assert_int_equal(peer_of(&s, 0)->waiting, 0);
         int64_t stalls = n->stalls;
@@ -624,7 +624,7 @@ static void who_is_faster_rests_and_does_not_stall(void **state)
                                     NULL};
         scene s = scene_open("race", sets);
         scene_run(&s, 60, NULL);
-        const ll_instruments *faster = ll_netgame_instruments(s.game, 0);
+        const ll_client_metrics *faster = ll_netgame_client_metrics(s.game, 0);
         assert_true(faster->stepping.stalls <= 12);
         assert_true(faster->stepping.rested_frames > 60);
         scene_close(&s);
@@ -649,7 +649,7 @@ static void going_back_and_on_changes_nothing_in_any_game(void **state)
             scene s = scene_make(text, sets);
             scene_run(&s, 12, NULL);
             for (int p = 0; p < 3; p++) {
-                const ll_stepping *n = &ll_netgame_instruments(s.game, p)->stepping;
+                const ll_stepping *n = &ll_netgame_client_metrics(s.game, p)->stepping;
                 assert_int_equal(n->sync_tests, 600); /* after the warm-up, whatever the clock's phase */
                 if (n->sync_test_mismatches != 0)
                     fail_msg("%s: %lld of %lld sync tests of player %d differ", ll_games[game]->name,

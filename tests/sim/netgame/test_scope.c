@@ -19,20 +19,20 @@ static void lists_follow_the_table(void **state)
     (void)state;
     int n = 0;
     for (; ll_scopes[n]; n++) {
-        assert_string_equal(ll_scopes[n]->name, ll_scope_names[n]);
+        assert_string_equal(ll_scopes[n]->name, ll_prediction_scope_names[n]);
         assert_true(ll_scopes[n]->choose && ll_scopes[n]->step);
     }
-    assert_null(ll_scope_names[n]);
+    assert_null(ll_prediction_scope_names[n]);
 }
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+    return ll_histogram_summary(&ll_netgame_client_metrics(s->game, player)->histogram[metric]);
 }
 
 static int64_t corrections(const scene *s, int player)
 {
-    return ll_netgame_instruments(s->game, player)->corrections;
+    return ll_netgame_client_metrics(s->game, player)->corrections;
 }
 
 /* Every game without contact, from no lag to the longest: nothing is corrected, whatever is predicted of
@@ -48,15 +48,15 @@ static void clean_link_needs_no_correction(void **state)
             for (int scope = 0; ll_scopes[scope]; scope++) {
                 char lag[48], a[64], b[64];
                 snprintf(lag, sizeof lag, "players.0.lag_ms=%g", lags[k]);
-                snprintf(a, sizeof a, "players.0.prediction_scope=%s", ll_scope_names[scope]);
-                snprintf(b, sizeof b, "players.1.prediction_scope=%s", ll_scope_names[scope]);
+                snprintf(a, sizeof a, "players.0.prediction_scope=%s", ll_prediction_scope_names[scope]);
+                snprintf(b, sizeof b, "players.1.prediction_scope=%s", ll_prediction_scope_names[scope]);
                 const char *const sets[] = {lag, a, b, "warmup_s=0", PREDICTING("0"), PREDICTING("1"), NULL};
                 scene s = scene_open(scenarios[i], sets);
                 scene_run(&s, 30, NULL);
                 for (int p = 0; p < 2; p++) {
                     if (corrections(&s, p) != 0)
                         fail_msg("%s, lag %g, scope %s: %d corrections of %d", scenarios[i], lags[k],
-                                 ll_scope_names[scope], (int)corrections(&s, p), p);
+                                 ll_prediction_scope_names[scope], (int)corrections(&s, p), p);
                     assert_true(summary(&s, p, LL_METRIC_POP).count > 80);
                     assert_true(fabs(ll_server_world(ll_netgame_server(s.game))->entity[p].x) > 1e-3);
                 }
@@ -119,7 +119,8 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
         char set[8][64];
         const char *sets[9] = {NULL};
         for (int p = 0; p < 8; p++) {
-            snprintf(set[p], sizeof set[p], "players.%d.prediction_scope=%s", p, ll_scope_names[scope]);
+            snprintf(set[p], sizeof set[p], "players.%d.prediction_scope=%s", p,
+                     ll_prediction_scope_names[scope]);
             sets[p] = set[p];
         }
         scene s = scene_open("eight", sets);
@@ -134,11 +135,11 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
                                          .env = &copy->env,
                                          .sync = ll_netgame_sync(copy),
                                          .config = &copy->config.players[p],
-                                         .instruments = ll_netgame_instruments(copy, p)};
+                                         .client_metrics = ll_netgame_client_metrics(copy, p)};
                 if (c->newest > c->fresh)
                     continue; /* what others do is told by a state that counts from the next frame on */
                 compared++;
-                ll_predict_again(d, &setup);
+                ll_resimulate(d, &setup);
                 assert_int_equal(c->predicted_tick, d->predicted_tick);
                 assert_int_equal(c->predicted_tick, c->tick);
                 for (int e = 0; e < 8; e++)
@@ -150,7 +151,7 @@ static void what_is_not_replayed_is_what_a_replay_gives(void **state)
         }
         for (int p = 0; p < 8; p++) {
             states += ll_netgame_client(s.game, p)->newest;
-            replays += ll_netgame_instruments(s.game, p)->ledger.replays;
+            replays += ll_netgame_client_metrics(s.game, p)->input_history.replays;
         }
         assert_true(compared > 1000);
         assert_true(replays > 0 && replays < states / 4); /* it matters: most states are as predicted */
@@ -186,9 +187,9 @@ static void only_who_may_touch_is_predicted(void **state)
     int near = 0, far = 0;
     for (int k = 1; k < 500; k++) {
         scene_run(&s, 1 + k * 0.1, NULL);
-        const ll_mark *mark = &ll_client_marks_const(c)[1];
+        const ll_draw_info *mark = &ll_client_draw_infos_const(c)[1];
         ll_world *world = ll_server_world(ll_netgame_server(s.game));
-        if (mark->flags & LL_SHOWN_PREDICTED) {
+        if (mark->flags & LL_RENDERED_PREDICTED) {
             near++;
             assert_true(mark->time > s.game->now && mark->time <= s.game->now + 200 * LL_MS);
         } else {
@@ -196,9 +197,9 @@ static void only_who_may_touch_is_predicted(void **state)
             assert_true(mark->time < s.game->now - 150 * LL_MS);
         }
         if (fabs(world->entity[0].x - world->entity[1].x) < 5)
-            assert_true(mark->flags & LL_SHOWN_PREDICTED);
+            assert_true(mark->flags & LL_RENDERED_PREDICTED);
         if (fabs(world->entity[0].x - world->entity[1].x) > 30)
-            assert_false(mark->flags & LL_SHOWN_PREDICTED);
+            assert_false(mark->flags & LL_RENDERED_PREDICTED);
     }
     assert_true(near > 50 && far > 50);
     scene_close(&s);
@@ -228,8 +229,8 @@ static void scope_may_change_while_it_runs(void **state)
         scene_run(&s, 1 + k * 0.33, NULL);
         const ll_client *c = ll_netgame_client(s.game, 0);
         assert_int_equal(c->predicting, 1 + k % 3);
-        assert_true(!(ll_client_marks_const(c)[1].flags & LL_SHOWN_PREDICTED) || k % 3 != 0);
-        assert_true((ll_client_marks_const(c)[1].flags & LL_SHOWN_PREDICTED) || k % 3 != 2);
+        assert_true(!(ll_client_draw_infos_const(c)[1].flags & LL_RENDERED_PREDICTED) || k % 3 != 0);
+        assert_true((ll_client_draw_infos_const(c)[1].flags & LL_RENDERED_PREDICTED) || k % 3 != 2);
     }
     scene_close(&s);
 }

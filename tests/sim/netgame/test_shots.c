@@ -12,14 +12,14 @@
 
 #include "support/scene.h"
 
-static const ll_marksman *marksman(const scene *s, int player)
+static const ll_shot_stats *shot_stats(const scene *s, int player)
 {
-    return &ll_netgame_shots(s->game)->marksman[player];
+    return &ll_netgame_shots(s->game)->shot_stats[player];
 }
 
 static const ll_shot_tally *tally(const scene *s, int player, ll_weapon weapon)
 {
-    return &marksman(s, player)->tally[weapon];
+    return &shot_stats(s, player)->tally[weapon];
 }
 
 static double agreement(const ll_shot_tally *t)
@@ -73,7 +73,7 @@ static void rewinding_ends_at_its_limit(void **state)
         const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
         double age =
             2 * lag + 2000.0 / 30 + 10; /* the round trip and the delay of interpolation, and some ticks */
-        double most = ll_histogram_summary(&marksman(&s, 0)->rewind).max;
+        double most = ll_histogram_summary(&shot_stats(&s, 0)->rewind).max;
         assert_int_equal(t->clamped, age > 250 ? t->shots : 0);
         assert_int_equal(t->within + t->clamped, t->shots);
         assert_true((double)t->within_agreed >= 0.99 * (double)t->within);
@@ -121,7 +121,7 @@ static void predicted_targets_need_no_rewinding(void **state)
     const ll_shot_tally *t = tally(&s, 0, LL_RIFLE);
     assert_true(t->shots > 200 && t->hits[LL_JUDGE_VIEW] > 100);
     assert_int_equal(t->distrusted, 0);
-    assert_int_equal(marksman(&s, 0)->rewind.count, 0);
+    assert_int_equal(shot_stats(&s, 0)->rewind.count, 0);
     assert_true(agreement(t) >= 0.97); /* but of the other player, whose controls are guessed */
     scene_close(&s);
 }
@@ -160,8 +160,8 @@ static void straight_traces_are_off_as_computed(void **state)
     (void)state;
     scene s = scene_open("cannon_straight", NULL);
     scene_run(&s, 60, NULL);
-    ll_summary error = ll_histogram_summary(&marksman(&s, 0)->trace_error);
-    ll_summary back = ll_histogram_summary(&marksman(&s, 0)->rewind);
+    ll_summary error = ll_histogram_summary(&shot_stats(&s, 0)->trace_error);
+    ll_summary back = ll_histogram_summary(&shot_stats(&s, 0)->rewind);
     assert_true(error.count > 40);
     assert_true(fabs(error.max - 25 * back.max * back.max / 8e6) < 1e-9);
     assert_true(agreement(tally(&s, 0, LL_CANNON)) < 0.8);
@@ -187,7 +187,7 @@ typedef struct landing {
     int body;
 } landing;
 
-static const ll_arms *arms_of(const scene *s, int player)
+static const ll_weapon_state *arms_of(const scene *s, int player)
 {
     return ll_netgame_game(s->game)->weapons->arms(ll_server_world(ll_netgame_server(s->game)), player);
 }
@@ -252,7 +252,7 @@ static void shoot_at_where_it_was(scene *s)
     act(s, 1, -1, 0, 0);
     for (int i = 0; i < 36; i++)
         tick(s, &k);
-    const ll_world *shown = ll_client_shown(ll_netgame_client(s->game, 0));
+    const ll_world *shown = ll_client_rendered(ll_netgame_client(s->game, 0));
     double up = shown->entity[1].y - shown->entity[0].y, forward = shown->entity[1].x - shown->entity[0].x;
     assert_true(shown->entity[1].y > 6);
     assert_true(ll_server_world(ll_netgame_server(s->game))->entity[1].y < 5.5);
@@ -286,8 +286,8 @@ static void a_hit_on_who_has_hidden_is_shot_behind_cover(void **state)
         assert_int_equal(t->false_misses, !rewinds);
         assert_int_equal(t->on_players, rewinds);
         assert_int_equal(t->behind_cover, rewinds);
-        ll_summary rollback = ll_histogram_summary(&marksman(&s, 0)->rollback);
-        ll_summary back = ll_histogram_summary(&marksman(&s, 0)->rewind);
+        ll_summary rollback = ll_histogram_summary(&shot_stats(&s, 0)->rollback);
+        ll_summary back = ll_histogram_summary(&shot_stats(&s, 0)->rewind);
         assert_int_equal(rollback.count, rewinds);
         assert_true(!rewinds || fabs(rollback.max - 5 * back.max / 1000) < 1e-6); /* it went down at 5 m/s */
         scene_close(&s);
@@ -337,11 +337,11 @@ static void the_peeker_sees_first(void **state)
         const char *const sets[] = {up, down, NULL};
         scene s = scene_open("behind_cover", sets);
         scene_run(&s, 60, NULL);
-        ll_summary peek = ll_shots_peeks(marksman(&s, 0));
+        ll_summary peek = ll_shots_peeks(shot_stats(&s, 0));
         double ways = ups[i] + downs[i] + 2000.0 / 30 + 10;
         assert_true(peek.count >= 20);
         assert_true(peek.mean >= ways && peek.max <= ways + 5 * 1000.0 / 60);
-        assert_int_equal(ll_shots_peeks(marksman(&s, 1)).count, 0);
+        assert_int_equal(ll_shots_peeks(shot_stats(&s, 1)).count, 0);
         assert_true(tally(&s, 1, LL_RIFLE)->behind_cover >= (i > 0 ? 5 : 0));
         scene_close(&s);
     }
@@ -356,7 +356,7 @@ static void the_peeker_may_see_last(void **state)
                                 "players.0.link.down.jitter_ms=60", NULL};
     scene s = scene_open("behind_cover", sets);
     scene_run(&s, 120, NULL);
-    const ll_marksman *m = marksman(&s, 0);
+    const ll_shot_stats *m = shot_stats(&s, 0);
     ll_summary peek = ll_shots_peeks(m);
     assert_true(peek.count >= 20 && m->peek[1].count >= 15);
     assert_true(peek.mean < -50 && peek.p50 < 0);
@@ -368,7 +368,7 @@ static void the_peeker_may_see_last(void **state)
 static void a_summary_keeps_the_sign(void **state)
 {
     (void)state;
-    ll_marksman *m = calloc(1, sizeof *m);
+    ll_shot_stats *m = calloc(1, sizeof *m);
     static const double values[] = {-7, -2, 0, 1, 3, 4, 8, 9, 11, 20}; /* whole tenths below 6.3 are exact */
     ll_histogram_init(&m->peek[0], 1);
     ll_histogram_init(&m->peek[1], 1);
@@ -541,7 +541,7 @@ static void prediction_is_exact_while_shots_fly(void **state)
         scene s = scene_open(scenes[i], NULL);
         scene_run(&s, 60, NULL);
         for (int p = 0; p < 2; p++)
-            assert_int_equal(ll_netgame_instruments(s.game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client_metrics(s.game, p)->corrections, 0);
         scene_close(&s);
     }
 }
@@ -570,7 +570,7 @@ static void nothing_is_kept_where_nobody_shoots(void **state)
     (void)state;
     scene s = scene_open("race", NULL);
     assert_null(ll_netgame_shots(s.game));
-    assert_null(ll_netgame_gunner(s.game, 0));
+    assert_null(ll_netgame_weapon_prediction(s.game, 0));
     scene_close(&s);
 }
 

@@ -13,7 +13,7 @@
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
 {
-    return ll_histogram_summary(&ll_netgame_instruments(s->game, player)->histogram[metric]);
+    return ll_histogram_summary(&ll_netgame_client_metrics(s->game, player)->histogram[metric]);
 }
 
 static const ll_snapshot_cost *cost(const scene *s, int player)
@@ -23,8 +23,8 @@ static const ll_snapshot_cost *cost(const scene *s, int player)
 
 static double per_state(const scene *s, int player)
 {
-    const ll_instruments *in = ll_netgame_instruments(s->game, player);
-    return (double)in->bytes[LL_MESSAGE_STATE] / (double)in->messages[LL_MESSAGE_STATE];
+    const ll_client_metrics *in = ll_netgame_client_metrics(s->game, player);
+    return (double)in->bytes[LL_MESSAGE_SNAPSHOT] / (double)in->messages[LL_MESSAGE_SNAPSHOT];
 }
 
 static bool same_world(const scene *a, const scene *b)
@@ -54,7 +54,7 @@ static void a_codec_changes_what_is_seen_of_others_and_nothing_else(void **state
         scene_run(&s[i], 40, NULL);
         assert_true(same_world(&s[0], &s[i]));
         for (int p = 0; p < 2; p++) {
-            assert_int_equal(ll_netgame_instruments(s[i].game, p)->corrections, 0);
+            assert_int_equal(ll_netgame_client_metrics(s[i].game, p)->corrections, 0);
             assert_int_equal(ll_netgame_client(s[i].game, p)->unreadable, 0);
             double added = summary(&s[i], p, LL_METRIC_TIMELINE_ERROR).max -
                            summary(&s[0], p, LL_METRIC_TIMELINE_ERROR).max;
@@ -77,9 +77,10 @@ static void delta_shows_what_quantised_shows(void **state)
     scene_run(&b, 30, NULL);
     assert_true(same_world(&a, &b));
     for (int p = 0; p < 2; p++) {
-        const ll_world *w = ll_client_shown(ll_netgame_client(a.game, p));
-        assert_memory_equal(w, ll_client_shown(ll_netgame_client(b.game, p)), ll_world_size(w));
-        ll_instruments *x = ll_netgame_instruments(a.game, p), *y = ll_netgame_instruments(b.game, p);
+        const ll_world *w = ll_client_rendered(ll_netgame_client(a.game, p));
+        assert_memory_equal(w, ll_client_rendered(ll_netgame_client(b.game, p)), ll_world_size(w));
+        ll_client_metrics *x = ll_netgame_client_metrics(a.game, p),
+                          *y = ll_netgame_client_metrics(b.game, p);
         assert_int_equal(x->corrections, y->corrections);
         assert_memory_equal(x->histogram, y->histogram, sizeof x->histogram);
         assert_true(cost(&a, p)->unchanged * 10 > cost(&a, p)->entities * 7);
@@ -102,7 +103,7 @@ static void rounding_is_uniform(void **state)
         "server.update_hz=60", NULL};
     scene s = scene_open("race", sets);
     scene_run(&s, 25, NULL);
-    ll_summary r = ll_rounding_summary(ll_server_baselines(ll_netgame_server(s.game)));
+    ll_summary r = ll_rounding_summary(ll_server_baseline_history(ll_netgame_server(s.game)));
     double n = (double)r.count, error = step / sqrt(48 * n);
     assert_true(n > 2500);
     assert_true(fabs(r.mean - step / 4) < 3 * error);
@@ -123,7 +124,7 @@ static void what_comes_over_a_bad_link_is_read(void **state)
     assert_int_equal(ll_netgame_client(s.game, 0)->unreadable, 0);
     assert_true(ll_netgame_client(s.game, 0)->stale > 100);
     assert_true((double)cost(&s, 0)->whole <
-                0.01 * (double)ll_netgame_instruments(s.game, 0)->messages[LL_MESSAGE_STATE]);
+                0.01 * (double)ll_netgame_client_metrics(s.game, 0)->messages[LL_MESSAGE_SNAPSHOT]);
     scene_close(&s);
 }
 
@@ -143,19 +144,19 @@ static void long_states_travel_as_fragments(void **state)
         ll_recorder r = tape_recorder(&t);
         scene s = scene_open("crates_200", sets);
         scene_run(&s, 40, &r);
-        const ll_instruments *in = ll_netgame_instruments(s.game, 0);
+        const ll_client_metrics *in = ll_netgame_client_metrics(s.game, 0);
         const ll_link_stats *link = ll_link_get_stats(ll_netgame_down(s.game, 0));
         int bytes = (int)per_state(&s, 0), n = mtus[i] ? (bytes + mtus[i] - 1) / mtus[i] : 1;
         int headers = 28 + (n > 1 ? 4 : 0);
         assert_true(bytes > 10000);
-        assert_int_equal(in->packets[LL_MESSAGE_STATE], n * in->messages[LL_MESSAGE_STATE]);
-        assert_int_equal(in->wire_bytes[LL_MESSAGE_STATE] - in->bytes[LL_MESSAGE_STATE],
-                         headers * in->packets[LL_MESSAGE_STATE]);
+        assert_int_equal(in->packets[LL_MESSAGE_SNAPSHOT], n * in->messages[LL_MESSAGE_SNAPSHOT]);
+        assert_int_equal(in->wire_bytes[LL_MESSAGE_SNAPSHOT] - in->bytes[LL_MESSAGE_SNAPSHOT],
+                         headers * in->packets[LL_MESSAGE_SNAPSHOT]);
         double lost = 1 - pow(1 - p, n), messages = 0, gone = 0; /* of states: answers to pings are short */
         for (size_t k = 0; k < t.count; k++) {
             const ll_event *e = &t.events[k];
-            messages += e->type == LL_EVENT_STATE && e->player == 0;
-            gone += e->type == LL_EVENT_STATE && e->player == 0 && e->fate == LL_FATE_LOST;
+            messages += e->type == LL_EVENT_SNAPSHOT && e->player == 0;
+            gone += e->type == LL_EVENT_SNAPSHOT && e->player == 0 && e->fate == LL_FATE_LOST;
         }
         assert_true(messages >= 40 * 30 - 1);
         assert_true(fabs(gone / messages - lost) < 4 * sqrt(lost * (1 - lost) / messages));
@@ -211,7 +212,7 @@ static void a_codec_may_change_while_it_runs(void **state)
             s.scenario.kind->change(s.game, &config, s.game->now);
             scene_run(&s, t += 2, NULL);
             double x = ll_server_world(ll_netgame_server(s.game))->entity[0].x,
-                   seen = ll_client_shown(ll_netgame_client(s.game, 1))->entity[0].x;
+                   seen = ll_client_rendered(ll_netgame_client(s.game, 1))->entity[0].x;
             assert_true(x > last + way && x - seen < 16 * 0.6);
             last = x;
         }

@@ -11,9 +11,9 @@
 
 #include "support/scene.h"
 
-static const ll_instruments *of(const scene *s, int player)
+static const ll_client_metrics *of(const scene *s, int player)
 {
-    return ll_netgame_instruments(s->game, player);
+    return ll_netgame_client_metrics(s->game, player);
 }
 
 static ll_summary summary(const scene *s, int player, ll_metric metric)
@@ -21,7 +21,7 @@ static ll_summary summary(const scene *s, int player, ll_metric metric)
     return ll_histogram_summary(&of(s, player)->histogram[metric]);
 }
 
-static double mean(const ll_gauge *g)
+static double mean(const ll_running_stats *g)
 {
     return g->sum / (double)g->count;
 }
@@ -64,7 +64,7 @@ static void silences_are_bridged_up_to_the_cap(void **state)
 {
     (void)state;
     scene s = run_whole("extrapolation_silence", NULL);
-    const ll_instruments *a = of(&s, 0), *b = of(&s, 1);
+    const ll_client_metrics *a = of(&s, 0), *b = of(&s, 1);
     double bridged = (double)a->extrapolated_frames / 60, waited = (double)a->held_frames / 60,
            alone = (double)b->held_frames / 60;
     /* What A waits at the cap counts as extrapolated too: it stands where its guess has put it. */
